@@ -1,4 +1,4 @@
-"""From programs to text and libraries: C, and the Python that numba and array namespaces share."""
+"""Print programs as C and Python text, read the text back, and build libraries."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
 """Polynomials and constants for the transcendental functions of kernels, in double and in float.
 
-Each function is reduced to a short interval, where what remains after its first terms is a polynomial in ``z``. The
-coefficients interpolate at the nodes of Chebyshev, to 50 digits, and are then rounded; they are computed here and not
-copied, so that whoever doubts one can compute it again. `gac_runtime.h` and
-`gac_runtime/jit` have them as numbers, which a test compares with these.
+The argument of each function is reduced to a short interval, on which the remainder after the first terms of the
+function is approximated by a polynomial in ``z``. The polynomial interpolates at Chebyshev nodes; its coefficients are
+computed to 50 digits and then rounded. They are computed here so that they can be verified: `gac_runtime.h` and
+`gac_runtime/jit` contain them as numbers, which a test compares with these.
 """
 
 from __future__ import annotations
@@ -17,24 +17,25 @@ from typing import Any
 import mpmath
 
 FARTHEST = 65536
-"""Sines and cosines of larger arguments are the C library's. A multiple of pi/2 up to there has 16 bits, so that three
-numbers of pi/2 are enough of it."""
+"""The largest argument for which sines and cosines are computed by these polynomials; others use the C library. The
+multiples of pi/2 up to this limit have at most 16 bits, so that pi/2 as a sum of three numbers is accurate enough."""
 
 _DIGITS = 50
 
 
 @dataclass(frozen=True, slots=True)
 class Approximation:
-    """A function that is nearly a polynomial, and how many terms stand for it.
+    """A function and the sizes of the polynomials that approximate it.
 
     Attributes
     ----------
     function : callable
-        What it is of `z`, a hypergeometric function.
+        The function of `z`, a hypergeometric function.
     interval : callable
-        Between which two numbers `z` lies.
+        Returns the bounds of `z`.
     n_double, n_float : int
-        How many coefficients each precision takes: as few as leave less than a quarter of a unit in the last place.
+        The number of coefficients for each precision: the smallest for which the error is less than a quarter of a unit
+        in the last place.
     """
 
     function: Callable[[Any], Any]
@@ -44,7 +45,7 @@ class Approximation:
 
 
 APPROXIMATIONS = {
-    # (sin(r)/r - 1)/z and (cos(r) - 1 + z/2)/z^2, z = r^2, for |r| up to an eighth of a turn.
+    # (sin(r)/r - 1)/z and (cos(r) - 1 + z/2)/z^2, z = r^2, for |r| up to pi/4.
     "sin": Approximation(lambda z: -mpmath.hyper([1], [2, 2.5], -z / 4) / 6, lambda: (0, (mpmath.pi / 4) ** 2), 6, 3),
     "cos": Approximation(lambda z: mpmath.hyper([1], [2.5, 3], -z / 4) / 24, lambda: (0, (mpmath.pi / 4) ** 2), 6, 3),
     # (exp(z) - 1 - z)/z^2 for |z| up to half the logarithm of 2.
@@ -58,7 +59,7 @@ APPROXIMATIONS = {
         7,
         3,
     ),
-    # (atan(t)/t - 1)/t^2, z = t^2 - 1/2, for t up to 1: around there each term is a third of the one before, or less.
+    # (atan(t)/t - 1)/t^2, z = t^2 - 1/2, for t up to 1. Each term is at most a third of the previous one.
     "atan": Approximation(
         lambda z: -mpmath.hyper([1, 1.5], [2.5], -(z + 0.5)) / 3, lambda: (-mpmath.mpf(0.5), mpmath.mpf(0.5)), 20, 9
     ),
@@ -71,14 +72,14 @@ APPROXIMATIONS = {
 
 @cache
 def coefficients(name: str, *, double: bool) -> tuple[float, ...]:
-    """Of the polynomial `name`, that of ``z**0`` first, each rounded to the precision.
+    """Compute the coefficients of a polynomial, from ``z**0`` upwards, rounded to the precision.
 
     Parameters
     ----------
     name : str
-        One of `APPROXIMATIONS`.
+        A key of `APPROXIMATIONS`.
     double : bool
-        Whether in double or in float.
+        Whether the precision is double, else float.
 
     Returns
     -------
@@ -93,7 +94,7 @@ def coefficients(name: str, *, double: bool) -> tuple[float, ...]:
 
 @cache
 def numbers(*, double: bool) -> dict[str, float]:
-    """The constants of the functions in a precision: a quarter of a turn and the logarithm of 2, in parts."""
+    """Compute the constants for argument reduction in a precision: pi/2 and log(2) as sums, and their inverses."""
     with mpmath.workdps(_DIGITS):
         inverses = {"quarter_inverse": 2 / mpmath.pi, "log_inverse": 1 / mpmath.log(2)}
         known = {name: rounded(value, double=double) for name, value in inverses.items()}
@@ -103,12 +104,12 @@ def numbers(*, double: bool) -> dict[str, float]:
 
 
 def rounded(value: Any, *, double: bool) -> float:
-    """`value` as the nearest double, or the nearest float."""
+    """Round `value` to the nearest double or float."""
     return float(value) if double else float(struct.unpack("f", struct.pack("f", float(value)))[0])
 
 
 def _parts(value: Any, n: int, *, double: bool) -> list[float]:
-    """`value` as a sum of so many numbers, each the nearest to what the ones before it leave."""
+    """Split `value` into a sum of `n` numbers, each of which is the rounded remainder after the previous ones."""
     found = []
     for _ in range(n):
         found.append(rounded(value, double=double))

@@ -1,4 +1,4 @@
-"""Build generated C files: `gac_runtime.build`, whose errors are this package's here."""
+"""Build generated C files: the functions of `gac_runtime.build`, with errors converted to `BackendError`."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ R = TypeVar("R")
 
 
 def _raising(function: Callable[P, R]) -> Callable[P, R]:
-    """`function`, with a `BackendError` for what it raises."""
+    """Wrap a function so that it raises `BackendError` instead of `RuntimeProblem`."""
 
     @wraps(function)
     def raising(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -59,42 +59,43 @@ def build_libraries(
     portable: bool = False,
     progress: Callable[[Path], None] = lambda library: None,
 ) -> list[Path | None]:
-    """Compile C files whose libraries are not there, on all processors.
+    """Compile C files whose libraries do not exist yet, in parallel on all processors.
 
     Parameters
     ----------
     c_paths : sequence of Path
-        Generated C files; the header of each is beside it.
+        Generated C files; the header of each must be in the same folder.
     force : bool
-        Compile even if the library is there.
+        Compile even if the library exists.
     portable : bool
-        Compile for every machine, with loops for each width of vectors, instead of for machines like this one.
+        Compile for all machines, with loops for each vector width, instead of for machines like this one.
     progress : callable
-        Called with each library that has been compiled.
+        Called with the path of each compiled library.
 
     Returns
     -------
     list of Path or None
-        The library of each, or None where it is not there and neither is a compiler (`no_compiler` says why).
+        The library of each file, or None if it does not exist and there is no compiler (`no_compiler` gives the
+        reason).
 
     Raises
     ------
     BackendError
-        When a file cannot be read, a folder not be written, or the compiler fails; the other files are built.
+        If a file cannot be read, a folder cannot be written, or the compiler fails; the other files are built.
 
     Notes
     -----
-    The extension that calls kernels is built beside them, if the headers of Python are there.
+    The extension module that calls kernels is built in the same folder if the headers of Python are installed.
     """
     return _build.build_modules(c_paths, force=force, portable=portable, progress=progress)
 
 
 @_raising
 def build_for_level(targets: dict[Path, Path], level: int, progress: Callable[[Path], None]) -> None:
-    """Compile C files into the libraries named for each, for the machines of a level; as `build_libraries` else."""
+    """Compile C files to the given libraries for a processor level; see `build_libraries`."""
     _build.build(targets, progress, level)
 
 
 def build_library(c_path: Path, *, force: bool = False) -> Path | None:
-    """Compile `c_path` unless its library is there; as `build_libraries` of one file."""
+    """Compile a C file unless its library exists; see `build_libraries`."""
     return build_libraries([c_path], force=force)[0]

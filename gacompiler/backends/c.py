@@ -1,4 +1,4 @@
-"""C17: one ``.c`` whose kernels are written once for both precisions, and one ``.h`` that a C program can include.
+"""Print modules as C17: a ``.c`` with each kernel written once for both precisions, and a ``.h`` for C programs.
 
 Every kernel is a plain function on contiguous components, and a loop over a batch with the calling convention of
 numpy's generalised ufuncs (see `gacompiler.backends.c_batch`).
@@ -21,7 +21,6 @@ from ..ir.program import Program
 from ..ir.reserved import LIKE_A_MACRO
 from ..ir.uniform import Uniform
 from .c_batch import FEW, TILES, helper_lines, loop_text, named_parts, tile_line, usable_forms
-from .c_functions import has_turns, is_transcendental
 from .c_loops import (
     c_parameters,
     driver_line,
@@ -38,15 +37,16 @@ from .documentation import c_comment, c_loop_comment, stamp
 from .module import KernelSource, ModuleSource
 from .nesting import Nested, expression, nested
 from .printers import C
+from .transcendental import has_trigonometric, is_transcendental
 
 POLICY = "contraction: -ffp-contract=off (every operation is rounded once)"
 
 _WIDTH = 116
 _KEPT = "\0"
-"""A blank at which no line ends."""
+"""Placeholder for a space at which a line is not broken."""
 
 RUNTIME = "gac_runtime"
-"""The folder of the runtime, beside the modules."""
+"""The folder of the runtime, next to the modules."""
 
 RUNTIME_INTERFACE = INTERFACE
 """The version of the runtime's interface that modules are written for, as in ``gac_runtime.h``."""
@@ -54,7 +54,7 @@ RUNTIME_INTERFACE = INTERFACE
 
 @cache
 def environment() -> jinja2.Environment:
-    """The templates: loops over prepared lines, nothing else."""
+    """Return the environment of the templates, which only contain loops over prepared lines."""
     return jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"),
         undefined=jinja2.StrictUndefined,
@@ -66,17 +66,16 @@ def environment() -> jinja2.Environment:
 
 
 def c_source(module: ModuleSource) -> str:
-    """The ``.c`` of a module.
+    """Print the ``.c`` file of a module.
 
     Parameters
     ----------
     module : ModuleSource
-        What to print.
 
     Returns
     -------
     str
-        C17 that needs only ``<math.h>`` and the header of `c_header`, beside it under the name of the module.
+        C17 text that needs only ``<math.h>``, the runtime, and the header of `c_header` in the same folder.
     """
     kernels = [(kernel.program, kernel.uniform) for kernel in module.kernels]
     body = c_body(module.name, kernels, [loop.procedure for loop in module.loops])
@@ -86,7 +85,7 @@ def c_source(module: ModuleSource) -> str:
 def c_body(
     name: str, kernels: Sequence[tuple[Program, tuple[Uniform, ...]]], procedures: Sequence[Procedure] = ()
 ) -> str:
-    """All of the ``.c`` below its header, a function of the programs alone: a reader checks a file against it."""
+    """Print the ``.c`` file without its header, as a function of the programs only, with which readers compare files."""
     template = environment().get_template("module.c.jinja")
     return template.render(
         name=name,
@@ -97,13 +96,13 @@ def c_body(
 
 
 def standalone_c_source(module: ModuleSource) -> str:
-    """The ``.c`` of a module with the runtime in it, which needs only the header of `c_header` beside it."""
+    """Print the ``.c`` file of a module that includes the runtime and needs only the header of `c_header`."""
     shared = _runtime_parts("gac_runtime.h", "#define GAC_RUNTIME_H")
     driver = _runtime_parts("gac_runtime.c", "#include")
     kernels = [(kernel.program, kernel.uniform) for kernel in module.kernels]
     template = environment().get_template("standalone.c.jinja")
     rendered = _rendered(module.name, kernels, [loop.procedure for loop in module.loops])
-    # The driver makes these itself.
+    # The driver defines these itself.
     tiles = {tile_line(size) for size in range(FEW + 1, TILES + 1)}
     rendered["helpers"] = [line for line in rendered["helpers"] if line not in tiles]
     body = template.render(
@@ -119,7 +118,7 @@ def standalone_c_source(module: ModuleSource) -> str:
 
 
 def _runtime_parts(name: str, start: str) -> tuple[str, str]:
-    """What a file of the runtime has for both precisions, below the line that begins with `start`, and for each."""
+    """Return the parts of a runtime file, after the line that begins with `start`, for both and for each precision."""
     text = (Path(__file__).parents[1] / RUNTIME / name).read_text(encoding="utf-8")
     once = re.split(rf"^{start}.*\n", text, maxsplit=1, flags=re.MULTILINE)[1]
     for_both, mark, rest = once.partition(" Both precisions.")
@@ -132,13 +131,13 @@ def _runtime_parts(name: str, start: str) -> tuple[str, str]:
 def _rendered(
     module: str, kernels: Sequence[tuple[Program, tuple[Uniform, ...]]], procedures: Sequence[Procedure]
 ) -> dict[str, list[str]]:
-    """What both kinds of files have for each precision."""
+    """Return the text for each precision, which is common to both kinds of files."""
     programs = [program for program, _ in kernels]
     names = [*(program.name for program in programs), *(procedure.name for procedure in procedures)]
     row_sizes = set().union(*map(lane_sizes, procedures))
     forms = [(program, form) for program, uniform in kernels for form in usable_forms(program, uniform)]
     return {
-        # A kernel may have the name of a macro of C's headers, such as FLT_MAX, where the runtime does not use it.
+        # A kernel may have the name of a macro of C headers that the runtime does not use, such as FLT_MAX.
         "hidden": [name for name in names if LIKE_A_MACRO.fullmatch(name)],
         "helpers": helper_lines(programs, forms, row_sizes),
         "kernels": ["\n".join(_kernel_and_loops(program, uniform)) for program, uniform in kernels]
@@ -147,7 +146,7 @@ def _rendered(
 
 
 def _procedure_lines(module: str, procedure: Procedure) -> list[str]:
-    """A kernel with loops: its tables, its straight-line parts, the loops over them, and what runs it over a batch."""
+    """Print a kernel with loops: its tables, straight-line parts, loops over lanes, and its batch function."""
     lines = [piece for line in list_lines(procedure) for piece in _list(line)]
     lanes = part_lines(procedure)
     for part in loop_parts(procedure):
@@ -168,26 +167,26 @@ def _kernel_and_loops(program: Program, uniform: tuple[Uniform, ...]) -> list[st
 
 
 def _list(line: str) -> list[str]:
-    """A line that defines a list, whose entries are not broken."""
+    """Wrap a line that defines a list, without breaking its entries."""
     lines = _wrapped_at(r" (?=AND |WORK\()", line)
     return [f"{text} \\" if text is not lines[-1] else text for text in lines]
 
 
 def _wrapped_at(blank: str, line: str) -> list[str]:
-    """A line of C, continued at those blanks."""
+    """Wrap a line of C at the spaces matched by a pattern."""
     parts = re.split(blank, line)
     return [text.replace(_KEPT, " ") for text in _wrapped([" ".join(part.replace(" ", _KEPT) for part in parts)])]
 
 
 def _macro(line: str) -> list[str]:
-    """A line that instantiates a macro, or defines one, and its continuation."""
+    """Wrap a line that instantiates or defines a macro."""
     lines = _wrapped([line])
     is_defined = line.startswith("#")
     return [f"{text} \\" if is_defined and text is not lines[-1] else text for text in lines]
 
 
 def c_header(module: ModuleSource) -> str:
-    """The ``.h`` of a module: prototypes in both precisions, with layouts and counts."""
+    """Print the ``.h`` file of a module: prototypes in both precisions, with layouts and operation counts."""
     summary = [line.rstrip() for line in module.summary.strip().splitlines()]
     text = (
         environment()
@@ -198,7 +197,7 @@ def c_header(module: ModuleSource) -> str:
 
 
 def _described(module: ModuleSource) -> list[dict[str, Any]]:
-    """The comment and the prototypes of every kernel."""
+    """Return the comment and the prototypes of every kernel."""
     found: list[dict[str, Any]] = [
         {"comment": c_comment(kernel), "prototypes": _prototypes(module.name, kernel)} for kernel in module.kernels
     ]
@@ -230,7 +229,7 @@ def _prototypes(module: str, kernel: KernelSource) -> list[str]:
 
 
 def _wrapped(lines: list[str]) -> list[str]:
-    """Lines of C, long ones continued."""
+    """Wrap long lines of C."""
     wrapped = []
     for line in lines:
         indent = " " * (len(line) - len(line.lstrip()))
@@ -246,26 +245,26 @@ def _wrapped(lines: list[str]) -> list[str]:
 
 
 def _parameters(program: Program, text: Nested, real: str) -> list[str]:
-    """The parameters of a plain function: numbers, and pointers to arguments and results."""
+    """Return the parameters of a plain function: numbers, and pointers to arguments and results."""
     inputs = zip(program.arguments, text.parameters, strict=True)
     texts = [f"const {real} *{name}" if argument.shape else f"{real} {name}" for argument, name in inputs]
     return texts + [f"{real} *{name}" for name in text.outputs]
 
 
 def kernel_text(program: Program, storage: str = "INLINE") -> list[str]:
-    """The plain function: inputs read, one statement for each line, outputs written.
+    """Print the plain function of a program: it reads the inputs, executes the statements and writes the outputs.
 
-    With sines and their kin its body is a function of its own, for loops; with sines or cosines that has a place to
-    say that an argument is too far for one.
+    If the program computes transcendental functions, the body is a separate function, which loops call. For sines and
+    cosines, this function has a parameter that reports arguments too large for a vectorised loop.
     """
     text = nested(program)
     parameters = _parameters(program, text, "REAL")
     passed = [*text.parameters, *text.outputs]
     name, given, after = program.name, parameters, []
-    if has_turns(program):
+    if has_trigonometric(program):
         given = [*parameters, "WORD *far"]
     if is_transcendental(program) and storage == "INLINE":
-        head, own, inner = map(", ".join, (parameters, passed, [*passed, *["NULL"] * has_turns(program)]))
+        head, own, inner = map(", ".join, (parameters, passed, [*passed, *["NULL"] * has_trigonometric(program)]))
         after = ["", f"FUSED({name}, ({head}), ({inner}))", f"void NAME({name})({head})", "{"]
         after += [f"    RUN({name}, ({own}), ({inner}));", "}"]
         name, storage = f"{name}_within", "static INLINE"
@@ -285,7 +284,7 @@ def kernel_text(program: Program, storage: str = "INLINE") -> list[str]:
 
 
 def _constants(texts: list[str]) -> list[str]:
-    """The definitions of some constants, as many to a line as fit."""
+    """Define constants, with as many on a line as fit."""
     lines = [f"    const REAL {texts[0]}"]
     for text in texts[1:]:
         if len(f"{lines[-1]}, {text};") > _WIDTH:

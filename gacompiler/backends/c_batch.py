@@ -1,13 +1,15 @@
-"""The loops of a C file: lines that instantiate the macros of ``gac_runtime.h`` for a kernel.
+"""Print the loops over batches of a C file: lines that instantiate the macros of ``gac_runtime.h`` for a kernel.
 
-A loop loads the components of an element into local arrays, calls the plain function, which is inlined, and stores its
-results; so an output may be an input, and the compiler may vectorise without knowing which arrays overlap. It is
-compiled for structure-of-arrays (each component contiguous over the batch), once for each width of vectors that is
-chosen from when it runs. For other strides the driver of ``gac_runtime.c``, which all kernels share, moves blocks of
-elements through buffers of that order; from C order (each element contiguous) by functions for each size of element.
-That costs one store and one load for each number: a kernel that computes little for each number has a second loop for C
-order, in which it stays in registers. Both exist once more for an argument that is the same for the whole batch, where
-that saves work.
+A loop loads the components of an element into local arrays, calls the plain function, which is inlined, and stores the
+results. Therefore an output may be the same array as an input, and the compiler can vectorise without alias analysis.
+The loop is compiled for structures of arrays (each component contiguous over the batch), once for each vector width,
+and the version is selected at run time.
+
+For other strides, the driver in ``gac_runtime.c``, which all kernels share, copies blocks of elements through buffers
+in this order. Arrays in C order (each element contiguous) are copied by functions for each element size. This costs one
+store and one load for each number. A kernel with few operations for each number has a second loop for C order, which
+keeps the numbers in registers. Both loops have variants for arguments that are the same for the whole batch, where this
+saves work.
 """
 
 from __future__ import annotations
@@ -19,46 +21,46 @@ from math import prod
 from ..errors import BackendError
 from ..ir.program import Argument, Program, Result
 from ..ir.uniform import Uniform
-from .c_functions import has_turns, is_transcendental
 from .nesting import with_coefficients
 from .printers import Names
+from .transcendental import has_trigonometric, is_transcendental
 
 C_ENDINGS = ("_within", "_v3", "_loop", "_block", "_dense", "_call")
-"""What the names of a kernel's C functions add to its own."""
+"""Suffixes of the names of a kernel's C functions."""
 FORM_PARTS = ("prepare", "apply", "start", "block", "dense")
-"""What the names of a form's C functions have between the kernel's name and its arguments."""
+"""Parts of the names of a uniform variant's C functions, between the name of the kernel and its arguments."""
 
 _DENSE_NUMBERS = 64
 _DENSE_LINES = 40
 _LINES_OF_NUMBER = 7
-"""Kernels of at most so many numbers, and of so many operations or so many for each number, have a loop of their own
-for C order. Others gain less from what they would add to the build."""
+"""Limits for a separate loop for C order: the count of numbers, and the count of operations in total or for each
+number. For larger kernels the gain does not justify the longer build."""
 
 FLAGS = 32
-"""``GAC_FLAGS`` of the runtime: forms are found among so many arguments."""
+"""``GAC_FLAGS`` of the runtime: the number of arguments among which uniform variants are selected."""
 
 FEW = 3
-"""What compilers transpose well without tiles has at most so many numbers."""
+"""The largest element size in numbers that compilers transpose efficiently without tiles."""
 
 TILES = 32
-"""``GAC_TILE_NUMBERS`` of the runtime: elements of at most so many numbers go through tiles."""
+"""``GAC_TILE_NUMBERS`` of the runtime: the largest element size in numbers for which tiles are used."""
 
 MOST_AXES = 5
 """``GAC_MOST_AXES`` of the runtime."""
 
 _MOST_REPEATED = 1024
-"""The longest axis whose loads the runtime can write out."""
+"""The longest axis for which the runtime can unroll loads."""
 
 Shape = tuple[int, ...]
 
 
 def parts(program: Program) -> list[Argument | Result]:
-    """The arguments, then the results."""
+    """Return the arguments followed by the results."""
     return [*program.arguments, *program.results]
 
 
 def loop_text(program: Program, forms: Sequence[Uniform]) -> list[str]:
-    """What makes the loops of a kernel, and the function that runs it over a batch."""
+    """Return the lines that define the loops of a kernel and the function that applies it to a batch."""
     name, everything = program.name, range(len(parts(program)))
     lines = [f"#define PARTS_{name}(IN, NUMBER, OUT, AND) {_listed(program, everything)}"]
     uses = []
@@ -80,7 +82,7 @@ def loop_text(program: Program, forms: Sequence[Uniform]) -> list[str]:
 
 
 def usable_forms(program: Program, forms: Sequence[Uniform]) -> list[Uniform]:
-    """Those that the driver can find: their arguments are among the first `FLAGS`."""
+    """Return the uniform variants that the driver can select: their arguments are among the first `FLAGS`."""
     late = {argument.name for argument in program.arguments[FLAGS:]}
     return [form for form in forms if not late.intersection(form.same)]
 
@@ -88,9 +90,9 @@ def usable_forms(program: Program, forms: Sequence[Uniform]) -> list[Uniform]:
 def helper_lines(
     programs: Sequence[Program], forms: Sequence[tuple[Program, Uniform]], row_sizes: Collection[int] = ()
 ) -> list[str]:
-    """What loads and stores elements of every shape, and tiles of those sizes that loops use, in a fixed order.
+    """Return the lines that define loads and stores for every element shape, and tiles for the sizes that loops use.
 
-    Rows of kernels with loops are elements, too.
+    The order is fixed. Rows of tables of kernels with loops are elements too.
     """
     shapes = {part.shape for program in programs for part in parts(program)} | {(size,) for size in row_sizes}
     sizes: set[int] = set()
@@ -106,12 +108,12 @@ def helper_lines(
 
 
 def tile_line(size: int) -> str:
-    """The line that makes the functions for tiles of a size."""
+    """Return the line that defines the functions for tiles of a size."""
     return f"GAC_TILE({size})"
 
 
 def _inner_shapes(shape: Shape) -> Iterator[Shape]:
-    """A shape and those of which its rows are made."""
+    """Yield a shape and the shapes of its rows."""
     if len(shape) > MOST_AXES:
         raise BackendError("C backend", f"{len(shape)} axes", f"at most {MOST_AXES} axes of a part")
     if max(shape, default=1) > _MOST_REPEATED:
@@ -121,7 +123,7 @@ def _inner_shapes(shape: Shape) -> Iterator[Shape]:
 
 
 def _axes(shape: Shape) -> str:
-    """The line that makes the functions for a shape."""
+    """Return the line that defines the functions for a shape."""
     power = 1 << (shape[0] - 1).bit_length()
     if len(shape) == 1:
         return f"GAC_AXIS({shape[0]}, {power})"
@@ -133,7 +135,7 @@ def _shape(shape: Shape) -> str:
 
 
 def _listed(program: Program, chosen: Collection[int]) -> str:
-    """Parts of a kernel: their places, those of their first strides, and their shapes."""
+    """List arguments and results: their positions, the positions of their first strides, and their shapes."""
     listed, first = [], 0
     for k, part in enumerate(parts(program)):
         lengths = ", ".join(map(str, part.shape)) or "0"
@@ -147,13 +149,14 @@ def _listed(program: Program, chosen: Collection[int]) -> str:
 
 
 def form_name(program: Program, form: Uniform, what: str) -> str:
-    """The name of a function that belongs to a form: ``move_point_block_m``."""
+    """Return the name of a function of a uniform variant: ``move_point_block_m``."""
     return f"{program.name}_{what}_{_label(program, form)}"
 
 
 def _label(program: Program, form: Uniform) -> str:
-    """What stays the same, named as it is printed, or numbered where a name has an underscore: ``a_b`` would be one
-    argument or two.
+    """Return a label of the uniform arguments: their printed names, or their numbers if a name contains an underscore.
+
+    Otherwise ``a_b`` could be one argument or two.
     """
     names = Names().parameters(program)
     if any("_" in name for name in names):
@@ -171,27 +174,27 @@ def named_parts(program: Program, form: Uniform) -> tuple[Program, Program]:
 
 
 def _kind(program: Program) -> str:
-    """Which block loop the kernel has, see ``GAC_KERNEL``."""
-    return "TURNS" if has_turns(program) else "BUSY" if is_transcendental(program) else "PLAIN"
+    """Return the kind of the block loop of a kernel, see ``GAC_KERNEL``."""
+    return "TURNS" if has_trigonometric(program) else "BUSY" if is_transcendental(program) else "PLAIN"
 
 
 def _kind_of_form(program: Program) -> str:
-    return "TURNS" if has_turns(program) else "PLAIN"
+    return "TURNS" if has_trigonometric(program) else "PLAIN"
 
 
 def _same(program: Program, form: Uniform | None) -> list[int]:
-    """The arguments that a form has prepared."""
+    """Return the positions of the uniform arguments of a variant."""
     return [k for k, argument in enumerate(program.arguments) if form and argument.name in form.same]
 
 
 def _sizes(program: Program, form: Uniform | None) -> list[int]:
-    """The sizes of the parts that a loop reads and writes for each element."""
+    """Return the sizes of the arguments and results that a loop reads and writes for each element."""
     same = _same(program, form)
     return [prod(part.shape) for k, part in enumerate(parts(program)) if k not in same]
 
 
 def _dense(program: Program, form: Uniform | None) -> str:
-    """Which loop there is for C order: direct where compilers read the elements as well as tiles do."""
+    """Return the kind of the loop for C order: direct if compilers read elements as efficiently as with tiles."""
     run, sizes = form.apply if form else program, _sizes(program, form)
     few = sum(sizes) <= _DENSE_NUMBERS and len(run.lines) <= max(_DENSE_LINES, _LINES_OF_NUMBER * sum(sizes))
     if not (1 < max(sizes) <= TILES and few) or is_transcendental(run):

@@ -5,10 +5,10 @@ from __future__ import annotations
 from ..errors import BackendError
 from ..ir.procedure import Apply, Place, Procedure, Storage, Table
 from ..ir.program import Program
-from .c_functions import has_turns
 from .loop_statements import LoopWords, StatementText
 from .loop_statements import is_number as is_number
 from .loop_statements import product as product
+from .transcendental import has_trigonometric
 
 C_WORDS = LoopWords(
     language="C",
@@ -55,7 +55,7 @@ class PlainText(StatementText):
         return [self._call(program, passed)]
 
     def _call(self, program: Program, passed: list[str]) -> str:
-        return f"NAME({program.name})({', '.join([*passed, *['NULL'] * has_turns(program)])});"
+        return f"NAME({program.name})({', '.join([*passed, *['NULL'] * has_trigonometric(program)])});"
 
     def _copied(self, source: Place, target: Place) -> list[str]:
         return [self._moved("COPY", "SPREAD", source, target)]
@@ -106,7 +106,7 @@ class LaneText(PlainText):
     lanes = "NLANES"
 
     def _call(self, program: Program, passed: list[str]) -> str:
-        return f"{'far |= ' if has_turns(program) else ''}NAME({program.name}_lanes)({', '.join(passed)});"
+        return f"{'far |= ' if has_trigonometric(program) else ''}NAME({program.name}_lanes)({', '.join(passed)});"
 
     def _lanes_of(self, table: Table) -> int | str:
         return 1 if table.storage is Storage.ARGUMENT and table.shared else "NLANES"

@@ -1,11 +1,13 @@
-"""Kernels with loops in C: a plain function that is loops over calls of the straight-line parts, and the same for
-NLANES elements side by side.
+"""Print kernels with loops as C: a plain function that calls the straight-line parts in loops, and a version for NLANES
+elements at a time.
 
-The plain function has the tables of one element, rows one behind the other. Its work tables of a single row are local
-variables, which the compiler keeps in registers; the others are in the work space that the caller gives. In the
-function for NLANES elements (``gac_runtime.h``) every number is NLANES numbers, and each part a vectorised loop; what
-all elements share is there once. It has no form for procedures that repeat until a condition holds, which is not the
-same for all elements. A block with an argument too large for the sines of a loop is left to the plain function.
+The plain function takes the tables of one element, with contiguous rows. Work tables of a single row are local
+variables, which the compiler keeps in registers; other work tables are in the work space passed by the caller.
+
+In the function for NLANES elements (``gac_runtime.h``), every number is an array of NLANES numbers, and each part is a
+vectorised loop. Tables shared by all elements are stored once. Procedures that repeat until a condition holds have no
+such version, since elements may need different numbers of iterations. Blocks with an argument too large for the
+vectorised sines are computed by the plain function.
 """
 
 from __future__ import annotations
@@ -32,52 +34,52 @@ from ..ir.procedure import (
 )
 from ..ir.program import Program
 from .c_batch import parts
-from .c_functions import has_turns, is_transcendental
 from .c_loop_names import named_in_c
 from .c_loop_text import LaneText, PlainText, is_number, is_shared, product
+from .transcendental import has_trigonometric, is_transcendental
 
 LOOP_ENDINGS = ("_within", "_v3", "_lanes", "_tables", "_call", "_rows", "_work")
-"""What the names of the C functions of a kernel with loops add to its own."""
+"""Suffixes of the names of the C functions of a kernel with loops."""
 
 SHARING = "PARTS_{}(IN, SAME, NUMBER, OUT, AND)"
 
 
 def loop_parts(procedure: Procedure) -> tuple[Program, ...]:
-    """The straight-line parts, in the order of the text.
+    """Return the straight-line parts, in the order of the text.
 
     Raises
     ------
     BackendError
-        When two parts have one name.
+        If two parts have the same name.
     """
     applied = [s.program for s in statements(procedure.body) if isinstance(s, Apply)]
     programs = procedure.programs
     for program in applied:
         if program not in programs:
-            raise BackendError(f"C text of {procedure.name}", f"two parts named {program.name}", "a name for each")
+            raise BackendError(f"C text of {procedure.name}", f"two parts named {program.name}", "different names")
     return programs
 
 
 def has_lanes(procedure: Procedure) -> bool:
-    """Whether it takes the same statements for every element, so that NLANES elements run side by side."""
+    """Whether all elements execute the same statements, so that NLANES elements can be computed at a time."""
     return not any(isinstance(statement, Repeat) for statement in statements(procedure.body))
 
 
 def lane_sizes(procedure: Procedure) -> set[int]:
-    """How many numbers the rows have that the parts load and store."""
+    """Return the sizes, in numbers, of the rows that the parts load and store."""
     if not has_lanes(procedure):
         return set()
     return {prod(part.shape) for program in loop_parts(procedure) for part in parts(program)}
 
 
 def c_parameters(procedure: Procedure, real: str) -> list[str]:
-    """The parameters of the plain function: lengths, arguments and index tables, results, work space."""
+    """Return the parameters of the plain function: lengths, arguments and index tables, results, work space."""
     named, names = named_in_c(procedure)
     return [*_lengths(named), *_declared(named, real, False), f"{real} *{names.fresh('work')}"]
 
 
 def work_lines(module: str, procedure: Procedure) -> list[str]:
-    """The function that says how many numbers the work space has."""
+    """Print the function that returns the size of the work space in numbers."""
     named, _ = named_in_c(procedure)
     sizes = [_numbers(table) for table in _long_work(named)]
     read = {length for table in _long_work(named) for length in table.lengths}
@@ -92,13 +94,13 @@ def work_lines(module: str, procedure: Procedure) -> list[str]:
 
 
 def work_prototype(module: str, procedure: Procedure) -> str:
-    """The head of that function."""
+    """Return the head of the function that returns the size of the work space."""
     named, _ = named_in_c(procedure)
     return f"intptr_t {module}_{procedure.name}_work({', '.join(_lengths(named))})"
 
 
 def list_lines(procedure: Procedure) -> list[str]:
-    """The lists of lengths and tables from which the runtime's macros make the rest."""
+    """Print the lists of lengths and tables, the input of the runtime's macros."""
     named, _ = named_in_c(procedure)
     entries = [f"LENGTH({k}, {length})" for k, length in enumerate(named.lengths)]
     outer = [*named.parameters, *named.results]
@@ -113,7 +115,7 @@ def list_lines(procedure: Procedure) -> list[str]:
 
 
 def plain_lines(procedure: Procedure) -> list[str]:
-    """The plain function of one element."""
+    """Print the plain function for one element."""
     named, names = named_in_c(procedure)
     work = names.fresh("work")
     parameters = [*_lengths(named), *_declared(named, "REAL", False), f"REAL *{work}"]
@@ -133,26 +135,26 @@ def plain_lines(procedure: Procedure) -> list[str]:
 
 
 def lane_lines(procedure: Procedure) -> list[str]:
-    """The function of NLANES elements, behind the loops of its parts."""
+    """Print the function for NLANES elements, which follows the loops of its parts."""
     if not has_lanes(procedure):
         return []
     named, names = named_in_c(procedure)
     parameters = [*_lengths(named), *_declared(named, "REAL", True)]
     parameters += [f"REAL *{table.name}" for table in _long_work(named)]
     body = LaneText(named, names).lines(named.body)
-    turns = any(map(has_turns, loop_parts(procedure)))
+    has_sines = any(map(has_trigonometric, loop_parts(procedure)))
     lines = [f"static INLINE WORD NAME({named.name}_lanes)({', '.join(parameters)})", "{"]
     lines += _unread(
         [*named.lengths, *(t.name for t in (*named.parameters, *named.results, *_long_work(named)))], named
     )
     declared = [f"{table.name}[{product(table.size, 'NLANES')}]" for table in _short_work(named)]
     lines += [f"    _Alignas(64) REAL {', '.join(declared)};"] if declared else []
-    lines += ["    WORD far = 0;"] if turns else []
-    return [*lines, *(f"    {line}" for line in body), f"    return {'far' if turns else '0'};", "}"]
+    lines += ["    WORD far = 0;"] if has_sines else []
+    return [*lines, *(f"    {line}" for line in body), f"    return {'far' if has_sines else '0'};", "}"]
 
 
 def part_lines(procedure: Procedure) -> dict[str, list[str]]:
-    """For each part, what makes its loop over NLANES elements."""
+    """Return the lines that define the loop of each part over NLANES elements."""
     if not has_lanes(procedure):
         return {}
     found: dict[str, list[str]] = {}
@@ -171,19 +173,19 @@ def part_lines(procedure: Procedure) -> dict[str, list[str]]:
             entries.append(f"OUT({k}, {prod(result.shape)})")
         lines = [
             f"#define {SHARING.format(program.name)} {' AND '.join(entries)}",
-            f"GAC_IN_LANES({program.name}, {'TURNS' if has_turns(program) else 'PLAIN'})",
+            f"GAC_IN_LANES({program.name}, {'TURNS' if has_trigonometric(program) else 'PLAIN'})",
         ]
         if found.setdefault(program.name, lines) != lines:
             raise BackendError(
                 f"C text of {procedure.name}",
-                f"{program.name} reads a shared table in one place and another in a second",
-                "a part for each",
+                f"{program.name} is called with a shared table and with one that is not shared",
+                "a separate part for each",
             )
     return found
 
 
 def driver_line(procedure: Procedure) -> str:
-    """What makes the function of a batch."""
+    """Return the line that defines the function for a batch."""
     is_busy = any(map(is_transcendental, loop_parts(procedure)))
     kind = ("BUSY" if is_busy else "LANES") if has_lanes(procedure) else "ALONE"
     return f"GAC_PROCEDURE({procedure.name}, {kind})"
@@ -197,7 +199,7 @@ def _lengths(named: Procedure) -> list[str]:
 
 
 def _declared(named: Procedure, real: str, in_lanes: bool) -> list[str]:
-    """Arguments, index tables and results as parameters."""
+    """Return arguments, index tables and results as parameters."""
     found = []
     for table in named.parameters:
         if table.storage is Storage.INDEX:
@@ -218,7 +220,7 @@ def _long_work(named: Procedure) -> list[Table]:
 
 
 def _numbers(table: Table) -> str:
-    """How many numbers a table has."""
+    """Return the size of a table in numbers."""
     return product(table.size, *table.lengths)
 
 
@@ -228,7 +230,7 @@ def _described(table: Table) -> str:
 
 
 def _entry(k: int, table: Table) -> str:
-    """A parameter or a result in the list of tables."""
+    """Return the entry of a parameter or a result in the list of tables."""
     if table.storage is Storage.INDEX:
         return f"INDEX({k}, {table.name}, {' * '.join(table.lengths)}, {table.into})"
     if is_number(table):
@@ -238,7 +240,7 @@ def _entry(k: int, table: Table) -> str:
 
 
 def _locals(named: Procedure, work: str) -> list[str]:
-    """The definitions of work tables in the plain function, in their order."""
+    """Define the work tables in the plain function, in their order."""
     found, place = [], work
     for table in named.of(Storage.WORK):
         if table.lengths:
@@ -252,18 +254,18 @@ def _locals(named: Procedure, work: str) -> list[str]:
 
 
 def _unread(parameters: Iterable[str], named: Procedure, work: str = "") -> list[str]:
-    """Statements for parameters that nothing reads, of which compilers would warn."""
+    """Return statements for unused parameters, which prevent compiler warnings."""
     read = set(_read(named))
     if work and _long_work(named):
         read.add(work)
-        # Where a table ends is where the next begins.
+        # The end of each table, which is the start of the next, depends on its lengths.
         read |= {length for table in _long_work(named)[:-1] for length in table.lengths}
     unread = [name for name in (*parameters, *([work] if work else [])) if name not in read]
     return [f"    {', '.join(f'(void){name}' for name in unread)};"] if unread else []
 
 
 def _read(named: Procedure) -> Iterable[str]:
-    """The names that the text of its statements has."""
+    """Yield the names that occur in the text of the statements."""
     for statement in statements(named.body):
         match statement:
             case Apply():

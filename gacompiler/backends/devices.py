@@ -1,8 +1,8 @@
-"""What CUDA and OpenCL share: functions of one element, and loops over a batch that a grid of threads divides.
+"""Shared parts of the CUDA and OpenCL printers: functions of one element, and loops over a batch for a grid of threads.
 
-An array of a batch has two strides, in numbers: from element to element, and from component to component. Structures of
-arrays (1 and n) let neighbouring threads read neighbours in memory; arrays of structures have their size and 1; an
-argument that is the same for every element has 0 and 1.
+An array of a batch has two strides, counted in numbers: from element to element, and from component to component. With
+structures of arrays (strides 1 and n), neighbouring threads read neighbouring numbers in memory. Arrays of structures
+have the strides size and 1, and arguments that are the same for every element have the strides 0 and 1.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ C_WORDS = frozenset(
     M_SQRT2 M_SQRT1_2 linux unix i386 errno stdin stdout stderr
     """.split()  # noqa: SIM905
 )
-"""Keywords of C, and macros that may be there."""
+"""Keywords of C, and macros that may be defined."""
 
 ARITHMETIC: Mapping[Op, str] = {
     Op.ADD: "{0} + {1}",
@@ -32,19 +32,19 @@ ARITHMETIC: Mapping[Op, str] = {
     Op.MINIMUM: "{0} < {1} || {0} != {0} ? {0} : {1}",
     Op.MAXIMUM: "{0} > {1} || {0} != {0} ? {0} : {1}",
 }
-"""What every language with the operators of C writes alike; minimum and maximum are NaN where either operand is."""
+"""Expressions common to all languages with the operators of C; minimum and maximum are NaN if an operand is NaN."""
 
 
 @dataclass(frozen=True, slots=True)
 class Element:
-    """One element in one thread.
+    """The function that processes one element in one thread.
 
     Attributes
     ----------
     parameters : str
-        Of the function.
+        The parameters of the function.
     lines : tuple of str
-        Its statements.
+        The statements.
     """
 
     parameters: str
@@ -53,16 +53,16 @@ class Element:
 
 @dataclass(frozen=True, slots=True)
 class Batch:
-    """A loop of a thread over its elements.
+    """The function in which a thread loops over its elements.
 
     Attributes
     ----------
     parameters : str
-        Of the function.
+        The parameters of the function.
     passed : str
-        The same as arguments of a call.
+        The names of the parameters, as arguments of a call.
     lines : tuple of str
-        Its statements.
+        The statements.
     """
 
     parameters: str
@@ -72,14 +72,14 @@ class Batch:
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """How a language writes what the loops need.
+    """Types and expressions of a language that are needed in loops over batches.
 
     Attributes
     ----------
     real, array, index : str
-        The types of a number, of what an array in the memory of all threads consists of, and of a count or a stride.
+        The types of a number, of the entries of an array in global memory, and of a count or a stride.
     first, step : str
-        The number of this thread, and how many there are.
+        The index of the current thread, and the number of threads.
     """
 
     real: str
@@ -90,7 +90,7 @@ class Grid:
 
 
 def element(printed: Function, real: str) -> Element:
-    """The function of one element."""
+    """Print the function for one element."""
     texts = [f"{real} {part.name}" if part.is_scalar else f"const {real} *{part.name}" for part in printed.inputs]
     texts += [f"{real} *{part.name}" for part in printed.outputs]
     unused = [f"(void){name};" for name in printed.unused]
@@ -98,7 +98,7 @@ def element(printed: Function, real: str) -> Element:
 
 
 def batch(printed: Function, language: Language, name: str, grid: Grid) -> Batch:
-    """The loop over a batch around the function `name` of one element."""
+    """Print the loop over a batch that calls the function `name` for each element."""
     names = LanguageNames(language)
     names.fresh(name)
     arrays = [names.fresh(part.name) for part in printed.parts]

@@ -1,4 +1,4 @@
-"""What the emitted files say about themselves: the header every file opens with, and the text of each kernel."""
+"""Documentation in emitted files: the header of each file, and the comment of each kernel."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _WIDTH = 110
 
 
 def stamp(body: str, module: ModuleSource, prefix: str, notes: tuple[str, ...] = ()) -> str:
-    """`body` under the header: what made it, from what, and the hash of everything below the header."""
+    """Prepend the header to `body`: the command, the hash of the spec, and the hash of the text below the header."""
     lines = (
         _NOTICE,
         f"command: {module.command}",
@@ -28,7 +28,7 @@ def stamp(body: str, module: ModuleSource, prefix: str, notes: tuple[str, ...] =
 
 
 def body_is_intact(text: str) -> bool:
-    """Whether the body of a generated file is the one that its header was written for."""
+    """Whether the body of a generated file matches the hash in its header."""
     lines = text.splitlines(keepends=True)
     for k, line in enumerate(lines):
         words = line.split()
@@ -42,7 +42,7 @@ def _digest(text: str) -> str:
 
 
 def facts(kernel: KernelSource) -> list[str]:
-    """What is assumed, what it costs and how accurate it is; one sentence each, as `help` has them."""
+    """Return sentences on the assumptions, the cost and the accuracy of a kernel, the same as in `help`."""
     known = Facts(str(kernel.cost), kernel.relations, kernel.error)
     forms = []
     for form in kernel.uniform:
@@ -52,7 +52,7 @@ def facts(kernel: KernelSource) -> list[str]:
 
 
 def c_comment(kernel: KernelSource) -> str:
-    """The comment above a C prototype."""
+    """Return the comment above a C prototype."""
     program, layouts = kernel.program, dict(kernel.layouts)
     lines = kernel.summary.strip().splitlines()
     sizes = [(part.name, part.shape) for part in program.arguments]
@@ -74,7 +74,7 @@ def _commented(lines: list[str]) -> str:
 
 
 def loop_facts(loop: LoopSource) -> list[str]:
-    """What is assumed of the arguments of a kernel with loops, what it costs and how accurate it is."""
+    """Return sentences on the assumptions, the cost and the accuracy of a kernel with loops."""
     costs: dict[str, list[Cost]] = {}
     for often, cost in loop.costs:
         costs.setdefault(often, []).append(cost)
@@ -87,7 +87,7 @@ def loop_facts(loop: LoopSource) -> list[str]:
 
 
 def c_loop_comment(loop: LoopSource, *more: str) -> str:
-    """The comment above the C prototypes of a kernel with loops; `more` are parameters behind the results."""
+    """Return the comment above the C prototypes of a kernel with loops; `more` describes further parameters."""
     procedure, layouts = loop.procedure, dict(loop.layouts)
     lines = loop.summary.strip().splitlines()
     for table in (*procedure.parameters, *procedure.results):
@@ -95,7 +95,7 @@ def c_loop_comment(loop: LoopSource, *more: str) -> str:
         text = f"{table.name}[{', '.join(sizes)}]" if sizes or table.storage is Storage.RESULT else table.name
         text = text.replace("[]", "[1]")
         if table.storage is Storage.INDEX:
-            text += f"  rows of {table.into}, or -1."
+            text += f"  row numbers of {table.into}, or -1."
         elif table.name in layouts:
             layout = layouts[table.name]
             text += f"  {layout_text(layout.name, layout.blades, layout.fixed, layout.unit)}"

@@ -1,4 +1,4 @@
-"""What every backend prints: a module is a name, where it came from, and its kernels."""
+"""Data that the backends print: a module with its name, origin and kernels."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from ..ir.program import Program
 from ..ir.uniform import Uniform
 
 NOTHING = "nothing"
-"""The argument of kernels with named results that need none."""
+"""The name of the argument of kernels with named results that need no argument."""
 
 
 @dataclass(frozen=True, slots=True)
 class LayoutText:
-    """A layout as a generated module carries it: plain names and numbers."""
+    """A layout as stored in a generated module, with plain names and numbers."""
 
     name: str
-    """For readers, ``PGA3.MOTOR``."""
+    """Name for documentation, such as ``PGA3.MOTOR``."""
     blades: tuple[str, ...]
-    """Stored coefficients, in order."""
+    """Names of the stored coefficients, in order."""
     fixed: tuple[tuple[str, str], ...] = ()
-    """Coefficients that are the same for every element, and their value, ``("e123", "1")``."""
+    """Coefficients that are the same for every element, with their values: ``("e123", "1")``."""
     unit: bool = False
     """Whether ``x ~x = 1`` is assumed."""
     related: bool = False
     """Whether other relations are assumed."""
     implied: tuple[tuple[str, str], ...] = ()
-    """Coefficients that follow from the stored ones, and how: ``("einf", "1/2*e1*e1 + 1/2*e2*e2")``."""
+    """Coefficients implied by the stored ones, with their formulas: ``("einf", "1/2*e1*e1 + 1/2*e2*e2")``."""
 
     @property
     def is_scalar(self) -> bool:
@@ -37,7 +37,7 @@ class LayoutText:
 
     @property
     def has_meaning(self) -> bool:
-        """Whether it constrains its coefficients."""
+        """Whether it assumes relations between its coefficients."""
         return self.unit or self.related
 
 
@@ -49,22 +49,22 @@ class KernelSource:
     summary: str
     """The author's docstring, dedented."""
     layouts: tuple[tuple[str, LayoutText], ...]
-    """One for each argument and then for each result, under the program's names of them."""
+    """The layouts of the arguments and then of the results, with their names in the program."""
     cost: Cost
     relations: tuple[str, ...] = ()
-    """What the kernel assumes of its inputs, for readers: ``m ~m = 1``."""
+    """Relations assumed of the inputs, for documentation: ``m ~m = 1``."""
     uniform: tuple[Uniform, ...] = ()
-    """Forms for batches in which some arguments are the same for every element, the cheapest first."""
+    """Variants for batches in which some arguments are the same for every element, the cheapest first."""
     operator: tuple[str, tuple[str, ...]] | None = None
-    """The operator on values that the kernel is, ``*`` or ``()``, and the arguments that are its operands, in order."""
+    """The operator on values that the kernel implements, such as ``*`` or ``()``, and its operands in order."""
     result_names: tuple[str, ...] = ()
-    """Names of the results, where a function around the kernel gives them as a named tuple."""
+    """Names of the results, if a wrapper of the kernel returns them as a named tuple."""
     error: str = ""
-    """The measured error, ``1.5 ulp, 64 inputs``; empty while it is being measured."""
+    """The measured error, such as ``1.5 ulp, 64 inputs``; empty while it is being measured."""
 
     @property
     def is_constant(self) -> bool:
-        """Whether its only argument is there because kernels have one."""
+        """Whether its only argument is a placeholder, because kernels need at least one."""
         return bool(self.result_names) and [argument.name for argument in self.program.arguments] == [NOTHING]
 
 
@@ -78,13 +78,13 @@ class LoopSource:
     summary : str
         The author's docstring, dedented.
     layouts : tuple of (str, LayoutText)
-        Those of arguments and results by the names of their tables; index tables have none.
+        The layouts of arguments and results by the names of their tables; index tables have none.
     costs : tuple of (str, Cost)
-        Operations, and how often they run: ``""`` once, ``"n"`` for each row, ``"n*m"``.
+        Operations with the number of times they run: ``""`` for once, ``"n"`` for each row, ``"n*m"``.
     relations : tuple of str
-        What the kernel assumes of its inputs, for readers.
+        Relations assumed of the inputs, for documentation.
     error : str
-        The measured error, for readers.
+        The measured error, for documentation.
     """
 
     procedure: Procedure
@@ -103,8 +103,8 @@ class ModuleSource:
     summary: str
     """The spec's docstring."""
     command: str
-    """The command that makes it again."""
+    """The command that regenerates the module."""
     spec_hash: str
     kernels: tuple[KernelSource, ...]
     loops: tuple[LoopSource, ...] = ()
-    """Kernels with loops, which are printed behind the others."""
+    """Kernels with loops, which are printed after the others."""

@@ -1,10 +1,10 @@
-"""Programs as statements of nested expressions: what the printers of C and Python write, and what the readers read.
+"""Convert programs to statements of nested expressions, the form that the printers of C and Python write and read back.
 
-A value has a name where it is used more than once, where the expression that holds it would not fit one line, and where
-an operation reads its operand more than once. Every other value is written where it is used. The operations and their
-operands stay as the program has them, so that each is rounded as before.
+A value is assigned to a variable if it is used more than once, if the expression that contains it would not fit on one
+line, or if an operation reads its operand more than once. Every other value is written where it is used. The operations
+and their operands are those of the program, so that every result is rounded in the same way.
 
-Where lines end is measured in C, whose text is the longer one: both languages show the same statements.
+The length of a line is measured in C, whose text is longer, so that both languages have the same statements.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ WIDTH = 92
 """The longest expression: with the declaration of a constant around it, a line of C has at most 116 characters."""
 
 _BY_NAME = {Op.MINIMUM: (0, 1), Op.MAXIMUM: (0, 1), Op.SELECT: (1, 2)}
-"""Operands that are names or numbers: macros read them more than once, and none is computed only if it is chosen."""
+"""Operands that must be names or numbers: macros evaluate them more than once, or only if they are selected."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,21 +34,21 @@ class Node:
 
 
 Tree = Operand | Node
-"""A variable by name, an exact constant, or an operation on such."""
+"""A variable by name, an exact constant, or an operation on trees."""
 
 Shape = tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Nested:
-    """A program as it is printed; all names are legal and distinct.
+    """A program in the form in which it is printed, with legal and distinct names.
 
     Attributes
     ----------
     parameters, outputs : tuple of str
         The names of arguments and results; a scalar argument is its only component.
     components : tuple of tuples of (str or None)
-        The names of the components of each argument, None where a component is not used.
+        The names of the components of each argument, or None for components that are not used.
     statements : tuple of (str, Node)
         The named values in order.
     results : tuple of tuples of Tree
@@ -63,7 +63,7 @@ class Nested:
 
 
 def nested(program: Program) -> Nested:
-    """The statements that a program is printed as, in the order of its lines."""
+    """Return the statements as which a program is printed, in the order of its lines."""
     names = Names()
     parameters = tuple(names.parameters(program))
     used = used_variables(program)
@@ -89,25 +89,25 @@ def nested(program: Program) -> Nested:
         else:
             trees[line.target] = node
     results = tuple(tuple(map(tree, result.operands)) for result in program.results)
-    # The last names to be given: functions in Python have none for their results.
+    # Results are named last, since their names do not occur in Python.
     outputs = tuple(names.fresh(result.name) for result in program.results)
     return Nested(parameters, outputs, components, tuple(statements), results)
 
 
 def expression(tree: Tree, notation: Notation) -> Written:
-    """The text of a tree."""
+    """Return the text of a tree."""
     if isinstance(tree, Node):
         return notation.operation(tree.op, [expression(operand, notation) for operand in tree.operands])
     return notation.variable(tree) if isinstance(tree, str) else notation.number(tree)
 
 
 def used_variables(program: Program) -> frozenset[str]:
-    """The variables that a line or a result reads."""
+    """Return the variables that are read by a line or a result."""
     return frozenset(operand for operand in _read(program) if isinstance(operand, str))
 
 
 def _read(program: Program) -> Iterator[Operand]:
-    """The operands of all lines and results."""
+    """Yield the operands of all lines and results."""
     for line in program.lines:
         yield from line.operands
     for result in program.results:
@@ -115,7 +115,7 @@ def _read(program: Program) -> Iterator[Operand]:
 
 
 def _named(program: Program, names: Names) -> frozenset[str]:
-    """The lines that are statements of their own."""
+    """Return the targets of the lines that are separate statements."""
     uses = Counter(operand for operand in _read(program) if isinstance(operand, str))
     name = C.variable("t" * len(f"t{len(program.lines)}"))
     named = {line.target for line in program.lines if uses[line.target] > 1}
@@ -143,7 +143,7 @@ def _named(program: Program, names: Names) -> frozenset[str]:
 
 
 def with_coefficients(program: Program) -> Program:
-    """The program with short names for what was prepared, its first argument: ``c0``, ``c1``, in order."""
+    """Rename the components of the first argument, the prepared coefficients, to ``c0``, ``c1`` and so on."""
     prepared, *rest = program.arguments
     others, letter = used_variables(program).difference(prepared.components), "c"
     while any(other.startswith(letter) and other[len(letter) :].isdigit() for other in others):
@@ -162,7 +162,7 @@ def with_coefficients(program: Program) -> Program:
 
 
 def flattened(name: str, shapes: Sequence[Shape], out_shapes: Sequence[Shape], text: Nested) -> Program:
-    """The program of nested statements, one operation a line; shapes are those of its arguments and results."""
+    """Convert nested statements to a program with one operation per line and arguments and results of these shapes."""
     lines: list[Line] = []
 
     def operand(tree: Tree) -> Operand:
@@ -170,7 +170,7 @@ def flattened(name: str, shapes: Sequence[Shape], out_shapes: Sequence[Shape], t
 
     def computed(node: Node, target: str = "") -> str:
         operands = tuple(map(operand, node.operands))
-        # No name in a text has such a mark.
+        # Names in emitted text never contain this character.
         lines.append(Line(target or f"#{len(lines)}", node.op, operands))
         return lines[-1].target
 

@@ -1,8 +1,8 @@
-"""How every operation, number and name is written in C and in Python: tables, and nothing that depends on a kernel.
+"""Notation of operations, numbers and names in C and Python, independent of any kernel.
 
-Addition of floating-point numbers is not associative, so parentheses stand wherever a reader would group otherwise. The
-Python text is written once, for floats under numba and for array namespaces: its functions are free names that each of
-them binds.
+Addition of floating-point numbers is not associative, so parentheses are written wherever the grouping would otherwise
+differ. The Python text is the same for numba and for array namespaces: its functions are free names, which each of them
+binds to its own functions.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ..ir.reserved import legal
 from ..ir.scalar import LEAVES, Op, Rational
 
 SUM, PRODUCT, SIGN, WHOLE = range(4)
-"""How tightly the outermost operation of a text binds: that of a name, a number or a call not at all."""
+"""Precedence of the outermost operation of a text, from the lowest; WHOLE is a name, a number or a call."""
 
 INFIX: Mapping[Op, tuple[str, int]] = {
     Op.ADD: ("+", SUM),
@@ -28,19 +28,20 @@ INFIX: Mapping[Op, tuple[str, int]] = {
     Op.MULTIPLY: ("*", PRODUCT),
     Op.DIVIDE: ("/", PRODUCT),
 }
-"""The operations between their operands, and how they bind; all group from the left."""
+"""Symbols and precedence of the infix operations, which are all left-associative."""
 
 MACROS = frozenset(Op) - {*LEAVES, *INFIX, Op.NEGATE}
-"""The operations that are calls: in C of macros of ``gac_runtime.h``, named like the operations in capitals."""
+"""The operations written as calls. In C they are macros of ``gac_runtime.h``, named by the operation in capitals."""
 
 _EXACT_INTEGER = 2**53
 
 
 def number(value: Rational) -> str:
-    """`value` as text that C and Python read as the nearest double: ``2``, ``0.5``, ``(1.0 / 3.0)``.
+    """Return text that C and Python evaluate to the double nearest to `value`: ``2``, ``0.5``, ``(1.0 / 3.0)``.
 
-    Numbers that a double holds are written as they are. Others are written as a quotient of two integers that it
-    holds: IEEE division rounds that correctly, and an exact reader sees the rational number itself.
+    Numbers that are exactly representable as doubles are written directly. Others are written as a quotient of two
+    representable integers, if possible: IEEE division is correctly rounded, and an exact reader recovers the rational
+    number.
     """
     value = Fraction(value)
     top, bottom = value.numerator, value.denominator
@@ -58,7 +59,7 @@ def number(value: Rational) -> str:
 
 
 def as_printed(program: Program) -> Program:
-    """The program that a reader of the text of `program` sees: numbers that `number` rounds are rounded."""
+    """Return the program that is read back from the text of `program`, with numbers rounded by `number`."""
 
     def seen(operand: Operand) -> Operand:
         if isinstance(operand, str):
@@ -74,7 +75,7 @@ def as_printed(program: Program) -> Program:
 
 
 class Written(NamedTuple):
-    """An expression as text, and how tightly its outermost operation binds."""
+    """An expression as text, with the precedence of its outermost operation."""
 
     text: str
     binding: int
@@ -82,30 +83,30 @@ class Written(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Notation:
-    """How a language writes expressions.
+    """Notation of expressions in a language.
 
     Attributes
     ----------
     call : callable
-        The name of a function in that language, from the operation's own.
+        Returns the name of the function for the name of an operation.
     cast : str
-        What stands before every constant.
+        Text written before every constant.
     """
 
     call: Callable[[str], str]
     cast: str = ""
 
     def variable(self, name: str) -> Written:
-        """A name."""
+        """Write a variable."""
         return Written(name, WHOLE)
 
     def number(self, value: Rational) -> Written:
-        """A constant."""
+        """Write a constant."""
         text = self.cast + number(value)
         return Written(text, SIGN if text[0] == "-" else WHOLE)
 
     def operation(self, op: Op, operands: Sequence[Written]) -> Written:
-        """An operation on expressions, in parentheses where it would not be read as one operand otherwise."""
+        """Write an operation, with parentheses around operands of lower precedence."""
         if op in INFIX:
             symbol, binding = INFIX[op]
             left, right = _enclosed(operands[0], binding), _enclosed(operands[1], binding + 1)
@@ -116,26 +117,26 @@ class Notation:
 
 
 def _enclosed(expression: Written, least: int) -> str:
-    """The text of an operand, in parentheses if it binds less tightly than that."""
+    """Return the text of an operand, in parentheses if its precedence is less than `least`."""
     return expression.text if expression.binding >= least else f"({expression.text})"
 
 
 PYTHON = Notation(str)
-"""Functions are free names: those of the operations."""
+"""Functions are free names, the names of the operations."""
 
 C = Notation(str.upper, "(REAL)")
-"""Functions are macros of the emitted file; constants take the type of the kernel, so nothing is computed in double."""
+"""Functions are macros; constants are cast to the type of the kernel, so that nothing is computed in double."""
 
 
 class Names:
-    """The variables of one emitted function, in one language: legal, distinct, as near to the program's as possible."""
+    """Legal and distinct names for the variables of one emitted function, as close to the program's as possible."""
 
     def __init__(self) -> None:
         self._taken: set[str] = set()
         self._variables: dict[str, str] = {}
 
     def fresh(self, wanted: str) -> str:
-        """A legal name that nothing else has."""
+        """Return a legal name that is not used yet."""
         name = legal(wanted)
         while name in self._taken:
             name = legal(f"{name}_")
@@ -143,17 +144,17 @@ class Names:
         return name
 
     def define(self, variable: str, wanted: str = "") -> str:
-        """The name of a program's variable from here on."""
+        """Choose the name of a program's variable."""
         name = self._variables[variable] = self.fresh(wanted or variable)
         return name
 
     def parameters(self, program: Program) -> list[str]:
-        """The names of the arguments of an emitted function; a scalar is its only component."""
+        """Choose the names of the arguments of an emitted function; a scalar argument is its only component."""
         return [
             self.fresh(argument.name) if argument.shape else self.define(argument.components[0])
             for argument in program.arguments
         ]
 
     def variable(self, variable: str) -> str:
-        """The name of a program's variable."""
+        """Return the name of a program's variable."""
         return self._variables[variable]

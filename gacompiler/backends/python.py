@@ -17,9 +17,9 @@ from .c import c_source, environment, standalone_c_source
 from .c_batch import C_ENDINGS, FORM_PARTS, form_name
 from .documentation import stamp
 from .module import KernelSource, LayoutText, LoopSource, ModuleSource
-from .numba import function_text
 from .printers import C_MACRO_NAMES, Names
 from .python_loops import costs_text, kernel_names, loop_text
+from .python_text import function_text
 from .values import class_text, combined_types, operator_lines, value_types
 
 PUBLIC = ("Kernel", "Layout", "Value", "backend", "kernels", "num_threads")
@@ -45,7 +45,7 @@ def python_source(module: ModuleSource) -> str:
         The text. It carries the name of the library that `c_source` of the same module builds into, so that the module
         never loads another.
     """
-    imports = environment().get_template("beside.py.jinja").render(command=module.command)
+    imports = environment().get_template("import_runtime.py.jinja").render(command=module.command)
     return _python_source(module, imports, library_label(module.name, c_source(module)))
 
 
@@ -60,7 +60,7 @@ def standalone_python_source(module: ModuleSource) -> str:
         assert "'''" not in text and not text.endswith("\\"), name
         path = name.removesuffix(".py").removesuffix("/__init__").split("/")
         texts.append((".".join([package, *path[1:]]), text))
-    imports = environment().get_template("within.py.jinja").render(package=package, texts=texts)
+    imports = environment().get_template("embed_runtime.py.jinja").render(package=package, texts=texts)
     return _python_source(module, imports, library_label(module.name, standalone_c_source(module)))
 
 

@@ -34,8 +34,8 @@ from ..ir.procedure import (
 )
 from ..ir.program import Program
 from .module import LoopSource
-from .numba import function_text
 from .printers import Names
+from .python_text import function_text
 
 READ_OR = "_row_or"
 ADD_TO = "_add_to"

@@ -29,9 +29,9 @@ from .c import c_body
 from .c_loop_reader import START as LOOPS_START
 from .c_loop_reader import read_procedures
 from .nesting import Nested, Node, Shape, Tree, flattened
-from .numba import function_text
 from .printers import MACROS, PYTHON, C
 from .python import cost_text, form_text
+from .python_text import function_text
 
 OF_LOOPS = ("_module.part", "_module.loops")
 """What declares kernels with loops and their parts, which `python_loop_reader` reads."""

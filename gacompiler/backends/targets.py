@@ -1,9 +1,12 @@
-"""What the printers of further languages share: a table for each, and the statements of a kernel written with it.
+"""Shared parts of the printers of further languages: a table for each language, and the statements of a kernel.
 
-Rust, JavaScript, CUDA and OpenCL print the programs that C and Python print, on contiguous components, one operation a
-statement. A language is a table of expressions, a way to write numbers and names it reserves; its template holds the
-rest. Comparisons give 1 or 0 and are 0 where an operand is NaN; minimum and maximum are NaN where either operand is,
-and the second of two zeros; select takes its last operand where the condition is 0, so not where it is NaN.
+Rust, JavaScript, CUDA and OpenCL print the same programs as C and Python, on contiguous components and with one
+operation for each statement. A language is defined by a table of expressions, a notation of numbers and a set of
+reserved names; its template contains the rest.
+
+Comparisons return 1 or 0, and 0 if an operand is NaN. Minimum and maximum return NaN if an operand is NaN, and the
+second operand if both are zeros. Select returns its last operand if the condition is 0, and the other one if the
+condition is NaN.
 """
 
 from __future__ import annotations
@@ -24,17 +27,17 @@ from .printers import Names
 
 _WIDTH = 116
 _KEPT = "\0"
-"""A blank at which no line ends."""
+"""Placeholder for a space at which a line is not broken."""
 
 
 @dataclass(frozen=True, slots=True)
 class Language:
-    """How one language writes what a kernel consists of."""
+    """Notation of the elements of a kernel in one language."""
 
     operations: Mapping[Op, str]
-    """The right side of a statement."""
+    """The right-hand side of a statement for each operation."""
     declaration: str
-    """A statement that names a value."""
+    """A statement that declares a value."""
     number: Callable[[Rational], str]
     reserved: frozenset[str]
     """Names that a variable or a function cannot have."""
@@ -42,18 +45,18 @@ class Language:
     def __post_init__(self) -> None:
         missing = set(Op) - set(LEAVES) - set(self.operations)
         if missing:
-            raise ValueError(f"no text for {', '.join(sorted(op.value for op in missing))}")
+            raise ValueError(f"Language(): no text for {', '.join(sorted(op.value for op in missing))}")
 
 
 class LanguageNames(Names):
-    """The names of one emitted function, or of all functions of a file, in a language of a table."""
+    """Legal and distinct names of the variables of one emitted function, or of all functions of a file."""
 
     def __init__(self, language: Language) -> None:
         super().__init__()
         self._language = language
 
     def fresh(self, wanted: str) -> str:
-        """A legal name that nothing else has: `wanted`, with underscores behind it where that is taken."""
+        """Return a legal name that is not used yet: `wanted`, with underscores appended if necessary."""
         name = re.sub(r"\W", "_", wanted, flags=re.ASCII)
         if not name or name[0].isdigit() or name[0] == "_":
             name = f"v{name}"
@@ -63,7 +66,7 @@ class LanguageNames(Names):
         return name
 
     def text(self, operand: Operand) -> str:
-        """`operand` as the language writes it."""
+        """Return the text of an operand in the language."""
         return self._variables[operand] if isinstance(operand, str) else self._language.number(operand)
 
 
@@ -73,20 +76,20 @@ class Part:
 
     name: str
     size: int
-    """How many numbers."""
+    """The count of its numbers."""
     is_scalar: bool
-    """Whether it is a number and no array; as an argument it is passed by value."""
+    """Whether it is a number instead of an array; as an argument, it is passed by value."""
 
 
 @dataclass(frozen=True, slots=True)
 class Function:
-    """A kernel in one language: what its template puts between braces."""
+    """A kernel in one language, as inserted into the template."""
 
     inputs: tuple[Part, ...]
     outputs: tuple[Part, ...]
     statements: tuple[str, ...]
     unused: tuple[str, ...]
-    """Parameters that nothing reads."""
+    """Parameters that are not used."""
 
     @property
     def parts(self) -> tuple[Part, ...]:
@@ -95,14 +98,15 @@ class Function:
 
 
 def indexed(part: Part, k: int) -> str:
-    """A component as most languages write it."""
+    """Return the text of a component in most languages."""
     return f"{part.name}[{k}]"
 
 
 def function(program: Program, language: Language, entry: Callable[[Part, int], str] = indexed) -> Function:
-    """The parameters and statements of a kernel; `entry` writes a component of an array, or a scalar result.
+    """Return the parameters and statements of a kernel; `entry` formats a component of an array or a scalar result.
 
-    All components are read before any is written, so that an output may be an input where the language allows that.
+    All components are read before any is written, so that an output may be the same array as an input if the language
+    permits it.
     """
     names = LanguageNames(language)
     inputs = tuple(
@@ -132,40 +136,40 @@ def function(program: Program, language: Language, entry: Callable[[Part, int], 
 
 
 def function_names(wanted: Sequence[str], names: LanguageNames, ending: str) -> list[tuple[str, str]]:
-    """For each name wanted in a file that name, and that with the ending: legal and distinct."""
+    """Return legal and distinct names for all functions of a file, in pairs without and with the suffix."""
     plain = [names.fresh(name) for name in wanted]
     return [(name, names.fresh(f"{name}{ending}")) for name in plain]
 
 
 def comment(kernel: KernelSource) -> str:
-    """The comment above a kernel: layouts, cost and error. The forms for batches are of C and Python."""
+    """Return the comment above a kernel: layouts, cost and error. Uniform variants exist only in C and Python."""
     return c_comment(replace(kernel, uniform=()))
 
 
 def comment_lines(kernel: KernelSource) -> list[str]:
-    """The same without the marks of a comment."""
+    """Return the comment above a kernel without comment markers."""
     return [line[3:] for line in comment(kernel).removesuffix(" */").splitlines()]
 
 
 def about_loops(module: ModuleSource, text: str) -> list[str]:
-    """What the head of a file says about kernels with loops, where it has any."""
+    """Return the description of kernels with loops for the head of a file, or nothing if it has none."""
     return text.strip().splitlines() if module.loops else []
 
 
 def joined(functions: Sequence[Sequence[str]]) -> str:
-    """The text of functions, with a line between them."""
+    """Join functions with an empty line between them."""
     return "\n\n".join("\n".join(lines) for lines in functions)
 
 
 def render_target(template: str, module: ModuleSource, note: str, **values: object) -> str:
-    """A template filled and stamped, its long lines continued."""
+    """Render a template, wrap long lines, and add the header."""
     summary = [line.rstrip().replace("*/", "* /") for line in module.summary.strip().splitlines()]
     text = environment().get_template(template).render(name=module.name, summary=summary, **values)
     return stamp("".join(f"{line}\n" for line in _wrapped(text.splitlines())), module, "//", (note,))
 
 
 def _wrapped(lines: list[str]) -> list[str]:
-    """Lines without blanks at their ends, long ones of code continued behind a comma or before a choice."""
+    """Strip trailing spaces, and break long lines of code after a comma or before a conditional operator."""
     wrapped, in_comment = [], False
     for line in map(str.rstrip, lines):
         indent = " " * (len(line) - len(line.lstrip()))

@@ -1,4 +1,4 @@
-"""The value types of a module, one for each layout with a name, and the operators that its kernels are on them."""
+"""The value types of a module, one for each named layout, and the operators that its kernels implement."""
 
 from __future__ import annotations
 
@@ -10,14 +10,13 @@ from .module import LayoutText, ModuleSource
 
 
 def value_types(module: ModuleSource, taken: Collection[str]) -> dict[str, tuple[str, LayoutText]]:
-    """The types of a module by the name of their layout: the name of the type, and the layout.
+    """Return the value types of a module by the names of their layouts, as pairs of a type name and a layout.
 
     Parameters
     ----------
     module : ModuleSource
-        Whose layouts.
     taken : collection of str
-        Names that the module needs for something else.
+        Names that the module uses for other purposes.
     """
     layouts: dict[str, LayoutText] = {}
     for kernel in module.kernels:
@@ -39,7 +38,7 @@ def value_types(module: ModuleSource, taken: Collection[str]) -> dict[str, tuple
 
 
 def _sums(layouts: Collection[LayoutText]) -> list[LayoutText]:
-    """Layouts of sums and multiples, where none has just their coefficients: of motors, and of points of weight 1."""
+    """Return layouts for sums and multiples of elements, such as motors or points of weight 1, if none exists yet."""
     plain = {(_algebra(layout), frozenset(layout.blades)) for layout in layouts if is_plain(layout)}
     found = []
     for layout in layouts:
@@ -51,12 +50,12 @@ def _sums(layouts: Collection[LayoutText]) -> list[LayoutText]:
 
 
 def is_plain(layout: LayoutText) -> bool:
-    """Whether any coefficients are an element: a sum of elements is one too."""
+    """Whether any coefficients form an element, so that sums of elements are elements too."""
     return not layout.has_meaning and not layout.fixed
 
 
 def combined_types(types: Mapping[str, tuple[str, LayoutText]]) -> list[str]:
-    """The types that sums and multiples may have, those with fewer coefficients first."""
+    """Return the types that sums and multiples may have, in order of their number of coefficients."""
     plain = [(name, layout) for name, layout in types.values() if is_plain(layout)]
     return [name for name, layout in sorted(plain, key=lambda each: len(each[1].blades))]
 
@@ -66,17 +65,17 @@ def _algebra(layout: LayoutText) -> str:
 
 
 def _type_name(name: str) -> str:
-    """``UNIT_LINE`` as ``UnitLine``."""
+    """Convert the name of a layout to that of a type: ``UNIT_LINE`` to ``UnitLine``."""
     return "".join(part[:1].upper() + (part[1:].lower() if part.isupper() else part[1:]) for part in name.split("_"))
 
 
 def class_text(name: str, variable: str) -> list[str]:
-    """The lines of a type, with its layout under the name of a variable."""
+    """Return the lines that define a type; `variable` is the name of its layout."""
     return [f"class {name}(Value):", "    __slots__ = ()", f"    layout = {variable}"]
 
 
 def operator_lines(module: ModuleSource, types: Mapping[str, tuple[str, LayoutText]]) -> list[str]:
-    """The rows of the table of operators: symbol, operands, result, kernel, and whether it takes them in reverse."""
+    """Return the rows of the operator table: symbol, operands, result, kernel, and whether to swap operands."""
     rows: dict[tuple[str, tuple[str, ...]], str] = {}
     widened: dict[tuple[str, tuple[str, ...]], str] = {}
     for kernel in module.kernels:
@@ -89,7 +88,7 @@ def operator_lines(module: ModuleSource, types: Mapping[str, tuple[str, LayoutTe
             continue
         swapped = operands != tuple(argument.name for argument in kernel.program.arguments)
         meant = tuple(types[layouts[name].name][0] for name in operands)
-        for chosen in product(*(_that_are(layouts[name], types) for name in operands)):
+        for chosen in product(*(_accepted_types(layouts[name], types) for name in operands)):
             types_text = f"({', '.join(chosen)}{',' if len(chosen) == 1 else ''})"
             text = f'("{symbol}", {types_text}, {result}, {kernel.program.name}, {swapped})'
             (rows if chosen == meant else widened).setdefault((symbol, chosen), text)
@@ -97,7 +96,7 @@ def operator_lines(module: ModuleSource, types: Mapping[str, tuple[str, LayoutTe
 
 
 def _result_type(layout: LayoutText, types: Mapping[str, tuple[str, LayoutText]]) -> str | None:
-    """The type of a result: that of its layout, or of one with the same coefficients and no more meaning."""
+    """Return the type of a result: that of its layout, or of one with the same coefficients and no relations."""
     if not layout.blades:
         return "float"
     if layout.name in types:
@@ -105,8 +104,8 @@ def _result_type(layout: LayoutText, types: Mapping[str, tuple[str, LayoutText]]
     return next((name for name, other in types.values() if _same(layout, other) and not other.has_meaning), None)
 
 
-def _that_are(layout: LayoutText, types: Mapping[str, tuple[str, LayoutText]]) -> list[str]:
-    """The types whose values are of a layout: its own, and where it means nothing more, those that mean more."""
+def _accepted_types(layout: LayoutText, types: Mapping[str, tuple[str, LayoutText]]) -> list[str]:
+    """Return the types whose values belong to a layout: its own, and more specific ones if it has no relations."""
     own = types[layout.name][0]
     if layout.has_meaning:
         return [own]

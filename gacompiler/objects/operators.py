@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 
 from ..algebra.layout import SCALAR, SCALARS, Layout
-from ..backends.c_functions import is_transcendental
-from ..backends.numba import function_text
+from ..backends.python_text import function_text
+from ..backends.transcendental import is_transcendental
 from ..errors import KernelError, SpecError
 from ..frontend.expression import evaluate
 from ..frontend.facts import is_unit

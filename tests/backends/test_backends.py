@@ -38,8 +38,8 @@ from gacompiler.backends import (
     python_source,
     runtime_files,
 )
-from gacompiler.backends.c_functions import TRANSCENDENTAL
 from gacompiler.backends.printers import C_MACRO_NAMES, Names
+from gacompiler.backends.transcendental import TRANSCENDENTAL
 from gacompiler.errors import BackendError, InexactError, ProofError
 from gacompiler.generation.files import write as write_files
 from gacompiler.ir.interpret import interpret

@@ -32,7 +32,7 @@ from loop_libraries import (
 )
 
 from gacompiler.backends import c_header, find_compiler, standalone_c_source
-from gacompiler.backends.c_functions import is_transcendental
+from gacompiler.backends.transcendental import is_transcendental
 from gacompiler.frontend.kernel import Kernel
 from gacompiler.ir.procedure import Procedure
 

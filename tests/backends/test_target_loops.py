@@ -26,9 +26,9 @@ from loop_drivers import Array, LoopCall, LoopDialect
 from loop_examples import EXAMPLES, HARD, arguments, backwards, forward, loop_module, sources, squares
 
 from gacompiler.backends import body_is_intact
-from gacompiler.backends.c_functions import is_transcendental
 from gacompiler.backends.module import ModuleSource
 from gacompiler.backends.python_loops import index_rules
+from gacompiler.backends.transcendental import is_transcendental
 from gacompiler.errors import BackendError
 from gacompiler.generation.cache import open_cache
 from gacompiler.generation.checked_in import own_specs

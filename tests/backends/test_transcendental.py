@@ -17,7 +17,7 @@ from scalar_loops import scalar_loops
 
 from gacompiler.backends.approximations import APPROXIMATIONS, FARTHEST, coefficients
 from gacompiler.backends.build import build_library
-from gacompiler.backends.c_functions import TRANSCENDENTAL, TURNS
+from gacompiler.backends.transcendental import TRANSCENDENTAL, TRIGONOMETRIC
 from gacompiler.gac_runtime.functions import OF_ANGLES
 from gacompiler.gac_runtime.jit.transcendental import FORMULAS
 from gacompiler.ir.scalar import Op
@@ -192,7 +192,7 @@ def test_both_backends_write_the_same_bits_over_arguments(
 
 
 def test_both_backends_know_the_functions_of_angles(modules: dict[str, ModuleType]) -> None:
-    assert {op.value for op in TURNS} == OF_ANGLES
+    assert {op.value for op in TRIGONOMETRIC} == OF_ANGLES
     assert {op.value for op in TRANSCENDENTAL} == FORMULAS.keys()
 
 

@@ -1,8 +1,8 @@
-"""The Python text of a kernel: a pure function of one element that numba compiles, arrays run, and a proof reads.
+"""Print kernels as Python: pure functions of one element, for compilation by numba, for arrays, and for proofs.
 
-``move_point(m, p)`` takes numbers, tuples of numbers and tuples of rows, and returns such: under numba numbers, and
-whole arrays of any namespace where each component of a batch is an array. Functions are free names (``sqrt``,
-``select``): whoever runs the text binds them.
+``move_point(m, p)`` takes and returns numbers, tuples of numbers and tuples of rows. Under numba, the components are
+numbers; with an array namespace, each component is an array over the batch. Functions such as ``sqrt`` and ``select``
+are free names, which must be bound to run the text.
 """
 
 from __future__ import annotations
@@ -18,20 +18,20 @@ from .printers import PYTHON
 
 _WIDTH = 120
 _SHORT = 40
-"""Longer entries of a tuple that does not fit on one line have a line of their own."""
+"""Entries longer than this are written on separate lines if their tuple does not fit on one line."""
 
 Items = str | list["Items"]
 """Texts in nested tuples."""
 
 
 def function_text(program: Program, forms: Sequence[Uniform] = ()) -> list[list[str]]:
-    """The lines of a kernel, and then of both functions of each of its forms."""
+    """Return the lines of a kernel, followed by the lines of the two functions of each uniform variant."""
     parts = [part for form in forms for part in named_parts(program, form)]
     return [_one_function(program, program.name), *(_one_function(part, f"_{part.name}") for part in parts)]
 
 
 def _one_function(program: Program, name: str) -> list[str]:
-    """The lines of one function: components, statements, results."""
+    """Return the lines of one function: components, statements and results."""
     text = nested(program)
     lines = [f"def {name}({', '.join(text.parameters)}):"]
     for argument, parameter, components in zip(program.arguments, text.parameters, text.components, strict=True):
@@ -47,7 +47,7 @@ def _written(tree: Tree) -> str:
 
 
 def _returned(program: Program, text: Nested) -> list[str]:
-    """The last statement; several results are a tuple of them."""
+    """Return the lines of the last statement, which returns the result or a tuple of results."""
     results = [
         _shaped([_written(tree) for tree in trees], result.shape)
         for result, trees in zip(program.results, text.results, strict=True)
@@ -57,7 +57,7 @@ def _returned(program: Program, text: Nested) -> list[str]:
 
 
 def _shaped(texts: Sequence[str], shape: Shape) -> Items:
-    """Texts in C order in nested tuples of that shape; one text alone if it has no axes."""
+    """Arrange texts in C order in nested tuples of a shape; without axes, return the single text."""
     if not shape:
         return texts[0]
     size = prod(shape[1:])
@@ -71,7 +71,7 @@ def _on_one_line(items: Items) -> str:
 
 
 def _tuple_lines(items: Sequence[Items], indent: str, head: str, tail: str, bare: bool = False) -> list[str]:
-    """A tuple on one line if it fits, `bare` without parentheses; else on as few as hold its items."""
+    """Format a tuple on one line if it fits (without parentheses if `bare`), else on as few lines as possible."""
     line = _on_one_line(list(items))
     line = f"{indent}{head}{line[1:-1] if bare else line}{tail}"
     if len(line) <= _WIDTH:
@@ -80,7 +80,7 @@ def _tuple_lines(items: Sequence[Items], indent: str, head: str, tail: str, bare
 
 
 def _filled(items: Sequence[Items], indent: str) -> Iterator[str]:
-    """Items with commas behind them: neighbours that are short on one line as far as they fit, others alone."""
+    """Yield lines of items followed by commas; short neighbouring items share a line as far as they fit."""
     line: list[str] = []
     for item in items:
         text = f"{_on_one_line(item)},"
