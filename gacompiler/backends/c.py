@@ -85,7 +85,7 @@ def c_source(module: ModuleSource) -> str:
 def c_body(
     name: str, kernels: Sequence[tuple[Program, tuple[Uniform, ...]]], procedures: Sequence[Procedure] = ()
 ) -> str:
-    """Print the ``.c`` file without its header, as a function of the programs only, with which readers compare files."""
+    """Print the ``.c`` file without its header, as a function of the programs only, so that readers can compare."""
     template = environment().get_template("module.c.jinja")
     return template.render(
         name=name,

@@ -1,4 +1,4 @@
-"""The names of a kernel with loops in C: legal, distinct, as near to the kernel's own as possible."""
+"""Choose legal and distinct names in C for a kernel with loops, as close to its own names as possible."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ from .printers import Names
 
 
 def named_in_c(procedure: Procedure) -> tuple[Procedure, Names]:
-    """A procedure whose lengths, tables and counters have their names in C, and all names that are taken.
+    """Rename lengths, tables and counters of a procedure for C, and return it with all names in use.
 
-    Where all names are legal and distinct it is the procedure itself.
+    If all names are legal and distinct, the procedure is not changed.
     """
     names = Names()
 
     def fresh(wanted: str) -> str:
-        # Names that begin with `gac_` are the runtime's.
+        # Names that begin with `gac_` are reserved for the runtime.
         return names.fresh(f"v{wanted}" if wanted.startswith("gac_") else wanted)
 
     return renamed(procedure, fresh), names
 
 
 def renamed(procedure: Procedure, fresh: Callable[[str], str]) -> Procedure:
-    """A procedure whose lengths, tables and counters, in that order, have the names that a function gives them."""
+    """Rename lengths, tables and counters of a procedure, in this order, with names returned by a function."""
     lengths = {length: fresh(length) for length in procedure.lengths}
     tables = {table.name: fresh(table.name) for table in procedure.tables}
     used = dict.fromkeys(s.counter for s in statements(procedure.body) if isinstance(s, Loop))
@@ -51,13 +51,13 @@ def renamed(procedure: Procedure, fresh: Callable[[str], str]) -> Procedure:
 
 
 class _Renaming:
-    """New names for lengths, tables and counters."""
+    """A mapping of lengths, tables and counters to new names."""
 
     def __init__(self, lengths: dict[str, str], tables: dict[str, str], counters: dict[str, str]) -> None:
         self._lengths, self._tables, self._counters = lengths, tables, counters
 
     def procedure(self, procedure: Procedure) -> Procedure:
-        """A procedure under the new names."""
+        """Return a procedure with the new names."""
         tables = tuple(map(self._table, procedure.tables))
         return Procedure(procedure.name, tables, tuple(map(self._statement, procedure.body)))
 

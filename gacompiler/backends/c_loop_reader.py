@@ -1,7 +1,7 @@
 """Read kernels with loops back from C: tables from their lists, statements from the functions.
 
-The plain function and that of NLANES elements are both read, by the meaning of their pointers, and have to say the
-same. What the reader does not look at (the space between tables, macros, loops over lanes) is compared with what the
+The plain function and the function for NLANES elements are both read, by interpreting their pointers, and must describe
+the same procedure. Everything else (spaces between tables, macros, loops over lanes) is compared with the text that the
 printer writes for the procedure that was read (`gacompiler.backends.readers`).
 """
 
@@ -36,27 +36,27 @@ from .c_loop_tokens import Entry, Tokens, Tree, factors_of, listed, tokens_of
 from .nesting import Shape
 
 START = "#define TABLES_"
-"""What the first line of a kernel with loops begins with."""
+"""The beginning of the first line of a kernel with loops."""
 
 ReadPart = Callable[[str, Sequence[Shape], Sequence[Shape]], Program]
-"""The program of a part by its name and the shapes of its arguments and results."""
+"""A function that returns the program of a part, given its name and the shapes of its arguments and results."""
 
 
 def read_procedures(lines: Sequence[str], read_part: ReadPart, n_inputs: Callable[[str], int]) -> list[Procedure]:
-    """The kernels with loops of a C file.
+    """Read the kernels with loops of a C file.
 
     Parameters
     ----------
     lines : sequence of str
-        Those of the file below its other kernels.
+        The lines of the file below its other kernels.
     read_part : callable
     n_inputs : callable
-        How many arguments the part of that name has.
+        Returns the number of arguments of the part with a given name.
 
     Raises
     ------
     BackendError
-        When the text is not what the printer writes.
+        If the text differs from what the printer writes.
     """
     starts = [k for k, line in enumerate(lines) if line.startswith(START)]
     ends = [*starts[1:], len(lines)]
@@ -64,7 +64,7 @@ def read_procedures(lines: Sequence[str], read_part: ReadPart, n_inputs: Callabl
 
 
 def _in_lanes(table: Table) -> Table:
-    """A table as the text for lanes has it, where rows are so many numbers."""
+    """Return a table as in the text for lanes, in which the shape of a row is its size in numbers."""
     return replace(table, shape=(table.size,))
 
 
@@ -80,7 +80,7 @@ def _procedure(lines: Sequence[str], read_part: ReadPart, n_inputs: Callable[[st
         reader = _Reader(name, outer, work, lambda part, *_: _program(procedure, part), n_inputs, in_lanes=True)
         same = reader.procedure(_function(name, lines, lanes[0]))
         if same.body != procedure.body or set(map(_in_lanes, same.tables)) != set(map(_in_lanes, procedure.tables)):
-            raise BackendError(f"C text of {name}", f"{name} and {name}_lanes say different things", "the same loops")
+            raise BackendError(f"C text of {name}", f"{name} and {name}_lanes are different", "the same loops")
     return procedure
 
 
@@ -92,10 +92,10 @@ def _program(procedure: Procedure, name: str) -> Program:
 
 
 def _function(name: str, lines: Sequence[str], head: str) -> list[str]:
-    """The tokens of the body of a function."""
+    """Return the tokens of the body of a function."""
     first = next((k for k, line in enumerate(lines) if line.startswith(head)), None)
     if first is None or "{" not in lines[first:] or "}" not in lines[first:]:
-        raise BackendError(f"C text of {name}", f"no function {head!r}", "a file that gacompiler writes")
+        raise BackendError(f"C text of {name}", f"no function {head!r}", "a file written by gacompiler")
     return tokens_of(name, "\n".join(lines[lines.index("{", first) + 1 : lines.index("}", first)]))
 
 
@@ -103,7 +103,7 @@ _STORAGES = {"IN": Storage.ARGUMENT, "SAME": Storage.ARGUMENT, "OUT": Storage.RE
 
 
 class _Reader(Tokens):
-    """Reads one function. Names in it are tables, lengths and counters; everything else is an error."""
+    """Reads one function, in which all names must be tables, lengths and counters."""
 
     def __init__(
         self,
@@ -124,7 +124,7 @@ class _Reader(Tokens):
         self._loops: dict[str, tuple[str, bool]] = {}
 
     def procedure(self, tokens: list[str]) -> Procedure:
-        """The procedure that the body of the function states."""
+        """Read the procedure from the body of the function."""
         self._tokens = tokens
         local = self._definitions()
         body = self._statements(len(tokens))
@@ -158,7 +158,7 @@ class _Reader(Tokens):
         return name
 
     def _definitions(self) -> list[Table]:
-        """The definitions at the beginning: work tables in their order."""
+        """Read the definitions at the beginning, the work tables in their order."""
         found: list[Table] = []
         while self._next() in ("REAL", "WORD", "_Alignas", "("):
             end = self._end()
@@ -174,7 +174,7 @@ class _Reader(Tokens):
         return found
 
     def _defined(self) -> Table:
-        """A table that is a local variable, or a part of the work space."""
+        """Read the definition of a table that is a local variable or a part of the work space."""
         if self._next() == "*":
             self._expect("*", "const")
             name = self._take()
@@ -225,7 +225,7 @@ class _Reader(Tokens):
         return self._move(None)
 
     def _block(self) -> list[Statement]:
-        """What a loop runs: one statement, or several in braces; at the end may be what ends an iteration."""
+        """Read the body of a loop, one statement or several in braces, up to the statements that end an iteration."""
         if self._next() != "{":
             return [self._statement()]
         self._expect("{")
@@ -292,7 +292,7 @@ class _Reader(Tokens):
         return Apply(self._read_part(name, *shapes), inputs, outputs)
 
     def _move(self, condition: Tree | None) -> Add | Copy:
-        """A row that is copied or added to another one, which may not be there."""
+        """Read a statement that copies or adds a row to another one, which may not exist."""
         kind = self._take()
         self._expect("(")
         self._expression()
@@ -310,7 +310,7 @@ class _Reader(Tokens):
     # Rows.
 
     def _place(self, pointer: Tree, condition: Tree | None = None) -> Place:
-        """The row that a pointer, or a number, is of."""
+        """Read the row to which a pointer refers, or to which a number belongs."""
         match pointer:
             case ("?", chosen, row, start):
                 return self._place_or(row, chosen, self._place(start).table)
@@ -323,7 +323,7 @@ class _Reader(Tokens):
         raise self._wrong(f"the row {pointer!r}")
 
     def _place_or(self, pointer: Tree, condition: Tree, start: str) -> Place:
-        """The row of a pointer, or another one unless a condition holds."""
+        """Read a row that is replaced by another one if a condition does not hold."""
         place = self._place(pointer, condition)
         match place.row:
             case Through((index,), loop) if condition == (">=", ("[]", index, loop), 0):
@@ -351,7 +351,7 @@ class _Reader(Tokens):
         return self._through(table, factors[0])
 
     def _stepped(self, counter: str, sign: str, condition: Tree | None) -> Row:
-        """The row before or behind that of a counter, where a condition says that there is one."""
+        """Read the row before or after that of a counter, if a condition ensures that it exists."""
         length, reverse = self._loops[counter]
         there = (">", counter, 0) if sign == "-" else ("<", ("+", counter, 1), length)
         if there not in _terms(condition):
@@ -359,7 +359,7 @@ class _Reader(Tokens):
         return Following(counter) if (sign == "-") == reverse else _Step(counter, -1)  # type: ignore[return-value]
 
     def _through(self, table: Table, number: Tree) -> Through:
-        """The row that index tables name, in C order."""
+        """Read the row given by index tables, in C order."""
         indices: list[str] = []
         loop = ""
         for length in reversed(table.lengths):
@@ -385,7 +385,7 @@ class _Reader(Tokens):
 
 
 def _terms(condition: Tree | None) -> list[Tree | None]:
-    """The conditions that all have to hold."""
+    """Return the terms of a conjunction."""
     match condition:
         case ("&&", first, second):
             return [*_terms(first), *_terms(second)]
@@ -393,7 +393,7 @@ def _terms(condition: Tree | None) -> list[Tree | None]:
 
 
 class _Step(NamedTuple):
-    """The row before that of a counter, until it is known which row it is where that is none."""
+    """The row before that of a counter, until the row that replaces it in the first iteration is known."""
 
     loop: str
     step: int

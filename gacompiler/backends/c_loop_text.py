@@ -1,4 +1,4 @@
-"""The statements of kernels with loops in C: calls of parts and sums of rows, in loops; rows as pointers."""
+"""Print the statements of kernels with loops in C, with rows as pointers."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ C_WORDS = LoopWords(
 
 
 def is_shared(procedure: Procedure, place: Place) -> bool:
-    """Whether all elements share the row.
+    """Whether the row is shared by all elements.
 
     Raises
     ------
     BackendError
-        When a row is that of a shared table, or else that of another table.
+        If the row may belong to one of two tables, of which only one is shared.
     """
     table = procedure.table(place.table)
     start = getattr(place.row, "start", None)
@@ -33,7 +33,7 @@ def is_shared(procedure: Procedure, place: Place) -> bool:
         procedure.table(start).storage is Storage.ARGUMENT and procedure.table(start).shared
     ):
         raise BackendError(
-            f"C text of {procedure.name}", f"{table.name} and {start}, of which one is shared", "both, or none"
+            f"C text of {procedure.name}", f"{table.name} and {start}, of which one is shared", "both or neither shared"
         )
     return shared
 
@@ -43,7 +43,7 @@ class PlainText(StatementText):
 
     words = C_WORDS
     lanes = ""
-    """What stands between the size of a row and its number."""
+    """The factor between the size of a row and its number."""
 
     def _called(self, statement: Apply) -> list[str]:
         program = statement.program
@@ -64,7 +64,7 @@ class PlainText(StatementText):
         return [self._moved("ADD", "ADD_SPREAD", source, target)]
 
     def _moved(self, each: str, spread: str, source: Place, target: Place) -> str:
-        """A statement that moves a row, from a shared table to those of NLANES elements by `spread`."""
+        """Return a statement that copies or adds a row; `spread` is used from a shared table to NLANES elements."""
         size = self._procedure.table(target.table).size
         passed = f"{self._pointer(source)}, {self._pointer(target)});"
         if self.lanes and is_shared(self._procedure, source):
@@ -80,11 +80,11 @@ class PlainText(StatementText):
         return 1
 
     def _start(self, table: Table) -> str:
-        """The first row of a table as a pointer."""
+        """Return a pointer to the first row of a table."""
         return f"&{table.name}" if is_number(table) else table.name
 
     def _pointer(self, place: Place) -> str:
-        """A row as a pointer."""
+        """Return a pointer to a row."""
         return self._chosen(place, self._offset, self._start)
 
     def _value(self, place: Place) -> str:

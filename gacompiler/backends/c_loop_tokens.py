@@ -1,4 +1,4 @@
-"""Tokens of C, and the lists and expressions that kernels with loops make of them."""
+"""Tokens of C, and the lists and expressions in kernels with loops that consist of them."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from ..errors import BackendError
 _TOKEN = re.compile(r"\s+|\w+|--|\+\+|&&|>=|!=|\+=|\|=|[-+*<>=?:&()\[\]{},;]")
 
 Tree = str | int | tuple["Tree", ...]
-"""A name, a number, or an operation and its operands: ``("+", "q", "i")``."""
+"""A name, a number, or an operation with its operands: ``("+", "q", "i")``."""
 
 _LEVELS: tuple[tuple[str, ...], ...] = (("&&",), (">=", "<", ">", "!="), ("+", "-"), ("*",))
-"""Operators between operands, those that bind least first."""
+"""Infix operators in order of increasing precedence."""
 
 _ENTRY = re.compile(r"\b(LENGTH|IN|NUMBER|SAME|INDEX|OUT|WORK)\((\d+), ([^()]*)\)")
 
@@ -27,29 +27,29 @@ class Entry(NamedTuple):
 
 
 def listed(lines: Sequence[str], start: str) -> list[Entry]:
-    """The entries of the list that is defined in the line that begins so."""
+    """Return the entries of the list defined in the line with this beginning."""
     first = next((k for k, line in enumerate(lines) if line.startswith(start)), None)
     if first is None:
-        raise BackendError("C text", f"no line {start!r}", "a file that gacompiler writes")
+        raise BackendError("C text", f"no line {start!r}", "a file written by gacompiler")
     last = next(k for k in range(first, len(lines)) if not lines[k].endswith("\\"))
     text = " ".join(line.removesuffix("\\").strip() for line in lines[first : last + 1])
     return [Entry(kind, tuple(fields.split(", "))) for kind, _, fields in _ENTRY.findall(text.partition(") ")[2])]
 
 
 def tokens_of(name: str, text: str) -> list[str]:
-    """The tokens of a text of the kernel `name`."""
+    """Split a text of the kernel `name` into tokens."""
     tokens, place = [], 0
     while place < len(text):
         match = _TOKEN.match(text, place)
         if match is None:
-            raise BackendError(f"C text of {name}", f"{text[place]!r}", "a character that gacompiler writes")
+            raise BackendError(f"C text of {name}", f"{text[place]!r}", "a character used by gacompiler")
         place = match.end()
         tokens += [match[0]] if match[0].strip() else []
     return tokens
 
 
 class Tokens:
-    """Reads expressions from tokens, one after the other."""
+    """Parses expressions from a sequence of tokens."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -101,24 +101,24 @@ class Tokens:
         return self._tokens[self._at - 1] if self._at <= len(self._tokens) else ""
 
     def _end(self) -> int:
-        """Where the statement ends."""
+        """Return the index of the end of the statement."""
         if ";" not in self._tokens[self._at :]:
-            raise self._wrong("a statement without an end")
+            raise self._wrong("an unterminated statement")
         return self._tokens.index(";", self._at)
 
     def _expect(self, *tokens: str) -> None:
         for token in tokens:
             found = self._take()
             if found != token:
-                raise self._wrong(f"{found!r} where {token!r} is expected")
+                raise self._wrong(f"{found!r} instead of {token!r}")
 
     def _wrong(self, found: str) -> BackendError:
         near = " ".join(self._tokens[max(0, self._at - 8) : self._at + 4])
-        return BackendError(f"C text of {self._name}", f"{found} near {near!r}", "a text that gacompiler writes")
+        return BackendError(f"C text of {self._name}", f"{found} near {near!r}", "a text written by gacompiler")
 
 
 def factors_of(tree: Tree) -> list[Tree]:
-    """The factors of a product."""
+    """Return the factors of a product."""
     match tree:
         case ("*", left, right):
             return [*factors_of(left), right]

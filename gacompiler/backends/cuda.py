@@ -1,6 +1,6 @@
-"""CUDA C++: functions of one element for any real type, and kernels over a batch in double and float.
+"""Print modules as CUDA C++: functions of one element for any real type, and batch kernels in double and float.
 
-The text includes nothing; it needs the functions of ``<math.h>`` under their global names, which nvcc brings.
+The text has no include directives. It uses the functions of ``<math.h>`` by their global names, which nvcc provides.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def _number(value: Rational) -> str:
 
 
 CUDA = Language(
-    # The functions go by their global names, so that a kernel may be named as one of them.
+    # Functions are called by their global names, so that a kernel may have the same name.
     operations={
         **ARITHMETIC,
         Op.SQRT: "::sqrt({0})",
@@ -78,15 +78,16 @@ _LOOPS = LoopDialect(
     "long long",
 )
 _ABOUT_LOOPS = """
-Kernels with loops have the lengths of their tables first. A table has one row behind the other; its strides are to
-the table of the next element and to the next number. Index tables are the same for all elements and are not checked.
-Results and work space overlap nothing else. The work space has as many numbers as the function _work says for each
-thread, however many elements there are; its strides are to the space of the next thread and to the next number.
+The first parameters of kernels with loops are the lengths of their tables. The rows of a table are contiguous; its
+strides are to the table of the next element and to the next number. Index tables are shared by all elements and are not
+checked. Results and work space must not overlap other arrays. The size of the work space for each thread, in numbers,
+is returned by the function _work and does not depend on the number of elements; its strides are to the space of the
+next thread and to the next number.
 """
 
 
 def cuda_source(module: ModuleSource) -> str:
-    """The ``.cu`` of a module: templates in its namespace, and ``extern "C"`` kernels over batches."""
+    """Print the ``.cu`` file of a module: templates in a namespace, and ``extern "C"`` kernels over batches."""
     kernels, loops, launched = [], [], []
     global_names = LanguageNames(CUDA)
     space = global_names.fresh(module.name)
@@ -139,7 +140,7 @@ def cuda_source(module: ModuleSource) -> str:
 
 
 def _loop_text(loop: LoopSource, names: LoopNames, strided: str, over_batch: str) -> str:
-    """The functions of a kernel with loops."""
+    """Print the functions of a kernel with loops."""
     *inner, own = element_functions(loop, names, strided, _LOOPS)
     over_elements = loop_batch(loop, names, strided, _LOOPS)
     head = f"template <typename real>\n__device__ inline void {over_batch}"

@@ -1,8 +1,8 @@
-"""Kernels with loops in CUDA and OpenCL: a function of one element, and a loop over a batch that threads divide.
+"""Print kernels with loops as CUDA and OpenCL: a function of one element, and a loop over a batch for many threads.
 
 The loops are in a function whose arrays have a stride from number to number, so that neighbouring threads can read
-neighbours in memory. It holds in local variables all tables of a single row and every row that a part reads or writes:
-compilers keep them in registers, and parts know the memory of a thread only.
+neighbouring numbers in memory. Tables of a single row, and rows that a part reads or writes, are copied to local
+variables: compilers keep them in registers, and parts take only pointers to memory private to a thread.
 """
 
 from __future__ import annotations
@@ -46,23 +46,23 @@ from .target_loops import (
 from .targets import Language, function
 
 STEP = "_component"
-"""What the name of the stride of an array from number to number adds to that of the array."""
+"""Suffix of the name of the stride of an array from number to number."""
 
 
 @dataclass(frozen=True, slots=True)
 class LoopDialect:
-    """How a language for devices writes the functions of a kernel with loops.
+    """Notation of the functions of a kernel with loops in CUDA or OpenCL.
 
     Attributes
     ----------
     language : Language
     grid : Grid
     name : str
-        Of the language.
+        The name of the language.
     function : str
-        What stands before a function of one element.
+        The specifiers of a function of one element.
     whole : str
-        The same before one that has no numbers.
+        The specifiers of a function that does not depend on the type of a number.
     table : str
         The type of the entries of an index table.
     """
@@ -81,7 +81,7 @@ class LoopDialect:
 
     @property
     def words(self) -> RowWords:
-        """How it writes loops."""
+        """The notation of loops."""
         index = self.grid.index
         return RowWords(
             language=self.name,
@@ -94,16 +94,16 @@ class LoopDialect:
 
 @dataclass(frozen=True, slots=True)
 class LoopBatch:
-    """The loop of a thread over its elements.
+    """The function in which a thread loops over its elements.
 
     Attributes
     ----------
     parameters : tuple of str
-        Of the function; {real} is the type of a number.
+        The parameters of the function; {real} is the type of a number.
     passed : str
-        The same as arguments of a call.
+        The names of the parameters, as arguments of a call.
     lines : tuple of str
-        Its statements.
+        The statements.
     """
 
     parameters: tuple[str, ...]
@@ -111,12 +111,12 @@ class LoopBatch:
     lines: tuple[str, ...]
 
     def declared(self, real: str) -> str:
-        """The parameters for a type of numbers."""
+        """Return the parameters for a type of numbers."""
         return ", ".join(self.parameters).format(real=real)
 
 
 def element_functions(loop: LoopSource, names: LoopNames, strided: str, dialect: LoopDialect) -> list[list[str]]:
-    """The functions of one element: the parts, the work space, the loops under the name `strided`, and their caller."""
+    """Print the functions of one element: parts, work space size, the loops named `strided`, and their caller."""
     found = []
     for program in programs(loop):
         printed = element(function(program, dialect.language), dialect.grid.real)
@@ -135,7 +135,7 @@ def element_functions(loop: LoopSource, names: LoopNames, strided: str, dialect:
 
 
 def loop_batch(loop: LoopSource, names: LoopNames, strided: str, dialect: LoopDialect) -> LoopBatch:
-    """The loop over a batch around the function `strided`."""
+    """Print the loop over a batch that calls the function `strided`."""
     grid, taken = dialect.grid, names.inside(dialect.language, strided)
     named = named_in(taken, loop.procedure)
     count, at, thread, work = map(taken.fresh, ("elements", "element", "thread", "work"))
@@ -171,7 +171,7 @@ def loop_batch(loop: LoopSource, names: LoopNames, strided: str, dialect: LoopDi
 
 
 def function_lines(head: str, parameters: str, lines: Sequence[str]) -> list[str]:
-    """A function of C."""
+    """Print a C function."""
     return [*f"{head}({parameters})".split("\n"), "{", *(f"    {line}" for line in lines), "}"]
 
 
@@ -184,13 +184,13 @@ def _words(lines: Sequence[str]) -> set[str]:
 
 
 def _unread(parameters: Sequence[str], lines: Sequence[str]) -> list[str]:
-    """Statements for parameters that nothing reads, of which compilers would warn."""
+    """Return statements for unused parameters, which prevent compiler warnings."""
     read = _words(lines)
     return [f"(void){name};" for name in parameters if name not in read]
 
 
 class _DeviceText(RowText):
-    """The function with strides: each row that a part reads or writes has a local variable."""
+    """Prints the function with strides, with a local variable for each row that a part reads or writes."""
 
     def __init__(self, named: Procedure, names: Names, functions: Mapping[str, str], dialect: LoopDialect) -> None:
         super().__init__(named, names, functions)
@@ -204,7 +204,7 @@ class _DeviceText(RowText):
         self._held: set[Place] = set()
 
     def parameters(self, with_strides: bool) -> list[str]:
-        """The parameters of the function with strides, or of that of contiguous arrays."""
+        """Return the parameters of the function with strides, or of the function for contiguous arrays."""
         grid, named, array = self._dialect.grid, self._procedure, self._dialect.array
         found = [f"{grid.index} {length}" for length in named.lengths]
         for table in (*named.parameters, *named.results):
@@ -218,14 +218,14 @@ class _DeviceText(RowText):
         return [*found, f"{array} *{self._work}", *[f"{grid.index} {self._work_step}"] * with_strides]
 
     def contiguous(self) -> list[str]:
-        """The arguments for arrays whose numbers are neighbours."""
+        """Return the arguments for contiguous arrays."""
         found = [*self._procedure.lengths]
         for table in (*self._procedure.parameters, *self._procedure.results):
             found += [table.name, *["1"] * (table.name in self._steps)]
         return [*found, self._work, "1"]
 
     def function(self) -> list[str]:
-        """The statements of the function with strides."""
+        """Print the body of the function with strides."""
         named, real = self._procedure, self._dialect.grid.real
         body = self.lines(named.body)
         read = _words(body)
@@ -256,7 +256,7 @@ class _DeviceText(RowText):
         return f"{table.name} = {self._work} + {f'({place})' if '+' in place else place} * {self._work_step}"
 
     def _outside(self, table: Table, k: str) -> str:
-        """A number of a table of a single row, as the caller has it."""
+        """Return the text of a number of a table of a single row in the caller's memory."""
         return f"{table.name}[{'0' if k == '0' else product(k, self._steps[table.name])}]"
 
     # Statements.
@@ -279,7 +279,7 @@ class _DeviceText(RowText):
         return lines
 
     def _change(self, name: str) -> None:
-        """Forget what local variables hold of a table."""
+        """Discard the local copies of rows of a table."""
         self._held -= {place for place in self._held if name in (place.table, getattr(place.row, "start", ""))}
 
     def _called(self, statement: Apply) -> list[str]:
@@ -307,7 +307,7 @@ class _DeviceText(RowText):
         return [*before, f"{self._functions[statement.program.name]}({', '.join(passed)});", *after]
 
     def _row(self, place: Place) -> str:
-        """The local variable of a row."""
+        """Return the local variable of a row."""
         if place.row is None:
             return self._locals.get(place.table, place.table)
         if place not in self._rows:

@@ -1,4 +1,4 @@
-"""JavaScript: a module of functions of one element and over batches, in double; any typed array will do."""
+"""Print modules as JavaScript: functions of one element and over batches, in double, for arrays of any type."""
 
 from __future__ import annotations
 
@@ -59,17 +59,18 @@ JAVASCRIPT = Language(
 
 
 _ABOUT_LOOPS = """
-Kernels with loops are functions of one element that have the lengths of their tables first. A table is an array of
-numbers, one row behind the other. Index tables are not checked. Results and work space overlap nothing else. The
-work space is a Float64Array of at least as many numbers as the function _work says, made where none is given.
+Kernels with loops are functions of one element, whose first parameters are the lengths of their tables. A table is an
+array of numbers with contiguous rows. Index tables are not checked. Results and work space must not overlap other
+arrays. The work space is a Float64Array of at least the length returned by the function _work; it is allocated if it
+is omitted.
 """
 
 
 def javascript_source(module: ModuleSource) -> str:
-    """The ``.mjs`` of a module.
+    """Print the ``.mjs`` file of a module.
 
-    The function that computes takes arrays and where in them its element begins, ``m`` and ``m$``: no name of a program
-    holds a ``$``.
+    The inner function of a kernel takes arrays with the offset of an element in them, ``m`` and ``m$``. Names in a
+    program never contain ``$``.
     """
     kernels, loops = [], []
     wanted = [kernel.program.name for kernel in module.kernels] + [loop.procedure.name for loop in module.loops]
@@ -108,7 +109,7 @@ def javascript_source(module: ModuleSource) -> str:
 
 
 def _placed(printed: Function) -> str:
-    """The parameters of the function that computes."""
+    """Return the parameters of the inner function."""
     placed = [part.name if part.is_scalar else f"{part.name}, {part.name}$" for part in printed.inputs]
     return ", ".join([*placed, *(f"{part.name}, {part.name}$" for part in printed.outputs)])
 
@@ -118,7 +119,7 @@ def _entry(part: Part, k: int) -> str:
 
 
 def _one(printed: Function, name: str) -> list[str]:
-    """The function of one element: results are made where none are given; a scalar one is returned as a number."""
+    """Print the function for one element, which allocates omitted results and returns scalar ones as numbers."""
     made = [f"{part.name} = $result({part.name}, {part.size});" for part in printed.outputs]
     passed = [part.name if part.is_scalar else f"{part.name}, 0" for part in printed.inputs]
     passed += [f"{part.name}, 0" for part in printed.outputs]
@@ -127,7 +128,7 @@ def _one(printed: Function, name: str) -> list[str]:
 
 
 def _batch(printed: Function, name: str) -> list[str]:
-    """The function over a batch: an array of one element stands for all elements."""
+    """Print the function over a batch, in which an array of one element is used for all elements."""
     counts = [_scaled(f"{part.name}.length", "/", part.size) for part in printed.inputs if part.size]
     passed = []
     for part in printed.inputs:

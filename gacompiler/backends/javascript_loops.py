@@ -1,4 +1,4 @@
-"""Kernels with loops in JavaScript: functions of one element, whose tables are arrays, one row behind the other."""
+"""Print kernels with loops as JavaScript: functions of one element, whose tables are arrays of contiguous rows."""
 
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ _WORDS = RowWords(
 
 
 def returned(texts: list[str]) -> str:
-    """The statement that gives one result, or an array of several."""
+    """Return the statement that returns one result, or an array of several."""
     return f"return {texts[0]};" if len(texts) == 1 else f"return [{', '.join(texts)}];"
 
 
 def loop_functions(loop: LoopSource, names: LoopNames, language: Language) -> list[list[str]]:
-    """The function that says how large the work space is, and that of one element."""
+    """Print the function that returns the size of the work space, and the function for one element."""
     taken = names.inside(language)
     named = named_in(taken, loop.procedure)
     head = f"export function {names.work}({', '.join(named.lengths)}) {{"
@@ -67,7 +67,7 @@ def loop_functions(loop: LoopSource, names: LoopNames, language: Language) -> li
 
 
 def _function(named: Procedure, taken: Names, names: LoopNames, work: str) -> list[str]:
-    """The statements of the function of one element: results and work space are made where none are given."""
+    """Print the body of the function for one element, which allocates results and work space that are omitted."""
     body = _JavaScriptText(named, taken, names.parts).lines(named.body)
     given = [table for table in named.parameters if not is_number(table)]
     lines = [f'$table("{table.name}", {table.name}, {numbers(table)});' for table in given]
@@ -84,7 +84,7 @@ def _function(named: Procedure, taken: Names, names: LoopNames, work: str) -> li
 
 
 class _JavaScriptText(RowText):
-    """The statements of the function of one element: a row is an array, and where in it the row begins."""
+    """Prints the statements of the function for one element; a row is an array and an offset in it."""
 
     words = _WORDS
 
@@ -111,7 +111,7 @@ class _JavaScriptText(RowText):
         return table.name
 
     def _begin(self, table: Table, row: str) -> str:
-        """Where a row begins."""
+        """Return the offset of a row."""
         return product(table.size, row)
 
     def _zero(self, table: Table) -> str:

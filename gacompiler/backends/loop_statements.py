@@ -1,7 +1,7 @@
-"""The statements of kernels with loops, for every language with loops, conditions and the operators of C.
+"""Print the statements of kernels with loops, for languages with loops, conditions and the operators of C.
 
-`LoopWords` is how a language writes loops and conditions. How it names rows of tables and calls parts is left to the
-classes that derive from `StatementText`.
+`LoopWords` defines the notation of loops and conditions in a language. Classes derived from `StatementText` define how
+it refers to rows of tables and calls parts.
 """
 
 from __future__ import annotations
@@ -35,26 +35,26 @@ from .printers import Names
 
 @dataclass(frozen=True, slots=True)
 class LoopWords:
-    """How a language writes loops and conditions.
+    """Notation of loops and conditions in a language.
 
     Attributes
     ----------
     language : str
-        Its name, for errors.
+        The name of the language, for error messages.
     forward, backward : str
-        The head of a loop of {counter} over {length} rows, from the first and from the last.
+        The head of a loop of {counter} over {length} rows, starting from the first or from the last row.
     repeat : str
         The head of a loop that runs at most {limit} times.
     condition : str
-        The head of a statement that runs where {condition} holds.
+        The head of a statement that is executed if {condition} holds.
     choice : str
-        One of two expressions, {row} where {condition} holds, {start} elsewhere.
+        A conditional expression: {row} if {condition} holds, else {start}.
     index : str
-        The entry {counter} of the index table {index} as the number of a row.
+        The entry {counter} of the index table {index}, as the number of a row.
     count, is_set : str
         The statement that adds 1 to a number, and the condition that a number is not zero.
     has_braces : bool
-        Whether one statement in a loop needs braces too.
+        Whether a single statement in a loop needs braces.
     indent : str
     """
 
@@ -72,18 +72,18 @@ class LoopWords:
 
 
 def is_number(table: Table) -> bool:
-    """Whether an argument or a work table is a single number: no array, and passed by value."""
+    """Whether an argument or a work table is a single number instead of an array, which is passed by value."""
     return not table.lengths and not table.shape and table.storage in (Storage.ARGUMENT, Storage.WORK)
 
 
 def product(*factors: int | str) -> str:
-    """A product without factors that are 1; what is no name or number is in parentheses."""
+    """Return the text of a product, without factors of 1 and with compound factors in parentheses."""
     texts = [f"({factor})" if " " in str(factor) else str(factor) for factor in factors if factor != 1]
     return " * ".join(texts) or "1"
 
 
 class StatementText(ABC):
-    """Prints the statements of a procedure whose lengths, tables and counters are names of the language."""
+    """Prints the statements of a procedure whose lengths, tables and counters have legal names in the language."""
 
     words: LoopWords
 
@@ -92,7 +92,7 @@ class StatementText(ABC):
         self._loops: dict[str, Loop] = {}
 
     def lines(self, body: Sequence[Statement]) -> list[str]:
-        """The text of statements, without the indentation of a function."""
+        """Return the lines of statements, without the indentation of a function."""
         return [line for statement in body for line in self._statement(statement)]
 
     def _statement(self, statement: Statement) -> list[str]:
@@ -138,7 +138,7 @@ class StatementText(ABC):
         return self._block(self.words.condition.format(condition=condition), added) if condition else added
 
     def _block(self, head: str, body: list[str]) -> list[str]:
-        """A statement with others in it, in braces unless that is one line."""
+        """Return a statement with a body, in braces unless it is a single line."""
         inner = [f"{self.words.indent}{line}" for line in body]
         return [head, *inner] if len(body) == 1 and not self.words.has_braces else [f"{head} {{", *inner, "}"]
 
@@ -148,34 +148,34 @@ class StatementText(ABC):
 
     def _refused(self, found: str) -> BackendError:
         where = f"{self.words.language} text of {self._procedure.name}"
-        return BackendError(where, found, "a row that is always there")
+        return BackendError(where, found, "a row that always exists")
 
-    # What languages write in different ways.
+    # Parts that depend on the language.
 
     @abstractmethod
     def _called(self, statement: Apply) -> list[str]:
-        """The call of a part."""
+        """Return the lines that call a part."""
 
     @abstractmethod
     def _copied(self, source: Place, target: Place) -> list[str]:
-        """A row that becomes another one."""
+        """Return the lines that copy a row to another one."""
 
     @abstractmethod
     def _summed(self, source: Place, target: Place) -> list[str]:
-        """A row that is added to another one."""
+        """Return the lines that add a row to another one."""
 
     @abstractmethod
     def _cleared(self, table: Table) -> list[str]:
-        """A table of zeros."""
+        """Return the lines that set a table to zero."""
 
     @abstractmethod
     def _value(self, place: Place) -> str:
-        """A row that is one number."""
+        """Return the text of a row that is a single number."""
 
     # Rows.
 
     def _chosen(self, place: Place, row: Callable[[Table, str], str], only: Callable[[Table], str]) -> str:
-        """The row of a place, or the only row of another table where it has none."""
+        """Return the text of the row of a place, or of the only row of another table if this row may not exist."""
         table = self._procedure.table(place.table)
         if place.row is None:
             return only(table)
@@ -186,12 +186,12 @@ class StatementText(ABC):
         return text
 
     def _step(self, loop: str, step: int) -> str:
-        """The counter of a loop a step further, or a step back."""
+        """Return the text of the counter of a loop, one step forward or back."""
         forward = step > 0
         return f"{loop} {'-' if self._loops[loop].reverse == forward else '+'} 1"
 
     def _number(self, table: Table, row: Row) -> str:
-        """The number of a row that is there."""
+        """Return the text of the number of an existing row."""
         match row:
             case Counter(loop):
                 return loop
@@ -210,7 +210,7 @@ class StatementText(ABC):
         raise AssertionError(row)
 
     def _condition(self, row: Row) -> str:
-        """When a row is there; empty where it always is."""
+        """Return the condition that a row exists, or an empty text if it always exists."""
         match row:
             case Previous(loop, _) | Following(loop):
                 step = 1 if isinstance(row, Following) else -1

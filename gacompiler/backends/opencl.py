@@ -1,4 +1,4 @@
-"""OpenCL C 1.2: functions of one element and kernels over a batch, in the precision that the program is built with."""
+"""Print modules as OpenCL C 1.2: functions of one element and batch kernels, in a precision chosen at build time."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ OPENCL = Language(
     },
     declaration="const REAL {0} = {1};",
     number=_number,
-    # Vectors, images and address spaces are types and keywords here; a variable would hide a function.
+    # Names of vectors, images and address spaces are types and keywords in OpenCL; variables would hide functions.
     reserved=C_WORDS
     | frozenset(
         """
@@ -63,15 +63,16 @@ OPENCL = Language(
 
 _LOOPS = LoopDialect(OPENCL, _GRID, "OpenCL", "void", "", "__global long")
 _ABOUT_LOOPS = """
-Kernels with loops have the lengths of their tables first. A table has one row behind the other; its strides are to
-the table of the next element and to the next number. Index tables are the same for all elements and are not checked.
-Results and work space overlap nothing else. The work space has as many numbers as the comment of the kernel says for
-each work item, however many elements there are; its strides are to the space of the next one and to the next number.
+The first parameters of kernels with loops are the lengths of their tables. The rows of a table are contiguous; its
+strides are to the table of the next element and to the next number. Index tables are shared by all elements and are not
+checked. Results and work space must not overlap other arrays. The size of the work space for each work item, in
+numbers, is given in the comment of the kernel and does not depend on the number of elements; its strides are to the
+space of the next work item and to the next number.
 """
 
 
 def opencl_source(module: ModuleSource) -> str:
-    """The ``.cl`` of a module; ``REAL`` is double unless the program is built with ``-D REAL=float``."""
+    """Print the ``.cl`` file of a module. Numbers are double unless the program is built with ``-D REAL=float``."""
     kernels, loops = [], []
     wanted = [kernel.program.name for kernel in module.kernels] + [loop.procedure.name for loop in module.loops]
     file_names = LanguageNames(OPENCL)
@@ -101,7 +102,7 @@ def opencl_source(module: ModuleSource) -> str:
 
 
 def _loop_text(loop: LoopSource, names: LoopNames, strided: str, over_batch: str) -> str:
-    """The functions of a kernel with loops."""
+    """Print the functions of a kernel with loops."""
     *inner, own = element_functions(loop, names, strided, _LOOPS)
     over_elements = loop_batch(loop, names, strided, _LOOPS)
     batch_lines = function_lines(f"__kernel void {over_batch}", over_elements.declared("REAL"), over_elements.lines)

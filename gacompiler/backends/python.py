@@ -1,4 +1,4 @@
-"""The Python module of a spec: layouts, kernels and values, declared to the runtime beside it."""
+"""Print the Python module of a spec: layouts, kernels and value types, which are declared to the runtime."""
 
 from __future__ import annotations
 
@@ -23,35 +23,35 @@ from .python_text import function_text
 from .values import class_text, combined_types, operator_lines, value_types
 
 PUBLIC = ("Kernel", "Layout", "Value", "backend", "kernels", "num_threads")
-"""What a module offers besides its kernels and types."""
+"""Public names of every module, in addition to its kernels and types."""
 
 _OWN = ("GeneratedModule", "SCALAR", "annotations", "error")
-"""Other names that the text of a module has."""
+"""Other names used in the text of every module."""
 
 _WIDTH = 120
 
 
 def python_source(module: ModuleSource) -> str:
-    """The ``.py`` of a module.
+    """Print the ``.py`` file of a module.
 
     Parameters
     ----------
     module : ModuleSource
-        What to print.
 
     Returns
     -------
     str
-        The text. It carries the name of the library that `c_source` of the same module builds into, so that the module
-        never loads another.
+        The text. It contains the name of the library that is built from `c_source` of the same module, so that the
+        module never loads a different library.
     """
     imports = environment().get_template("import_runtime.py.jinja").render(command=module.command)
     return _python_source(module, imports, library_label(module.name, c_source(module)))
 
 
 def standalone_python_source(module: ModuleSource) -> str:
-    """The ``.py`` of a module with the runtime in it, which needs numpy only; the library is that of
-    `standalone_c_source`.
+    """Print the ``.py`` file of a module that includes the runtime and needs only numpy.
+
+    Its library is built from `standalone_c_source`.
     """
     files = {name: text for name, text in runtime_files().items() if name.endswith(".py")}
     package = f"{RUNTIME}_{digest(*files, *files.values())}"
@@ -65,7 +65,7 @@ def standalone_python_source(module: ModuleSource) -> str:
 
 
 def _python_source(module: ModuleSource, imports: str, label: str) -> str:
-    """The text with these imports of the runtime, and this label of its library."""
+    """Print a module with the given import statements and the label of its library."""
     check_names(module)
     names = _names_of_kernels(module)
     types = value_types(module, {*taken_names(), *names})
@@ -97,13 +97,13 @@ def _python_source(module: ModuleSource, imports: str, label: str) -> str:
 
 
 def _names_of_kernels(module: ModuleSource) -> list[str]:
-    """The names of all kernels, those with loops behind the others."""
+    """Return the names of all kernels, with the kernels with loops last."""
     return [*(kernel.program.name for kernel in module.kernels), *(kernel.procedure.name for kernel in module.loops)]
 
 
 @cache
 def runtime_files() -> dict[str, str]:
-    """The files of the runtime, which lie beside modules: name -> text."""
+    """Return the texts of the files of the runtime, which are written next to modules, by name."""
     folder = Path(__file__).parents[1] / RUNTIME
     paths = sorted(path for ending in ("py", "typed", "c", "h") for path in folder.rglob(f"*.{ending}"))
     return {f"{RUNTIME}/{path.relative_to(folder).as_posix()}": path.read_text(encoding="utf-8") for path in paths}
@@ -111,16 +111,16 @@ def runtime_files() -> dict[str, str]:
 
 @cache
 def taken_names() -> frozenset[str]:
-    """Names that every emitted module needs for something else."""
+    """Return the names that are reserved in every emitted module."""
     return frozenset({*PUBLIC, *_OWN, *dir(builtins)})
 
 
 def check_names(module: ModuleSource) -> None:
-    """Raise `BackendError` where a kernel would hide a name that the emitted module needs."""
+    """Raise `BackendError` if a kernel would hide a name that the emitted module needs."""
     if module.name == "gac" or module.name.startswith("gac_"):
-        raise BackendError(f"module {module.name}", "its name begins like those of the runtime", "another", "rename it")
+        raise BackendError(f"module {module.name}", "names gac and gac_... are reserved", "another name", "rename it")
     taken: dict[str, str] = dict.fromkeys(sorted(taken_names()), "the module itself")
-    taken |= dict.fromkeys(sorted(C_MACRO_NAMES), "the headers of C")
+    taken |= dict.fromkeys(sorted(C_MACRO_NAMES), "the C headers")
     for kernel in module.kernels:
         name = kernel.program.name
         forms = [form_name(kernel.program, form, what) for form in kernel.uniform for what in FORM_PARTS]
@@ -129,8 +129,8 @@ def check_names(module: ModuleSource) -> None:
             if own in taken:
                 raise BackendError(
                     f"kernel {name}",
-                    f"its name {own} belongs to {taken[own]}",
-                    "a name that is free",
+                    f"its name {own} is already used by {taken[own]}",
+                    "a different name",
                     "rename the kernel",
                 )
             taken[own] = f"kernel {name}"
@@ -139,15 +139,15 @@ def check_names(module: ModuleSource) -> None:
             if own in taken:
                 raise BackendError(
                     f"kernel {loops.procedure.name}",
-                    f"its name {own} belongs to {taken[own]}",
-                    "a name that is free",
+                    f"its name {own} is already used by {taken[own]}",
+                    "a different name",
                     "rename the kernel",
                 )
             taken[own] = f"kernel {loops.procedure.name}"
 
 
 def _layout_names(module: ModuleSource, types: Mapping[str, tuple[str, LayoutText]]) -> dict[LayoutText, str]:
-    """The layouts of kernels and types, once each, under the names of variables."""
+    """Return the layouts of kernels and types, without duplicates, with the names of their variables."""
     taken = {*taken_names(), *_names_of_kernels(module), *(name for name, _ in types.values())}
     names: dict[LayoutText, str] = {}
     of_kernels = [layout for kernel in module.kernels for _, layout in kernel.layouts]
@@ -167,7 +167,7 @@ def _layout_names(module: ModuleSource, types: Mapping[str, tuple[str, LayoutTex
 
 
 def _layout(name: str, layout: LayoutText) -> str:
-    """A layout in one line, or in more if it is long."""
+    """Print the declaration of a layout."""
     implied = dict(layout.implied)
     options = {
         "fixed": _equations((blade, value) for blade, value in layout.fixed if blade not in implied),
@@ -184,7 +184,7 @@ def _equations(pairs: Iterable[tuple[str, str]]) -> str:
 
 
 def _kernel(kernel: KernelSource, layouts: Mapping[LayoutText, str]) -> list[str]:
-    """A kernel and its forms: the function on one element under what declares it."""
+    """Print a kernel, the decorated function of one element, and its uniform variants."""
     program, name = kernel.program, kernel.program.name
     texts = function_text(program, kernel.uniform)
     known = dict(kernel.layouts)
@@ -200,7 +200,7 @@ def _kernel(kernel: KernelSource, layouts: Mapping[LayoutText, str]) -> list[str
 
 
 def _loops(kernel: LoopSource, layouts: Mapping[LayoutText, str]) -> list[str]:
-    """A kernel with loops: its parts, and the function on one element under what declares it."""
+    """Print a kernel with loops: its parts, and the decorated function of one element."""
     text, known = loop_text(kernel.procedure), dict(kernel.layouts)
     lines = [line for part in text.parts for line in (*part, "", "")]
     tables = (*kernel.procedure.parameters, *kernel.procedure.results)
@@ -213,9 +213,9 @@ def _loops(kernel: LoopSource, layouts: Mapping[LayoutText, str]) -> list[str]:
 
 
 def form_text(program: Program, form: Uniform, names: Sequence[str] = ()) -> list[str]:
-    """What declares a form, after its functions.
+    """Print the declaration of a uniform variant, which follows its functions.
 
-    A reader knows the arguments by the names of the parameters only, and gives those that are declared as `names`.
+    A reader, which only knows the arguments by the names of the parameters, passes the declared names as `names`.
     """
     declared = dict(zip((argument.name for argument in program.arguments), names, strict=False))
     functions = [f"_{form_name(program, form, what)}" for what in ("prepare", "apply")]
@@ -232,7 +232,7 @@ def form_text(program: Program, form: Uniform, names: Sequence[str] = ()) -> lis
 
 
 def declaration(kernel: KernelSource, layouts: Sequence[str]) -> list[str]:
-    """The decorator of a kernel."""
+    """Print the decorator of a kernel."""
     program, cost = kernel.program, kernel.cost
     arguments, results = ([part.name for part in parts] for parts in (program.arguments, program.results))
     signature = "->".join(",".join(map(_shape, parts)) for parts in (program.arguments, program.results))
@@ -246,7 +246,7 @@ def declaration(kernel: KernelSource, layouts: Sequence[str]) -> list[str]:
 
 
 def cost_text(cost: Cost) -> str:
-    """The counts that a kernel declares."""
+    """Format the operation counts that a kernel declares."""
     return f"{cost}, {cost.fma} fma"
 
 
@@ -255,7 +255,7 @@ def _shape(part: Argument | Result) -> str:
 
 
 def _documentation(summary: str) -> list[str]:
-    """The docstring of a function: what its author wrote."""
+    """Print the docstring of a function, as written by its author."""
     text = _escaped(summary.strip())
     first, *rest = text.splitlines() or [""]
     lines = [f'    """{first}', *(f"    {line}" if line else "" for line in rest)]
@@ -263,7 +263,7 @@ def _documentation(summary: str) -> list[str]:
 
 
 def _call(function: str, parts: Sequence[str], one_each: bool = False) -> list[str]:
-    """A call, in one line if it is short; nothing without arguments."""
+    """Print a call, on one line if it fits; return no lines if there are no arguments."""
     if not parts:
         return []
     line = f"{function}({', '.join(parts)})"
@@ -274,7 +274,7 @@ def _call(function: str, parts: Sequence[str], one_each: bool = False) -> list[s
 
 
 def _filled(items: Sequence[str], width: int = _WIDTH - 4) -> list[str]:
-    """Items with commas after them, as many in a line as fit; an item that is longer than a line has one of its own."""
+    """Write items followed by commas, as many on a line as fit; an item longer than a line has its own line."""
     lines = [""]
     for item in items:
         if lines[-1] and len(lines[-1]) + len(item) + 2 > width:

@@ -1,7 +1,7 @@
-"""Read kernels with loops back from the Python text: a procedure whose statements are those of the function.
+"""Read kernels with loops back from the Python text, as procedures with the statements of the functions.
 
-As `readers` does, this accepts exactly what is printed. A statement that changed into another legal one gives another
-procedure; anything else that changed is an error that names the line.
+Like `readers`, this accepts exactly the text that is printed. A statement that was changed to another valid one gives a
+different procedure; any other change raises an error that names the line.
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ from .readers import PythonFunction, python_function, python_program, python_sta
 
 
 def python_procedures(text: str) -> dict[str, Procedure]:
-    """The kernels with loops that a ``.py`` module holds.
+    """Read the kernels with loops of a ``.py`` module.
 
     Raises
     ------
     BackendError
-        When the text is not what the printers write, naming the first line that is not.
+        If the text differs from what the printers write; the error names the first line that differs.
     """
     lines, nodes = python_statements(text)
     parts: dict[str, _Part] = {}
@@ -57,7 +57,7 @@ def python_procedures(text: str) -> dict[str, Procedure]:
         match node.decorator_list[0]:
             case ast.Call(ast.Attribute(ast.Name("_module"), "part"), [ast.Constant(str(signature))], []):
                 if node.name in parts:
-                    raise BackendError(f"Python text of {node.name}", "a second function of that name", "one")
+                    raise BackendError(f"Python text of {node.name}", "two functions with the same name", "one")
                 parts[node.name] = _part(lines, node, signature)
             case ast.Call(ast.Attribute(ast.Name("_module"), "loops")) as declared:
                 where = f"Python text of {node.name}"
@@ -67,12 +67,12 @@ def python_procedures(text: str) -> dict[str, Procedure]:
                 _check(where, procedure, declared, function, parts)
     used = {f"_{program.name}" for procedure in found.values() for program in procedure.programs}
     if used != parts.keys():
-        raise BackendError("Python text", f"a part {min(parts.keys() - used)} that nothing calls", "a kernel that does")
+        raise BackendError("Python text", f"a part {min(parts.keys() - used)} that is never called", "a call of it")
     return found
 
 
 def outline(procedure: Procedure) -> Procedure:
-    """A procedure without what its programs compute: equal for procedures whose tables and statements are."""
+    """Return a procedure with empty programs, to compare only the tables and statements of procedures."""
 
     def bare(body: Sequence[Statement]) -> tuple[Statement, ...]:
         found: list[Statement] = []
@@ -88,7 +88,7 @@ def outline(procedure: Procedure) -> Procedure:
 
 
 class _Part(NamedTuple):
-    """A straight-line part: its program, and its text with what declares it."""
+    """A straight-line part: its program, and its text including the decorator."""
 
     program: Program
     lines: list[str]
@@ -99,7 +99,7 @@ def _part(lines: list[str], node: ast.FunctionDef, signature: str) -> _Part:
         raise BackendError(f"Python text of {node.name}", f"signature {signature!r}", "shapes, as in (8),()->(8)")
     try:
         program = python_program(python_function(lines, node), *shapes_in(signature))
-    except ValueError as error:  # an argument that is not taken apart
+    except ValueError as error:  # an argument that is not unpacked
         raise BackendError(f"Python text of {node.name}", f"{error}", f"a function of {signature}") from error
     first = node.decorator_list[0].lineno
     return _Part(program, lines[first - 1 : node.end_lineno])
@@ -108,7 +108,7 @@ def _part(lines: list[str], node: ast.FunctionDef, signature: str) -> _Part:
 def _check(
     where: str, procedure: Procedure, declared: ast.Call, function: PythonFunction, parts: Mapping[str, _Part]
 ) -> None:
-    """Raise `BackendError` where the text is not the one of the procedure that was read from it."""
+    """Raise `BackendError` if the text differs from the one printed for the procedure that was read."""
     text = loop_text(procedure)
     for program, lines in zip(procedure.programs, text.parts, strict=True):
         _compare(f"Python text of _{program.name}", lines, parts[f"_{program.name}"].lines)
@@ -133,7 +133,7 @@ def _compare(where: str, expected: list[str], found: list[str]) -> None:
 
 
 class _Reader:
-    """The function of a kernel with loops, and what its text names."""
+    """Reads the function of a kernel with loops, with the tables and parts that its text refers to."""
 
     def __init__(self, where: str, function: PythonFunction, declared: ast.Call, parts: Mapping[str, _Part]) -> None:
         self._where, self._function, self._parts = where, function, parts
@@ -151,7 +151,7 @@ class _Reader:
         self._may_miss = False
 
     def _declared(self, signature: str, options: Mapping[str, Mapping[str, str]]) -> dict[str, Table]:
-        """The tables under their names in the text; lengths are found with them."""
+        """Return the tables by their names in the text; the lengths are determined at the same time."""
         sides = [[_sizes(part) for part in side[1:-1].split("),(")] for side in signature.split("->")]
         inputs, outputs = sides
         lengths = list(dict.fromkeys(name for named, _ in inputs for name in named))
@@ -180,7 +180,7 @@ class _Reader:
         return found
 
     def procedure(self, name: str) -> Procedure:
-        """All of it."""
+        """Read the whole procedure."""
         body = self._statements(self._function.statements)
         return Procedure(name, tuple(self._tables.values()), body)
 
@@ -210,7 +210,7 @@ class _Reader:
                 raise self._unreadable(node)
 
     def _guarded(self, node: ast.AST, test: ast.expr, inner: ast.stmt) -> Add:
-        """A sum of a row that index tables name, where they name one."""
+        """Read a conditional sum of a row given by index tables, which may contain -1."""
         self._may_miss = True
         found = self._statement(inner)
         self._may_miss = False
@@ -229,7 +229,7 @@ class _Reader:
         return found
 
     def _added(self, row: ast.expr) -> Place:
-        """The row that a sum adds: behind a condition where index tables name it, and without one elsewhere."""
+        """Read the row that a sum adds; a condition is required if and only if index tables determine the row."""
         found = self._read(row)
         if isinstance(found.row, Through) != self._may_miss:
             raise self._unreadable(row)
@@ -317,7 +317,7 @@ class _Reader:
                 raise self._unreadable(node)
 
     def _row(self, key: ast.expr) -> Row:
-        """The number of a row that is there."""
+        """Read the number of a row that exists."""
         match key:
             case ast.Name(counter) if counter in self._loops:
                 return Counter(counter)
@@ -329,7 +329,7 @@ class _Reader:
                 raise self._unreadable(key)
 
     def _onto(self, key: ast.expr) -> Row:
-        """The number of a row that may not be there."""
+        """Read the number of a row that may not exist."""
         if isinstance(key, ast.BinOp):
             counter, step = self._neighbour(key)
             if step != (-1 if self._loops[counter] else 1):
@@ -351,7 +351,7 @@ class _Reader:
         return Through(tuple(indices), counters.pop())
 
     def _neighbour(self, key: ast.expr) -> tuple[str, int]:
-        """The counter and the step in ``i - 1``."""
+        """Read the counter and the step in ``i - 1``."""
         match key:
             case ast.BinOp(ast.Name(counter), ast.Add() | ast.Sub() as operator, ast.Constant(1)) if (
                 counter in self._loops
@@ -372,11 +372,11 @@ class _Reader:
         return self._tables[name]
 
     def _unreadable(self, node: ast.AST) -> BackendError:
-        return BackendError(self._where, f"line {ast.unparse(node)!r}", "a statement that gacompiler writes")
+        return BackendError(self._where, f"line {ast.unparse(node)!r}", "a statement written by gacompiler")
 
 
 def _sizes(text: str) -> tuple[tuple[str, ...], Shape]:
-    """The lengths and the shape of a row in ``n,6``."""
+    """Parse the lengths and the shape of a row, such as ``n,6``."""
     sizes = [size for size in text.split(",") if size]
     named = tuple(size for size in sizes if not size.isdigit())
     return named, tuple(map(int, sizes[len(named) :]))

@@ -1,9 +1,9 @@
-"""The Python text of a kernel with loops: one function that numba compiles and that runs over numpy arrays.
+"""Print kernels with loops as Python: functions on numpy arrays that numba can compile.
 
 Tables over lengths are parameters, which the function reads and writes by rows. Tables of a single row are variables.
-Three functions are free names, which whoever runs the text binds: ``_row_or(table, k, start)`` is row k of a table, or
-`start` where there is none, ``_add_to(table, k, row)`` adds a row to row k if there is one, and ``_sum(a, b)`` is the
-sum of two rows.
+Three functions are free names, which must be bound to run the text: ``_row_or(table, k, start)`` returns row k of a
+table, or `start` if there is no such row; ``_add_to(table, k, row)`` adds a row to row k if it exists; and ``_sum(a,
+b)`` returns the sum of two rows.
 """
 
 from __future__ import annotations
@@ -51,9 +51,9 @@ class LoopText:
     Attributes
     ----------
     parts : tuple of list of str
-        The lines of the functions of its straight-line programs, with what declares them.
+        The lines of the functions of its straight-line programs, with their decorators.
     options : list of str
-        The arguments of the decorator behind the signature and the layouts.
+        The arguments of the decorator that follow the signature and the layouts.
     head : str
         The line ``def ...``.
     body : list of str
@@ -67,17 +67,17 @@ class LoopText:
 
 
 def part_name(program: Program) -> str:
-    """The name of the function of a straight-line program."""
+    """Return the name of the function of a straight-line program."""
     return f"_{program.name}"
 
 
 def loop_text(procedure: Procedure) -> LoopText:
-    """The text of a procedure.
+    """Print a procedure.
 
     Raises
     ------
     BackendError
-        For a statement that tracing does not make.
+        If it contains a statement that tracing does not produce.
     """
     printer = _Printer(procedure)
     parts = []
@@ -90,7 +90,7 @@ def loop_text(procedure: Procedure) -> LoopText:
 
 
 def costs_text(costs: Sequence[tuple[str, Cost]]) -> str:
-    """Operations as a sum over loops: ``n * (51 mul, 36 add, 51 fma) + 48 mul, 40 add, 48 fma``."""
+    """Format operation counts as a sum over loops: ``n * (51 mul, 36 add, 51 fma) + 48 mul, 40 add, 48 fma``."""
     sums: dict[str, dict[str, int]] = {}
     for often, cost in costs:
         counts = sums.setdefault(often, dict.fromkeys(cost.as_dict(), 0))
@@ -106,10 +106,10 @@ def costs_text(costs: Sequence[tuple[str, Cost]]) -> str:
 
 
 def index_rules(procedure: Procedure) -> dict[str, str]:
-    """For each index table what its rows have to be, and the length that they refer to.
+    """Return the valid entries of each index table, and the length that they refer to.
 
-    That is ``a row of m`` where a part reads a row through it, ``a row or -1 of m`` where rows are only added, and
-    ``an earlier row or -1 of n`` where it is the tree that a loop follows.
+    These are ``a row of m`` if a part reads rows through the table, ``a row or -1 of m`` if rows are only added, and
+    ``an earlier row or -1 of n`` if the table describes the tree that a loop follows.
     """
     read, parents = set[str](), set[str]()
     for statement in statements(procedure.body):
@@ -131,7 +131,7 @@ def index_rules(procedure: Procedure) -> dict[str, str]:
 
 
 def _summed(loop: Loop) -> set[str]:
-    """Index tables through which a loop adds to rows that it reads itself, which therefore have to come later in it."""
+    """Return the index tables through which a loop adds to rows that it reads later itself."""
     read = {
         place.table
         for statement in loop.body
@@ -148,14 +148,14 @@ def _summed(loop: Loop) -> set[str]:
 
 
 def kernel_names(source: LoopSource) -> tuple[str, ...]:
-    """The names that a kernel with loops has in the emitted files."""
+    """Return the names that belong to a kernel with loops in the emitted files."""
     procedure = source.procedure
     parts = [name for program in procedure.programs for name in (program.name, part_name(program))]
     return (procedure.name, f"{procedure.name}_rows", f"{procedure.name}_work", *parts)
 
 
 class _Printer:
-    """The names of a procedure's tables, lengths and counters in its text."""
+    """Prints a procedure, with names for its tables, lengths and counters."""
 
     def __init__(self, procedure: Procedure) -> None:
         self._procedure = procedure
@@ -180,7 +180,7 @@ class _Printer:
         return f"def {self._procedure.name}({', '.join(names)}):"
 
     def options(self) -> list[str]:
-        """The arguments of the decorator that tables need."""
+        """Return the arguments of the decorator that describe tables."""
         procedure = self._procedure
         work = procedure.of(Storage.WORK)
         shared = [table.name for table in procedure.of(Storage.ARGUMENT) if table.shared]
@@ -194,7 +194,7 @@ class _Printer:
         return found
 
     def lines(self, body: Sequence[Statement], indent: str) -> Iterator[str]:
-        """Statements."""
+        """Yield the lines of statements."""
         for statement in body:
             match statement:
                 case Apply(program, inputs, outputs):
@@ -221,7 +221,7 @@ class _Printer:
                     yield f"{indent}{_INDENT}{_INDENT}break"
 
     def _added(self, source: Place, target: Place, indent: str) -> Iterator[str]:
-        """A sum of rows; where index tables name no row to add, nothing."""
+        """Yield the lines of a sum of rows, with a condition if index tables may contain -1."""
         if isinstance(source.row, Through):
             counter = self._counters[source.row.loop]
             there = [f"{self._names[index]}[{counter}] >= 0" for index in source.row.indices]
@@ -234,7 +234,7 @@ class _Printer:
             yield f"{indent}{ADD_TO}({self._names[table.name]}, {self._key(target)}, {self._read(source)})"
 
     def _read(self, place: Place) -> str:
-        """A row as an argument."""
+        """Return the text of a row that is read."""
         table, name = self._tables[place.table], self._names[place.table]
         match place.row:
             case None if not table.lengths:
@@ -247,7 +247,7 @@ class _Printer:
                 raise self._unknown(place)
 
     def _written(self, place: Place) -> str:
-        """A row as a target."""
+        """Return the text of a row that is written."""
         table, name = self._tables[place.table], self._names[place.table]
         match place.row:
             case None if not table.lengths and table.storage is Storage.WORK:
@@ -260,7 +260,7 @@ class _Printer:
                 raise self._unknown(place)
 
     def _key(self, place: Place) -> str:
-        """The number of a row, which may be none."""
+        """Return the text of the number of a row, which may not exist."""
         self._over(place)
         match place.row:
             case Counter(loop):
@@ -278,7 +278,7 @@ class _Printer:
                 raise self._unknown(place)
 
     def _over(self, place: Place) -> Table:
-        """The table of a place, which is over as many lengths as its row has numbers."""
+        """Return the table of a place, after checking that its row has as many numbers as the table has lengths."""
         table = self._tables[place.table]
         numbers = len(place.row.indices) if isinstance(place.row, Through) else 1
         if not table.lengths or (place.row is not None and len(table.lengths) != numbers):
@@ -286,7 +286,7 @@ class _Printer:
         return table
 
     def _unknown(self, place: Place) -> BackendError:
-        return BackendError(f"kernel {self._procedure.name}", f"{place}", "a row that Python text can name")
+        return BackendError(f"kernel {self._procedure.name}", f"{place}", "a row that can be written in Python")
 
 
 def _declared(table: Table) -> str:

@@ -1,10 +1,10 @@
-"""Read emitted text back as programs: what a proof runs is the file on disk, not what the printers meant to write.
+"""Read emitted text back as programs, so that proofs apply to the files on disk and not to the intended output.
 
-The readers accept exactly what the printers write. A statement that changed into another legal one gives another
-program, which the proof then finds to be different; anything else that changed (a loop, a load, a macro, a parameter)
-no longer is what the printers write for that program, and is an error that names the line.
+The readers accept exactly the text that the printers write. A statement that was changed to another valid one gives a
+different program, which the proof detects. Any other change (to a loop, a load, a macro or a parameter) makes the text
+differ from the one printed for that program, and raises an error that names the line.
 
-The readers of C and Python share statements and expressions, so they are one file.
+The readers of C and Python are in one file because they share statements and expressions.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from .python import cost_text, form_text
 from .python_text import function_text
 
 OF_LOOPS = ("_module.part", "_module.loops")
-"""What declares kernels with loops and their parts, which `python_loop_reader` reads."""
+"""Decorators of kernels with loops and their parts, which `python_loop_reader` reads."""
 
 Function = Callable[..., tuple[tuple[Any, ...], ...]]
 
@@ -43,37 +43,37 @@ _CALLS = {notation.call(op.value): op for notation in (PYTHON, C) for op in MACR
 
 
 class Read(NamedTuple):
-    """A kernel as its text has it."""
+    """A kernel read from text: its program and its uniform variants."""
 
     program: Program
     forms: tuple[Uniform, ...]
 
 
 def c_functions(text: str, constant: Callable[[Fraction], Any] = lambda value: value) -> dict[str, Function]:
-    """The kernels of a ``.c`` file as functions over any ring.
+    """Read the kernels of a ``.c`` file as functions over any ring.
 
     Parameters
     ----------
     text : str
-        The file.
+        The contents of the file.
     constant : callable
-        Lifts an exact number into the ring, as for `gacompiler.ir.interpret.interpret`.
+        Converts an exact number to an element of the ring, as for `gacompiler.ir.interpret.interpret`.
 
     Returns
     -------
     dict of str to callable
-        Each takes a flat sequence of components for each argument and gives a tuple of flat results.
+        Functions that take a flat sequence of components for each argument and return a tuple of flat results.
 
     Raises
     ------
     BackendError
-        When the text is not what the printers write, naming the first line that is not.
+        If the text differs from what the printers write; the error names the first line that differs.
     """
     return {name: _function(read.program, constant) for name, read in c_programs(text).items()}
 
 
 def python_functions(text: str, constant: Callable[[Fraction], Any] = lambda value: value) -> dict[str, Function]:
-    """The kernels of a ``.py`` module as functions over any ring; as `c_functions`."""
+    """Read the kernels of a ``.py`` module as functions over any ring; see `c_functions`."""
     return {name: _function(read.program, constant) for name, read in python_programs(text).items()}
 
 
@@ -86,18 +86,18 @@ def _function(program: Program, constant: Callable[[Fraction], Any]) -> Function
 
 
 def c_programs(text: str) -> dict[str, Read]:
-    """The programs that a ``.c`` file holds, those of kernels with loops left out."""
+    """Read the programs of a ``.c`` file, without those of kernels with loops."""
     return _c_module(text)[0]
 
 
 def c_procedures(text: str) -> dict[str, Procedure]:
-    """The kernels with loops that a ``.c`` file holds, with the names that they have there."""
+    """Read the kernels with loops of a ``.c`` file, with the names used there."""
     return _c_module(text)[1]
 
 
 @lru_cache(maxsize=4)
 def _c_module(text: str) -> tuple[dict[str, Read], dict[str, Procedure]]:
-    """The kernels of a ``.c`` file, and those with loops."""
+    """Read the kernels without loops and the kernels with loops of a ``.c`` file."""
     body = _body(text, "//")
     every = body.splitlines()
     first = next((k for k, line in enumerate(every) if line.startswith(LOOPS_START)), len(every))
@@ -123,14 +123,14 @@ def _c_module(text: str) -> tuple[dict[str, Read], dict[str, Procedure]]:
     except (LookupError, StopIteration, TypeError, ValueError) as error:
         if isinstance(error, GacError) or first == len(every):
             raise
-        # A text that was changed may say what no procedure can.
-        raise BackendError("C text", f"{type(error).__name__}: {error}", "a file that gacompiler writes") from error
+        # A changed text may state something that is not a valid procedure.
+        raise BackendError("C text", f"{type(error).__name__}: {error}", "a file written by gacompiler") from error
     _compare("C text", expected, body)
     return {read.program.name: read for read in found}, {each.name: each for each in procedures}
 
 
 def _c_procedures(lines: list[str]) -> list[Procedure]:
-    """The kernels with loops, whose straight-line parts are functions, too."""
+    """Read the kernels with loops and their straight-line parts, which are separate functions."""
     parts = {}
     for k, line in enumerate(lines):
         if line.startswith("static INLINE void NAME(") and not re.match(r".*_within\)\(intptr_t ", line):
@@ -152,15 +152,15 @@ def _c_procedures(lines: list[str]) -> list[Procedure]:
 
 
 def _index(lines: list[str], first: int, start: str) -> int:
-    """The first line from `first` on that begins so."""
+    """Return the index of the first line from `first` on that starts with a text."""
     found = next((k for k in range(first, len(lines)) if lines[k].startswith(start)), None)
     if found is None:
-        raise BackendError("C text", f"no line {start!r}", "a file that gacompiler writes")
+        raise BackendError("C text", f"no line {start!r}", "a file written by gacompiler")
     return found
 
 
 class _CFunction(NamedTuple):
-    """A function of a C file; its statements are as in Python, constants without their type."""
+    """A function of a C file, with statements in Python syntax and constants without casts."""
 
     name: str
     parameters: tuple[str, ...]
@@ -169,11 +169,11 @@ class _CFunction(NamedTuple):
 
 
 def _c_function(lines: list[str], k: int) -> _CFunction:
-    """The function whose head begins in line `k`."""
+    """Read the function whose head begins in line `k`."""
     start, end = lines.index("{", k), lines.index("}", k)
     head = re.fullmatch(r"(?:static )?INLINE void NAME\((\w+)\)\((.*)\)", _joined(lines[k:start]))
     if head is None:
-        raise BackendError("C text", f"line {lines[k]!r}", "a kernel that gacompiler writes")
+        raise BackendError("C text", f"line {lines[k]!r}", "a kernel written by gacompiler")
     parameters = head[2].removesuffix(", WORD *far").split(", ")
     statements = []
     for statement in filter(None, _joined(lines[start + 1 : end]).split(";")):
@@ -186,12 +186,12 @@ def _c_function(lines: list[str], k: int) -> _CFunction:
 
 
 def _joined(lines: list[str]) -> str:
-    """Lines as one."""
+    """Join lines to one."""
     return re.sub(r"\s+", " ", " ".join(lines)).strip()
 
 
 def _c_kernel(lines: list[str], k: int) -> _CFunction:
-    """The kernel in line `k`, whose statements are elsewhere if it computes sines and their kin."""
+    """Read the kernel in line `k`, whose body is a separate function if it computes transcendental functions."""
     if lines[k].startswith("INLINE"):
         return _c_function(lines, k)
     name = lines[k].removeprefix("FUSED(").partition(",")[0]
@@ -199,13 +199,13 @@ def _c_kernel(lines: list[str], k: int) -> _CFunction:
 
 
 def _defined(lines: list[str], k: int) -> str:
-    """The macro that is defined in line `k` and the lines that continue it."""
+    """Return the definition of the macro in line `k`, with its continuation lines joined."""
     end = next((j for j in range(k, len(lines)) if not lines[j].endswith("\\")), k)
     return " ".join(line.removesuffix("\\").strip() for line in lines[k : end + 1])
 
 
 def _c_shapes(function: _CFunction, listed: str) -> tuple[list[Shape], list[Shape]]:
-    """The shapes of arguments and results, from the list of the parts of a kernel."""
+    """Return the shapes of arguments and results from the list of the parts of a kernel."""
     shapes: dict[bool, list[Shape]] = {False: [], True: []}
     for kind, numbers in re.findall(r"\b(IN|NUMBER|OUT)\((\d+, [\w, ]+)\)", listed):
         described = numbers.split(", ")
@@ -218,7 +218,7 @@ def _c_shapes(function: _CFunction, listed: str) -> tuple[list[Shape], list[Shap
 
 
 def _c_program(function: _CFunction, shapes: Sequence[Shape], out_shapes: Sequence[Shape]) -> Program:
-    """The program of statements ``x = m[1]``, ``t = a * b``, ``out[0] = t``, in that order."""
+    """Read a program from statements ``x = m[1]``, ``t = a * b``, ``out[0] = t``, in that order."""
     where = f"C text of {function.name}"
     n_arguments = len(shapes)
     parameters, outputs = function.parameters[:n_arguments], function.parameters[n_arguments:]
@@ -243,7 +243,7 @@ def _c_program(function: _CFunction, shapes: Sequence[Shape], out_shapes: Sequen
     results = [[tree for tree in entries[name] if tree is not None] for name in outputs]
     for name, trees in zip(outputs, results, strict=True):
         if len(trees) != sizes[name]:
-            raise BackendError(where, f"{name} is not written in full", f"{sizes[name]} entries")
+            raise BackendError(where, f"{len(trees)} entries of {name} are written", f"{sizes[name]}")
     text = Nested(
         parameters, outputs, tuple(map(tuple, components.values())), tuple(statements), tuple(map(tuple, results))
     )
@@ -260,13 +260,13 @@ def _form(
     n_prepared: int,
     read: Callable[[_Text, Sequence[Shape], Sequence[Shape]], Program],
 ) -> Uniform:
-    """A form from the texts of its functions; shapes are those of the kernel, and what is prepared is counted."""
+    """Read a uniform variant from its two functions; `n_prepared` is the number of prepared coefficients."""
     suffix = prepare.name.removeprefix(f"{program.name}_prepare_")
     kept = suffix.split("_")
     every = [argument.name for argument in program.arguments]
     same = tuple(name for k, name in enumerate(every) if name in kept or str(k) in kept)
     if not 0 < len(same) == len(kept) < len(every) or apply.name != f"{program.name}_apply_{suffix}":
-        raise BackendError(f"text of {program.name}", f"functions {prepare.name} and {apply.name}", "a form of it")
+        raise BackendError(f"text of {program.name}", f"functions {prepare.name} and {apply.name}", "a variant of it")
     prepared: Shape = (n_prepared,)
     fixed = [argument.shape for argument in program.arguments if argument.name in same]
     changing: list[Shape] = [argument.shape for argument in program.arguments if argument.name not in same]
@@ -284,12 +284,12 @@ class PythonFunction(NamedTuple):
 
 
 def python_programs(text: str) -> dict[str, Read]:
-    """The programs that a ``.py`` module holds."""
+    """Read the programs of a ``.py`` module, without those of kernels with loops."""
     lines, nodes = python_statements(text)
     definitions = [node for node in nodes if isinstance(node, ast.FunctionDef)]
     functions = {node.name: python_function(lines, node) for node in definitions}
     if len(functions) != len(definitions):
-        raise BackendError("Python text", "two functions of one name", "a module that gacompiler writes")
+        raise BackendError("Python text", "two functions with the same name", "a module written by gacompiler")
     forms: dict[str, list[ast.Call]] = {}
     for node in nodes:
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
@@ -306,13 +306,13 @@ def python_programs(text: str) -> dict[str, Read]:
 
 
 def python_statements(text: str) -> tuple[list[str], list[ast.stmt]]:
-    """The lines of a ``.py`` module below its header, and its statements."""
+    """Return the lines and the statements of a ``.py`` module below its header."""
     body = _body(text, "#")
     return body.splitlines(), _parsed("Python text", body)
 
 
 def python_function(lines: list[str], node: ast.FunctionDef) -> PythonFunction:
-    """A function without its docstring."""
+    """Return a function without its docstring."""
     documented = isinstance(node.body[0], ast.Expr)
     statements = node.body[1:] if documented else node.body
     first = node.body[0].end_lineno if documented else node.lineno
@@ -331,7 +331,7 @@ def _python_read(
     decorator: ast.Call,
     forms: list[ast.Call],
 ) -> Read:
-    """A kernel and its forms, whose shapes are in its decorator."""
+    """Read a kernel and its uniform variants, with the shapes from its decorator."""
     where = f"Python text of {name}"
     program = python_program(functions[name], *shapes_in(ast.literal_eval(decorator.args[0])))
     options = {keyword.arg: keyword.value for keyword in decorator.keywords}
@@ -347,7 +347,7 @@ def _python_read(
             case [*_, ast.Return(ast.Tuple(prepared))]:
                 read.append(_form(program, prepare, apply, len(prepared), python_program))
             case _:
-                raise BackendError(f"Python text of {prepare.name}", "no tuple of coefficients", "one at its end")
+                raise BackendError(f"Python text of {prepare.name}", "no tuple of coefficients", "a tuple at its end")
         found += [prepare, apply]
         expected = form_text(program, read[-1], declared)
         _compare(where, "\n".join(expected), "\n".join(lines[form.lineno - 1 : form.end_lineno]))
@@ -357,7 +357,7 @@ def _python_read(
 
 
 def python_program(function: PythonFunction, shapes: Sequence[Shape], out_shapes: Sequence[Shape]) -> Program:
-    """The program of statements ``a, b = m``, ``t = a * b``, ``return t``, in that order."""
+    """Read a program from statements ``a, b = m``, ``t = a * b``, ``return t``, in that order."""
     where = f"Python text of {function.name}"
     if len(function.parameters) != len(shapes) or not function.statements:
         raise BackendError(where, f"{len(function.parameters)} parameters", f"a function of {len(shapes)} arguments")
@@ -389,7 +389,7 @@ def python_program(function: PythonFunction, shapes: Sequence[Shape], out_shapes
 
 
 def _entries(where: str, value: ast.expr, shape: Shape) -> list[ast.expr]:
-    """What nested tuples of that shape hold, in C order."""
+    """Return the entries of nested tuples of a shape, in C order."""
     if not shape:
         return [value]
     if not isinstance(value, ast.Tuple) or len(value.elts) != shape[0]:
@@ -398,19 +398,19 @@ def _entries(where: str, value: ast.expr, shape: Shape) -> list[ast.expr]:
 
 
 def _parsed(where: str, text: str) -> list[ast.stmt]:
-    """The statements of a text."""
+    """Parse the statements of a text."""
     try:
         return ast.parse(text).body
     except (SyntaxError, RecursionError, MemoryError) as error:
-        raise BackendError(where, f"{error}", "a text that gacompiler writes") from error
+        raise BackendError(where, f"{error}", "a text written by gacompiler") from error
 
 
 def _unreadable(where: str, node: ast.AST) -> BackendError:
-    return BackendError(where, f"line {ast.unparse(node)!r}", "a statement that gacompiler writes")
+    return BackendError(where, f"line {ast.unparse(node)!r}", "a statement written by gacompiler")
 
 
 def _node(where: str, value: ast.expr) -> Node:
-    """An operation."""
+    """Read an expression that must be an operation."""
     tree = _tree(where, value)
     if not isinstance(tree, Node):
         raise _unreadable(where, value)
@@ -418,7 +418,7 @@ def _node(where: str, value: ast.expr) -> Node:
 
 
 def _tree(where: str, value: ast.expr) -> Tree:
-    """An expression. A quotient of two numbers is a number, and one that is negative begins with its sign."""
+    """Read an expression. Quotients of two numbers, and numbers with a sign, are numbers."""
     match value:
         case ast.Name(name):
             return name
@@ -443,10 +443,10 @@ def _tree(where: str, value: ast.expr) -> Tree:
 
 
 def _body(text: str, prefix: str) -> str:
-    """The text below the header."""
+    """Return the text below the header."""
     head, mark, rest = text.partition(f"{prefix} body: ")
     if not mark or not all(line.startswith(prefix) for line in head.splitlines()):
-        raise BackendError("generated file", "no header", "the header that gacompiler writes")
+        raise BackendError("generated file", "no header", "the header written by gacompiler")
     return rest.partition("\n")[2]
 
 

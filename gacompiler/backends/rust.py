@@ -1,4 +1,4 @@
-"""Rust: functions of one element and over slices of elements, generic over ``f64`` and ``f32``; no crate is needed."""
+"""Print modules as Rust: functions of one element and of slices of elements, generic over ``f64`` and ``f32``."""
 
 from __future__ import annotations
 
@@ -65,14 +65,14 @@ RUST = Language(
 
 
 _ABOUT_LOOPS = """
-Kernels with loops are functions of one element that have the lengths of their tables first. A table is a slice of rows.
-A row that is not there, but is in an index table, is a panic. The work space has at least as many numbers as the
-function _work says.
+Kernels with loops are functions of one element, whose first parameters are the lengths of their tables. A table is a
+slice of rows. An index table that refers to a row that does not exist causes a panic. The work space must have at least
+the size, in numbers, that is returned by the function _work.
 """
 
 
 def rust_source(module: ModuleSource) -> str:
-    """The ``.rs`` of a module, to be a module of a crate: ``mod pga3;``."""
+    """Print the ``.rs`` file of a module, for use as a module of a crate: ``mod pga3;``. It needs no other crate."""
     kernels, loops = [], []
     wanted = [kernel.program.name for kernel in module.kernels] + [loop.procedure.name for loop in module.loops]
     file_names = LanguageNames(RUST)
@@ -114,7 +114,7 @@ def _entry(part: Part, k: int) -> str:
 
 
 def _parameters(printed: Function, borrowed: str = "&") -> str:
-    """The parameters of a function of one element, whose arguments are borrowed or values."""
+    """Return the parameters of a function of one element, whose arguments are borrowed or passed by value."""
     inputs = [
         f"{part.name}: T" if part.is_scalar else f"{part.name}: {borrowed}{_type(part)}" for part in printed.inputs
     ]
@@ -126,7 +126,7 @@ def _type(part: Part) -> str:
 
 
 def _batch(printed: Function, name: str) -> dict[str, str]:
-    """What the template needs for the loop over a batch; a slice of one element stands for all elements."""
+    """Return the values for the loop over a batch in the template; a slice of one element is used for all elements."""
     names = LanguageNames(RUST)
     names.fresh(name)
     slices = [names.fresh(part.name) for part in printed.parts]

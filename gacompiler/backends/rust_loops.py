@@ -1,6 +1,6 @@
-"""Kernels with loops in Rust: functions of one element, whose tables are slices of rows.
+"""Print kernels with loops as Rust: functions of one element, whose tables are slices of rows.
 
-Parts take rows by value, so that a row may be both what a part reads and what it writes.
+Parts take rows by value, so that a part may write to a row that it reads.
 """
 
 from __future__ import annotations
@@ -46,7 +46,8 @@ fn _row_mut<T: Real, const K: usize>(table: &mut [T], k: usize) -> &mut [T; K] {
     (&mut table[K * k..K * (k + 1)]).try_into().unwrap()
 }
 """
-"""Functions whose names no kernel has: rows of the work space, which is one slice of numbers, and sums of rows."""
+"""Functions for rows of the work space, which is one slice of numbers, and for sums of rows. No kernel can have their
+names."""
 
 _ZERO, _ONE = "T::number(0.0)", "T::number(1.0)"
 _WORDS = LoopWords(
@@ -64,12 +65,12 @@ _WORDS = LoopWords(
 
 
 def loop_functions(loop: LoopSource, names: LoopNames, language: Language) -> list[list[str]]:
-    """The function that says how large the work space is, and that of one element."""
+    """Print the function that returns the size of the work space, and the function for one element."""
     taken = names.inside(language)
     named = named_in(taken, loop.procedure)
     lengths = [f"{length}: usize" for length in named.lengths]
     size = [
-        f"/// How many numbers the work space of `{names.own}` has.",
+        f"/// Return the size of the work space of `{names.own}` in numbers.",
         f"pub fn {names.work}({', '.join(lengths)}) -> usize {{",
         f"    {work_numbers(named)}",
         "}",
@@ -87,7 +88,7 @@ def loop_functions(loop: LoopSource, names: LoopNames, language: Language) -> li
 
 
 class _RustText(StatementText):
-    """The function of one element."""
+    """Prints the function for one element."""
 
     words = _WORDS
 
@@ -97,7 +98,7 @@ class _RustText(StatementText):
         self._work = names.fresh("work")
 
     def parameters(self) -> list[str]:
-        """The parameters behind the lengths."""
+        """Return the parameters after the lengths."""
         found = []
         for table in (*self._procedure.parameters, *self._procedure.results):
             if table.storage is Storage.INDEX:
@@ -110,7 +111,7 @@ class _RustText(StatementText):
         return [*found, f"{self._work}: &mut [T]"]
 
     def function(self) -> list[str]:
-        """Its statements."""
+        """Print the body of the function."""
         named = self._procedure
         body = self.lines(named.body)
         tables = [table for table in (*named.parameters, *named.results) if table.lengths]
@@ -126,7 +127,9 @@ class _RustText(StatementText):
         written = [place.table for place in statement.outputs]
         if len(set(written)) < len(written):
             where = f"Rust text of {self._procedure.name}"
-            raise BackendError(where, f"a part that writes two rows of one of {', '.join(written)}", "a table for each")
+            raise BackendError(
+                where, f"a part that writes two rows of a table, {', '.join(written)}", "one row of each"
+            )
         passed = [*map(self._value, statement.inputs), *map(self._written, statement.outputs)]
         return [f"{self._functions[statement.program.name]}({', '.join(passed)});"]
 
@@ -150,7 +153,7 @@ class _RustText(StatementText):
         return self._chosen(place, self._row, self._single)
 
     def _written(self, place: Place) -> str:
-        """A row to write to."""
+        """Return a mutable reference to a row."""
         return self._chosen(place, self._target, self._single_target)
 
     def _row(self, table: Table, row: str) -> str:
@@ -170,7 +173,7 @@ class _RustText(StatementText):
 
 
 def _type(table: Table) -> str:
-    """The type of a row."""
+    """Return the type of a row."""
     return f"[T; {table.size}]" if table.shape else "T"
 
 

@@ -1,7 +1,7 @@
-"""What the printers of further languages share for kernels with loops: names, work space, and rows that are moved.
+"""Shared parts of the printers of further languages for kernels with loops: names, work space, and copies of rows.
 
-A kernel with loops is a function of one element: lengths first, then arguments and index tables in the order of the
-parameters, results, and work space. Its straight-line parts are functions of their own.
+A kernel with loops is a function of one element. Its parameters are the lengths, the arguments and index tables in
+their order, the results, and the work space. Its straight-line parts are separate functions.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from .targets import Language, LanguageNames
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RowWords(LoopWords):
-    """How a language writes loops, and those over the numbers of a row.
+    """Notation of loops and conditions, including loops over the numbers of a row.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class RowWords(LoopWords):
 
 
 class RowText(StatementText):
-    """Statements in which rows are copied and added one number after the other."""
+    """Prints statements in which rows are copied and added number by number."""
 
     words: RowWords
 
@@ -56,7 +56,7 @@ class RowText(StatementText):
         return self._each(table, lambda k: form.format(self._entry(target, k), self._entry(source, k)))
 
     def _each(self, table: Table, statement: Callable[[str], str]) -> list[str]:
-        """A statement for every number of a row."""
+        """Return the lines that execute a statement for every number of a row."""
         if table.size == 1:
             return [statement("0")]
         return self._block(self.words.each.format(k=self._k, size=table.size), [statement(self._k)])
@@ -65,20 +65,20 @@ class RowText(StatementText):
         return self._entry(place, "0")
 
     def _entry(self, place: Place, k: str) -> str:
-        """A number of a row, its only one for tables of numbers."""
+        """Return the text of a number of a row, which is the only one if the rows are scalars."""
         return self._chosen(place, lambda table, row: self._cell(table, row, k), lambda table: self._only(table, k))
 
     def _place(self, table: Table, row: str, k: str) -> str:
-        """Where in a table of rows, one behind the other, a number is."""
+        """Return the text of the position of a number in a table of contiguous rows."""
         return row if table.size == 1 else f"{product(table.size, row)} + {k}"
 
     @abstractmethod
     def _cell(self, table: Table, row: str, k: str) -> str:
-        """A number of the row of that number."""
+        """Return the text of the number `k` of the row `row`."""
 
     @abstractmethod
     def _only(self, table: Table, k: str) -> str:
-        """A number of the only row of a table."""
+        """Return the text of the number `k` of the only row of a table."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,9 +88,9 @@ class LoopNames:
     Attributes
     ----------
     own, work : str
-        That of one element, and that which says how many numbers its work space has.
+        The function for one element, and the function that returns the size of its work space.
     parts : mapping of str to str
-        Those of its parts, by the names of their programs.
+        The functions of its parts, by the names of their programs.
     """
 
     own: str
@@ -98,7 +98,7 @@ class LoopNames:
     parts: Mapping[str, str]
 
     def inside(self, language: Language, *others: str) -> LanguageNames:
-        """The names of a function that calls these and others."""
+        """Return names for the variables of a function that calls these functions and others."""
         names = LanguageNames(language)
         for name in (self.own, self.work, *self.parts.values(), *others):
             names.fresh(name)
@@ -106,44 +106,44 @@ class LoopNames:
 
 
 def loop_names(procedure: Procedure, own: str, names: LanguageNames, prefix: str = "") -> LoopNames:
-    """Legal and distinct names for the functions of a kernel whose own name is taken already."""
+    """Choose legal and distinct names for the functions of a kernel, whose own name is already chosen."""
     parts = {part.name: names.fresh(f"{prefix}{part.name}") for part in loop_parts(procedure)}
     return LoopNames(own, names.fresh(f"{own}_work"), parts)
 
 
 def named_in(names: LanguageNames, procedure: Procedure) -> Procedure:
-    """A procedure whose lengths, tables and counters have their names in a language."""
+    """Rename lengths, tables and counters of a procedure for a language."""
     return renamed(procedure, names.fresh)
 
 
 def long_work(procedure: Procedure) -> list[Table]:
-    """The tables in the work space; those of a single row are local variables."""
+    """Return the work tables in the work space; those of a single row are local variables."""
     return [table for table in procedure.of(Storage.WORK) if table.lengths]
 
 
 def short_work(procedure: Procedure) -> list[Table]:
-    """The tables that are local variables."""
+    """Return the work tables that are local variables."""
     return [table for table in procedure.of(Storage.WORK) if not table.lengths]
 
 
 def numbers(table: Table) -> str:
-    """How many numbers a table has."""
+    """Return the size of a table in numbers."""
     return product(table.size, *table.lengths)
 
 
 def work_numbers(procedure: Procedure) -> str:
-    """How many numbers the work space has."""
+    """Return the size of the work space in numbers."""
     return _total(long_work(procedure))
 
 
 def work_places(procedure: Procedure) -> list[tuple[Table, str]]:
-    """Each table in the work space, and where it begins."""
+    """Return the tables in the work space with their offsets."""
     tables = long_work(procedure)
     return [(table, _total(tables[:k])) for k, table in enumerate(tables)]
 
 
 def _total(tables: Sequence[Table]) -> str:
-    """How many numbers some tables have: ``5 * n + 2 * n * m``."""
+    """Return the total size of tables in numbers: ``5 * n + 2 * n * m``."""
     sizes = Counter[tuple[str, ...]]()
     for table in tables:
         sizes[table.lengths] += table.size
@@ -151,17 +151,17 @@ def _total(tables: Sequence[Table]) -> str:
 
 
 def loop_comment(loop: LoopSource) -> str:
-    """The comment above a kernel with loops: tables, work space, cost and error."""
+    """Return the comment above a kernel with loops: tables, work space, cost and error."""
     size = work_numbers(loop.procedure)
-    use = "is not used" if size == "0" else "for rows that are computed on the way"
+    use = "not used" if size == "0" else "for intermediate rows"
     return c_loop_comment(loop, f"work[{size}]  {use}.")
 
 
 def loop_comment_lines(loop: LoopSource) -> list[str]:
-    """The same without the marks of a comment."""
+    """Return the comment above a kernel with loops without comment markers."""
     return [line[3:] for line in loop_comment(loop).removesuffix(" */").splitlines()]
 
 
 def programs(loop: LoopSource) -> tuple[Program, ...]:
-    """The straight-line parts, in the order of the text."""
+    """Return the straight-line parts, in the order of the text."""
     return loop_parts(loop.procedure)

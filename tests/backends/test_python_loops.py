@@ -188,7 +188,7 @@ def test_names_of_parts_belong_to_the_module() -> None:
     for taken in ("squares", "squares_1", "squares_rows", "squares_work"):
         program = Program(taken, (Argument("x", (), ("x",)),), (), (Result("out", (), ("x",)),))
         kernels = (KernelSource(program, "S", (), cost(program)),)
-        with pytest.raises(BackendError, match=f"its name {taken} belongs to kernel"):
+        with pytest.raises(BackendError, match=f"its name {taken} is already used by kernel"):
             python_source(ModuleSource("m", "S", "gac", "00", kernels, (loops,)))
 
 

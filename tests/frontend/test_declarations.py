@@ -131,7 +131,7 @@ def test_names_that_mean_something_in_c(name: str) -> None:
     assert gacompiler.compile(kernel(**{name: SCALAR})(made["named"]), backend)(3.0) == 10
     definition = kernel(**{name: SCALAR})(made[name])
     if name in ("NULL", "REAL"):
-        with pytest.raises(GacError, match=f"{name} belongs to the headers of C"):
+        with pytest.raises(GacError, match=f"{name} is already used by the C headers"):
             gacompiler.compile(definition, backend)
     else:
         assert gacompiler.compile(definition, backend)(3.0) == 10

@@ -584,7 +584,7 @@ def renamed(definition: Kernel, name: str) -> Kernel:
 def test_a_kernel_may_not_have_the_name_of_a_form(name: str, records: Records) -> None:
     other = kernel_source(compile_kernel(renamed(move_point, name)))
     for sources in ((kernel_source(records["move_point"]), other), (other, kernel_source(records["move_point"]))):
-        with pytest.raises(BackendError, match=r"move_point.* belongs to .*\bkernel\b.*rename"):
+        with pytest.raises(BackendError, match=r"move_point.* is already used by .*\bkernel\b.*rename"):
             python_source(ModuleSource("both", "", "", "", sources))
 
 
