@@ -78,11 +78,11 @@ _LOOPS = LoopDialect(
     "long long",
 )
 _ABOUT_LOOPS = """
-The first parameters of kernels with loops are the lengths of their tables. The rows of a table are contiguous; its
-strides are to the table of the next element and to the next number. Index tables are shared by all elements and are not
-checked. Results and work space must not overlap other arrays. The size of the work space for each thread, in numbers,
-is returned by the function _work and does not depend on the number of elements; its strides are to the space of the
-next thread and to the next number.
+Kernels with loops take the lengths of their tables first. The rows of a table are contiguous; its
+strides are to the table of the next element and to the next number. Index tables are shared by all elements and
+are not checked. Results and work space must not overlap other arrays. The size of the work space for each thread,
+in numbers, is returned by the function _work and does not depend on the number of elements; its strides are to the
+space of the next thread and to the next number.
 """
 
 

@@ -59,10 +59,10 @@ JAVASCRIPT = Language(
 
 
 _ABOUT_LOOPS = """
-Kernels with loops are functions of one element, whose first parameters are the lengths of their tables. A table is an
-array of numbers with contiguous rows. Index tables are not checked. Results and work space must not overlap other
-arrays. The work space is a Float64Array of at least the length returned by the function _work; it is allocated if it
-is omitted.
+Kernels with loops are functions of one element, whose first parameters are the lengths of their tables. A table is
+an array of numbers with contiguous rows. Index tables are not checked. Results and work space must not overlap
+other arrays. The work space is a Float64Array of at least the length returned by the function _work; it is
+allocated if it is omitted.
 """
 
 

@@ -63,11 +63,11 @@ OPENCL = Language(
 
 _LOOPS = LoopDialect(OPENCL, _GRID, "OpenCL", "void", "", "__global long")
 _ABOUT_LOOPS = """
-The first parameters of kernels with loops are the lengths of their tables. The rows of a table are contiguous; its
-strides are to the table of the next element and to the next number. Index tables are shared by all elements and are not
-checked. Results and work space must not overlap other arrays. The size of the work space for each work item, in
-numbers, is given in the comment of the kernel and does not depend on the number of elements; its strides are to the
-space of the next work item and to the next number.
+Kernels with loops take the lengths of their tables first. The rows of a table are contiguous; its
+strides are to the table of the next element and to the next number. Index tables are shared by all elements and
+are not checked. Results and work space must not overlap other arrays. The size of the work space for each work
+item, in numbers, is given in the comment of the kernel and does not depend on the number of elements; its strides
+are to the space of the next work item and to the next number.
 """
 
 

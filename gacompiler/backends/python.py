@@ -118,7 +118,9 @@ def taken_names() -> frozenset[str]:
 def check_names(module: ModuleSource) -> None:
     """Raise `BackendError` if a kernel would hide a name that the emitted module needs."""
     if module.name == "gac" or module.name.startswith("gac_"):
-        raise BackendError(f"module {module.name}", "names gac and gac_... are reserved", "another name", "rename it")
+        raise BackendError(
+            f"module {module.name}", "names gac and gac_... belong to the runtime", "another", "rename it"
+        )
     taken: dict[str, str] = dict.fromkeys(sorted(taken_names()), "the module itself")
     taken |= dict.fromkeys(sorted(C_MACRO_NAMES), "the C headers")
     for kernel in module.kernels:

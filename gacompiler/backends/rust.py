@@ -65,9 +65,9 @@ RUST = Language(
 
 
 _ABOUT_LOOPS = """
-Kernels with loops are functions of one element, whose first parameters are the lengths of their tables. A table is a
-slice of rows. An index table that refers to a row that does not exist causes a panic. The work space must have at least
-the size, in numbers, that is returned by the function _work.
+Kernels with loops are functions of one element, whose first parameters are the lengths of their tables. A table is
+a slice of rows. An index table that refers to a row that does not exist causes a panic. The work space must have
+at least the size, in numbers, that is returned by the function _work.
 """
 
 

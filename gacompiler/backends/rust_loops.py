@@ -127,9 +127,7 @@ class _RustText(StatementText):
         written = [place.table for place in statement.outputs]
         if len(set(written)) < len(written):
             where = f"Rust text of {self._procedure.name}"
-            raise BackendError(
-                where, f"a part that writes two rows of a table, {', '.join(written)}", "one row of each"
-            )
+            raise BackendError(where, f"a part that writes two rows of one of {', '.join(written)}", "one row of each")
         passed = [*map(self._value, statement.inputs), *map(self._written, statement.outputs)]
         return [f"{self._functions[statement.program.name]}({', '.join(passed)});"]
 
