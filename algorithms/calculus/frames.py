@@ -18,7 +18,7 @@ _SINGULAR = 1e-13
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReciprocalFrame:
-    """What `reciprocal_frame` gives.
+    """Result of `reciprocal_frame`.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class ReciprocalFrame:
 
 
 def reciprocal_frame(vectors: ArrayLike, gram: ArrayLike | None = None) -> ReciprocalFrame:
-    """The vectors ``f_i`` in the span of a frame with ``f_i . e_j = 1`` where ``i = j``, and 0 elsewhere.
+    """Return the vectors ``f_i`` in the span of a frame with ``f_i . e_j = 1`` where ``i = j``, and 0 elsewhere.
 
     They are ``f_i = (-1)**(i - 1) (e_1 ^ ... without e_i ... ^ e_k) E**-1`` with ``E = e_1 ^ ... ^ e_k``. So the
     coordinates of any `x` of the span are ``f_i . x``, and of any other `x` those of its projection on the span.
@@ -54,7 +54,7 @@ def reciprocal_frame(vectors: ArrayLike, gram: ArrayLike | None = None) -> Recip
     Raises
     ------
     TypeError, ValueError
-        Where shapes do not fit, or values are not real numbers.
+        If shapes do not fit, or values are not real numbers.
 
     Notes
     -----
@@ -95,5 +95,5 @@ def reciprocal_frame(vectors: ArrayLike, gram: ArrayLike | None = None) -> Recip
 
 
 def _least(matrices: Floats, size: float) -> Floats:
-    """The least singular value, as a part of `size`."""
+    """Return the least singular value, as a part of `size`."""
     return np.asarray(np.linalg.svd(matrices, compute_uv=False)[..., -1] / max(size, np.finfo(float).tiny))

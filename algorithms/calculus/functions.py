@@ -57,7 +57,7 @@ FUNCTIONS = tuple(_NUMBERS)
 
 
 def multivector_function(name: str, x: ArrayLike, squares: ArrayLike | None = None) -> Floats:
-    """A function of multivectors by its power series, or by the principal branch where it is an inverse function.
+    """Return a function of multivectors by its power series, or by the principal branch where it is an inverse function.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ def _of_matrices(name: str, x: Floats, squares: tuple[int, ...]) -> Floats:
 
 @cache
 def _multiplication(squares: tuple[int, ...]) -> tuple[NDArray[np.int64], Floats]:
-    """The matrix of ``y -> x y`` is ``x[rows] * factors``."""
+    """Return the matrix of ``y -> x y`` is ``x[rows] * factors``."""
     n = len(squares)
     bitmaps = bitmaps_of(n)
     place = np.empty(1 << n, np.int64)

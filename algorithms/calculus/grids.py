@@ -28,7 +28,7 @@ def grid_derivative(
     part: str = "whole",
     squares: ArrayLike | None = None,
 ) -> Floats:
-    """The vector derivative ``D F = sum e^k d_k F`` of a field on a grid of n axes, in any signature.
+    """Return the vector derivative ``D F = sum e^k d_k F`` of a field on a grid of n axes, in any signature.
 
     Applied twice it is the Laplacian, or the wave operator. Of scalars the outer part is the gradient; of vectors the
     inner part is the divergence and the outer part the curl, as a bivector.
@@ -56,7 +56,7 @@ def grid_derivative(
     Raises
     ------
     TypeError, ValueError
-        Where shapes do not fit, steps are not positive, options are unknown, or an axis has fewer points than
+        If shapes do not fit, steps are not positive, options are unknown, or an axis has fewer points than
         differences take.
     """
     steps = real_array(spacing, "spacing", (-1,), "steps along the axes").astype(np.float64, copy=False)
@@ -128,7 +128,7 @@ def _stencils(length: int, order: int, periodic: bool) -> tuple[NDArray[np.int64
 
 @cache
 def _weights(offsets: tuple[int, ...]) -> Floats:
-    """The derivative at 0 of the polynomial through values at whole numbers."""
+    """Return the derivative at 0 of the polynomial through values at whole numbers."""
     powers = np.vander(offsets, increasing=True).T
     found = np.linalg.solve(powers, np.eye(len(offsets))[1])
     return np.asarray(np.where(np.abs(found) < 1e-12, 0.0, found))

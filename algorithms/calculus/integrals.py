@@ -24,7 +24,7 @@ Field = Callable[[Floats], ArrayLike]
 
 
 def integral(mesh: SimplicialMesh, field: Field, degree: int) -> Floats:
-    """The integral of a field over a mesh by lengths, areas or volumes, whatever its orientation.
+    """Return the integral of a field over a mesh by lengths, areas or volumes, whatever its orientation.
 
     Parameters
     ----------
@@ -42,14 +42,14 @@ def integral(mesh: SimplicialMesh, field: Field, degree: int) -> Floats:
     Raises
     ------
     TypeError, ValueError
-        Where values do not fit or are not finite.
+        If values do not fit or are not finite.
     """
     values, weights = _values(mesh, field, degree, None)
     return np.asarray(np.einsum("c,cq...,q->...", mesh.contents() * np.abs(mesh.weights), values, weights))
 
 
 def directed_integral(mesh: SimplicialMesh, field: Field, degree: int, left: Field | None = None) -> Floats:
-    """The directed integral of ``dX F``, or of ``G dX F`` with a field on the left too.
+    """Return the directed integral of ``dX F``, or of ``G dX F`` with a field on the left too.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def directed_integral(mesh: SimplicialMesh, field: Field, degree: int, left: Fie
     Raises
     ------
     TypeError, ValueError
-        Where values do not fit or are not finite.
+        If values do not fit or are not finite.
     """
     n, product = mesh.n, product_of(mesh.n)
     values, weights = _values(mesh, field, degree, 1 << n)
@@ -80,7 +80,7 @@ def directed_integral(mesh: SimplicialMesh, field: Field, degree: int, left: Fie
 
 
 def flux(mesh: SimplicialMesh, field: Field, degree: int) -> float:
-    """The flux of a vector field through a hypersurface: the integral of ``V ^ dS``, over the pseudoscalar.
+    """Return the flux of a vector field through a hypersurface: the integral of ``V ^ dS``, over the pseudoscalar.
 
     Over a boundary it is the integral of the divergence: outward counts.
 
@@ -96,7 +96,7 @@ def flux(mesh: SimplicialMesh, field: Field, degree: int) -> float:
     Raises
     ------
     TypeError, ValueError
-        Where the mesh is no hypersurface, or values do not fit or are not finite.
+        If the mesh is no hypersurface, or values do not fit or are not finite.
     """
     n = mesh.n
     if mesh.dimension != n - 1:
@@ -108,7 +108,7 @@ def flux(mesh: SimplicialMesh, field: Field, degree: int) -> float:
 
 
 def circulation(mesh: SimplicialMesh, field: Field, degree: int) -> float:
-    """The circulation of a vector field along a curve: the integral of ``V . dX``.
+    """Return the circulation of a vector field along a curve: the integral of ``V . dX``.
 
     Along the boundary of a surface it is the integral of the curl, ``-(D ^ V) . dX`` in the surface (Stokes).
 
@@ -124,7 +124,7 @@ def circulation(mesh: SimplicialMesh, field: Field, degree: int) -> float:
     Raises
     ------
     TypeError, ValueError
-        Where the mesh is no curve, or values do not fit or are not finite.
+        If the mesh is no curve, or values do not fit or are not finite.
     """
     if mesh.dimension != 1:
         raise ValueError(f"mesh: dimension {mesh.dimension}; expected 1, a curve")
@@ -133,7 +133,7 @@ def circulation(mesh: SimplicialMesh, field: Field, degree: int) -> float:
 
 
 def cauchy_integral(surface: SimplicialMesh, field: Field, at: ArrayLike, degree: int) -> Floats:
-    """The values that a field with ``D F = 0`` has inside a closed surface, from those on it, in any dimension.
+    """Return the values that a field with ``D F = 0`` has inside a closed surface, from those on it, in any dimension.
 
     ``F(a) = I^-1 integral of E(x - a) dS F(x)``, ``E(x) = x / (|x|**n`` area of the unit sphere``)``. Outside it is 0.
 
@@ -155,7 +155,7 @@ def cauchy_integral(surface: SimplicialMesh, field: Field, at: ArrayLike, degree
     Raises
     ------
     TypeError, ValueError
-        Where the mesh is no hypersurface or not closed, or values do not fit or are not finite.
+        If the mesh is no hypersurface or not closed, or values do not fit or are not finite.
     """
     n, product = surface.n, product_of(surface.n)
     if n < 2 or surface.dimension != n - 1:

@@ -44,7 +44,7 @@ class LinearFunction:
     Raises
     ------
     TypeError, ValueError
-        Where this is no batch of finite real matrices of that size.
+        If this is no batch of finite real matrices of that size.
     """
 
     matrix: Floats
@@ -61,7 +61,7 @@ class LinearFunction:
         return self.matrix.shape[:-2]
 
     def __matmul__(self, other: LinearFunction) -> LinearFunction:
-        """The function that does `other` first."""
+        """Return the function that does `other` first."""
         if not isinstance(other, LinearFunction):
             return NotImplemented
         if self.matrix.shape[-1] != other.matrix.shape[-2]:
@@ -81,7 +81,7 @@ class LinearFunction:
         Raises
         ------
         TypeError, ValueError
-            Where `x` is no blade of n vectors, or one of more than m of them in factored form.
+            If `x` is no blade of n vectors, or one of more than m of them in factored form.
         """
         if not isinstance(x, (Blade, FactoredBlade)):
             raise TypeError(f"x: {type(x).__name__}; expected Blade or FactoredBlade")
@@ -97,7 +97,7 @@ class LinearFunction:
         return FactoredBlade(made.vectors, made.scale * x.scale)
 
     def outermorphism(self, grade: int) -> Floats:
-        """The matrix of the function on blades of a grade: its compound matrix, of all minors of that order.
+        """Return the matrix of the function on blades of a grade: its compound matrix, of all minors of that order.
 
         Parameters
         ----------
@@ -112,7 +112,7 @@ class LinearFunction:
         Raises
         ------
         ValueError
-            Where there is no such grade.
+            If there is no such grade.
         """
         smaller = min(self.matrix.shape[-2:])
         if isinstance(grade, bool) or not isinstance(grade, (int, np.integer)) or not 0 <= grade <= smaller:
@@ -147,7 +147,7 @@ class LinearFunction:
         return np.concatenate(parts, -1)
 
     def adjoint(self, gram: ArrayLike | None = None) -> LinearFunction:
-        """The adjoint: ``a . f(b) = adjoint(a) . b``.
+        """Return the adjoint: ``a . f(b) = adjoint(a) . b``.
 
         Parameters
         ----------
@@ -157,7 +157,7 @@ class LinearFunction:
         Raises
         ------
         TypeError, ValueError
-            Where `gram` does not fit or has vectors orthogonal to all, or the function is not square and `gram` given.
+            If `gram` does not fit or has vectors orthogonal to all, or the function is not square and `gram` given.
         """
         transposed = np.swapaxes(self.matrix, -1, -2)
         if gram is None:
@@ -168,7 +168,7 @@ class LinearFunction:
         return LinearFunction(np.linalg.solve(metric, transposed @ metric))
 
     def determinant(self) -> Floats:
-        """The determinant, ``(...)``: ``f(I) = det f I``, the outer product of the images of the basis vectors.
+        """Return the determinant, ``(...)``: ``f(I) = det f I``, the outer product of the images of the basis vectors.
 
         Up to 8 vectors by that product, exact to 1e-15 of the product of the lengths of rows; by elimination above.
         """
@@ -178,7 +178,7 @@ class LinearFunction:
         return np.asarray(self._last_minors().reshape(self.shape))
 
     def inverse(self) -> Inverse:
-        """The inverse by the pseudoscalar: ``f^-1(a) = I adjoint(I^-1 a) / det f``.
+        """Return the inverse by the pseudoscalar: ``f^-1(a) = I adjoint(I^-1 a) / det f``.
 
         The matrix of a singular function is NaN. For ill-conditioned functions of many vectors elimination is better:
         errors are those of minors, 1e-15 of the products of lengths of rows.
@@ -189,7 +189,7 @@ class LinearFunction:
         return Inverse(found.reshape(self.matrix.shape), determinant.reshape(self.shape), status.reshape(self.shape))
 
     def inverse_outermorphism(self, grade: int) -> Floats:
-        """The matrix of the inverse on blades of a grade, from the minors of the others (Jacobi): no inverse is made.
+        """Return the matrix of the inverse on blades of a grade, from the minors of the others (Jacobi): no inverse is made.
 
         Returns
         -------
@@ -209,7 +209,7 @@ class LinearFunction:
         return np.asarray(np.ldexp(found, -int(grade) * exponent[..., None, None]))
 
     def _last_minors(self) -> Floats:
-        """The wedge of the rows, one after the other: minors of the first rows only."""
+        """Return the wedge of the rows, one after the other: minors of the first rows only."""
         n = self.matrix.shape[-1]
         return minors.wedge_rows(self._flat(), n)
 
@@ -243,12 +243,12 @@ class Inverse:
 
 
 def finite_matrices(matrix: ArrayLike, square: bool = False) -> Floats:
-    """A batch of matrices as float64, checked.
+    """Return a batch of matrices as float64, checked.
 
     Raises
     ------
     TypeError, ValueError
-        Where it is none, something is not finite, or it is not square where that is asked for.
+        If it is none, something is not finite, or it is not square where that is asked for.
     """
     array = real_array(matrix, "matrix", (-1, -1), "matrices").astype(np.float64, copy=False)
     if min(array.shape[-2:]) < 1 or (square and array.shape[-1] != array.shape[-2]):

@@ -19,7 +19,7 @@ _TRANSVERSE = 1e-9
 def plane_wave(
     wave_vector: ArrayLike, electric: ArrayLike, events: ArrayLike, electric_sine: ArrayLike | None = None
 ) -> Reals:  # fmt: skip
-    """The plane wave whose electric field is ``electric cos(phase) + electric_sine sin(phase)``.
+    """Return the plane wave whose electric field is ``electric cos(phase) + electric_sine sin(phase)``.
 
     The phase is ``|k| t - k . x``. Equal and orthogonal amplitudes make a circular wave.
 
@@ -42,7 +42,7 @@ def plane_wave(
     Raises
     ------
     TypeError, ValueError
-        Where shapes do not fit, a wave vector is zero, or an amplitude is not orthogonal to it.
+        If shapes do not fit, a wave vector is zero, or an amplitude is not orthogonal to it.
     """
     k = real_array(wave_vector, "wave_vector", (3,), "wave vectors").astype(np.float64, copy=False)
     frequency = np.linalg.norm(k, axis=-1, keepdims=True)
@@ -65,7 +65,7 @@ def plane_wave(
 
 
 def field_seen_by(field: ArrayLike, velocity: ArrayLike) -> Reals:
-    """The field in the coordinates of an observer who moves: ``~R F R`` with the boost R to its velocity.
+    """Return the field in the coordinates of an observer who moves: ``~R F R`` with the boost R to its velocity.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def field_seen_by(field: ArrayLike, velocity: ArrayLike) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        Where shapes do not fit or a velocity is not below 1.
+        If shapes do not fit or a velocity is not below 1.
     """
     f = real_array(field, "field", (6,), "bivectors of spacetime")
     v = real_array(velocity, "velocity", (3,), "velocities")
@@ -86,7 +86,7 @@ def field_seen_by(field: ArrayLike, velocity: ArrayLike) -> Reals:
 
 
 def stress_energy(field: ArrayLike) -> Reals:
-    """The stress-energy tensor ``T(n) = F n ~F / 2`` as a matrix: ``T[m, n] = g^m . T(g^n)``.
+    """Return the stress-energy tensor ``T(n) = F n ~F / 2`` as a matrix: ``T[m, n] = g^m . T(g^n)``.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def stress_energy(field: ArrayLike) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        Where the shape does not fit.
+        If the shape does not fit.
     """
     f = real_array(field, "field", (6,), "bivectors of spacetime")
     columns = sta.field_stress_energy(f[..., None, :], np.diag([1.0, -1.0, -1.0, -1.0]))

@@ -35,7 +35,7 @@ class SimplicialMesh:
     Raises
     ------
     TypeError, ValueError
-        Where shapes do not fit, points are not finite, or cells have points that are not there or have one twice.
+        If shapes do not fit, points are not finite, or cells have points that are not there or have one twice.
     """
 
     points: Floats
@@ -76,12 +76,12 @@ class SimplicialMesh:
         return int(self.cells.shape[1]) - 1
 
     def edges(self) -> Floats:
-        """The vectors from the first corner of each cell to the others, ``(C, k, n)``."""
+        """Return the vectors from the first corner of each cell to the others, ``(C, k, n)``."""
         corners = self.points[self.cells]
         return corners[:, 1:] - corners[:, :1]
 
     def measures(self) -> Floats:
-        """The directed measure of each cell: ``edge_1 ^ ... ^ edge_k / k!`` times its weight.
+        """Return the directed measure of each cell: ``edge_1 ^ ... ^ edge_k / k!`` times its weight.
 
         Returns
         -------
@@ -92,12 +92,12 @@ class SimplicialMesh:
         return np.asarray(wedge_rows(self.edges(), k) * (self.weights / factorial(k))[:, None])
 
     def contents(self) -> Floats:
-        """The lengths, areas or volumes of the cells, ``(C,)``, not negative, without weights."""
+        """Return the lengths, areas or volumes of the cells, ``(C,)``, not negative, without weights."""
         k = self.dimension
         return np.asarray(np.linalg.norm(wedge_rows(self.edges(), k), axis=1) / factorial(k))
 
     def boundary_matrix(self) -> tuple[Integers, Any]:
-        """The boundary operator: facets and, in whole numbers, how they bound the cells.
+        """Return the boundary operator: facets and, in whole numbers, how they bound the cells.
 
         Returns
         -------
@@ -121,7 +121,7 @@ class SimplicialMesh:
         return found, csr_array((signs, (where.ravel(), columns)), shape=(len(found), count), dtype=np.int64)
 
     def boundary(self) -> SimplicialMesh:
-        """The boundary: facets that do not cancel, with an outward vector first in the orientation of the cells.
+        """Return the boundary: facets that do not cancel, with an outward vector first in the orientation of the cells.
 
         Its boundary is empty. Cells should be oriented alike, or facets between them stay; see `oriented`.
         """
@@ -131,12 +131,12 @@ class SimplicialMesh:
         return SimplicialMesh(self.points, facets[kept], weights[kept])
 
     def oriented(self) -> SimplicialMesh:
-        """The mesh with all measures positive, for cells of the dimension of space.
+        """Return the mesh with all measures positive, for cells of the dimension of space.
 
         Raises
         ------
         ValueError
-            Where the cells have fewer dimensions than space, or some content is 0.
+            If the cells have fewer dimensions than space, or some content is 0.
         """
         if self.dimension != self.n:
             raise ValueError(f"oriented: cells of dimension {self.dimension} in space of {self.n}; expected the same")
@@ -149,14 +149,14 @@ class SimplicialMesh:
         return SimplicialMesh(self.points, cells, np.abs(self.weights))
 
     def reciprocal_vectors(self) -> Floats:
-        """The gradients of the barycentric coordinates of each cell, within it: ``(C, k + 1, n)``.
+        """Return the gradients of the barycentric coordinates of each cell, within it: ``(C, k + 1, n)``.
 
         The last k are the reciprocal frame of `edges`; their sum with the first is 0.
 
         Raises
         ------
         ValueError
-            Where the edges of a cell are dependent.
+            If the edges of a cell are dependent.
         """
         edges = self.edges()
         sizes = np.linalg.svd(edges, compute_uv=False)
@@ -167,7 +167,7 @@ class SimplicialMesh:
         return np.concatenate([-others.sum(1, keepdims=True), others], 1)
 
     def vector_derivative(self, values: ArrayLike, at: str = "cells") -> Floats:
-        """The vector derivative ``D F`` of a field that is linear on each cell.
+        """Return the vector derivative ``D F`` of a field that is linear on each cell.
 
         Parameters
         ----------
@@ -184,7 +184,7 @@ class SimplicialMesh:
         Raises
         ------
         TypeError, ValueError
-            Where shapes do not fit, or a cell is flat.
+            If shapes do not fit, or a cell is flat.
 
         Notes
         -----
@@ -209,7 +209,7 @@ class SimplicialMesh:
 
 
 def box_mesh(shape: tuple[int, ...], size: ArrayLike) -> SimplicialMesh:
-    """A box of any dimension, cut into cells and each of these into n! simplices (Kuhn), all of positive measure.
+    """Return a box of any dimension, cut into cells and each of these into n! simplices (Kuhn), all of positive measure.
 
     Parameters
     ----------
@@ -240,7 +240,7 @@ def _permutations(n: int) -> list[tuple[tuple[int, ...], int]]:
 
 
 def _parity(rows: Integers) -> Integers:
-    """The sign of each row of different numbers as a permutation."""
+    """Return the sign of each row of different numbers as a permutation."""
     size = rows.shape[1]
     i, j = np.triu_indices(size, 1)
     inversions = (rows[:, i] > rows[:, j]).sum(1)

@@ -19,7 +19,7 @@ _ROUNDING = 2.3e-16
 
 
 def compound(matrices: Floats, grade: int) -> Floats:
-    """The minors of order `grade` of matrices ``(N, m, n)``: ``(N, C(m, grade), C(n, grade))``, ordered by bitmap."""
+    """Return the minors of order `grade` of matrices ``(N, m, n)``: ``(N, C(m, grade), C(n, grade))``, ordered by bitmap."""
     count, m, n = matrices.shape
     entries = np.ascontiguousarray(matrices).reshape(count, m * n)
     found = np.ones((count, 1)) if grade == 0 else entries
@@ -29,7 +29,7 @@ def compound(matrices: Floats, grade: int) -> Floats:
 
 
 def wedge_rows(matrices: Floats, count: int) -> Floats:
-    """The outer products of the first `count` rows of matrices ``(N, m, n)``: ``(N, C(n, count))``."""
+    """Return the outer products of the first `count` rows of matrices ``(N, m, n)``: ``(N, C(n, count))``."""
     n = matrices.shape[-1]
     found = np.ones((len(matrices), 1))
     for k in range(count):

@@ -13,7 +13,7 @@ from .yee import Fields, YeeBox
 
 
 def draw_energy(box: YeeBox, fields: Fields, axis: int = 2, layer: int | None = None) -> Figure:
-    """The energy density ``(E**2 + B**2)/2`` in a layer of cells, with arrows of Poynting's vector ``E x B``.
+    """Return the energy density ``(E**2 + B**2)/2`` in a layer of cells, with arrows of Poynting's vector ``E x B``.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def draw_energy(box: YeeBox, fields: Fields, axis: int = 2, layer: int | None = 
     Raises
     ------
     ValueError
-        Where the fields are a batch, or there is no such layer.
+        If the fields are a batch, or there is no such layer.
     """
     if fields.electric.ndim != 4:
         raise ValueError(f"fields: electric of shape {fields.electric.shape}; expected those of one box")
@@ -56,7 +56,7 @@ def draw_energy(box: YeeBox, fields: Fields, axis: int = 2, layer: int | None = 
 
 
 def draw_spin(history: ArrayLike) -> Figure:
-    """The path of the spin vector of a Pauli spinor on the sphere.
+    """Return the path of the spin vector of a Pauli spinor on the sphere.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def draw_spin(history: ArrayLike) -> Figure:
     Raises
     ------
     TypeError, ValueError
-        Where the shape does not fit, or a spinor is zero.
+        If the shape does not fit, or a spinor is zero.
     """
     psi = real_array(history, "history", (4,), "Pauli spinors")
     if psi.ndim != 2:

@@ -36,7 +36,7 @@ def cauchy_in_plane(curve: ArrayLike, values: ArrayLike, at: ArrayLike, derivati
     Raises
     ------
     TypeError, ValueError
-        Where shapes do not fit or the order is negative.
+        If shapes do not fit or the order is negative.
 
     Notes
     -----
@@ -64,7 +64,7 @@ def cauchy_in_plane(curve: ArrayLike, values: ArrayLike, at: ArrayLike, derivati
 
 
 def residues_in_plane(curve: ArrayLike, values: ArrayLike) -> Floats:
-    """The sum of the residues inside a smooth closed curve: the integral of ``dX psi`` over ``2 pi e1 e12``.
+    """Return the sum of the residues inside a smooth closed curve: the integral of ``dX psi`` over ``2 pi e1 e12``.
 
     Where ``D psi`` is zero inside it is 0.
 
@@ -81,7 +81,7 @@ def residues_in_plane(curve: ArrayLike, values: ArrayLike) -> Floats:
     Raises
     ------
     TypeError, ValueError
-        Where shapes do not fit or something is not finite.
+        If shapes do not fit or something is not finite.
 
     Notes
     -----

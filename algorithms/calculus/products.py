@@ -24,7 +24,7 @@ LARGEST = 8
 
 
 def product_of(n: int) -> Product:
-    """The geometric product of multivectors of `n` vectors, ``(..., 2**n)`` by grades, each ordered by bitmap.
+    """Return the geometric product of multivectors of `n` vectors, ``(..., 2**n)`` by grades, each ordered by bitmap.
 
     Raises
     ------
@@ -43,7 +43,7 @@ def embed(coefficients: ArrayLike, n: int, grade: int) -> Floats:
     Raises
     ------
     TypeError, ValueError
-        Where these are not as many real numbers.
+        If these are not as many real numbers.
     """
     array = real_array(coefficients, "coefficients", (comb(n, grade),), f"blades of grade {grade} of {n} vectors")
     found = np.zeros((*array.shape[:-1], 1 << n))
@@ -54,7 +54,7 @@ def embed(coefficients: ArrayLike, n: int, grade: int) -> Floats:
 
 @cache
 def bitmaps_of(n: int) -> NDArray[np.int64]:
-    """The vectors of each blade, as bits, in the order of full layouts: by grades, each ascending."""
+    """Return the vectors of each blade, as bits, in the order of full layouts: by grades, each ascending."""
     found = np.array([int((1 << row).sum()) for k in range(n + 1) for row in vectors_of(n, k).astype(np.int64)])
     found.setflags(write=False)
     return found

@@ -34,7 +34,7 @@ def simplex_rule(dimension: int, degree: int) -> tuple[Floats, Floats]:
     Raises
     ------
     ValueError
-        Where a number is negative, or there would be more than 65 536 points.
+        If a number is negative, or there would be more than 65 536 points.
     """
     for name, number in (("dimension", dimension), ("degree", degree)):
         if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or number < 0:

@@ -43,7 +43,7 @@ class Facets:
 
 
 def barycentric_coordinates(simplex: ArrayLike, points: ArrayLike) -> Floats:
-    """The weights of the corners of a simplex, of sum 1, with which their mean is a point.
+    """Return the weights of the corners of a simplex, of sum 1, with which their mean is a point.
 
     With the reciprocal frame ``f_i`` of the edges ``x_i - x_0`` they are ``f_i . (x - x_0)``, and for corner 0 what is
     missing to 1. All are positive inside the simplex.
@@ -63,7 +63,7 @@ def barycentric_coordinates(simplex: ArrayLike, points: ArrayLike) -> Floats:
     Raises
     ------
     TypeError, ValueError
-        Where shapes do not fit, or values are not real numbers.
+        If shapes do not fit, or values are not real numbers.
     """
     corners = _simplexes(simplex)
     places = real_array(points, "points", (corners.shape[-1],), "points").astype(np.float64, copy=False)
@@ -74,7 +74,7 @@ def barycentric_coordinates(simplex: ArrayLike, points: ArrayLike) -> Floats:
 
 
 def facets(simplex: ArrayLike) -> Facets:
-    """The facets of simplexes: corners, directed measures, contents, outward normals and heights.
+    """Return the facets of simplexes: corners, directed measures, contents, outward normals and heights.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def facets(simplex: ArrayLike) -> Facets:
     Raises
     ------
     TypeError, ValueError
-        Where shapes do not fit, or values are not real numbers.
+        If shapes do not fit, or values are not real numbers.
 
     Notes
     -----

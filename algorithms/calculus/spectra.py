@@ -44,7 +44,7 @@ class Eigenblades:
     status: NDArray[Any]
 
     def blades(self, index: tuple[int, ...] = ()) -> list[tuple[FactoredBlade, float]]:
-        """The eigenblades of one function and their eigenvalues, of grade 1 or 2 where eigenvalues differ."""
+        """Return the eigenblades of one function and their eigenvalues, of grade 1 or 2 where eigenvalues differ."""
         group = self.group[index]
         if group.ndim != 1:
             raise ValueError(f"index: {index}; expected one function of shape {self.group.shape[:-1]}")
@@ -101,7 +101,7 @@ class SkewPlanes:
 
 
 def eigenblades(matrix: ArrayLike, tolerance: float = EQUAL) -> Eigenblades:
-    """The eigenblades of linear functions, one for each real eigenvalue, or pair of complex ones, that differs.
+    """Return the eigenblades of linear functions, one for each real eigenvalue, or pair of complex ones, that differs.
 
     All other eigenblades are outer products of these and, where eigenvalues are equal, of parts of them.
 
@@ -115,7 +115,7 @@ def eigenblades(matrix: ArrayLike, tolerance: float = EQUAL) -> Eigenblades:
     Raises
     ------
     TypeError, ValueError
-        Where this is no batch of finite square matrices.
+        If this is no batch of finite square matrices.
 
     Notes
     -----
@@ -152,7 +152,7 @@ def polar(matrix: ArrayLike) -> Polar:
     Raises
     ------
     TypeError, ValueError
-        Where this is no batch of finite square matrices.
+        If this is no batch of finite square matrices.
     """
     array = finite_matrices(matrix, square=True)
     left, stretches, right = np.linalg.svd(array)
@@ -175,7 +175,7 @@ def symmetric_spectrum(matrix: ArrayLike, tolerance: float = EQUAL) -> Eigenblad
     Raises
     ------
     TypeError, ValueError
-        Where this is no batch of finite symmetric matrices.
+        If this is no batch of finite symmetric matrices.
     """
     array = _with_symmetry(matrix, 1.0, "symmetric")
     n = array.shape[-1]
@@ -200,7 +200,7 @@ def skew_planes(matrix: ArrayLike, tolerance: float = EQUAL) -> SkewPlanes:
     Raises
     ------
     TypeError, ValueError
-        Where this is no batch of finite skew matrices.
+        If this is no batch of finite skew matrices.
 
     Notes
     -----

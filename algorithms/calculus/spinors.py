@@ -24,7 +24,7 @@ _AT_G0, *_AT_RELATIVE = (_BLADES.index(name) for name in ("g0", "g10", "g20", "g
 def precess(
     psi: ArrayLike, angular_velocity: Callable[[float], ArrayLike], times: ArrayLike, steps: int = 1
 ) -> Reals:  # fmt: skip
-    """A two-state spinor in a field that changes with time: Schrödinger's ``d psi/dt = I w psi / 2``, a rotor a step.
+    """Return a two-state spinor in a field that changes with time: Schrödinger's ``d psi/dt = I w psi / 2``, a rotor a step.
 
     The Hamiltonian is ``-w . sigma / 2``: for a magnetic moment, w is the gyromagnetic ratio times the magnetic field.
     The spin vector follows ``ds/dt = s x w``.
@@ -47,7 +47,7 @@ def precess(
     Raises
     ------
     TypeError, ValueError
-        Where shapes do not fit or something is not finite.
+        If shapes do not fit or something is not finite.
 
     Notes
     -----
@@ -79,7 +79,7 @@ def precess(
 
 
 def dirac_columns(psi: ArrayLike) -> NDArray[np.complex128]:
-    """The columns of Dirac spinors, ``(..., 4)`` complex, of even elements ``(..., 8)``."""
+    """Return the columns of Dirac spinors, ``(..., 4)`` complex, of even elements ``(..., 8)``."""
     array = real_array(psi, "psi", (8,), "Dirac spinors").astype(np.float64, copy=False)
     parts = np.stack(spacetime.dirac_to_column(array), -2)
     return np.asarray(parts[..., 0] + 1j * parts[..., 1])
@@ -113,7 +113,7 @@ def free_dirac(psi: ArrayLike, size: ArrayLike, mass: float, time: float) -> Rea
     Raises
     ------
     TypeError, ValueError
-        Where shapes do not fit, lengths are not positive, or something is not finite.
+        If shapes do not fit, lengths are not positive, or something is not finite.
 
     Notes
     -----

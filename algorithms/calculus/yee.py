@@ -67,7 +67,7 @@ class YeeBox:
     Raises
     ------
     TypeError, ValueError
-        Where these are not positive numbers, walls are unknown, or the step is not below Courant's limit.
+        If these are not positive numbers, walls are unknown, or the step is not below Courant's limit.
     """
 
     shape: tuple[int, int, int]
@@ -117,7 +117,7 @@ class YeeBox:
         return self._corners()[..., None, :] + (1 - np.eye(3)) / 2 * self.spacing
 
     def dispersion(self, wave_vector: ArrayLike) -> Floats:
-        """The angular frequency that a plane wave has on the grid, ``(...)`` of wave vectors ``(..., 3)``.
+        """Return the angular frequency that a plane wave has on the grid, ``(...)`` of wave vectors ``(..., 3)``.
 
         ``sin(w dt/2)/dt = sqrt(sum sin(k d/2)**2 / d**2)`` (Taflove & Hagness, *Computational Electrodynamics*, ch. 4);
         the error against ``w = |k|`` is of second order in the spacing.
@@ -134,7 +134,7 @@ class YeeBox:
         callback: Callback | None = None,
         every: int = 100,
     ) -> Fields:
-        """The fields after some steps.
+        """Return the fields after some steps.
 
         Parameters
         ----------
@@ -151,7 +151,7 @@ class YeeBox:
         Raises
         ------
         TypeError, ValueError
-            Where shapes do not fit or numbers are not finite.
+            If shapes do not fit or numbers are not finite.
 
         Notes
         -----
@@ -174,7 +174,7 @@ class YeeBox:
         return grid.fields(fields.time + steps * self.time_step, fields.step + steps)
 
     def energy(self, fields: Fields) -> Floats:
-        """The energy that steps conserve, ``(...)``: ``(E(t)**2 + B(t - dt/2) . B(t + dt/2)) / 2``, over the box.
+        """Return the energy that steps conserve, ``(...)``: ``(E(t)**2 + B(t - dt/2) . B(t + dt/2)) / 2``, over the box.
 
         With C for the discrete ``D ^``, whose transpose is the discrete ``- D .`` in both kinds of boxes, a step is
         ``b' = b - dt C e`` and ``e' = e + dt C^T b'``. Then ``e'^2 - e^2 = (e' + e) . dt C^T b'``, and, as the next
@@ -188,7 +188,7 @@ class YeeBox:
         return np.asarray(total / 2 * np.prod(self.spacing))
 
     def divergence(self, fields: Fields) -> Floats:
-        """The charge density ``D . E`` at the lowest corners of cells, ``(..., nx, ny, nz)``; steps without currents
+        """Return the charge density ``D . E`` at the lowest corners of cells, ``(..., nx, ny, nz)``; steps without currents
         leave it as it is, but for rounding. Corners on the walls of a conducting box are 0."""
         electric = _Grid(self, fields).electric()
         total = np.zeros(electric.shape[:-1])
@@ -200,7 +200,7 @@ class YeeBox:
         return total
 
     def at_centres(self, fields: Fields) -> Floats:
-        """The fields ``E + I B`` in the middle of cells, at one time: ``(..., nx, ny, nz, 6)``, bivectors of `sta`.
+        """Return the fields ``E + I B`` in the middle of cells, at one time: ``(..., nx, ny, nz, 6)``, bivectors of `sta`.
 
         Means of four edges, and of two faces before and after; the error is of second order.
         """
@@ -261,12 +261,12 @@ class _Grid:
         self._magnetic = (b[last:], e[:length], *(e[s : s + length] for s in strides), ratio)
 
     def step_magnetic(self) -> None:
-        """The magnetic field one step on."""
+        """Return the magnetic field one step on."""
         spacetime.magnetic_step(*self._magnetic, out=self._magnetic[0])
         self._fill_magnetic()
 
     def step_electric(self) -> None:
-        """The electric field one step on, without currents."""
+        """Return the electric field one step on, without currents."""
         spacetime.electric_step(*self._electric, out=self._electric[0])
         self._fill_electric()
 
@@ -276,15 +276,15 @@ class _Grid:
         self._fill_electric()
 
     def electric(self) -> Floats:
-        """A copy of the electric field."""
+        """Return a copy of the electric field."""
         return np.array(self._cells_e, order="C")
 
     def magnetic(self) -> Floats:
-        """A copy of the magnetic vectors."""
+        """Return a copy of the magnetic vectors."""
         return np.array(self._cells_b[..., ::-1] * (1.0, -1.0, 1.0), order="C")
 
     def fields(self, time: float, step: int) -> Fields:
-        """The fields as they stand."""
+        """Return the fields as they stand."""
         return Fields(self.electric(), self.magnetic(), time, step)
 
     def _fill_electric(self) -> None:

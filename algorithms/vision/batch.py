@@ -41,7 +41,7 @@ class BatchEstimate:
 
 
 def fundamental_matrices(first: ArrayLike, second: ArrayLike, noise: float | None = None) -> BatchEstimate:
-    """The normalised eight-point algorithm for many sets of points.
+    """Return the normalised eight-point algorithm for many sets of points.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def fundamental_matrices(first: ArrayLike, second: ArrayLike, noise: float | Non
     Raises
     ------
     TypeError, ValueError
-        Where these are not as many points each, or `noise` is not positive.
+        If these are not as many points each, or `noise` is not positive.
     """
     one, two, leading = _sets(first, second, "first", "second", (2, 2))
     if noise is not None and finite_number(noise, "noise") <= 0:
@@ -72,7 +72,7 @@ def fundamental_matrices(first: ArrayLike, second: ArrayLike, noise: float | Non
 
 
 def homographies(first: ArrayLike, second: ArrayLike) -> BatchEstimate:
-    """The homographies of many sets of points of planes, in the least squares of their linear equations.
+    """Return the homographies of many sets of points of planes, in the least squares of their linear equations.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def homographies(first: ArrayLike, second: ArrayLike) -> BatchEstimate:
     Raises
     ------
     TypeError, ValueError
-        Where these are not as many points each.
+        If these are not as many points each.
     """
     one, two, leading = _sets(first, second, "first", "second", (2, 2))
 
@@ -103,7 +103,7 @@ def homographies(first: ArrayLike, second: ArrayLike) -> BatchEstimate:
 
 
 def localizations(points: ArrayLike, pixels: ArrayLike, intrinsics: ArrayLike, n_steps: int = 200) -> BatchEstimate:
-    """The poses of many cameras, or of one at many times, from points that are known and their pixels.
+    """Return the poses of many cameras, or of one at many times, from points that are known and their pixels.
 
     As `localize` without `threshold`, for many sets of points at once.
 
@@ -125,7 +125,7 @@ def localizations(points: ArrayLike, pixels: ArrayLike, intrinsics: ArrayLike, n
     Raises
     ------
     TypeError, ValueError
-        Where these are not as many points as pixels, or `intrinsics` is not upper triangular and regular.
+        If these are not as many points as pixels, or `intrinsics` is not upper triangular and regular.
     """
     places, image, leading = _sets(points, pixels, "points", "pixels", (3, 2))
     k = checked_intrinsics(intrinsics)

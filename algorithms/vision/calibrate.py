@@ -39,7 +39,7 @@ class PlaneCalibration:
 def calibrate_from_planes(
     planes: ArrayLike | Sequence[ArrayLike], views: Sequence[ArrayLike] | Reals, skew: bool = False
 ) -> PlaneCalibration:
-    """The intrinsic parameters of a camera that saw known points of planes.
+    """Return the intrinsic parameters of a camera that saw known points of planes.
 
     The homography of a plane takes its circular points to ``h1 + i h2`` and its conjugate, which lie on the image of
     the absolute conic, ``(K K')^-1``: two real equations a view (Zhang 2000 by another way). Their least squares is
@@ -62,7 +62,7 @@ def calibrate_from_planes(
     Raises
     ------
     TypeError, ValueError
-        Where these are not as many points as pixels.
+        If these are not as many points as pixels.
     """
     nothing = np.full((3, 3), np.nan)
     matrices, places, pixels, status = _homographies(planes, views, 3 if skew else 2)
@@ -86,7 +86,7 @@ def calibrate_from_planes(
 def calibrate_by_pascal(
     planes: ArrayLike | Sequence[ArrayLike], views: Sequence[ArrayLike] | Reals
 ) -> PlaneCalibration:
-    """The intrinsic parameters of a camera from conics through images of circular points, by Pascal's theorem.
+    """Return the intrinsic parameters of a camera from conics through images of circular points, by Pascal's theorem.
 
     Every three views show six circular points. Five of them, which are complex, determine the image of the absolute
     conic by brackets; the sixth completes Pascal's hexagon where there is no noise. Of all triples of views, and of the
@@ -107,7 +107,7 @@ def calibrate_by_pascal(
     Raises
     ------
     TypeError, ValueError
-        Where these are not as many points as pixels.
+        If these are not as many points as pixels.
     """
     nothing = np.full((3, 3), np.nan)
     matrices, _, pixels, status = _homographies(planes, views, 3)
@@ -151,7 +151,7 @@ def _intrinsics(conics: Reals, scale: Reals) -> Reals:
 def _homographies(
     planes: ArrayLike | Sequence[ArrayLike], views: Sequence[ArrayLike] | Reals, least: int
 ) -> tuple[Reals, list[Reals], list[Reals], VisionStatus]:
-    """The homography of each view, and the points and pixels; empty where the status is not OK."""
+    """Return the homography of each view, and the points and pixels; empty where the status is not OK."""
     pixels = [real_array(view, f"views[{k}]", (2,), "x y") for k, view in enumerate(views)]
     one_plane = np.ndim(planes[0] if len(pixels) else 0) < 2  # type: ignore[index]
     given: Sequence[ArrayLike] = [planes] * len(pixels) if one_plane else planes  # type: ignore[assignment, list-item]
@@ -171,5 +171,5 @@ def _homographies(
 
 
 def _third(matrices: Reals, own: Reals) -> Reals:
-    """The last entry of each homography at the centroid of its plane: the weight of the pixel there."""
+    """Return the last entry of each homography at the centroid of its plane: the weight of the pixel there."""
     return (matrices @ own)[:, 2:, 2:]

@@ -35,7 +35,7 @@ class Camera:
         pose: ArrayLike | None = None,
         skew: float = 0.0,
     ) -> Camera:
-        """A camera from the numbers that a calibration gives.
+        """Return a camera from the numbers that a calibration gives.
 
         Parameters
         ----------
@@ -51,7 +51,7 @@ class Camera:
         Raises
         ------
         TypeError, ValueError
-            Where a number is not finite, the focal length is 0 or the pose is not a unit motor.
+            If a number is not finite, the focal length is 0 or the pose is not a unit motor.
         """
         lengths = focal_length if isinstance(focal_length, tuple) else (focal_length, focal_length)
         fx, fy = _pair(lengths, "focal_length")
@@ -68,7 +68,7 @@ class Camera:
         return np.asarray(self.intrinsics @ to_camera[:3])
 
     def project(self, points: ArrayLike) -> Reals:
-        """The pixels of points.
+        """Return the pixels of points.
 
         Parameters
         ----------
@@ -84,7 +84,7 @@ class Camera:
         Raises
         ------
         TypeError, ValueError
-            Where `points` is not an array of points.
+            If `points` is not an array of points.
         """
         array = real_array(points, "points", (3,), "x y z")
         return projective3.project_point(self.matrix.astype(array.dtype), array)  # type: ignore[no-any-return]
@@ -104,7 +104,7 @@ class Camera:
         Raises
         ------
         TypeError, ValueError
-            Where `points` is not an array of points.
+            If `points` is not an array of points.
         """
         array = real_array(points, "points", (3,), "x y z")
         in_camera: Reals = pga3.move_point_back(self.pose.astype(array.dtype), array)
@@ -112,7 +112,7 @@ class Camera:
 
 
 def camera_matrix(camera: Camera | ArrayLike, name: str) -> Reals:
-    """The matrix of a camera, or matrices (..., 3, 4) as they are given, checked."""
+    """Return the matrix of a camera, or matrices (..., 3, 4) as they are given, checked."""
     return camera.matrix if isinstance(camera, Camera) else real_array(camera, name, (3, 4), "a camera or its matrix")
 
 

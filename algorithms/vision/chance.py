@@ -35,7 +35,7 @@ class Freedom:
 
 
 def by_chance(distances: Reals, wrong: Reals, threshold: float, freedom: Freedom) -> bool:
-    """Whether a model whose n points have these `distances` may be what chance leaves.
+    """Return whether a model whose n points have these `distances` may be what chance leaves.
 
     `wrong` are the distances of points that were given the partners of others.
 
@@ -63,7 +63,7 @@ def by_chance(distances: Reals, wrong: Reals, threshold: float, freedom: Freedom
 
 
 def _log_false_alarms(n: int, count: int, share: float, freedom: Freedom) -> float:
-    """The logarithm of the expected number of models with so many points near, of n that have no model."""
+    """Return the logarithm of the expected number of models with so many points near, of n that have no model."""
     wider = min(share * (1 + freedom.sample_size) ** freedom.codimension, 1.0)
     moved = freedom.parameters * np.log(2) + _log_chosen(n, count, share, freedom.parameters)
     sampled = _log_chosen(n, count, wider, freedom.sample_size)

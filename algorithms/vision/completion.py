@@ -25,7 +25,7 @@ _OPEN = 1e-7
 
 
 def projective_depths(fundamental: ArrayLike, pixels: ArrayLike, partners: ArrayLike) -> Reals:
-    """The depths of partners by those of pixels: with them two views have a join-image of rank 4.
+    """Return the depths of partners by those of pixels: with them two views have a join-image of rank 4.
 
     That is the matrix of columns ``(x, y, 1)`` of the first view above ``depth (x', y', 1)`` of the second (Sturm and
     Triggs 1996).
@@ -45,7 +45,7 @@ def projective_depths(fundamental: ArrayLike, pixels: ArrayLike, partners: Array
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type, or the matrix another rank.
+        If an argument has another shape or type, or the matrix another rank.
     """
     matrix = real_array(fundamental, "fundamental", (3, 3), "a fundamental matrix")
     if matrix.ndim != 2:
@@ -56,7 +56,7 @@ def projective_depths(fundamental: ArrayLike, pixels: ArrayLike, partners: Array
 
 
 def complete_points(first: ArrayLike, second: ArrayLike, third: ArrayLike, fundamental: ArrayLike) -> Reals:
-    """The third view, completed with points that the first two show, by invariants of six points.
+    """Return the third view, completed with points that the first two show, by invariants of six points.
 
     The invariants of a point and five others are its coordinates in their frame (`invariants_3d`). With six points and
     more that all three views show, the camera of the third follows in that frame, and it shows all points.
@@ -78,7 +78,7 @@ def complete_points(first: ArrayLike, second: ArrayLike, third: ArrayLike, funda
     Raises
     ------
     TypeError, ValueError
-        Where these are not as many pixels each, or the matrix is not finite.
+        If these are not as many pixels each, or the matrix is not finite.
     DegenerateError
         TOO_FEW where fewer than six points are in all views, NOT_FINITE for others that are not finite, DEGENERATE
         where those six and more are on a plane.
@@ -133,9 +133,9 @@ def camera_centre(points: ArrayLike, pixels: ArrayLike) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        Where these are not as many points as pixels.
+        If these are not as many points as pixels.
     DegenerateError
-        Where points are too few, not finite, or nearly on a plane, or leave more than one camera.
+        If points are too few, not finite, or nearly on a plane, or leave more than one camera.
     """
     places, image = real_array(points, "points", (3,), "x y z"), real_array(pixels, "pixels", (2,), "x y")
     where, expected = "camera_centre", "six finite points and more, not on a plane"

@@ -19,7 +19,7 @@ _SINGULAR = 1e-11
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ConicThroughPoints:
-    """What `conic_through_points` gives.
+    """Result of `conic_through_points`.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class ConicThroughPoints:
 
 
 def conic_through_points(points: ArrayLike) -> ConicThroughPoints:
-    """The one conic through five points, by brackets (Pascal's theorem read as an equation).
+    """Return the one conic through five points, by brackets (Pascal's theorem read as an equation).
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def conic_through_points(points: ArrayLike) -> ConicThroughPoints:
     Raises
     ------
     TypeError, ValueError
-        Where these are not five points.
+        If these are not five points.
 
     Notes
     -----
@@ -100,7 +100,7 @@ def _normalized(array: Reals) -> tuple[Reals, Reals]:
 
 
 def _moved(conic: Reals, matrix: Reals) -> Reals:
-    """The conic of the points that `matrix` takes to those of `conic`: ``M' C M``."""
+    """Return the conic of the points that `matrix` takes to those of `conic`: ``M' C M``."""
     a, b, c, d, e, f = (conic[..., k] for k in range(6))
     rows = [[a, b / 2, d / 2], [b / 2, c, e / 2], [d / 2, e / 2, f]]
     whole = np.stack([np.stack(row, -1) for row in rows], -2)

@@ -35,7 +35,7 @@ _SUSPECTS = 16
 
 
 def degenerate(matrix: Reals, first: Reals, second: Reals, known: float | None = None, margin: float = 1.0) -> Reals:
-    """Whether point sets (..., n, 2) with noise cannot be distinguished from those of a plane or a line.
+    """Return whether point sets (..., n, 2) with noise cannot be distinguished from those of a plane or a line.
 
     A homography, which has one parameter more than F and leaves two numbers of each point instead of one, fits such
     points as well as F does: the ratio of both variances has Fisher's distribution. What F leaves of n points is n - 7
@@ -72,7 +72,7 @@ def _quantile(n: int, freedom: float) -> float:
 
 
 def _left_by_f(matrix: Reals, first: Reals, second: Reals) -> Reals:
-    """The sum of the squares of Sampson distances after one more step towards their least, to first order.
+    """Return the sum of the squares of Sampson distances after one more step towards their least, to first order.
 
     So an F of linear equations will do, where rank 2 leaves much more than noise.
     """
@@ -101,7 +101,7 @@ def _left_by_plane(first: Reals, second: Reals) -> Reals:
 
 
 def _plane_but_one(first: Reals, second: Reals, noise: float) -> Reals:
-    """Whether all points but one fit a plane: then one number of F is open."""
+    """Return whether all points but one fit a plane: then one number of F is open."""
     n = first.shape[-2]
     if n <= 8:
         return np.zeros(first.shape[:-2], np.bool_)
@@ -113,7 +113,7 @@ def _plane_but_one(first: Reals, second: Reals, noise: float) -> Reals:
 
 
 def _few_places(first: Reals, second: Reals, noise: float) -> Reals:
-    """Whether less than eight pairs of pixels differ by more than noise does."""
+    """Return whether less than eight pairs of pixels differ by more than noise does."""
     pairs = np.concatenate([first, second], -1)
     left = np.ones(pairs.shape[:-1], np.bool_)
     for _ in range(7):
@@ -123,7 +123,7 @@ def _few_places(first: Reals, second: Reals, noise: float) -> Reals:
 
 
 def _several(first: Reals, second: Reals, noisy: bool) -> Reals:
-    """Whether linear equations of point sets (..., n, 2) have more than one solution: for repeated points, for example.
+    """Return whether linear equations of point sets (..., n, 2) have more than one solution: for repeated points, for example.
 
     Found by rounding, and under noise, for more than eight points, where one solution leaves as much as the other.
     """

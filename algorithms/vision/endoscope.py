@@ -39,7 +39,7 @@ def calibrate_endoscope(
     Raises
     ------
     TypeError, ValueError
-        Where arguments have other shapes or types.
+        If arguments have other shapes or types.
     """
     images = real_array(views, "views", (-1, -1, 2), "images, points, x y")
     motors = real_array(bodies, "bodies", (-1, 8), "motors")

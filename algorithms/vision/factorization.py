@@ -85,7 +85,7 @@ def factorize(pixels: ArrayLike, mask: ArrayLike | None = None) -> Factorization
     Raises
     ------
     TypeError, ValueError
-        Where `pixels` is not one set of views, or `mask` has another shape.
+        If `pixels` is not one set of views, or `mask` has another shape.
     """
     image = real_array(pixels, "pixels", (-1, -1, 2), "views, points, x y").astype(np.float64)
     if image.ndim != 3:

@@ -25,7 +25,7 @@ def eight_points(first: Reals, second: Reals) -> Reals:
 
 
 def seven_points(first: Reals, second: Reals) -> Reals:
-    """The one or three F (..., 3, 3, 3) of seven points (..., 7, 2), NaN where there are fewer than three.
+    """Return the one or three F (..., 3, 3, 3) of seven points (..., 7, 2), NaN where there are fewer than three.
 
     They are the real roots of the cubic ``det(x A + y B) = 0`` in the plane of A and B that seven equations leave.
     """

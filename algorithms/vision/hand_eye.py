@@ -30,7 +30,7 @@ _STILL, _STILL_SINGLE = 1e-7, 1e-5
 
 
 def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
-    """The motor X with ``A X = X B`` in the least squares over all motions, rotation and translation at once.
+    """Return the motor X with ``A X = X B`` in the least squares over all motions, rotation and translation at once.
 
     Each pair gives eight linear equations for the coefficients of X. Without noise their null space is spanned by X and
     X I (Bayro-Corrochano, Daniilidis and Sommer, *JMIV* 13:79, 2000), so that any null vector, put back onto the Study
@@ -57,7 +57,7 @@ def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type, is not of unit motors, or the numbers of motions differ.
+        If an argument has another shape or type, is not of unit motors, or the numbers of motions differ.
 
     Notes
     -----
@@ -87,7 +87,7 @@ def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
 
 
 def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: Noise = "either") -> HandEyeOfPoses:
-    """The motors X and Z with ``A X = Z B`` for all poses: where a camera is on a hand, and where what it looks at is.
+    """Return the motors X and Z with ``A X = Z B`` for all poses: where a camera is on a hand, and where what it looks at is.
 
     X is the linear one of `hand_eye` for all pairs of poses, and Z the mean of ``A X ~B``; steps of Gauss and Newton
     for both then minimise what remains of ``~(Z B) A X``, weighed by the variances of three kinds of noise: of the
@@ -120,7 +120,7 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type, is not of unit motors, the numbers of poses differ, or `noise` is
+        If an argument has another shape or type, is not of unit motors, the numbers of poses differ, or `noise` is
         another word.
     """
     if noise not in ("either", "hand", "camera"):
@@ -222,7 +222,7 @@ def _squares(misfits: Reals) -> Reals:
 
 
 def _tested(status: Reals, residual: Reals, reach: Reals, agreed: Reals, still: Reals) -> Reals:
-    """The status, INCONSISTENT where no place agrees with most of the data or what remains is no noise.
+    """Return the status, INCONSISTENT where no place agrees with most of the data or what remains is no noise.
 
     Motions that do not turn have small angles, whatever was solved. Where angles are small the place is open, and with
     it the translations that it leaves.

@@ -33,7 +33,7 @@ def called(kernel: Callable[..., Any], arrays: tuple[Reals, ...], *shared: Any) 
 
 
 def still_points(rest: Reals, points: Reals) -> None:
-    """The points (p, 3), a result, that motions (p, n, 6) of a frame, as small bivectors, move least in all.
+    """Return the points (p, 3), a result, that motions (p, n, 6) of a frame, as small bivectors, move least in all.
 
     Near the origin where motions say little: as much as if each had a translation for a point as far as the unit.
     """
@@ -53,7 +53,7 @@ def likely_steps(
     step: Reals,
     squares: Reals,
 ) -> bool:
-    """The steps (p, 12) of Gauss and Newton to the poses that are most likely, and new variances; if all are done.
+    """Return the steps (p, 12) of Gauss and Newton to the poses that are most likely, and new variances; if all are done.
 
     From what `generated.hand_eye.rows_of_poses` gives; `likely_step` there says what is computed. The problems that
     are `moving` (p,) change in place: whether they still are, their `variances` (p, 3), those that the step is of,

@@ -41,7 +41,7 @@ _DAMPING = 1e-14
 
 @lru_cache(64)
 def _pairs(n_poses: int) -> tuple[Reals, Reals]:
-    """The first and the second pose of all pairs, in the order of `numpy.triu_indices`."""
+    """Return the first and the second pose of all pairs, in the order of `numpy.triu_indices`."""
     return np.triu_indices(n_poses, 1)
 
 
@@ -122,7 +122,7 @@ def refined(
 
 
 def place(one: Reals, two: Reals) -> tuple[Reals, Reals]:
-    """The linear X and Z of poses (p, n, 8)."""
+    """Return the linear X and Z of poses (p, n, 8)."""
     motor = solved(between(one), between(two), False)[0]
     _, _, x, z, unit, finite = called(kernels.start_of_poses, (one, two, motor))
     return _in_units(x, z, unit, finite)

@@ -26,7 +26,7 @@ _KERNEL: dict[int, Callable[..., Any]] = {
 
 
 def cross_ratio(points: ArrayLike) -> Reals:
-    """The cross-ratio ``{a, b; c, d} = [a c] [b d] / ([a d] [b c])`` by brackets.
+    """Return the cross-ratio ``{a, b; c, d} = [a c] [b d] / ([a d] [b c])`` by brackets.
 
     Of four points of a line; of the lines from the first of five points of a plane to the others; of the planes through
     the first two of six points of space and each of the others.
@@ -44,7 +44,7 @@ def cross_ratio(points: ArrayLike) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        Where these are not four, five or six points of that many coordinates.
+        If these are not four, five or six points of that many coordinates.
     """
     array = real_array(points, "points", (-1, -1), "4, 5 or 6 points")
     n, size = array.shape[-2:]
@@ -58,7 +58,7 @@ def cross_ratio(points: ArrayLike) -> Reals:
 
 
 def permutation_invariant(ratio: ArrayLike) -> Reals:
-    """A number that is the same for the cross-ratios of four points in any order.
+    """Return a number that is the same for the cross-ratios of four points in any order.
 
     ``J = (2r^6 - 6r^5 + 9r^4 - 8r^3 + 9r^2 - 6r + 2) / (r^6 - 3r^5 + 3r^4 - r^3 + 3r^2 - 3r + 1)`` (Meer, Lenz and
     Ramakrishna, *IJCV* 26:137, 1998).
@@ -76,7 +76,7 @@ def permutation_invariant(ratio: ArrayLike) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        Where these are not numbers.
+        If these are not numbers.
     """
     r = real_array(ratio, "ratio")
     # J is the same at 1/r, where numbers are smaller.
@@ -105,7 +105,7 @@ def p2_invariants(points: ArrayLike) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        Where these are not five points.
+        If these are not five points.
     """
     array = real_array(points, "points", (5, -1), "five points")
     if array.shape[-1] not in (2, 3):
@@ -114,7 +114,7 @@ def p2_invariants(points: ArrayLike) -> Reals:
 
 
 def each_pencil(points: Reals) -> Reals:
-    """The permutation invariant about each of five homogeneous points."""
+    """Return the permutation invariant about each of five homogeneous points."""
     turned = np.stack([points[..., _PENCILS[k], :] for k in range(5)], -3)
     return permutation_invariant(_quotients(projective2.cross_ratio_of_lines, turned))
 
@@ -152,7 +152,7 @@ def invariants_3d(
     Raises
     ------
     TypeError, ValueError
-        Where the arrays are not points or pixels of six points, or the matrix or tensor for the views is left out.
+        If the arrays are not points or pixels of six points, or the matrix or tensor for the views is left out.
 
     Notes
     -----
@@ -217,7 +217,7 @@ def invariants_3d_deviation(
     Raises
     ------
     TypeError, ValueError
-        As `invariants_3d`, and where `noise` is negative or not finite.
+        As `invariants_3d`, and if `noise` is negative or not finite.
     """
     size = finite_number(noise, "noise")
     if size < 0:
@@ -282,7 +282,7 @@ def _places(one: Reals, two: Reals, first: Reals, second: Reals) -> Reals:
 
 
 def _three_views(tensor: Reals, views: list[Reals], method: Method) -> Reals:
-    """The median of what the views in any order give: less noise than one of them."""
+    """Return the median of what the views in any order give: less noise than one of them."""
     scaled, maps = [], []
     for view in views:
         finite = view[np.isfinite(view).all(-1)]

@@ -90,9 +90,9 @@ class LandmarkMap:
         Raises
         ------
         TypeError, ValueError
-            Where these are not views of points.
+            If these are not views of points.
         DegenerateError
-            Where points are too few, not finite, on a line, or not in one half of space.
+            If points are too few, not finite, on a line, or not in one half of space.
         """
         pairs = [_learned(each, f"landmarks[{k}]") for k, each in enumerate(landmarks)]
         shapes = [shape for shape, _ in pairs]
@@ -109,7 +109,7 @@ class LandmarkMap:
         return cls(points, np.concatenate(found), np.concatenate(moved), np.concatenate(sets), errors)
 
     def recognize(self, directions: ArrayLike, noise: float) -> Recognition:
-        """The landmark whose points are seen.
+        """Return the landmark whose points are seen.
 
         Sets of five points with the invariants of some that were learned propose a landmark and a homography, which all
         points then judge.
@@ -132,7 +132,7 @@ class LandmarkMap:
         Raises
         ------
         TypeError, ValueError
-            Where these are not directions, or `noise` is not a positive number.
+            If these are not directions, or `noise` is not a positive number.
         """
         array = real_array(directions, "directions", (-1, 3), "x y z")
         if array.ndim != 2:
@@ -175,7 +175,7 @@ class LandmarkMap:
         return Recognition(best_fit.landmark, VisionStatus.OK, best_fit.distance, best_fit.matches)
 
     def _fits(self, result: _Fit, limit: float, seen: Reals, n_tried: int) -> bool:
-        """Whether enough points of a landmark are where they are expected, and nearer than chance would bring them.
+        """Return whether enough points of a landmark are where they are expected, and nearer than chance would bring them.
 
         Any four points are where they are expected by some homography. Each further one is within an angle r by chance
         with probability ``k r^2 / R^2``, k points being spread over a disc of radius R. That of all further ones, times
@@ -206,7 +206,7 @@ class LandmarkMap:
         return least.sum(-1) / known.sum(-1), squares
 
     def _fitted(self, landmark: int, matrix: Reals, seen: Reals, limit: float) -> _Fit:
-        """A map fitted again, twice, to all points that it brings together, and what remains."""
+        """Return a map fitted again, twice, to all points that it brings together, and what remains."""
         matches, distance, farthest, cost = np.full(len(seen), -1), np.inf, np.inf, np.inf
         for turn in range(3):
             costs, squares = self._judged(np.array([landmark]), matrix[None], seen, np.array([limit]))
@@ -256,7 +256,7 @@ def _spread(points: Reals) -> Reals:
 
 
 def _learned(views: ArrayLike, name: str) -> tuple[Reals, float]:
-    """The mean (n, 2) of the views of a landmark, and its standard error by its spread."""
+    """Return the mean (n, 2) of the views of a landmark, and its standard error by its spread."""
     array = real_array(views, name, (-1, -1, 3), "views, points, x y z")
     if array.ndim != 3 or not len(array):
         raise ValueError(f"{name}: shape {array.shape}; expected (v, n, 3), views of one landmark")

@@ -43,7 +43,7 @@ def localize(
     confidence: float = 0.999,
     max_samples: int = 10000,
 ) -> Localization:
-    """The pose from which a camera sees points in given pixels, with the least squares of distances in the image.
+    """Return the pose from which a camera sees points in given pixels, with the least squares of distances in the image.
 
     This is the perspective-n-point problem (PnP, resection). Linear equations for points in space and for points near a
     plane, and for few points those of three, give starts; Levenberg and Marquardt's steps on the manifold of motors
@@ -80,7 +80,7 @@ def localize(
     Raises
     ------
     TypeError, ValueError
-        Where these are not as many points as pixels, `intrinsics` is not upper triangular and regular, `threshold` is
+        If these are not as many points as pixels, `intrinsics` is not upper triangular and regular, `threshold` is
         not positive, `confidence` not between 0 and 1, or `max_samples` less than 1.
 
     Notes
@@ -141,7 +141,7 @@ def _problem(places: Reals, image: Reals, seen: Reals, k: Reals) -> Problem:
 
 
 def checked_intrinsics(intrinsics: ArrayLike) -> Reals:
-    """The matrix K; ValueError where it is not one."""
+    """Return the matrix K; ValueError where it is not one."""
     k = real_array(intrinsics, "intrinsics", (3, 3), "the matrix K")
     if k.ndim != 2 or not np.isfinite(k).all() or np.tril(k, -1).any() or not np.diag(k).all():
         raise ValueError("intrinsics: not an upper triangular matrix with inverse; expected that of a camera")

@@ -37,7 +37,7 @@ class LandmarkPose:
 def localize_by_landmarks(
     learned: LandmarkMap, places: Sequence[ArrayLike], groups: Sequence[ArrayLike], noise: float
 ) -> LandmarkPose:
-    """The pose from which groups of directions are those of landmarks whose points have known places.
+    """Return the pose from which groups of directions are those of landmarks whose points have known places.
 
     Each group is recognised by its invariants, and gives a pose by the homography of its plane. The pose that most
     landmarks agree with is then refined on the directions of all of these (Bayro-Corrochano 2010, 14.10).
@@ -61,7 +61,7 @@ def localize_by_landmarks(
     Raises
     ------
     TypeError, ValueError
-        Where places are not those of the landmarks, or groups not directions.
+        If places are not those of the landmarks, or groups not directions.
     """
     size = finite_number(noise, "noise")
     known = np.isfinite(learned.points[..., 0]).sum(1)
@@ -106,7 +106,7 @@ _Seen = tuple[int, int, Reals, Reals]
 
 
 def _pose_of_one(place: Reals, unit: Reals) -> Reals | None:
-    """The pose from one landmark, by a camera that looks at the middle of it."""
+    """Return the pose from one landmark, by a camera that looks at the middle of it."""
     axis = unit.mean(0)
     frame = np.linalg.svd(axis[None])[2]
     frame[0] *= np.sign(frame[0] @ axis)
@@ -135,7 +135,7 @@ def _agreeing(pose: Reals, seen: list[_Seen], limit: float) -> list[int]:
 
 
 def _refined(start: Reals, seen: list[_Seen]) -> Reals:
-    """The pose near `start` with the least squares of angles."""
+    """Return the pose near `start` with the least squares of angles."""
     place, unit = (np.concatenate([each[k] for each in seen]) for k in (2, 3))
     size = float(np.abs(start[4:]).max()) or 1.0
 

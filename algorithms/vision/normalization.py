@@ -32,14 +32,14 @@ def rounding(points: Reals) -> Reals:
 
 
 def normalized(points: Reals, scale: Reals | None = None) -> tuple[Reals, Reals]:
-    """The points after their `similarity`, and it."""
+    """Return the points after their `similarity`, and it."""
     matrix = similarity(points, scale)
     factor, shift = matrix[..., :1, :1], matrix[..., None, :-1, -1]
     return points * factor + shift, matrix
 
 
 def undone(matrix: Reals) -> Reals:
-    """The inverses of similarities."""
+    """Return the inverses of similarities."""
     inverse = matrix.copy()
     inverse[..., :-1, :-1] = matrix[..., :-1, :-1] / matrix[..., :1, :1] ** 2
     inverse[..., :-1, -1] = -matrix[..., :-1, -1] / matrix[..., :1, 0]
@@ -47,7 +47,7 @@ def undone(matrix: Reals) -> Reals:
 
 
 def extents(points: Reals) -> tuple[Reals, Reals]:
-    """The least and the largest singular value of centred points (..., n, d), in 2D to 1e-8 of the largest."""
+    """Return the least and the largest singular value of centred points (..., n, d), in 2D to 1e-8 of the largest."""
     centred = points - points.mean(-2, keepdims=True)
     if points.shape[-1] != 2:
         values = np.linalg.svd(centred, compute_uv=False)
@@ -60,7 +60,7 @@ def extents(points: Reals) -> tuple[Reals, Reals]:
 
 
 def flatness(points: Reals) -> Reals:
-    """The least singular value of centred points (..., n, d) by the largest: 0 on a line in 2D, on a plane in 3D.
+    """Return the least singular value of centred points (..., n, d) by the largest: 0 on a line in 2D, on a plane in 3D.
 
     And of points that are the same, to rounding.
     """
@@ -70,7 +70,7 @@ def flatness(points: Reals) -> Reals:
 
 
 def three_on_a_line(quads: Reals, least: float = 1e-3) -> Reals:
-    """Whether three of four points (..., 4, 2) are nearly on a line: the area of a triangle by its longest side."""
+    """Return whether three of four points (..., 4, 2) are nearly on a line: the area of a triangle by its longest side."""
     bad = np.zeros(quads.shape[:-2], bool)
     for k in range(4):
         a, b, c = (quads[..., m, :] for m in range(4) if m != k)
@@ -86,7 +86,7 @@ def homogeneous(points: Reals) -> Reals:
 
 
 def null_vectors(rows: Reals, count: int) -> Reals:
-    """The vectors (..., count, n) of the last singular values of matrices (..., m, n), which m - n leave at least."""
+    """Return the vectors (..., count, n) of the last singular values of matrices (..., m, n), which m - n leave at least."""
     if rows.shape[-2] + count == rows.shape[-1]:
         # What is orthogonal to all rows: the last columns of Q, which cost a sixth of singular values.
         return np.asarray(
@@ -96,7 +96,7 @@ def null_vectors(rows: Reals, count: int) -> Reals:
 
 
 def null_vectors_and_values(rows: Reals, count: int) -> tuple[Reals, Reals]:
-    """The same, and all singular values, descending: for batches from sums of products, to 1e-8 of the first."""
+    """Return the same, and all singular values, descending: for batches from sums of products, to 1e-8 of the first."""
     if rows.ndim > 2 and len(rows) > 1 and rows.shape[-2] >= rows.shape[-1]:
         squares, vectors = np.linalg.eigh(np.swapaxes(rows, -1, -2) @ rows)
         last = np.swapaxes(vectors[..., :count], -1, -2)[..., ::-1, :]

@@ -38,12 +38,12 @@ class OmnidirectionalCamera:
         mirror: float,
         pose: ArrayLike | None = None,
     ) -> OmnidirectionalCamera:
-        """A camera from the numbers that a calibration gives; see `Camera.from_intrinsics`.
+        """Return a camera from the numbers that a calibration gives; see `Camera.from_intrinsics`.
 
         Raises
         ------
         TypeError, ValueError
-            Where a number is not finite, the focal length is 0, the pose not a unit motor or `mirror` negative.
+            If a number is not finite, the focal length is 0, the pose not a unit motor or `mirror` negative.
         """
         distance = finite_number(mirror, "mirror")
         if distance < 0:
@@ -51,7 +51,7 @@ class OmnidirectionalCamera:
         return cls(Camera.from_intrinsics(focal_length, centre, pose), distance)
 
     def project(self, points: ArrayLike) -> Reals:
-        """The pixels of points.
+        """Return the pixels of points.
 
         Parameters
         ----------
@@ -67,7 +67,7 @@ class OmnidirectionalCamera:
         Raises
         ------
         TypeError, ValueError
-            Where `points` is not an array of points.
+            If `points` is not an array of points.
         """
         array = real_array(points, "points", (3,), "x y z")
         place = pga3.move_point_back(self.camera.pose.astype(array.dtype), array)
@@ -78,7 +78,7 @@ class OmnidirectionalCamera:
         return np.asarray(projective2.transform_point(self.camera.intrinsics.astype(array.dtype), image))
 
     def directions(self, pixels: ArrayLike) -> Reals:
-        """The directions in which pixels look: points of the unit sphere in the camera frame.
+        """Return the directions in which pixels look: points of the unit sphere in the camera frame.
 
         Parameters
         ----------
@@ -92,7 +92,7 @@ class OmnidirectionalCamera:
         Raises
         ------
         TypeError, ValueError
-            Where `pixels` is not an array of pixels.
+            If `pixels` is not an array of pixels.
 
         Notes
         -----
@@ -108,7 +108,7 @@ class OmnidirectionalCamera:
         return np.asarray(found)
 
     def conic_of_line(self, first: ArrayLike, second: ArrayLike) -> Reals:
-        """The conic on which the images of all points of a line lie.
+        """Return the conic on which the images of all points of a line lie.
 
         Parameters
         ----------
@@ -124,7 +124,7 @@ class OmnidirectionalCamera:
         Raises
         ------
         TypeError, ValueError
-            Where these are not points.
+            If these are not points.
         """
         one, two = self._places(first, second)
         conic = omnidirectional.image_conic_of_line(one.dtype.type(self.mirror), one, two)
@@ -162,7 +162,7 @@ class OmnidirectionalCamera:
         Raises
         ------
         TypeError, ValueError
-            Where these are not points; where `mirror` is not 1, or pixels are not square.
+            If these are not points; if `mirror` is not 1, or pixels are not square.
         """
         k: NDArray[np.float64] = self.camera.intrinsics
         if self.mirror != 1 or abs(k[0, 0]) != abs(k[1, 1]) or k[0, 1] != 0:
@@ -194,7 +194,7 @@ def conic_value(conic: ArrayLike, pixels: ArrayLike) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type.
+        If an argument has another shape or type.
     """
     numbers, array = real_array(conic, "conic", (6,), "a conic"), real_array(pixels, "pixels", (2,), "x y")
     x, y, w = np.moveaxis(homogeneous(array), -1, 0)

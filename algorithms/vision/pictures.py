@@ -41,7 +41,7 @@ def lines_in_image(lines: ArrayLike, width: float, height: float) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        Where these are not lines.
+        If these are not lines.
     """
     array = real_array(lines, "lines", (3,), "a b c").astype(np.float64)
     a, b, c = np.moveaxis(array, -1, 0)
@@ -77,7 +77,7 @@ def draw_epipolar_lines(
     Raises
     ------
     TypeError, ValueError
-        Where these are not images, or not as many points each.
+        If these are not images, or not as many points each.
     """
     one, two = real_array(pixels, "pixels", (2,), "x y"), real_array(partners, "partners", (2,), "x y")
     check_points({"pixels": one, "partners": two}, 0, "points")
@@ -115,7 +115,7 @@ def draw_matches(
     Raises
     ------
     TypeError, ValueError
-        Where these are not images, or not as many points each.
+        If these are not images, or not as many points each.
     """
     one, two = real_array(pixels, "pixels", (2,), "x y"), real_array(partners, "partners", (2,), "x y")
     check_points({"pixels": one, "partners": two}, 0, "points")
@@ -152,7 +152,7 @@ def draw_cloud(points: ArrayLike, cameras: Sequence[Camera] = (), colours: Array
     Raises
     ------
     TypeError, ValueError
-        Where these are not points, or not as many colours.
+        If these are not points, or not as many colours.
     """
     array = real_array(points, "points", (3,), "x y z").reshape(-1, 3)
     seen = np.isfinite(array).all(-1)
@@ -192,7 +192,7 @@ def draw_omnidirectional(
     Raises
     ------
     TypeError, ValueError
-        Where these are not as many points each.
+        If these are not as many points each.
     """
     one, two = real_array(first, "first", (3,), "x y z"), real_array(second, "second", (3,), "x y z")
     check_points({"first": one, "second": two}, 0, "points")

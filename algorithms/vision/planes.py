@@ -23,7 +23,7 @@ _FREEDOM = Freedom(sample_size=4, parameters=8, codimension=2, solutions=1, fals
 
 
 def homography(first: ArrayLike, second: ArrayLike) -> Reals:
-    """The matrix H that takes points of a plane to their partners, in the least squares of its linear equations.
+    """Return the matrix H that takes points of a plane to their partners, in the least squares of its linear equations.
 
     Parameters
     ----------
@@ -38,9 +38,9 @@ def homography(first: ArrayLike, second: ArrayLike) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        Where these are not n points each.
+        If these are not n points each.
     DegenerateError
-        Where they are too few, not finite, or nearly all on a line.
+        If they are too few, not finite, or nearly all on a line.
     """
     one, two = real_array(first, "first", (2,), "x y"), real_array(second, "second", (2,), "x y")
     status = check_points({"first": one, "second": two}, 4, "points")
@@ -79,7 +79,7 @@ def homographies_of_four(first: Reals, second: Reals) -> Reals:
 
 
 def homography_distance(matrix: Reals, first: Reals, second: Reals) -> Reals:
-    """The distances (..., n) of pairs (..., n, 2) to the nearest that fit H (..., 3, 3), to first order (Sampson's).
+    """Return the distances (..., n) of pairs (..., n, 2) to the nearest that fit H (..., 3, 3), to first order (Sampson's).
 
     Noise of both images counts: its mean square is twice the variance of a pixel's coordinate.
     """
@@ -104,7 +104,7 @@ def robust_homography(
     confidence: float = 0.999,
     max_samples: int = 5000,
 ) -> RobustEstimate:
-    """The homography that most pairs of points agree on.
+    """Return the homography that most pairs of points agree on.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def robust_homography(
     Raises
     ------
     TypeError, ValueError
-        Where these are not n points each, `threshold` is not positive, `confidence` not between 0 and 1, or
+        If these are not n points each, `threshold` is not positive, `confidence` not between 0 and 1, or
         `max_samples` less than 1.
     """
     check_sampling(threshold, confidence, max_samples)

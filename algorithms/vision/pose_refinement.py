@@ -51,7 +51,7 @@ def best_poses(places: Reals, image: Reals, seen: Reals, k: Reals, n_steps: int)
 
 
 def pose_status(found: Poses, places: Reals, image: Reals) -> Reals:
-    """A `VisionStatus` for each pose of `best_poses`.
+    """Return a `VisionStatus` for each pose of `best_poses`.
 
     TOO_FEW for less than four different points, DEGENERATE where they are on a line or leave a motion open.
     NOT_CONVERGED where steps ended early, where points lie behind the camera, and where more of the pixels is left than
@@ -99,7 +99,7 @@ def refined_poses(start: Reals, places: Reals, image: Reals, k: Reals, n_steps: 
 
 
 def _step(residual: Reals, in_camera: Reals, k: Reals, damping: Reals) -> tuple[Reals, Reals]:
-    """The normal equations, lengths by depth, and their damped solution."""
+    """Return the normal equations, lengths by depth, and their damped solution."""
     size = np.ones((len(residual), 6))
     size[:, 3:] = np.maximum(np.abs(in_camera).max((1, 2)), 1e-300)[:, None]
     rows = (k[:2, :2] @ projective3.image_derivative(in_camera)).reshape(len(residual), -1, 6) * size[:, None]
@@ -130,7 +130,7 @@ def _moved(step: Reals, matrix: Reals) -> Reals:
 
 
 def _n_distinct(places: Reals) -> Reals:
-    """How many of points (b, n, 3) differ, by their order along a direction that has no relation to them."""
+    """Return how many of points (b, n, 3) differ, by their order along a direction that has no relation to them."""
     along = np.sort(places[..., 0] + np.sqrt(2) * places[..., 1] + np.sqrt(3) * places[..., 2], axis=1)
     return np.asarray(1 + (np.diff(along, axis=1) > 0).sum(1))
 

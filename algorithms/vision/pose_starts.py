@@ -35,7 +35,7 @@ def pose_starts(places: Reals, seen: Reals) -> Reals:
 
 
 def three_points(places: Reals, seen: Reals) -> Reals:
-    """The four [R | t] (..., 4, 3, 4) of three points (..., 3, 3) with images (..., 3, 2); NaN where there are fewer.
+    """Return the four [R | t] (..., 4, 3, 4) of three points (..., 3, 3) with images (..., 3, 2); NaN where there are fewer.
 
     Distances between the points give two conics in the ratios of the depths, and those a quartic (Grunert 1841). Of
     complex roots, which noise makes of equal ones, the real part is taken.
@@ -64,7 +64,7 @@ def three_points(places: Reals, seen: Reals) -> Reals:
 
 
 def linear_camera_and_gap(places: Reals, pixels: Reals) -> tuple[Reals, float]:
-    """The camera matrix of one set of points, and the eleventh singular value of its equations by the first."""
+    """Return the camera matrix of one set of points, and the eleventh singular value of its equations by the first."""
     rows, maps = _camera_equations(places, pixels)
     _, values, right = np.linalg.svd(rows)
     return _camera_of(right[-1], maps), float(values[10] / values[0])
@@ -99,7 +99,7 @@ def _from_plane(places: Reals, seen: Reals) -> tuple[Reals, Reals]:
 
 
 def _from_triples(places: Reals, seen: Reals) -> Reals:
-    """The poses (4, ..., 3, 4) of triples with all points before the camera that leave the least in the image."""
+    """Return the poses (4, ..., 3, 4) of triples with all points before the camera that leave the least in the image."""
     every = np.array(list(combinations(range(places.shape[-2]), 3)))
     triples = every[np.linspace(0, len(every) - 1, min(_TRIPLES, len(every))).round().astype(int)]
     found = three_points(places[..., triples, :], seen[..., triples, :])
@@ -134,14 +134,14 @@ def _camera_of(vector: Reals, maps: tuple[Reals, Reals]) -> Reals:
 
 
 def _nearest_turn(matrix: Reals) -> tuple[Reals, Reals]:
-    """The rotations nearest to matrices (..., 3, 3), and the mean of their singular values."""
+    """Return the rotations nearest to matrices (..., 3, 3), and the mean of their singular values."""
     u, s, v = np.linalg.svd(matrix)
     u[..., 2] *= np.where(np.linalg.det(u @ v) < 0, -1, 1)[..., None]
     return u @ v, s.mean(-1)
 
 
 def _mirror(normal: Reals) -> Reals:
-    """The reflections in planes across vectors (..., 3)."""
+    """Return the reflections in planes across vectors (..., 3)."""
     unit = normal / np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-300)
     return np.asarray(np.eye(3) - 2 * unit[..., :, None] * unit[..., None, :])
 
@@ -156,7 +156,7 @@ def _frame(triangle: Reals) -> Reals:
 
 
 def _product(one: Reals, two: Reals) -> Reals:
-    """The products of polynomials, coefficients on the last axis."""
+    """Return the products of polynomials, coefficients on the last axis."""
     result = np.zeros((*one.shape[:-1], one.shape[-1] + two.shape[-1] - 1))
     for k in range(two.shape[-1]):
         result[..., k : k + one.shape[-1]] += one * two[..., k, None]
@@ -171,7 +171,7 @@ def _at(polynomial: Reals, x: Reals) -> Reals:
 
 
 def _roots(quartic: Reals) -> Reals:
-    """The real parts of the four roots, NaN where the leading coefficient is 0 or not a number."""
+    """Return the real parts of the four roots, NaN where the leading coefficient is 0 or not a number."""
     rows = -quartic[..., 3::-1] / quartic[..., 4:]
     usable = np.asarray(np.isfinite(rows).all(-1))
     companion = np.zeros((*rows.shape[:-1], 4, 4))

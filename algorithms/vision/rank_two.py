@@ -21,7 +21,7 @@ def factors(matrix: Reals) -> tuple[Reals, Reals, Reals]:
 
 
 def of_factors(u: Reals, ratio: Reals, v: Reals) -> Reals:
-    """The matrix, of largest singular value 1."""
+    """Return the matrix, of largest singular value 1."""
     return u @ _middle(ratio) @ np.swapaxes(v, -1, -2)
 
 

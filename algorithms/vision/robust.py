@@ -74,12 +74,12 @@ def check_sampling(threshold: float, confidence: float, max_samples: int) -> Non
 def no_estimate(
     status: VisionStatus, n_points: int, shape: tuple[int, ...] = (3, 3), n_samples: int = 0
 ) -> RobustEstimate:
-    """The result without a model."""
+    """Return the result without a model."""
     return RobustEstimate(np.full(shape, np.nan), status, np.zeros(n_points, bool), np.nan, n_samples)
 
 
 def consensus(problem: Problem, threshold: float, seed: int, confidence: float, max_samples: int) -> RobustEstimate:
-    """The model with the least truncated squares of distances (MSAC), improved whenever a better one is found.
+    """Return the model with the least truncated squares of distances (MSAC), improved whenever a better one is found.
 
     Samples are drawn until one without wrong points has been among them with the given confidence; where `max_samples`
     are too few for that the status is NOT_CONVERGED. NO_CONSENSUS is that of a model with no more inliers than chance
@@ -121,19 +121,19 @@ def consensus(problem: Problem, threshold: float, seed: int, confidence: float, 
 
 
 def estimate(problem: Problem, model: Reals, inliers: Indices, n_samples: int) -> RobustEstimate:
-    """The result for a model that was found good."""
+    """Return the result for a model that was found good."""
     rest = problem.distances(model[None], problem.first[inliers], problem.second[inliers])[0]
     return RobustEstimate(model, VisionStatus.OK, inliers, float(np.sqrt(np.mean(rest**2))), n_samples)
 
 
 def polished(problem: Problem, model: Reals, threshold: float) -> tuple[float, Reals, Indices]:
-    """The cost of a model, improved while that lessens it, the model, and its inliers."""
+    """Return the cost of a model, improved while that lessens it, the model, and its inliers."""
     costs, within = _scores(problem, model[None], threshold, slice(None))
     return _improved(problem, (float(costs[0]), model, within[0]), threshold)
 
 
 def explained_by_chance(problem: Problem, model: Reals, threshold: float, rng: np.random.Generator) -> bool:
-    """Whether wrong points alone may agree with a model as much. Points that are repeated count once."""
+    """Return whether wrong points alone may agree with a model as much. Points that are repeated count once."""
     n = len(problem.first)
     pairs = np.concatenate([problem.first.reshape(n, -1), problem.second.reshape(n, -1)], -1)
     once = np.unique(pairs, axis=0, return_index=True)[1]
@@ -165,7 +165,7 @@ def _scores(problem: Problem, models: Reals, threshold: float, where: slice | In
 
 
 def _promising(problem: Problem, models: Reals, threshold: float, rng: np.random.Generator) -> Reals:
-    """The models that are best for some of the points, where there are many of both."""
+    """Return the models that are best for some of the points, where there are many of both."""
     n = len(problem.first)
     if n <= 2 * _SUBSET or len(models) <= 2 * _KEPT:
         return models

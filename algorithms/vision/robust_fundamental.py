@@ -52,7 +52,7 @@ def robust_fundamental_matrix(
     confidence: float = 0.999,
     max_samples: int = 100000,
 ) -> RobustEstimate:
-    """The fundamental matrix that most correspondences agree on.
+    """Return the fundamental matrix that most correspondences agree on.
 
     Samples of seven points, the best of them refined on all that agree; the last one has the least squares of Sampson
     distances. Where a plane holds most pairs, samples are mostly of that plane, and all F of the plane agree with them:
@@ -85,7 +85,7 @@ def robust_fundamental_matrix(
     Raises
     ------
     TypeError, ValueError
-        Where these are not n points each, `threshold` is not positive, `confidence` not between 0 and 1, or
+        If these are not n points each, `threshold` is not positive, `confidence` not between 0 and 1, or
         `max_samples` less than 1.
     """
     check_sampling(threshold, confidence, max_samples)
@@ -126,7 +126,7 @@ def _plane_distances(models: Reals, first: Reals, second: Reals) -> Reals:
 
 
 def _in_space(problem: Problem, found: RobustEstimate, threshold: float, seed: int) -> RobustEstimate:
-    """The estimate, unless a linear map and partners in any direction from where it leads agree as much."""
+    """Return the estimate, unless a linear map and partners in any direction from where it leads agree as much."""
     places = homogeneous(problem.first)
     linear = np.linalg.lstsq(places[found.inliers], problem.second[found.inliers], rcond=None)[0]
     if _displaced_by_chance(problem, found.model, places @ linear, threshold, seed):
@@ -135,7 +135,7 @@ def _in_space(problem: Problem, found: RobustEstimate, threshold: float, seed: i
 
 
 def _displaced_by_chance(problem: Problem, model: Reals, expected: Reals, threshold: float, seed: int) -> bool:
-    """Whether partners as far from an `expected` place, but in any direction, agree with F as much.
+    """Return whether partners as far from an `expected` place, but in any direction, agree with F as much.
 
     Pairs that were only sought near each other agree more often than those that are shuffled.
     """
@@ -153,7 +153,7 @@ def _displaced_by_chance(problem: Problem, model: Reals, expected: Reals, thresh
 def _beyond_a_plane(
     problem: Problem, found: RobustEstimate, threshold: float, seed: int, confidence: float
 ) -> RobustEstimate:
-    """The estimate, or a better one, if pairs off the plane with the most inliers determine it."""
+    """Return the estimate, or a better one, if pairs off the plane with the most inliers determine it."""
     one, two = problem.first, problem.second
     planar = homography_problem(one[found.inliers], two[found.inliers], _plane_distances)
     plane = consensus(planar, _WIDE * threshold, seed, confidence, _SAMPLES)
@@ -206,7 +206,7 @@ def _parallax(
 
 
 def _hidden_by_a_line(problem: Problem, found: RobustEstimate, threshold: float, seed: int) -> bool:
-    """Whether pairs off the line with the most points, in either image, may agree with F by chance."""
+    """Return whether pairs off the line with the most points, in either image, may agree with F by chance."""
     rng = np.random.default_rng(seed)
     for points in (problem.first, problem.second):
         inliers = points[found.inliers]

@@ -49,7 +49,7 @@ def check_points(arrays: dict[str, Reals], least: int, what: str) -> VisionStatu
 
 
 def distinct(places: Reals, least: int) -> int:
-    """How many points differ; none beyond the least that are enough are counted."""
+    """Return how many points differ; none beyond the least that are enough are counted."""
     found: set[bytes] = set()
     for place in places + 0.0:  # -0.0 is 0.0
         found.add(place.tobytes())

@@ -40,7 +40,7 @@ class RectifiedPair:
     baseline: float
 
     def cameras(self) -> tuple[Camera, Camera]:
-        """The left and the right camera."""
+        """Return the left and the right camera."""
         x, y = self.centre
         aside = pga3.motor_from_rotor_translation(_NO_ROTATION, np.array([self.baseline, 0.0, 0.0]))
         return (
@@ -84,7 +84,7 @@ class RectifiedPair:
         return depth
 
     def correspondences(self, disparity: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """The pixels of the left image whose disparity is valid, and their partners in the right one.
+        """Return the pixels of the left image whose disparity is valid, and their partners in the right one.
 
         Parameters
         ----------
@@ -99,7 +99,7 @@ class RectifiedPair:
         Raises
         ------
         TypeError, ValueError
-            Where `disparity` is not an image.
+            If `disparity` is not an image.
         """
         array = real_array(disparity, "disparity", (-1, -1), "one image")
         if array.ndim != 2:

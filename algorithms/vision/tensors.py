@@ -21,7 +21,7 @@ _OPEN = 1e-9
 
 
 def trifocal_tensor(*views: Camera | ArrayLike) -> Reals:
-    """The tensor T of three views: ``x_i l'_j l''_k T_ijk = 0`` for a point x and lines l', l'' through its partners.
+    """Return the tensor T of three views: ``x_i l'_j l''_k T_ijk = 0`` for a point x and lines l', l'' through its partners.
 
     Parameters
     ----------
@@ -37,9 +37,9 @@ def trifocal_tensor(*views: Camera | ArrayLike) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        Where there are not three views, or these are neither cameras nor as many pixels each.
+        If there are not three views, or these are neither cameras nor as many pixels each.
     DegenerateError
-        Where pixels are too few or not finite, or those of points on one plane, or of one centre; where cameras have no
+        If pixels are too few or not finite, or those of points on one plane, or of one centre; if cameras have no
         centre or all the same.
     """
     if len(views) != 3:
@@ -59,7 +59,7 @@ def trifocal_tensor(*views: Camera | ArrayLike) -> Reals:
 
 
 def quadrifocal_tensor(*views: Camera | ArrayLike) -> Reals:
-    """The tensor Q of four views: ``l_i l'_j l''_k l'''_m Q_ijkm = 0`` for lines through images of one point.
+    """Return the tensor Q of four views: ``l_i l'_j l''_k l'''_m Q_ijkm = 0`` for lines through images of one point.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def quadrifocal_tensor(*views: Camera | ArrayLike) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        Where there are not four views, or these are neither cameras nor as many pixels each.
+        If there are not four views, or these are neither cameras nor as many pixels each.
     DegenerateError
         As for `trifocal_tensor`.
     """
@@ -113,7 +113,7 @@ def transfer_point(tensor: ArrayLike, pixels: ArrayLike, partners: ArrayLike) ->
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type.
+        If an argument has another shape or type.
 
     Notes
     -----
@@ -135,7 +135,7 @@ def transfer_point(tensor: ArrayLike, pixels: ArrayLike, partners: ArrayLike) ->
 
 
 def transfer_line(tensor: ArrayLike, second: ArrayLike, third: ArrayLike) -> Reals:
-    """The line of the first view of a line of space that is seen in the second and in the third.
+    """Return the line of the first view of a line of space that is seen in the second and in the third.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def transfer_line(tensor: ArrayLike, second: ArrayLike, third: ArrayLike) -> Rea
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type.
+        If an argument has another shape or type.
     """
     array = real_array(tensor, "tensor", (3, 3, 3), "a trifocal tensor")
     b, c = real_array(second, "second", (3,), "a line"), real_array(third, "third", (3,), "a line")
@@ -160,7 +160,7 @@ def transfer_line(tensor: ArrayLike, second: ArrayLike, third: ArrayLike) -> Rea
 
 
 def epipoles_of_tensor(tensor: ArrayLike) -> tuple[Reals, Reals]:
-    """The images of the first centre in the second and in the third view.
+    """Return the images of the first centre in the second and in the third view.
 
     Parameters
     ----------
@@ -175,7 +175,7 @@ def epipoles_of_tensor(tensor: ArrayLike) -> tuple[Reals, Reals]:
     Raises
     ------
     TypeError, ValueError
-        Where this is not one tensor of finite numbers.
+        If this is not one tensor of finite numbers.
     """
     array = real_array(tensor, "tensor", (3, 3, 3), "a trifocal tensor")
     if array.ndim != 3 or not np.isfinite(array).all():
@@ -203,7 +203,7 @@ def _are_cameras(views: Sequence[Camera | ArrayLike]) -> bool:
 
 
 def _not_zero(tensor: Reals, matrices: list[Reals], powers: tuple[int, ...], where: str) -> Reals:
-    """The tensor, unless it is rounding beside the sizes of the matrices."""
+    """Return the tensor, unless it is rounding beside the sizes of the matrices."""
     size = np.prod([np.linalg.norm(m, axis=(-1, -2)) ** p for m, p in zip(matrices, powers, strict=True)], axis=0)
     axes = tuple(range(-len(powers) if len(powers) == 4 else -3, 0))
     if np.any(~(np.linalg.norm(tensor, axis=None) > 0)) or np.any(~(np.sqrt((tensor**2).sum(axes)) > 1e-13 * size)):

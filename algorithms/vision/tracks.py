@@ -81,7 +81,7 @@ def distances(image: Reals, cameras: Reals, points: Reals) -> Reals:
 
 
 def noise_of(off: Reals, used: Flags) -> float:
-    """The noise of pixels, by the median of distances (v, n) of those used; infinite where it is no noise."""
+    """Return the noise of pixels, by the median of distances (v, n) of those used; infinite where it is no noise."""
     if not used.any():
         return np.inf
     # A point takes three of the two numbers of each of its images, a camera eleven of those of its points.

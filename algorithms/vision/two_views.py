@@ -32,7 +32,7 @@ def fundamental_matrix(
     seed: int = 0,
     noise: float | None = None,
 ) -> Reals:
-    """The matrix F with ``x2 . F x1 = 0`` for homogeneous images x1, x2 of the same point.
+    """Return the matrix F with ``x2 . F x1 = 0`` for homogeneous images x1, x2 of the same point.
 
     From two cameras its entries are brackets of rows of their matrices (Faugeras and Mourrain, ICCV 1995). From pixels
     of the same points in both images it is estimated.
@@ -61,10 +61,10 @@ def fundamental_matrix(
     Raises
     ------
     TypeError, ValueError
-        Where these are neither cameras nor as many pixels each, where a camera matrix has rank less than 3, and where
+        If these are neither cameras nor as many pixels each, if a camera matrix has rank less than 3, and where
         both cameras have the same centre: then every F fits.
     DegenerateError
-        Where pixels are too few or not finite, or those of points on one plane or line, or of one centre.
+        If pixels are too few or not finite, or those of points on one plane or line, or of one centre.
 
     Notes
     -----
@@ -126,7 +126,7 @@ def _from_pixels(
 
 
 def sampson_distance(fundamental: ArrayLike, pixels: ArrayLike, partners: ArrayLike) -> Reals:
-    """The distances of pairs of pixels to the nearest pairs that fit F, to first order (Sampson's), signed, in pixels.
+    """Return the distances of pairs of pixels to the nearest pairs that fit F, to first order (Sampson's), signed, in pixels.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def sampson_distance(fundamental: ArrayLike, pixels: ArrayLike, partners: ArrayL
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type.
+        If an argument has another shape or type.
     """
     matrix = real_array(fundamental, "fundamental", (3, 3), "a fundamental matrix")
     return projective3.sampson_distance(  # type: ignore[no-any-return]
@@ -150,7 +150,7 @@ def sampson_distance(fundamental: ArrayLike, pixels: ArrayLike, partners: ArrayL
 
 
 def epipoles(fundamental: ArrayLike) -> tuple[Reals, Reals]:
-    """The images of the second centre in the first view and of the first centre in the second.
+    """Return the images of the second centre in the first view and of the first centre in the second.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ def epipoles(fundamental: ArrayLike) -> tuple[Reals, Reals]:
     Raises
     ------
     TypeError, ValueError
-        Where this is not a matrix of finite numbers and rank 2.
+        If this is not a matrix of finite numbers and rank 2.
     """
     matrix = real_array(fundamental, "fundamental", (3, 3), "a fundamental matrix")
     if not np.isfinite(matrix).all():
@@ -177,7 +177,7 @@ def epipoles(fundamental: ArrayLike) -> tuple[Reals, Reals]:
 
 
 def epipolar_lines(fundamental: ArrayLike, pixels: ArrayLike) -> Reals:
-    """The lines of the second image on which the partners of pixels of the first lie.
+    """Return the lines of the second image on which the partners of pixels of the first lie.
 
     Parameters
     ----------
@@ -193,14 +193,14 @@ def epipolar_lines(fundamental: ArrayLike, pixels: ArrayLike) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type.
+        If an argument has another shape or type.
     """
     matrix = real_array(fundamental, "fundamental", (3, 3), "a fundamental matrix")
     return projective3.epipolar_line(matrix, _pixels(pixels, "pixels"))  # type: ignore[no-any-return]
 
 
 def epipolar_distance(fundamental: ArrayLike, pixels: ArrayLike, partners: ArrayLike) -> Reals:
-    """The signed distances, in pixels, of partners in the second image to the epipolar lines of pixels of the first.
+    """Return the signed distances, in pixels, of partners in the second image to the epipolar lines of pixels of the first.
 
     Parameters
     ----------
@@ -215,7 +215,7 @@ def epipolar_distance(fundamental: ArrayLike, pixels: ArrayLike, partners: Array
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type.
+        If an argument has another shape or type.
     """
     matrix = real_array(fundamental, "fundamental", (3, 3), "a fundamental matrix")
     one, two = _pixels(pixels, "pixels"), _pixels(partners, "partners")
@@ -223,7 +223,7 @@ def epipolar_distance(fundamental: ArrayLike, pixels: ArrayLike, partners: Array
 
 
 def triangulate(cameras: Sequence[Camera | ArrayLike], pixels: Sequence[ArrayLike]) -> Reals:
-    """The points that two cameras see in given pixels.
+    """Return the points that two cameras see in given pixels.
 
     The line of sight in the first camera meets the plane through the centre of the second that stands, in its image,
     across the epipolar line. For pixels with noise it is the point on the first line of sight whose image is nearest
@@ -244,7 +244,7 @@ def triangulate(cameras: Sequence[Camera | ArrayLike], pixels: Sequence[ArrayLik
     Raises
     ------
     TypeError, ValueError
-        Where there are not two cameras and two arrays of pixels.
+        If there are not two cameras and two arrays of pixels.
     """
     if len(cameras) != 2 or len(pixels) != 2:
         raise ValueError(f"triangulate: {len(cameras)} cameras, {len(pixels)} arrays of pixels; expected 2 and 2")

@@ -1,4 +1,4 @@
-"""Analytic signals: of signals, and of images in the five ways to choose the frequencies that stay."""
+"""Analytic signals of one-dimensional signals, and five kinds of analytic signals of images."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from .discrete import check_finite
 from .sharing import blocks, in_threads, slices
 
 Complexes = NDArray[Any]
-"""An array of complex64 or complex128."""
+"""Array of complex64 or complex128."""
 
 _BLOCK = 2**19
-"""Bytes of complex numbers that stay in a cache there and back."""
+"""Bytes of complex numbers that remain in a cache between the forward and the inverse transform."""
 
 
 class Monogenic(NamedTuple):
-    """The monogenic signal of an image f: with its Riesz transforms r1 and r2, the vector r1 e1 + r2 e2 + f e3.
+    """The monogenic signal of an image f with Riesz transforms r1 and r2: the vector r1 e1 + r2 e2 + f e3.
 
     Attributes
     ----------
     vector : array, (..., M, N, 3)
         r1, r2 and f.
     amplitude, phase, orientation : array, (..., M, N)
-        Its norm, its angle with e3, from 0 to pi, and the direction of (r1, r2), from -pi to pi.
+        The norm of the vector, its angle with e3, from 0 to pi, and the direction of (r1, r2), from -pi to pi.
     """
 
     vector: Reals
@@ -40,12 +40,12 @@ class Monogenic(NamedTuple):
 
 
 def analytic_signal(signal: ArrayLike, axis: int = -1, workers: int | None = None) -> Complexes:
-    """The analytic signal ``f + i H f`` along one axis, with the Hilbert transform H of periodic signals.
+    """Return the analytic signal ``f + i H f`` along one axis, with the Hilbert transform H of periodic signals.
 
     Parameters
     ----------
     signal : array_like
-        Real numbers of any shape. float32 gives complex64; integers become float64.
+        Real numbers of any shape. float32 gives complex64; integers are converted to float64.
     axis : int
     workers : int, optional
         As in `scipy.fft`.
@@ -53,12 +53,13 @@ def analytic_signal(signal: ArrayLike, axis: int = -1, workers: int | None = Non
     Returns
     -------
     array of complex, of the shape of `signal`
-        What ``scipy.signal.hilbert`` gives: no negative frequencies; 0 and, of even sizes, 1/2 stay as they are.
+        As ``scipy.signal.hilbert``: without negative frequencies. The frequency 0 and, for even sizes, 1/2 are
+        unchanged.
 
     Raises
     ------
     TypeError, ValueError
-        Where `signal` is not an array of finite real numbers, or has no such axis.
+        If `signal` is not an array of finite real numbers or does not have this axis.
     """
     array = real_array(signal, "signal", (-1,))
     check_finite(array, "signal")
@@ -71,14 +72,14 @@ def analytic_signal(signal: ArrayLike, axis: int = -1, workers: int | None = Non
 
 
 def total_analytic_signal(image: ArrayLike, workers: int | None = None) -> Complexes:
-    """``f + i H1 H2 f``: the imaginary part is the Hilbert transform along both axes.
+    """Return ``f + i H1 H2 f``, whose imaginary part is the Hilbert transform along both axes.
 
-    Its spectrum is that of the image, times ``1 - i sgn(u) sgn(v)``; no frequency vanishes.
+    Its spectrum is that of the image multiplied by ``1 - i sgn(u) sgn(v)``; no frequency vanishes.
 
     Parameters
     ----------
     image : array_like, (..., M, N)
-        Real images, taken for periodic. float32 gives complex64; integers become float64.
+        Real images, assumed periodic. float32 gives complex64; integers are converted to float64.
     workers : int, optional
         As in `scipy.fft`.
 
@@ -89,7 +90,7 @@ def total_analytic_signal(image: ArrayLike, workers: int | None = None) -> Compl
     Raises
     ------
     TypeError, ValueError
-        Where `image` is not an array of finite real numbers with two axes.
+        If `image` is not an array of finite real numbers with two axes.
     """
     array = image_stack(image)
     spectrum = scipy.fft.rfft2(array, workers=workers)
@@ -101,14 +102,15 @@ def total_analytic_signal(image: ArrayLike, workers: int | None = None) -> Compl
 
 
 def partial_analytic_signal(image: ArrayLike, angle: float = 0.0, workers: int | None = None) -> Complexes:
-    """The analytic signal along one direction: frequencies stay, doubled, on one side of a line.
+    """Return the analytic signal along one direction: the frequencies on one side of a line are kept and doubled.
 
     Parameters
     ----------
     image : array_like, (..., M, N)
-        Real images, taken for periodic; x runs along M and y along N.
+        Real images, assumed periodic; x runs along M and y along N.
     angle : float
-        Of the direction (cos, sin) along x and y, in radians: 0 is the analytic signal of each column.
+        Angle of the direction (cos, sin) along x and y, in radians. With 0, the result is the analytic signal of each
+        column.
     workers : int, optional
         As in `scipy.fft`.
 
@@ -120,13 +122,13 @@ def partial_analytic_signal(image: ArrayLike, angle: float = 0.0, workers: int |
     Raises
     ------
     TypeError, ValueError
-        As in `total_analytic_signal`, and where `angle` is not finite.
+        As in `total_analytic_signal`, and if `angle` is not finite.
     """
     array = image_stack(image)
     direction = finite_number(angle, "angle")
     u, v = (np.fft.fftfreq(n) for n in array.shape[-2:])
     along = np.cos(direction) * u[:, None] + np.sin(direction) * v
-    # To rounding, waves across the direction have no side.
+    # Waves perpendicular to the direction, up to rounding, are on neither side.
     side = np.where(np.abs(along) < 1e-12, 0, np.sign(along))
     side = (side - np.roll(side[::-1, ::-1], 1, (0, 1))) / 2
     spectrum = scipy.fft.fft2(array, workers=workers)
@@ -135,10 +137,11 @@ def partial_analytic_signal(image: ArrayLike, angle: float = 0.0, workers: int |
 
 
 def single_orthant_signal(image: ArrayLike, workers: int | None = None) -> Complexes:
-    """Hahn's analytic signal ``(f - H1 H2 f) + i (H1 f + H2 f)``: only frequencies of positive u and v stay.
+    """Return Hahn's analytic signal ``(f - H1 H2 f) + i (H1 f + H2 f)``: only positive frequencies u and v are kept.
 
-    Arguments, results and errors are those of `total_analytic_signal`. It is that of ``scipy.signal.hilbert2`` for odd
-    sizes; of even ones, that function drops the frequency 1/2, which stays here as in `analytic_signal`.
+    Parameters, results and errors are those of `total_analytic_signal`. For odd sizes the result agrees with
+    ``scipy.signal.hilbert2``; for even sizes, that function drops the frequency 1/2, which is kept here as in
+    `analytic_signal`.
     """
     array = image_stack(image)
     s, t = (_sign(n).astype(array.dtype) for n in array.shape[-2:])
@@ -148,14 +151,15 @@ def single_orthant_signal(image: ArrayLike, workers: int | None = None) -> Compl
 
 
 def quaternionic_analytic_signal(image: ArrayLike, workers: int | None = None) -> Reals:
-    """Buelow's analytic signal ``f + i H1 f + j H2 f + k H1 H2 f``.
+    """Return Bülow's analytic signal ``f + i H1 f + j H2 f + k H1 H2 f``.
 
-    Its two-sided quaternion Fourier transform is that of the image, times ``(1 + sgn(u)) (1 + sgn(v))``.
+    Its two-sided quaternion Fourier transform is that of the image multiplied by ``(1 + sgn(u)) (1 + sgn(v))``.
 
     Parameters
     ----------
     image : array_like, (..., M, N)
-        Real images, taken for periodic; H1 acts along M and H2 along N. float32 stays; integers become float64.
+        Real images, assumed periodic; H1 acts along M and H2 along N. float32 is kept; integers are converted to
+        float64.
     workers : int, optional
         As in `scipy.fft`.
 
@@ -171,13 +175,13 @@ def quaternionic_analytic_signal(image: ArrayLike, workers: int | None = None) -
 
     Notes
     -----
-    Along columns one real transform there and back; along rows a complex one, of the image and what that gave.
+    The transforms along columns are real; those along rows are complex and transform the image and H1 f together.
     """
     array = image_stack(image)
     images = array.reshape(-1, *array.shape[-2:])
     rows, columns = images.shape[1:]
     result = np.empty((*images.shape, 4), array.dtype)
-    # w and x, and y and z.
+    # The complex numbers (w, x) and (y, z).
     numbers = result.view(np.result_type(array.dtype, np.complex64))
     down = (-1j * _sign(rows)[: rows // 2 + 1]).astype(numbers.dtype)[:, None]
     across = (-1j * _sign(columns)).astype(numbers.dtype)
@@ -203,12 +207,12 @@ def quaternionic_analytic_signal(image: ArrayLike, workers: int | None = None) -
 
 
 def monogenic_signal(image: ArrayLike, workers: int | None = None) -> Monogenic:
-    """The monogenic signal, which treats all directions alike.
+    """Compute the monogenic signal, which is isotropic.
 
     Parameters
     ----------
     image : array_like, (..., M, N)
-        Real images, taken for periodic; best without their mean, which has no Riesz transform.
+        Real images, assumed periodic. Subtract their mean first if possible: it has no Riesz transform.
     workers : int, optional
         As in `scipy.fft`.
 
@@ -224,8 +228,8 @@ def monogenic_signal(image: ArrayLike, workers: int | None = None) -> Monogenic:
     Notes
     -----
     Riesz transforms multiply the spectrum by ``-i u / |(u, v)|`` and ``-i v / |(u, v)|`` (Felsberg and Sommer, *IEEE
-    Trans. Signal Processing* 49:3136, 2001). A wave has its own amplitude and phase, and the orientation of its
-    frequency.
+    Trans. Signal Processing* 49:3136, 2001). For a plane wave, the result is its amplitude and phase, and the
+    orientation of its frequency.
     """
     array, exponents = in_range(image_stack(image))
     spectrum = scipy.fft.rfft2(array, workers=workers)
@@ -234,7 +238,7 @@ def monogenic_signal(image: ArrayLike, workers: int | None = None) -> Monogenic:
     length[0, 0] = 1
     vector = np.empty((*array.shape, 3), array.dtype)
     for k, frequency in enumerate((u, v)):
-        # The frequency 1/2 is also -1/2, and has no sign.
+        # The frequency 1/2 is also -1/2 and has no sign.
         weight = -1j * np.where(np.abs(frequency) == 0.5, 0, frequency) / length
         part = spectrum * weight.astype(spectrum.dtype)
         vector[..., k] = scipy.fft.irfft2(part, array.shape[-2:], overwrite_x=True, workers=workers)
@@ -246,12 +250,12 @@ def monogenic_signal(image: ArrayLike, workers: int | None = None) -> Monogenic:
 
 
 def _sign(size: int) -> NDArray[np.float64]:
-    """The signs of the frequencies; 0 and 1/2 have none."""
+    """Return the signs of the frequencies; those of 0 and 1/2 are 0."""
     frequency = np.fft.fftfreq(size)
     return np.where(frequency == -0.5, 0, np.sign(frequency))
 
 
 def _signs(array: Reals) -> tuple[Reals, Reals]:
-    """Along both axes, for half of the frequencies along the last one."""
+    """Return the signs along both axes, with half of the frequencies along the last one."""
     rows, columns = array.shape[-2:]
     return _sign(rows).astype(array.dtype)[:, None], _sign(columns)[: columns // 2 + 1].astype(array.dtype)

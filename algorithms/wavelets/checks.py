@@ -1,4 +1,4 @@
-"""Arguments that several functions share, checked once: images, their range, and what conformal wavelets take."""
+"""Validation of arguments that several functions share: images, their range, and samples of conformal wavelets."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from .discrete import check_finite
 
 
 def image_stack(value: ArrayLike, name: str = "image", least: int = 1) -> Reals:
-    """Real images (..., M, N), checked.
+    """Return real images (..., M, N) after validation.
 
     Parameters
     ----------
     value : array_like, (..., M, N)
-        Leading axes are those of a stack; pictures with channels are refused, see `refuse_channels`.
+        Leading axes are those of a stack; pictures with channels are rejected, see `refuse_channels`.
     name : str
-        What the caller calls the argument.
+        Name of the argument in error messages.
     least : int
-        Rows and columns that are needed.
+        Minimum number of rows and columns.
 
     Returns
     -------
@@ -32,7 +32,7 @@ def image_stack(value: ArrayLike, name: str = "image", least: int = 1) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        Where `value` is not an array of finite real numbers with two axes, has channels, or is too small.
+        If `value` is not an array of finite real numbers with two axes, has channels, or is too small.
     """
     array = real_array(value, name, (-1, -1), "images M N")
     refuse_channels(array.shape, name)
@@ -43,7 +43,7 @@ def image_stack(value: ArrayLike, name: str = "image", least: int = 1) -> Reals:
 
 
 def single_image(value: ArrayLike, name: str = "image", least: int = 1) -> Reals:
-    """One real image (M, N), checked as by `image_stack`; stacks are refused."""
+    """Return one real image (M, N) after validation as in `image_stack`; stacks are rejected."""
     array = real_array(value, name, (-1, -1), "one image M N")
     refuse_channels(array.shape, name)
     if array.ndim != 2 or min(array.shape) < least:
@@ -55,24 +55,24 @@ def single_image(value: ArrayLike, name: str = "image", least: int = 1) -> Reals
 def in_range(
     array: Reals, axes: tuple[int, ...] = (-2, -1), dtype: type[np.floating] | None = None
 ) -> tuple[Reals, NDArray[np.intc]]:
-    """Images, divided by powers of 2 where their largest numbers are so large, or small, that powers leave the range.
+    """Scale images by powers of 2 if their largest numbers are so large or small that powers would leave the range.
 
     Parameters
     ----------
     array : array, (..., M, N)
-        Finite.
+        Finite numbers.
     axes : tuple of int
-        Of one image.
+        The axes of one image.
     dtype : type, optional
-        Of the floats, if they are not those of `array`.
+        The type of the floats, if not that of `array`.
 
     Returns
     -------
     array, (..., M, N)
-        Itself where the fourth powers of the largest numbers are in the range of floats; else exactly divided, to
-        largest numbers from 1/2 to 1.
+        The array itself if the fourth powers of the largest numbers are in the range of floats. Otherwise the images
+        are divided exactly, to largest numbers between 1/2 and 1.
     exponents : array of int, (..., 1, 1)
-        0, or those of the powers of 2.
+        The exponents of the powers of 2; 0 for images that were not divided.
     """
     limit = np.finfo(array.dtype if dtype is None else dtype).maxexp // 5
     largest = np.maximum(array.max(axes, keepdims=True), -array.min(axes, keepdims=True))
@@ -82,12 +82,12 @@ def in_range(
 
 
 def back_in_range(array: Reals, exponents: NDArray[np.intc], name: str = "image") -> Reals:
-    """What was found from images of `in_range`, times the powers of 2.
+    """Multiply results computed from images of `in_range` by the powers of 2.
 
     Raises
     ------
     ValueError
-        Where that is larger than any float.
+        If a result overflows.
     """
     if not exponents.any():
         return array
@@ -99,7 +99,7 @@ def back_in_range(array: Reals, exponents: NDArray[np.intc], name: str = "image"
 
 
 def positive_number(value: object, name: str) -> float:
-    """`value` as a float; refused where it is not a positive number."""
+    """Return `value` as a float; raise an error if it is not a positive number."""
     number = finite_number(value, name)
     if number <= 0:
         raise ValueError(f"{name}: {number}; expected positive numbers")
@@ -107,7 +107,7 @@ def positive_number(value: object, name: str) -> float:
 
 
 class Samples(NamedTuple):
-    """A sampled field, and the wavelets that it is compared with.
+    """A sampled field and the wavelets with which it is compared.
 
     Attributes
     ----------
@@ -135,23 +135,23 @@ def samples(
     weights: ArrayLike,
     per_versor: bool = False,
 ) -> Samples:
-    """What conformal wavelets take, checked.
+    """Validate the arguments of conformal wavelets.
 
     Parameters
     ----------
     field : (name, array_like, shape, meaning)
         As in `real_array`.
     points, versors : (name, array_like, length, meaning)
-        Of the last axis.
+        As in `real_array`, with the length of the last axis.
     frequency, sigma, weights
         As in `conformal_wavelet`.
     per_versor : bool
-        Whether there is one value for each versor, rather than for each point.
+        Whether there is one value for each versor instead of one for each point.
 
     Raises
     ------
     TypeError, ValueError
-        Where arguments are not finite real numbers of these shapes, and frequency or sigma are not positive.
+        If arguments are not finite real numbers of these shapes, or if `frequency` or `sigma` is not positive.
     """
     name, value, shape, meaning = field
     where, points_value, dimension, points_meaning = points

@@ -1,4 +1,4 @@
-"""Fourier transforms of fields with values in G(2), G(3) and G(3,1): complex ones between two kernels."""
+"""Fourier transforms of fields with values in G(2), G(3) and G(3,1), as complex transforms between two kernels."""
 
 from __future__ import annotations
 
@@ -22,37 +22,37 @@ def clifford_fft(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Reals:
-    """The Clifford-Fourier transform of fields of multivectors in the plane or in space.
+    """Compute the Clifford-Fourier transform of fields of multivectors in the plane or in space.
 
     Parameters
     ----------
     field : array_like, (..., M, N, 4) or (..., L, M, N, 8)
         Elements of G(2), coefficients 1 e1 e2 e12, or of G(3), coefficients 1 e1 e2 e3 e12 e13 e23 e123, as in
-        `generated.vga2` and `generated.vga3`. float32 gives float32; integers become float64.
+        `generated.vga2` and `generated.vga3`. float32 gives float32; integers are converted to float64.
     side : str
-        "right": ``f exp(-I w x)``, or "left": ``exp(-I w x) f``, with the pseudoscalar I. In G(3) it commutes with
-        everything and both are the same.
+        "right" for ``f exp(-I w x)`` or "left" for ``exp(-I w x) f``, with the pseudoscalar I. In G(3) it commutes with
+        everything, and both transforms are the same.
     norm, workers
         As in `scipy.fft`.
     progress : function of (done, total), optional
-        Told after each of some steps how many of how many are done, for long volumes.
+        Called after each step with the number of completed steps and the total, to report progress on large volumes.
 
     Returns
     -------
     array, of the shape of `field`
-        Coefficients are first in memory where they are in `field`; neither order is copied.
+        The memory layout is that of `field`, with coefficients first or last; neither layout is copied.
 
     Raises
     ------
     TypeError, ValueError
-        Where `field` is no such array, has an empty axis or is not finite, for an unknown side or norm.
+        If `field` does not have this form, has an empty axis or is not finite, or if `side` or `norm` is unknown.
 
     Notes
     -----
-    Two complex transforms in G(2), four in G(3) (Ebling and Scheuermann, *IEEE Trans. Visualization and
-    Computer Graphics* 11:469, 2005). A convolution in G(3) has the product of the spectra as its spectrum. In G(2), e12
-    anticommutes with vectors; for ``h = h_even + h_odd``, ``f * h`` has the right-sided spectrum
-    ``F(w) H_even(w) + F(-w) H_odd(w)``, and not the product.
+    The transform consists of two complex transforms in G(2) and four in G(3) (Ebling and Scheuermann, *IEEE Trans.
+    Visualization and Computer Graphics* 11:469, 2005). In G(3), the spectrum of a convolution is the product of the
+    spectra. In G(2), e12 anticommutes with vectors: for ``h = h_even + h_odd``, the right-sided spectrum of ``f * h``
+    is ``F(w) H_even(w) + F(-w) H_odd(w)``, not the product.
     """
     return _clifford(field, "field", side, False, norm, workers, progress)
 
@@ -64,20 +64,20 @@ def iclifford_fft(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Reals:
-    """The inverse of `clifford_fft` with the same options, which has the same arguments and errors."""
+    """Compute the inverse of `clifford_fft` with the same options; parameters and errors are the same."""
     return _clifford(spectrum, "spectrum", side, True, norm, workers, progress)
 
 
 def spacetime_fft(
     field: ArrayLike, norm: str | None = None, workers: int | None = None, progress: Progress | None = None
 ) -> Reals:
-    """The space-time Fourier transform ``exp(-e4 w t) f exp(-e123 u x)`` of fields in G(3,1).
+    """Compute the space-time Fourier transform ``exp(-e4 w t) f exp(-e123 u x)`` of fields in G(3,1).
 
     Parameters
     ----------
     field : array_like, (..., T, L, M, N, 16)
-        Elements of G(3,1) with time first, of coefficients 1 e1 e2 e3 e4 e12 e13 e23 e14 e24 e34 e123 e124 e134 e234
-        e1234. The time e4 and the volume e123 have square -1 and anticommute. float32 gives float32.
+        Elements of G(3,1), with time as the first axis and coefficients 1 e1 e2 e3 e4 e12 e13 e23 e14 e24 e34 e123 e124
+        e134 e234 e1234. The time vector e4 and the volume e123 have square -1 and anticommute. float32 gives float32.
     norm, workers, progress
         As in `clifford_fft`.
 
@@ -88,12 +88,12 @@ def spacetime_fft(
     Raises
     ------
     TypeError, ValueError
-        Where `field` is no such array, has an empty axis or is not finite, and for an unknown norm.
+        If `field` does not have this form, has an empty axis or is not finite, or if `norm` is unknown.
 
     Notes
     -----
     ``(f + e4 f e123)/2`` and ``(f - e4 f e123)/2`` are transformed as fields of four complex numbers each, with
-    opposite directions of time (Hitzer, *Adv. Appl. Clifford Algebras* 17:497, 2007).
+    opposite signs of time (Hitzer, *Adv. Appl. Clifford Algebras* 17:497, 2007).
     """
     return _spacetime(field, "field", False, norm, workers, progress)
 
@@ -101,7 +101,7 @@ def spacetime_fft(
 def ispacetime_fft(
     spectrum: ArrayLike, norm: str | None = None, workers: int | None = None, progress: Progress | None = None
 ) -> Reals:
-    """The inverse of `spacetime_fft`, which has the same arguments and errors."""
+    """Compute the inverse of `spacetime_fft`; parameters and errors are the same."""
     return _spacetime(spectrum, "spectrum", True, norm, workers, progress)
 
 
@@ -125,7 +125,7 @@ def _clifford(
         return through_planes(
             array, name, vga3.pack_field, vga3.unpack_field, [((0, 1, 2), ())] * 4, inverse, norm, workers, progress
         )
-    # From the left, vectors e1 z see the exponential turned round.
+    # Moving the exponential from the left past the vectors e1 z conjugates it.
     forward: Directions = ((0, 1), ())
     odd: Directions = forward if side == "right" else ((), (0, 1))
     planes = [forward, odd]

@@ -17,19 +17,19 @@ from .discrete import check_finite
 from .sharing import Progress, steps
 
 _COVERED = 1e-6
-"""Frequencies count where the sum of squared filters is larger than this part of its largest value."""
+"""Frequencies are covered where the sum of squared filters exceeds this fraction of its maximum."""
 
 
 @dataclass(frozen=True)
 class CliffordWavelet:
-    """What `clifford_wavelet` gives.
+    """Result of `clifford_wavelet`.
 
     Attributes
     ----------
     coefficients : array, (A, R, L, M, N, 8)
         For each of A scales and R rotations, elements of G(3).
     filters : array, (A, R, L, M, N)
-        What the spectrum was multiplied by.
+        The factors of the spectrum.
     """
 
     coefficients: Reals
@@ -37,13 +37,13 @@ class CliffordWavelet:
 
     @property
     def covered(self) -> NDArray[np.bool_]:
-        """The frequencies, (L, M, N), that some filter sees."""
+        """The frequencies, (L, M, N), at which some filter does not vanish."""
         return covered_by(self.filters)
 
     def inverse(self, workers: int | None = None) -> Reals:
-        """The part of the field at the covered frequencies, (L, M, N, 8).
+        """Return the part of the field at the covered frequencies, (L, M, N, 8).
 
-        Of all fields, its coefficients are nearest to those that are here.
+        It is the least-squares solution: its coefficients are the nearest to these coefficients.
 
         Parameters
         ----------
@@ -58,7 +58,7 @@ class CliffordWavelet:
 
 
 def covered_by(filters: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """The frequencies that some of the filters, along the first two axes, see."""
+    """Return the frequencies at which some of the filters, stacked along the first two axes, do not vanish."""
     weight = (filters**2).sum((0, 1))
     return np.asarray(weight > _COVERED * weight.max())
 
@@ -70,7 +70,7 @@ def nearest_field(
     back: Callable[..., Reals],
     workers: int | None,
 ) -> Reals:
-    """The field of covered frequencies whose coefficients are nearest to these, by a transform and its inverse."""
+    """Return the least-squares inverse at the covered frequencies, for a transform `forth` and its inverse `back`."""
     weight, covered = (filters**2).sum((0, 1)), covered_by(filters)
     spectrum = np.zeros(coefficients.shape[2:], coefficients.dtype)
     for place in np.ndindex(filters.shape[:2]):
@@ -88,21 +88,21 @@ def clifford_wavelet(
     progress: Progress | None = None,
     workers: int | None = None,
 ) -> CliffordWavelet:
-    """The wavelet transform of a periodic field in space by turned and scaled Gabor wavelets.
+    """Compute the wavelet transform of a periodic field in space with rotated and scaled Gabor wavelets.
 
     Parameters
     ----------
     field : array_like, (L, M, N, 8)
-        Elements of G(3), of coefficients 1 e1 e2 e3 e12 e13 e23 e123. float32 stays; integers become float64.
+        Elements of G(3), coefficients 1 e1 e2 e3 e12 e13 e23 e123. float32 is kept; integers are converted to float64.
     scales : sequence of float
-        A positive numbers a; the wavelet is a times as wide, its frequency a times as low.
+        A positive scales a; the wavelet is a times as wide and its frequency is divided by a.
     rotors : array_like, (R, 4)
-        Unit rotors 1 e12 e13 e23, as of `generated.vga3`, that turn the wavelet. Axes of the array are e1, e2 and e3.
+        Unit rotors 1 e12 e13 e23, as in `generated.vga3`, that rotate the wavelet. The array axes are e1, e2 and e3.
     frequency : float
-        Of the wavelet of scale 1, along e1, in radians per pixel.
+        Frequency of the wavelet of scale 1, along e1, in radians per pixel.
     sigma : (float, float, float)
-        Standard deviations in pixels of its Gaussian along e1, e2 and e3.
-    progress : function of (done, all), optional
+        Standard deviations of its Gaussian along e1, e2 and e3, in pixels.
+    progress : function of (done, total), optional
         Called after each of the A R wavelets.
     workers : int, optional
         As in `scipy.fft`.
@@ -114,15 +114,15 @@ def clifford_wavelet(
     Raises
     ------
     TypeError, ValueError
-        Where arguments are not finite real numbers of these shapes, and for scales, sigmas or a frequency that are not
+        If arguments are not finite real numbers of these shapes, or if a scale, a sigma or the frequency is not
         positive.
 
     Notes
     -----
-    ``T(a, r, b) = sum f(x) ~psi((x - b) turned back by r, over a) a**(-3/2)`` with the Clifford-Gabor wavelet
-    ``psi(x) = g(x) (exp(e123 w0 x1) - c)``, whose constant c makes its sum 0 (Mawardi and Hitzer, *Int. J. Wavelets,
-    Multiresolution and Information Processing* 4:61, 2006). It is computed by the Clifford-Fourier transform, where the
-    wavelet is a real number for every frequency: two Gaussians of norm 1 in the frequencies of the grid.
+    ``T(a, r, b) = sum f(x) ~psi(R^-1 (x - b) / a) a**(-3/2)``, where R is the rotation of r, with the Clifford-Gabor
+    wavelet ``psi(x) = g(x) (exp(e123 w0 x1) - c)``, whose constant c makes its sum 0 (Mawardi and Hitzer, *Int. J.
+    Wavelets, Multiresolution and Information Processing* 4:61, 2006). It is computed with the Clifford-Fourier transform, in
+    which the wavelet is real at every frequency: a difference of two Gaussians.
     """
     array = real_array(field, "field", (-1, -1, -1, 8), "fields L M N 8 of G(3)")
     if array.ndim != 4:
@@ -139,7 +139,7 @@ def clifford_wavelet(
         raise ValueError(f"scales, sigma: {len(sizes)} and {len(widths)}; expected at least one scale and three sigmas")
     grid = [2 * np.pi * np.fft.fftfreq(n) for n in array.shape[:3]]
     w = np.stack(np.meshgrid(*grid, indexing="ij"), -1)
-    spectrum, told = clifford_fft(array, workers=workers), steps(progress, len(sizes) * len(turns))
+    spectrum, step_done = clifford_fft(array, workers=workers), steps(progress, len(sizes) * len(turns))
     filters = np.empty((len(sizes), len(turns), *array.shape[:3]))
     coefficients = np.empty((*filters.shape, 8), array.dtype)
     for k, a in enumerate(sizes):
@@ -147,12 +147,12 @@ def clifford_wavelet(
             filters[k, n] = a**1.5 * _gabor(a * vga3.rotate_vector_back(turn, w), centre, widths)
             product = spectrum * filters[k, n][..., None].astype(array.dtype)
             coefficients[k, n] = iclifford_fft(product, workers=workers)
-            told()
+            step_done()
     return CliffordWavelet(coefficients, filters)
 
 
 def _gabor(w: Reals, centre: Reals, widths: Reals) -> Reals:
-    """The spectrum of the wavelet: a Gaussian about its frequency, less one about 0, so that it is 0 at 0."""
+    """Return the spectrum of the wavelet: a Gaussian about its frequency minus one about 0, which makes it 0 at 0."""
     about, around = (((widths * (w - c)) ** 2).sum(-1) / 2 for c in (centre, 0 * centre))
     constant = ((widths * centre) ** 2).sum() / 2
     return np.asarray(np.exp(-about) - np.exp(-around - constant))

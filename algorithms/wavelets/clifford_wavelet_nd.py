@@ -18,14 +18,14 @@ from .sharing import Progress, steps
 
 @dataclass(frozen=True)
 class CliffordWaveletND:
-    """What `clifford_wavelet_nd` gives.
+    """Result of `clifford_wavelet_nd`.
 
     Attributes
     ----------
     coefficients : array, (A, R, N1, ..., Nn, 2**n)
-        For each of A scales and R turns, elements of G(n).
+        For each of A scales and R orientations, elements of G(n).
     filters : array, (A, R, N1, ..., Nn)
-        What the spectrum was multiplied by.
+        The factors of the spectrum.
     """
 
     coefficients: Reals
@@ -33,13 +33,13 @@ class CliffordWaveletND:
 
     @property
     def covered(self) -> NDArray[np.bool_]:
-        """The frequencies, (N1, ..., Nn), that some filter sees."""
+        """The frequencies, (N1, ..., Nn), at which some filter does not vanish."""
         return covered_by(self.filters)
 
     def inverse(self, workers: int | None = None) -> Reals:
-        """The part of the field at the covered frequencies, (N1, ..., Nn, 2**n), to 1e-10 of the largest number.
+        """Return the part of the field at the covered frequencies, (N1, ..., Nn, 2**n), to 1e-10 of the largest number.
 
-        Of all fields, its coefficients are nearest to those that are here.
+        It is the least-squares solution: its coefficients are the nearest to these coefficients.
 
         Parameters
         ----------
@@ -62,22 +62,23 @@ def clifford_wavelet_nd(
     progress: Progress | None = None,
     workers: int | None = None,
 ) -> CliffordWaveletND:
-    """The wavelet transform of a periodic field by turned and scaled Gabor wavelets, in 2, 3 or 6 dimensions.
+    """Compute the wavelet transform of a periodic field with rotated and scaled Gabor wavelets in 2, 3 or 6 dimensions.
 
     Parameters
     ----------
     field : array_like, (N1, ..., Nn, 2**n)
-        Elements of G(n), coefficients as in `pseudoscalar_fft`. float32 stays; integers become float64.
+        Elements of G(n), coefficients as in `pseudoscalar_fft`. float32 is kept; integers are converted to float64.
     scales : sequence of float
-        A positive numbers a; the wavelet is a times as wide, its frequency a times as low.
+        A positive scales a; the wavelet is a times as wide and its frequency is divided by a.
     turns : array_like, (R, n, n)
-        Orthogonal matrices that turn the wavelet, such as of ``vga2.rotor_to_matrix`` or ``vga3.rotor_to_matrix``.
+        Orthogonal matrices that rotate the wavelet, for example from ``vga2.rotor_to_matrix`` or
+        ``vga3.rotor_to_matrix``.
     frequency : float
-        Of the wavelet of scale 1, along e1, in radians per pixel.
+        Frequency of the wavelet of scale 1, along e1, in radians per pixel.
     sigma : float or sequence of n floats
-        Standard deviations in pixels of its Gaussian along the axes.
-    progress : function of (done, all), optional
-        Called after every scale and turn.
+        Standard deviations of its Gaussian along the axes, in pixels.
+    progress : function of (done, total), optional
+        Called after each scale and orientation.
     workers : int, optional
         As in `scipy.fft`.
 
@@ -88,16 +89,16 @@ def clifford_wavelet_nd(
     Raises
     ------
     TypeError, ValueError
-        Where arguments are not finite real numbers of these shapes, matrices are not orthogonal, and for scales, sigmas
-        or a frequency that are not positive.
+        If arguments are not finite real numbers of these shapes, if matrices are not orthogonal, or if a scale, a sigma
+        or the frequency is not positive.
 
     Notes
     -----
-    ``T(a, r, b) = sum f(x) ~psi((x - b) turned back by r, over a) a**(-n/2)`` with the Clifford-Gabor wavelet
+    ``T(a, r, b) = sum f(x) ~psi(r^-1 (x - b) / a) a**(-n/2)`` with the Clifford-Gabor wavelet
     ``psi(x) = g(x) (exp(I w0 x1) - c)`` and the pseudoscalar I (Mawardi, Ashino and Vaillancourt, *Int. J. Wavelets,
-    Multiresolution and Information Processing* 9:67, 2011). The field is the first factor: in even dimensions I
-    exchanges with even elements only. Wavelets are even elements, so that right-sided spectra multiply in every case.
-    In space, `clifford_wavelet` does the same with rotors.
+    Multiresolution and Information Processing* 9:67, 2011). The field is the left factor because in even dimensions I
+    commutes with even elements only. Wavelets are even elements, so right-sided spectra can be multiplied in every
+    dimension. In space, `clifford_wavelet` computes the same transform with rotors.
     """
     array = real_array(field, "field", (-1, -1), "a field N1 ... Nn 2**n")
     n = array.ndim - 1
@@ -119,14 +120,14 @@ def clifford_wavelet_nd(
     spectrum = pseudoscalar_fft(array, workers=workers)
     filters = np.empty((len(sizes), len(matrices), *array.shape[:-1]))
     coefficients = np.empty((*filters.shape, 2**n), array.dtype)
-    told = steps(progress, len(sizes) * len(matrices))
+    step_done = steps(progress, len(sizes) * len(matrices))
     for k, m in np.ndindex(filters.shape[:2]):
-        # The turned-back frequency.
+        # The frequency rotated back.
         there = sizes[k] * w @ matrices[m]
         about, around = (((widths * (there - c)) ** 2).sum(-1) / 2 for c in (centre, 0 * centre))
         constant = ((widths * centre) ** 2).sum() / 2
         filters[k, m] = sizes[k] ** (n / 2) * (np.exp(-about) - np.exp(-around - constant))
         product = spectrum * filters[k, m][..., None].astype(array.dtype)
         coefficients[k, m] = ipseudoscalar_fft(product, workers=workers)
-        told()
+        step_done()
     return CliffordWaveletND(coefficients, filters)

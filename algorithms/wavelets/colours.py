@@ -1,4 +1,4 @@
-"""Colour images as pure quaternions, and the colours that images of one number per pixel do not have."""
+"""Conversion between colour images and pure quaternions, and detection of channels in images that must not have any."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from numpy.typing import ArrayLike
 from ..arguments import Reals, finite_number, real_array
 
 GREY = (3**-0.5, 3**-0.5, 3**-0.5)
-"""The axis of grey, for `qft` of colours."""
+"""The grey axis, for `qft` of colour images."""
 _CHANNELS = {1: "one channel", 2: "grey and alpha", 3: "RGB", 4: "RGBA"}
-"""What the last axis of pictures means where it is this short."""
+"""Meaning of a last axis of this length in pictures."""
 _ONE_BY_ONE = "Stacks of images of 1 to 4 columns are taken one image at a time"
 _SCALAR = 1e-4
-"""Largest scalar part of pure quaternions, relative to their largest number: what rounding of float32 may leave."""
+"""Largest scalar part of pure quaternions relative to their largest number: a bound for rounding errors of float32."""
 
 
 def from_rgb(image: ArrayLike) -> Reals:
-    """Colour images as pure quaternions ``R i + G j + B k``, for `qft`.
+    """Convert colour images to pure quaternions ``R i + G j + B k``, for `qft`.
 
     Parameters
     ----------
     image : array_like, (..., M, N, 3)
-        Red, green and blue. float32 is kept; integers become float64, and are not scaled: bytes give numbers up to 255.
+        Red, green and blue. float32 is kept; integers are converted to float64 without scaling: bytes give 0 to 255.
 
     Returns
     -------
@@ -34,12 +34,12 @@ def from_rgb(image: ArrayLike) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        Where `image` is not an array of real numbers with three channels; images with alpha are refused, as alpha is
-        no colour: take ``image[..., :3]``, or blend with a background first.
+        If `image` is not an array of real numbers with three channels. Images with alpha are rejected because alpha is
+        not a colour: pass ``image[..., :3]``, or blend with a background first.
 
     Notes
     -----
-    With the axis ``(1, 1, 1) / sqrt(3)`` of grey, the left and right transforms keep luminance and chrominance apart
+    With the grey axis ``(1, 1, 1) / sqrt(3)``, the left and right transforms keep luminance and chrominance separate
     (Ell and Sangwine, *IEEE Trans. Image Processing* 16:22, 2007).
     """
     array = real_array(image, "image")
@@ -52,14 +52,14 @@ def from_rgb(image: ArrayLike) -> Reals:
 
 
 def to_rgb(q: ArrayLike, tolerance: float = _SCALAR) -> Reals:
-    """The colours of pure quaternions: the inverse of `from_rgb`.
+    """Convert pure quaternions to colours: the inverse of `from_rgb`.
 
     Parameters
     ----------
     q : array_like, (..., M, N, 4)
         Quaternions (w, x, y, z).
     tolerance : float
-        How large w may be, relative to the largest number of `q`. ``numpy.inf`` drops it, whatever it is.
+        Largest w allowed, relative to the largest number of `q`. With ``numpy.inf``, w is dropped in any case.
 
     Returns
     -------
@@ -69,7 +69,7 @@ def to_rgb(q: ArrayLike, tolerance: float = _SCALAR) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        Where `q` is not an array of real numbers of that shape, or has a scalar part: then it is no colour image.
+        If `q` is not an array of real numbers of this shape, or if its scalar part is not negligible.
     """
     array = real_array(q, "q", (-1, -1, 4), "quaternions M N 4")
     bound = np.inf if tolerance == np.inf else finite_number(tolerance, "tolerance")
@@ -77,30 +77,30 @@ def to_rgb(q: ArrayLike, tolerance: float = _SCALAR) -> Reals:
         scalar, largest = np.abs(array[..., 0]).max(), np.abs(array).max()
         if not scalar <= bound * largest:
             raise ValueError(
-                f"q: scalar parts up to {scalar:.3g} beside numbers up to {largest:.3g}; expected pure quaternions; "
+                f"q: scalar parts up to {scalar:.3g} with numbers up to {largest:.3g}; expected pure quaternions; "
                 "tolerance=numpy.inf drops scalar parts"
             )
     return np.ascontiguousarray(array[..., 1:])
 
 
 def refuse_channels(shape: tuple[int, ...], name: str, choice: str = _ONE_BY_ONE) -> None:
-    """Refuse shapes (..., M, N) of which the last axis may be that of channels rather than of columns.
+    """Reject shapes (..., M, N) whose last axis may hold channels instead of columns.
 
-    A shape does not say which it is. What is refused has a last axis of 1 to 4, after two axes that are longer, and at
-    least 4: pictures with channels have that shape, and stacks of images hardly ever.
+    The shape alone does not decide. A shape is rejected if its last axis has length 1 to 4 and the two axes before it
+    are longer and at least 4: pictures with channels have such shapes, and stacks of images very rarely do.
 
     Parameters
     ----------
     shape : tuple of int
     name : str
-        What the caller calls the argument.
+        Name of the argument in error messages.
     choice : str, optional
-        How a function takes images of 1 to 4 columns all the same.
+        Sentence that explains how to pass images of 1 to 4 columns nevertheless.
 
     Raises
     ------
     ValueError
-        For such a shape.
+        If the shape is rejected.
     """
     if len(shape) > 2 and shape[-1] in _CHANNELS and min(shape[-3:-1]) > max(shape[-1], 3):
         raise ValueError(
@@ -111,7 +111,7 @@ def refuse_channels(shape: tuple[int, ...], name: str, choice: str = _ONE_BY_ONE
 
 
 def quaternions_meant(array: Reals, dtype: np.dtype[Any], values: str | None) -> bool:
-    """Whether an image, which came with this type, is one of quaternions rather than real."""
+    """Return whether an image that was passed with this data type holds quaternions instead of real numbers."""
     if values is not None:
         if values not in ("real", "quaternion"):
             raise ValueError(f"values: {values!r}; expected 'real', 'quaternion' or None")

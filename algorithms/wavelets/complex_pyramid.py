@@ -1,4 +1,4 @@
-"""The complex wavelet transform of Magarey and Kingsbury: short filters near Gabor's, six directions."""
+"""The complex wavelet transform of Magarey and Kingsbury: short filters close to Gabor filters, six directions."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from .sharing import Progress
 Complexes = NDArray[Any]
 
 _PAIRS = {"H": (0, 5), "V": (2, 3), "D": (1, 4)}
-"""Where the two complex bands of a quaternion stand among the six, as in `dual_tree`."""
+"""Indices of the two complex bands of a quaternion among the six, as in `dual_tree`."""
 
 
 @dataclass(frozen=True)
 class ComplexPyramid:
-    """What `complex_pyramid` gives.
+    """Result of `complex_pyramid`.
 
     Attributes
     ----------
     approx : array, (..., m, n, 2)
-        What is left after all levels, for waves of rising and of falling diagonals.
+        The approximation after all levels, for waves along rising and along falling diagonals.
     detail : tuple of array
-        ``detail[l]``, (..., m, n, 6), finest first: bands of edges at 15, 45, 75, 105, 135 and 165 degrees.
+        ``detail[l]``, (..., m, n, 6), finest first: bands for edges at 15, 45, 75, 105, 135 and 165 degrees.
     size : (int, int)
-        M and N, before they were made multiples of ``2**levels``.
+        M and N, before padding to multiples of ``2**levels``.
     """
 
     approx: Complexes
@@ -39,9 +39,10 @@ class ComplexPyramid:
     size: tuple[int, int]
 
     def inverse(self) -> Reals:
-        """The images whose coefficients are nearest to those that are here, (..., M, N), to 1e-9.
+        """Return the images whose coefficients are the nearest to these coefficients, (..., M, N), to 1e-9.
 
-        The filters have no finite inverse: conjugate gradients solve the equations, see `QuaternionPyramid.inverse`.
+        The filters have no finite inverse; the equations are solved by conjugate gradients, see
+        `QuaternionPyramid.inverse`.
         """
         start = QuaternionPyramid(np.zeros(self.size), 0, "gabor")
         start.approx = _quaternions(self.approx)
@@ -52,15 +53,15 @@ class ComplexPyramid:
 
 
 def complex_pyramid(image: ArrayLike, levels: int = 4, progress: Progress | None = None) -> ComplexPyramid:
-    """The complex discrete wavelet transform of images with filters of four taps.
+    """Compute the complex discrete wavelet transform of images with filters of four taps.
 
     Parameters
     ----------
     image : array_like, (..., M, N)
-        Real images of any size; where a size is no multiple of ``2**levels``, the last row or column is repeated, and
-        the image goes on periodically.
+        Real images of any size; if a size is not a multiple of ``2**levels``, the last row or column is repeated. The
+        image is extended periodically.
     levels : int
-        At most as many as ``2**levels`` is no more than the smaller size.
+        Number of levels; ``2**levels`` must not exceed the smaller size.
     progress : function of (done, total), optional
         Called after each level.
 
@@ -71,13 +72,13 @@ def complex_pyramid(image: ArrayLike, levels: int = 4, progress: Progress | None
     Raises
     ------
     TypeError, ValueError
-        Where `image` is not an array of finite real numbers with two axes, and for too many levels.
+        If `image` is not an array of finite real numbers with two axes, or if there are too many levels.
 
     Notes
     -----
-    Magarey and Kingsbury, *IEEE Trans. Signal Processing* 46:1069, 1998. The two planes of ``QuaternionPyramid(image,
-    levels, "gabor")``: with the filter r along x and c along y, one band is that of r and c, the other of r and the
-    conjugate of c.
+    Magarey and Kingsbury, *IEEE Trans. Signal Processing* 46:1069, 1998. The bands are the two planes of
+    ``QuaternionPyramid(image, levels, "gabor")``: with the filter r along x and c along y, one band is that of r and c,
+    the other that of r and the conjugate of c.
     """
     pyramid = QuaternionPyramid(image, levels, "gabor", progress=progress)
     detail = []

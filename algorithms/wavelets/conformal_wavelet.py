@@ -1,4 +1,4 @@
-"""Continuous wavelets of fields in the plane and in space whose parameters are conformal versors, and the inverse."""
+"""Continuous wavelet transform of fields in the plane and in space over conformal versors, and its inverse."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ _NAMES = {2: "G(3,1)", 3: "G(4,1)"}
 
 
 class ConformalInverse(NamedTuple):
-    """What `iconformal_wavelet` gives.
+    """Result of `iconformal_wavelet`.
 
     Attributes
     ----------
     field : array, (P, 4) or (P, 8)
         Elements of G(2) or G(3).
     rank : int
-        How many combinations of points the coefficients determine. Where that is P, `field` is the only one with
-        coefficients nearest to the given ones; else the smallest of them.
+        Rank of the linear system. If it is P, `field` is the unique least-squares solution; otherwise it is the
+        solution of least norm.
     """
 
     field: Reals
@@ -38,7 +38,7 @@ class ConformalInverse(NamedTuple):
 
 
 def similarity_versor(shift: ArrayLike, rotor: ArrayLike, scale: ArrayLike) -> Reals:
-    """The versor of `conformal_wavelet` that scales, then turns, then shifts.
+    """Return the versor of `conformal_wavelet` that scales, then rotates, then translates.
 
     Parameters
     ----------
@@ -51,12 +51,12 @@ def similarity_versor(shift: ArrayLike, rotor: ArrayLike, scale: ArrayLike) -> R
     Returns
     -------
     array, (..., 8) or (..., 16)
-        Even elements of G(3,1), in the order of ``cga2.even_product``, or of G(4,1), of ``cga3.even_product``.
+        Even elements of G(3,1), ordered as in ``cga2.even_product``, or of G(4,1), ordered as in ``cga3.even_product``.
 
     Raises
     ------
     TypeError, ValueError
-        Where arguments are not real numbers of these shapes, or a scale is not positive.
+        If arguments are not real numbers of these shapes, or if a scale is not positive.
     """
     place = real_array(shift, "shift", (-1,), "x y or x y z")
     algebra = _CONFORMAL[_dimension(place, "shift")]
@@ -81,44 +81,46 @@ def conformal_wavelet(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Reals:
-    """The wavelet transform of a sampled field by Gabor wavelets that conformal versors move.
+    """Compute the wavelet transform of a sampled field with Gabor wavelets transformed by conformal versors.
 
     Parameters
     ----------
     field : array_like, (P, 4) or (P, 8)
-        In the plane, elements of G(2), of coefficients 1 e1 e2 e12; in space, of G(3), of coefficients
+        In the plane, elements of G(2), coefficients 1 e1 e2 e12; in space, elements of G(3), coefficients
         1 e1 e2 e3 e12 e13 e23 e123.
     points : array_like, (P, 2) or (P, 3)
-        Where they are.
+        Positions of the samples.
     versors : array_like, (K, 8) or (K, 16)
-        Unit even versors of G(3,1) or G(4,1), of `similarity_versor`, ``versor_exponential`` of `generated.cga2` or
-        `generated.cga3`, or products: similarities and transversions.
+        Unit even versors of G(3,1) or G(4,1), from `similarity_versor`, from ``versor_exponential`` of `generated.cga2`
+        or `generated.cga3`, or products of these: similarities and transversions.
     frequency, sigma : float
-        Of the wavelet that the versor 1 stands for: radians per unit of length along e1, and the standard deviation.
+        Frequency of the wavelet of the identity versor, in radians per unit of length along e1, and its standard
+        deviation.
     weights : array_like, (P,) or a number
-        The area or volume for which each point stands.
+        The area or volume that each point represents.
     workers : int, optional
-        How many threads share the versors, counted as in `scipy.fft`; the result is the same.
+        Number of threads that share the versors, as in `scipy.fft`; the result does not depend on it.
     progress : function of (done, total), optional
         Called after each versor.
 
     Returns
     -------
     array, (K, 4) or (K, 8)
-        ``W(U) = sum f(x) ~psi(y) |dy / dx|**(1/2) weight`` with the point y of ``~U X U``, of the points X at x.
+        ``W(U) = sum f(x) ~psi(y) |dy / dx|**(1/2) weight``, where y is the point of ``~U X U`` and X the point at x.
 
     Raises
     ------
     TypeError, ValueError
-        Where arguments are not finite real numbers of these shapes, frequency or sigma are not positive, or a versor
-        takes a point to infinity.
+        If arguments are not finite real numbers of these shapes, if `frequency` or `sigma` is not positive, or if a
+        versor maps a point to infinity.
 
     Notes
     -----
-    The wavelet is that of `clifford_wavelet_nd`, and in space of `clifford_wavelet`. A conformal map scales lengths at
-    x by ``1 / |m|``, where m is the weight of the moved point, the coefficient of e0; so a moved wavelet has the norm
-    of the first one, and moving field and wavelet alike changes nothing: ``W[V f](V U) = W[f](U)``. In the plane the
-    pseudoscalar exchanges with even elements only: the field is the first factor.
+    The wavelet is that of `clifford_wavelet_nd`, and in space that of `clifford_wavelet`. A conformal map scales
+    lengths at x by ``1 / |m|``, where m is the weight of the transformed point, its coefficient of e0. Transformed
+    wavelets therefore keep their norm, and transforming both field and wavelet changes nothing:
+    ``W[V f](V U) = W[f](U)``. In the plane the pseudoscalar commutes with even elements only, so the field is the left
+    factor.
     """
     known, dimension = _samples("field", field, points, versors, frequency, sigma, weights)
     result = np.empty((len(known.moves), 2**dimension), np.result_type(known.values, known.places, known.moves))
@@ -147,23 +149,23 @@ def iconformal_wavelet(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> ConformalInverse:
-    """The field whose `conformal_wavelet` is nearest to given coefficients.
+    """Return the field whose `conformal_wavelet` is nearest to the given coefficients.
 
     Parameters
     ----------
     coefficients : array_like, (K, 4) or (K, 8)
         One element of G(2) or G(3) for each versor.
     points, versors, frequency, sigma, weights
-        Those of the transform. Weights are positive.
+        As in the transform. Weights must be positive.
     tolerance : float
-        Combinations of points count where their singular values are larger than this part of the largest one.
+        Singular values below this fraction of the largest one are treated as zero.
     workers, progress
         As in `conformal_wavelet`.
 
     Returns
     -------
     ConformalInverse
-        To rounding over `tolerance`, relative to the largest number.
+        The relative accuracy, with respect to the largest number, is that of rounding divided by `tolerance`.
 
     Raises
     ------
@@ -172,10 +174,10 @@ def iconformal_wavelet(
 
     Notes
     -----
-    The least-squares solution, and of several the one with the least sum of squares times weights. Multiplication by
-    wavelets from the right acts on pairs of coefficients as on complex numbers, so it takes one complex matrix of K by
-    P numbers and its singular values, in time that grows with ``K P min(K, P)``. For all shifts on a periodic grid,
-    `clifford_wavelet_nd` has a faster inverse.
+    The result is the least-squares solution; if there are several, the one with the least weighted sum of squares.
+    Multiplication by wavelets from the right acts on pairs of coefficients as on complex numbers, so one complex matrix
+    of K by P numbers and its singular value decomposition suffice, in time proportional to ``K P min(K, P)``. For all
+    translations on a periodic grid, `clifford_wavelet_nd` has a faster inverse.
     """
     known, dimension = _samples("coefficients", coefficients, points, versors, frequency, sigma, weights)
     cut = positive_number(tolerance, "tolerance")
@@ -208,7 +210,7 @@ def _samples(
     sigma: float,
     weights: ArrayLike,
 ) -> tuple[Samples, int]:
-    """The arguments, checked, and the dimension of space."""
+    """Return the validated arguments and the dimension of the space."""
     dimension = _dimension(real_array(points, "points", (-1, -1), "points x y or x y z"), "points")
     meaning = f"elements of G({dimension})"
     given = (name, values, (-1, 2**dimension), meaning)
@@ -224,9 +226,9 @@ def _dimension(array: Reals, name: str) -> int:
 
 
 def _reversed_wavelets(known: Samples, dimension: int) -> Callable[[int], tuple[Reals, Reals, Reals]]:
-    """For each versor, the reverse of its wavelet at all points, which negates the pseudoscalar.
+    """Return a function that evaluates the reverse of a wavelet at all points, by the number of its versor.
 
-    What is given takes the number of the versor, and gives the scalar and the pseudoscalar part of the reverse of
+    The reverse negates the pseudoscalar. The function returns the scalar and the pseudoscalar part of the reverse of
     psi(y), and ``|dy / dx|**(1/2)``.
     """
     algebra = _CONFORMAL[dimension]

@@ -1,4 +1,4 @@
-"""The continuous wavelet transform of signals with real wavelets, and the analytic one of Morlet."""
+"""The continuous wavelet transform of signals with real wavelets and with the analytic Morlet wavelet."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from ..arguments import Reals, finite_number, real_array
 from .discrete import check_finite
 
 _MORLET = 5.0
-"""Radians per unit of time of Morlet's wave."""
+"""Frequency of the Morlet wavelet, in radians per unit of time."""
 _REACH = 8.0
-"""Where wavelets are below 1e-13, in units of time at scale 1."""
+"""Time, in units of the scale, beyond which wavelets are below 1e-13."""
 _COVERED = 1e-6
-"""Frequencies count where the sum of squared filters is larger than this part of its largest value."""
+"""Frequencies are covered where the sum of squared filters exceeds this fraction of its maximum."""
 
 
 def _mexican_hat(w: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -39,19 +39,19 @@ WAVELETS: dict[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]] = {
     "morlet": _morlet,
     "analytic_morlet": _analytic_morlet,
 }
-"""Fourier transforms of the wavelets, which are all real."""
+"""Fourier transforms of the wavelets, all of which are real."""
 
 
 @dataclass(frozen=True)
 class ContinuousWavelet:
-    """What `continuous_wavelet` gives.
+    """Result of `continuous_wavelet`.
 
     Attributes
     ----------
     padded : array, (..., A, P)
-        Coefficients at A scales: for the N places of the signal and, with zeros outside, for places beyond it.
+        Coefficients at A scales: for the N samples of the signal and, with mode "zero", for positions beyond its end.
     filters : array, (A, P)
-        What the spectrum was multiplied by.
+        The factors of the spectrum.
     size : int
         N.
     """
@@ -62,19 +62,19 @@ class ContinuousWavelet:
 
     @property
     def coefficients(self) -> NDArray[Any]:
-        """Those at the places of the signal, (..., A, N); a view of `padded`."""
+        """The coefficients at the samples of the signal, (..., A, N); a view of `padded`."""
         return self.padded[..., : self.size]
 
     @property
     def covered(self) -> NDArray[np.bool_]:
-        """The frequencies, (P,) as of ``numpy.fft.fftfreq``, that some filter sees. 0 is never among them."""
+        """The frequencies, (P,) as in ``numpy.fft.fftfreq``, where some filter is not zero; 0 is never covered."""
         weight = self._weight()
         return np.asarray(weight > _COVERED * weight.max())
 
     def inverse(self, workers: int | None = None) -> Reals:
-        """The part of the signal at the covered frequencies, (..., N); 1e-10 of the largest number.
+        """Return the part of the signal at the covered frequencies, (..., N), to 1e-10 of the largest number.
 
-        Of all signals, its coefficients are nearest to those that are here.
+        It is the least-squares solution: its coefficients are the nearest to these coefficients.
 
         Parameters
         ----------
@@ -89,7 +89,7 @@ class ContinuousWavelet:
         opposite = np.roll(spectrum[..., ::-1], 1, -1)
         weight = self._weight()
         share = np.where(self.covered, 1 / np.where(self.covered, weight, 1), 0)
-        # The filters of analytic wavelets see one sign of frequencies; a real signal has the other too.
+        # Analytic wavelets respond to one sign of frequencies; a real signal has both.
         result = scipy.fft.ifft((spectrum + opposite.conj()) * share, workers=workers).real
         return np.asarray(result[..., : self.size], self.padded.real.dtype)
 
@@ -105,37 +105,38 @@ def continuous_wavelet(
     mode: str = "zero",
     workers: int | None = None,
 ) -> ContinuousWavelet:
-    """The continuous wavelet transform ``W(a, b) = sum f(x) psi((x - b) / a) / sqrt(a)``.
+    """Compute the continuous wavelet transform ``W(a, b) = sum f(x) psi((x - b) / a) / sqrt(a)``.
 
     Parameters
     ----------
     signal : array_like, (..., N)
-        Real numbers. float32 stays; integers become float64.
+        Real numbers. float32 is kept; integers are converted to float64.
     scales : sequence of float
-        A positive numbers a, in samples.
+        A positive scales a, in samples.
     wavelet : str
         "mexican_hat", of norm 1: ``2 / (sqrt(3) pi**(1/4)) (1 - t**2) exp(-t**2 / 2)``; "morlet":
-        ``cos(5 t) exp(-t**2 / 2)``; "analytic_morlet": that with ``exp(5 i t)``, and without negative frequencies.
+        ``cos(5 t) exp(-t**2 / 2)``; "analytic_morlet": the same with ``exp(5 i t)``, without negative frequencies.
     mode : str
-        "zero": zeros outside; "periodic".
+        "zero", with zeros outside the signal, or "periodic".
     workers : int, optional
         As in `scipy.fft`.
 
     Returns
     -------
     ContinuousWavelet
-        Complex for "analytic_morlet", and real for the others.
+        Complex for "analytic_morlet" and real for the others.
 
     Raises
     ------
     TypeError, ValueError
-        Where `signal` is not an array of finite real numbers, for scales that are not positive, and unknown names.
+        If `signal` is not an array of finite real numbers, if scales are not positive, or if a name is unknown.
 
     Notes
     -----
-    "mexican_hat" and "morlet" are "mexh" and "morl" of PyWavelets, which averages them over a sample and is half a
-    sample late: of a signal so averaged and moved, results agree to 2e-3. Filters are the Fourier transforms of the
-    wavelets up to half a cycle per sample; what wavelets of small scales have beyond that is cut off.
+    "mexican_hat" and "morlet" are "mexh" and "morl" of PyWavelets, which averages the wavelets over a sample and shifts
+    them by half a sample; with the signal averaged and shifted accordingly, results agree to 2e-3. The filters are the
+    Fourier transforms of the wavelets up to half a cycle per sample; higher frequencies of wavelets of small scale are
+    cut off.
     """
     array = real_array(signal, "signal", (-1,), "signals N")
     check_finite(array, "signal")
@@ -163,18 +164,19 @@ def continuous_wavelet(
 
 
 def admissibility(wavelet: str) -> float:
-    """The constant ``C = integral of |psi^(w)|**2 / |w|`` over all w, by which the energy of a transform is divided.
+    """Return the constant ``C = integral of |psi^(w)|**2 / |w|`` over all w.
 
-    The integral of ``W(a, b)**2 da / a**2 db`` over all positive scales is ``C / 2`` times the energy of the signal.
+    It normalizes the energy of a transform: the integral of ``W(a, b)**2 da / a**2 db`` over all positive scales is
+    ``C / 2`` times the energy of the signal.
 
     Raises
     ------
     ValueError
-        For an unknown name.
+        If the name is unknown.
     """
     if wavelet not in WAVELETS:
         raise ValueError(f"wavelet: {wavelet!r}; expected {', '.join(map(repr, WAVELETS))}")
-    # In the logarithm of w the integrand is smooth and falls off at both ends: equal steps are as exact as any rule.
+    # The integrand is smooth in log w and decays at both ends, so the trapezoidal rule is as accurate as any other.
     steps = np.linspace(-40, 4, 40001)
     values = WAVELETS[wavelet](np.exp(steps)) ** 2 + WAVELETS[wavelet](-np.exp(steps)) ** 2
     return float(values.sum() * (steps[1] - steps[0]))

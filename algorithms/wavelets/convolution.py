@@ -16,7 +16,7 @@ from .discrete import check_finite
 from .sharing import n_threads
 
 Product = Callable[..., Any]
-"""A generated kernel of two multivectors that is linear in both, such as ``pga3.geometric_product``."""
+"""A generated kernel of two multivectors that is bilinear, such as ``pga3.geometric_product``."""
 
 _MODES = ("full", "same", "valid", "wrap")
 _METHODS = ("auto", "direct", "fft")
@@ -31,41 +31,42 @@ def clifford_convolve(
     method: str = "auto",
     workers: int | None = None,
 ) -> Reals:
-    """The convolution of a field of multivectors with a mask of multivectors: the sum of ``field(y) mask(x - y)``.
+    """Convolve a field of multivectors with a mask of multivectors: the sum of ``field(y) mask(x - y)``.
 
     Parameters
     ----------
     field : array_like, (*space, n)
-        As many axes of space as `mask` has; coefficients last.
+        A field with as many spatial axes as `mask`; coefficients last.
     mask : array_like, (*space, m)
     product : kernel
-        What multiplies the values, such as ``vga3.geometric_product`` or, for vectors, ``vga3.vector_product``. Any
-        algebra, degenerate ones too.
+        The kernel that multiplies the values, such as ``vga3.geometric_product`` or, for vectors,
+        ``vga3.vector_product``. Any algebra is allowed, including degenerate ones.
     mode : str
-        "full", "same" or "valid", as in `scipy.signal.convolve`, with zeros outside; or "wrap", of the size of the
-        field, which is taken for periodic.
+        "full", "same" or "valid", as in `scipy.signal.convolve`, with zeros outside; or "wrap", with the size of the
+        field, which is assumed periodic.
     side : str
-        "right": the mask is the second factor; "left": the first one.
+        "right" if the mask is the right factor of the product, "left" if it is the left factor.
     method : str
-        "direct" runs over the mask, "fft" transforms each coefficient; "auto" takes the one of less work.
+        "direct" sums over the mask, "fft" transforms each coefficient, and "auto" chooses the cheaper method.
     workers : int, optional
         As in `scipy.fft`.
 
     Returns
     -------
     array, (*space, k)
-        Values with the coefficients of the product; float32 where both arguments are.
+        Values with the coefficients of the product; float32 if both arguments are.
 
     Raises
     ------
     TypeError, ValueError
-        Where arguments are not finite real numbers, numbers of axes differ, an axis is empty, the mask does not fit,
-        the kernel does not take the values, and for unknown options.
+        If arguments are not finite real numbers, if numbers of axes differ, if an axis is empty, if the mask does not
+        fit, if the kernel does not accept the values, or if an option is unknown.
 
     Notes
     -----
-    Transforming coefficients, with the product over complex numbers, is right in every algebra (also where a
-    Clifford-Fourier transform has no simple theorem of convolution). Errors of "fft" are relative to the largest value.
+    Transforming the coefficients and multiplying over the complex numbers is correct in every algebra, even where no
+    simple convolution theorem of a Clifford-Fourier transform exists. Errors of "fft" are relative to the largest
+    value.
     """
     return _combined(field, mask, product, mode, side, method, workers, False)
 
@@ -79,12 +80,12 @@ def clifford_correlate(
     method: str = "auto",
     workers: int | None = None,
 ) -> Reals:
-    """The correlation of a field of multivectors with a mask: the sum of ``field(x + y) mask(y)``.
+    """Correlate a field of multivectors with a mask: the sum of ``field(x + y) mask(y)``.
 
-    Nothing is reversed: with ``vga2.vector_product`` or ``vga3.vector_product``, the scalar part is the correlation of
-    vectors and the bivector part says how the field is turned against the mask (Ebling and Scheuermann, *IEEE Trans.
-    Visualization and Computer Graphics* 11:469, 2005). Arguments, results and errors are those of `clifford_convolve`,
-    positions in `mode` those of `scipy.signal.correlate`; with "wrap", y runs from 0.
+    The values are not reversed: with ``vga2.vector_product`` or ``vga3.vector_product``, the scalar part is the
+    correlation of the vectors and the bivector part describes the rotation of the field relative to the mask (Ebling
+    and Scheuermann, *IEEE Trans. Visualization and Computer Graphics* 11:469, 2005). Parameters, results and errors are
+    those of `clifford_convolve`; positions in `mode` are those of `scipy.signal.correlate`; with "wrap", y starts at 0.
     """
     return _combined(field, mask, product, mode, side, method, workers, True)
 
@@ -130,7 +131,7 @@ def _combined(
     combine = _direct if method == "direct" else _by_fourier
     result = combine(values, weights, product, whole, workers)
     if mode == "wrap":
-        # A turned mask begins at 1 - its size.
+        # A flipped mask starts at 1 - its size.
         return back_in_range(
             np.roll(result, [1 - n for n in small], space) if correlation else result, exponents, "field"
         )
@@ -140,7 +141,7 @@ def _combined(
 
 
 def _direct(values: Reals, weights: Reals, product: Product, whole: tuple[int, ...], workers: int | None) -> Reals:
-    """One product for each place of the mask, over the whole field."""
+    """Return the sum of the products of the whole field with each element of the mask."""
     large = values.shape[:-1]
     result: Reals | None = None
     for place in every(*(range(n) for n in weights.shape[:-1])):
@@ -156,7 +157,10 @@ def _direct(values: Reals, weights: Reals, product: Product, whole: tuple[int, .
 
 
 def _by_fourier(values: Reals, weights: Reals, product: Product, whole: tuple[int, ...], workers: int | None) -> Reals:
-    """Coefficients lie first while they are transformed, and last in the products, without copies."""
+    """Return the convolution by FFT.
+
+    Coefficients come first in the transforms and last in the products, without copies.
+    """
     fast = whole if whole == values.shape[:-1] else tuple(scipy.fft.next_fast_len(n, real=True) for n in whole)
     axes = tuple(range(1, len(whole) + 1))
     f, h = (
@@ -170,7 +174,7 @@ def _by_fourier(values: Reals, weights: Reals, product: Product, whole: tuple[in
 
 
 def _complex_product(f: NDArray[Any], h: NDArray[Any], product: Product) -> NDArray[Any]:
-    """The bilinear product over the complex numbers, by four real ones."""
+    """Return the bilinear product over the complex numbers, from four real products."""
     real = product(f.real, h.real)
     shape = (real.shape[-1], *real.shape[:-1])
     result = np.moveaxis(np.empty(shape, np.result_type(real.dtype, np.complex64)), 0, -1)

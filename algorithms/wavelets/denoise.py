@@ -1,4 +1,4 @@
-"""Images without their noise: shrunk magnitudes of the quaternions of the dual tree."""
+"""Denoising of images by shrinking the magnitudes of the quaternions of the dual tree."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from .sharing import n_threads
 
 _RULES = ("local", "bayes")
 _WINDOW = 7
-"""Pixels of a band over which energy is averaged."""
+"""Window, in pixels of a band, over which the energy is averaged."""
 _MEDIAN = 0.6744897501960817
-"""Of the size of a normal number of standard deviation 1."""
+"""Median of the absolute value of a standard normal variable."""
 
 
 def estimated_noise(image: ArrayLike) -> float:
-    """The standard deviation of white noise in an image, by the median of its finest diagonal details.
+    """Estimate the standard deviation of white noise in an image from the median of its finest diagonal details.
 
     Parameters
     ----------
     image : array_like, (M, N)
-        At least 2 x 2.
+        An image of at least 2 x 2 pixels.
 
     Raises
     ------
     TypeError, ValueError
-        Where `image` is not one image of finite real numbers.
+        If `image` is not one image of finite real numbers.
     """
     array, exponents = in_range(single_image(image, least=2))
     return float(np.ldexp(_noise(array), exponents.item()))
@@ -43,21 +43,22 @@ def denoise(
     rule: str = "local",
     workers: int | None = None,
 ) -> Reals:
-    """An image without white noise.
+    """Remove white noise from an image.
 
     Parameters
     ----------
     image : array_like, (M, N)
-        Any size of at least 2 x 2. float32 stays; integers become float64.
+        An image of at least 2 x 2 pixels. float32 is kept; integers are converted to float64.
     sigma : float, optional
-        Standard deviation of the noise; by default `estimated_noise`.
+        Standard deviation of the noise; the default is `estimated_noise`.
     levels : int, optional
-        Of the pyramid; by default 5, or as many as the size allows.
+        Number of levels of the pyramid; the default is 5, or as many as the size allows.
     rule : str
-        "local": the energy of the signal is that of 7 x 7 neighbours, and a quaternion is taken together with the one
-        of the same place a level above. "bayes": one threshold for each band, of BayesShrink, for the magnitudes.
+        "local": the energy of the signal is estimated over 7 x 7 neighbours, and each quaternion is combined with its
+        parent, the quaternion at the same place one level above. "bayes": one BayesShrink threshold for the magnitudes
+        of each band.
     workers : int, optional
-        How many threads share the work, counted as in `scipy.fft`; the result is the same.
+        Number of threads, as in `scipy.fft`; the result does not depend on it.
 
     Returns
     -------
@@ -66,18 +67,18 @@ def denoise(
     Raises
     ------
     TypeError, ValueError
-        Where `image` is not one image of finite real numbers, `sigma` is negative, for too many levels and an unknown
-        rule.
+        If `image` is not one image of finite real numbers, if `sigma` is negative, if there are too many levels, or if
+        the rule is unknown.
 
     Notes
     -----
-    Quaternions keep their phases; their magnitudes r become ``max(r - t, 0)``. For "bayes", t is the noise's variance
-    over the signal's deviation (Chang, Yu and Vetterli, *IEEE Trans. Image Processing* 9:1532, 2000). For "local" it is
-    what is most probable where the density of d numbers falls off as ``exp(-c r)``: of d = 8 with their parent, and d =
-    4 at the last level, the energy S gives ``c = sqrt(d (d + 1) / S)`` (for d = 2 that is Sendur and Selesnick, *IEEE
-    Trans. Signal Processing* 50:2744, 2002). On scikit-image's camera, moon, coins, astronaut, brick and grass, with
-    noise of 10 and of 25, ratios of peak signal to noise are 0.4 to 2.6 dB above those of its `denoise_wavelet` with
-    BayesShrink and the better of two wavelets.
+    The phases of the quaternions are kept; their magnitudes r become ``max(r - t, 0)``. With "bayes", t is the variance
+    of the noise divided by the standard deviation of the signal (Chang, Yu and Vetterli, *IEEE Trans. Image Processing*
+    9:1532, 2000). With "local", the result is the maximum a posteriori estimate for a prior density of d numbers that
+    is proportional to ``exp(-c r)``: d = 8 with the parent and d = 4 at the last level, and ``c = sqrt(d (d + 1) / S)``
+    for the energy S (d = 2 is the case of Sendur and Selesnick, *IEEE Trans. Signal Processing* 50:2744, 2002). For
+    scikit-image's camera, moon, coins, astronaut, brick and grass, with noise of 10 and of 25, peak signal-to-noise
+    ratios are 0.4 to 2.6 dB above those of its `denoise_wavelet` with BayesShrink and the better of two wavelets.
     """
     array, exponents = in_range(single_image(image, least=2))
     n_threads(workers)
@@ -86,7 +87,7 @@ def denoise(
     given = 0.0 if sigma is None else finite_number(sigma, "sigma")
     if given < 0:
         raise ValueError(f"sigma: {given}; expected 0 or more")
-    # More noise than this leaves nothing of the image.
+    # Larger noise leaves nothing of the image.
     largest = np.finfo(array.dtype).max ** 0.25
     noise = _noise(array) if sigma is None else min(float(np.ldexp(given, -exponents.item())), largest)
     most = int(np.log2(min(array.shape)))
@@ -96,7 +97,7 @@ def denoise(
         return back_in_range(array.copy(), exponents)
     pyramid = QuaternionPyramid(array, count, workers=workers)
     sizes = pyramid.amplitude()
-    # Four trees of half the deviation each.
+    # Each of the four trees has half the standard deviation.
     variance = noise**2
     tiny = np.finfo(array.dtype).tiny ** 0.25
     for level, bands in enumerate(pyramid.detail):
@@ -120,5 +121,5 @@ def denoise(
 
 def _noise(array: Reals) -> float:
     band = QuaternionPyramid(array, 1).detail[0]["D"]
-    # Each of the four trees has half the energy of the image's noise.
+    # Each of the four trees has half the standard deviation of the image's noise.
     return float(2 * np.median(np.abs(band)) / _MEDIAN)

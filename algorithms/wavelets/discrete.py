@@ -16,14 +16,14 @@ from .polyphase import MODES, beyond, merge, split
 from .sharing import Progress, n_threads, steps
 
 _TERMS = 4
-"""Sums in transforms and filters are at most that of the sizes of all numbers, so many times."""
+"""Bound of the sums in transforms and filters, as a multiple of the sum of the absolute values of all numbers."""
 _NAMES = {"da": "H", "ad": "V", "dd": "D"}
-"""Names of the details of images: of horizontal, vertical and diagonal structures."""
+"""Names of the details of images: horizontal, vertical and diagonal structures."""
 
 
 @dataclass(frozen=True)
 class Filters:
-    """Low- and high-pass filters of analysis and of synthesis, of one even length."""
+    """Low- and high-pass filters for analysis and synthesis, of the same even length."""
 
     low: NDArray[np.float64]
     high: NDArray[np.float64]
@@ -33,12 +33,14 @@ class Filters:
 
 @lru_cache
 def wavelet_filters(name: str) -> Filters:
-    """The filters of a wavelet: "haar", "db1" to "db20", "sym2" to "sym20", "coif1" to "coif5", "bior1.1" to "bior6.8".
+    """Return the filters of a wavelet.
+
+    The names are "haar", "db1" to "db20", "sym2" to "sym20", "coif1" to "coif5" and "bior1.1" to "bior6.8".
 
     Raises
     ------
     ValueError
-        For another name.
+        If the name is unknown.
     """
     if name == "haar":
         name = "db1"
@@ -55,7 +57,7 @@ def wavelet_filters(name: str) -> Filters:
 
 
 def orthogonal_filters(low: NDArray[np.float64]) -> Filters:
-    """The four filters that an orthogonal low-pass filter of analysis fixes."""
+    """Return the four filters determined by an orthogonal low-pass analysis filter."""
     back = low[::-1]
     high_back = (-1.0) ** np.arange(len(low)) * low
     return Filters(low, high_back[::-1], back, high_back)
@@ -63,19 +65,20 @@ def orthogonal_filters(low: NDArray[np.float64]) -> Filters:
 
 @dataclass(frozen=True)
 class WaveletPyramid:
-    """What `discrete_wavelet` gives.
+    """Result of `discrete_wavelet`.
 
     Attributes
     ----------
     approx : array
-        What is left after all levels.
+        The approximation after all levels.
     detail : tuple of dict
-        ``detail[l]``, finest first: "D" of signals; "H", "V" and "D" of images, of horizontal, vertical and diagonal
-        structures; of volumes, one letter for each axis, "a" where it is smoothed and "d" where it is differenced.
+        ``detail[l]``, finest first. Signals have the key "D"; images have "H", "V" and "D" for horizontal, vertical and
+        diagonal structures; keys of volumes have one letter per axis, "a" where it is smoothed and "d" where it is
+        differenced.
     wavelet, mode : str
     axes : tuple of int
     shapes : tuple
-        For each level, the lengths of the axes before it.
+        For each level, the lengths of the axes before that level.
     """
 
     approx: Reals
@@ -86,12 +89,12 @@ class WaveletPyramid:
     shapes: tuple[tuple[int, ...], ...]
 
     def inverse(self, workers: int | None = None, progress: Progress | None = None) -> Reals:
-        """The signals again, to rounding where nothing was changed.
+        """Return the reconstructed signals, exact up to rounding if no coefficient was changed.
 
         Parameters
         ----------
         workers : int, optional
-            How many threads share the work, counted as in `scipy.fft`; the result is the same.
+            Number of threads, as in `scipy.fft`; the result does not depend on it.
         progress : function of (done, total), optional
             Called after each level.
 
@@ -99,7 +102,7 @@ class WaveletPyramid:
         -------
         array, of the shape of the signals
         """
-        filters, told = wavelet_filters(self.wavelet), steps(progress, len(self.detail))
+        filters, step_done = wavelet_filters(self.wavelet), steps(progress, len(self.detail))
         n_threads(workers)
         array = self.approx
         for detail, shape in zip(self.detail[::-1], self.shapes[::-1], strict=True):
@@ -115,7 +118,7 @@ class WaveletPyramid:
                     for word in map("".join, product("ad", repeat=k))
                 }
             array = bands[""]
-            told()
+            step_done()
         return array
 
 
@@ -128,25 +131,25 @@ def discrete_wavelet(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> WaveletPyramid:
-    """The discrete wavelet transform along one, two, three or more axes.
+    """Compute the discrete wavelet transform along one or more axes.
 
     Parameters
     ----------
     signal : array_like
-        Real numbers of any shape and sizes, odd ones too. float32 stays; integers become float64.
+        Real numbers of any shape and any size, including odd sizes. float32 is kept; integers are converted to float64.
     wavelet : str
         See `wavelet_filters`.
     levels : int, optional
-        By default as many as leave one place that boundaries do not reach; more are refused.
+        Number of levels. The default, and the maximum, leaves at least one coefficient unaffected by boundaries.
     mode : str
-        How the signal goes on beyond its ends: "symmetric" (c b a | a b c), "reflect" (c b | a b c), "zero",
-        "constant", "periodic", "smooth" (a line through the last two), "antisymmetric", "antireflect", or
-        "periodization", which is periodic with as many coefficients as numbers.
+        Extension of the signal beyond its ends: "symmetric" (c b a | a b c), "reflect" (c b | a b c), "zero",
+        "constant", "periodic", "smooth" (linear extrapolation of the last two numbers), "antisymmetric", "antireflect",
+        or "periodization", which is periodic and has as many coefficients as the signal has numbers.
     axes : tuple of int, optional
-        By default the last two, or the only one. Arrays with the shape of pictures with channels, whose last axis is at
-        most 4, and those before longer, need them.
+        The default is the last two axes, or the only one. It is required for arrays with the shape of pictures with
+        channels, whose last axis has at most 4 elements and whose preceding axes are longer.
     workers : int, optional
-        How many threads share the work, counted as in `scipy.fft`; the result is the same.
+        Number of threads, as in `scipy.fft`; the result does not depend on it.
     progress : function of (done, total), optional
         Called after each level.
 
@@ -157,11 +160,12 @@ def discrete_wavelet(
     Raises
     ------
     TypeError, ValueError
-        Where `signal` is not an array of finite real numbers, and for unknown names, axes or too many levels.
+        If `signal` is not an array of finite real numbers, if names or axes are unknown, or if there are too many
+        levels.
 
     Notes
     -----
-    Coefficients are those of PyWavelets to 1e-10 of the largest number; `inverse` gives the signal to 1e-12 of it.
+    Coefficients agree with PyWavelets to 1e-10 of the largest number; `inverse` recovers the signal to 1e-12 of it.
     """
     array = real_array(signal, "signal", (-1,))
     filters = wavelet_filters(wavelet)
@@ -172,7 +176,7 @@ def discrete_wavelet(
         refuse_channels(array.shape, "signal", "axes=(0, 1) takes all channels, axes=(-2, -1) images of so few columns")
     check_finite(array, "signal")
     count = _levels(levels, [array.shape[axis] for axis in chosen], len(filters.low))
-    detail, shapes, told = [], [], steps(progress, count)
+    detail, shapes, step_done = [], [], steps(progress, count)
     n_threads(workers)
     for _ in range(count):
         shapes.append(tuple(array.shape[axis] for axis in chosen))
@@ -182,12 +186,12 @@ def discrete_wavelet(
             bands = {word + letter: split[word][k] for word in bands for k, letter in enumerate("ad")}
         array = bands.pop("a" * len(chosen))
         detail.append({_name(word): band for word, band in bands.items()})
-        told()
+        step_done()
     return WaveletPyramid(array, tuple(detail), wavelet, mode, chosen, tuple(shapes))
 
 
 def analysis(array: Reals, filters: Filters, mode: str, axis: int, workers: int | None = None) -> tuple[Reals, Reals]:
-    """One level along one axis: the smoothed and the differenced half."""
+    """Return the smoothed and the differenced half of one level along one axis."""
     length, size = len(filters.low), array.shape[axis]
     count, start = (size + length - 1) // 2, 2 - length
     if mode == "periodization":
@@ -201,9 +205,9 @@ def analysis(array: Reals, filters: Filters, mode: str, axis: int, workers: int 
 def synthesis(
     smooth: Reals, rough: Reals, filters: Filters, mode: str, axis: int, size: int, workers: int | None = None
 ) -> Reals:
-    """The signal of `size` numbers along an axis whose `analysis` is given."""
+    """Return the signal of `size` numbers along an axis from the results of `analysis`."""
     half, count = len(filters.low) // 2, smooth.shape[axis]
-    # With all results numbered from 0, those before the first wanted one end with earlier numbers of the bands.
+    # With results numbered from 0, those before the first wanted one end with earlier numbers of the bands.
     first = half - 1 if mode == "periodization" else 2 * half - 2
     places = np.arange(first // 2 - half + 1, (first + size - 1) // 2 + 1)
     if mode == "periodization":
@@ -213,7 +217,7 @@ def synthesis(
 
 
 def check_finite(array: Reals, name: str) -> None:
-    """Refuse empty arrays and numbers that are not finite, or whose sum is not, which would spread over whole bands."""
+    """Raise an error for empty arrays and for numbers that are not finite or whose sum would overflow."""
     if array.size == 0:
         raise ValueError(f"{name}: shape {array.shape}; expected no empty axis")
     largest = max(float(array.max()), -float(array.min()))
@@ -221,13 +225,13 @@ def check_finite(array: Reals, name: str) -> None:
         raise ValueError(f"{name}: a number is not finite; expected finite numbers")
     if array.dtype.kind == "f" and largest > np.finfo(array.dtype).max / (_TERMS * array.size):
         raise ValueError(
-            f"{name}: numbers up to {largest:.3g}, of which the sums that transforms make are not finite; expected "
-            "smaller numbers: divide by a power of 2"
+            f"{name}: numbers up to {largest:.3g}, whose sums in the transforms overflow; expected smaller numbers: "
+            "divide by a power of 2"
         )
 
 
 def checked_levels(levels: int | None, most: int, why: str) -> int:
-    """The number of levels, at most `most`, which is also the default."""
+    """Return the number of levels after validation; `most` is the maximum and the default."""
     if levels is None:
         return most
     if isinstance(levels, bool) or not isinstance(levels, (int, np.integer)) or levels < 0:
@@ -247,7 +251,7 @@ def _axes(axes: tuple[int, ...] | None, dimension: int) -> tuple[int, ...]:
     chosen = tuple(range(-min(dimension, 2), 0)) if axes is None else tuple(axes)
     if not chosen or any(not -dimension <= axis < dimension for axis in chosen):
         raise ValueError(f"axes: {axes}; expected axes of an array of {dimension}")
-    # Counted from the end, so that they stay when axes in front are added.
+    # Axes are counted from the end, so that they remain valid if leading axes are added.
     chosen = tuple(axis % dimension - dimension for axis in chosen)
     if len(set(chosen)) < len(chosen):
         raise ValueError(f"axes: {axes}; expected each axis once")

@@ -20,29 +20,29 @@ from .sharing import Progress, in_threads, n_threads, steps
 Complexes = NDArray[np.complexfloating]
 
 BANDS = {"H": ("d", "a"), "V": ("a", "d"), "D": ("d", "d")}
-"""Smoothed (a) or differenced (d) along each axis."""
+"""Whether each axis is smoothed (a) or differenced (d)."""
 
 _HALF = 0.5**0.5
 
 _PAIRS = {"H": (0, 5), "V": (2, 3), "D": (1, 4)}
-"""Where the two complex bands of a quad stand among the six, which are ordered by angle: 15, 45, ... 165 degrees."""
+"""Indices of the two complex bands of a quad among the six, which are ordered by angle: 15, 45, ... 165 degrees."""
 
 
 @dataclass(frozen=True)
 class DualTree:
-    """What `dual_tree` gives.
+    """Result of `dual_tree`.
 
     Attributes
     ----------
     approx : array, (..., M / 2**(L-1), N / 2**(L-1))
-        The smoothed image of the last of L levels; samples of the four trees alternate.
+        The smoothed image at the last of L levels; samples of the four trees are interleaved.
     detail : tuple of array
-        ``detail[l]`` is complex, (..., M / 2**(l+1), N / 2**(l+1), 6), finest first; the six bands see edges at 15, 45,
-        75, 105, 135 and 165 degrees.
+        ``detail[l]`` is complex, (..., M / 2**(l+1), N / 2**(l+1), 6), finest first; the six bands respond to edges at
+        15, 45, 75, 105, 135 and 165 degrees.
     first, later : str
         Names of the filters.
     size : (int, int)
-        M and N, before they were made multiples of ``2**L``.
+        M and N, before padding to multiples of ``2**L``.
     """
 
     approx: Reals
@@ -52,12 +52,12 @@ class DualTree:
     size: tuple[int, int]
 
     def inverse(self, workers: int | None = None, progress: Progress | None = None) -> Reals:
-        """The images again, to rounding where nothing was changed.
+        """Return the reconstructed images, exact up to rounding if no coefficient was changed.
 
         Parameters
         ----------
         workers : int, optional
-            How many threads share the work, counted as in `scipy.fft`; the result is the same.
+            Number of threads, as in `scipy.fft`; the result does not depend on it.
         progress : function of (done, total), optional
             Called after each level.
 
@@ -77,21 +77,25 @@ def dual_tree(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> DualTree:
-    """The dual-tree complex wavelet transform: nearly shift invariant, six directions, four times as many numbers.
+    """Compute the dual-tree complex wavelet transform of images.
+
+    The transform is nearly shift invariant, distinguishes six directions and has four times as many numbers as the
+    image.
 
     Parameters
     ----------
     image : array_like, (..., M, N)
-        Real images of any size; where a size is no multiple of ``2**levels``, the last row or column is repeated.
-        float32 stays; integers become float64.
+        Real images of any size; if a size is not a multiple of ``2**levels``, the last row or column is repeated.
+        float32 is kept; integers are converted to float64.
     levels : int, optional
-        By default, and at most, as many as ``2**levels`` is no more than the smaller size.
+        Number of levels. The default, and the maximum, is the largest for which ``2**levels`` is at most the smaller
+        size.
     first : str
         Filters of the first level: "near_sym_a" or "near_sym_b".
     later : str
-        Filters of the other levels: "qshift_06", "qshift_a" to "qshift_d", the longer the better they tell directions.
+        Filters of the other levels: "qshift_06", "qshift_a" to "qshift_d". Longer filters separate directions better.
     workers : int, optional
-        How many threads share the work, counted as in `scipy.fft`; the result is the same.
+        Number of threads, as in `scipy.fft`; the result does not depend on it.
     progress : function of (done, total), optional
         Called after each level.
 
@@ -102,14 +106,15 @@ def dual_tree(
     Raises
     ------
     TypeError, ValueError
-        Where `image` is not an array of finite real numbers with two axes, for unknown filters and too many levels.
+        If `image` is not an array of finite real numbers with two axes, or if filters or the number of levels are
+        invalid.
 
     Notes
     -----
-    Kingsbury, *Appl. Comput. Harmon. Anal.* 10:234, 2001. Images go on mirrored beyond their edges. Mirroring exchanges
-    the two trees along an axis, so that both together are one periodic orthogonal transform: of the samples of the one
-    forward, followed by those of the other backward. Coefficients are those of the dtcwt package; `DualTree.inverse`
-    gives the image to 1e-14 of the largest number.
+    Kingsbury, *Appl. Comput. Harmon. Anal.* 10:234, 2001. Images are mirrored at their edges. Mirroring exchanges the
+    two trees along an axis, so that both together form one periodic orthogonal transform: of the samples of one tree
+    forward, followed by those of the other backward. The coefficients agree with those of the dtcwt package;
+    `DualTree.inverse` recovers the image to 1e-14 of the largest number.
     """
     array = image_stack(image)
     size = array.shape[-2:]
@@ -133,23 +138,23 @@ def split(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> tuple[Reals, list[dict[str, Reals]]]:
-    """What is left, and the details H, V and D of each level, where samples of the trees alternate along both axes."""
+    """Return the approximation and the details H, V and D of each level, with the trees interleaved along both axes."""
     _check_filters(first, later)
     n_threads(workers)
-    told = steps(progress, levels)
+    step_done = steps(progress, levels)
     missing = [-n % 2**levels for n in array.shape[-2:]]
     if any(missing):
         array = np.pad(array, [(0, 0)] * (array.ndim - 2) + [(0, n) for n in missing], "edge")
     bands = []
     for level in range(levels):
-        # One large piece of memory: the system gives that in large pages.
+        # A large single allocation is served by the system in large pages.
         work = list(np.empty((3, 2, *array.shape), array.dtype)) if level == 0 else None
         low, high = _both(array, level, first, later, -2, work, workers)
         parts = {"a": low, "d": high}
         halves = {name: _both(part, level, first, later, -1, work, workers) for name, part in parts.items()}
         array = halves["a"][0]
         bands.append({name: halves[word[0]]["ad".index(word[1])] for name, word in BANDS.items()})
-        told()
+        step_done()
     return array.copy() if levels == 1 else array, bands
 
 
@@ -162,22 +167,22 @@ def joined(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Reals:
-    """The images whose `split` is given."""
+    """Return the images whose `split` is given: the inverse of `split`."""
     n_threads(workers)
-    array, told = approx, steps(progress, len(bands))
+    array, step_done = approx, steps(progress, len(bands))
     for level in range(len(bands) - 1, -1, -1):
         band = bands[level]
         low = _back(array, band["V"], level, first, later, -1, workers)
         high = _back(band["H"], band["D"], level, first, later, -1, workers)
         array = _back(low, high, level, first, later, -2, workers)
-        told()
+        step_done()
     return np.ascontiguousarray(array[..., : size[0], : size[1]])
 
 
 def _both(
     array: Reals, level: int, first: str, later: str, axis: int, work: list[Reals] | None, workers: int | None
 ) -> tuple[Reals, Reals]:
-    """One level along one axis. The first level keeps all samples: its two trees take the even and the odd ones."""
+    """Split one level along one axis. The first level keeps all samples: its trees take the even and the odd ones."""
     size = array.shape[axis]
     if level == 0:
         out = None if work is None else work.pop()
@@ -187,7 +192,7 @@ def _both(
         return polyphase.split(array, axis, 1, taps, lines, (places, places), out, workers)
     filters = _later(later)
     length = len(filters.low)
-    # Periodic, of the samples of the one tree forward and then those of the other one backward.
+    # The transform is periodic over the samples of one tree forward, followed by those of the other backward.
     places = _there_and_back(size, 0)[np.arange(1 - length // 2, size - 1 + length // 2) % size]
     to = _there_and_back(size // 2, 0), _there_and_back(size // 2, 1)
     taps = np.stack([filters.low[::-1], filters.high[::-1]])
@@ -210,7 +215,7 @@ def _back(low: Reals, high: Reals, level: int, first: str, later: str, axis: int
 
 @lru_cache
 def _level_one(name: str) -> tuple[NDArray[np.float64], ...]:
-    """Symmetric filters: low and high of analysis, low and high of synthesis."""
+    """Return symmetric filters: low and high pass of the analysis, low and high pass of the synthesis."""
     low, back = np.array(LEVEL_ONE_ANALYSIS[name]), np.array(LEVEL_ONE_SYNTHESIS[name])
     high, high_back = (taps * (-1.0) ** (np.arange(len(taps)) - len(taps) // 2) for taps in (back, low))
     return low, high, back, high_back
@@ -218,7 +223,7 @@ def _level_one(name: str) -> tuple[NDArray[np.float64], ...]:
 
 @lru_cache
 def _level_one_taps(name: str) -> NDArray[np.float64]:
-    """Both filters of analysis, of one even length: zeros before the shorter one, and one after both."""
+    """Return both analysis filters with the same even length: zeros before the shorter one, and one after both."""
     filters = _level_one(name)[:2]
     reach = max(map(len, filters)) // 2
     return np.stack([np.pad(taps, (reach - len(taps) // 2, reach - len(taps) // 2 + 1)) for taps in filters])
@@ -231,7 +236,7 @@ def _later(name: str) -> Filters:
 
 @lru_cache
 def _there_and_back(size: int, start: int) -> NDArray[np.intp]:
-    """The samples of one tree forward, then those of the other one backward."""
+    """Return the samples of one tree forward, then those of the other one backward."""
     forward = np.arange(start, size, 2)
     return np.concatenate([forward, np.arange(1 - start, size, 2)[::-1]])
 
@@ -247,7 +252,7 @@ def _complex(array: Reals) -> np.dtype[np.complexfloating]:
 
 
 def _pair(samples: Reals) -> Complexes:
-    """The two complex bands of four trees: sums and differences, as the trees are nearly Hilbert transforms."""
+    """Return the two complex bands of four trees: sums and differences, as the trees are nearly Hilbert transforms."""
     a, b, c, d = quads(samples)
     p, q = (a + 1j * b) * _HALF, (d - 1j * c) * _HALF
     return np.stack([p - q, p + q], -1).astype(_complex(samples), copy=False)
@@ -262,5 +267,5 @@ def _samples(pair: Complexes) -> Reals:
 
 
 def quads(samples: Reals) -> tuple[Reals, Reals, Reals, Reals]:
-    """The four trees: first along both axes, second along columns, second along rows, second along both."""
+    """Return the four trees: first along both axes, second along columns, second along rows, second along both."""
     return samples[..., ::2, ::2], samples[..., ::2, 1::2], samples[..., 1::2, ::2], samples[..., 1::2, 1::2]

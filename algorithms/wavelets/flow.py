@@ -20,14 +20,14 @@ from .sharing import Progress, in_threads, n_threads, steps
 
 _HALVING = half_taps(gabor_taps(0.0, 1.0, False)[0], np.float32)
 _ROUNDS = 4
-"""In which images of one level are compared. Before the last one, pixels choose among motions."""
+"""Comparisons of the images at one level. Before the last one, each pixel chooses among candidate motions."""
 _SMALLEST = 8
 _STIFFNESS = 200.0, 1200.0
-"""Of the motion between neighbours, without noise and with much of it."""
+"""Weights of the smoothness of the motion, without noise and with much noise."""
 _NOISE = 0.07
-"""The part of the contrast that is noise, by its standard deviation, at which the stiffness is between both."""
+"""Noise-to-contrast ratio (standard deviations) at which the stiffness is halfway between the two."""
 _CONTRAST = 0.2
-"""Of an image of contrast 1: across larger differences of neighbours, the motion of what is hidden is not taken."""
+"""For an image of contrast 1: hidden pixels take no motion from neighbours that differ by more than this."""
 
 
 class Flow(NamedTuple):
@@ -36,13 +36,14 @@ class Flow(NamedTuple):
     Attributes
     ----------
     uv : array, (M, N, 2)
-        In pixels: what is at row y and column x of the first image is at ``(y + v, x + u)`` in the second one.
+        In pixels: the point at row y and column x of the first image is at ``(y + v, x + u)`` in the second one.
     confidence : array, (M, N)
-        From 0, where nothing is known along some direction, the equations disagree or the pixel is not visible, to 1.
+        Between 0 and 1. It is 0 where the motion along some direction is undetermined, where the equations disagree and
+        where the pixel is not visible.
     visible : array of bool, (M, N)
-        Where the motion back from the second image confirms the motion, and it ends inside the image. Elsewhere, as
-        where a pixel of the first image is hidden in the second one, the motion is that of visible neighbours. By
-        default everywhere.
+        True where the backward motion from the second image confirms the motion, and the motion ends inside the image.
+        Elsewhere, for example where a pixel of the first image is hidden in the second one, the motion is interpolated
+        from visible neighbours. The default is True everywhere.
     """
 
     uv: Reals
@@ -58,23 +59,23 @@ def optical_flow(
     progress: Progress | None = None,
     noise: float | None = None,
 ) -> Flow:
-    """Dense motion between two images of one scene.
+    """Compute the dense motion between two images of one scene.
 
     Parameters
     ----------
     first, second : array_like, (M, N)
-        Real grey images of one size, at least 8 x 8. Brightness and contrast do not count. float32 stays; integers
-        become float64.
+        Real grey images of the same size, at least 8 x 8. Brightness and contrast have no influence. float32 is kept;
+        integers are converted to float64.
     levels : int, optional
-        Of the pyramid, each of half the size: motions of up to about ``2**levels`` pixels are found. By default 5, or
-        as many as leave 8 pixels.
+        Number of pyramid levels, each of half the size of the previous one: motions of up to about ``2**levels`` pixels
+        are found. The default is 5, or as many levels as leave 8 pixels.
     workers : int, optional
-        How many threads share the rows of the images, counted as in `scipy.fft`; the result is the same.
+        Number of threads that share the rows of the images, as in `scipy.fft`; the result does not depend on it.
     progress : function of (done, total), optional
         Called after each step at each level.
     noise : float, optional
-        Standard deviation of the white noise of both images, in units of their values; by default `estimated_noise` of
-        each. The more noise, the smoother the motion.
+        Standard deviation of the white noise of both images, in units of their values. The default is `estimated_noise`
+        of each image. The more noise, the smoother the motion.
 
     Returns
     -------
@@ -83,22 +84,23 @@ def optical_flow(
     Raises
     ------
     TypeError, ValueError
-        Where images are not finite real numbers of one size, are too small or in colour, `noise` is negative, and for
-        too many levels.
+        If the images are not finite real numbers of the same size, are too small or in colour, if `noise` is negative,
+        or if there are too many levels.
 
     Notes
     -----
-    Every complex band of a quaternionic Gabor filter moves its phase by frequency times motion (Fleet and Jepson, *Int.
-    J. Computer Vision* 5:77, 1990); the frequency is the local one, from the phases of neighbours. All bands give
-    linear equations for the motion, weighted by their amplitudes and averaged over a Gaussian of 2.5 pixels (Magarey
-    and Kingsbury, *IEEE Trans. Signal Processing* 46:1069, 1998; Bayro-Corrochano, *J. Math. Imaging and Vision* 24:79,
-    2006). The motion, coarse to fine, is the one that satisfies them in units of their noise, which is measured from
-    what they leave, and changes little between neighbours except at few places: where there is much noise or little
-    texture, it is taken from farther away. Equations that fit badly count little. Then each pixel chooses among its own
-    motion and those of neighbours by the differences of the images, so that boundaries are sharp. Pixels are visible
-    where the motion back agrees with the motion forth (Sundaram, Brox and Keutzer, *ECCV* 2010).
+    A motion shifts the phase of every complex band of a quaternionic Gabor filter by frequency times motion (Fleet and
+    Jepson, *Int. J. Computer Vision* 5:77, 1990); the frequency is the local one, computed from the phases of
+    neighbours. Each band gives a linear equation for the motion, weighted by its amplitude and averaged over a Gaussian
+    of 2.5 pixels (Magarey and Kingsbury, *IEEE Trans. Signal Processing* 46:1069, 1998; Bayro-Corrochano, *J. Math.
+    Imaging and Vision* 24:79, 2006). The motion is estimated coarse to fine. It satisfies the equations in units of
+    their noise, which is estimated from the residuals, and is smooth except at few places; where there is much noise or
+    little texture, it is propagated from farther away. Equations that fit badly get small weights. Each pixel then
+    chooses among its own motion and those of its neighbours by the differences of the images, which keeps boundaries
+    sharp. Pixels are visible where the backward motion agrees with the forward motion (Sundaram, Brox and Keutzer,
+    *ECCV* 2010).
 
-    Mean errors on smooth motions of textures are below 0.02 pixels without noise.
+    Mean errors for smooth motions of textures without noise are below 0.02 pixels.
     """
     images = [single_image(image, name, _SMALLEST) for image, name in ((first, "first"), (second, "second"))]
     if images[0].shape != images[1].shape:
@@ -132,9 +134,9 @@ def optical_flow(
 
 
 def _noise_share(images: Sequence[Reals], contrasts: Sequence[float], noise: float | None) -> float:
-    """The standard deviation of noise as a part of the contrast of images, given in the units of the caller's images.
+    """Return the ratio of the standard deviation of the noise to the contrast of the images.
 
-    The images are normalized, the contrasts those of the caller's images.
+    `images` are normalized; `contrasts` and `noise` refer to the images as the caller passed them.
     """
     if noise is None:
         shares = [estimated_noise(image) for image in images]
@@ -153,7 +155,7 @@ def _motion(
     workers: int,
     step_done: Callable[[], None],
 ) -> tuple[Reals, Reals, Level]:
-    """The motion between the images of a pyramid, coarse to fine, its confidence, and the last level."""
+    """Return the motion between the images of a pyramid, coarse to fine, its confidence, and the last level."""
     uv = np.zeros((2, *pyramid[-1][0].shape), np.float32)
     for (a, b), count in zip(pyramid[::-1], _rounds(len(pyramid)), strict=True):
         if uv.shape[1:] != a.shape:
@@ -169,12 +171,12 @@ def _motion(
 
 
 def _rounds(levels: int) -> list[int]:
-    """How often images of each level are compared, coarse to fine: twice at the finest, which costs most."""
+    """Return the number of comparisons at each level, coarse to fine: two at the finest level, which costs most."""
     return [_ROUNDS] * (levels - 1) + [2]
 
 
 def _medians(uv: Reals) -> Reals:
-    """Medians of 5 x 5 pixels."""
+    """Return the medians over 5 x 5 pixels."""
     padded, result = np.pad(uv, [(0, 0), (2, 2), (2, 2)], "edge"), np.empty_like(uv)
     for part, out in zip(padded, result, strict=True):
         median_rows(part, slice(0, len(out)), out)
@@ -182,9 +184,9 @@ def _medians(uv: Reals) -> Reals:
 
 
 def _normalized(image: Reals) -> tuple[Reals, float]:
-    """In single precision, whose rounding is far below the errors of the method, brightness 0 and contrast 1.
+    """Return the image with mean 0 and contrast 1, and its original contrast.
 
-    Also the contrast that it had.
+    The image is in single precision, whose rounding errors are far below the errors of the method.
     """
     # No square and no sum of numbers up to 1 overflows.
     largest = float(np.abs(image).max()) or 1.0
@@ -195,14 +197,14 @@ def _normalized(image: Reals) -> tuple[Reals, float]:
 
 
 def _halved(image: Reals) -> Reals:
-    """Every other pixel of the smoothed image; both its rows and its columns begin at the first."""
+    """Return every other pixel of the smoothed image, starting at the first row and the first column."""
     smooth = np.empty_like(image)
     smooth_rows(image[None], _HALVING, slice(0, len(image)), smooth[None])
     return np.ascontiguousarray(smooth[::2, ::2])
 
 
 def _enlarged(uv: Reals, shape: tuple[int, ...]) -> Reals:
-    """Twice as many rows and columns, one less where they are odd, with the means of neighbours between them."""
+    """Return twice as many rows and columns, less one if odd, with the means of neighbours in between."""
     for axis, size in ((1, shape[0]), (2, shape[1])):
         lines = np.moveaxis(uv, axis, 0)
         result = np.empty((*uv.shape[:axis], size, *uv.shape[axis + 1 :]), uv.dtype)

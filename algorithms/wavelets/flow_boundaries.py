@@ -1,4 +1,4 @@
-"""Motion at boundaries: pixels choose among the motions of neighbours, and hidden ones are found."""
+"""Motion at boundaries: pixels choose among the motions of neighbours, and hidden pixels are detected."""
 
 from __future__ import annotations
 
@@ -19,36 +19,36 @@ from .phase import gabor_taps
 from .separable import cells, half_taps, smooth_rows
 
 _DISTANCE = 6
-"""Pixels from which motions are offered: about how far bands and averages carry motion over a boundary."""
-_TURNS = 2
+"""Distance in pixels of the candidates: about how far bands and averages spread motion across a boundary."""
+_ROUNDS = 2
 _OTHER = 0.25
-"""Squared difference in pixels of motions that are worth a comparison."""
+"""Squared difference, in pixels, of motions that are worth comparing."""
 _LIGHT = 8.0
-"""Standard deviation of the neighbourhood of one brightness and contrast, in pixels."""
+"""Standard deviation, in pixels, of the neighbourhood over which brightness and contrast are constant."""
 _STEP = 4
-"""Pixels over which brightness and contrast are averaged before they are smoothed."""
+"""Size of the blocks over which brightness and contrast are averaged before smoothing, in pixels."""
 _WINDOW = half_taps(gabor_taps(0.0, 1.2, False)[0], np.float32)
 """A Gaussian over which differences of images are averaged: narrow, for sharp boundaries."""
 _SQUARE = 11
-"""Pixels on each side of squares beside which windows end."""
+"""Side of the squares, in pixels; windows do not extend beyond adjacent squares."""
 _BETTER = 0.8
-"""Another motion has to lessen the differences to this part."""
+"""Another motion must reduce the differences to this fraction."""
 _EXCESS = 6.0
-"""Differences averaged over the window are more than noise beyond so many medians of those of pixels."""
+"""Differences averaged over the window exceed noise if they are larger than this multiple of the median."""
 _LEAST = 1e-5
-"""Median of squared differences of images of contrast 1, at least."""
+"""Lower bound of the median of squared differences, for images of contrast 1."""
 _TOLERANCE, _SHARE = 0.5, 0.01
-"""Squared pixels that forward and backward motion may differ by, and part of their squares that is added."""
+"""Tolerance of the forward-backward check in squared pixels, and the fraction of the squared motions added to it."""
 
 
 def chosen(first: Reals, level: Level, uv: Reals) -> Reals:
-    """The motion, replaced at each pixel by that of a neighbour some pixels away where it explains the images better.
+    """Return the motion, replaced at each pixel by that of a nearby pixel where that explains the images better.
 
     Parameters
     ----------
     first : array, (M, N)
     level : Level
-        Of the same image and the second one.
+        The level of the same image and the second one.
     uv : array, (2, M, N)
 
     Returns
@@ -61,12 +61,12 @@ def chosen(first: Reals, level: Level, uv: Reals) -> Reals:
     here = level.moved(uv)
     comparison = _Comparison(first, here)
     best, result = comparison.cost(here), uv.copy()
-    for _ in range(_TURNS):
+    for _ in range(_ROUNDS):
         before, own = result.copy(), best.copy()
         for other in _shifted(before, offers):
             wanted = _far(other, before)
             if wanted.any():
-                # What the costs of wanted pixels are means of; elsewhere costs do not count.
+                # The costs of wanted pixels are averages over these pixels; elsewhere costs are not used.
                 row, column = np.nonzero(_near(wanted))
                 other_image = here.copy()
                 other_image[row, column] = level.moved_at(other[:, row, column], row, column)
@@ -78,19 +78,20 @@ def chosen(first: Reals, level: Level, uv: Reals) -> Reals:
 
 
 def visible(forward: Reals, backward: Reals, first: Reals, here: Reals) -> NDArray[np.bool_]:
-    """Which pixels of the first image are seen in the second one.
+    """Return which pixels of the first image are visible in the second one.
 
     Parameters
     ----------
     forward, backward : array, (2, M, N)
-        The motion from the first image to the second one, and back.
+        The forward motion, from the first image to the second one, and the backward motion.
     first, here : array, (M, N)
-        The first image, and the second one as the motion moves it.
+        The first image, and the second one resampled with the forward motion.
 
     Notes
     -----
-    The motion back leads to where the motion forth began, or else, as boundaries of the motion back may be less sharp,
-    images agree and no other pixel moves there; and the motion ends inside the image.
+    A pixel is visible if its motion ends inside the image and one of two conditions holds. Either the backward motion
+    leads to where the forward motion started, or the images agree and no other pixel moves to the same place; the
+    second condition is needed because boundaries of the backward motion may be less sharp.
     """
     y, x = np.indices(first.shape, np.float32) + forward[::-1]
     back = _followed(backward, forward)
@@ -106,7 +107,7 @@ def visible(forward: Reals, backward: Reals, first: Reals, here: Reals) -> NDArr
 
 
 def _followed(backward: Reals, forward: Reals) -> Reals:
-    """The motion back, (2, M, N), from where the motion forth leads."""
+    """Return the backward motion, (2, M, N), at the end points of the forward motion."""
     rows, columns = forward.shape[1:]
     padded = np.pad(backward, [(0, 0), (0, 1), (0, 1)], "edge")
     # u of a pixel and of the next one, and v of both.
@@ -118,9 +119,9 @@ def _followed(backward: Reals, forward: Reals) -> Reals:
 
 
 class _Comparison:
-    """Squared differences between the first image and the second one under any motion.
+    """Squared differences between the first image and the second one for any motion.
 
-    `here` is the second image under the motion so far, by which brightness and contrast are adapted.
+    `here` is the second image resampled with the current motion, from which brightness and contrast are adapted.
     """
 
     def __init__(self, first: Reals, here: Reals) -> None:
@@ -129,7 +130,7 @@ class _Comparison:
         self.noise = max(median(self._squares(here)), _LEAST)
 
     def cost(self, moved: Reals) -> Reals:
-        """Differences averaged over a few pixels, each up to a bound."""
+        """Return differences averaged over a few pixels, each clipped to a bound."""
         squares = np.minimum(self._squares(moved), np.float32(36 * self.noise + 0.05))
         result = np.empty_like(squares)
         smooth_rows(squares[None], _WINDOW, slice(0, len(squares)), result[None])
@@ -140,9 +141,9 @@ class _Comparison:
 
 
 def _light(first: Reals, second: Reals) -> tuple[Reals, Reals]:
-    """Gain and offset by which the second image has the brightness and contrast of the first one, about each pixel.
+    """Return the local gain and offset that give the second image the brightness and contrast of the first one.
 
-    They change little over the pixels of a coarse image, of which each is the mean of a square.
+    They vary slowly and are computed from coarse images, in which each pixel is the mean of a square.
     """
     across, down = (_coarse_gaussian(size) for size in first.shape[::-1])
 
@@ -158,7 +159,7 @@ def _light(first: Reals, second: Reals) -> tuple[Reals, Reals]:
 
 
 class _CoarseGaussian(NamedTuple):
-    """Matrices that smooth a line of means of `_STEP` numbers each, and that interpolate between those."""
+    """Matrices that smooth a line of means of `_STEP` numbers each, and that interpolate between these means."""
 
     smooth: Reals
     enlarge: Reals
@@ -175,7 +176,7 @@ def _coarse_gaussian(size: int) -> _CoarseGaussian:
 
 
 def _reduced(image: Reals) -> Reals:
-    """Means of so many rows each; the last row is repeated."""
+    """Return means of `_STEP` rows each; the last row is repeated."""
     missing = -len(image) % _STEP
     if missing:
         image = np.concatenate([image, np.repeat(image[-1:], missing, 0)])
@@ -183,7 +184,7 @@ def _reduced(image: Reals) -> Reals:
 
 
 def _shifted(uv: Reals, offers: Sequence[tuple[int, int]]) -> list[Reals]:
-    """The motions of other pixels, so many rows and columns away, as views."""
+    """Return the motions of pixels at these offsets in rows and columns, as views."""
     padded = np.pad(uv, [(0, 0), (_DISTANCE, _DISTANCE), (_DISTANCE, _DISTANCE)], "edge")
     rows, columns = uv.shape[1:]
     starts = [(_DISTANCE + down, _DISTANCE + across) for down, across in offers]
@@ -191,7 +192,7 @@ def _shifted(uv: Reals, offers: Sequence[tuple[int, int]]) -> list[Reals]:
 
 
 def _near(wanted: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Pixels in squares of the size of a window, in which or beside which pixels are wanted."""
+    """Return the pixels in all squares of the size of a window that contain, or adjoin a square with, wanted pixels."""
     rows, columns = wanted.shape
     padded = np.pad(wanted, [(0, -rows % _SQUARE), (0, -columns % _SQUARE)])
     squares = padded.reshape(padded.shape[0] // _SQUARE, _SQUARE, -1, _SQUARE).any((1, 3))

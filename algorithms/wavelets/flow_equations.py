@@ -24,23 +24,23 @@ _TAPS = half_taps(
 )
 _COUNT = len(_FREQUENCIES)
 BANDS = 4 * _COUNT
-"""Complex ones, each of which gives one equation."""
+"""Number of complex bands, each of which gives one equation."""
 _NEIGHBOURHOOD = half_taps(gabor_taps(0.0, 2.5, False)[0], np.float32)
 """A Gaussian over which equations are averaged."""
 _FLOOR = 0.1
-"""Bands count where they are larger than this part of their median."""
+"""Bands are used where they are larger than this fraction of their median."""
 _PIXELS = 2**14
-"""Whose numbers stay in a cache from one filter or kernel to the next."""
+"""Number of pixels whose values remain in a cache from one filter or kernel to the next."""
 _LARGE = 2**16
-"""Pixels of which the quarter is enough for a median."""
+"""Number of pixels above which a quarter of them suffices for a median."""
 _LEAST_NOISE = 1e-6
-"""Squared residual of a band of an image of contrast 1 that rounding to bytes leaves."""
+"""Squared residual of a band of an image of contrast 1 after rounding to bytes."""
 
 
 class Level:
-    """One level of the pyramid: the bands of the first image, and their comparison with the second one's.
+    """One level of the pyramid: the bands of the first image, and their comparison with those of the second image.
 
-    Both are done a few rows at a time, shared among threads.
+    Both are computed in blocks of rows, which threads share.
     """
 
     def __init__(self, first: Reals, second: Reals, workers: int | None) -> None:
@@ -50,19 +50,21 @@ class Level:
         rows, columns = image.shape
         self._workers, self._places = workers, list(slices(rows, max(_PIXELS // columns, 1)))
         self._most = max(place.stop - place.start for place in self._places)
-        self._bands, self._slopes = (np.empty((_COUNT, 8, rows, columns), image.dtype) for _ in range(2))
+        self._bands, self._derivatives = (np.empty((_COUNT, 8, rows, columns), image.dtype) for _ in range(2))
         wide = columns + 2
 
         def filtered(place: slice, memory: Reals) -> None:
             bands, rest = _bands(image, 1, slice(place.start, place.stop + 2), memory)
             self._bands[:, :, place] = bands[..., 1:-1, 1:-1]
-            # As one line of numbers, where neighbours are so many places apart; those at the sides are cut off.
+            # The rows form one line of numbers, in which neighbours are at constant distances; borders are cut off.
             size = bands[0, 0].size - 2 * wide
-            slopes = rest[: 8 * size].reshape(8, size)
-            for band, result in zip(_lines(bands), self._slopes, strict=True):
+            derivatives = rest[: 8 * size].reshape(8, size)
+            for band, result in zip(_lines(bands), self._derivatives, strict=True):
                 west, east, north, south = (band[wide + k : wide + k + size - 2] for k in (0, 2, 1 - wide, 1 + wide))
-                images.phase_slopes(west, east, north, south, out=slopes.T.reshape(size, 4, 2, copy=False)[1:-1])
-                result[:, place] = slopes.reshape(8, -1, wide)[..., 1:-1]
+                images.phase_derivatives(
+                    west, east, north, south, out=derivatives.T.reshape(size, 4, 2, copy=False)[1:-1]
+                )
+                result[:, place] = derivatives.reshape(8, -1, wide)[..., 1:-1]
 
         self._each(filtered, (_COUNT + 1) * 8 * (self._most + 2) * wide)
         some = np.moveaxis(self._bands[:, :, ::3, ::3], 1, -1)
@@ -71,7 +73,7 @@ class Level:
         self._floors = (_FLOOR * np.sqrt(squares)).astype(image.dtype)
 
     def moved(self, uv: Reals) -> Reals:
-        """The second image where the motion (2, M, N) says that the pixels of the first one are."""
+        """Return the second image resampled at the places to which the motion (2, M, N) moves the pixels."""
         if not uv.any():
             return self._second
         result: Reals = np.empty(self._second.shape, np.float32)
@@ -79,35 +81,39 @@ class Level:
         return result
 
     def moved_at(self, uv: Reals, row: NDArray[np.intp], column: NDArray[np.intp]) -> Reals:
-        """The same for some pixels of the first image; uv is (2, n)."""
+        """Return the same as `moved` for some pixels of the first image; `uv` is (2, n)."""
         return self._sampler.at(uv, row, column)
 
     def equations(self, moved: Reals, uv: Reals) -> tuple[Reals, Reals, float]:
-        """Averaged equations for what is added to a motion, from the second image as that motion moves it.
+        """Return averaged equations for a correction of the motion.
+
+        `moved` is the second image resampled with the motion `uv`.
 
         Returns
         -------
         sums : array, (6, M, N)
-            Of `images.phase_equations`, averaged over neighbours; 0 where the motion leads out of the image.
+            Results of `images.phase_equations`, averaged over neighbours; 0 where the motion leads out of the image.
         confidence : array, (M, N)
-            Of `images.solve_motion`.
+            As in `images.solve_motion`.
         noise : float
-            The median over the image of the squared residual of a band: what noise of the images leaves.
+            The median over the image of the squared residual of a band, which is due to noise.
         """
         sums = np.empty((6, *moved.shape), moved.dtype)
 
         def compared(place: slice, memory: Reals) -> None:
             bands, rest = _bands(moved, 0, place, memory)
             total, more = sums[:, place].reshape(6, -1, copy=False), rest[: 6 * moved[place].size].reshape(6, -1)
-            known = (_lines(array[:, :, place]) for array in (self._bands, self._slopes))
-            for k, (first, slopes, second, floors) in enumerate(zip(*known, _lines(bands), self._floors, strict=True)):
-                slopes = slopes.reshape(-1, 4, 2, copy=False)
-                images.phase_equations(first, slopes, second, floors, out=(more if k else total).T)
+            known = (_lines(array[:, :, place]) for array in (self._bands, self._derivatives))
+            for k, (first, derivatives, second, floors) in enumerate(
+                zip(*known, _lines(bands), self._floors, strict=True)
+            ):
+                derivatives = derivatives.reshape(-1, 4, 2, copy=False)
+                images.phase_equations(first, derivatives, second, floors, out=(more if k else total).T)
                 if k:
                     total += more
 
         self._each(compared, (8 * _COUNT + 6) * self._most * moved.shape[1])
-        # Waves of size 1 give sums of about 1, so that the second part counts only where there is nothing.
+        # Waves of amplitude 1 give sums of about 1: the second term matters only where the image is empty.
         ridge = np.asarray(1e-4 * (sums[0].mean() + sums[2].mean()) + 1e-12, moved.dtype)
         smooth, found = np.empty_like(sums), np.empty((3, *moved.shape), moved.dtype)
 
@@ -122,7 +128,7 @@ class Level:
         return smooth, found[2], noise
 
     def _each(self, work: Callable[[slice, Reals], None], size: int) -> None:
-        """Do some work on all rows, each thread with memory of its own for so many numbers."""
+        """Apply `work` to all rows, with a buffer of `size` numbers for each thread."""
         free: SimpleQueue[Reals] = SimpleQueue()
         for _ in range(min(n_threads(self._workers), len(self._places))):
             free.put(np.empty(size, np.float32))
@@ -138,10 +144,10 @@ class Level:
 
 
 def _bands(image: Reals, border: int, place: slice, memory: Reals) -> tuple[Reals, Reals]:
-    """Some rows of the bands of an image, (K, 8, rows, columns), which go on beyond it by a border.
+    """Return some rows of the bands of an image, (K, 8, rows, columns), extended beyond the image by a border.
 
-    For each frequency a quaternion, of diagonal waves, and waves along columns and rows. They are put into `memory`,
-    the rest of which is returned.
+    For each frequency there are a quaternion, for diagonal waves, and waves along columns and rows. The bands are
+    stored in `memory`; the rest of `memory` is returned too.
     """
     shape = (_COUNT, 8, place.stop - place.start, image.shape[1] + 2 * border)
     size = int(np.prod(shape))
@@ -151,17 +157,17 @@ def _bands(image: Reals, border: int, place: slice, memory: Reals) -> tuple[Real
 
 
 def _lines(images: Reals) -> Reals:
-    """Images (..., K, rows, columns) as one line of K numbers each, (..., n, K), in the same memory."""
+    """Return images (..., K, rows, columns) as one line of K numbers per pixel, (..., n, K), as a view."""
     return np.swapaxes(images.reshape(*images.shape[:-2], -1, copy=False), -1, -2)
 
 
 def median(image: Reals) -> float:
-    """The median of an image, of large ones of every other row and column."""
+    """Return the median of an image; for large images, the median of every other row and column."""
     return float(np.median(image[::2, ::2] if image.size > _LARGE else image))
 
 
 def outside(uv: Reals) -> NDArray[np.bool_]:
-    """Where a motion (2, M, N) leads out of the image."""
+    """Return where a motion (2, M, N) leads out of the image."""
     rows, columns = uv.shape[1:]
     y, x = np.arange(rows, dtype=uv.dtype)[:, None] + uv[1], np.arange(columns, dtype=uv.dtype) + uv[0]
     return np.asarray((x < -0.5) | (x > columns - 0.5) | (y < -0.5) | (y > rows - 0.5))

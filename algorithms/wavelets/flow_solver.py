@@ -1,4 +1,4 @@
-"""The motion that satisfies the equations of all pixels and is smooth except at few places."""
+"""Solver for the motion that satisfies the equations of all pixels and is smooth except at few places."""
 
 from __future__ import annotations
 
@@ -12,32 +12,32 @@ from generated import images
 from ..arguments import Reals
 
 _KNEE = 0.04**2
-"""Squared difference of motions of neighbours, in pixels, beyond which a jump costs its size instead of its square."""
+"""Squared difference of the motions of neighbours, in pixels, above which the penalty is linear, not quadratic."""
 _DEGREES = 4.0
-"""Of freedom of the t distribution of residuals: equations that fit badly count little."""
+"""Degrees of freedom of the t distribution of residuals: equations that fit badly get small weights."""
 _ROUNDS = 3
-"""In each of which weights are computed from the motion so far."""
+"""Number of reweightings; each computes the weights from the current motion."""
 _SWEEPS = 12
-"""Of all pixels in each round; more change the motion little, as it is followed from coarse to fine."""
+"""Sweeps over all pixels per round; more change the motion little because it is refined from coarse to fine."""
 _FILLING = 90
-"""Sweeps for hidden pixels, as their motion comes from far."""
+"""Sweeps for hidden pixels, whose motion comes from far away."""
 
 
 def solved(sums: Reals, uv: Reals, noise: float, bands: int, stiffness: float) -> Reals:
-    """The motion by equations and smoothness.
+    """Return the motion that best satisfies the equations and the smoothness term.
 
     Parameters
     ----------
     sums : array, (6, M, N)
-        Of `images.phase_equations`, for what is added to `uv`.
+        Results of `images.phase_equations`, for a correction of `uv`.
     uv : array, (2, M, N)
-        The motion so far.
+        The current motion.
     noise : float
-        Squared residual of one band. The larger it is, the farther the neighbours that a motion is taken from.
+        Squared residual of one band. The larger it is, the larger the region over which the motion is averaged.
     bands : int
-        How many squared residuals a sum has.
+        Number of squared residuals in each sum.
     stiffness : float
-        Weight of squared differences of neighbours beside squared residuals in units of the noise.
+        Weight of squared differences of neighbours relative to squared residuals in units of the noise.
 
     Returns
     -------
@@ -45,10 +45,11 @@ def solved(sums: Reals, uv: Reals, noise: float, bands: int, stiffness: float) -
 
     Notes
     -----
-    The least of ``sum w r / noise + stiffness sum rho(difference of neighbours)``, where r is the squared residual,
-    ``w = 1 / (1 + r / (bands noise degrees))``, and rho is quadratic for small and linear for large differences
-    (Charbonnier et al., *IEEE Trans. Image Processing* 6:298, 1997), by iteratively reweighted least squares and
-    successive overrelaxation of pixels in the order of a chessboard, so that no order of rows matters.
+    The motion minimizes ``sum w r / noise + stiffness sum rho(difference of neighbours)``. Here r is the squared
+    residual, ``w = 1 / (1 + r / (bands noise degrees))``, and rho is quadratic for small and linear for large
+    differences (Charbonnier et al., *IEEE Trans. Image Processing* 6:298, 1997). The method is iteratively reweighted
+    least squares with successive overrelaxation in chessboard order, so that the result does not depend on the order
+    of the rows.
     """
     sides = np.full((4, *uv.shape[1:]), stiffness, uv.dtype)
     sides[0, :, 0] = sides[1, :, -1] = sides[2, 0] = sides[3, -1] = 0
@@ -60,7 +61,7 @@ def solved(sums: Reals, uv: Reals, noise: float, bands: int, stiffness: float) -
 
 
 def filled(uv: Reals, known: Any, image: Reals, contrast: float) -> Reals:
-    """The motion, replaced where it is not known by that of neighbours of like brightness.
+    """Return the motion, with unknown values replaced by those of neighbours of similar brightness.
 
     Parameters
     ----------
@@ -68,7 +69,7 @@ def filled(uv: Reals, known: Any, image: Reals, contrast: float) -> Reals:
     known : array of bool, (M, N)
     image : array, (M, N)
     contrast : float
-        The difference of neighbours across which little is taken over.
+        The difference of neighbours across which little motion is propagated.
 
     Returns
     -------
@@ -76,7 +77,7 @@ def filled(uv: Reals, known: Any, image: Reals, contrast: float) -> Reals:
     """
     if known.all() or not known.any():
         return uv
-    # Boundaries are right to a pixel or two, so that the next pixels may have the motion of the wrong side.
+    # Boundaries are accurate to a pixel or two, so the nearest pixels may have the motion of the wrong side.
     sure = scipy.ndimage.binary_erosion(known, iterations=2, border_value=1)
     firm = np.where(sure, np.float32(1e6), np.float32(0))
     none = np.zeros_like(firm)
@@ -90,18 +91,19 @@ def filled(uv: Reals, known: Any, image: Reals, contrast: float) -> Reals:
 
 
 class _Board:
-    """Pixels as the squares of a chessboard, so that kernels can replace all that have no neighbours among each other.
+    """Pixels arranged as the squares of a chessboard, so that a kernel can update all mutually independent pixels.
 
-    Four kinds, of even and odd rows and columns, are lines of numbers of their own, row after row with a zero behind
-    each; neighbours are elsewhere in other lines. Zeros, also behind odd sizes, have no stiffness and remain zeros.
+    The four classes of pixels, with even or odd row and column, are separate lines of numbers: row after row, with a
+    zero after each row. The neighbours of a pixel are in other lines. The zeros, including those that pad odd sizes,
+    have no stiffness and remain zero.
 
     Parameters
     ----------
     sums : array, (6, M, N)
     uv : array, (2, M, N)
-        The motion that `sums` are for what is added to.
+        The motion that `sums` correct.
     stiffness : array, (4, M, N)
-        Between pixels and their neighbours in the west, east, north and south; 0 where there is none.
+        Between pixels and their neighbours in the west, east, north and south; 0 where there is no neighbour.
     """
 
     def __init__(self, sums: Reals, uv: Reals, stiffness: Reals) -> None:
@@ -116,7 +118,7 @@ class _Board:
         self._squares = [self._square(kind) for kind in range(4)]
 
     def _split(self, images: Reals) -> Reals:
-        """Images (K, M, N) as lines, (4, K, size)."""
+        """Return images (K, M, N) as lines, (4, K, size)."""
         result = np.zeros((4, len(images), self._size), images.dtype)
         grid = result.reshape(4, len(images), -1, self._wide)
         for kind, part in enumerate(_kinds(images)):
@@ -124,7 +126,7 @@ class _Board:
         return result
 
     def motion(self) -> Reals:
-        """The motion so far, (2, M, N)."""
+        """Return the current motion, (2, M, N)."""
         result = np.empty((2, *self._shape), self._lines.dtype)
         grid = self._lines[:, :, self._wide : -self._wide].reshape(4, 2, -1, self._wide)
         for kind, part in enumerate(_kinds(result)):
@@ -132,7 +134,7 @@ class _Board:
         return result
 
     def relax(self, parameters: Reals, sweeps: int) -> None:
-        """Weights of the present motion, see `images.relaxation_step`, and sweeps over all pixels with them."""
+        """Compute the weights for the current motion, see `images.relaxation_step`, and sweep over all pixels."""
         for sums, before, square, stiffness, step in zip(
             self._sums, self._before, self._squares, self._stiffness, self._steps, strict=True
         ):
@@ -143,7 +145,7 @@ class _Board:
                 images.relaxed_motion(*call, out=call[0])
 
     def _square(self, kind: int) -> list[Reals]:
-        """One kind of pixels and their neighbours in the west, east, north and south, each (size, 2)."""
+        """Return one class of pixels and their neighbours in the west, east, north and south, each (size, 2)."""
         down, across = divmod(kind, 2)
         beside, above = 2 * down + 1 - across, 2 * (1 - down) + across
         places = [
@@ -158,5 +160,5 @@ class _Board:
 
 
 def _kinds(images: Reals) -> list[Reals]:
-    """Images (K, M, N) at even and odd rows and columns."""
+    """Return images (K, M, N) at even and odd rows and columns."""
     return [images[:, down::2, across::2] for down in range(2) for across in range(2)]

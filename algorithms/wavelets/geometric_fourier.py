@@ -1,4 +1,4 @@
-"""The Fourier transform of fields with any roots of -1 on either side, in any algebra."""
+"""The Fourier transform of fields in any algebra, with any roots of -1 on either side."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from .planes import check_norm
 from .sharing import Progress, steps
 
 Product = Callable[..., Any]
-"""A generated kernel of two multivectors that is linear in both, such as ``sta.geometric_product``."""
+"""A generated kernel of two multivectors that is bilinear, such as ``sta.geometric_product``."""
 
 Factors = Sequence[tuple[ArrayLike, Sequence[int]]]
-"""Roots of -1, each with the axes whose phases it has."""
+"""Roots of -1, each with the axes of its phase."""
 
 
 def geometric_fft(
@@ -30,21 +30,21 @@ def geometric_fft(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Reals:
-    """The Fourier transform ``product of exp(-a phase) f product of exp(-b phase)`` with any roots of -1.
+    """Compute the Fourier transform ``product of exp(-a phase) f product of exp(-b phase)`` with any roots of -1.
 
     Parameters
     ----------
     field : array_like, (*space, n)
-        Coefficients last. Axes that no factor has stay as they are. float32 stays; integers become float64.
+        Coefficients last. Axes without a factor are not transformed. float32 is kept; integers become float64.
     product : kernel
-        What multiplies the values, of any algebra, degenerate ones too.
+        The kernel that multiplies the values, of any algebra, including degenerate ones.
     left, right : sequence of (root, axes)
-        What stands on either side of the value, from left to right: a multivector (n,) whose square is -1, which need
-        not be a blade, with the axes of the field whose phases ``2 pi u x / N`` it has. Each axis may occur once.
+        The factors on either side of the value, from left to right. Each is a multivector (n,) with square -1, not
+        necessarily a blade, and the axes of the field whose phases ``2 pi u x / N`` it has. Each axis may occur once.
     norm, workers
         As in `scipy.fft`.
     progress : function of (done, total), optional
-        Called after each of the transforms that it takes.
+        Called after each complex transform.
 
     Returns
     -------
@@ -53,14 +53,14 @@ def geometric_fft(
     Raises
     ------
     TypeError, ValueError
-        Where arguments are not finite real numbers of these shapes, a square is not -1, an axis occurs twice or is no
-        axis of space, and for an unknown norm.
+        If arguments are not finite real numbers of these shapes, if a square is not -1, if an axis occurs twice or is
+        not a spatial axis, or if `norm` is unknown.
 
     Notes
     -----
-    Bujack, Scheuermann and Hitzer, in *Quaternion and Clifford Fourier Transforms and Wavelets*, 2013. For every root,
-    the coefficients are transformed as real signals, which costs as much as half as many complex ones, and then
-    ``Re + root Im`` is taken.
+    Bujack, Scheuermann and Hitzer, in *Quaternion and Clifford Fourier Transforms and Wavelets*, 2013. For each root,
+    the coefficients are transformed as real signals, which costs half as much as complex transforms of the same number
+    of signals, and combined as ``Re + root Im``.
     """
     return _geometric(field, "field", product, left, right, False, norm, workers, progress)
 
@@ -74,7 +74,7 @@ def igeometric_fft(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Reals:
-    """The inverse of `geometric_fft` with the same options, which has the same arguments and errors."""
+    """Compute the inverse of `geometric_fft` with the same options; parameters and errors are the same."""
     return _geometric(spectrum, "spectrum", product, left, right, True, norm, workers, progress)
 
 
@@ -97,7 +97,7 @@ def _geometric(
     def from_left(a: Any, b: Any) -> Any:
         return product(b, a)
 
-    # The ones next to the value act first, and are undone last.
+    # The factors next to the value act first and are undone last.
     factors = [("left", factor, from_left) for factor in reversed(list(left))]
     factors += [("right", factor, product) for factor in right]
     seen: list[int] = []
@@ -115,10 +115,10 @@ def _geometric(
         if chosen:
             checked.append((number, tuple(chosen), multiply))
     function = scipy.fft.ifftn if inverse else scipy.fft.fftn
-    told = steps(progress, len(checked))
+    step_done = steps(progress, len(checked))
     for number, along, multiply in checked[::-1] if inverse else checked:
         spectrum = function(array, axes=along, norm=norm, workers=workers)
-        # The imaginary part has the sines with the sign of the exponent.
+        # The imaginary part contains the sines with the sign of the exponent.
         array = spectrum.real + multiply(spectrum.imag, number)
-        told()
+        step_done()
     return array

@@ -1,4 +1,4 @@
-"""Complex Gabor banks; phase, frequency and confidence at every pixel, from complex and from quaternionic filters."""
+"""Complex Gabor banks, and the phase, frequency and confidence at every pixel for complex and quaternionic filters."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ from .sharing import in_threads
 Complexes = NDArray[Any]
 
 _FLOOR = 0.01
-"""The part of the root mean square amplitude at which confidence is halved."""
+"""Fraction of the root mean square amplitude at which the confidence is halved."""
 _HALF = 0.01
-"""The disagreement of neighbours at which confidence is halved: errors of 0.14 radians."""
+"""Disagreement with neighbours at which the confidence is halved: errors of 0.14 radians."""
 _BAND = 10.0
-"""The square of the distance from the frequency of the filter at which it is halved, by that of the bandwidth."""
+"""Squared distance from the centre frequency, relative to the squared bandwidth, at which the confidence is halved."""
 _ROUNDING = 16
-"""Units of the last place of the largest number of an image by which amplitudes are wrong."""
+"""Error of amplitudes, in units in the last place of the largest number of an image."""
 
 
 class LocalPhase(NamedTuple):
-    """What `local_phase` gives; arrays (..., M, N).
+    """Result of `local_phase`; arrays (..., M, N).
 
     Attributes
     ----------
     amplitude, phase : array
     frequency : array, (..., M, N, 2)
-        The slope of the phase along x and y, in radians per pixel.
+        The derivatives of the phase with respect to x and y (the instantaneous frequency), in radians per pixel.
     confidence : array
-        From 0, where the amplitude vanishes, the frequency leaves the band of the filter, or neighbours have other
-        phases than it predicts, to 1.
+        Between 0 and 1. It is 0 where the amplitude vanishes, where the frequency leaves the passband of the filter,
+        and where the phases of neighbours differ from those that the frequency predicts.
     """
 
     amplitude: Reals
@@ -48,17 +48,17 @@ class LocalPhase(NamedTuple):
 
 
 class QuaternionLocalPhase(NamedTuple):
-    """What `quaternion_local_phase` gives; arrays (..., M, N).
+    """Result of `quaternion_local_phase`; arrays (..., M, N).
 
     Attributes
     ----------
     amplitude, phi, theta, psi : array
         As in `quaternion_phase`.
     frequency : array, (..., M, N, 2)
-        The slope of phi along x and that of theta along y, in radians per pixel.
+        The derivative of phi with respect to x and that of theta with respect to y, in radians per pixel.
     confidence : array
-        From 0, where the amplitude vanishes, psi is pi/4 or -pi/4, a frequency leaves the band of the filter, or
-        neighbours have other phases than the frequencies predict, to 1.
+        Between 0 and 1. It is 0 where the amplitude vanishes, where psi is pi/4 or -pi/4, where a frequency leaves the
+        passband of the filter, and where the phases of neighbours differ from those that the frequencies predict.
     """
 
     amplitude: Reals
@@ -79,22 +79,22 @@ def complex_gabor_bank(
     *,
     truncate: float = 4.0,
 ) -> Complexes:
-    """Images filtered by complex Gabor functions ``g(x, y) exp(i 2 pi (u x + v y))``.
+    """Filter images with complex Gabor functions ``g(x, y) exp(i 2 pi (u x + v y))``.
 
     Parameters
     ----------
     image : array_like, (..., M, N)
-        Real images; x runs along M and y along N. Beyond their edges they go on mirrored.
+        Real images; x runs along M and y along N. Images are mirrored at their edges.
     frequencies : sequence of (u, v)
         In cycles per pixel, from -1/2 to 1/2.
     sigma : float or sequence of float
-        Standard deviations along x of the Gaussians g, of sum 1, in pixels; one for all or one for each frequency.
+        Standard deviations along x of the Gaussians g, of sum 1, in pixels: one for all frequencies or one for each.
     aspect : float
-        The standard deviation along x over that along y.
+        Ratio of the standard deviation along x to that along y.
     balanced : bool
-        Whether the wave loses a part of the Gaussian, so that its sum is 0 and brightness does not count.
+        Whether a multiple of the Gaussian is subtracted, so that the filter has sum 0 and ignores constant brightness.
     workers : int, optional
-        How many threads share the work, counted as in `scipy.fft`; the result is the same.
+        Number of threads, as in `scipy.fft`; the result does not depend on it.
     truncate : float
         As in `gabor_bank`.
 
@@ -105,12 +105,12 @@ def complex_gabor_bank(
     Raises
     ------
     TypeError, ValueError
-        Where `image` is not an array of finite real numbers with two axes, has channels, and for frequencies, widths
-        and options out of range.
+        If `image` is not an array of finite real numbers with two axes or has channels, or if frequencies, widths or
+        options are out of range.
 
     Notes
     -----
-    Along rows and columns one after the other: six filters of one axis for each frequency.
+    The filters are separable: six one-dimensional filters are applied for each frequency.
     """
     array = image_stack(image)
     pairs = [(_frequency(u), _frequency(v)) for u, v in frequencies]
@@ -143,16 +143,16 @@ def local_phase(
     aspect: float = 1.0,
     truncate: float = 4.0,
 ) -> LocalPhase:
-    """Amplitude, phase, frequency and confidence at every pixel, from one complex Gabor filter.
+    """Compute amplitude, phase, frequency and confidence at every pixel, with one complex Gabor filter.
 
     Parameters
     ----------
     image : array_like, (..., M, N)
         Real images, at least 2 x 2.
     frequency : (u, v)
-        Of the filter, in cycles per pixel, from -1/2 to 1/2.
+        Centre frequency of the filter, in cycles per pixel, from -1/2 to 1/2.
     sigma : float
-        Its standard deviation in pixels.
+        Standard deviation of the filter in pixels.
     balanced, aspect, truncate
         As in `complex_gabor_bank`.
 
@@ -167,18 +167,19 @@ def local_phase(
 
     Notes
     -----
-    Phases are not reliable near zeros of the amplitude, and where the frequency leaves the band (Fleet and Jepson,
-    *IEEE Trans. Pattern Analysis and Machine Intelligence* 15:1253, 1993). Both show in the phases of the eight
-    neighbours, which the confidence compares with those that the frequency predicts. The confidence separates phases
-    of moved textures whose change is predicted to 0.2 radians from others with an area under the curve of at least
-    0.97 for motions of (0.8, -0.6) pixels, and 0.87 for (1.7, 1.2), with the frequency (0.12, 0.1) and sigma 3.5.
+    Phases are not reliable near zeros of the amplitude and where the frequency leaves the passband (Fleet and Jepson,
+    *IEEE Trans. Pattern Analysis and Machine Intelligence* 15:1253, 1993). Both affect the phases of the eight
+    neighbours, which the confidence compares with those that the frequency predicts. The confidence was tested as a
+    classifier of phases of moved textures: phases whose change is predicted to 0.2 radians are separated from others
+    with an area under the ROC curve of at least 0.97 for motions of (0.8, -0.6) pixels, and 0.87 for (1.7, 1.2), with
+    the frequency (0.12, 0.1) and sigma 3.5.
     """
     array, exponents = in_range(image_stack(image, least=2))
     band = complex_gabor_bank(array, [frequency], sigma, aspect, balanced, truncate=truncate)[..., 0, :, :]
-    slopes = _slopes(band)
+    derivatives = _phase_derivatives(band)
     centre, (size,) = 2 * np.pi * np.array(frequency), widths(sigma, aspect, 1)
-    confidence = _confidence([band], [(slopes, slopes)], [centre], size, _rounding(array))
-    return LocalPhase(back_in_range(np.abs(band), exponents), np.angle(band), slopes, confidence)
+    confidence = _confidence([band], [(derivatives, derivatives)], [centre], size, _rounding(array))
+    return LocalPhase(back_in_range(np.abs(band), exponents), np.angle(band), derivatives, confidence)
 
 
 def quaternion_local_phase(
@@ -190,16 +191,16 @@ def quaternion_local_phase(
     aspect: float = 1.0,
     truncate: float = 4.0,
 ) -> QuaternionLocalPhase:
-    """Amplitude, the three phases, frequencies and confidence at every pixel, from one quaternionic Gabor filter.
+    """Compute amplitude, three phases, frequencies and confidence at every pixel, with one quaternionic Gabor filter.
 
     Parameters
     ----------
     image : array_like, (..., M, N)
         Real images, at least 2 x 2.
     frequency : (u, v)
-        Of the filter, in cycles per pixel, from 0 to 1/2.
+        Centre frequency of the filter, in cycles per pixel, from 0 to 1/2.
     sigma : float
-        Its standard deviation in pixels.
+        Standard deviation of the filter in pixels.
     balanced, aspect, truncate
         As in `gabor_bank`.
 
@@ -214,12 +215,13 @@ def quaternion_local_phase(
 
     Notes
     -----
-    The two complex planes of the quaternion have the phases ``phi + theta`` and ``phi - theta``; their slopes need no
-    unwrapping. One of them vanishes where psi is pi/4 or -pi/4. The confidence compares the phases of the eight
-    neighbours with those that the two frequencies predict, in both planes; so it falls too where phi changes along y,
-    or theta along x. Phases, which are periodic by pi together, of moved textures whose changes are both predicted to
-    0.2 radians are separated from others with an area under the curve of at least 0.93 for motions of (0.8, -0.6)
-    pixels, and 0.86 for (1.7, 1.2), with the frequency (0.12, 0.1) and sigma 3.5.
+    The two complex planes of the quaternion have the phases ``phi + theta`` and ``phi - theta``, whose derivatives are
+    computed without unwrapping. One of the planes vanishes where psi is pi/4 or -pi/4. The confidence compares the
+    phases of the eight neighbours with those that the two frequencies predict, in both planes; it is therefore also low
+    where phi changes along y or theta along x. The confidence was tested as a classifier of phases of moved textures,
+    where phi and theta are jointly periodic with period pi: phases whose changes are both predicted to 0.2 radians are
+    separated from others with an area under the ROC curve of at least 0.93 for motions of (0.8, -0.6) pixels, and 0.86
+    for (1.7, 1.2), with the frequency (0.12, 0.1) and sigma 3.5.
     """
     array, exponents = in_range(image_stack(image, least=2))
     q = gabor_bank(array, [frequency], sigma, balanced, aspect=aspect, truncate=truncate)[..., 0, :, :, :]
@@ -228,36 +230,36 @@ def quaternion_local_phase(
         np.ascontiguousarray(part).view(np.result_type(part.dtype, np.complex64))[..., 0]
         for part in quaternion.pack_two_sided(q)
     ]
-    across, along = map(_slopes, planes)
-    slopes = np.stack([(along[..., 0] + across[..., 0]) / 2, (along[..., 1] - across[..., 1]) / 2], -1)
-    opposite = np.array([1, -1], slopes.dtype)
+    across, along = map(_phase_derivatives, planes)
+    derivatives = np.stack([(along[..., 0] + across[..., 0]) / 2, (along[..., 1] - across[..., 1]) / 2], -1)
+    opposite = np.array([1, -1], derivatives.dtype)
     centre, (size,) = 2 * np.pi * np.array(frequency), widths(sigma, aspect, 1)
-    stated = [(across, slopes * opposite), (along, slopes)]
-    confidence = _confidence(planes, stated, [centre * opposite, centre], size, _rounding(array))
+    implied = [(across, derivatives * opposite), (along, derivatives)]
+    confidence = _confidence(planes, implied, [centre * opposite, centre], size, _rounding(array))
     amplitude = back_in_range(phase.amplitude, exponents)
-    return QuaternionLocalPhase(amplitude, phase.phi, phase.theta, phase.psi, slopes, confidence)
+    return QuaternionLocalPhase(amplitude, phase.phi, phase.theta, phase.psi, derivatives, confidence)
 
 
 def _confidence(
     planes: Sequence[Complexes],
-    slopes: Sequence[tuple[Reals, Reals]],
+    derivatives: Sequence[tuple[Reals, Reals]],
     centres: Sequence[NDArray[np.float64]],
     sizes: tuple[float, float],
     rounding: Reals,
 ) -> Reals:
-    """How reliable phases are, from 0 to 1, of one complex band or of the two planes of a quaternionic one.
+    """Return the reliability of phases, from 0 to 1, for one complex band or for the two planes of a quaternionic one.
 
     Parameters
     ----------
     planes : sequence of array of complex, (..., M, N)
-    slopes : sequence of (array, array), (..., M, N, 2)
-        For each plane, the slope of its phase, and the one that the frequencies that are returned stand for.
+    derivatives : sequence of (array, array), (..., M, N, 2)
+        For each plane, the derivatives of its phase, and the derivatives that the returned frequencies imply.
     centres : sequence of array, (2,)
         The frequencies of the filters, in radians per pixel.
     sizes : (float, float)
         Standard deviations of the filter.
     rounding : array, (..., 1, 1)
-        Amplitudes that mean nothing.
+        Amplitudes below which values are rounding errors.
     """
     squares = np.stack([plane.real**2 + plane.imag**2 for plane in planes])
     floor = _FLOOR**2 * squares.mean((0, -2, -1))[..., None, None]
@@ -265,25 +267,25 @@ def _confidence(
     off = np.max(
         [
             ((own - centre.astype(own.dtype)) ** 2 * np.square(sizes).astype(own.dtype)).sum(-1)
-            for (own, _), centre in zip(slopes, centres, strict=True)
+            for (own, _), centre in zip(derivatives, centres, strict=True)
         ],
         0,
     )
-    together = sum(_disagreement(plane, stated) for plane, (_, stated) in zip(planes, slopes, strict=True))
+    together = sum(_disagreement(plane, implied) for plane, (_, implied) in zip(planes, derivatives, strict=True))
     meant = least > rounding**2
     strong = np.where(meant, least, 0) / np.where(meant, least + floor, 1)
     return np.asarray(strong / ((1 + (off / _BAND) ** 8) * (1 + together / _HALF)))
 
 
-def _disagreement(band: Complexes, slopes: Reals) -> Reals:
-    """How far the eight neighbours are from the phases that slopes predict, weighted with their amplitudes.
+def _disagreement(band: Complexes, derivatives: Reals) -> Reals:
+    """Return how far the eight neighbours are from the phases that the derivatives predict, weighted by amplitude.
 
     Returns
     -------
     array, (..., M, N)
-        One less the mean cosine of the error: half its mean square, where it is small.
+        One minus the mean cosine of the error: half its mean square for small errors.
     """
-    turns = [np.exp(1j * slopes[..., k]) for k in range(2)]
+    rotations = [np.exp(1j * derivatives[..., k]) for k in range(2)]
     size = np.abs(band)
     total, most = np.zeros_like(size), np.zeros_like(size)
     for step in every((-1, 0, 1), repeat=2):
@@ -293,38 +295,39 @@ def _disagreement(band: Complexes, slopes: Reals) -> Reals:
         here, there = zip(*(_neighbours(n, k) for n, k in zip(band.shape[-2:], step, strict=True)), strict=True)
         inside, beside = (..., *here), (..., *there)
         expected = band[inside]
-        for turn, k in zip(turns, step, strict=True):
+        for rotation, k in zip(rotations, step, strict=True):
             if k:
-                expected = expected * (turn[inside] if k > 0 else turn[inside].conj())
+                expected = expected * (rotation[inside] if k > 0 else rotation[inside].conj())
         total[inside] += share * (band[beside] * expected.conj()).real
         most[inside] += share * size[beside] * size[inside]
     return np.asarray(1 - total / np.where(most > 0, most, 1))
 
 
 def _neighbours(size: int, step: int) -> tuple[slice, slice]:
-    """The places that have a neighbour so many steps on, and those neighbours."""
+    """Return the places that have a neighbour at this offset, and the places of these neighbours."""
     return slice(max(-step, 0), size - max(step, 0)), slice(max(step, 0), size + min(step, 0))
 
 
-def _slopes(band: Complexes) -> Reals:
-    """The slope of the phase along both axes.
+def _phase_derivatives(band: Complexes) -> Reals:
+    """Return the derivatives of the phase along both axes (the instantaneous frequency).
 
-    It is half the change between opposite neighbours, whose product of one with the other's conjugate needs no
-    unwrapping; for neighbours of an edge, the change to the pixel itself.
+    They are half the phase difference between opposite neighbours, computed without unwrapping as the angle of the
+    product of one with the conjugate of the other. At an edge, they are the phase difference between the pixel and its
+    neighbour.
     """
-    slopes = np.empty((*band.shape, 2), band.real.dtype)
+    derivatives = np.empty((*band.shape, 2), band.real.dtype)
     for k, axis in enumerate((-2, -1)):
         moved = np.moveaxis(band, axis, -1)
         steps = np.full(moved.shape[-1], 2)
         steps[[0, -1]] = 1
         after = np.minimum(np.arange(len(steps)) + 1, len(steps) - 1)
         before = np.maximum(np.arange(len(steps)) - 1, 0)
-        slopes[..., k] = np.moveaxis(np.angle(moved[..., after] * moved[..., before].conj()) / steps, -1, axis)
-    return slopes
+        derivatives[..., k] = np.moveaxis(np.angle(moved[..., after] * moved[..., before].conj()) / steps, -1, axis)
+    return derivatives
 
 
 def _rounding(array: Reals) -> Reals:
-    """Amplitudes that the rounding of filters of images may have, (..., 1, 1)."""
+    """Return the amplitudes that rounding errors of filtered images may have, (..., 1, 1)."""
     return np.asarray(_ROUNDING * np.finfo(array.dtype).eps * np.abs(array).max((-2, -1), keepdims=True))
 
 

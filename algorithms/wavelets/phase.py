@@ -16,11 +16,11 @@ from .checks import image_stack, in_range, positive_number
 from .sharing import in_threads
 
 _TRUNCATE = 4.0
-"""Standard deviations at which filters end: there the Gaussian is 3e-4 of its largest value."""
+"""Truncation of filters in standard deviations: there the Gaussian is 3e-4 of its maximum."""
 
 
 class Phase(NamedTuple):
-    """The polar form ``q = amplitude exp(i phi) exp(k psi) exp(j theta)``; all arrays have one shape.
+    """The polar form ``q = amplitude exp(i phi) exp(k psi) exp(j theta)``; all arrays have the same shape.
 
     Attributes
     ----------
@@ -28,7 +28,7 @@ class Phase(NamedTuple):
     phi, theta, psi : array
         In [-pi, pi], [-pi/2, pi/2] and [-pi/4, pi/4].
     singular : array of bool
-        Where ``psi`` is pi/4 or -pi/4 to rounding: q says only what ``phi - theta`` or ``phi + theta`` is.
+        True where ``psi`` is pi/4 or -pi/4 up to rounding; there q determines only ``phi - theta`` or ``phi + theta``.
     """
 
     amplitude: Reals
@@ -39,12 +39,12 @@ class Phase(NamedTuple):
 
 
 def quaternion_phase(q: ArrayLike) -> Phase:
-    """Amplitude and the three phases of quaternions.
+    """Compute the amplitude and the three phases of quaternions.
 
     Parameters
     ----------
     q : array_like, (..., 4)
-        Quaternions (w, x, y, z). All phases of 0 are 0.
+        Quaternions (w, x, y, z). All phases of the zero quaternion are 0.
 
     Returns
     -------
@@ -53,12 +53,12 @@ def quaternion_phase(q: ArrayLike) -> Phase:
     Raises
     ------
     TypeError, ValueError
-        Where `q` is not an array of real numbers of that shape.
+        If `q` is not an array of real numbers of this shape.
 
     Notes
     -----
-    Buelow, *Hypercomplex spectral signal representations*, thesis, Kiel 1999. `generated.quaternion.from_phases` gives
-    q again to 4 units of the last place of the amplitude, in the singular set too.
+    Bülow, *Hypercomplex spectral signal representations*, thesis, Kiel 1999. `generated.quaternion.from_phases`
+    recovers q to 4 units in the last place of the amplitude, also in the singular set.
     """
     array = real_array(q, "q", (4,), "quaternions")
     parts = [np.asarray(part) for part in quaternion.to_phases(array)]
@@ -75,7 +75,7 @@ def quaternion_phase(q: ArrayLike) -> Phase:
 
 
 def amplitudes(q: Reals) -> Reals:
-    """Norms of quaternions (..., 4) of any size."""
+    """Return the norms of quaternions (..., 4) without overflow or underflow."""
     found = np.asarray(quaternion.norm(q))
     outside = _outside(found)
     if outside.any():
@@ -86,7 +86,7 @@ def amplitudes(q: Reals) -> Reals:
 
 
 def _outside(amplitude: Reals) -> NDArray[np.bool_]:
-    """Where squares may have left the range of floats, as those of 0 and of what is not finite seem to have."""
+    """Return where squares may have overflowed or underflowed; zeros and non-finite values are included."""
     low, high = (float(bound) ** 0.25 for bound in (np.finfo(amplitude.dtype).tiny, np.finfo(amplitude.dtype).max))
     return np.asarray(~((amplitude > low) & (amplitude < high)))
 
@@ -101,25 +101,25 @@ def gabor_bank(
     aspect: float = 1.0,
     truncate: float = _TRUNCATE,
 ) -> Reals:
-    """Images filtered by quaternionic Gabor functions ``g(x, y) exp(i 2 pi u x) exp(j 2 pi v y)``.
+    """Filter images with quaternionic Gabor functions ``g(x, y) exp(i 2 pi u x) exp(j 2 pi v y)``.
 
     Parameters
     ----------
     image : array_like, (..., M, N)
-        Real images; x runs along M and y along N. Beyond their edges they go on mirrored.
+        Real images; x runs along M and y along N. Images are mirrored at their edges.
     frequencies : sequence of (u, v)
         In cycles per pixel, from 0 to 1/2.
     sigma : float or sequence of float
-        Standard deviations along x of the Gaussians g, of sum 1, in pixels; one for all or one for each frequency.
+        Standard deviations along x of the Gaussians g, of sum 1, in pixels: one for all frequencies or one for each.
     balanced : bool
-        Whether the filter loses a part of the Gaussian, so that its sum is 0 and brightness does not count.
+        Whether a multiple of the Gaussian is subtracted, so that the filter has sum 0 and ignores constant brightness.
     workers : int, optional
-        How many threads share the work, counted as in `scipy.fft`; the result is the same.
+        Number of threads, as in `scipy.fft`; the result does not depend on it.
     aspect : float
-        The standard deviation along x over that along y.
+        Ratio of the standard deviation along x to that along y.
     truncate : float
-        Filters end at so many standard deviations, rounded up to a pixel. Their spectra are Gaussians to 2e-4 at 4,
-        2e-7 at 5.5, and 1e-8 at 6.
+        Truncation of the filters in standard deviations, rounded up to a pixel. Spectra of the filters are Gaussian to
+        2e-4 for 4, 2e-7 for 5.5, and 1e-8 for 6.
 
     Returns
     -------
@@ -130,8 +130,8 @@ def gabor_bank(
     Raises
     ------
     TypeError, ValueError
-        Where `image` is not an array of finite real numbers with two axes, has channels, and for frequencies, widths
-        and options out of range.
+        If `image` is not an array of finite real numbers with two axes or has channels, or if frequencies, widths or
+        options are out of range.
     """
     array = image_stack(image)
     pairs = [(_frequency(u), _frequency(v)) for u, v in frequencies]
@@ -156,7 +156,7 @@ def gabor_bank(
 
 
 def widths(sigma: float | Sequence[float], aspect: float, count: int) -> list[tuple[float, float]]:
-    """The standard deviations of so many Gabor filters, along x and y."""
+    """Return the standard deviations of `count` Gabor filters, along x and y."""
     given = [sigma] * count if np.ndim(sigma) == 0 else list(np.atleast_1d(sigma))
     if len(given) != count:
         raise ValueError(f"sigma: {len(given)} for {count} frequencies; expected one, or one for each")
@@ -167,10 +167,10 @@ def widths(sigma: float | Sequence[float], aspect: float, count: int) -> list[tu
 def brightness(
     array: Reals, even: tuple[NDArray[np.float64], NDArray[np.float64]], sizes: tuple[float, float], truncate: float
 ) -> Reals:
-    """What a filter of these even parts along x and y gives for a constant image, of smoothed images.
+    """Return the response of a filter with these even parts along x and y to the smoothed images.
 
-    Only products of even parts have a sum. The whole band is balanced by it: parts that were balanced along one axis
-    would vanish where the frequency along that axis is 0.
+    Only products of even parts have a nonzero sum. Subtracting the response balances the whole band; filters balanced
+    along one axis would vanish where the frequency along this axis is 0.
     """
     rows, columns = (gabor_taps(0.0, size, False, truncate)[0] for size in sizes)
     smooth = filtered(filtered(array, rows, -2), columns, -1)
@@ -180,7 +180,7 @@ def brightness(
 def gabor_taps(
     frequency: float, sigma: float, balanced: bool, truncate: float = _TRUNCATE
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The even and the odd part of a Gabor filter along one axis; `frequency` in radians per pixel."""
+    """Return the even and the odd part of a Gabor filter along one axis; `frequency` in radians per pixel."""
     reach = int(np.ceil(truncate * sigma))
     x = np.arange(-reach, reach + 1.0)
     g = np.exp(-(x**2) / (2 * sigma**2))
@@ -192,7 +192,7 @@ def gabor_taps(
 
 
 def filtered(array: Reals, taps: NDArray[np.float64], axis: int) -> Reals:
-    """The convolution along one axis, mirrored at the ends; symmetric and antisymmetric taps are recognised."""
+    """Return the convolution along one axis, mirrored at the ends; symmetric and antisymmetric taps are recognised."""
     result: Reals = scipy.ndimage.convolve1d(array, taps, axis, mode="reflect")
     return result
 

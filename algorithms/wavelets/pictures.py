@@ -1,4 +1,4 @@
-"""Pictures of transforms: spectra, phases, pyramids, scalograms, fields with what was found in them, motion, noise."""
+"""Plots of transforms: spectra, phases, pyramids, scalograms, template matches, optical flow and denoising."""
 
 from __future__ import annotations
 
@@ -26,28 +26,28 @@ from .similarity import Disparity
 from .vector_fields import Match
 
 _ARROWS = 24
-"""Arrows along the longer side of a field."""
+"""Number of arrows along the longer side of a field."""
 
 
 def draw_spectrum(spectrum: ArrayLike) -> Figure:
-    """The logarithm of the norms of a spectrum of images, with frequency 0 in the middle.
+    """Plot the logarithm of the norms of a spectrum of images, with frequency 0 in the middle.
 
     Parameters
     ----------
     spectrum : array_like, (M, N, n)
-        Of `qft`, `clifford_fft` of a plane or `real_product_fft` of an image.
+        Result of `qft`, of `clifford_fft` of a plane or of `real_product_fft` of an image.
 
     Raises
     ------
     TypeError, ValueError
-        Where it is not an array of finite real numbers of that shape.
+        If `spectrum` is not an array of finite real numbers of this shape.
     """
     array = _checked(spectrum, "spectrum", 3, "a spectrum M N n")
     size = np.fft.fftshift(np.sqrt((array**2).sum(-1)))
     floor = 1e-8 * (size.max() or 1.0)
     figure, (axes,) = _figure(1)
     rows, columns = size.shape
-    # The middles of the first and of the last pixel are at -1/2 and nearly 1/2.
+    # The centres of the first and the last pixel are at -1/2 and nearly 1/2.
     extent = (-(columns // 2) - 0.5, columns - columns // 2 - 0.5, rows - rows // 2 - 0.5, -(rows // 2) - 0.5)
     _image(figure, axes, np.log10(np.maximum(size, floor)), "norm, power of ten", extent=extent)
     axes.set(xlabel="v, periods per row", ylabel="u, periods per column")
@@ -55,22 +55,22 @@ def draw_spectrum(spectrum: ArrayLike) -> Figure:
 
 
 def draw_colours(q: ArrayLike) -> Figure:
-    """A colour image, and the spectra of its luminance and of its chrominance.
+    """Plot a colour image and the spectra of its luminance and of its chrominance.
 
     Parameters
     ----------
     q : array_like, (M, N, 4)
-        Pure quaternions, of `from_rgb`. The largest number is drawn as the brightest, those below 0 as 0.
+        Pure quaternions, as from `from_rgb`. The largest number is drawn brightest, negative numbers as 0.
 
     Raises
     ------
     TypeError, ValueError
-        Where it is not an array of finite real numbers of that shape, or has scalar parts.
+        If `q` is not an array of finite real numbers of this shape, or has scalar parts.
 
     Notes
     -----
-    The left quaternion Fourier transform with the axis of grey keeps two planes apart: that of 1 and grey, of
-    luminance, and that of the colours across grey, of chrominance.
+    The left quaternion Fourier transform with the grey axis keeps two planes separate: the plane of 1 and the grey
+    axis, which holds the luminance, and the orthogonal plane, which holds the chrominance.
     """
     array = _checked(q, "q", 3, "quaternions M N 4", 4)
     colours = to_rgb(array)
@@ -88,17 +88,17 @@ def draw_colours(q: ArrayLike) -> Figure:
 
 
 def draw_phases(q: ArrayLike) -> Figure:
-    """Amplitude and the three phases of a quaternion image; phases are grey where the amplitude is small.
+    """Plot the amplitude and the three phases of a quaternion image; phases are grey where the amplitude is small.
 
     Parameters
     ----------
     q : array_like, (M, N, 4)
-        Such as of `gabor_bank`, a pyramid's band or `quaternionic_analytic_signal`.
+        For example the result of `gabor_bank`, a band of a pyramid, or the result of `quaternionic_analytic_signal`.
 
     Raises
     ------
     TypeError, ValueError
-        Where it is not an array of finite real numbers of that shape.
+        If `q` is not an array of finite real numbers of this shape.
     """
     array = _checked(q, "q", 3, "quaternions M N 4", 4)
     phase = quaternion_phase(array)
@@ -117,17 +117,17 @@ def draw_phases(q: ArrayLike) -> Figure:
 
 
 def draw_pyramid(pyramid: QuaternionPyramid | WaveletPyramid | DualTree) -> Figure:
-    """Magnitudes of all bands: a row for each level, a column for each band.
+    """Plot the magnitudes of all bands, with one row for each level and one column for each band.
 
     Parameters
     ----------
     pyramid : QuaternionPyramid, WaveletPyramid or DualTree
-        Of one image, with at least one level.
+        Pyramid of one image, with at least one level.
 
     Raises
     ------
     ValueError
-        Where it is of another shape.
+        If `pyramid` is not the pyramid of one image or has no level.
     """
     levels = []
     for level in pyramid.detail:
@@ -151,20 +151,20 @@ def draw_pyramid(pyramid: QuaternionPyramid | WaveletPyramid | DualTree) -> Figu
 
 
 def draw_scalogram(signal: ArrayLike, scales: Sequence[float], transform: ContinuousWavelet) -> Figure:
-    """A signal over the magnitudes of its continuous wavelet transform.
+    """Plot a signal above the magnitudes of its continuous wavelet transform.
 
     Parameters
     ----------
     signal : array_like, (N,)
     scales : sequence of float
-        Those of the transform.
+        The scales of the transform.
     transform : ContinuousWavelet
-        Of that signal.
+        The transform of `signal`.
 
     Raises
     ------
     TypeError, ValueError
-        Where shapes do not go together.
+        If shapes are inconsistent.
     """
     values = _checked(signal, "signal", 1, "a signal N")
     size = np.abs(transform.coefficients)
@@ -180,18 +180,18 @@ def draw_scalogram(signal: ArrayLike, scales: Sequence[float], transform: Contin
 
 
 def draw_matches(field: ArrayLike, matches: Sequence[Match] = ()) -> Figure:
-    """A vector field in the plane, with places and turns of templates.
+    """Plot a vector field in the plane, with the positions and rotations of matched templates.
 
     Parameters
     ----------
     field : array_like, (M, N, 2)
     matches : sequence of Match
-        Of `match_template`: crosses, with lines that are turned as the template is.
+        Results of `match_template`: crosses, with lines that show the rotation of the template.
 
     Raises
     ------
     TypeError, ValueError
-        Where `field` is not an array of finite real numbers of that shape.
+        If `field` is not an array of finite real numbers of this shape.
     """
     array = _checked(field, "field", 3, "a vector field M N 2", 2)
     figure, (axes,) = _figure(1)
@@ -212,19 +212,19 @@ def draw_matches(field: ArrayLike, matches: Sequence[Match] = ()) -> Figure:
 
 
 def draw_flow(image: ArrayLike, flow: Flow) -> Figure:
-    """An image with arrows of motion, and motion as colours: the direction as hue, paler where it is not sure.
+    """Plot an image with motion arrows, and the motion as colours: hue for direction, paler where confidence is low.
 
     Parameters
     ----------
     image : array_like, (M, N)
-        The first one.
+        The first image.
     flow : Flow
-        Of `optical_flow`.
+        Result of `optical_flow`.
 
     Raises
     ------
     TypeError, ValueError
-        Where shapes do not go together.
+        If shapes are inconsistent.
     """
     array = _checked(image, "image", 2, "an image M N")
     if flow.uv.shape != (*array.shape, 2):
@@ -248,18 +248,18 @@ def draw_flow(image: ArrayLike, flow: Flow) -> Figure:
 
 
 def draw_disparity(image: ArrayLike, found: Disparity) -> Figure:
-    """The left image, its disparities, and how sure they are.
+    """Plot the left image, its disparities and their confidence.
 
     Parameters
     ----------
     image : array_like, (M, N)
     found : Disparity
-        Of `disparity`.
+        Result of `disparity`.
 
     Raises
     ------
     TypeError, ValueError
-        Where shapes do not go together.
+        If shapes are inconsistent.
     """
     array = _checked(image, "image", 2, "an image M N")
     if found.disparity.shape != array.shape:
@@ -273,7 +273,7 @@ def draw_disparity(image: ArrayLike, found: Disparity) -> Figure:
 
 
 def draw_denoised(noisy: ArrayLike, clean: ArrayLike) -> Figure:
-    """An image before and after `denoise`, and the difference.
+    """Plot an image before and after `denoise`, and the difference.
 
     Parameters
     ----------
@@ -282,7 +282,7 @@ def draw_denoised(noisy: ArrayLike, clean: ArrayLike) -> Figure:
     Raises
     ------
     TypeError, ValueError
-        Where they are not finite real images of one size.
+        If `noisy` and `clean` are not finite real images of the same size.
     """
     before, after = (_checked(each, name, 2, "an image M N") for each, name in ((noisy, "noisy"), (clean, "clean")))
     if before.shape != after.shape:
@@ -298,18 +298,18 @@ def draw_denoised(noisy: ArrayLike, clean: ArrayLike) -> Figure:
 
 
 def draw_textures(features: ArrayLike, labels: Sequence[str]) -> Figure:
-    """Descriptions of textures by their two main components, one colour for each label.
+    """Plot texture features by their first two principal components, with one colour for each label.
 
     Parameters
     ----------
     features : array_like, (P, K)
-        Of `texture_features`; at least two, that differ.
+        Results of `texture_features`, at least two distinct ones.
     labels : sequence of P strings
 
     Raises
     ------
     TypeError, ValueError
-        Where these are not finite real numbers of such a shape, or numbers of labels differ.
+        If `features` is not an array of finite real numbers of this shape, or if the number of labels differs.
     """
     array = _checked(features, "features", 2, "features P K")
     if len(labels) != len(array) or min(array.shape) < 2:

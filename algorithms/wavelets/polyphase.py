@@ -29,25 +29,25 @@ MODES = (
     "antireflect",
     "periodization",
 )
-"""How a signal goes on beyond its ends, in PyWavelets' words."""
+"""Extensions of a signal beyond its ends, with the names of PyWavelets."""
 
 
 _LEAST = 2**14
-"""Numbers from which on threads share the work, and lines are not copied that lie as filters need them."""
+"""Number of elements from which threads share the work, and from which contiguous lines are used without a copy."""
 _BLOCK = 2**15
-"""Results that stay in a cache."""
+"""Number of results that remain in a cache."""
 
 
 @dataclass(frozen=True)
 class Lines:
-    """Where the numbers that filters see are found in a signal of n numbers x.
+    """Sources of the inputs of filters, for a signal of n numbers x.
 
     Attributes
     ----------
     places : array of int
-        For each number in turn; n + k stands for the k-th border number.
+        The index for each input in order; n + k stands for the k-th border number.
     border : array, (borders, 4)
-        p, s, u and v of each border number, ``s x[p] + u x[0] + v x[n - 1]``.
+        p, s, u and v of each border number, which is ``s x[p] + u x[0] + v x[n - 1]``.
     """
 
     places: Places
@@ -64,22 +64,22 @@ def split(
     out: Reals | None = None,
     workers: int | None = None,
 ) -> tuple[Reals, Reals]:
-    """Two filters along an axis: ``sum_j taps[t, j] y[step i + j]`` for the numbers y that `lines` finds.
+    """Apply two filters along an axis: ``sum_j taps[t, j] y[step i + j]``, where `lines` locates the numbers y.
 
     Parameters
     ----------
     array : array
     axis, step : int
-        step is 1 or 2.
+        step must be 1 or 2.
     taps : array, (2, K)
-        K is even.
+        K must be even.
     lines : Lines
     to : (array of int, array of int)
-        Where the results i are put, for either filter.
+        Positions at which the results i of either filter are stored.
     out : array, (2, ...), optional
-        Dense, for the results.
+        Dense array for the results.
     workers : int, optional
-        How many threads share the results, see `n_threads`.
+        Number of threads that share the results, see `n_threads`.
 
     Returns
     -------
@@ -109,21 +109,21 @@ def merge(
     to: Places,
     workers: int | None = None,
 ) -> Reals:
-    """The sum of two signals with zeros put between their numbers, each filtered.
+    """Upsample two signals by inserting zeros, filter each, and return the sum.
 
     Parameters
     ----------
     bands : (array, array)
-        Of one shape.
+        Two arrays of the same shape.
     axis : int
     taps : array, (2, K)
-        K is even.
+        K must be even.
     places : (array of int, array of int)
-        Where the numbers of either band are found, ``places[K/2 - 1]`` that which the first two results end with.
+        Positions of the numbers of either band; ``places[K/2 - 1]`` is the last one that enters the first two results.
     first : int
-        1 where the first of all results is left out, else 0.
+        1 if the first of all results is omitted, otherwise 0.
     to : array of int
-        Where the others are put.
+        Positions at which the other results are stored.
     workers : int, optional
         As in `split`.
 
@@ -135,7 +135,7 @@ def merge(
     shape = list(bands[0].shape)
     shape[axis] = len(to)
     result = np.empty((len(stacks[0]), len(to), stacks[0].shape[2]), bands[0].dtype)
-    # Of even and of odd results, for either band, for numbers of the bands in their order.
+    # The taps for even and for odd results and for either band, ordered as the numbers of the bands.
     pairs = np.ascontiguousarray(taps.reshape(2, -1, 2)[:, ::-1].transpose(2, 0, 1), result.dtype)
 
     def work(part: tuple[slice, slice]) -> None:
@@ -147,7 +147,7 @@ def merge(
 
 
 def _parts(stack: Reals, count: int, workers: int | None) -> list[tuple[slice, slice]]:
-    """What threads share: parts of the first axis, or else of `count` results along the middle one."""
+    """Return the parts that threads share: of the first axis, or else of `count` results along the middle axis."""
     whole = slice(0, len(stack)), slice(0, count)
     if n_threads(workers) < 2 or stack.size < _LEAST:
         return [whole]
@@ -158,7 +158,7 @@ def _parts(stack: Reals, count: int, workers: int | None) -> list[tuple[slice, s
 
 @lru_cache(256)
 def beyond(mode: str, size: int, start: int, count: int) -> Lines:
-    """`count` numbers of a signal of `size`, from place `start` on, which go on beyond both ends in some mode."""
+    """Return the sources of `count` numbers from position `start` of a signal of `size`, extended beyond both ends."""
     places = np.arange(start, start + count)
     outside = np.flatnonzero((places < 0) | (places >= size))
     border = np.array([_border(mode, size, int(q)) for q in places[outside]], float).reshape(-1, 4)
@@ -167,7 +167,7 @@ def beyond(mode: str, size: int, start: int, count: int) -> Lines:
 
 
 def _border(mode: str, n: int, q: int) -> tuple[int, float, float, float]:
-    """p, s, u and v of the number at q, see `Lines`."""
+    """Return p, s, u and v of the number at q, see `Lines`."""
     if mode == "zero":
         return 0, 0.0, 0.0, 0.0
     if mode == "constant" or n == 1:
@@ -192,14 +192,14 @@ def _border(mode: str, n: int, q: int) -> tuple[int, float, float, float]:
 
 
 def _stack(array: Reals, axis: int) -> Reals:
-    """Three axes: those before, this one, and those after."""
+    """Return the array with three axes: the preceding axes merged, this axis, and the following axes merged."""
     axis %= array.ndim
     shape = (int(np.prod(array.shape[:axis])), array.shape[axis], int(np.prod(array.shape[axis + 1 :])))
     return np.ascontiguousarray(array).reshape(shape)
 
 
 def _split(x: Reals, step: int, taps: Reals, lines: Lines, to: tuple[Places, Places], part: slice, out: Reals) -> None:
-    """Some results of `split`; `out` is (2, outer, count, inner)."""
+    """Compute some results of `split`; `out` is (2, outer, count, inner)."""
     length, small = taps.shape[1], x.size < _LEAST
     low_to, high_to = to
     keys = lines.places.tobytes(), low_to.tobytes(), high_to.tobytes()
@@ -221,15 +221,15 @@ def _split(x: Reals, step: int, taps: Reals, lines: Lines, to: tuple[Places, Pla
 def _split_runs(
     places: bytes, low: bytes, high: bytes, step: int, length: int, size: int, small: bool, first: int, last: int
 ) -> list[tuple[int, int, bool, tuple[int, int], int, int, int]]:
-    """Results from `start` to `stop` that one view of the signal, or of a copy of it, and one of the bands serve.
+    """Return runs of results, from `start` to `stop`, that need one view of the signal or a copy, and one of the bands.
 
-    With whether it is the signal, where its lines begin and their stride; the stride of the results, where the low ones
-    begin, and how far behind them the high ones do.
+    For each run, also return whether the view is of the signal, its first line and its stride, the stride of the
+    results, the first low result and the offset of the high results from it.
     """
     at, low_to, high_to = (np.frombuffer(each, np.intp) for each in (places, low, high))
     segments = [] if small else _segments(at, size)
     firsts = [(-(-start // step), (stop - length) // step + 1) for start, stop in segments]
-    # Few results go apart in one band and together in the other one.
+    # Results that are separate in one band and adjacent in the other one are rare.
     apart = [(i, i + 1) for i in np.flatnonzero(np.diff(low_to) != np.diff(high_to)).tolist()]
     bounds = [pair for pair in firsts if pair[0] < pair[1]], _segments(low_to), _segments(high_to), apart
     found = []
@@ -243,7 +243,7 @@ def _split_runs(
 
 
 def _filter(windows: Reals, taps: Reals, out: Reals) -> None:
-    """Both filters: the first two to eight taps, and eight more at a time."""
+    """Apply both filters: first two to eight taps, then eight more at a time."""
     length = taps.shape[1]
     head = length % 8 or 8
     for lines in _blocks(out, length > head):
@@ -256,7 +256,7 @@ def _filter(windows: Reals, taps: Reals, out: Reals) -> None:
 def _merge(
     stacks: list[Reals], pairs: Reals, places: tuple[Places, Places], first: int, to: Places, part: slice, out: Reals
 ) -> None:
-    """Some pairs of results of `merge`; `out` is (outer, results, inner)."""
+    """Compute some pairs of results of `merge`; `out` is (outer, results, inner)."""
     half, small = pairs.shape[2], out.size < _LEAST
     keys = (*(at.tobytes() for at in places), to.tobytes())
     for start, stop, seen, begin, stride in _merge_runs(
@@ -284,10 +284,10 @@ def _merge(
 def _merge_runs(
     low: bytes, high: bytes, places: bytes, half: int, size: int, first: int, small: bool, begin: int, end: int
 ) -> list[tuple[int, int, list[tuple[int, int] | None], int, int]]:
-    """Pairs of results from `start` to `stop` that one view of each band, or of a copy of it, and one of results serve.
+    """Return runs of pairs of results, from `start` to `stop`, that need one view of each band or a copy.
 
-    With where the lines of either band begin and their stride, None of copies, and the same of the results; the stride
-    is 0 where these are put in their places one by one.
+    For each run, also return the first line of either band and its stride (None for a copy), and the first result and
+    the stride of the results, which is 0 if they are stored one by one.
     """
     ats, to = [np.frombuffer(each, np.intp) for each in (low, high)], np.frombuffer(places, np.intp)
     inside = [[] if small else _segments(at, size) for at in ats]
@@ -307,7 +307,7 @@ def _merge_runs(
 
 
 def _join(windows: list[Reals], pairs: Reals, out: Reals) -> None:
-    """As `_filter`, four numbers of each band at a time."""
+    """Apply the filters as `_filter` does, with four numbers of each band at a time."""
     low, high = windows
     half = pairs.shape[2]
     head = half % 4 or 4
@@ -320,7 +320,7 @@ def _join(windows: list[Reals], pairs: Reals, out: Reals) -> None:
 
 
 def _blocks(out: Reals, is_repeated: bool) -> Iterator[tuple[slice, slice]]:
-    """Parts of results that stay in a cache while more is added to them."""
+    """Return blocks of results that remain in a cache while terms are added to them."""
     everything = slice(None)
     axis = 0 if out.shape[2] == 1 else 1
     count = out.shape[axis]
@@ -331,14 +331,14 @@ def _blocks(out: Reals, is_repeated: bool) -> Iterator[tuple[slice, slice]]:
 
 
 def _windows(y: Reals, first: int, stride: int, count: int, step: int, length: int) -> Reals:
-    """What `count` results see, (outer, count, inner, length), of lines from the first on, so many lines apart."""
+    """Return the inputs of `count` results, (outer, count, inner, length), for lines from `first` with this stride."""
     along = y.strides[1] * stride
     shape = len(y), count, y.shape[2], length
     return as_strided(y[:, first:], shape, (y.strides[0], step * along, y.strides[2], along), writeable=False)
 
 
 def _gathered(x: Reals, places: Places, border: NDArray[np.float64]) -> Reals:
-    """The lines at some places, see `Lines`, one after the other."""
+    """Return the lines at these places, see `Lines`, as a copy."""
     y: Reals = x.take(np.minimum(places, x.shape[1] - 1), 1)
     outside = np.flatnonzero(places >= x.shape[1])
     if len(outside):
@@ -351,24 +351,24 @@ def _gathered(x: Reals, places: Places, border: NDArray[np.float64]) -> Reals:
 
 
 def _segments(places: Places, size: int | None = None) -> list[tuple[int, int]]:
-    """Parts of places that have one stride; of those from `size` on, none."""
+    """Return the ranges of places that have a constant stride; places from `size` on are in no range."""
     steps = np.diff(places)
     if size is not None:
         steps[(places[1:] >= size) | (places[:-1] >= size)] = np.iinfo(steps.dtype).min
-    turns = (np.flatnonzero(np.diff(steps)) + 1).tolist()
+    changes = (np.flatnonzero(np.diff(steps)) + 1).tolist()
     found, start, last = [], 0, len(places) - 1
-    for turn in [*turns, last]:
-        # A turn behind the last segment, where this one begins, is none of this one.
-        if (turn <= start and turn < last) or start > last:
+    for change in [*changes, last]:
+        # A change of stride directly behind the previous segment, where this one begins, does not end this one.
+        if (change <= start and change < last) or start > last:
             continue
-        if size is None or (places[start] < size and places[turn] < size):
-            found.append((start, turn + 1))
-        start = turn + 1
+        if size is None or (places[start] < size and places[change] < size):
+            found.append((start, change + 1))
+        start = change + 1
     return found
 
 
 def _cut(part: slice, *bounds: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """A part of results, cut at all bounds."""
+    """Split a range of results at all bounds."""
     cuts = {each for pairs in bounds for pair in pairs for each in pair if part.start < each < part.stop}
     places = [part.start, *sorted(cuts), part.stop]
     return list(pairwise(places)) if part.start < part.stop else []

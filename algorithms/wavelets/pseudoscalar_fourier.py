@@ -1,4 +1,4 @@
-"""Fourier transforms of fields of any dimension: by the pseudoscalar, or by one vector for each axis."""
+"""Fourier transforms of fields of any dimension, with the pseudoscalar or with one vector for each axis."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ def pseudoscalar_fft(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Reals:
-    """The Clifford-Fourier transform ``f exp(-I phase)`` of fields in n = 2, 3 or 6 dimensions, with values in G(n).
+    """Compute the Clifford-Fourier transform ``f exp(-I phase)`` of fields with values in G(n) for n = 2, 3 or 6.
 
     Parameters
     ----------
     field : array_like, (..., N1, ..., Nn, 2**n)
-        Coefficients by grade and, within a grade, by the last vector, then the one before: 1 e1 e2 e3 e12 e13 e23 e123.
-        The pseudoscalar I has square -1 where n is 2 or 3 modulo 4.
+        Coefficients ordered by grade and, within a grade, by the last vector, then the one before: 1 e1 e2 e3 e12 e13
+        e23 e123. The pseudoscalar I has square -1 if n is 2 or 3 modulo 4.
     side : str
-        "right", or "left": ``exp(-I phase) f``, which is the same in odd dimensions.
+        "right", or "left" for ``exp(-I phase) f``, which is the same in odd dimensions.
     norm, workers
         As in `scipy.fft`.
     progress : function of (done, total), optional
-        Called after each of the transforms that it takes.
+        Called after each complex transform.
 
     Returns
     -------
@@ -50,12 +50,12 @@ def pseudoscalar_fft(
     Raises
     ------
     TypeError, ValueError
-        Where `field` is no such array of finite numbers, and for unknown options.
+        If `field` does not have this form or is not finite, or if an option is unknown.
 
     Notes
     -----
-    ``2**(n-1)`` complex transforms (Hitzer and Mawardi, *Adv. Appl. Clifford Algebras* 18:715, 2008). For n of 2 and 3
-    it is `clifford_fft`.
+    The transform consists of ``2**(n-1)`` complex transforms (Hitzer and Mawardi, *Adv. Appl. Clifford Algebras*
+    18:715, 2008). For n = 2 and n = 3 it is `clifford_fft`.
     """
     return _pseudoscalar(field, "field", side, False, norm, workers, progress)
 
@@ -67,23 +67,23 @@ def ipseudoscalar_fft(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Reals:
-    """The inverse of `pseudoscalar_fft` with the same options, which has the same arguments and errors."""
+    """Compute the inverse of `pseudoscalar_fft` with the same options; parameters and errors are the same."""
     return _pseudoscalar(spectrum, "spectrum", side, True, norm, workers, progress)
 
 
 def product_fft(
     field: ArrayLike, norm: str | None = None, workers: int | None = None, progress: Progress | None = None
 ) -> Reals:
-    """The Fourier transform ``f exp(-e1 phase1) ... exp(-en phasen)`` of fields in n dimensions, with values in G(0,n).
+    """Compute the Fourier transform ``f exp(-e1 phase1) ... exp(-en phasen)`` of fields with values in G(0,n).
 
     Parameters
     ----------
     field : array_like, (..., N1, ..., Nn, 2**n)
-        In at most 6 dimensions, coefficients ordered as in `pseudoscalar_fft`. All vectors have square -1.
+        A field of at most 6 dimensions; coefficients are ordered as in `pseudoscalar_fft`. All vectors have square -1.
     norm, workers
         As in `scipy.fft`.
     progress : function of (done, total), optional
-        Called after each of the transforms that it takes.
+        Called after each complex transform.
 
     Returns
     -------
@@ -96,8 +96,8 @@ def product_fft(
 
     Notes
     -----
-    Buelow and Sommer, *IEEE Trans. Signal Processing* 49:2844, 2001. As many complex transforms as in
-    `pseudoscalar_fft`, axis after axis. `real_product_fft` is for real fields.
+    Bülow and Sommer, *IEEE Trans. Signal Processing* 49:2844, 2001. There are as many complex transforms as in
+    `pseudoscalar_fft`, for each axis. `real_product_fft` is for real fields.
     """
     return _product(field, "field", False, norm, workers, progress)
 
@@ -105,34 +105,34 @@ def product_fft(
 def iproduct_fft(
     spectrum: ArrayLike, norm: str | None = None, workers: int | None = None, progress: Progress | None = None
 ) -> Reals:
-    """The inverse of `product_fft` with the same options, which has the same arguments and errors."""
+    """Compute the inverse of `product_fft` with the same options; parameters and errors are the same."""
     return _product(spectrum, "spectrum", True, norm, workers, progress)
 
 
 def real_product_fft(
     signal: ArrayLike, dimension: int | None = None, norm: str | None = None, workers: int | None = None
 ) -> Reals:
-    """What `product_fft` gives for real signals, by one real transform.
+    """Compute `product_fft` of real signals with one real transform.
 
     Parameters
     ----------
     signal : array_like, (..., N1, ..., Nn)
     dimension : int, optional
-        n, the number of last axes, up to 6; by default all. Volumes with the shape of pictures with channels, whose
-        last axis is at most 4, and the others longer, need it.
+        n, the number of last axes, up to 6; the default is all axes. It is required for volumes with the shape of
+        pictures with channels, whose last axis has at most 4 elements and whose other axes are longer.
     norm, workers
         As in `scipy.fft`.
 
     Returns
     -------
     array, (..., N1, ..., Nn, 2**n)
-        For every blade the sums with sines along its vectors and cosines along the others; negative where their number
-        is odd. In two dimensions that is `qft`, with e1, e2 and e12 for i, j and k.
+        The coefficient of a blade is the sum with sines along its vectors and cosines along the other axes, negated if
+        the number of its vectors is odd. In two dimensions this is `qft`, with e1, e2 and e12 for i, j and k.
 
     Raises
     ------
     TypeError, ValueError
-        Where `signal` is not an array of finite real numbers with so many axes, and for unknown options.
+        If `signal` is not an array of finite real numbers with so many axes, or if an option is unknown.
     """
     array = real_array(signal, "signal", (-1,))
     check_finite(array, "signal")
@@ -142,7 +142,7 @@ def real_product_fft(
     n = array.ndim if dimension is None else dimension
     if isinstance(n, bool) or not isinstance(n, (int, np.integer)) or not 1 <= n <= min(array.ndim, _LARGEST):
         raise ValueError(f"dimension: {n!r}; expected 1 to {min(array.ndim, _LARGEST)} for shape {array.shape}")
-    # Sums with cosines, and with minus the sines, along one axis after the other, of half of the frequencies.
+    # Sums with cosines and with negated sines, along one axis after the other, for half of the frequencies.
     parts = array[None]
     for k in range(n):
         spectrum = scipy.fft.rfft(parts, axis=k - n, norm=norm, workers=workers)
@@ -161,16 +161,16 @@ def real_product_fft(
 def volume_time_fft(
     field: ArrayLike, norm: str | None = None, workers: int | None = None, progress: Progress | None = None
 ) -> Reals:
-    """The volume-time Fourier transform ``exp(-e4 w t) f exp(-e123 u x)`` of fields of times and volumes in G(3,1).
+    """Compute the volume-time Fourier transform ``exp(-e4 w t) f exp(-e123 u x)`` of fields in a subalgebra of G(3,1).
 
     Parameters
     ----------
     field : array_like, (..., T, L, M, N, 4)
-        Coefficients 1 e4 e123 e1234, with time first: the part of G(3,1) that the two roots of -1 make.
+        Coefficients 1 e4 e123 e1234, with time as the first axis: the subalgebra generated by the two roots of -1.
     norm, workers
         As in `scipy.fft`.
     progress : function of (done, total), optional
-        Called after each of the transforms that it takes.
+        Called after each complex transform.
 
     Returns
     -------
@@ -179,12 +179,12 @@ def volume_time_fft(
     Raises
     ------
     TypeError, ValueError
-        Where `field` is no such array of finite numbers, and for an unknown norm.
+        If `field` does not have this form or is not finite, or if `norm` is unknown.
 
     Notes
     -----
-    e4, e123 and -e1234 multiply as the quaternions i, j and k, so that it takes two complex transforms; `spacetime_fft`
-    takes eight (Hitzer, *Adv. Appl. Clifford Algebras* 17:497, 2007).
+    e4, e123 and -e1234 multiply as the quaternions i, j and k, so two complex transforms suffice; `spacetime_fft` needs
+    eight (Hitzer, *Adv. Appl. Clifford Algebras* 17:497, 2007).
     """
     return _volume_time(field, "field", False, norm, workers, progress)
 
@@ -192,7 +192,7 @@ def volume_time_fft(
 def ivolume_time_fft(
     spectrum: ArrayLike, norm: str | None = None, workers: int | None = None, progress: Progress | None = None
 ) -> Reals:
-    """The inverse of `volume_time_fft`, which has the same arguments and errors."""
+    """Compute the inverse of `volume_time_fft`; parameters and errors are the same."""
     return _volume_time(spectrum, "spectrum", True, norm, workers, progress)
 
 
@@ -214,17 +214,17 @@ def _pseudoscalar(
     last = (1 << n) - 1
     places = {blade: k for k, blade in enumerate(_blades(n))}
     result = np.empty_like(array, order="C")
-    axes, told = tuple(range(-n, 0)), steps(progress, 1 << (n - 1))
+    axes, step_done = tuple(range(-n, 0)), steps(progress, 1 << (n - 1))
     for blade in _blades(n):
         if blade & 1:
             continue
         one, other, sign = places[blade], places[blade ^ last], _sign(blade, last, False)
-        # In even dimensions, I exchanges with even elements only.
+        # In even dimensions, I commutes with even elements only.
         turned = side == "left" and n % 2 == 0 and blade.bit_count() % 2 == 1
         number = array[..., one] + np.asarray(sign * 1j, np.result_type(array.dtype, np.complex64)) * array[..., other]
         number = _transformed(number, axes, turned is inverse, inverse, norm, workers)
         result[..., one], result[..., other] = number.real, sign * number.imag
-        told()
+        step_done()
     return result
 
 
@@ -234,7 +234,7 @@ def _product(
     array, n = _field(value, name)
     check_norm(norm)
     places = {blade: k for k, blade in enumerate(_blades(n))}
-    result, told = np.array(array, order="C"), steps(progress, n << (n - 1))
+    result, step_done = np.array(array, order="C"), steps(progress, n << (n - 1))
     for k in range(n)[::-1] if inverse else range(n):
         for blade in _blades(n):
             if blade & 1 << k:
@@ -244,7 +244,7 @@ def _product(
             number += result[..., one]
             number = _transformed(number, (k - n,), not inverse, inverse, norm, workers)
             result[..., one], result[..., other] = number.real, sign * number.imag
-            told()
+            step_done()
     return result
 
 
@@ -255,13 +255,13 @@ def _volume_time(
     check_finite(array, name)
     check_norm(norm)
     quaternions = array * np.array([1, 1, 1, -1], array.dtype)
-    parts, told = [], steps(progress, 2)
+    parts, step_done = [], steps(progress, 2)
     for part, keeps in zip(quaternion.pack_two_sided(quaternions), (False, True), strict=True):
         number = np.ascontiguousarray(part).view(np.result_type(array.dtype, np.complex64))[..., 0]
         number = _transformed(number, (-4,), not inverse, inverse, norm, workers)
         number = _transformed(number, (-3, -2, -1), keeps is not inverse, inverse, norm, workers)
         parts.append(np.ascontiguousarray(number)[..., None].view(array.dtype))
-        told()
+        step_done()
     result: Reals = quaternion.unpack_two_sided(*parts)
     result[..., 3] *= -1
     return result
@@ -270,7 +270,7 @@ def _volume_time(
 def _transformed(
     number: NDArray[Any], axes: tuple[int, ...], forward: bool, inverse: bool, norm: str | None, workers: int | None
 ) -> NDArray[Any]:
-    """scipy's transform, forward or not, with the scale of the transform of which it is a part."""
+    """Return the forward or backward transform of scipy with the normalization of the whole transform."""
     function = scipy.fft.fftn if forward else scipy.fft.ifftn
     scale = norm if forward is not inverse else NORMS[norm]
     result: NDArray[Any] = function(number, axes=axes, norm=scale, overwrite_x=True, workers=workers)
@@ -290,11 +290,11 @@ def _field(value: ArrayLike, name: str) -> tuple[Reals, int]:
 
 @lru_cache
 def _blades(n: int) -> tuple[int, ...]:
-    """The blades as sets of bits, in the order of the coefficients."""
+    """Return the blades as bit masks, in the order of the coefficients."""
     return tuple(sorted(range(1 << n), key=lambda blade: (blade.bit_count(), blade)))
 
 
 def _sign(a: int, b: int, negative: bool) -> int:
-    """The sign of the product of two blades, whose vectors have square 1, or -1."""
+    """Return the sign of the product of two blades whose vectors have square 1 or, if `negative`, -1."""
     exchanges = sum(1 for i, j in every(range(_LARGEST), repeat=2) if i > j and a >> i & 1 and b >> j & 1)
     return -1 if (exchanges + (negative and (a & b).bit_count())) % 2 else 1

@@ -1,4 +1,4 @@
-"""Quaternionic wavelet pyramids: of the dual tree, exactly invertible, and of short complex filters near Gabor's."""
+"""Quaternionic wavelet pyramids: the exactly invertible dual tree, and short complex filters close to Gabor's."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .sharing import Progress, n_threads, steps
 _FIRST, _LATER = "near_sym_b", "qshift_b"
 _KINDS = ("dual-tree", "gabor")
 _PARTS = (0, 2, 1, 3)
-"""Of a quaternion, for each of `quads`."""
+"""Component of the quaternion for each of `quads`."""
 _NAMES = {"H": ("high", "low"), "V": ("low", "high"), "D": ("high", "high")}
 _TAPS = {
     "low": np.array([1 - 1j, 4 - 1j, 4 + 1j, 1 + 1j]) / 10,
@@ -39,28 +39,27 @@ class QuaternionPyramid:
     Parameters
     ----------
     image : array_like, (..., M, N)
-        Real images of any size; where a size is no multiple of ``2**levels``, the last row or column is repeated.
-        float32 stays; integers become float64.
+        Real images of any size; if a size is not a multiple of ``2**levels``, the last row or column is repeated.
+        float32 is kept; integers are converted to float64.
     levels : int
-        At most as many as ``2**levels`` is no more than the smaller size.
+        Number of levels; ``2**levels`` must not exceed the smaller size.
     kind : str
-        "dual-tree": the four trees of the dual-tree transform are the parts of a quaternion (Chan, Choi and Baraniuk,
-        *IEEE Trans. Image Processing* 17:1069, 2008). "gabor": complex filters of four taps, near Gabor's, act along x
-        with i from the left and along y with j from the right (Bayro-Corrochano, *J. Math. Imaging and Vision* 24:79,
-        2006); the image goes on periodically.
+        "dual-tree": the four trees of the dual-tree transform are the components of a quaternion (Chan, Choi and
+        Baraniuk, *IEEE Trans. Image Processing* 17:1069, 2008). "gabor": complex filters of four taps, close to Gabor
+        filters, act along x with i from the left and along y with j from the right (Bayro-Corrochano, *J. Math. Imaging
+        and Vision* 24:79, 2006); the image is extended periodically.
     workers : int, optional
-        How many threads share the work, counted as in `scipy.fft`; the result is the same.
-        Gabor's filters take one.
+        Number of threads, as in `scipy.fft`; the result does not depend on it. The kind "gabor" uses one thread.
     progress : function of (done, total), optional
         Called after each level.
 
     Attributes
     ----------
     approx : array, (..., m, n, 4)
-        Quaternions (w, x, y, z) of what is left after all levels.
+        The approximation after all levels, as quaternions (w, x, y, z).
     detail : tuple of dict
-        ``detail[l]["H"]``, ``["V"]`` and ``["D"]``, (..., m, n, 4), of horizontal, vertical and diagonal structures,
-        finest first: each level has half the size of the one before.
+        ``detail[l]["H"]``, ``["V"]`` and ``["D"]``, (..., m, n, 4), for horizontal, vertical and diagonal structures,
+        finest first: each level has half the size of the previous one.
     kind : str
     size : (int, int)
         M and N.
@@ -68,7 +67,8 @@ class QuaternionPyramid:
     Raises
     ------
     TypeError, ValueError
-        Where `image` is not an array of finite real numbers with two axes, for an unknown kind and too many levels.
+        If `image` is not an array of finite real numbers with two axes, if `kind` is unknown, or if there are too many
+        levels.
     """
 
     def __init__(
@@ -89,7 +89,7 @@ class QuaternionPyramid:
         if kind == "dual-tree":
             approx, bands = split(array, count, _FIRST, _LATER, workers, progress)
             self.approx = _quaternions(approx) if count else _embedded(approx)
-            # One large piece of memory: the system gives that in large pages.
+            # A large single allocation is served by the system in large pages.
             sizes = [level[name].size for level in bands for name in _NAMES]
             pieces = iter(np.split(np.empty(sum(sizes), array.dtype), np.cumsum(sizes, dtype=int)[:-1]))
             self.detail = tuple({name: _quaternions(level[name], next(pieces)) for name in _NAMES} for level in bands)
@@ -103,28 +103,27 @@ class QuaternionPyramid:
             )
 
     def amplitude(self) -> tuple[dict[str, Reals], ...]:
-        """The norms of the details: for each level and band, (..., m, n)."""
+        """Return the norms of the details: for each level and band, (..., m, n)."""
         return tuple({name: amplitudes(band) for name, band in level.items()} for level in self.detail)
 
     def phases(self) -> tuple[dict[str, Reals], ...]:
-        """Phases phi, theta and psi of the details, see `quaternion_phase`: for each level and band, (..., m, n, 3)."""
+        """Return the phases phi, theta and psi of the details, (..., m, n, 3) for each band; see `quaternion_phase`."""
         return tuple(
             {name: np.stack(quaternion_phase(band)[1:4], -1) for name, band in level.items()} for level in self.detail
         )
 
     def inverse(self, workers: int | None = None, progress: Progress | None = None) -> Reals:
-        """The images again, (..., M, N).
+        """Return the reconstructed images, (..., M, N).
 
-        Of the dual tree, to rounding. Of Gabor's filters, the least-squares solution, found by conjugate gradients to
-        1e-10; it is the image where nothing was changed.
+        For the dual tree, the reconstruction is exact up to rounding. For "gabor", it is the least-squares solution,
+        computed by conjugate gradients to 1e-10; it is the image if no coefficient was changed.
 
         Parameters
         ----------
         workers : int, optional
-            How many threads share the work, counted as in `scipy.fft`; the result is the same. Gabor's filters take
-            one.
+            Number of threads, as in `scipy.fft`; the result does not depend on it. The kind "gabor" uses one thread.
         progress : function of (done, total), optional
-            Called after each level; of Gabor's filters, when all is done.
+            Called after each level; for "gabor", once at the end.
 
         Returns
         -------
@@ -133,7 +132,7 @@ class QuaternionPyramid:
         Raises
         ------
         ArithmeticError
-            Where conjugate gradients do not come to an end in 1000 steps.
+            If conjugate gradients do not converge in 1000 steps.
         """
         if self.kind == "dual-tree":
             if not self.detail:
@@ -161,7 +160,7 @@ class QuaternionPyramid:
 
 
 def _quaternions(samples: Reals, memory: Reals | None = None) -> Reals:
-    """The four trees as parts of a quaternion: i goes with x, the first axis, and j with y."""
+    """Return the four trees as components of a quaternion: i belongs to x, the first axis, and j to y."""
     shape = samples.shape
     memory = np.empty(samples.size, samples.dtype) if memory is None else memory
     q = memory.reshape(*shape[:-2], shape[-2] // 2, shape[-1] // 2, 4)
@@ -182,21 +181,21 @@ def _embedded(image: Reals) -> Reals:
 
 
 Planes = tuple[NDArray[Any], NDArray[Any]]
-"""The two complex images of a quaternion image, as of `quaternion.pack_two_sided`: there, j acts as -i and as i."""
+"""The two complex images of a quaternion image, as in `quaternion.pack_two_sided`: j acts as -i and as i on them."""
 
 
-def _gabor(image: Reals, levels: int, told: Callable[[], None]) -> tuple[Planes, list[dict[str, Planes]]]:
+def _gabor(image: Reals, levels: int, step_done: Callable[[], None]) -> tuple[Planes, list[dict[str, Planes]]]:
     planes: Planes = (image, image)
     details = []
     for _ in range(levels):
         details.append({name: _filtered(planes, words) for name, words in _NAMES.items()})
         planes = _filtered(planes, ("low", "low"))
-        told()
+        step_done()
     return planes, details
 
 
 def _adjoint(approx: Planes, details: list[dict[str, Planes]]) -> Reals:
-    """The transpose of `_gabor`, of the sum of products of coefficients of quaternions, halved."""
+    """Return the adjoint of `_gabor` for half the inner product of quaternion coefficients."""
     planes = approx
     for level in details[::-1]:
         parts = [_spread(planes, ("low", "low")), *(_spread(level[name], words) for name, words in _NAMES.items())]
@@ -223,7 +222,7 @@ def _applied(array: NDArray[Any], matrix: Any, axis: int) -> NDArray[Any]:
 
 @lru_cache(64)
 def _matrix(word: str, size: int) -> Any:
-    """Periodic filtering, and every other of the results."""
+    """Return the matrix of periodic filtering followed by downsampling by 2."""
     taps = _TAPS[word]
     places = (2 * np.arange(size // 2)[:, None] + np.arange(4) - 1) % size
     rows = np.broadcast_to(np.arange(size // 2)[:, None], places.shape)

@@ -1,4 +1,4 @@
-"""The quaternion Fourier transform of images, by two complex transforms between two passes of generated kernels."""
+"""The quaternion Fourier transform of images, computed by two complex transforms between two passes of kernels."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Axis = str | Sequence[float]
 
 
 class Side(Enum):
-    """On which side of a pixel f, at (x, y) of an M x N image, the exponentials stand.
+    """The side of a pixel f at (x, y) of an M x N image on which the exponentials are.
 
     ``TWO``: ``exp(-mu 2 pi u x / M) f exp(-nu 2 pi v y / N)``. ``LEFT``: ``exp(-mu 2 pi (u x / M + v y / N)) f``.
     ``RIGHT``: ``f exp(-nu 2 pi (u x / M + v y / N))``. mu and nu are the two axes of the transform.
@@ -37,25 +37,25 @@ class Side(Enum):
 _NAMES = {"i": (1.0, 0.0, 0.0), "j": (0.0, 1.0, 0.0), "k": (0.0, 0.0, 1.0)}
 _ONE = (1.0, 0.0, 0.0, 0.0)
 _BLOCK = 2**18
-"""Bytes of image that become quaternions at a time, in the cache."""
+"""Bytes of the image that are converted to quaternions at a time, in the cache."""
 _UNIT = 1e-9
-"""How far from unit length, or from orthogonal, axes that are given by coordinates may be."""
+"""Tolerance for unit length and orthogonality of axes that are given by coordinates."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Plan:
-    """How a transform falls apart into complex ones, after multiplication from both sides.
+    """The decomposition of a transform into complex transforms, after multiplication from both sides.
 
     Attributes
     ----------
     left, right : array, (4,), or None
-        The unit quaternions that multiply the field, so that the axes become those of the plan: i, and j on the right
-        for the two-sided transform with orthogonal axes. The result is multiplied by their inverses.
+        The unit quaternions that multiply the field to rotate its axes to those of the plan: i, and j on the right for
+        the two-sided transform with orthogonal axes. The result is multiplied by their inverses.
     symplectic : bool
-        Whether a quaternion is taken as ``A + B j`` with complex A, B, which are there without arithmetic; else it is
+        Whether a quaternion is written as ``A + B j`` with complex A and B, which needs no arithmetic; otherwise it is
         ``(A (1 + k) + B (1 - k)) / 2``.
     directions : (directions, directions)
-        Of A and of B.
+        The directions of A and of B.
     """
 
     left: NDArray[np.float64] | None
@@ -72,41 +72,43 @@ def qft(
     workers: int | None = None,
     values: str | None = None,
 ) -> Reals:
-    """The quaternion Fourier transform of images.
+    """Compute the quaternion Fourier transform of images.
 
     Parameters
     ----------
     image : array_like, (..., M, N) or (..., M, N, 4)
-        Real images, or quaternions (w, x, y, z), such as of `from_rgb`. float32 stays; integers become float64.
+        Real images, or quaternions (w, x, y, z), for example from `from_rgb`. float32 is kept; integers are converted
+        to float64.
     side : str
-        "two", "left" or "right": where the exponentials stand, see `Side`.
+        "two", "left" or "right": the side of the exponentials, see `Side`.
     axes : (axis, axis)
-        mu and nu of `Side`: "i", "j", "k", or unit vectors (x, y, z). The left transform uses the first only, the right
-        one the second only.
+        mu and nu of `Side`: "i", "j", "k", or unit vectors (x, y, z). The left transform uses mu only, the right
+        transform nu only.
     norm : str, optional
-        "backward" (the default: 1 forward, 1 / (M N) inverse), "ortho" or "forward", as in `scipy.fft`.
+        "backward" (the default: factor 1 forward, 1 / (M N) inverse), "ortho" or "forward", as in `scipy.fft`.
     workers : int, optional
         As in `scipy.fft`.
     values : str, optional
-        "real" or "quaternion". By default, where the last of three axes or more has length 4, "quaternion", except for
-        bytes and words without sign. These, which may be RGBA, and other shapes of pictures with channels are refused.
+        "real" or "quaternion". The default is "quaternion" if there are at least three axes and the last one has length
+        4, except for unsigned 8-bit and 16-bit integers. These, which may be RGBA, and other shapes of pictures with
+        channels are rejected.
 
     Returns
     -------
     array, (..., M, N, 4)
-        Quaternions (w, x, y, z). Frequency (u, v) is at [u, v], as in `scipy.fft.fft2`.
+        Quaternions (w, x, y, z). The frequency (u, v) is at [u, v], as in `scipy.fft.fft2`.
 
     Raises
     ------
     TypeError, ValueError
-        Where `image` is not an array of real numbers with two axes and no empty one, may be a picture with channels,
-        where it, or its transform, is not finite, and for an unknown side, axis, norm or kind of values.
+        If `image` is not an array of real numbers with at least two axes, none of them empty, or may be a picture with
+        channels; if it or its transform is not finite; or if a side, an axis, a norm or a kind of values is unknown.
 
     Notes
     -----
-    Every quaternion falls into two complex numbers that the exponentials multiply (Ell and Sangwine, *IEEE Trans. Image
-    Processing* 16:22, 2007; Hitzer, *Adv. Appl. Clifford Algebras* 17:497, 2007), and so the transform into two complex
-    ones; of a real image these two are one and the same.
+    Every quaternion is a sum of two parts that the exponentials multiply like complex numbers (Ell and Sangwine, *IEEE
+    Trans. Image Processing* 16:22, 2007; Hitzer, *Adv. Appl. Clifford Algebras* 17:497, 2007). The transform therefore
+    consists of two complex transforms; for a real image the two are the same.
     """
     array = real_array(image, "image")
     where, mu, nu = _options(side, axes, norm)
@@ -124,7 +126,7 @@ def iqft(
     norm: str | None = None,
     workers: int | None = None,
 ) -> Reals:
-    """The inverse of `qft` with the same options.
+    """Compute the inverse of `qft` with the same options.
 
     Parameters
     ----------
@@ -136,7 +138,7 @@ def iqft(
     Returns
     -------
     array, (..., M, N, 4)
-        Quaternions (w, x, y, z); of the spectrum of a real image, only w is not 0 (to rounding).
+        Quaternions (w, x, y, z); for the spectrum of a real image, only w is nonzero (up to rounding).
 
     Raises
     ------
@@ -154,7 +156,7 @@ def rqft(
     norm: str | None = None,
     workers: int | None = None,
 ) -> Reals:
-    """The frequencies ``v <= N / 2`` of the quaternion Fourier transform of real images, at about half the cost.
+    """Compute the frequencies ``v <= N / 2`` of the quaternion Fourier transform of real images, at half the cost.
 
     Parameters
     ----------
@@ -166,8 +168,8 @@ def rqft(
     Returns
     -------
     array, (..., M, N // 2 + 1, 4)
-        What `qft` has there. The others follow: with ``F = CC - mu SC - nu CS + mu nu SS``, of cosine and sine sums,
-        the value at (u, -v) has the last two terms turned round.
+        The values of `qft` at these frequencies. The others follow from ``F = CC - mu SC - nu CS + mu nu SS``, with
+        cosine and sine sums: at (u, -v) the last two terms have the opposite sign.
 
     Raises
     ------
@@ -189,14 +191,14 @@ def irqft(
     norm: str | None = None,
     workers: int | None = None,
 ) -> Reals:
-    """The real images of spectra that `rqft` gave with the same options.
+    """Return the real images of spectra computed by `rqft` with the same options.
 
     Parameters
     ----------
     spectrum : array_like, (..., M, N // 2 + 1, 4)
-        Quaternions (w, x, y, z). Of what no real image has as its spectrum, parts are ignored as by `scipy.fft.irfft2`.
+        Quaternions (w, x, y, z). Parts that no spectrum of a real image has are ignored, as by `scipy.fft.irfft2`.
     columns : int, optional
-        N; by default the even one.
+        N; the default is the even one of the two possible numbers.
     side, axes, norm, workers
         As in `rqft`.
 
@@ -207,7 +209,7 @@ def irqft(
     Raises
     ------
     TypeError, ValueError
-        As in `qft`, and where N columns have another number of frequencies.
+        As in `qft`, and if N columns have a different number of frequencies.
     """
     array = real_array(spectrum, "spectrum", (-1, -1, 4), "quaternions M N//2+1 4")
     _check_size(array.shape[:-1], "spectrum")
@@ -230,18 +232,18 @@ def _of_quaternions(
     array: Reals, name: str, plan: _Plan, inverse: bool, norm: str | None, workers: int | None
 ) -> Reals:
     _check_size(array.shape[:-1], name)
-    turned = None if plan.left is None and plan.right is None else _pair(plan.left, plan.right, array.dtype)
-    back = None if turned is None else _pair(_conjugate(plan.left), _conjugate(plan.right), array.dtype)
+    factors = None if plan.left is None and plan.right is None else _pair(plan.left, plan.right, array.dtype)
+    back = None if factors is None else _pair(_conjugate(plan.left), _conjugate(plan.right), array.dtype)
 
     def pack(q: Reals, out: tuple[Reals, ...]) -> None:
         if not plan.symplectic:
-            if turned is None:
+            if factors is None:
                 quaternion.pack_two_sided(q, out=out)
             else:
-                quaternion.pack_turned(turned[0], q, turned[1], out=out)
+                quaternion.pack_turned(factors[0], q, factors[1], out=out)
             return
-        if turned is not None:
-            q = quaternion.product_of_three(turned[0], q, turned[1])
+        if factors is not None:
+            q = quaternion.product_of_three(factors[0], q, factors[1])
         for part, pair in zip(out, (q[..., :2], q[..., 2:]), strict=True):
             _copy(part, pair)
 
@@ -267,7 +269,7 @@ def _of_real(
     norm: str | None,
     workers: int | None,
 ) -> Reals:
-    """The two-sided transform of a real image, for the first `wanted` frequencies v: all, or the first half."""
+    """Return the two-sided transform of a real image for the first `wanted` frequencies v: all, or the first half."""
     rows, columns = image.shape[-2:]
     half = columns // 2 + 1
     mu, nu = (axis.astype(image.dtype) for axis in exponents)
@@ -282,7 +284,7 @@ def _of_real(
         pair = _as_real(here), _as_real(there)
         result[k, inside, :half] = quaternion.unpack_real(*pair, mu, nu)
         if wanted > half:
-            # The columns of the other half, which are those of -v, in turned order.
+            # The columns of the other half are those of -v, in reverse order.
             others = quaternion.unpack_real(*pair, mu, -nu)
             result[k, inside, half:] = others[:, columns - half : 0 : -1]
 
@@ -319,30 +321,30 @@ def _options(
 def _exponents(
     where: Side, mu: NDArray[np.float64], nu: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The axes of the two-sided transform that is the same for real images, which commute with everything."""
+    """Return the axes of the two-sided transform that is equal for real images, which commute with everything."""
     return (mu if where is not Side.RIGHT else nu), (nu if where is not Side.LEFT else mu)
 
 
 def _plan(where: Side, mu: NDArray[np.float64], nu: NDArray[np.float64]) -> _Plan:
     same: Directions = ((0, 1), ())
-    turned: Directions = ((0,), (1,))
+    mixed: Directions = ((0,), (1,))
     opposite: Directions = ((), (0, 1))
     if where is not Side.TWO:
-        turn = _turn(mu if where is Side.LEFT else nu, None)
+        rotation = _rotation(mu if where is Side.LEFT else nu, None)
         # B j exp(-i s) = B exp(i s) j
-        return _Plan(turn, _conjugate(turn), True, (same, same if where is Side.LEFT else opposite))
+        return _Plan(rotation, _conjugate(rotation), True, (same, same if where is Side.LEFT else opposite))
     cosine = float(mu @ nu)
     if abs(cosine) < _UNIT:
-        turn = _turn(mu, nu)
-        return _Plan(turn, _conjugate(turn), False, (turned, same))
-    # With the rotation b of nu to mu: f exp(-nu t) = (f ~b) exp(-mu t) b. So too for the opposite of nu.
+        rotation = _rotation(mu, nu)
+        return _Plan(rotation, _conjugate(rotation), False, (mixed, same))
+    # With the rotation b of nu to mu: f exp(-nu t) = (f ~b) exp(-mu t) b. The same holds for the opposite of nu.
     parallel = nu if cosine > 0 else -nu
-    turn = _turn(mu, None)
-    right = _conjugate(turn)
+    rotation = _rotation(mu, None)
+    right = _conjugate(rotation)
     if not np.allclose(parallel, mu, rtol=0, atol=_UNIT):
         back = quaternion.conjugate(quaternion.between_vectors(parallel, mu))
         right = back if right is None else quaternion.product(back, right)
-    return _Plan(turn, right, True, (same, turned) if cosine > 0 else (turned, same))
+    return _Plan(rotation, right, True, (same, mixed) if cosine > 0 else (mixed, same))
 
 
 def _axis(axis: Axis) -> NDArray[np.float64]:
@@ -356,8 +358,8 @@ def _axis(axis: Axis) -> NDArray[np.float64]:
     return vector
 
 
-def _turn(mu: NDArray[np.float64], nu: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
-    """The rotation that takes mu to i and, if given, nu to j; None where it is none."""
+def _rotation(mu: NDArray[np.float64], nu: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
+    """Return the rotation that maps mu to i and, if given, nu to j; None if it is the identity."""
     if nu is None:
         nu = np.roll(mu, 1) if np.abs(mu).max() == 1 else np.cross(mu, np.eye(3)[np.abs(mu).argmin()])
         nu = nu / np.linalg.norm(nu)
@@ -366,24 +368,24 @@ def _turn(mu: NDArray[np.float64], nu: NDArray[np.float64] | None) -> NDArray[np
 
 
 def _mirrored(image: Reals, axis: int) -> Reals:
-    """The image at -y, indices being periodic."""
+    """Return the image at -y, with periodic indices."""
     return np.roll(np.flip(image, axis), 1, axis=axis)
 
 
 def _copy(to: Reals, pairs: Reals) -> None:
-    """Pairs of numbers, as complex numbers where each pair is in one place: twice as fast."""
+    """Copy pairs of numbers; as complex numbers, twice as fast, if the numbers of each pair are adjacent."""
     if to.strides[-1] == pairs.strides[-1] == to.itemsize:
         to, pairs = _as_complex(to), _as_complex(pairs)
     to[...] = pairs
 
 
 def _as_complex(parts: Reals) -> Complexes:
-    """Pairs along the last axis, real part first, as complex numbers in the same memory."""
+    """Return pairs along the last axis, real part first, as complex numbers; the result is a view."""
     return parts.view(np.result_type(parts.dtype, np.complex64))
 
 
 def _as_real(numbers: Complexes) -> Reals:
-    """Complex numbers as pairs along a new last axis, real part first."""
+    """Return complex numbers as pairs along a new last axis, real part first."""
     dense = np.ascontiguousarray(numbers)
     return dense[..., None].view(dense.real.dtype)
 
@@ -394,7 +396,7 @@ def _check_size(shape: tuple[int, ...], name: str) -> None:
 
 
 def _checked(result: Reals, name: str) -> Reals:
-    """`result`, unless an argument was not finite: every one of its numbers is a term of the first of the result."""
+    """Return `result` after checking that it is finite: every number is a term of the first element of the result."""
     if not np.isfinite(result[..., 0, 0, :]).all():
         raise ValueError(f"{name}: a number, or the sum of all, is not finite; expected finite numbers")
     return result

@@ -1,4 +1,4 @@
-"""Convolution and correlation of fields of numbers, with what scipy has outside their edges."""
+"""Convolution and correlation of fields of numbers, with the boundary modes of scipy."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .convolution import clifford_convolve, clifford_correlate
 
 _ZEROS = ("full", "same", "valid")
 _PADDING = {"reflect": "symmetric", "constant": "constant", "nearest": "edge", "mirror": "reflect", "wrap": "wrap"}
-"""Names of `scipy.ndimage`, with those of `numpy.pad`."""
+"""Modes of `scipy.ndimage`, with the corresponding modes of `numpy.pad`."""
 
 
 def convolve(
@@ -24,24 +24,24 @@ def convolve(
     method: str = "auto",
     workers: int | None = None,
 ) -> Reals:
-    """The convolution of a field of numbers with a mask: the sum of ``field(y) mask(x - y)``.
+    """Convolve a field of numbers with a mask: the sum of ``field(y) mask(x - y)``.
 
     Parameters
     ----------
     field : array_like, (..., N1, ..., Nn)
-        Real numbers, in as many last axes as the mask has; axes before them are those of a stack. float32 is kept
-        where both are; integers become float64.
+        Real numbers; the last axes are spatial, as many as the mask has, and the axes before them are those of a stack.
+        float32 is kept if both arguments have it; integers are converted to float64.
     mask : array_like, (K1, ..., Kn)
-        May be larger than the field, except for "valid".
+        It may be larger than the field, except with "valid".
     mode : str
-        With zeros outside, as in `scipy.signal.convolve`: "full", of size N + K - 1; "same", the middle of that, of the
-        size of the field; "valid", of size N - K + 1, where nothing outside is needed. Or what is outside, as in
-        `scipy.ndimage.convolve`, and of the size of the field: "reflect" (d c b a | a b c d | d c b a), "mirror"
+        With zeros outside, as in `scipy.signal.convolve`: "full", of size N + K - 1; "same", the middle part, of the
+        size of the field; "valid", of size N - K + 1, the part that needs no values outside. With an extension as in
+        `scipy.ndimage.convolve`, of the size of the field: "reflect" (d c b a | a b c d | d c b a), "mirror"
         (d c b | a b c d | c b a), "nearest" (a a a | a b c d | d d d), "wrap" (b c d | a b c d | a b c) or "constant".
     fill : float
-        What is outside for "constant".
+        Value outside the field with "constant".
     method : str
-        "direct" runs over the mask, "fft" takes Fourier transforms; "auto" takes the one of less work.
+        "direct" sums over the mask, "fft" uses Fourier transforms, and "auto" chooses the cheaper method.
     workers : int, optional
         As in `scipy.fft`.
 
@@ -52,13 +52,14 @@ def convolve(
     Raises
     ------
     TypeError, ValueError
-        Where arguments are not finite real numbers of such shapes, an axis is empty, the mask does not fit, and for
-        unknown options. Pictures with channels are refused for masks with two axes.
+        If arguments are not finite real numbers of these shapes, if an axis is empty, if the mask does not fit, or if
+        an option is unknown. Pictures with channels are rejected for masks with two axes.
 
     Notes
     -----
-    Numbers are those of scipy to 1e-14 of the largest times the sum of the mask's sizes. For masks of an even size, the
-    middle is the place ``(K - 1) // 2`` for "same", and ``K // 2`` for the modes of `scipy.ndimage`, as there.
+    Results agree with scipy to 1e-14 of the largest number times the sum of the absolute values of the mask. The centre
+    of a mask of even size is at ``(K - 1) // 2`` for "same" and at ``K // 2`` for the modes of `scipy.ndimage`, as in
+    scipy.
     """
     return _combined(clifford_convolve, field, mask, mode, fill, method, workers)
 
@@ -71,10 +72,10 @@ def correlate(
     method: str = "auto",
     workers: int | None = None,
 ) -> Reals:
-    """The correlation of a field of numbers with a mask: the sum of ``field(x + y) mask(y)``.
+    """Correlate a field of numbers with a mask: the sum of ``field(x + y) mask(y)``.
 
-    It is the convolution with the mask turned round, in the positions of `scipy.signal.correlate` and
-    `scipy.ndimage.correlate`. Arguments, results and errors are those of `convolve`.
+    It is the convolution with the flipped mask, at the positions of `scipy.signal.correlate` and
+    `scipy.ndimage.correlate`. Parameters, results and errors are those of `convolve`.
     """
     return _combined(clifford_correlate, field, mask, mode, fill, method, workers)
 
@@ -99,7 +100,7 @@ def _combined(
     if n == 2:
         refuse_channels(values.shape, "field")
     stack, space = values.shape[: values.ndim - n], values.shape[values.ndim - n :]
-    # A stack is one field whose values have many coefficients, and the mask has one.
+    # A stack is treated as one field with many coefficients, and the mask has one coefficient.
     values = np.moveaxis(values.reshape(-1, *space), 0, -1)
     if mode in _PADDING:
         sizes = [(k - 1 - k // 2, k // 2) for k in weights.shape]

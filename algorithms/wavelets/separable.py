@@ -1,6 +1,6 @@
-"""Filters of images along rows and columns, several at once, medians, and samples between pixels.
+"""Filters of images along rows and columns, several at once, medians, and interpolation between pixels.
 
-All work on some rows of the result, so that what lies between stays in a cache and threads can share the rows.
+All functions compute some rows of the result, so that intermediate values remain in a cache and threads can share rows.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from generated import filters, images
 from ..arguments import Reals
 
 _REACH = 10
-"""Pixels on either side that filters see."""
+"""Pixels on either side of a pixel that filters use."""
 
 
 def half_taps(taps: NDArray[np.float64], dtype: Any) -> Reals:
-    """The middle and the later half of symmetric or antisymmetric taps, at most 21 of them, with zeros behind.
+    """Return the middle and the later half of symmetric or antisymmetric taps, at most 21 of them, padded with zeros.
 
     Parameters
     ----------
     taps : array, (..., K)
-        K is odd.
+        K must be odd.
 
     Returns
     -------
@@ -40,24 +40,24 @@ def half_taps(taps: NDArray[np.float64], dtype: Any) -> Reals:
 
 
 def gabor_rows(image: Reals, taps: Reals, border: int, place: slice, out: Reals) -> None:
-    """Some rows of an image, mirrored at its edges, filtered by quaternionic Gabor filters and along one axis.
+    """Filter some rows of an image, mirrored at its edges, with quaternionic Gabor filters and filters along one axis.
 
     Parameters
     ----------
     image : array, (M, N)
-        Dense.
+        Dense array.
     taps : array, (F, 3, 11)
-        `half_taps` for each of F frequencies: of the Gaussian, of the even and of the odd part.
+        `half_taps` for each of F frequencies: of the Gaussian, of the even part and of the odd part.
     border : int
-        How far the result goes beyond the image.
+        Number of pixels by which the result extends beyond the image.
     place : slice
-        Rows of the result, of M + 2 border.
+        Rows of the result, which has M + 2 border rows.
     out : array, (F, 8, rows, N + 2 border)
-        Filled with quaternions w, x, y, z, and real and imaginary parts of waves along columns, and along rows.
+        Output: quaternions w, x, y, z, and the real and imaginary parts of waves along columns and along rows.
     """
     seen, (count, _, rows, wide) = _seen(image, border, place), out.shape
-    # One line of all rows, so that kernels have long ones; what is found at the ends of rows, for windows that go on in
-    # the next row, is cut off.
+    # All rows form one line, because kernels are faster on long lines. Results at the ends of rows, where windows
+    # extend into the next row, are cut off.
     line, low, even, odd = seen.shape[1], *np.moveaxis(_whole(taps), 1, 0)
     size = rows * line
     lines = np.zeros((count, 3, size + 2 * _REACH), seen.dtype)
@@ -71,12 +71,12 @@ def gabor_rows(image: Reals, taps: Reals, border: int, place: slice, out: Reals)
 
 
 def smooth_rows(images: Reals, taps: Reals, place: slice, out: Reals) -> None:
-    """Some rows of images, mirrored at their edges, filtered along both axes.
+    """Filter some rows of images, mirrored at their edges, along both axes.
 
     Parameters
     ----------
     images : array, (K, M, N)
-        Dense.
+        Dense array.
     taps : array, (11,)
         `half_taps` of a symmetric filter.
     place : slice
@@ -92,17 +92,17 @@ def smooth_rows(images: Reals, taps: Reals, place: slice, out: Reals) -> None:
 
 
 def median_rows(padded: Reals, place: slice, out: Reals) -> None:
-    """Some rows of the medians of 5 x 5 pixels.
+    """Compute some rows of the medians of 5 x 5 pixels.
 
     Parameters
     ----------
     padded : array, (M + 4, N + 4)
-        Dense, with two pixels more on all sides.
+        Dense array, padded by two pixels on all sides.
     place : slice
     out : array, (rows, N)
     """
     wide, size = padded.shape[1], padded.itemsize
-    # As one line of numbers, where neighbours are so many places apart; those at the right are cut off.
+    # The rows form one line, in which neighbours are at constant distances; results at the right border are cut off.
     medians = np.empty((place.stop - place.start, wide), padded.dtype)
     line, inside = padded.ravel()[place.start * wide :], medians.ravel()[:-4]
     pixels = np.lib.stride_tricks.as_strided(line, (inside.size, 5, 5), (size, wide * size, size), writeable=False)
@@ -111,12 +111,12 @@ def median_rows(padded: Reals, place: slice, out: Reals) -> None:
 
 
 def sampled_rows(spline: Reals, uv: Reals, place: slice, out: Reals) -> None:
-    """Some rows of an image at (x + u, y + v) for every pixel; outside, the nearest pixel is repeated.
+    """Interpolate some rows of an image at (x + u, y + v); outside the image, the nearest pixel is repeated.
 
     Parameters
     ----------
     spline : array, (M, N)
-        Its coefficients, of ``scipy.ndimage.spline_filter(image, 3)``.
+        Spline coefficients from ``scipy.ndimage.spline_filter(image, 3)``.
     uv : array, (2, M, N)
     place : slice
     out : array, (rows, N)
@@ -125,12 +125,12 @@ def sampled_rows(spline: Reals, uv: Reals, place: slice, out: Reals) -> None:
 
 
 class Sampler:
-    """An image between its pixels; outside, the nearest pixel is repeated.
+    """Interpolation of an image between its pixels; outside the image, the nearest pixel is repeated.
 
     Parameters
     ----------
     spline : array, (M, N)
-        Its coefficients, of ``scipy.ndimage.spline_filter(image, 3)``.
+        Spline coefficients from ``scipy.ndimage.spline_filter(image, 3)``.
     """
 
     def __init__(self, spline: Reals) -> None:
@@ -141,11 +141,11 @@ class Sampler:
         self._tables = [table[k * self._wide : k * self._wide + count] for k in range(4)]
 
     def rows(self, uv: Reals, place: slice, out: Reals) -> None:
-        """Some rows of the image at (x + u, y + v) for every pixel; see `sampled_rows`."""
+        """Interpolate some rows of the image at (x + u, y + v); see `sampled_rows`."""
         out[...] = self.at(uv[:, place], np.arange(place.start, place.stop)[:, None], np.arange(self._shape[1]))
 
     def at(self, uv: Reals, row: NDArray[np.intp], column: NDArray[np.intp]) -> Reals:
-        """The image at (column + u, row + v) for some pixels; uv is (2, ...)."""
+        """Return the image at (column + u, row + v) for some pixels; `uv` is (2, ...)."""
         (left, x), (top, y) = cells(uv, row, column, self._shape)
         place = (top * self._wide + left).reshape(-1)
         found: Reals = images.cubic_samples(*self._tables, place, x.reshape(-1), y.reshape(-1))
@@ -155,19 +155,19 @@ class Sampler:
 def cells(
     uv: Reals, row: NDArray[np.intp], column: NDArray[np.intp], shape: tuple[int, ...]
 ) -> list[tuple[NDArray[np.intp], Reals]]:
-    """Which pixels are the last ones before ``(column + u, row + v)``, and how far that is behind them.
+    """Return the integer and the fractional parts of ``(column + u, row + v)``, clipped to the image.
 
     Parameters
     ----------
     uv : array, (2, ...)
     row, column : array of int
     shape : (int, int)
-        Of the image, beyond whose edges nothing leads.
+        Shape of the image.
 
     Returns
     -------
     [(columns, x), (rows, y)]
-        Whole numbers and parts from 0 to 1.
+        Whole numbers, and fractions from 0 to 1.
     """
     found = []
     for motion, own, size in zip(uv, (column, row), shape[::-1], strict=True):
@@ -181,7 +181,7 @@ def cells(
 
 
 def _seen(images: Reals, border: int, place: slice) -> Reals:
-    """What filters see for some rows of the result: rows and columns before and after them, mirrored at the edges."""
+    """Return the inputs for some rows of the result: with rows and columns before and after, mirrored at the edges."""
     rows, columns = (_mirrored(size, border + _REACH) for size in images.shape[-2:])
     lines = images[..., rows[place.start : place.stop + 2 * _REACH], :]
     reach = border + _REACH
@@ -193,17 +193,17 @@ def _seen(images: Reals, border: int, place: slice) -> Reals:
 
 @lru_cache
 def _mirrored(size: int, reach: int) -> NDArray[np.intp]:
-    """Places, from `reach` before the first one to as many after the last."""
+    """Return mirrored indices, from `reach` before the first one to `reach` after the last one."""
     r = np.arange(-reach, size + reach) % (2 * size)
     return np.minimum(r, 2 * size - 1 - r)
 
 
 def _windows(numbers: Reals, count: int, step: int) -> Reals:
-    """What filters see for `count` neighbours on a line: numbers from each of them on, so many places apart."""
+    """Return the windows of `count` neighbours on a line: `2 * _REACH + 1` numbers each, with this step."""
     shape, strides = (*numbers.shape[:-1], count, 2 * _REACH + 1), (*numbers.strides, step * numbers.strides[-1])
     return np.lib.stride_tricks.as_strided(numbers, shape, strides, writeable=False)
 
 
 def _whole(taps: Reals) -> Reals:
-    """Taps whose symmetric or antisymmetric part begins with these `half_taps` in the middle."""
+    """Return the full taps of symmetric or antisymmetric filters with these `half_taps`."""
     return np.concatenate([np.zeros_like(taps[..., 1:]), taps[..., :1], 2 * taps[..., 1:]], -1)

@@ -1,4 +1,4 @@
-"""Work in parts: shared among threads, which change no number, and told of as it goes on."""
+"""Division of work into parts that threads share, without effect on the result, and progress reports."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from typing import TypeVar
 import scipy.fft
 
 Progress = Callable[[int, int], object]
-"""Told how many of how many steps are done; where threads share the work, by any of them, one at a time."""
+"""Called with the numbers of completed and of all steps; threads that share the work call it one at a time."""
 
 Part = TypeVar("Part")
 
 
 def steps(progress: Progress | None, total: int) -> Callable[[], None]:
-    """What is called after each of so many steps, by any thread, and tells how many are done."""
+    """Return a function that any thread calls after each of `total` steps, and that reports progress."""
     done, lock = 0, Lock()
 
-    def told() -> None:
+    def step_done() -> None:
         nonlocal done
         if progress is not None:
             with lock:
                 done += 1
                 progress(done, total)
 
-    return told
+    return step_done
 
 
 def n_threads(workers: int | None) -> int:
-    """How many threads `workers` are, counted as by `scipy.fft`: negative numbers from the number of processors."""
+    """Return the number of threads for `workers`, as in `scipy.fft`: negative values count from the processors."""
     if workers is None:
         return int(scipy.fft.get_workers())
     processors = os.cpu_count() or 1
@@ -43,7 +43,7 @@ def n_threads(workers: int | None) -> int:
 
 
 def in_threads(work: Callable[[Part], object], parts: Sequence[Part], workers: int | None) -> None:
-    """Do all of some work, shared among threads."""
+    """Call `work` for all parts, in several threads."""
     threads = min(n_threads(workers), len(parts))
     if threads < 2:
         for part in parts:
@@ -54,18 +54,18 @@ def in_threads(work: Callable[[Part], object], parts: Sequence[Part], workers: i
 
 
 def slices(length: int, size: int) -> Iterator[slice]:
-    """Parts of nearly the same size, of about `size`."""
+    """Split a length into slices of nearly the same size, about `size`."""
     parts = -(-length // size)
     for k in range(parts):
         yield slice(k * length // parts, (k + 1) * length // parts)
 
 
 def blocks(images: int, columns: int, rows: int, most: int) -> list[tuple[slice, slice]]:
-    """Columns of images that together have about `most` numbers: of several images, or parts of one."""
+    """Return blocks of about `most` numbers each: columns of several images, or of a part of one."""
     wide = max(most // rows, 1)
     return [(some, place) for some in slices(images, max(wide // columns, 1)) for place in slices(columns, wide)]
 
 
 def shares(length: int, workers: int | None) -> list[slice]:
-    """One part for each thread."""
+    """Return one slice for each thread."""
     return list(slices(length, -(-length // n_threads(workers)))) if length else []

@@ -1,4 +1,4 @@
-"""How like the quaternionic bands of two images are under a shift, and the disparities of stereo pairs by that."""
+"""Similarity of the quaternionic bands of two images under a shift, and disparities of stereo pairs from it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .phase import gabor_bank
 from .sharing import Progress, in_threads, steps
 
 _FREQUENCIES = ((0.0, 0.16), (0.0, 0.25), (0.16, 0.16), (0.25, 0.25), (0.16, 0.0), (0.25, 0.0))
-"""Cycles per pixel along rows and columns."""
+"""Frequencies in cycles per pixel along rows and columns."""
 _SIGMA = 1.2
 _WINDOW = 2.5
 """Standard deviation of the neighbourhood over which bands are compared, in pixels."""
@@ -26,14 +26,15 @@ _MEDIAN = 5
 
 
 class Disparity(NamedTuple):
-    """What `disparity` gives; arrays (M, N).
+    """Result of `disparity`; arrays (M, N).
 
     Attributes
     ----------
     disparity : array
-        In pixels: what is at column x of the left image is at ``x - disparity`` in the right one.
+        In pixels: the point at column x of the left image is at ``x - disparity`` in the right image.
     confidence : array
-        From 0 to 1; 0 where the right image's own disparity differs by more than a pixel, as where only one eye sees.
+        Between 0 and 1. It is 0 where the disparity of the right image differs by more than a pixel, for example where
+        a point is visible in one image only.
     """
 
     disparity: Reals
@@ -47,36 +48,37 @@ def similarity_distance(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Reals:
-    """The similarity distance between the quaternionic bands of two images, for given shifts.
+    """Compute the similarity distance between the quaternionic bands of two images for the given shifts.
 
     Parameters
     ----------
     first, second : array_like, (M, N)
-        Real images of one size. float32 stays; integers become float64.
+        Real images of the same size. float32 is kept; integers are converted to float64.
     shifts : array_like, (S, 2)
-        (u, v) in pixels, not larger than the images: what is at row y and column x of the first image is compared with
-        what is at ``(y + v, x + u)`` in the second one. Beyond the edges, the last pixels' bands are repeated.
+        (u, v) in pixels, not larger than the images: row y and column x of the first image are compared with
+        ``(y + v, x + u)`` in the second image. Beyond the edges, the bands of the last pixels are repeated.
     workers : int, optional
-        How many threads share the shifts, counted as in `scipy.fft`; the result is the same.
+        Number of threads that share the shifts, as in `scipy.fft`; the result does not depend on it.
     progress : function of (done, total), optional
         Called after each shift.
 
     Returns
     -------
     array, (S, M, N)
-        From 0, for the same, to 2, for the opposite; about 1 for what has nothing in common.
+        From 0 for equal images to 2 for opposite images; about 1 for unrelated images.
 
     Raises
     ------
     TypeError, ValueError
-        Where arguments are not finite real numbers of these shapes, or a shift is too large.
+        If arguments are not finite real numbers of these shapes, or if a shift is too large.
 
     Notes
     -----
-    ``sum |q1 - exp(i a) q2 exp(j b)|**2 / sum (|q1|**2 + |q2|**2)`` over bands and a Gaussian neighbourhood. Values of
-    q2 at whole pixels are moved by the rest through their phases, a and b being local frequency times shift, and then
-    interpolated (Bayro-Corrochano, *J. Math. Imaging and Vision* 24:79, 2006; Magarey and Kingsbury, *IEEE Trans.
-    Signal Processing* 46:1069, 1998). Least distances are at the true shift to 0.07 pixels on textures.
+    The distance is ``sum |q1 - exp(i a) q2 exp(j b)|**2 / sum (|q1|**2 + |q2|**2)`` over bands and a Gaussian
+    neighbourhood. The integer part of a shift selects values of q2; the remainder changes their phases by a and b, the
+    local frequency times the remaining shift, before interpolation (Bayro-Corrochano, *J. Math. Imaging and Vision*
+    24:79, 2006; Magarey and Kingsbury, *IEEE Trans. Signal Processing* 46:1069, 1998). For textures, the distance is
+    least at the true shift to 0.07 pixels.
     """
     images, dtype = _pair(first, second, ("first", "second"))
     moves = real_array(shifts, "shifts", (2,), "shifts u v").astype(float).reshape(-1, 2)
@@ -97,16 +99,16 @@ def disparity(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Disparity:
-    """The disparities of a rectified stereo pair: at each pixel the shift along the row of least similarity distance.
+    """Compute the disparities of a rectified stereo pair: the shifts along rows of least similarity distance.
 
     Parameters
     ----------
     left, right : array_like, (M, N)
-        Real images of one size. float32 stays; integers become float64.
+        Real images of the same size. float32 is kept; integers are converted to float64.
     largest, smallest : int
-        Disparities that are tried, from `smallest` to `largest`; at least three, and less than N.
+        Range of the disparities, both included; at least three disparities, of less than N.
     workers, progress
-        As in `similarity_distance`: each disparity is a shift.
+        As in `similarity_distance`; each disparity is a shift.
 
     Returns
     -------
@@ -115,13 +117,13 @@ def disparity(
     Raises
     ------
     TypeError, ValueError
-        Where arguments are not finite real images of one size, or no such range.
+        If arguments are not finite real images of the same size, or if the range is invalid.
 
     Notes
     -----
-    Between whole pixels by a parabola through three distances; then a median over 5 x 5 pixels. `optical_flow` needs
-    no range, but its motion is smooth except at few places. On the Motorcycle pair, the median error is 0.18 pixels,
-    and 80 % are right to one pixel.
+    Disparities are refined to fractions of pixels by a parabola through three distances and filtered by a median over
+    5 x 5 pixels. `optical_flow` needs no range, but its motion is smooth except at few places. On the Motorcycle pair,
+    the median error is 0.18 pixels, and 80 % of the disparities are correct to one pixel.
     """
     images, dtype = _pair(left, right, ("left", "right"))
     for name, value in (("largest", largest), ("smallest", smallest)):
@@ -142,7 +144,7 @@ def disparity(
     offset = np.where(bend > 0, (before - after) / (2 * np.where(bend > 0, bend, 1)), best - inner)
     result = tried[inner] + np.clip(offset, -1, 1)
     result = scipy.ndimage.median_filter(result, _MEDIAN, mode="nearest")
-    # Of the right image: what is there is at x + d in the left one.
+    # Disparities of the right image: its point at x is at x + d in the left image.
     opposite = np.full((len(tried), *best.shape), 2, np.float32)
     for k, shift in enumerate(tried):
         there = slice(max(shift, 0), columns + min(shift, 0))
@@ -172,7 +174,7 @@ def _distances(
     rows, columns = images[0].shape
     floor = np.finfo(dtype).eps * (energies[0].max() + energies[1].max()) + np.finfo(dtype).tiny
     result = np.empty((len(moves), rows, columns), dtype)
-    told = steps(progress, len(moves))
+    step_done = steps(progress, len(moves))
 
     def compare(k: int) -> None:
         u, v = whole[k]
@@ -186,16 +188,16 @@ def _distances(
                 size += dtype.type(share) * energy[there]
         common = scipy.ndimage.gaussian_filter(common, _WINDOW, mode="nearest")
         both = energies[0] + size
-        # Where both bands are empty, they are the same.
+        # Empty bands are equal.
         result[k] = np.where(both > floor, 1 - 2 * common / np.maximum(both, floor), 0)
-        told()
+        step_done()
 
     in_threads(compare, range(len(moves)), workers)
     return np.asarray(np.clip(result, 0, 2))
 
 
 def _cubic(t: float) -> float:
-    """Keys' interpolation between whole places, at a distance: 1 at 0, 0 at all others."""
+    """Return the cubic interpolation kernel of Keys at a distance: 1 at 0 and 0 at all other whole numbers."""
     t = abs(float(t))
     if t >= 2:
         return 0.0
@@ -203,7 +205,7 @@ def _cubic(t: float) -> float:
 
 
 def _common(a: Reals, b: Reals, local: tuple[Reals, Reals] | None, rest: NDArray[np.float64]) -> Reals:
-    """The scalar product of planes, of which the second ones move by a rest through their phases."""
+    """Return the scalar product of planes, where the phases of the second ones are shifted by the remaining shift."""
     if local is None or not rest.any():
         return np.asarray(np.einsum("bcmn,bcmn->mn", a, b))
     angle = local[0] * a.dtype.type(rest[0]) + local[1] * a.dtype.type(rest[1])
@@ -212,14 +214,14 @@ def _common(a: Reals, b: Reals, local: tuple[Reals, Reals] | None, rest: NDArray
 
 
 def _planes(image: Reals, workers: int | None) -> Reals:
-    """Real and imaginary parts of the two planes of all bands, (2 K, 2, M, N)."""
+    """Return the real and imaginary parts of the two planes of all bands, (2 K, 2, M, N)."""
     q = gabor_bank(image, _FREQUENCIES, _SIGMA, True, workers)
     parts = quaternion.pack_two_sided(q)
     return np.ascontiguousarray(np.moveaxis(np.concatenate(parts), -1, 1))
 
 
 def _local_frequencies(planes: Reals) -> tuple[Reals, Reals]:
-    """The slopes of the phases of planes (B, 2, M, N) along columns and along rows, in radians per pixel."""
+    """Return the derivatives of the phases of planes (B, 2, M, N) along columns and along rows, in radians per pixel."""
     numbers = planes[:, 0] + 1j * planes[:, 1]
     u, v = (
         np.angle(np.roll(numbers, -1, axis) * np.roll(numbers, 1, axis).conj()).astype(planes.dtype) / 2
@@ -231,9 +233,9 @@ def _local_frequencies(planes: Reals) -> tuple[Reals, Reals]:
 def _pair(
     first: ArrayLike, second: ArrayLike, names: tuple[str, str]
 ) -> tuple[list[Reals], np.dtype[np.floating[Any]]]:
-    """Both images, in a range that float32 has too, and the type of results."""
+    """Return both images, scaled to the range of float32, and the type of the results."""
     images = [single_image(image, name) for image, name in zip((first, second), names, strict=True)]
     if images[0].shape != images[1].shape:
         raise ValueError(f"{names[1]}: shape {images[1].shape}; expected that of the other image, {images[0].shape}")
-    # Distances compare sizes too: both images are divided by one number.
+    # Distances depend on relative size, so both images are divided by the same number.
     return list(in_range(np.stack(images), (0, 1, 2), np.float32)[0]), np.result_type(*images)

@@ -1,4 +1,4 @@
-"""Wavelets on the sphere, for omnidirectional images, moved by conformal versors that keep the sphere."""
+"""Wavelets on the sphere, for omnidirectional images, moved by conformal versors that preserve the sphere."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ _BIVECTORS = cga3.versor_exponential.layouts["b"].blades
 
 
 def sphere_versor(rotor: ArrayLike, scale: ArrayLike) -> Reals:
-    """The versor that scales on the sphere, about the direction e3, then turns.
+    """Return the versor that scales on the sphere, about the direction e3, and then rotates.
 
     Parameters
     ----------
     rotor : array_like, (..., 4)
         Unit rotors 1 e12 e13 e23.
     scale : array_like, (...)
-        Positive numbers a: angles t from e3 become ``2 atan(a tan(t / 2))``.
+        Positive factors a: an angle t from e3 becomes ``2 atan(a tan(t / 2))``.
 
     Returns
     -------
     array, (..., 16)
-        Even elements of G(4,1), in the order of ``cga3.even_product``.
+        Even elements of G(4,1), ordered as in ``cga3.even_product``.
 
     Raises
     ------
     TypeError, ValueError
-        Where arguments are not finite real numbers of these shapes, or a scale is not positive.
+        If arguments are not finite real numbers of these shapes, or if a scale is not positive.
     """
     turn, factor = real_array(rotor, "rotor", (4,), "unit rotors"), real_array(scale, "scale")
     check_finite(turn, "rotor")
@@ -43,7 +43,7 @@ def sphere_versor(rotor: ArrayLike, scale: ArrayLike) -> Reals:
     motor = cga3.motor_from_rotor_translation(turn, np.zeros(3, turn.dtype))
     first = np.zeros((*motor.shape[:-1], 16), motor.dtype)
     first[..., [blades.index(name) for name in cga3.motor_from_rotor_translation.layouts["out"].blades]] = motor
-    # e3 (e0 + einf / 2) has square 1 and keeps e0 - einf / 2, the unit sphere: a boost along e3.
+    # e3 (e0 + einf / 2) has square 1 and preserves e0 - einf / 2, the unit sphere: it generates a boost along e3.
     bivector = np.zeros((*factor.shape, 10), factor.dtype)
     for name, share in (("e30", 0.5), ("e3inf", 0.25)):
         bivector[..., _BIVECTORS.index(name)] = share * np.log(factor)
@@ -61,23 +61,23 @@ def sphere_wavelet(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> NDArray[np.complexfloating]:
-    """The wavelet transform of an image on the sphere by Gabor wavelets that versors scale and turn.
+    """Compute the wavelet transform of an image on the sphere with Gabor wavelets that versors scale and rotate.
 
     Parameters
     ----------
     image : array_like, (P,)
         Real numbers.
     directions : array_like, (P, 3)
-        Unit vectors: where they are.
+        Unit vectors: the positions of the samples.
     versors : array_like, (K, 16)
-        Of `sphere_versor`, or products of such.
+        Results of `sphere_versor`, or products of them.
     frequency, sigma : float
-        Of the wavelet that the versor 1 stands for, about e3: radians per radian along e1, and its standard deviation,
-        in the plane that the sphere is projected to from the opposite point.
+        Frequency of the wavelet of the identity versor, which is centred at e3, in radians per radian along e1, and its
+        standard deviation, both in the plane of the stereographic projection from -e3.
     weights : array_like, (P,) or a number
-        The area for which each direction stands; all areas together are 4 pi.
+        The area that each direction represents; all areas together are 4 pi.
     workers : int, optional
-        How many threads share the versors, counted as in `scipy.fft`; the result is the same.
+        Number of threads that share the versors, as in `scipy.fft`; the result does not depend on it.
     progress : function of (done, total), optional
         Called after each versor.
 
@@ -88,12 +88,12 @@ def sphere_wavelet(
     Raises
     ------
     TypeError, ValueError
-        Where arguments are not finite real numbers of these shapes, or directions are not of length 1.
+        If arguments are not finite real numbers of these shapes, or if directions are not of length 1.
 
     Notes
     -----
-    ``W(U) = sum f(x) ~psi(~U x U) weight``, times the root of the change of area by ``~U``, so that moved wavelets have
-    the norm of the first one (Antoine and Vandergheynst, *Appl. Comput. Harmon. Anal.* 7:262, 1999).
+    ``W(U) = sum f(x) ~psi(~U x U) weight``, times the square root of the change of area by ``~U``, so that all wavelets
+    have the same norm (Antoine and Vandergheynst, *Appl. Comput. Harmon. Anal.* 7:262, 1999).
     """
     known = samples(
         ("image", image, (-1,), "numbers"),
@@ -108,19 +108,19 @@ def sphere_wavelet(
     wave, width = known.frequency, known.sigma
     embedded, backward = cga3.embed_point(known.places), cga3.even_reverse(known.moves)
     result = np.empty(len(backward), np.result_type(known.values, known.moves, np.complex64))
-    told = steps(progress, len(backward))
+    step_done = steps(progress, len(backward))
 
     def compare(k: int) -> None:
         moved = cga3.transform_vector(backward[k], embedded)
         x = moved[:, :3] / moved[:, 3:4]
-        # From the point opposite to e3, which is far away: the Gaussian is 0 there.
+        # Near -e3, the projection tends to infinity and the Gaussian is 0.
         height = np.maximum(1 + x[:, 2], np.finfo(x.dtype).tiny ** 0.25)
         y = 2 * x[:, :2] / height[:, None]
         gauss = np.exp(-((y / width) ** 2).sum(-1) / 2) / (2 * np.pi * width**2)
         mother = gauss * (np.exp(-1j * wave * y[:, 0]) - np.exp(-((wave * width) ** 2) / 2))
-        # 2 / height is the root of the area in the plane for one on the sphere.
+        # 2 / height is the square root of the ratio of the area in the plane to the area on the sphere.
         result[k] = (known.values * known.weights * mother * (2 / height) / np.abs(moved[:, 3])).sum()
-        told()
+        step_done()
 
     in_threads(compare, range(len(backward)), workers)
     return result

@@ -1,4 +1,4 @@
-"""Vector fields: divergence and curl by one mask, and templates found wherever they are and however they are turned."""
+"""Vector fields: divergence and curl by one mask, and detection of templates in any position and rotation."""
 
 from __future__ import annotations
 
@@ -21,33 +21,33 @@ from .discrete import check_finite
 _PRODUCTS: dict[int, Callable[..., Any]] = {2: vga2.vector_product, 3: vga3.vector_product}
 _ROTATIONS: dict[int, Callable[..., Any]] = {2: vga2.rotate_vector, 3: vga3.rotate_vector}
 _TRUNCATE = 4.0
-"""Standard deviations at which masks end."""
+"""Truncation of masks in standard deviations."""
 _STEPS = 100
 _CANDIDATES = 8
-"""Turns, of the best scores, that are improved, by a few steps each; then the best of them."""
+"""Number of rotations with the best scores that are refined by a few steps each, before the best one is refined."""
 _FIRST_STEPS = 4
 _MOVES = 3
-"""How often a place may change for a neighbour as its turn is improved."""
+"""Number of times that the position may move to a neighbour while the rotation is refined."""
 _LARGEST_STEP = 0.3
 _ORDER = 5
-_TURNS = 12
-"""Turns of a template in the plane that are tried, by 30 degrees."""
+_INITIAL = 12
+"""Number of initial rotations of a template in the plane, 30 degrees apart."""
 _SMALL = 1e-4
-"""Radians by which templates are turned for their derivatives."""
+"""Angle in radians for finite differences with respect to the rotation."""
 _WORDS = ("values", "whole")
 
 
 class Match(NamedTuple):
-    """Where a template is.
+    """A position of a template in a field.
 
     Attributes
     ----------
     place : tuple of int
-        The place of the template's middle, ``(n - 1) // 2`` along each axis.
+        The position of the template's centre, ``(n - 1) // 2`` along each axis.
     rotor : array, (2,) or (4,)
-        How it is turned: 1 e12, or 1 e12 e13 e23.
+        The rotation of the template: 1 e12, or 1 e12 e13 e23.
     similarity : float
-        The cosine between the turned template and the field there, at most 1.
+        The cosine between the rotated template and the field at this position, at most 1.
     """
 
     place: tuple[int, ...]
@@ -56,7 +56,7 @@ class Match(NamedTuple):
 
 
 def derivative_mask(dimension: int, sigma: float = 1.0, truncate: float = _TRUNCATE) -> Reals:
-    """The vector derivative of a Gaussian, as a mask of vectors for `clifford_convolve`.
+    """Return the vector derivative of a Gaussian, as a mask of vectors for `clifford_convolve`.
 
     Parameters
     ----------
@@ -65,8 +65,9 @@ def derivative_mask(dimension: int, sigma: float = 1.0, truncate: float = _TRUNC
     sigma : float
         Standard deviation of the Gaussian, in pixels.
     truncate : float
-        The mask ends at so many standard deviations, rounded up to a pixel. For waves of up to 1 / sigma radians per
-        pixel, and sigma from 1 to 4, derivatives are then those of the whole Gaussian to 1e-3 at 4, and 1e-6 at 5.5.
+        Truncation of the mask in standard deviations, rounded up to a pixel. For waves of up to 1 / sigma radians per
+        pixel, and sigma from 1 to 4, derivatives agree with those of the whole Gaussian to 1e-3 for 4, and 1e-6 for
+        5.5.
 
     Returns
     -------
@@ -76,7 +77,7 @@ def derivative_mask(dimension: int, sigma: float = 1.0, truncate: float = _TRUNC
     Raises
     ------
     TypeError, ValueError
-        For another dimension, or where sigma or truncate is not positive.
+        If `dimension` is not 2 or 3, or if `sigma` or `truncate` is not positive.
     """
     if dimension not in _PRODUCTS:
         raise ValueError(f"dimension: {dimension!r}; expected 2 or 3")
@@ -85,10 +86,10 @@ def derivative_mask(dimension: int, sigma: float = 1.0, truncate: float = _TRUNC
     x = np.arange(-reach, reach + 1.0)
     g = np.exp(-(x**2) / (2 * width**2))
     g /= g.sum()
-    slope = -x * g / (x**2 * g).sum()
+    derivative = -x * g / (x**2 * g).sum()
     mask = np.empty((*(x.size,) * dimension, dimension))
     for k in range(dimension):
-        lines = [slope if k == n else g for n in range(dimension)]
+        lines = [derivative if k == n else g for n in range(dimension)]
         mask[..., k] = np.einsum("a,b->ab" if dimension == 2 else "a,b,c->abc", *lines)
     return mask
 
@@ -100,16 +101,16 @@ def divergence_and_curl(
     workers: int | None = None,
     truncate: float = _TRUNCATE,
 ) -> Reals:
-    """The vector derivative of a smoothed vector field: its scalar part is the divergence, its bivector the curl.
+    """Compute the divergence and the curl of a smoothed vector field: the two parts of its vector derivative.
 
     Parameters
     ----------
     field : array_like, (M, N, 2) or (L, M, N, 3)
-        Vectors; e1 is along the first axis.
+        Vectors; e1 points along the first axis.
     sigma : float
-        Standard deviation of the Gaussian that smoothes, in pixels.
+        Standard deviation of the Gaussian used for smoothing, in pixels.
     mode : str
-        "same", with zeros outside, or "wrap", for periodic fields.
+        "same", with zeros outside, or "wrap" for periodic fields.
     workers : int, optional
         As in `scipy.fft`.
     truncate : float
@@ -118,12 +119,12 @@ def divergence_and_curl(
     Returns
     -------
     array, (M, N, 2) or (L, M, N, 4)
-        1 e12, or 1 e12 e13 e23, for each pixel: changes per pixel.
+        Coefficients 1 e12, or 1 e12 e13 e23, for each pixel, per pixel: the divergence and the curl.
 
     Raises
     ------
     TypeError, ValueError
-        Where `field` is no such array of finite numbers, and for unknown options.
+        If `field` does not have this form or is not finite, or if an option is unknown.
     """
     array, dimension = _vectors(field, "field")
     if mode not in ("same", "wrap"):
@@ -142,19 +143,19 @@ def divergence_and_curl(
 def match_template(
     field: ArrayLike, template: ArrayLike, turned: str = "whole", count: int = 1, workers: int | None = None
 ) -> list[Match]:
-    """Where a template of vectors is in a vector field, and by which rotor it is turned.
+    """Find a template of vectors in a vector field, in any position and rotation.
 
     Parameters
     ----------
     field : array_like, (M, N, 2) or (L, M, N, 3)
-        Vectors; e1 is along the first axis.
+        Vectors; e1 points along the first axis.
     template : array_like, (m, n, 2) or (l, m, n, 3)
-        Odd sizes, at most those of the field.
+        Template of odd sizes, at most those of the field.
     turned : str
-        "values": each vector is turned, in its place. "whole": places are turned too, about the middle; then all
-        pixels within the ball that fits into the template count.
+        "values": each vector is rotated in place. "whole": positions are rotated too, about the centre; only pixels
+        within the largest ball inside the template are used.
     count : int
-        How many places, at least half a template apart, best first.
+        Number of positions, at least half a template apart, best first.
     workers : int, optional
         As in `scipy.fft`.
 
@@ -165,16 +166,16 @@ def match_template(
     Raises
     ------
     TypeError, ValueError
-        Where arguments are not finite real numbers of such shapes, the template is 0 or does not fit, and for unknown
-        options.
+        If arguments are not finite real numbers of these shapes, if the template is 0 or does not fit, or if an option
+        is unknown.
 
     Notes
     -----
-    The sum of the geometric products of the field with the template has a scalar and a bivector part, which say how
-    much they agree and how the field is turned against the template (Ebling and Scheuermann, *IEEE Trans. Visualization
-    and Computer Graphics* 11:469, 2005). Values turned in the plane are found by one correlation; in space, the rotor
-    that makes the bivector part vanish is found by turning again and again (Bujack et al., *Adv. Appl. Clifford
-    Algebras* 24:395, 2014). For "whole", templates turned in 12, or 24, ways are correlated, and the best are improved
+    The sum of the geometric products of the field with the template has a scalar part, which measures agreement, and a
+    bivector part, which describes the rotation of the field relative to the template (Ebling and Scheuermann, *IEEE
+    Trans. Visualization and Computer Graphics* 11:469, 2005). Values rotated in the plane are found by one correlation;
+    in space, the rotor that makes the bivector part vanish is found by iteration (Bujack et al., *Adv. Appl. Clifford
+    Algebras* 24:395, 2014). With "whole", templates in 12 or 24 rotations are correlated, and the best ones are refined
     by least squares; for smooth templates of 15 pixels, angles are found to 1.5e-3 radians.
     """
     if turned not in _WORDS:
@@ -190,22 +191,22 @@ def match_template(
     values, mask = (in_range(each, tuple(range(each.ndim)))[0] for each in (values, mask))
     mask = mask.astype(values.dtype)
     window = _ball(mask.shape[:-1]) if turned == "whole" else np.ones(mask.shape[:-1])
-    rotors = _turns(dimension, turned)
-    turn = _turn_of(mask, turned, window)
-    improved = partial(_by_correlation if turned == "values" else _by_least_squares, turn)
+    rotors = _initial_rotors(dimension, turned)
+    rotated = _rotation_of(mask, turned, window)
+    improved = partial(_by_correlation if turned == "values" else _by_least_squares, rotated)
     energy = clifford_correlate(
         (values**2).sum(-1, keepdims=True), window[..., None], lambda a, b: a * b, "valid", workers=workers
     )[..., 0]
-    # Where there is nothing, rounding agrees with anything.
+    # In empty regions, rounding errors would agree with anything.
     floor = np.finfo(values.dtype).eps * energy.max() + np.finfo(values.dtype).tiny
     scores = np.empty((len(rotors), *energy.shape))
     for k, rotor in enumerate(rotors):
-        piece = turn(rotor)
+        piece = rotated(rotor)
         size = float((piece**2).sum())
         if size == 0:
             raise ValueError("template: all vectors are 0; expected some that are not")
         found = clifford_correlate(values, piece, _PRODUCTS[dimension], "valid", workers=workers)
-        # Turned values still agree in size; the angle between them is what the bivector part tells.
+        # The magnitude of the product does not depend on a rotation of values; the bivector part gives the angle.
         agreement = np.sqrt((found**2).sum(-1)) if turned == "values" else found[..., 0]
         scores[k] = agreement / np.sqrt(size * np.maximum(energy, floor))
     matches: list[Match] = []
@@ -222,16 +223,16 @@ def match_template(
             for _ in range(_MOVES):
                 there = _window(values, corner, window)
                 rotor = improved(there, rotor, _FIRST_STEPS)
-                moved = _moved(values, corner, turn(rotor), window)
+                moved = _moved(values, corner, rotated(rotor), window)
                 if moved == corner:
                     break
                 corner = moved
             there = _window(values, corner, window)
-            candidates.append((_cosine(there, turn(rotor)), corner, there, rotor))
+            candidates.append((_cosine(there, rotated(rotor)), corner, there, rotor))
         _, corner, there, rotor = max(candidates, key=lambda each: each[0])
         rotor = improved(there, rotor, _STEPS)
         place = tuple(k + n for k, n in zip(corner, half, strict=True))
-        matches.append(Match(place, rotor, _cosine(there, turn(rotor))))
+        matches.append(Match(place, rotor, _cosine(there, rotated(rotor))))
         scores[(slice(None), *near)] = -np.inf
     return matches
 
@@ -242,7 +243,7 @@ def _window(values: Reals, corner: list[int], window: Reals) -> Reals:
 
 
 def _moved(values: Reals, corner: list[int], piece: Reals, window: Reals) -> list[int]:
-    """The corner, or its neighbour, where the field is most like a turned template."""
+    """Return the corner, or its neighbour, at which the field is most similar to a rotated template."""
     near = [
         [k + step for step in (-1, 0, 1) if 0 <= k + step <= m - n]
         for k, m, n in zip(corner, values.shape, window.shape, strict=False)
@@ -255,15 +256,15 @@ def _cosine(a: Reals, b: Reals) -> float:
     return float((a * b).sum()) / sizes if sizes else 0.0
 
 
-Turn = Callable[[Reals], Reals]
-"""The template, turned by a rotor."""
+Rotation = Callable[[Reals], Reals]
+"""Function that rotates the template by a rotor."""
 
 
-def _by_correlation(turn: Turn, there: Reals, rotor: Reals, steps: int) -> Reals:
-    """The rotor that turns the vectors of the template so that the products with those of the field sum to a scalar."""
+def _by_correlation(rotated: Rotation, there: Reals, rotor: Reals, steps: int) -> Reals:
+    """Return the rotor for which the products of the field with the rotated template sum to a scalar."""
     dimension = there.shape[-1]
     for _ in range(steps):
-        total = _PRODUCTS[dimension](there, turn(rotor)).sum(tuple(range(dimension)))
+        total = _PRODUCTS[dimension](there, rotated(rotor)).sum(tuple(range(dimension)))
         size = np.linalg.norm(total)
         if size == 0 or (np.abs(total[1:]).max() <= 4 * np.finfo(total.dtype).eps * size and total[0] > 0):
             break
@@ -271,20 +272,20 @@ def _by_correlation(turn: Turn, there: Reals, rotor: Reals, steps: int) -> Reals
         half = total / size
         half[0] += 1
         length = np.linalg.norm(half)
-        # Turned by a half, about what is not known: any plane will do to leave it.
+        # For an angle of pi the plane is undetermined, and any plane serves to leave this point.
         half = half / length if length > 1e-8 else np.eye(len(total))[1]
         rotor = _composed(half, rotor)
     return rotor
 
 
-def _by_least_squares(turn: Turn, there: Reals, rotor: Reals, steps: int) -> Reals:
-    """The rotor, and a factor, of the turned template that is nearest to the field."""
+def _by_least_squares(rotated: Rotation, there: Reals, rotor: Reals, steps: int) -> Reals:
+    """Return the rotor of the rotated and scaled template that is nearest to the field."""
     planes = len(rotor) - 1
     last = np.inf
     for _ in range(steps):
-        pieces = [turn(rotor)]
+        pieces = [rotated(rotor)]
         for k in range(planes):
-            forth, back = (turn(_composed(_small(planes, k, sign * _SMALL), rotor)) for sign in (1, -1))
+            forth, back = (rotated(_composed(_small(planes, k, sign * _SMALL), rotor)) for sign in (1, -1))
             pieces.append((forth - back) / (2 * _SMALL))
         matrix = np.stack([piece.ravel() for piece in pieces], 1).astype(float)
         solution = np.linalg.lstsq(matrix, there.ravel().astype(float), rcond=None)[0]
@@ -292,7 +293,7 @@ def _by_least_squares(turn: Turn, there: Reals, rotor: Reals, steps: int) -> Rea
         size = float(np.linalg.norm(angles))
         if size < 1e-9 or size > 2 * last:
             break
-        # Far from the solution, not too much at once.
+        # Limit the step far from the solution.
         last = min(size, _LARGEST_STEP)
         for k in range(planes):
             rotor = _composed(_small(planes, k, float(angles[k]) * last / size), rotor)
@@ -306,14 +307,14 @@ def _small(planes: int, k: int, angle: float) -> Reals:
 
 
 def _composed(second: Reals, first: Reals) -> Reals:
-    """First the one, then the other, in the precision of the first."""
+    """Return the composition of two rotors in the precision of the first one."""
     kernel = vga2.rotor_product if len(first) == 2 else vga3.rotor_product
     product = kernel(second.astype(first.dtype), first)
     return np.asarray(product / np.linalg.norm(product), first.dtype)
 
 
-def _turn_of(mask: Reals, how: str, window: Reals) -> Turn:
-    """``R m(~R x R) ~R`` within the window, by splines; or the values alone."""
+def _rotation_of(mask: Reals, how: str, window: Reals) -> Rotation:
+    """Return a function that computes ``R m(~R x R) ~R`` within the window by splines, or that rotates only the values."""
     rotate = _ROTATIONS[mask.shape[-1]]
     if how == "values":
         return lambda rotor: np.asarray(rotate(rotor.astype(mask.dtype), mask))
@@ -322,7 +323,7 @@ def _turn_of(mask: Reals, how: str, window: Reals) -> Turn:
     inside = window > 0
     splines = [scipy.ndimage.spline_filter(mask[..., k], _ORDER, float) for k in range(mask.shape[-1])]
 
-    def turn(rotor: Reals) -> Reals:
+    def rotated(rotor: Reals) -> Reals:
         back = rotor * np.array([1.0, *(-1.0,) * (len(rotor) - 1)])
         there = (rotate(back, places[inside]) + middle).T
         parts = [
@@ -333,24 +334,24 @@ def _turn_of(mask: Reals, how: str, window: Reals) -> Turn:
         result[inside] = rotate(rotor, np.stack(parts, -1))
         return result
 
-    return turn
+    return rotated
 
 
 def _ball(shape: tuple[int, ...]) -> Reals:
-    """1 inside the ball that fits, 0 outside."""
+    """Return 1 inside the largest ball that fits, 0 outside."""
     places = np.indices(shape) - np.array([(n - 1) / 2 for n in shape]).reshape(-1, *(1,) * len(shape))
     return np.asarray((np.sqrt((places**2).sum(0)) <= (min(shape) - 1) / 2 + 1e-9) * 1.0)
 
 
-def _turns(dimension: int, turned: str) -> Reals:
+def _initial_rotors(dimension: int, turned: str) -> Reals:
     if dimension == 2:
-        count = 1 if turned == "values" else _TURNS
+        count = 1 if turned == "values" else _INITIAL
         return np.asarray(vga2.rotor_from_angle(np.arange(count) * 2 * np.pi / count))
     halves = np.eye(4)
     if turned == "values":
         return halves
     quarter = np.sqrt(0.5)
-    # The 24 turns of a cube: four of halves, times thirds about a diagonal, and quarters.
+    # The 24 rotations of a cube: four by pi, times those by 2 pi / 3 about a diagonal, and by pi / 2.
     thirds = np.array([[1, 0, 0, 0], [0.5, 0.5, 0.5, 0.5], [0.5, -0.5, -0.5, -0.5]])
     quarters = np.array([[1, 0, 0, 0], [quarter, quarter, 0, 0]])
     group = vga3.rotor_product(vga3.rotor_product(halves[:, None, None], thirds[:, None]), quarters)

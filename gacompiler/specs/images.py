@@ -7,7 +7,7 @@ computes them. Lengths are in pixels, phases in radians.
 import gacompiler as ga
 from gacompiler import SCALAR, array, each, gather, index, kernel
 
-BANDS, SLOPES, EQUATIONS = array(SCALAR, 8), array(SCALAR, 4, 2), array(SCALAR, 6)
+BANDS, DERIVATIVES, EQUATIONS = array(SCALAR, 8), array(SCALAR, 4, 2), array(SCALAR, 6)
 MOTION, SIDES, STEP = array(SCALAR, 2), array(SCALAR, 4), array(SCALAR, 10)
 OVERRELAXATION = 1.7
 
@@ -22,34 +22,34 @@ def _planes(bands):
     return (w + z, x - y), (w - z, x + y), tuple(waves[:2]), tuple(waves[2:])
 
 
-@kernel(west=BANDS, east=BANDS, north=BANDS, south=BANDS, returns=SLOPES)
-def phase_slopes(west, east, north, south):
-    """The slopes of the phases of four complex bands along x and y, by a pixel's neighbours, in radians per pixel.
+@kernel(west=BANDS, east=BANDS, north=BANDS, south=BANDS, returns=DERIVATIVES)
+def phase_derivatives(west, east, north, south):
+    """Compute the derivatives of the phases of four complex bands with respect to x and y, in radians per pixel.
 
-    Half the change of phase between opposite neighbours. Bands are a quaternion, which stands for two complex numbers
-    as in `quaternion.pack_two_sided`, and two complex numbers more, real parts first.
+    They are half the phase difference between opposite neighbours of the pixel. The bands are a quaternion, which
+    represents two complex numbers as in `quaternion.pack_two_sided`, and two further complex numbers, real parts first.
     """
     west, east, north, south = (_planes(bands) for bands in (west, east, north, south))
     return tuple((_change_of_phase(west[k], east[k]) / 2, _change_of_phase(north[k], south[k]) / 2) for k in range(4))
 
 
-@kernel(first=BANDS, slopes=SLOPES, second=BANDS, floor=array(SCALAR, 4), returns=EQUATIONS)
-def phase_equations(first, slopes, second, floor):
-    """What four complex bands say of the motion (u, v) between two images: each a line, as weighted normal equations.
+@kernel(first=BANDS, derivatives=DERIVATIVES, second=BANDS, floor=array(SCALAR, 4), returns=EQUATIONS)
+def phase_equations(first, derivatives, second, floor):
+    """Compute the weighted normal equations for the motion (u, v) between two images from four complex bands.
 
-    Bands z of the first image and z' of the second one, and the slopes k of the first ones' phases, are as in
-    `phase_slopes`; ``k . (u, v) = -arg(z' / z)``. Results are sums of xx, xy, yy of the matrix, of the right-hand sides
-    x, y and of the squared change of phase, weighted by ``|z z'|``; of 0 where one of the two is smaller than `floor`
-    or the change exceeds 2.
+    Bands z of the first image and z' of the second one, and the derivatives k of the phases of z, are as in
+    `phase_derivatives`; each band gives the equation ``k . (u, v) = -arg(z' / z)``. Results are sums of xx, xy and yy
+    of the matrix, of the right-hand sides x and y, and of the squared change of phase, weighted by ``|z z'|``. Bands in
+    which z or z' is smaller than `floor` or the change exceeds 2 have weight 0.
     """
     sums = (0,) * 6
-    for a, b, slope, least in zip(_planes(first), _planes(second), slopes, floor, strict=True):
+    for a, b, gradient, least in zip(_planes(first), _planes(second), derivatives, floor, strict=True):
         angle = _change_of_phase(a, b)
         size, other = a[0] * a[0] + a[1] * a[1], b[0] * b[0] + b[1] * b[1]
         small = ga.minimum(size, other) < least * least
         weight = ga.select(small, 0, ga.select(ga.absolute(angle) <= 2, ga.sqrt(size * other), 0))
-        x, y = weight * slope[0], weight * slope[1]
-        terms = x * slope[0], x * slope[1], y * slope[1], -x * angle, -y * angle, weight * angle * angle
+        x, y = weight * gradient[0], weight * gradient[1]
+        terms = x * gradient[0], x * gradient[1], y * gradient[1], -x * angle, -y * angle, weight * angle * angle
         sums = tuple(before + term for before, term in zip(sums, terms, strict=True))
     return sums
 
