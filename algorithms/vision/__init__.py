@@ -1,4 +1,4 @@
-"""Cameras, their calibration and pose, what several views have to do with each other, invariants and depth."""
+"""Cameras, their calibration and pose, the geometry of several views, projective invariants and depth."""
 
 from .batch import BatchEstimate, fundamental_matrices, homographies, localizations
 from .calibrate import PlaneCalibration, calibrate_by_pascal, calibrate_from_planes

@@ -1,7 +1,7 @@
-"""Thousands of small problems at once: F, homographies and poses over leading axes, by linear equations and few steps.
+"""Batches of small problems: F, homographies and poses over leading axes, by linear equations and few iterations.
 
-For one problem with many points, or with wrong ones, there are `fundamental_matrix`, `homography`, `localize` and their
-robust forms, which also iterate longer.
+For one problem with many points or with outliers, use `fundamental_matrix`, `homography`, `localize` and their robust
+variants, which also iterate longer.
 """
 
 from __future__ import annotations
@@ -25,30 +25,30 @@ from .pose_refinement import best_poses, camera_motors, pose_status
 from .status import VisionStatus
 
 _BLOCK = 256
-"""So many problems are solved at once: their equations stay in the cache."""
+"""Number of problems solved at once, so that their equations remain in a cache."""
 _RANK = 1e-7
 _THIN = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BatchEstimate:
-    """What many sets of points say, each for itself."""
+    """Independent estimates for many sets of points."""
 
     models: Reals
-    """(..., 3, 3), or (..., 8) for poses; NaN where the status is not OK."""
+    """(..., 3, 3), or (..., 8) for poses; NaN if the status is not OK."""
     status: Reals
-    """(...) int, a `VisionStatus` each."""
+    """(...) int, a `VisionStatus` for each set."""
 
 
 def fundamental_matrices(first: ArrayLike, second: ArrayLike, noise: float | None = None) -> BatchEstimate:
-    """Return the normalised eight-point algorithm for many sets of points.
+    """Estimate fundamental matrices of many sets of points by the normalised eight-point algorithm.
 
     Parameters
     ----------
     first, second : array_like, (..., n, 2)
-        Pixels of n points each, n at least 8.
+        Pixels of n points in each set, with n at least 8.
     noise : float, optional
-        The standard deviation of pixels, where known; see `fundamental_matrix` for what is refused.
+        The standard deviation of pixels, if known; see `fundamental_matrix` for the sets that are rejected.
 
     Returns
     -------
@@ -58,7 +58,7 @@ def fundamental_matrices(first: ArrayLike, second: ArrayLike, noise: float | Non
     Raises
     ------
     TypeError, ValueError
-        If these are not as many points each, or `noise` is not positive.
+        If the shapes differ, or if `noise` is not positive.
     """
     one, two, leading = _sets(first, second, "first", "second", (2, 2))
     if noise is not None and finite_number(noise, "noise") <= 0:
@@ -72,22 +72,22 @@ def fundamental_matrices(first: ArrayLike, second: ArrayLike, noise: float | Non
 
 
 def homographies(first: ArrayLike, second: ArrayLike) -> BatchEstimate:
-    """Return the homographies of many sets of points of planes, in the least squares of their linear equations.
+    """Estimate homographies of many sets of points of planes, by linear least squares.
 
     Parameters
     ----------
     first, second : array_like, (..., n, 2)
-        n points each, n at least 4.
+        n points in each set, with n at least 4.
 
     Returns
     -------
     BatchEstimate
-        With norm 1.
+        Matrices of norm 1.
 
     Raises
     ------
     TypeError, ValueError
-        If these are not as many points each.
+        If the shapes differ.
     """
     one, two, leading = _sets(first, second, "first", "second", (2, 2))
 
@@ -103,29 +103,29 @@ def homographies(first: ArrayLike, second: ArrayLike) -> BatchEstimate:
 
 
 def localizations(points: ArrayLike, pixels: ArrayLike, intrinsics: ArrayLike, n_steps: int = 200) -> BatchEstimate:
-    """Return the poses of many cameras, or of one at many times, from points that are known and their pixels.
+    """Estimate the poses of many cameras, or of one camera at many times, from known points and their pixels.
 
-    As `localize` without `threshold`, for many sets of points at once.
+    It corresponds to `localize` without `threshold`, for many sets of points at once.
 
     Parameters
     ----------
     points : array_like, (..., n, 3)
-        World coordinates of n points each, n at least 4, in space or on a plane.
+        World coordinates of n points in each set, with n at least 4, in space or on a plane.
     pixels : array_like, (..., n, 2)
     intrinsics : array_like, (3, 3)
         As in `Camera`.
     n_steps : int
-        At most, of Levenberg and Marquardt; where these are not enough the status is NOT_CONVERGED.
+        Maximum number of Levenberg-Marquardt iterations; if they do not suffice, the status is NOT_CONVERGED.
 
     Returns
     -------
     BatchEstimate
-        Unit motors from the camera frame to the world frame, and the statuses that `localize` gives.
+        Unit motors from the camera frame to the world frame, and the statuses of `localize`.
 
     Raises
     ------
     TypeError, ValueError
-        If these are not as many points as pixels, or `intrinsics` is not upper triangular and regular.
+        If the numbers of points and pixels differ, or if `intrinsics` is not upper triangular and regular.
     """
     places, image, leading = _sets(points, pixels, "points", "pixels", (3, 2))
     k = checked_intrinsics(intrinsics)
@@ -143,7 +143,7 @@ def localizations(points: ArrayLike, pixels: ArrayLike, intrinsics: ArrayLike, n
 def _sets(
     first: ArrayLike, second: ArrayLike, name: str, other: str, sizes: tuple[int, int]
 ) -> tuple[Reals, Reals, tuple[int, ...]]:
-    """Both as (sets, n, d) in double precision, and the leading axes that they have in common."""
+    """Return both as (sets, n, d) in double precision, and their broadcast leading axes."""
     one = real_array(first, name, (-1, sizes[0]), "points")
     two = real_array(second, other, (-1, sizes[1]), "points")
     if one.shape[-2] != two.shape[-2]:
@@ -161,7 +161,7 @@ def _all(
     least: int,
     shape: tuple[int, ...],
 ) -> BatchEstimate:
-    """Block after block; sets with numbers that are not finite are left out."""
+    """Solve all sets in blocks; sets with numbers that are not finite are skipped."""
     models, status = np.full((len(one), *shape), np.nan), np.zeros(len(one), int)
     finite = np.asarray(np.isfinite(one).all((1, 2)) & np.isfinite(two).all((1, 2)))
     status[~finite] = VisionStatus.NOT_FINITE

@@ -1,4 +1,4 @@
-"""Intrinsic parameters from views of planes: all circular points of planes are on the image of the absolute conic."""
+"""Intrinsic parameters from views of planes: the circular points of planes lie on the image of the absolute conic."""
 
 from __future__ import annotations
 
@@ -17,59 +17,60 @@ from .planes import linear_homography
 from .status import VisionStatus, check_points
 
 _RANK = 1e-9
-"""Points of a view on a line, but for noise, leave an eighth singular value below this part of the first."""
+"""Points of a view are on a line, up to noise, if the eighth singular value is below this fraction of the first."""
 _OPEN = 1e-6
-"""Equations whose last but one singular value is below this part of the first leave more than one conic."""
+"""Equations are underdetermined if their last but one singular value is below this fraction of the first."""
 _FLAT = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlaneCalibration:
-    """The intrinsic parameters that views of planes give."""
+    """Intrinsic parameters estimated from views of planes."""
 
     intrinsics: Reals
-    """(3, 3) as in `Camera`; NaN where the status is not OK."""
+    """(3, 3) as in `Camera`; NaN if the status is not OK."""
     status: VisionStatus
     homographies: Reals
     """(v, 3, 3) from each plane to its view, of norm 1."""
     singular_values: Reals
-    """Of the equations, descending: the last is what noise leaves, the one before says how well the views differ."""
+    """Singular values of the equations, descending. The last is due to noise; the one before measures how much the
+    views differ."""
 
 
 def calibrate_from_planes(
     planes: ArrayLike | Sequence[ArrayLike], views: Sequence[ArrayLike] | Reals, skew: bool = False
 ) -> PlaneCalibration:
-    """Return the intrinsic parameters of a camera that saw known points of planes.
+    """Estimate the intrinsic parameters of a camera from views of known points of planes.
 
-    The homography of a plane takes its circular points to ``h1 + i h2`` and its conjugate, which lie on the image of
-    the absolute conic, ``(K K')^-1``: two real equations a view (Zhang 2000 by another way). Their least squares is
-    found in coordinates of size 1.
+    The homography of a plane maps its circular points to ``h1 + i h2`` and its conjugate, which lie on the image of
+    the absolute conic, ``(K K')^-1``: each view gives two real equations (as in Zhang 2000, derived differently). The
+    equations are solved by least squares in normalised coordinates.
 
     Parameters
     ----------
     planes : array_like, (n, 2), or a sequence of (n_k, 2)
-        Points of one plane for all views, or of one for each, in any unit.
+        Points of one plane for all views, or of one plane for each view, in any unit.
     views : sequence of array_like, (n_k, 2)
-        Their pixels, of a lens without distortion.
+        Their pixels, without lens distortion.
     skew : bool
-        Whether entry (0, 1) of K is sought too: then three views are needed, else two.
+        Whether entry (0, 1) of K is estimated too. This requires three views, otherwise two suffice.
 
     Returns
     -------
     PlaneCalibration
-        DEGENERATE where points of a plane are on a line, planes are parallel, or the conic is not that of a camera.
+        DEGENERATE if points of a plane are on a line, if planes are parallel, or if the conic is not that of a camera.
 
     Raises
     ------
     TypeError, ValueError
-        If these are not as many points as pixels.
+        If the numbers of points and pixels differ.
     """
     nothing = np.full((3, 3), np.nan)
     matrices, places, pixels, status = _homographies(planes, views, 3 if skew else 2)
     if status != VisionStatus.OK:
         return PlaneCalibration(nothing, status, matrices, np.empty(0))
     scale = similarity(np.concatenate(pixels))
-    # Planes in coordinates of size 1 too: the circular points stay, and equations of all views weigh alike.
+    # Normalise the planes too: this preserves the circular points and gives the equations of all views equal weight.
     own = np.stack([np.linalg.inv(similarity(a)) for a in places])
     rows = projective2.circular_point_equations(scale @ (matrices / _third(matrices, own)) @ own).reshape(-1, 6)
     if not skew:
@@ -86,28 +87,28 @@ def calibrate_from_planes(
 def calibrate_by_pascal(
     planes: ArrayLike | Sequence[ArrayLike], views: Sequence[ArrayLike] | Reals
 ) -> PlaneCalibration:
-    """Return the intrinsic parameters of a camera from conics through images of circular points, by Pascal's theorem.
+    """Estimate the intrinsic parameters of a camera from images of circular points, by Pascal's theorem.
 
-    Every three views show six circular points. Five of them, which are complex, determine the image of the absolute
-    conic by brackets; the sixth completes Pascal's hexagon where there is no noise. Of all triples of views, and of the
-    three ways to leave out one point, the medians of the parameters are taken (Bayro-Corrochano, *Geometric Computing*,
-    2010, 14.3).
+    Every three views give six circular points. Five of them, which are complex, determine the image of the absolute
+    conic by brackets; without noise the sixth one completes Pascal's hexagon. The result is the median of the
+    parameters over all triples of views and three choices of the omitted point (Bayro-Corrochano, *Geometric
+    Computing*, 2010, 14.3).
 
     Parameters
     ----------
     planes, views
-        As for `calibrate_from_planes`; at least three views.
+        As for `calibrate_from_planes`, with at least three views.
 
     Returns
     -------
     PlaneCalibration
-        With skew. Its singular values are the magnitudes of Pascal's bracket for all triples of views, ascending, of
-        points of norm 1: 0 without noise. DEGENERATE where no triple gives a camera.
+        The skew is estimated. The singular values are the magnitudes of Pascal's bracket for all triples of views,
+        ascending, for points of norm 1: 0 without noise. The status is DEGENERATE if no triple gives a camera.
 
     Raises
     ------
     TypeError, ValueError
-        If these are not as many points as pixels.
+        If the numbers of points and pixels differ.
     """
     nothing = np.full((3, 3), np.nan)
     matrices, _, pixels, status = _homographies(planes, views, 3)
@@ -119,12 +120,12 @@ def calibrate_by_pascal(
     triples = points[np.array(list(combinations(range(len(points)), 3)))]
     hexagons = np.stack([triples, triples.conj()], -2).reshape(len(triples), 6, 3)
     defects = np.sort(np.abs(projective2.pascal_bracket(hexagons)))
-    turned = np.concatenate([np.roll(hexagons, 2 * k, axis=1) for k in range(3)])
-    conics = projective2.conic_from_points(turned[:, :5])
+    cyclic = np.concatenate([np.roll(hexagons, 2 * k, axis=1) for k in range(3)])
+    conics = projective2.conic_from_points(cyclic[:, :5])
     sizes = np.linalg.norm(conics, axis=-1, keepdims=True)
     with np.errstate(divide="ignore", invalid="ignore"):
         conics = conics / sizes
-        # Up to a factor it is real: the one that makes the sum of its squares positive.
+        # The conic is real up to a factor: the one that makes the sum of its squares positive.
         phase = np.sqrt((conics**2).sum(-1, keepdims=True))
         real = (conics * (phase.conj() / np.abs(phase))).real
     usable = np.isfinite(real).all(-1) & (sizes[:, 0] > _OPEN**2)
@@ -136,7 +137,7 @@ def calibrate_by_pascal(
 
 
 def _intrinsics(conics: Reals, scale: Reals) -> Reals:
-    """K from images of the absolute conic (n, 6) in scaled coordinates; NaN for those of no camera."""
+    """Return K from images of the absolute conic (n, 6) in scaled coordinates; NaN if there is no such camera."""
     a, b, c, d, e, f = np.moveaxis(conics, -1, 0)
     rows = [np.stack(row, -1) for row in ((a, b / 2, d / 2), (b / 2, c, e / 2), (d / 2, e / 2, f))]
     matrix = np.stack(rows, -2)
@@ -151,7 +152,7 @@ def _intrinsics(conics: Reals, scale: Reals) -> Reals:
 def _homographies(
     planes: ArrayLike | Sequence[ArrayLike], views: Sequence[ArrayLike] | Reals, least: int
 ) -> tuple[Reals, list[Reals], list[Reals], VisionStatus]:
-    """Return the homography of each view, and the points and pixels; empty where the status is not OK."""
+    """Return the homography of each view, and the points and pixels; empty if the status is not OK."""
     pixels = [real_array(view, f"views[{k}]", (2,), "x y") for k, view in enumerate(views)]
     one_plane = np.ndim(planes[0] if len(pixels) else 0) < 2  # type: ignore[index]
     given: Sequence[ArrayLike] = [planes] * len(pixels) if one_plane else planes  # type: ignore[assignment, list-item]

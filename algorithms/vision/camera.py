@@ -1,4 +1,4 @@
-"""The pinhole camera: intrinsic parameters, and a motor for where it stands."""
+"""The pinhole camera: intrinsic parameters, and its pose as a motor."""
 
 from __future__ import annotations
 
@@ -35,23 +35,23 @@ class Camera:
         pose: ArrayLike | None = None,
         skew: float = 0.0,
     ) -> Camera:
-        """Return a camera from the numbers that a calibration gives.
+        """Return a camera with given calibration parameters.
 
         Parameters
         ----------
         focal_length : float or (float, float)
-            In pixels; a pair where pixels are not square. Not 0.
+            In pixels; a pair if pixels are not square. It must not be 0.
         centre : (float, float)
             Principal point (x, y) in pixels.
         pose : array_like, (8,), optional
-            Unit motor from the camera frame to the world frame; left out, they are the same.
+            Unit motor from the camera frame to the world frame; the default is the identity.
         skew : float, optional
             Entry (0, 1) of K.
 
         Raises
         ------
         TypeError, ValueError
-            If a number is not finite, the focal length is 0 or the pose is not a unit motor.
+            If a number is not finite, if the focal length is 0, or if the pose is not a unit motor.
         """
         lengths = focal_length if isinstance(focal_length, tuple) else (focal_length, focal_length)
         fx, fy = _pair(lengths, "focal_length")
@@ -68,7 +68,7 @@ class Camera:
         return np.asarray(self.intrinsics @ to_camera[:3])
 
     def project(self, points: ArrayLike) -> Reals:
-        """Return the pixels of points.
+        """Project points to pixels.
 
         Parameters
         ----------
@@ -78,8 +78,8 @@ class Camera:
         Returns
         -------
         array, (..., 2)
-            Pixels (x, y). Points behind the camera have an image too (see `depth`); those in the plane of its centre
-            have coordinates that are infinite or NaN.
+            Pixels (x, y). Points behind the camera are projected too (see `depth`); points in the plane of its centre
+            have infinite or NaN coordinates.
 
         Raises
         ------
@@ -90,7 +90,7 @@ class Camera:
         return projective3.project_point(self.matrix.astype(array.dtype), array)  # type: ignore[no-any-return]
 
     def depth(self, points: ArrayLike) -> Reals:
-        """How far before the camera points lie, along its z axis: their z in the camera frame.
+        """Return the depths of points: their z coordinates in the camera frame.
 
         Parameters
         ----------
@@ -112,7 +112,7 @@ class Camera:
 
 
 def camera_matrix(camera: Camera | ArrayLike, name: str) -> Reals:
-    """Return the matrix of a camera, or matrices (..., 3, 4) as they are given, checked."""
+    """Return the matrix of a camera, or validated matrices (..., 3, 4)."""
     return camera.matrix if isinstance(camera, Camera) else real_array(camera, name, (3, 4), "a camera or its matrix")
 
 

@@ -1,4 +1,4 @@
-"""Whether as many points agree with a model as chance alone would make agree: a bound on the number of false alarms.
+"""Test whether a model has no more inliers than expected by chance: a bound on the number of false alarms.
 
 Desolneux, Moisan and Morel, *From Gestalt Theory to Image Analysis*, 2008; Moisan and Stival, IJCV 57, 2004.
 """
@@ -13,37 +13,38 @@ from scipy.special import bdtrc, gammaln
 from ..arguments import Reals
 
 _LEVELS = 24
-"""Points are counted within the threshold, half of it, a fourth, and so on: exact points need fewer of them."""
+"""Number of distance levels: the threshold, half of it, a quarter, ... Fewer points suffice if they are exact."""
 _NEAREST = 16
-"""The share of wrong pairs within a small distance is that of so many nearest ones, scaled."""
+"""Fractions of wrong pairs at small distances are extrapolated from this number of nearest ones."""
 
 
 @dataclass(frozen=True, slots=True)
 class Freedom:
-    """What a model can be fitted to."""
+    """Degrees of freedom of a model."""
 
     sample_size: int
-    """Points that determine it."""
+    """Number of points that determine the model."""
     parameters: int
-    """Its degrees of freedom."""
+    """Number of parameters of the model."""
     codimension: int
-    """Numbers that it leaves of one point."""
+    """Number of residuals of one point."""
     solutions: int
-    """That a sample has at most."""
+    """Maximum number of models that fit a sample."""
     false_alarms: float
-    """The bound that is accepted. It is too large, the more so the more parameters there are."""
+    """Accepted bound on the number of false alarms. It is conservative, the more so the more parameters there are."""
 
 
 def by_chance(distances: Reals, wrong: Reals, threshold: float, freedom: Freedom) -> bool:
-    """Return whether a model whose n points have these `distances` may be what chance leaves.
+    """Return whether the `distances` of n points to a model can be explained by chance.
 
-    `wrong` are the distances of points that were given the partners of others.
+    `wrong` are the distances of wrong pairs, in which points have the partners of other points.
 
-    Models fitted to any of the points are counted by those that decide which points are near. A model may be moved
-    until as many points as it has parameters are at the threshold exactly, on either side: that leaves
-    ``solutions 2^parameters binomial(n, parameters)`` of them. Or it is replaced by that of a sample of its points,
-    chosen so that others are at most ``1 + sample_size`` times as far away. The other points agree with each of them
-    independently, with the share of wrong ones that do. The smaller bound counts, over all levels of distance.
+    Models are counted by the sets of points that they make inliers, in one of two ways. A model can be moved until as
+    many points as it has parameters are exactly at the threshold, on either side, which gives
+    ``solutions 2^parameters binomial(n, parameters)`` models. Or it can be replaced by the model of a sample of its
+    inliers, chosen so that the other distances grow by at most a factor of ``1 + sample_size``. The remaining points
+    are inliers independently, with the same probability as wrong pairs. The smaller bound is used, over all distance
+    levels.
     """
     nearest = np.sort(wrong[np.isfinite(wrong)])
     if not len(nearest):
@@ -63,7 +64,7 @@ def by_chance(distances: Reals, wrong: Reals, threshold: float, freedom: Freedom
 
 
 def _log_false_alarms(n: int, count: int, share: float, freedom: Freedom) -> float:
-    """Return the logarithm of the expected number of models with so many points near, of n that have no model."""
+    """Return the logarithm of the expected number of models with `count` inliers among n unrelated points."""
     wider = min(share * (1 + freedom.sample_size) ** freedom.codimension, 1.0)
     moved = freedom.parameters * np.log(2) + _log_chosen(n, count, share, freedom.parameters)
     sampled = _log_chosen(n, count, wider, freedom.sample_size)
@@ -71,7 +72,7 @@ def _log_false_alarms(n: int, count: int, share: float, freedom: Freedom) -> flo
 
 
 def _log_chosen(n: int, count: int, share: float, chosen: int) -> float:
-    """Of choices of points to fit, times the probability that as many others are near."""
+    """Return the logarithm of the number of choices of points to fit, times the probability of the other inliers."""
     if count <= chosen:
         return np.inf
     choices = gammaln(n + 1) - gammaln(chosen + 1) - gammaln(n - chosen + 1)

@@ -1,4 +1,4 @@
-"""What views without calibration say of depths, of points that one of them does not show, and of where it was taken."""
+"""Uncalibrated views: projective depths, completion of points that one view does not show, and camera centres."""
 
 from __future__ import annotations
 
@@ -20,32 +20,32 @@ from .two_views import epipoles
 
 _FLAT = 1e-6
 _CHOICES = 200
-"""So many sets of five points at most are compared to find those farthest from a plane."""
+"""Maximum number of sets of five points that are compared to find those farthest from a plane."""
 _OPEN = 1e-7
 
 
 def projective_depths(fundamental: ArrayLike, pixels: ArrayLike, partners: ArrayLike) -> Reals:
-    """Return the depths of partners by those of pixels: with them two views have a join-image of rank 4.
+    """Return the depths of partners relative to those of pixels, with which the join-image of two views has rank 4.
 
-    That is the matrix of columns ``(x, y, 1)`` of the first view above ``depth (x', y', 1)`` of the second (Sturm and
-    Triggs 1996).
+    The join-image is the matrix of columns ``(x, y, 1)`` of the first view above ``depth (x', y', 1)`` of the second
+    (Sturm and Triggs 1996).
 
     Parameters
     ----------
     fundamental : array_like, (3, 3)
-        Of rank 2.
+        Fundamental matrix of rank 2.
     pixels, partners : array_like, (..., 2)
-        In the first and in the second view.
+        Points in the first and in the second view.
 
     Returns
     -------
     array, (...)
-        Up to one number for all points; infinite or NaN for a partner in the epipole.
+        Depths up to one factor for all points; infinite or NaN for a partner at the epipole.
 
     Raises
     ------
     TypeError, ValueError
-        If an argument has another shape or type, or the matrix another rank.
+        If an argument has a different shape or type, or if the matrix does not have rank 2.
     """
     matrix = real_array(fundamental, "fundamental", (3, 3), "a fundamental matrix")
     if matrix.ndim != 2:
@@ -56,32 +56,32 @@ def projective_depths(fundamental: ArrayLike, pixels: ArrayLike, partners: Array
 
 
 def complete_points(first: ArrayLike, second: ArrayLike, third: ArrayLike, fundamental: ArrayLike) -> Reals:
-    """Return the third view, completed with points that the first two show, by invariants of six points.
+    """Return the third view, completed with points that the first two views show, by invariants of six points.
 
-    The invariants of a point and five others are its coordinates in their frame (`invariants_3d`). With six points and
-    more that all three views show, the camera of the third follows in that frame, and it shows all points.
+    The invariants of a point and five others are its coordinates in their frame (`invariants_3d`). Six or more points
+    that all three views show determine the third camera in this frame, which then projects all points.
 
     Parameters
     ----------
     first, second : array_like, (n, 2)
         Pixels of all points.
     third : array_like, (n, 2)
-        NaN where a point is not seen; at least six are.
+        NaN where a point is not seen; at least six points are required.
     fundamental : array_like, (3, 3)
-        Of the first two views.
+        Fundamental matrix of the first two views.
 
     Returns
     -------
     array, (n, 2)
-        `third` with what was NaN filled in. Without noise within some 1e-9 pixels.
+        `third` with NaN values filled in; without noise, accurate to about 1e-9 pixels.
 
     Raises
     ------
     TypeError, ValueError
-        If these are not as many pixels each, or the matrix is not finite.
+        If the numbers of pixels differ, or if the matrix is not finite.
     DegenerateError
-        TOO_FEW where fewer than six points are in all views, NOT_FINITE for others that are not finite, DEGENERATE
-        where those six and more are on a plane.
+        With TOO_FEW if fewer than six points are in all views, NOT_FINITE if other points are not finite, and
+        DEGENERATE if the points in all views are on a plane.
     """
     one, two = real_array(first, "first", (2,), "x y"), real_array(second, "second", (2,), "x y")
     three = real_array(third, "third", (2,), "x y")
@@ -114,10 +114,11 @@ def complete_points(first: ArrayLike, second: ArrayLike, third: ArrayLike, funda
 
 
 def camera_centre(points: ArrayLike, pixels: ArrayLike) -> Reals:
-    """Where a camera of unknown calibration stands, from six points and more that it sees.
+    """Return the centre of a camera of unknown calibration from six or more points that it sees.
 
-    Any cross-ratio of brackets with the centre, ``[C 1 2 3] [C 1 4 5] / ([C 1 2 4] [C 1 3 5])``, is that of brackets of
-    the pixels. All pixels together give linear equations for the three planes of the camera, which meet in its centre.
+    Any cross-ratio of brackets with the centre, ``[C 1 2 3] [C 1 4 5] / ([C 1 2 4] [C 1 3 5])``, equals that of
+    brackets of the pixels. The pixels give linear equations for the three planes of the camera, which meet at its
+    centre.
 
     Parameters
     ----------
@@ -133,9 +134,9 @@ def camera_centre(points: ArrayLike, pixels: ArrayLike) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        If these are not as many points as pixels.
+        If the numbers of points and pixels differ.
     DegenerateError
-        If points are too few, not finite, or nearly on a plane, or leave more than one camera.
+        If there are too few points, if they are not finite or nearly on a plane, or if the camera is not unique.
     """
     places, image = real_array(points, "points", (3,), "x y z"), real_array(pixels, "pixels", (2,), "x y")
     where, expected = "camera_centre", "six finite points and more, not on a plane"
@@ -153,11 +154,11 @@ def camera_centre(points: ArrayLike, pixels: ArrayLike) -> Reals:
 
 
 def _frame(places: Reals, where: str, expected: str) -> Reals:
-    """Five of homogeneous points (n, 4) of which no four are near a plane."""
+    """Return five of the homogeneous points (n, 4), no four of which are near a plane."""
     sets = np.array(list(combinations(range(min(len(places), 12)), 5)))
     if len(sets) > _CHOICES:
         sets = sets[np.linspace(0, len(sets) - 1, _CHOICES).astype(int)]
-    # In a frame in which all points have unit moments, where volumes compare.
+    # Volumes are compared in a frame in which the points have unit second moments.
     spread = np.linalg.cholesky(places.T @ places / len(places) + 1e-15 * np.eye(4))
     even = np.linalg.solve(spread, places.T).T
     even /= np.linalg.norm(even, axis=-1, keepdims=True)

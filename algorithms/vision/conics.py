@@ -14,7 +14,7 @@ from .normalization import homogeneous, rounding
 from .status import VisionStatus
 
 _SINGULAR = 1e-11
-"""The least singular value of the five equations, as a part of the largest, from which they determine a conic."""
+"""Least singular value of the five equations, relative to the largest, for which they determine a conic."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,8 +24,8 @@ class ConicThroughPoints:
     Attributes
     ----------
     coefficients : array, (..., 6)
-        ``(a, b, c, d, e, f)`` of ``a x**2 + b x y + c y**2 + d x w + e y w + f w**2 = 0``, the sum of their squares 1;
-        not numbers where the status is not OK.
+        ``(a, b, c, d, e, f)`` of ``a x**2 + b x y + c y**2 + d x w + e y w + f w**2 = 0``, with a sum of squares of 1;
+        NaN if the status is not OK.
     status : array, (...)
         `VisionStatus`: OK, DEGENERATE or NOT_FINITE.
     """
@@ -35,7 +35,7 @@ class ConicThroughPoints:
 
 
 def conic_through_points(points: ArrayLike) -> ConicThroughPoints:
-    """Return the one conic through five points, by brackets (Pascal's theorem read as an equation).
+    """Return the conic through five points, by brackets (Pascal's theorem as an equation).
 
     Parameters
     ----------
@@ -45,18 +45,18 @@ def conic_through_points(points: ArrayLike) -> ConicThroughPoints:
     Returns
     -------
     ConicThroughPoints
-        DEGENERATE where four points are on a line or two are the same, to within rounding: then many conics go through
-        them. Three on a line are no obstacle: the conic is then two lines.
+        The status is DEGENERATE if four points are on a line or two coincide, up to rounding, because the conic is then
+        not unique. Three points on a line are allowed: the conic is then a pair of lines.
 
     Raises
     ------
     TypeError, ValueError
-        If these are not five points.
+        If `points` does not have the shape of five points.
 
     Notes
     -----
-    Points are moved to their mean and scaled to a mean distance of the root of 2 first, so that neither the place nor
-    the unit matters; homogeneous ones are scaled to unit length.
+    Points are normalised to mean 0 and a mean distance of the square root of 2, so that the result does not depend on
+    position or unit; homogeneous points are scaled to unit length.
     """
     array = real_array(points, "points", (5, -1), "five points").astype(np.float64, copy=False)
     if array.shape[-1] not in (2, 3):
@@ -82,7 +82,7 @@ def conic_through_points(points: ArrayLike) -> ConicThroughPoints:
 
 
 def _normalized(array: Reals) -> tuple[Reals, Reals]:
-    """Homogeneous points of about unit size, and the matrix that took the points there."""
+    """Return homogeneous points of about unit size, and the matrix of the normalisation."""
     if array.shape[-1] == 3:
         sizes = np.abs(array).max(-1, keepdims=True)
         units = array / sizes
@@ -100,7 +100,7 @@ def _normalized(array: Reals) -> tuple[Reals, Reals]:
 
 
 def _moved(conic: Reals, matrix: Reals) -> Reals:
-    """Return the conic of the points that `matrix` takes to those of `conic`: ``M' C M``."""
+    """Return the conic of the points that `matrix` maps to those of `conic`: ``M' C M``."""
     a, b, c, d, e, f = (conic[..., k] for k in range(6))
     rows = [[a, b / 2, d / 2], [b / 2, c, e / 2], [d / 2, e / 2, f]]
     whole = np.stack([np.stack(row, -1) for row in rows], -2)

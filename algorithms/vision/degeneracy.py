@@ -1,4 +1,4 @@
-"""Whether noisy pixels of two views determine F, or fit a plane, a line or too few places as well."""
+"""Test whether noisy pixels of two views determine F, or also fit a plane, a line or too few distinct points."""
 
 from __future__ import annotations
 
@@ -13,35 +13,36 @@ from .planes import homography_distance, linear_homography
 from .rank_two import directions, factors, of_factors
 
 _FLAT = 1e-7
-"""Points are on a line where their extent across is below this part of that along it."""
+"""Points are on a line if their extent across it is below this fraction of the extent along it."""
 _OPEN = 1e-7
-"""Equations have more than one solution where the eighth of their singular values is below this part of the first,"""
+"""The solution of the equations is not unique if the eighth singular value is below this fraction of the first,"""
 _RATIO = 1.1
-"""or, where noise is unknown, below this many times the ninth: scenes seen from close places have ratios of 1.5."""
+"""or, if noise is unknown, below this multiple of the ninth: scenes seen from nearby places have ratios of 1.5."""
 _CONFIDENCE = 0.995
-"""Of planes being found by what F leaves, if all F were as free as that of points in space."""
+"""Probability of detecting planes by the residuals of F, if all F had the freedom of those of points in space."""
 _SURELY = 0.999
-"""Of planes being found where the noise of pixels is known."""
+"""Probability of detecting planes if the noise of pixels is known."""
 _ROUNDING = 1e-10
-"""Distances below this part of the image are rounding."""
+"""Distances below this fraction of the image size are rounding errors."""
 _USUAL_NOISE = 1.2e-3
-"""The standard deviation of pixels that is expected before they are seen, as a part of the image that they cover,"""
+"""Prior standard deviation of pixels, as a fraction of the extent of the image that they cover,"""
 _WEIGHT = 4.0
-"""and as many residuals as that expectation counts for."""
+"""and the number of residuals that this prior is worth."""
 _LINE = 3.0
-"""On a line F leaves less than a homography on a plane does: the variance across it may be this many times as large."""
+"""On a line F leaves less than a homography on a plane does: the variance across it may be larger by this factor."""
 _SUSPECTS = 16
-"""Of more points, so many with the largest distances from a plane may be the only one off it."""
+"""Number of points with the largest distances from a plane among which the only one off it is sought."""
 
 
 def degenerate(matrix: Reals, first: Reals, second: Reals, known: float | None = None, margin: float = 1.0) -> Reals:
-    """Return whether point sets (..., n, 2) with noise cannot be distinguished from those of a plane or a line.
+    """Return whether noisy point sets (..., n, 2) cannot be distinguished from points of a plane or a line.
 
-    A homography, which has one parameter more than F and leaves two numbers of each point instead of one, fits such
-    points as well as F does: the ratio of both variances has Fisher's distribution. What F leaves of n points is n - 7
-    numbers, so few of eight points that chance makes one in ten planes look exact; `_WEIGHT` numbers of the usual size
-    are added to them. With the noise `known` the variance of the homography alone decides, and points are refused too
-    where all but one are on a plane, or fewer than eight places are seen. `margin` times the variance counts as equal.
+    A homography has one parameter more than F and two residuals for each point instead of one. It fits points of a
+    plane as well as F does: the ratio of the two variances has Fisher's distribution. F leaves only n - 7 residuals,
+    so few for eight points that by chance one in ten planes would look exact; `_WEIGHT` residuals of the usual size are
+    therefore added. If the noise is `known`, the variance of the homography alone decides, and points are also
+    rejected if all but one are on a plane or if fewer than eight distinct points are seen. Variances up to `margin`
+    times as large count as equal.
     """
     n = first.shape[-2]
     size = np.maximum(np.ptp(first, -2).max(-1), np.ptp(second, -2).max(-1))
@@ -65,16 +66,16 @@ def degenerate(matrix: Reals, first: Reals, second: Reals, known: float | None =
 
 
 def _quantile(n: int, freedom: float) -> float:
-    """Of the mean square of n residuals by that of `freedom` others."""
+    """Return the quantile of the mean square of n residuals relative to that of `freedom` others."""
     if np.isinf(freedom):
         return float(chdtri(n, 1 - _SURELY)) / n
     return float(fdtri(n, freedom, _CONFIDENCE))
 
 
 def _left_by_f(matrix: Reals, first: Reals, second: Reals) -> Reals:
-    """Return the sum of the squares of Sampson distances after one more step towards their least, to first order.
+    """Return the sum of squared Sampson distances after one more step towards its minimum, to first order.
 
-    So an F of linear equations will do, where rank 2 leaves much more than noise.
+    It is also meaningful for an F from linear equations, for which rank 2 leaves much more than noise.
     """
     size = np.sqrt((first.var((-1, -2)) + second.var((-1, -2))) / 2)
     size = np.where(size > 0, size, 1.0)
@@ -92,7 +93,7 @@ def _left_by_f(matrix: Reals, first: Reals, second: Reals) -> Reals:
 
 
 def _left_by_plane(first: Reals, second: Reals) -> Reals:
-    """Squares (..., n) of distances to pairs that fit a homography, fitted either way, whichever leaves less."""
+    """Return squared distances (..., n) to pairs that fit a homography, fitted in the direction that leaves less."""
     forward, _ = linear_homography(first, second)
     back, _ = linear_homography(second, first)
     off, other = homography_distance(forward, first, second) ** 2, homography_distance(back, second, first) ** 2
@@ -101,7 +102,7 @@ def _left_by_plane(first: Reals, second: Reals) -> Reals:
 
 
 def _plane_but_one(first: Reals, second: Reals, noise: float) -> Reals:
-    """Return whether all points but one fit a plane: then one number of F is open."""
+    """Return whether all points but one fit a plane, which leaves one parameter of F undetermined."""
     n = first.shape[-2]
     if n <= 8:
         return np.zeros(first.shape[:-2], np.bool_)
@@ -113,7 +114,7 @@ def _plane_but_one(first: Reals, second: Reals, noise: float) -> Reals:
 
 
 def _few_places(first: Reals, second: Reals, noise: float) -> Reals:
-    """Return whether less than eight pairs of pixels differ by more than noise does."""
+    """Return whether fewer than eight pairs of pixels differ by more than noise."""
     pairs = np.concatenate([first, second], -1)
     left = np.ones(pairs.shape[:-1], np.bool_)
     for _ in range(7):
@@ -123,16 +124,17 @@ def _few_places(first: Reals, second: Reals, noise: float) -> Reals:
 
 
 def _several(first: Reals, second: Reals, noisy: bool) -> Reals:
-    """Return whether linear equations of point sets (..., n, 2) have more than one solution: for repeated points, for example.
+    """Return whether the linear equations of point sets (..., n, 2) have several solutions, as for repeated points.
 
-    Found by rounding, and under noise, for more than eight points, where one solution leaves as much as the other.
+    Exact multiplicity is detected up to rounding. With noise and more than eight points, solutions are several if the
+    two smallest singular values are similar.
     """
     n = first.shape[-2]
     rows = projective3.epipolar_equation(normalized(first)[0], normalized(second)[0])
     if n < 8:
         return np.zeros(rows.shape[:-2], np.bool_)
-    turned = np.swapaxes(rows, -1, -2)
-    values = np.sqrt(np.maximum(np.linalg.eigvalsh(rows @ turned if n == 8 else turned @ rows), 0))
+    transposed = np.swapaxes(rows, -1, -2)
+    values = np.sqrt(np.maximum(np.linalg.eigvalsh(rows @ transposed if n == 8 else transposed @ rows), 0))
     several = values[..., -8] <= _OPEN * values[..., -1]
     if noisy and n > 8:
         several |= values[..., -8] <= _RATIO * values[..., 0]

@@ -1,4 +1,4 @@
-"""Calibration of a camera under a tracker: hand and eye where a tracked body is the hand."""
+"""Calibration of a camera under a tracker: hand-eye calibration with a tracked body as the hand."""
 
 from __future__ import annotations
 
@@ -15,31 +15,31 @@ from .status import VisionStatus
 def calibrate_endoscope(
     bodies: ArrayLike, points: ArrayLike, views: ArrayLike, intrinsics: ArrayLike
 ) -> HandEyeOfPoses:
-    """Where the camera of an endoscope is in the frame of the body on it that a tracker sees.
+    """Estimate the pose of an endoscope camera in the frame of the body on it that a tracker observes.
 
-    Images of a pattern give the poses of the camera (`localize`); `hand_eye_from_poses` does the rest.
+    Images of a pattern give the poses of the camera (`localize`); `hand_eye_from_poses` computes the result.
 
     Parameters
     ----------
     bodies : array_like, (n, 8)
-        Unit motors from the frame of the body to that of the tracker, one for each image.
+        Unit motors from the frame of the body to the frame of the tracker, one for each image.
     points : array_like, (m, 3)
-        Of the pattern, in its own frame and the tracker's unit of length.
+        Points of the pattern, in its own frame and the tracker's unit of length.
     views : array_like, (n, m, 2)
-        Their pixels, of a lens without distortion.
+        Their pixels, without lens distortion.
     intrinsics : array_like, (3, 3)
         As in `Camera`.
 
     Returns
     -------
     HandEyeOfPoses
-        X from the camera to the body, and Z from the pattern to the tracker. NOT_FINITE where an image leaves the pose
-        of the camera open.
+        X from the camera to the body, and Z from the pattern to the tracker. The status is NOT_FINITE if an image does
+        not determine the pose of the camera.
 
     Raises
     ------
     TypeError, ValueError
-        If arguments have other shapes or types.
+        If arguments have different shapes or types.
     """
     images = real_array(views, "views", (-1, -1, 2), "images, points, x y")
     motors = real_array(bodies, "bodies", (-1, 8), "motors")

@@ -1,4 +1,4 @@
-"""Shape and motion: cameras and points of many views at once, from the join-image of rank 4, also with occlusion."""
+"""Structure and motion: cameras and points of many views from the join-image of rank 4, also with occlusion."""
 
 from __future__ import annotations
 
@@ -19,73 +19,74 @@ from .tracks import agreeing, distances, majority_of_pair, noise_of, points_of_m
 from .two_views import epipoles
 
 _PAIRS = 6
-"""So many pairs of views, those with the most common points, are tried as a first one."""
+"""Number of pairs of views, those with the most common points, that are tried as the first pair."""
 _ROUNDS = 100
 _SAME = 1e-6
-"""Points of a view, of size 1, are the same where they spread by less: far above rounding, far below noise."""
+"""Points of a normalised view coincide if they spread by less: far above rounding, far below noise."""
 _PATIENCE = (4.0, 2.0, 1.0, 1.0, 1.0)
-"""How many times farther off than usual observations may be, each time that it is decided which of them are wrong:
-the first cameras are less exact than the last."""
+"""Factors of the tolerance of observations, for each round in which outliers are determined: the first cameras are less
+accurate than the last."""
 _STILL = 1e-7
-"""The error is at rest where a round changes less than this part of it."""
+"""Iterations have converged if the relative change of the error is below this."""
 _ROUNDING = 1e-13
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Factorization:
-    """Cameras and points whose images are those given, up to one projective map of space."""
+    """Cameras and points that reproduce the given images, up to one projective map of space."""
 
     cameras: Reals
     """(v, 3, 4) of norm 1; NaN for views whose status is not OK."""
     points: Reals
     """(n, 4) homogeneous, of norm 1; NaN for points whose status is not OK."""
     pixels: Reals
-    """(v, n, 2) of all points in all views: what was occluded is completed, what was wrong is corrected."""
+    """(v, n, 2) pixels of all points in all views: occluded ones are completed, wrong ones corrected."""
     status: VisionStatus
-    """DEGENERATE where no two views determine each other; TOO_FEW where a view is left out; NO_CONSENSUS where fewer
-    than half of the points that two views see agree with the cameras. OK says nothing of single points: see
+    """DEGENERATE if no two views determine each other; TOO_FEW if a view is left out; NO_CONSENSUS if fewer than half
+    of the points that two views see agree with the cameras. OK does not imply that single points are valid: see
     `point_status`."""
     residual: float
-    """The root of the mean square of the distances of the inliers, in pixels."""
+    """The root mean square distance of the inliers, in pixels."""
     singular_values: Reals
-    """Of the join-image, descending: four, and then what noise leaves, by the first."""
+    """Singular values of the join-image relative to the first, descending: four, followed by those due to noise."""
     inliers: Reals
-    """(v, n) bool: the observations that were used. Others were not given, or contradict these."""
+    """(v, n) bool: the observations that were used. The others were not given, or contradict these."""
     view_status: Reals
-    """(v,) int, a `VisionStatus` each: TOO_FEW for views that see fewer than six points that others see too."""
+    """(v,) int, a `VisionStatus` for each view: TOO_FEW if it sees fewer than six points that other views see."""
     point_status: Reals
-    """(n,) int, a `VisionStatus` each: TOO_FEW for points that fewer than two views see, NO_CONSENSUS where some
-    observations are wrong and no more than two, or than half of them, agree."""
+    """(n,) int, a `VisionStatus` for each point: TOO_FEW if fewer than two views see it, NO_CONSENSUS if some
+    observations are wrong and no more than two, or no more than half of them, agree."""
 
 
 def factorize(pixels: ArrayLike, mask: ArrayLike | None = None) -> Factorization:
-    """Cameras and points from the pixels of the same points in several views, some of them occluded.
+    """Compute cameras and points from the pixels of the same points in several views, some of them occluded.
 
     Two views with many common points give a first frame by F and projective depths. Cameras of views that see six known
-    points and points that two known views see follow in turn; images of points where they were occluded complete the
-    join-image, the matrix of all ``depth (x, y, 1)``, whose four first singular vectors are cameras and points (Sturm
-    and Triggs 1996). Weighted linear equations for all cameras and all points in turn then lessen the error in pixels.
+    points, and points that two known views see, are added alternately. Projected points replace occluded ones in the
+    join-image, the matrix of all ``depth (x, y, 1)``, whose first four singular vectors are cameras and points (Sturm
+    and Triggs 1996). Weighted linear equations, solved alternately for all cameras and all points, then reduce the
+    error in pixels.
 
     Wrong observations, such as tracks that jumped, are left out: the first pair and every camera come from samples with
-    the least median distance, noise is measured by the median of all distances, and what is off by more than five times
-    that is not used. Without such observations all are used.
+    the least median distance, the noise is estimated from the median of all distances, and observations that are off
+    by more than five times the noise are not used. If there are no such observations, all are used.
 
     Parameters
     ----------
     pixels : array_like, (v, n, 2)
-        What `mask` leaves out may be anything.
+        Values excluded by `mask` are arbitrary.
     mask : array_like of bool, (v, n), optional
-        Where points are seen; left out, where both numbers of a pixel are not NaN.
+        Where points are seen; the default is where both numbers of a pixel are not NaN.
 
     Returns
     -------
     Factorization
-        TOO_FEW for fewer than two views or eight points, NOT_FINITE for infinite pixels.
+        The status is TOO_FEW for fewer than two views or eight points, NOT_FINITE for infinite pixels.
 
     Raises
     ------
     TypeError, ValueError
-        If `pixels` is not one set of views, or `mask` has another shape.
+        If `pixels` is not one set of views, or if `mask` has a different shape.
     """
     image = real_array(pixels, "pixels", (-1, -1, 2), "views, points, x y").astype(np.float64)
     if image.ndim != 3:
@@ -102,7 +103,7 @@ def factorize(pixels: ArrayLike, mask: ArrayLike | None = None) -> Factorization
     if np.triu(common, 1).max() < 8:
         return _nothing(image, VisionStatus.TOO_FEW)
 
-    # One scale and centre for each view; what is occluded does no harm.
+    # One scale and centre for each view; occluded points have no effect.
     scaled, maps = np.zeros_like(image), np.tile(np.eye(3), (n_views, 1, 1))
     for v in range(n_views):
         if seen[v].any():
@@ -139,10 +140,10 @@ def _nothing(image: Reals, status: VisionStatus) -> Factorization:
 
 
 def _first_pair(image: Reals, seen: Reals, common: Reals) -> tuple[Reals, Reals] | None:
-    """Cameras and points, NaN but for those of two views, that determine each other best among some."""
-    ways = [(-common[i, j], i - j, i, j) for i in range(len(image)) for j in range(i + 1, len(image))]
+    """Return cameras and points, NaN except for the pair of views that determine each other best."""
+    candidates = [(-common[i, j], i - j, i, j) for i in range(len(image)) for j in range(i + 1, len(image))]
     best: tuple[float, Reals, Reals] | None = None
-    for _, _, i, j in sorted(ways)[:_PAIRS]:
+    for _, _, i, j in sorted(candidates)[:_PAIRS]:
         both = seen[i] & seen[j]
         if both.sum() < 8:
             break
@@ -156,7 +157,7 @@ def _first_pair(image: Reals, seen: Reals, common: Reals) -> tuple[Reals, Reals]
         if degenerate(matrix, one, two):
             continue
         _, epipole = epipoles(matrix)
-        # With its depths the join-image of two views has rank 4.
+        # With these depths the join-image of two views has rank 4.
         ratio = projective3.depth_ratio(matrix, epipole, one, two)
         join = np.concatenate([homogeneous(one), ratio[:, None] * homogeneous(two)], 1).T
         u, s, v = np.linalg.svd(join, full_matrices=False)
@@ -170,7 +171,7 @@ def _first_pair(image: Reals, seen: Reals, common: Reals) -> tuple[Reals, Reals]
 
 
 def _grown(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> tuple[Reals, Reals]:
-    """Cameras of views with six and more known points, and points that two known views see, in turn."""
+    """Add cameras of views with six or more known points, and points that two known views see, alternately."""
     while True:
         views, known = np.asarray(np.isfinite(cameras).all((1, 2))), np.asarray(np.isfinite(points).all(1))
         open_views = [v for v in np.nonzero(~views)[0] if (seen[v] & known).sum() >= 6]
@@ -192,21 +193,21 @@ def _grown(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> tuple[Re
 
 
 def _settled_on_most(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> tuple[Reals, Reals, Reals]:
-    """Cameras and points, NaN for those that too few observations agree on, and the observations (v, n) that agree."""
+    """Return cameras and points, NaN where too few observations agree, and the observations (v, n) that agree."""
     views = np.asarray(np.isfinite(cameras).all((1, 2)))
-    asked = seen & views[:, None] & (seen[views].sum(0) >= 2)
-    used = asked & np.isfinite(points).all(1)
+    considered = seen & views[:, None] & (seen[views].sum(0) >= 2)
+    used = considered & np.isfinite(points).all(1)
     for patience in _PATIENCE:
         off = distances(image, cameras, points)
         noise = patience * noise_of(off, used)
-        right = agreeing(off, asked, noise)
-        doubtful = np.flatnonzero((asked & ~right).any(0))
+        right = agreeing(off, considered, noise)
+        doubtful = np.flatnonzero((considered & ~right).any(0))
         if len(doubtful):
             right[:, doubtful], points[doubtful] = _reconsidered(
-                image[:, doubtful], asked[:, doubtful], cameras, noise, views
+                image[:, doubtful], considered[:, doubtful], cameras, noise, views
             )
-        # Two observations agree on some point where they keep the epipolar constraint, which may be by chance.
-        agreed, whole = right.sum(0), asked.sum(0)
+        # Two observations agree on a point if they satisfy the epipolar constraint, which may happen by chance.
+        agreed, whole = right.sum(0), considered.sum(0)
         right &= (agreed == whole) | ((agreed >= 3) & (2 * agreed > whole))
         known = right.sum(0) >= 2
         points[~known] = np.nan
@@ -220,25 +221,25 @@ def _settled_on_most(image: Reals, seen: Reals, cameras: Reals, points: Reals) -
     return cameras, points, used
 
 
-def _reconsidered(image: Reals, asked: Reals, cameras: Reals, noise: float, views: Reals) -> tuple[Reals, Reals]:
-    """Which observations (v, n) of points agree where some are wrong, and the points (n, 4) from these."""
-    points = points_of_most(image[views], asked[views], cameras[views])
-    right = agreeing(distances(image, cameras, points), asked, noise)
+def _reconsidered(image: Reals, considered: Reals, cameras: Reals, noise: float, views: Reals) -> tuple[Reals, Reals]:
+    """Return which observations (v, n) of points with outliers agree, and the points (n, 4) from these."""
+    points = points_of_most(image[views], considered[views], cameras[views])
+    right = agreeing(distances(image, cameras, points), considered, noise)
     enough = right.sum(0) >= 2
     if enough.any():
         weights = right[views][:, enough] / _depths(cameras[views], points[enough])
         points[enough] = _points(image[views][:, enough], weights, cameras[views])
-    return agreeing(distances(image, cameras, points), asked, noise), points
+    return agreeing(distances(image, cameras, points), considered, noise), points
 
 
 def _settled(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> tuple[Reals, Reals, Reals]:
-    """Cameras and points with less error, and the singular values of the completed join-image."""
+    """Return refined cameras and points, and the singular values of the completed join-image."""
     n_views, n_points = seen.shape
     values = np.empty(0)
     for sweep in range(2):
         projected = np.einsum("vij,nj->vni", cameras, points)
         join = np.where(seen[..., None], projected[..., 2:] * homogeneous(image), projected)
-        # Rows and columns of norm 1: the scales of homogeneous coordinates do not weigh.
+        # Rows and columns of norm 1: the scales of homogeneous coordinates have no influence.
         join = join / np.linalg.norm(join, axis=(0, 2))[None, :, None]
         join = join / np.linalg.norm(join, axis=(1, 2))[:, None, None]
         u, s, v = np.linalg.svd(np.swapaxes(join, 1, 2).reshape(3 * n_views, n_points), full_matrices=False)
@@ -249,12 +250,12 @@ def _settled(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> tuple[
     for _ in range(_ROUNDS):
         if error <= _ROUNDING:
             break
-        turned = linear_cameras_of(image, seen / _depths(cameras, points), points)
-        moved = _points(image, seen / _depths(turned, points), turned)
-        new = _error(image, seen, turned, moved)
+        new_cameras = linear_cameras_of(image, seen / _depths(cameras, points), points)
+        moved = _points(image, seen / _depths(new_cameras, points), new_cameras)
+        new = _error(image, seen, new_cameras, moved)
         if not new < error:
             break
-        change, cameras, points, error = error - new, turned, moved, new
+        change, cameras, points, error = error - new, new_cameras, moved, new
         if change <= _STILL * error:
             break
     return cameras, points, values
@@ -272,8 +273,8 @@ def _error(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> float:
 
 
 def _points(image: Reals, weights: Reals, cameras: Reals) -> Reals:
-    """Points (n, 4) from cameras (v, 3, 4)."""
+    """Return points (n, 4) from cameras (v, 3, 4)."""
     rows = [weights[..., None] * (image[..., k, None] * cameras[:, None, 2] - cameras[:, None, k]) for k in (0, 1)]
     whole = np.concatenate(rows).transpose(1, 0, 2)
-    # Fewer than four rows only for points seen by one view, which are not asked for.
+    # There are fewer than four rows only for points seen by one view, which are not requested.
     return np.asarray(np.linalg.svd(whole, full_matrices=False)[2][:, -1])

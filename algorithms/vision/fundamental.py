@@ -1,4 +1,4 @@
-"""The fundamental matrix from correspondences: seven points, eight and more."""
+"""The fundamental matrix from seven, or from eight or more correspondences."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _STEPS = 30
 
 
 def eight_points(first: Reals, second: Reals) -> Reals:
-    """F of point sets (..., n, 2) by the normalised eight-point algorithm, of rank 2, norm 1 (Hartley 1997)."""
+    """Return F of point sets (..., n, 2) by the normalised eight-point algorithm, with rank 2 and norm 1 (Hartley)."""
     one, left = normalized(first)
     two, right = normalized(second)
     rows = projective3.epipolar_equation(one, two)
@@ -25,16 +25,16 @@ def eight_points(first: Reals, second: Reals) -> Reals:
 
 
 def seven_points(first: Reals, second: Reals) -> Reals:
-    """Return the one or three F (..., 3, 3, 3) of seven points (..., 7, 2), NaN where there are fewer than three.
+    """Return the one or three F (..., 3, 3, 3) of seven points (..., 7, 2); missing ones are NaN.
 
-    They are the real roots of the cubic ``det(x A + y B) = 0`` in the plane of A and B that seven equations leave.
+    They are the real roots of the cubic ``det(x A + y B) = 0`` in the null space of the seven equations.
     """
     one, left = normalized(first)
     two, right = normalized(second)
     rows = projective3.epipolar_equation(one, two)
     null = null_vectors(rows, 2)
     a, b = (null[..., k, :].reshape(*null.shape[:-2], 3, 3) for k in (0, 1))
-    # det(x A + y B) is a cubic form: its coefficients from its values at (1, 0), (0, 1), (1, 1) and (1, -1).
+    # det(x A + y B) is a cubic form, determined by its values at (1, 0), (0, 1), (1, 1) and (1, -1).
     c3, c0, plus, minus = (np.linalg.det(m) for m in (a, b, a + b, a - b))
     c1, c2 = (plus + minus) / 2 - c3, (plus - minus) / 2 - c0
     swap = np.asarray(np.abs(c3) < np.abs(c0))
@@ -57,10 +57,10 @@ def seven_points(first: Reals, second: Reals) -> Reals:
 
 
 def refined(matrix: Reals, first: Reals, second: Reals) -> Reals:
-    """F of rank 2 with the least squares of Sampson distances near a given one (Levenberg and Marquardt).
+    """Return the F of rank 2 with the least sum of squared Sampson distances near a given one (Levenberg-Marquardt).
 
-    ``F = U diag(1, s, 0) V'`` with rotations U and V, and steps in their six angles and s (Bartoli and Sturm 2004).
-    Both images are scaled alike, so that distances keep their meaning.
+    ``F = U diag(1, s, 0) V'`` with rotations U and V; steps are in their six angles and s (Bartoli and Sturm 2004).
+    Both images are scaled equally, so that distances keep their meaning.
     """
     size = np.sqrt(np.mean([np.var(first), np.var(second)])) or 1.0
     one, left = normalized(first, np.asarray(1 / size))
@@ -72,7 +72,7 @@ def refined(matrix: Reals, first: Reals, second: Reals) -> Reals:
     for _ in range(_STEPS):
         gradient = projective3.sampson_distance_gradient(current, one, two).reshape(-1, 9)
         if not np.isfinite(gradient).all():
-            break  # A pixel on both epipoles, as where all are the same.
+            break  # A pixel is on both epipoles, for example if all pixels coincide.
         jacobian = gradient @ directions(u, ratio, v)
         normal, right_side = jacobian.T @ jacobian, jacobian.T @ residual
         step = -np.linalg.lstsq(normal + damping * np.diag(np.diag(normal) + 1e-300), right_side, rcond=1e-14)[0]

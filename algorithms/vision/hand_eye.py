@@ -20,35 +20,36 @@ from .hand_eye_results import HandEye, HandEyeOfPoses, HandEyeStatus
 from .hand_eye_solver import Noise
 
 _CONTRADICTION = 0.3
-"""Data contradict themselves where more than this remains, far above the noise of any tracker: of rotations, in
-radians, or of translations, by those of the motions, as where the two units of length differ."""
+"""Data are contradictory if a residual exceeds this value, which is far above the noise of any tracker. The residual
+is that of rotations in radians, or of translations relative to the motions, as for mixed units of length."""
 _MEANT, _MEANT_SINGLE = 1e-12, 1e-5
-"""Translations below this, in double and in single precision, may be rounding of others: they need not be of motors."""
+"""Translational parts below this, in double and single precision, may be rounding: they need not satisfy the motor
+condition."""
 
 _STILL, _STILL_SINGLE = 1e-7, 1e-5
-"""Motions that turn by less, in radians, do not turn: far above the rounding of double and of single precision."""
+"""Rotation angles below this, in radians, count as zero: far above rounding in double and in single precision."""
 
 
 def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
-    """Return the motor X with ``A X = X B`` in the least squares over all motions, rotation and translation at once.
+    """Estimate the motor X with ``A X = X B`` by least squares over all motions, rotation and translation at once.
 
     Each pair gives eight linear equations for the coefficients of X. Without noise their null space is spanned by X and
-    X I (Bayro-Corrochano, Daniilidis and Sommer, *JMIV* 13:79, 2000), so that any null vector, put back onto the Study
-    quadric, is X. Lengths are measured in those of the motions: the result does not depend on units. Steps of Gauss and
-    Newton on the manifold of motors then minimise what remains of ``~(X B) A X``, or of the inverse motions where that
-    is less, rotations and translations weighed by their own noise.
+    X I (Bayro-Corrochano, Daniilidis and Sommer, *JMIV* 13:79, 2000), so that any null vector, projected to the Study
+    quadric, is X. Lengths are measured relative to those of the motions, so the result does not depend on units.
+    Gauss-Newton steps on the manifold of motors then minimise the residual of ``~(X B) A X``, or that of the inverse
+    motions if it is smaller, with rotations and translations weighted by their own noise.
 
     Motions of all pairs of poses, in the order of `numpy.triu_indices`, are recognised because they close; X is then
-    refined as in `hand_eye_from_poses`. Wrong motions are left out as wrong poses are there.
+    refined as in `hand_eye_from_poses`. Wrong motions are excluded in the same way as wrong poses there.
 
     Parameters
     ----------
     a, b : array_like, (..., n, 8)
-        Unit motors between two poses of the hand, and of the camera, of `generated.pga3` or `generated.cga3`: their
-        coefficients and equations are the same. Signs do not matter. Leading axes broadcast. Of many poses, all pairs
-        of them are the best motions to give; `hand_eye_from_poses` takes these.
+        Unit motors between two poses of the hand, and of the camera, as in `generated.pga3` or `generated.cga3`, which
+        have the same coefficients and equations. Signs are irrelevant. Leading axes broadcast. For many poses, the
+        motions between all pairs give the best results; `hand_eye_from_poses` uses these.
     refine : bool
-        Whether to go on from the linear solution.
+        Whether to refine the linear solution.
 
     Returns
     -------
@@ -57,11 +58,11 @@ def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
     Raises
     ------
     TypeError, ValueError
-        If an argument has another shape or type, is not of unit motors, or the numbers of motions differ.
+        If an argument has a different shape or type, if it is not a unit motor, or if the numbers of motions differ.
 
     Notes
     -----
-    Without noise the error of X is about 1e-15 times the first singular value over the sixth.
+    Without noise, the error of X is about 1e-15 times the ratio of the first to the sixth singular value.
     """
     one, two, leading, dtype, still_below = _two(a, b, "motions")
     if one.shape[1] < 2 or not len(one):
@@ -87,41 +88,41 @@ def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
 
 
 def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: Noise = "either") -> HandEyeOfPoses:
-    """Return the motors X and Z with ``A X = Z B`` for all poses: where a camera is on a hand, and where what it looks at is.
+    """Estimate the motors X and Z with ``A X = Z B`` for all poses: those of the camera on the hand and of its target.
 
-    X is the linear one of `hand_eye` for all pairs of poses, and Z the mean of ``A X ~B``; steps of Gauss and Newton
-    for both then minimise what remains of ``~(Z B) A X``, weighed by the variances of three kinds of noise: of the
-    rotation of the hand, of that of the camera, and of translations. These are found with it, by restricted maximum
-    likelihood.
+    X is the linear solution of `hand_eye` for all pairs of poses, and Z the mean of ``A X ~B``. Gauss-Newton steps for
+    both then minimise the residual of ``~(Z B) A X``, weighted by the variances of three kinds of noise: of the
+    rotation of the hand, of the rotation of the camera, and of translations. These are estimated at the same time, by
+    restricted maximum likelihood.
 
-    Poses that contradict the others, such as those of a pattern that was detected wrongly, are left out: where the
-    screws of the motions between poses of the hand and of the camera differ by far more than is usual of the problem,
-    the place that most poses agree with is found by least median of squares over sets of three poses, and X and Z are
-    those of all poses that agree with it. Fewer than half of the poses may be wrong.
+    Poses that contradict the others, such as those of a pattern that was detected wrongly, are left out. They are
+    suspected if the screws of the motions between poses of the hand and of the camera differ by far more than usual for
+    the problem. The solution with which most poses agree is then found by least median of squares over sets of three
+    poses, and X and Z are estimated from all poses that agree with it. Fewer than half of the poses may be wrong.
 
     Parameters
     ----------
     a : array_like, (..., n, 8)
         Unit motors from the frame of the hand to that of its base.
     b : array_like, (..., n, 8)
-        Unit motors from the frame of the camera to that of what it looks at, as `localize` gives them. Signs do not
-        matter. Leading axes broadcast.
+        Unit motors from the frame of the camera to that of its target, as returned by `localize`. Signs are irrelevant.
+        Leading axes broadcast.
     refine : bool
-        Whether to go on from the linear solution.
+        Whether to refine the linear solution.
     noise : {"either", "hand", "camera"}
-        Whose poses turn by noise: the hand about its origin, the camera about what it looks at, or either by as much
-        as makes what is measured most likely.
+        The poses with rotational noise: those of the hand, about its origin, those of the camera, about its target, or
+        both, with the variances that maximise the likelihood.
 
     Returns
     -------
     HandEyeOfPoses
-        Its status and singular values are those of the motions.
+        Status and singular values refer to the motions.
 
     Raises
     ------
     TypeError, ValueError
-        If an argument has another shape or type, is not of unit motors, the numbers of poses differ, or `noise` is
-        another word.
+        If an argument has a different shape or type, if it is not a unit motor, if the numbers of poses differ, or if
+        `noise` is unknown.
     """
     if noise not in ("either", "hand", "camera"):
         raise ValueError(f"noise: {noise!r}; expected 'either', 'hand' or 'camera'")
@@ -151,14 +152,14 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
 
 
 class _Screws(NamedTuple):
-    """What is known of motions before anything is solved, so that rounding of axes decides nothing."""
+    """Properties of motions that are determined before the solution, so that rounding of axes has no influence."""
 
     misfits: Reals
-    """(p, n, 2) By how much motions of hand and camera differ as screws."""
+    """(p, n, 2) Differences of the motions of hand and camera as screws."""
     still: Reals
-    """(p,) bool. Whether no motion turns."""
+    """(p,) bool. Whether no motion rotates."""
     reach: Reals
-    """(p,) The root mean square of the lengths by which motions translate."""
+    """(p,) The root mean square of the lengths of translations."""
 
 
 def _screws(one: Reals, two: Reals, rounding: float) -> _Screws:
@@ -167,7 +168,7 @@ def _screws(one: Reals, two: Reals, rounding: float) -> _Screws:
 
 
 def _suspects_of_motions(misfits: Reals, closed: Reals) -> Reals:
-    """Which problems (p,) have motions, or poses where motions are those of all pairs, that are suspected."""
+    """Return which problems (p,) have suspicious motions, or suspicious poses if motions are those of all pairs."""
     n_motions = misfits.shape[1]
     found = agreement.suspect_motions(misfits)
     if closed.any():
@@ -176,9 +177,9 @@ def _suspects_of_motions(misfits: Reals, closed: Reals) -> Reals:
 
 
 def _right_motions(one: Reals, two: Reals, closed: bool) -> tuple[Reals, bool]:
-    """Which motions (n, 8) of one problem agree with most others, and whether these are more than half.
+    """Return which motions (n, 8) of one problem agree with most others, and whether these are more than half.
 
-    Where motions are those of all pairs of poses, more than half of the poses.
+    If motions are those of all pairs of poses, they must be from more than half of the poses.
     """
     if closed:
         right = _right_poses(solver.poses(one[None])[0], solver.poses(two[None])[0])
@@ -196,7 +197,7 @@ def _right_motions(one: Reals, two: Reals, closed: bool) -> tuple[Reals, bool]:
 
 
 def _right_poses(one: Reals, two: Reals) -> Reals:
-    """Which poses (n, 8) of one problem agree with most others."""
+    """Return which poses (n, 8) of one problem agree with most others."""
     still, from_seen = np.eye(8)[0], pga3.motor_inverse(two)
 
     def place(sets: Reals) -> Reals:
@@ -209,7 +210,7 @@ def _right_poses(one: Reals, two: Reals) -> Reals:
         noises.still_points(rest, point)
         shift = pga3.move_point(from_seen, point[:, None])
         at_point = pga3.motor_from_rotor_translation(np.eye(4)[0], shift)
-        # Noise turns hand and camera about points that it does not move, so the least of these translations is noise.
+        # Noise rotates hand and camera about points that it does not move, so the least of these translations is noise.
         others = (kernels.misfit_of_poses(one, two, x, z, frame) for frame in (still, pga3.motor_inverse(x), at_point))
         return np.asarray(np.minimum.reduce([_squares(each) for each in (rest, *others)]))
 
@@ -217,27 +218,27 @@ def _right_poses(one: Reals, two: Reals) -> Reals:
 
 
 def _squares(misfits: Reals) -> Reals:
-    """Squares (h, n, 2) of rotations and translations of misfits (h, n, 6)."""
+    """Return squares (h, n, 2) of rotations and translations of misfits (h, n, 6)."""
     return np.asarray(4 * (misfits.reshape(*misfits.shape[:2], 2, 3) ** 2).sum(-1))
 
 
 def _tested(status: Reals, residual: Reals, reach: Reals, agreed: Reals, still: Reals) -> Reals:
-    """Return the status, INCONSISTENT where no place agrees with most of the data or what remains is no noise.
+    """Return the status: INCONSISTENT if no solution agrees with most of the data or if the residual is not noise.
 
-    Motions that do not turn have small angles, whatever was solved. Where angles are small the place is open, and with
-    it the translations that it leaves.
+    Motions without rotation have the status SMALL_ANGLES, whatever was solved. With small angles the solution is
+    undetermined, and so are the translational residuals.
     """
-    far, turned = residual[:, 1] > _CONTRADICTION * reach, residual[:, 0] > _CONTRADICTION
-    if not np.count_nonzero(still | far | turned | ~agreed):
+    far, rotated = residual[:, 1] > _CONTRADICTION * reach, residual[:, 0] > _CONTRADICTION
+    if not np.count_nonzero(still | far | rotated | ~agreed):
         return status
     status = np.where(still, HandEyeStatus.SMALL_ANGLES, status)
-    large = (turned | (far & (status != HandEyeStatus.SMALL_ANGLES)) | ~agreed) & ~still
+    large = (rotated | (far & (status != HandEyeStatus.SMALL_ANGLES)) | ~agreed) & ~still
     open_ = np.isin(status, (HandEyeStatus.TOO_FEW, HandEyeStatus.NOT_FINITE, HandEyeStatus.AMBIGUOUS_SIGNS))
     return np.where(~open_ & large, HandEyeStatus.INCONSISTENT, status)
 
 
 def _two(a: ArrayLike, b: ArrayLike, what: str) -> tuple[Reals, Reals, tuple[int, ...], np.dtype[Any], float]:
-    """Both in double precision, with one axis of problems; the axes and type of the caller's; and `_STILL`."""
+    """Return both in double precision with one axis of problems, the input's leading axes and type, and `_STILL`."""
     one, two = real_array(a, "a", (-1, 8), "motors"), real_array(b, "b", (-1, 8), "motors")
     if one.shape[-2] != two.shape[-2]:
         raise ValueError(f"b: {two.shape[-2]} {what}; expected {one.shape[-2]}, as many as a has")

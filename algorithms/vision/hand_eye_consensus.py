@@ -1,9 +1,9 @@
-"""Which poses or motions of a hand-eye calibration agree with one another, and which are wrong.
+"""Detection of wrong poses or motions in hand-eye calibration.
 
-Two motions with ``A X = X B`` are screws of one angle and one pitch, whatever X is. Items that contradict this more
-than the others do are suspected at little cost; where there are any, the place that most items agree with is sought
-among the places that few of them determine (least median of squares: Rousseeuw and Leroy, *Robust Regression and
-Outlier Detection*, 1987).
+Two motions with ``A X = X B`` are screws of the same angle and pitch for any X. Items that violate this more than the
+others are suspected at little cost. If there are any, the solution with which most items agree is sought among the
+solutions for small samples (least median of squares: Rousseeuw and Leroy, *Robust Regression and Outlier Detection*,
+1987).
 """
 
 from __future__ import annotations
@@ -22,42 +22,42 @@ from .sampling import random_sets
 Flags = NDArray[np.bool_]
 
 _SUSPECTED = 3.0
-"""A pose is suspected where it contradicts the others by more than this many times what is usual of them."""
+"""A pose is suspected if it contradicts the others by more than this multiple of the usual contradiction."""
 _SUSPECTED_MOTION = 10.0
-"""A motion likewise; a single number, whose noise depends on the angle, varies more than a median of many."""
+"""The same for motions; a single number, whose noise depends on the angle, varies more than a median of many."""
 _FEWEST = 5
 _ROUNDING = 1e-10
-"""What rounding adds to contradictions of motions, in radians and units of their translations."""
+"""Rounding errors of contradictions of motions, in radians and units of their translations."""
 _SAMPLES = 400
-"""Number of samples at most: with a third of the poses wrong, about a hundred of them have none of these."""
+"""Maximum number of samples: if a third of the poses is wrong, about a hundred samples contain none of these."""
 _ROUNDS = 10
 _RARE = 1e-6
-"""An item is wrong that noise would move as far as that with this probability."""
+"""An item is wrong if noise would cause a deviation of this size with at most this probability."""
 _MEDIAN = float(chi2.median(3))
 
 
 def suspect_poses(misfits: Reals, n_poses: int) -> Flags:
-    """Which problems (p,) have poses that contradict the others.
+    """Return which problems (p,) have poses that contradict the others.
 
     Parameters
     ----------
     misfits : array, (p, n (n - 1) / 2, 2)
-        How the screws of the motions between two poses differ, of all pairs in the order of `numpy.triu_indices`.
+        Differences of the screws of the motions between two poses, for all pairs in the order of `numpy.triu_indices`.
     n_poses : int
-        None is suspected of fewer than five: too few would be left to agree.
+        With fewer than five poses none is suspected, because too few would be left to agree.
     """
     if n_poses < _FEWEST:
         return np.zeros(len(misfits), np.bool_)
     i, j = np.triu_indices(n_poses, 1)
     size = np.full((len(misfits), n_poses, n_poses, 2), np.inf)
     size[:, i, j] = size[:, j, i] = np.abs(misfits)
-    # A right pose agrees with most others, so the lower median over its partners is noise.
+    # A correct pose agrees with most others, so the lower median over its partners is noise.
     middle = (n_poses - 2) // 2
     return _beyond(np.partition(size, middle, axis=2)[:, :, middle], _SUSPECTED)
 
 
 def suspect_motions(misfits: Reals) -> Flags:
-    """Which problems (p,) have motions, five or more, that contradict the others, by misfits (p, n, 2) of screws."""
+    """Return which problems (p,) have motions that contradict the others, for misfits (p, n, 2) of at least five."""
     if misfits.shape[1] < _FEWEST:
         return np.zeros(len(misfits), np.bool_)
     return _beyond(np.abs(misfits), _SUSPECTED_MOTION)
@@ -78,16 +78,16 @@ def agreeing(
     place: Callable[[Reals], Reals],
     squares: Callable[[Reals], Reals],
 ) -> Flags:
-    """Which of the items (n,) agree with the place that most of them agree with.
+    """Return which of the items (n,) agree with the solution with which most of them agree.
 
     Parameters
     ----------
     n_items, sample_size : int
-        How many items there are, and how many determine a place.
+        Number of items, and number of items that determine a solution.
     place : callable
-        Index sets (h, k) of k items to places (h, ...).
+        Function from index sets (h, k) of k items to solutions (h, ...).
     squares : callable
-        Places (h, ...) to squared misfits (h, n, 2) of all items, in rotation and in translation.
+        Function from solutions (h, ...) to squared misfits (h, n, 2) of all items, in rotation and in translation.
     """
     most = n_items // 2
     """Index of the median; one more item than this is the majority."""
@@ -98,22 +98,22 @@ def agreeing(
     chosen = np.argsort((best / variance).sum(-1), kind="stable")[: most + 1]
     inliers = np.zeros(n_items, bool)
     inliers[chosen] = True
-    for turn in range(_ROUNDS):
+    for round_ in range(_ROUNDS):
         rest = np.nan_to_num(squares(place(np.flatnonzero(inliers)[None]))[0], nan=np.inf)
         count = int(inliers.sum())
-        # Each item has six numbers, and a sample one item more than has as many numbers as there are unknowns.
+        # Each item has six numbers, and a sample plus one item has as many numbers as there are unknowns.
         free = max(count - sample_size + 1, 1)
-        variance = np.median(rest, axis=0) / _MEDIAN if turn == 0 else rest[inliers].sum(0) / (3 * free)
-        # An item that was left out also misses by the error of the place.
+        variance = np.median(rest, axis=0) / _MEDIAN if round_ == 0 else rest[inliers].sum(0) / (3 * free)
+        # The misfit of an item that was left out includes the error of the solution.
         limit = 6 * float(f.isf(_RARE, 6, 6 * free)) * (2 - free / count)
         before, inliers = inliers, (rest / np.maximum(variance, _ROUNDING**2)).sum(-1) <= limit
-        if inliers.sum() <= sample_size or (turn and np.array_equal(inliers, before)):
+        if inliers.sum() <= sample_size or (round_ and np.array_equal(inliers, before)):
             break
     return inliers
 
 
 def _samples(n_items: int, size: int) -> Reals:
-    """Different sets of items: all, or some that depend on nothing but these numbers."""
+    """Return different sets of items: all, or some that depend only on these numbers."""
     if comb(n_items, size) <= _SAMPLES:
         return np.array(list(combinations(range(n_items), size)))
     return random_sets(n_items, size, _SAMPLES)

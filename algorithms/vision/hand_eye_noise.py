@@ -1,6 +1,6 @@
-"""Hand and eye from poses whose noise is unknown: steps to the most likely motors, of many problems at once.
+"""Hand-eye calibration from poses with unknown noise: steps to the most likely motors, for many problems at once.
 
-Arrays are in double precision, with one axis of problems before that of poses. Nothing here raises.
+Arrays are in double precision, with one axis of problems before that of poses. No function raises an error.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ from generated import hand_eye as kernels
 from ..arguments import Reals
 
 _DAMPING = np.full(12, 1e-14)
-"""What the pivot of each unknown is increased by, as a part of the trace."""
+"""Relative increase of the pivot of each unknown, as a fraction of the trace."""
 
 
 def called(kernel: Callable[..., Any], arrays: tuple[Reals, ...], *shared: Any) -> Any:
-    """What a kernel gives for problems (p, ...), and for arguments that they share.
+    """Call a kernel for problems (p, ...) with arguments that they share.
 
-    One problem has no axis of its own: calls on one element cost least.
+    A single problem is passed without the axis of problems, because calls for one element are cheapest.
     """
     if len(arrays[0]) != 1:
         return kernel(*arrays, *shared)
-    # A number of one problem is no array.
+    # A scalar result for one problem is not an array.
     found = kernel(*[each[0] for each in arrays], *shared)
     if type(found) is tuple:
         return tuple([np.asarray(part)[None] for part in found])
@@ -33,15 +33,15 @@ def called(kernel: Callable[..., Any], arrays: tuple[Reals, ...], *shared: Any) 
 
 
 def still_points(rest: Reals, points: Reals) -> None:
-    """Return the points (p, 3), a result, that motions (p, n, 6) of a frame, as small bivectors, move least in all.
+    """Store in `points` (p, 3) the points that motions (p, n, 6), as small bivectors in a frame, move least in total.
 
-    Near the origin where motions say little: as much as if each had a translation for a point as far as the unit.
+    Points are regularised towards the origin, as if each motion had a translation for a point at unit distance.
     """
     points[:] = called(kernels.still_point, (rest,))
 
 
 def likely_steps(
-    turns: Reals,
+    rotations: Reals,
     shifts: Reals,
     hand: Reals,
     seen: Reals,
@@ -53,17 +53,17 @@ def likely_steps(
     step: Reals,
     squares: Reals,
 ) -> bool:
-    """Return the steps (p, 12) of Gauss and Newton to the poses that are most likely, and new variances; if all are done.
+    """Compute Gauss-Newton steps (p, 12) to the most likely poses, and new variances; return whether all are done.
 
-    From what `generated.hand_eye.rows_of_poses` gives; `likely_step` there says what is computed. The problems that
-    are `moving` (p,) change in place: whether they still are, their `variances` (p, 3), those that the step is of,
-    `used` (p, 3), the weighed sums of squares before it, `cost` (p,), for `grown`, the steps, and sums of `squares`
-    (p, 2). Where `first`, only ratios of variances are taken, and squares are those of all problems. A problem whose
-    sums are not finite has step 0, and stops.
+    The arguments are the results of `generated.hand_eye.rows_of_poses`; see `likely_step` there for the computation.
+    For the problems that are `moving` (p,), these arrays are changed in place: whether they are still moving, their
+    `variances` (p, 3), the variances `used` for the step (p, 3), the weighted sum of squares before it, `cost` (p,),
+    for `grown`, the steps, and the sums of `squares` (p, 2). If `first`, only ratios of variances are used, and squares
+    are those of all problems. A problem whose sums are not finite has step 0 and stops.
     """
     everyone = first or np.count_nonzero(moving) == len(moving)
     some = slice(None) if everyone else np.flatnonzero(moving)
-    rows = turns, shifts, hand, seen, variances
+    rows = rotations, shifts, hand, seen, variances
     parts = rows if everyone else tuple(each[some] for each in rows)
     step[:] = 0.0
     found = called(kernels.likely_step, parts, float(first), _DAMPING)
@@ -74,12 +74,12 @@ def likely_steps(
     return not np.count_nonzero(moving)
 
 
-def grown(turns: Reals, shifts: Reals, hand: Reals, seen: Reals, used: Reals, cost: Reals, moving: Reals) -> Reals:
-    """Which steps (p,) of `likely_steps` made the sum of squares, weighed as there, more; these problems stop.
+def grown(rotations: Reals, shifts: Reals, hand: Reals, seen: Reals, used: Reals, cost: Reals, moving: Reals) -> Reals:
+    """Return which steps (p,) of `likely_steps` increased the weighted sum of squares; these problems stop.
 
-    From rows after the step, and what else that had.
+    The arguments are the rows after the step, and the values used for the step.
     """
-    now = called(kernels.weighed_squares, (turns, shifts, hand, seen, used))
+    now = called(kernels.weighed_squares, (rotations, shifts, hand, seen, used))
     worse = moving & ~(now <= cost)
     moving &= ~worse
     return np.asarray(worse)

@@ -1,4 +1,4 @@
-"""Solutions of the equations of hand-eye calibration, for many problems at once: linear ones, and steps from them.
+"""Solvers for the equations of hand-eye calibration, for many problems at once: linear solutions and their refinement.
 
 Arrays have one axis of problems before that of motions or poses, and are in double precision.
 """
@@ -22,19 +22,19 @@ from .hand_eye_results import HandEyeStatus
 Noise = Literal["either", "hand", "camera"]
 
 _HALF_TURN = 0.02
-"""A motion is a half turn, for its sign, where the cosine of half its angle is below this."""
+"""The sign of a motion is ambiguous (a half turn) if the cosine of half its angle is below this."""
 _PARALLEL = 1e-7
-"""Axes are parallel where they spread by less than this part, or the sixth singular value is below it of the first,"""
+"""Axes are parallel if their spread, or the ratio of the sixth to the first singular value, is below this,"""
 _OPEN = 0.2
-"""or noise leaves a rotation of the camera open by more radians than this."""
+"""or if noise leaves a rotation of the camera undetermined by more than this, in radians."""
 _ABOVE_NOISE = 3.0
-"""Angles are small that are below so many times what remains of rotations."""
+"""Angles are small if they are below this multiple of the rotational residual."""
 _STEPS = 6
-"""So many steps of Gauss and Newton are taken at most, of motions and of poses."""
+"""Maximum number of Gauss-Newton steps, for motions and for poses."""
 _CLOSED = 1e-6
-"""Motions are those of all pairs of poses where they differ by no more than this; translations, of the largest."""
+"""Motions are those of all pairs of poses if they close to this tolerance, relative to the largest translation."""
 _DONE = 1e-4
-"""Steps end with one that lessens the sum of squares by less than this part: those behind it are far less."""
+"""Iteration ends with a step that reduces the sum of squares by less than this fraction."""
 _ROUNDING = 1e-30
 _DAMPING = 1e-14
 
@@ -46,19 +46,19 @@ def _pairs(n_poses: int) -> tuple[Reals, Reals]:
 
 
 def between(poses: Reals) -> Reals:
-    """Motions (p, n (n - 1) / 2, 8) between all pairs of poses (p, n, 8), in the order of `numpy.triu_indices`."""
+    """Return motions (p, n (n - 1) / 2, 8) between all pairs of poses (p, n, 8), ordered as `numpy.triu_indices`."""
     return np.asarray(called(kernels.motions_between, (poses,), *_pairs(poses.shape[1])))
 
 
 def of_all_poses(one: Reals, two: Reals, hands: Reals, eyes: Reals, refine: bool, noise: Noise) -> list[Reals]:
-    """X, status, singular values, residual and Z of poses and the motions between them."""
+    """Return X, status, singular values, residual and Z from poses and the motions between them."""
     motor, status, values, _ = solved(hands, eyes, False)
     motor, world, residual = refined(one, two, motor, status, noise, refine)
     return [motor, status, values, residual, world]
 
 
 def of_motions(one: Reals, two: Reals, closed: Reals, refine: bool) -> list[Reals]:
-    """As `solved`, where those of the problems that are `closed` are refined as poses are."""
+    """Return the results of `solved`; those of the problems that are `closed` are refined as for poses."""
     if not closed.any():
         return solved(one, two, refine)
     if closed.all():
@@ -72,9 +72,10 @@ def of_motions(one: Reals, two: Reals, closed: Reals, refine: bool) -> list[Real
 
 @lru_cache(64)
 def _triples(count: int) -> tuple[Reals, Reals, Reals] | None:
-    """Motions that close if so many are those of all pairs of poses: from the first pose to two others, and between.
+    """Return triples of motions that close if `count` motions are those of all pairs of poses.
 
-    None where there can be no such poses.
+    Each triple has the motions from the first pose to two others and the motion between these. None if `count` is not a
+    possible number of pairs.
     """
     n_poses = (1 + isqrt(1 + 8 * count)) // 2
     if n_poses < 3 or n_poses * (n_poses - 1) != 2 * count:
@@ -83,7 +84,7 @@ def _triples(count: int) -> tuple[Reals, Reals, Reals] | None:
 
 
 def closed(one: Reals, two: Reals) -> Reals | None:
-    """Which problems (p,) have motions of all pairs of poses, in the order of `numpy.triu_indices`; None where none."""
+    """Return which problems (p,) have motions of all pairs of poses, as `numpy.triu_indices`; None if none has."""
     triples = _triples(one.shape[1])
     if triples is None:
         return None
@@ -96,13 +97,13 @@ def closed(one: Reals, two: Reals) -> Reals | None:
 
 
 def poses(motions: Reals) -> Reals:
-    """Poses (p, k, 8) of motions (p, n, 8) between all pairs: the first does not move."""
+    """Return poses (p, k, 8) from motions (p, n, 8) between all pairs; the first pose is the identity."""
     still = np.broadcast_to(np.eye(8)[0], (len(motions), 1, 8))
     return np.concatenate([still, motions[:, : isqrt(2 * motions.shape[1])]], 1)
 
 
 def _of_pairs(one: Reals, two: Reals) -> list[Reals]:
-    """As `solved`, of motions between all pairs of poses."""
+    """Return the results of `solved` for motions between all pairs of poses."""
     motor, status, values, _ = solved(one, two, False)
     motor, _, _ = refined(poses(one), poses(two), motor, status, None)
     return [motor, status, values, called(kernels.misfit_of_motions, (one, two, motor))]
@@ -111,7 +112,7 @@ def _of_pairs(one: Reals, two: Reals) -> list[Reals]:
 def refined(
     one: Reals, two: Reals, motor: Reals, status: Reals, noise: Noise | None, refine: bool = True
 ) -> tuple[Reals, Reals, Reals]:
-    """X and Z of poses (p, n, 8), and what they leave, from a first X; refined where its status is OK."""
+    """Return X and Z of poses (p, n, 8) and the residuals, from a first X; refined where its status is OK."""
     one, two, x, z, unit, finite = called(kernels.start_of_poses, (one, two, motor))
     moving = (status == HandEyeStatus.OK) & refine
     (x, z), squares = _of_poses(one, two, x, z, moving, noise)
@@ -122,14 +123,14 @@ def refined(
 
 
 def place(one: Reals, two: Reals) -> tuple[Reals, Reals]:
-    """Return the linear X and Z of poses (p, n, 8)."""
+    """Return the linear solutions X and Z of poses (p, n, 8)."""
     motor = solved(between(one), between(two), False)[0]
     _, _, x, z, unit, finite = called(kernels.start_of_poses, (one, two, motor))
     return _in_units(x, z, unit, finite)
 
 
 def _in_units(x: Reals, z: Reals, unit: Reals, finite: Reals) -> tuple[Reals, Reals]:
-    """Motors (p, 8), changed in place, in units of length (p,) and with scalar parts that are not negative."""
+    """Return motors (p, 8), changed in place, in units of length (p,) and with nonnegative scalar parts."""
     for found in (x, z):
         found[found[:, 0] < 0] *= -1.0
         found[:, 4:] *= unit[:, None]
@@ -138,7 +139,7 @@ def _in_units(x: Reals, z: Reals, unit: Reals, finite: Reals) -> tuple[Reals, Re
 
 
 def solved(one: Reals, two: Reals, refine: bool) -> list[Reals]:
-    """Motors, status, singular values and residuals of problems (p, n, 8)."""
+    """Return motors, status, singular values and residuals of problems (p, n, 8)."""
     found = called(kernels.equations_of_motions, (one, two), _HALF_TURN, _PARALLEL)
     one, two, clear, unit, finite, axes, parallel, regular, equations = found
     squares, vectors = np.linalg.eigh(equations)
@@ -146,7 +147,7 @@ def solved(one: Reals, two: Reals, refine: bool) -> list[Reals]:
     first, second = (np.ascontiguousarray(vectors[..., k]) for k in (0, 1))
     many = (parallel > 0) | (values[:, 5] <= _PARALLEL * values[:, 0])
     if np.count_nonzero(many):
-        # Then more than two vectors are singular, and any of them may be the last.
+        # More than two singular values then vanish, and the last vector is arbitrary.
         first[many], second[many] = _least_translated(equations[many]), 0.0
     motions = one, two, clear, first, second, unit, axes, many.astype(float)
     limits = float(_STEPS if refine else 0), _DONE, _ROUNDING, _OPEN
@@ -164,25 +165,25 @@ def solved(one: Reals, two: Reals, refine: bool) -> list[Reals]:
 
 
 def _least_translated(table: Reals) -> Reals:
-    """Vectors (p, 8) with a unit rotational part that leave the least squares, of products `table` (p, 8, 8).
+    """Return least-squares vectors (p, 8) with a unit rotational part, for normal equations `table` (p, 8, 8).
 
-    Of those that leave the same, one with a small translational part: damping makes it the only one.
+    Among equivalent vectors, damping selects one with a small translational part.
     """
     across = table[:, 4:, 4:].copy()
     across[:, range(4), range(4)] += (_DAMPING * np.trace(table, axis1=1, axis2=2) + 1e-300)[:, None]
     back = np.linalg.solve(across, table[:, 4:, :4])
-    turn = np.linalg.eigh(table[:, :4, :4] - table[:, :4, 4:] @ back)[1][..., 0]
-    return np.concatenate([turn, -(back @ turn[..., None])[..., 0]], -1)
+    rotation = np.linalg.eigh(table[:, :4, :4] - table[:, :4, 4:] @ back)[1][..., 0]
+    return np.concatenate([rotation, -(back @ rotation[..., None])[..., 0]], -1)
 
 
 def _of_poses(
     one: Reals, two: Reals, x: Reals, z: Reals, moving: Reals, noise: Noise | None
 ) -> tuple[tuple[Reals, Reals], Reals]:
-    """X and Z near a start, and the sums of squares of what they leave at the origin of the camera.
+    """Return X and Z near a start, and the sums of squared residuals at the origin of the camera.
 
-    Noise turns a hand about its origin, and a camera about that of what it looks at, which is where encoders and
-    images measure; how much it does is found with them. Without `noise` it is that of either, and the place looked at
-    is unknown.
+    Noise rotates a hand about its origin and a camera about the origin of its target, where encoders and images
+    measure; its variance is estimated too. If `noise` is None, both poses have noise and the position of the target is
+    unknown.
     """
     count = len(one)
     place, to_camera = np.zeros((count, 3)), pga3.motor_inverse(two)
@@ -190,18 +191,20 @@ def _of_poses(
     used, cost = np.empty((count, 3)), np.empty(count)
     step, squares = np.empty((count, 12)), np.empty((count, 2))
     before, hand, seen = (x, z), place, place
-    for turn in range(_STEPS + 1):
+    for step_number in range(_STEPS + 1):
         if noise is None:
-            # Motions of the camera do not say where what it looks at is: where what remains moves least.
+            # Motions of the camera do not determine the position of its target: use the point with the least residual.
             noises.still_points(kernels.misfit_of_poses(one, two, x[:, None], z[:, None], to_camera), place)
-        turns, shifts, new_hand, new_seen = called(kernels.rows_of_poses, (one, two, x, z, place))
-        if turn:
-            worse = noises.grown(turns, shifts, hand, seen, used, cost, moving)
+        rotations, shifts, new_hand, new_seen = called(kernels.rows_of_poses, (one, two, x, z, place))
+        if step_number:
+            worse = noises.grown(rotations, shifts, hand, seen, used, cost, moving)
             if np.count_nonzero(worse):
                 x, z = (np.where(worse[:, None], old, new) for old, new in zip(before, (x, z), strict=True))
         before, hand, seen = (x, z), new_hand, new_seen
-        done = noises.likely_steps(turns, shifts, hand, seen, moving, turn == 0, variances, used, cost, step, squares)
-        if turn == _STEPS:
+        done = noises.likely_steps(
+            rotations, shifts, hand, seen, moving, step_number == 0, variances, used, cost, step, squares
+        )
+        if step_number == _STEPS:
             break
         x, z = called(kernels.moved, (x, z, step.reshape(-1, 2, 6)))
         if done:

@@ -1,4 +1,4 @@
-"""Numbers that no projective map changes: cross-ratios, and invariants of points in space from views alone."""
+"""Projective invariants: cross-ratios, and invariants of points in space from uncalibrated views."""
 
 from __future__ import annotations
 
@@ -28,23 +28,23 @@ _KERNEL: dict[int, Callable[..., Any]] = {
 def cross_ratio(points: ArrayLike) -> Reals:
     """Return the cross-ratio ``{a, b; c, d} = [a c] [b d] / ([a d] [b c])`` by brackets.
 
-    Of four points of a line; of the lines from the first of five points of a plane to the others; of the planes through
-    the first two of six points of space and each of the others.
+    It is the cross-ratio of four points of a line, of the lines from the first of five points of a plane to the others,
+    or of the planes through the first two of six points of space and each of the others.
 
     Parameters
     ----------
     points : array_like, (..., d + 3, d) or (..., d + 3, d + 1)
-        In dimension d = 1, 2 or 3, Euclidean or homogeneous: the number of points says which.
+        Points in dimension d = 1, 2 or 3, Euclidean or homogeneous; the number of points determines the dimension.
 
     Returns
     -------
     array, (...)
-        Infinite where a bracket below vanishes, NaN where one above does too.
+        Infinite if a bracket in the denominator vanishes, NaN if one in the numerator vanishes too.
 
     Raises
     ------
     TypeError, ValueError
-        If these are not four, five or six points of that many coordinates.
+        If `points` is not an array of four, five or six points with that many coordinates.
     """
     array = real_array(points, "points", (-1, -1), "4, 5 or 6 points")
     n, size = array.shape[-2:]
@@ -58,7 +58,7 @@ def cross_ratio(points: ArrayLike) -> Reals:
 
 
 def permutation_invariant(ratio: ArrayLike) -> Reals:
-    """Return a number that is the same for the cross-ratios of four points in any order.
+    """Return an invariant of the cross-ratio that does not depend on the order of the four points.
 
     ``J = (2r^6 - 6r^5 + 9r^4 - 8r^3 + 9r^2 - 6r + 2) / (r^6 - 3r^5 + 3r^4 - r^3 + 3r^2 - 3r + 1)`` (Meer, Lenz and
     Ramakrishna, *IJCV* 26:137, 1998).
@@ -66,7 +66,7 @@ def permutation_invariant(ratio: ArrayLike) -> Reals:
     Parameters
     ----------
     ratio : array_like, (...)
-        Cross-ratios; infinite is one of them.
+        Cross-ratios, which may be infinite.
 
     Returns
     -------
@@ -76,10 +76,10 @@ def permutation_invariant(ratio: ArrayLike) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        If these are not numbers.
+        If `ratio` is not an array of real numbers.
     """
     r = real_array(ratio, "ratio")
-    # J is the same at 1/r, where numbers are smaller.
+    # J is the same at 1/r, which is smaller in magnitude.
     with np.errstate(divide="ignore", invalid="ignore"):
         r = np.where(np.abs(r) > 1, 1 / r, r)
     above = np.polynomial.polynomial.polyval(r, [2, -6, 9, -8, 9, -6, 2])
@@ -87,25 +87,25 @@ def permutation_invariant(ratio: ArrayLike) -> Reals:
 
 
 def p2_invariants(points: ArrayLike) -> Reals:
-    """Five numbers of five points of a plane that are the same for all their images, and for any order of them.
+    """Return five numbers of five points of a plane that are invariant under projective maps and permutations.
 
-    The `permutation_invariant` of the cross-ratio of the four lines from each of the points to the others, in order of
-    size (Meer, Lenz and Ramakrishna, *IJCV* 26:137, 1998).
+    They are the `permutation_invariant` of the cross-ratio of the four lines from each of the points to the others,
+    sorted (Meer, Lenz and Ramakrishna, *IJCV* 26:137, 1998).
 
     Parameters
     ----------
     points : array_like, (..., 5, 2) or (..., 5, 3)
-        Euclidean or homogeneous: directions in which an omnidirectional camera sees the points will do.
+        Euclidean or homogeneous points, for example directions of points from an omnidirectional camera.
 
     Returns
     -------
     array, (..., 5)
-        Between 2 and 14/5, ascending; NaN, behind the others, where three points and one more are on a line.
+        Between 2 and 14/5, ascending; NaN, at the end, if a point and two others are on a line.
 
     Raises
     ------
     TypeError, ValueError
-        If these are not five points.
+        If `points` is not an array of five points.
     """
     array = real_array(points, "points", (5, -1), "five points")
     if array.shape[-1] not in (2, 3):
@@ -115,8 +115,8 @@ def p2_invariants(points: ArrayLike) -> Reals:
 
 def each_pencil(points: Reals) -> Reals:
     """Return the permutation invariant about each of five homogeneous points."""
-    turned = np.stack([points[..., _PENCILS[k], :] for k in range(5)], -3)
-    return permutation_invariant(_quotients(projective2.cross_ratio_of_lines, turned))
+    permuted = np.stack([points[..., _PENCILS[k], :] for k in range(5)], -3)
+    return permutation_invariant(_quotients(projective2.cross_ratio_of_lines, permuted))
 
 
 def invariants_3d(
@@ -125,42 +125,43 @@ def invariants_3d(
     tensor: ArrayLike | None = None,
     method: Method = "points",
 ) -> Reals:
-    """Three projective invariants of six points of space: coordinates of the last in the frame of the first five.
+    """Return three projective invariants of six points in space: coordinates of the last in a frame of the others.
 
-    From the points themselves; from two views and their fundamental matrix; or from three views and their trifocal
-    tensor, in all cases without calibration, and with the same result.
+    They are computed from the points themselves, from two views and their fundamental matrix, or from three views and
+    their trifocal tensor. No calibration is needed, and the results are equal.
 
     Parameters
     ----------
     *points : array_like, (..., 6, 3) or (..., 6, 4); or two or three arrays, (..., 6, 2)
-        Points of space, Euclidean or homogeneous; or their pixels in each view.
+        Points in space, Euclidean or homogeneous; or their pixels in each view.
     fundamental : array_like, (..., 3, 3)
-        For two views, as `fundamental_matrix` gives it.
+        For two views, as returned by `fundamental_matrix`.
     tensor : array_like, (3, 3, 3)
-        For three views, as `trifocal_tensor` gives it.
+        For three views, as returned by `trifocal_tensor`.
     method : {"points", "joins"}
-        From views: by brackets of the points in which lines of sight meet, in any frame of space that the matrix or
-        tensor allows; or of lines that join image points (Bayro-Corrochano, *Geometric Computing*, 2010, 14.5), which
-        need no frame. Both are the same without noise; with it the first are some 2.5 times as exact.
+        The method for views. "points" uses brackets of the points in which lines of sight meet, in any frame of space
+        compatible with the matrix or tensor. "joins" uses brackets of lines that join image points (Bayro-Corrochano,
+        *Geometric Computing*, 2010, 14.5), which need no frame. Both agree without noise; with noise, "points" is
+        about 2.5 times as accurate.
 
     Returns
     -------
     array, (..., 3)
-        Cross-ratios of planes about edges of the tetrahedron of the first four points: 1 where these are on a plane,
-        infinite or NaN where a bracket below vanishes or a number of the input is not finite.
+        Cross-ratios of planes about edges of the tetrahedron of the first four points: 1 if these are on a plane,
+        infinite or NaN if a bracket in the denominator vanishes or a number of the input is not finite.
 
     Raises
     ------
     TypeError, ValueError
-        If the arrays are not points or pixels of six points, or the matrix or tensor for the views is left out.
+        If the arrays are not points or pixels of six points, or if the matrix or tensor for the views is missing.
 
     Notes
     -----
-    Rounding of the pixels alone, of some 300 units each, moves the invariants of random points and cameras by 1e-15
-    (median) to 1e-12 (one of 500) and more, where a bracket below is small or a line of sight nearly goes through the
-    other centre: `invariants_3d_deviation` tells. By "points" the error is 1.6 times that (median) and 5 times in one
-    of ten cases: below 1e-12 for 99.7 % from two views and for 99.9 % from three. By "joins" it is for 97 %: there
-    joins that nearly go through an epipole are ill too.
+    Rounding of the pixels alone, with about 300 units each, changes the invariants of random points and cameras by
+    1e-15 (median) to 1e-12 (one of 500) and more, if a bracket in the denominator is small or a line of sight nearly
+    passes through the other centre; `invariants_3d_deviation` estimates this. With "points" the error is 1.6 times as
+    large (median) and 5 times in one of ten cases: below 1e-12 for 99.7 % from two views and for 99.9 % from three.
+    With "joins" it is below 1e-12 for 97 %, because joins that nearly pass through an epipole are ill-conditioned too.
     """
     if method not in ("points", "joins"):
         raise ValueError(f"method: {method!r}; expected 'points' or 'joins'")
@@ -198,26 +199,26 @@ def invariants_3d_deviation(
     tensor: ArrayLike | None = None,
     noise: float = 1.0,
 ) -> Reals:
-    """What noise of the pixels does to `invariants_3d`: how far six points can be told from others, or not at all.
+    """Return the effect of pixel noise on `invariants_3d`, which limits how well six points can be distinguished.
 
     Parameters
     ----------
     *views : two or three arrays, array_like, (..., 6, 2)
     fundamental, tensor : array_like
-        As in `invariants_3d`; taken as exact.
+        As in `invariants_3d`; assumed exact.
     noise : float
-        Standard deviation of each coordinate of a pixel. With that of their rounding, 1e-16 of their size, the result
-        is the error that no method could avoid.
+        Standard deviation of each coordinate of a pixel. With the standard deviation of rounding, 1e-16 of the size of
+        pixels, the result is the error that no method can avoid.
 
     Returns
     -------
     array, (..., 3)
-        Standard deviations of the invariants to first order, from differences; infinite or NaN where an invariant is.
+        Standard deviations of the invariants to first order, from differences; infinite or NaN if an invariant is.
 
     Raises
     ------
     TypeError, ValueError
-        As `invariants_3d`, and if `noise` is negative or not finite.
+        As in `invariants_3d`, and if `noise` is negative or not finite.
     """
     size = finite_number(noise, "noise")
     if size < 0:
@@ -252,21 +253,21 @@ def _quotients(kernel: Callable[..., Any], *arrays: Reals) -> Reals:
 
 
 def normalized_pair(matrix: Reals, first: Reals, second: Reals) -> tuple[Reals, Reals, Reals]:
-    """F and pixels in coordinates of size 1: the invariants are the same, their rounding is less."""
+    """Return F and pixels in normalised coordinates, which give the same invariants with smaller rounding errors."""
     (one, left), (two, right) = _scaled(first), _scaled(second)
     back, other = np.linalg.inv(left), np.linalg.inv(right)
     return np.swapaxes(other, -1, -2) @ matrix @ back, one, two
 
 
 def _scaled(pixels: Reals) -> tuple[Reals, Reals]:
-    """Pixels after a similarity, and it; what is not finite stays so, and has no part in it."""
+    """Return pixels after a similarity, and the similarity; pixels that are not finite do not affect it."""
     good = np.isfinite(pixels).all((-1, -2), keepdims=True)
     _, matrix = normalized(np.where(good, pixels, np.arange(2.0 * pixels.shape[-2]).reshape(-1, 2)))
     return pixels * matrix[..., :1, :1] + matrix[..., None, :-1, -1], matrix
 
 
 def places_of_two_views(matrix: Reals, first: Reals, second: Reals) -> Reals:
-    """Points (..., 4), of norm 1, in the frame of space in which the first camera is [I | 0]."""
+    """Return points (..., 4), of norm 1, in the frame in which the first camera is [I | 0]."""
     matrix = matrix / np.linalg.norm(matrix, axis=(-1, -2), keepdims=True)
     left = np.linalg.svd(matrix)[0][..., :, 2]
     cross = np.cross(left[..., None, :], np.swapaxes(matrix, -1, -2)).swapaxes(-1, -2)
@@ -282,7 +283,7 @@ def _places(one: Reals, two: Reals, first: Reals, second: Reals) -> Reals:
 
 
 def _three_views(tensor: Reals, views: list[Reals], method: Method) -> Reals:
-    """Return the median of what the views in any order give: less noise than one of them."""
+    """Return the median of the results for all orders of the views, which has less noise than a single order."""
     scaled, maps = [], []
     for view in views:
         finite = view[np.isfinite(view).all(-1)]
@@ -295,7 +296,7 @@ def _three_views(tensor: Reals, views: list[Reals], method: Method) -> Reals:
     for order in permutations(range(3)):
         one, two, three = (cameras[k] / np.linalg.norm(cameras[k]) for k in order)
         if method == "points":
-            # The point of the first line of sight that the second view sees best.
+            # The point on the first line of sight that the second view locates best.
             places = _places(one, two, scaled[order[0]], scaled[order[1]])
             found.append(_quotients(projective3.invariants_of_points, places))
             continue

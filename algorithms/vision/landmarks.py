@@ -1,4 +1,4 @@
-"""Landmarks that are learned from some views and recognised in others: points of a plane, by their p2-invariants."""
+"""Landmarks of coplanar points that are learned from some views and recognised in others by their p2-invariants."""
 
 from __future__ import annotations
 
@@ -19,80 +19,80 @@ from .normalization import extents, flatness, homogeneous, normalized, undone
 from .planes import linear_homography
 from .status import DegenerateError, VisionStatus
 
-_LEARNED, _ASKED, _TRUSTED = 90, 40, 3000
-"""So many sets of five points of a landmark are kept, and of a query compared; so many pairs of both are followed.
-Where two of ten points are hidden, a fifth of the sets that are kept are seen, and chance ranks others before them."""
+_LEARNED, _COMPARED, _TRUSTED = 90, 40, 3000
+"""Numbers of sets of five points that are kept of a landmark and compared of a query, and of pairs of both that are
+followed. If two of ten points are hidden, a fifth of the kept sets is seen, and others rank before them by chance."""
 _LEAST = 8
-"""Any four points go onto any other four: fewer points than this are too often alike by chance."""
+"""Minimum number of points. Any four points can be mapped to any other four: fewer points match too often by chance."""
 _LIMIT, _FAR = 2.5, 4.0
-"""Landmarks fit up to so many times the noise; single points up to the root of so many times that."""
+"""Landmarks fit up to the first multiple of the noise; single points up to the root of the second multiple of that."""
 _CHANCE = 1e-3
-"""Expected number of strangers among all pairs of sets that bring as many points as near by chance."""
+"""Expected number of unrelated maps, among all pairs of sets, that match as many points as closely by chance."""
 _FLAT = 1e-3
 _ALIKE, _DAMPING = 1e-12, 1e-12
-"""What rounding adds to variances of invariants, and to sums of squares of equations."""
+"""Contribution of rounding to variances of invariants, and to sums of squares of equations."""
 _FIRST, _TRIED = 8, 40
-"""So many of the best maps are fitted again to all points that they bring together; and if none fits, so many."""
+"""Number of the best maps that are fitted again to all points that they match; and, if none fits, of further ones."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recognition:
-    """Which landmark is seen."""
+    """Result of `LandmarkMap.recognize`."""
 
     landmark: int
-    """Its place in the map; -1 where the status is not OK."""
+    """Index of the landmark in the map; -1 if the status is not OK."""
     status: VisionStatus
-    """NO_CONSENSUS where no landmark fits."""
+    """NO_CONSENSUS if no landmark fits."""
     distance: float
-    """The root of the mean square of the angles between points that are seen and those of the landmark, in radians."""
+    """The root mean square of the angles between points that are seen and those of the landmark, in radians."""
     matches: Reals
-    """(n,) int, for each point that is seen that of the landmark, or -1."""
+    """(n,) int, the point of the landmark for each point that is seen, or -1."""
 
 
 class _Fit(NamedTuple):
-    """A landmark mapped onto what is seen."""
+    """A landmark mapped to the observed points."""
 
     cost: float
     landmark: int
     matches: Reals
     distance: float
     farthest: float
-    """The largest angle between points that are brought together."""
+    """The largest angle between matched points."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LandmarkMap:
-    """Landmarks, and the invariants of five of their points each to find them by."""
+    """Landmarks, and the invariants of sets of five of their points by which they are recognised."""
 
     points: Reals
-    """(m, k, 2) Of each landmark, in some image of its plane; NaN behind the last of fewer than k."""
+    """(m, k, 2) Points of each landmark, in some image of its plane; padded with NaN if there are fewer than k."""
     invariants: Reals
     """(s, 5) p2-invariants of sets of five points."""
     deviations: Reals
-    """(s, 5) How far noise of 1 of the points moves these, by derivatives."""
+    """(s, 5) Standard deviations of these for points with noise of 1, from derivatives."""
     sets: Reals
     """(s, 6) int: the landmark, and its five points in the order of their invariants."""
     errors: Reals
-    """(m,) Standard error of the points of each landmark, by their spread; NaN where there was one view only."""
+    """(m,) Standard error of the points of each landmark relative to their spread; NaN if there was only one view."""
 
     @classmethod
     def learn(cls, landmarks: Sequence[ArrayLike]) -> LandmarkMap:
-        """Landmarks from views of each.
+        """Learn landmarks from views of each.
 
-        All views of a landmark are brought onto one of them by homographies and their mean is kept.
+        All views of a landmark are mapped to one of them by homographies, and their mean is stored.
 
         Parameters
         ----------
         landmarks : sequence of array_like, (v, n, 3)
-            For each landmark the directions in which its n points, at least eight of a plane, are seen in v views, in
-            the same order and in one half of space; those of `OmnidirectionalCamera.directions` for example.
+            For each landmark, the directions of its n coplanar points, at least eight, in v views, in the same order
+            and in one half-space; for example results of `OmnidirectionalCamera.directions`.
 
         Raises
         ------
         TypeError, ValueError
             If these are not views of points.
         DegenerateError
-            If points are too few, not finite, on a line, or not in one half of space.
+            If points are too few, not finite, on a line, or not in one half-space.
         """
         pairs = [_learned(each, f"landmarks[{k}]") for k, each in enumerate(landmarks)]
         shapes = [shape for shape, _ in pairs]
@@ -109,30 +109,31 @@ class LandmarkMap:
         return cls(points, np.concatenate(found), np.concatenate(moved), np.concatenate(sets), errors)
 
     def recognize(self, directions: ArrayLike, noise: float) -> Recognition:
-        """Return the landmark whose points are seen.
+        """Recognise the landmark whose points are seen.
 
-        Sets of five points with the invariants of some that were learned propose a landmark and a homography, which all
-        points then judge.
+        Sets of five points with the invariants of learned sets propose landmarks and homographies, which are then
+        tested with all points.
 
         Parameters
         ----------
         directions : array_like, (n, 3)
-            In any order, eight and more.
+            Directions in any order, at least eight.
         noise : float
-            Of directions, in radians: that of a pixel by the focal length. A landmark is recognised where the root mean
-            square of angles is up to 2.5 times that and the error of what was learned together, and three quarters of
-            its points, at least eight, are seen. With noise of 1 pixel, 50 landmarks of ten points and five views of
-            each, 98 % are recognised where all points are seen, and 93 % where eight are; none was taken for another.
+            Standard deviation of directions, in radians: that of a pixel divided by the focal length. A landmark is
+            recognised if the root mean square of angles is at most 2.5 times the combination of this noise and the
+            error of the learned points, and if three quarters of its points, at least eight, are seen. With noise of 1
+            pixel and 50 landmarks of ten points with five views each, 98 % are recognised if all points are seen, and
+            93 % if eight are; none was confused with another.
 
         Returns
         -------
         Recognition
-            DEGENERATE for points on a line or not in one half of space.
+            The status is DEGENERATE for points on a line or not in one half-space.
 
         Raises
         ------
         TypeError, ValueError
-            If these are not directions, or `noise` is not a positive number.
+            If `directions` are not directions, or if `noise` is not a positive number.
         """
         array = real_array(directions, "directions", (-1, 3), "x y z")
         if array.ndim != 2:
@@ -140,26 +141,26 @@ class LandmarkMap:
         size = finite_number(noise, "noise")
         if size <= 0:
             raise ValueError(f"noise: {size}; expected more than 0 radians")
-        nobody = np.full(len(array), -1)
+        unmatched = np.full(len(array), -1)
         if len(array) < _LEAST or not len(self.sets):
-            return Recognition(-1, VisionStatus.TOO_FEW, np.nan, nobody)
+            return Recognition(-1, VisionStatus.TOO_FEW, np.nan, unmatched)
         if not np.isfinite(array).all():
-            return Recognition(-1, VisionStatus.NOT_FINITE, np.nan, nobody)
+            return Recognition(-1, VisionStatus.NOT_FINITE, np.nan, unmatched)
         seen = _flat(array)
         if seen is None or flatness(seen) <= _FLAT:
-            return Recognition(-1, VisionStatus.DEGENERATE, np.nan, nobody)
-        values, deviations, orders = _signatures(seen, _ASKED)
+            return Recognition(-1, VisionStatus.DEGENERATE, np.nan, unmatched)
+        values, deviations, orders = _signatures(seen, _COMPARED)
         if not len(values):
-            return Recognition(-1, VisionStatus.DEGENERATE, np.nan, nobody)
-        # Likelihoods of all pairs of sets: differences by their noise, and the size of that noise.
-        asked, moved = values[:, None], deviations[:, None]
-        pairs = asked, self.invariants, moved, self.deviations
+            return Recognition(-1, VisionStatus.DEGENERATE, np.nan, unmatched)
+        # Likelihoods of all pairs of sets: differences relative to their noise, and the size of that noise.
+        compared, moved = values[:, None], deviations[:, None]
+        pairs = compared, self.invariants, moved, self.deviations
         unlike = projective2.unlikeness(*pairs, size**2, _ALIKE).ravel()
         near = np.argpartition(unlike, min(_TRUSTED, unlike.size) - 1)[:_TRUSTED]
         of_query, learned = np.divmod(near, len(self.sets))
         who, places = self.sets[learned, 0], self.sets[learned, 1:]
         maps = _proposed(self.points[who[:, None], places], seen[orders[of_query]])
-        # The noise of one view alone is taken to be that of this one.
+        # The noise of a single learned view is assumed to be that of this one.
         of_map = np.where(np.isnan(self.errors), size / _spread(self.points), self.errors) * _spread(seen)
         limits = _LIMIT * np.hypot(size, of_map)
         costs, _ = self._judged(who, maps, seen, limits[who])
@@ -170,17 +171,17 @@ class LandmarkMap:
             if fitting:
                 break
         if not fitting:
-            return Recognition(-1, VisionStatus.NO_CONSENSUS, np.nan, nobody)
+            return Recognition(-1, VisionStatus.NO_CONSENSUS, np.nan, unmatched)
         best_fit = min(fitting, key=lambda result: result.cost)
         return Recognition(best_fit.landmark, VisionStatus.OK, best_fit.distance, best_fit.matches)
 
     def _fits(self, result: _Fit, limit: float, seen: Reals, n_tried: int) -> bool:
-        """Return whether enough points of a landmark are where they are expected, and nearer than chance would bring them.
+        """Return whether enough points of a landmark match, and more closely than expected by chance.
 
-        Any four points are where they are expected by some homography. Each further one is within an angle r by chance
-        with probability ``k r^2 / R^2``, k points being spread over a disc of radius R. That of all further ones, times
-        the number of pairs of sets and of choices of points, bounds how many maps do so (Moisan and Stival, *IJCV*
-        57:201, 2004).
+        Any four points can be matched exactly by some homography. Each further point is within an angle r by chance
+        with probability ``k r^2 / R^2``, for k points spread over a disc of radius R. The product of these
+        probabilities, times the number of pairs of sets and of choices of points, bounds the expected number of such
+        maps (Moisan and Stival, *IJCV* 57:201, 2004).
         """
         known = int(np.isfinite(self.points[result.landmark, :, 0]).sum())
         n_matched = int((result.matches >= 0).sum())
@@ -190,14 +191,14 @@ class LandmarkMap:
         return bool(n_tried * comb(len(seen), n_matched) * chance ** (n_matched - 4) <= _CHANCE)
 
     def _judged(self, who: Reals, maps: Reals, seen: Reals, limits: Reals) -> tuple[Reals, Reals]:
-        """Truncated mean squares of angles of all points of landmarks from the next that is seen, and these.
+        """Return truncated mean squares of angles of points of landmarks from the nearest ones seen, and all squares.
 
-        Each is truncated, and divided, by the square of its limit, so that landmarks compare.
+        Each square is divided by the square of its limit and truncated, so that landmarks are comparable.
         """
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             there = projective2.transform_point(maps[:, None], self.points[who])
             x, y = (there[:, :, None, k] - seen[:, k] for k in (0, 1))
-            # In the plane that touches the sphere of directions, steps away from its centre and across are longer.
+            # In the tangent plane of the sphere of directions, steps away from its centre and across are longer.
             far = 1 + (seen**2).sum(-1)
             squares = (x * x + y * y) / far - ((x * seen[:, 0] + y * seen[:, 1]) / far) ** 2
         squares = np.where(np.isfinite(squares), squares, np.inf)
@@ -206,9 +207,9 @@ class LandmarkMap:
         return least.sum(-1) / known.sum(-1), squares
 
     def _fitted(self, landmark: int, matrix: Reals, seen: Reals, limit: float) -> _Fit:
-        """Return a map fitted again, twice, to all points that it brings together, and what remains."""
+        """Fit a map again, twice, to all points that it matches; return the fit and its residual."""
         matches, distance, farthest, cost = np.full(len(seen), -1), np.inf, np.inf, np.inf
-        for turn in range(3):
+        for round_ in range(3):
             costs, squares = self._judged(np.array([landmark]), matrix[None], seen, np.array([limit]))
             nearest = squares[0].argmin(0)
             close = (squares[0].min(0) <= _FAR * limit**2) & (squares[0].argmin(1)[nearest] == np.arange(len(seen)))
@@ -217,14 +218,14 @@ class LandmarkMap:
             before, matches, cost = matches, np.where(close, nearest, -1), float(costs[0])
             least = squares[0].min(0)[close]
             distance, farthest = float(np.sqrt(least.mean())), float(np.sqrt(least.max()))
-            if turn and np.array_equal(matches, before):
-                break  # The map is fitted to these.
+            if round_ and np.array_equal(matches, before):
+                break  # The map has already been fitted to these.
             matrix, _ = linear_homography(self.points[landmark, nearest[close]], seen[close])
         return _Fit(cost, landmark, matches, distance, farthest)
 
 
 def _proposed(first: Reals, second: Reals) -> Reals:
-    """Homographies of sets of five points, for those that take no point of the middle of the first to infinity."""
+    """Return homographies of sets of five points that do not map the centre of the first points to infinity."""
     one, scale = normalized(first)
     two, other = normalized(second)
     rows = projective2.homography_equations(one, two).reshape(len(first), -1, 9)
@@ -236,7 +237,7 @@ def _proposed(first: Reals, second: Reals) -> Reals:
 
 
 def _flat(directions: Reals) -> Reals | None:
-    """Where directions meet the plane at distance 1 across their mean; None if some do not."""
+    """Return the intersections of directions with the plane at distance 1 across their mean; None if some miss it."""
     unit = directions / np.linalg.norm(directions, axis=-1, keepdims=True)
     mean = unit.mean(-2)
     length = np.linalg.norm(mean)
@@ -250,13 +251,13 @@ def _flat(directions: Reals) -> Reals | None:
 
 
 def _spread(points: Reals) -> Reals:
-    """(...) Root mean square distance of points (..., k, 2) from their centroid, NaN being no point."""
+    """Return the root mean square distance (...) of points (..., k, 2) from their centroid, ignoring NaN."""
     centred = points - np.nanmean(points, axis=-2, keepdims=True)
     return np.asarray(np.sqrt(np.nanmean((centred**2).sum(-1), axis=-1)))
 
 
 def _learned(views: ArrayLike, name: str) -> tuple[Reals, float]:
-    """Return the mean (n, 2) of the views of a landmark, and its standard error by its spread."""
+    """Return the mean (n, 2) of the views of a landmark, and its standard error relative to its spread."""
     array = real_array(views, name, (-1, -1, 3), "views, points, x y z")
     if array.ndim != 3 or not len(array):
         raise ValueError(f"{name}: shape {array.shape}; expected (v, n, 3), views of one landmark")
@@ -269,7 +270,7 @@ def _learned(views: ArrayLike, name: str) -> tuple[Reals, float]:
     if any(each is None or flatness(each) <= _FLAT for each in flat):
         raise DegenerateError(f"{expected}; found others", VisionStatus.DEGENERATE)
     images = np.array(flat)
-    # Onto the view that is seen least aslant: there the noise of all is least.
+    # Map to the view that is least oblique, in which the noise of all views is least.
     best = int(np.argmax(extents(images)[0]))
     maps, _ = linear_homography(images, np.broadcast_to(images[best], images.shape))
     there = projective2.transform_point(maps[:, None], images)
@@ -277,16 +278,16 @@ def _learned(views: ArrayLike, name: str) -> tuple[Reals, float]:
     n_views, n_points = there.shape[:2]
     if n_views == 1:
         return mean, np.nan
-    # Each view but one has eight numbers of a homography to fit that one, and the mean two of each point.
+    # Each view but one has eight parameters of a homography to that one, and the mean has two for each point.
     free = (n_views - 1) * (2 * n_points - 8)
     error = np.sqrt(((there - mean) ** 2).sum() / free / n_views)
     return mean, float(error / _spread(mean))
 
 
 def _signatures(points: Reals, most: int) -> tuple[Reals, Reals, Reals]:
-    """p2-invariants (s, 5) of sets of five points, how noise of 1 moves them, and the points in order.
+    """Return p2-invariants (s, 5) of sets of five points, their deviations for noise of 1, and the points in order.
 
-    Of the sets farthest from having three points on a line.
+    The sets are those farthest from having three points on a line.
     """
     sets = np.array(list(combinations(range(len(points)), 5)))
     scaled, matrix = normalized(points)
@@ -299,8 +300,8 @@ def _signatures(points: Reals, most: int) -> tuple[Reals, Reals, Reals]:
     values = each_pencil(five)
     steps = np.zeros((10, 5, 3))
     steps[np.arange(10), np.arange(10) // 2, np.arange(10) % 2] = 1e-4
-    slopes = (each_pencil(five[:, None] + steps) - each_pencil(five[:, None] - steps)) / 2e-4
-    deviations = matrix[0, 0] * np.linalg.norm(slopes, axis=1)
+    derivatives = (each_pencil(five[:, None] + steps) - each_pencil(five[:, None] - steps)) / 2e-4
+    deviations = matrix[0, 0] * np.linalg.norm(derivatives, axis=1)
     usable = np.isfinite(values).all(-1) & np.isfinite(deviations).all(-1)
     values, deviations, sets = values[usable], deviations[usable], sets[usable]
     order = np.argsort(values, -1)

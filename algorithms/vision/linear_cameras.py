@@ -1,4 +1,4 @@
-"""Cameras from points and their images by linear equations (the direct linear transform)."""
+"""Cameras from points and their images by linear equations (direct linear transform)."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from ..arguments import Reals
 
 
 def unit_moments(points: Reals) -> tuple[Reals, Reals]:
-    """Points (n, 4) in a frame in which their second moments are those of a unit matrix, and the root of the moments.
+    """Return points (n, 4) in a frame in which their second moments are the unit matrix, and the root of the moments.
 
-    Equations for cameras are evenly scaled there.
+    In this frame the equations for cameras are evenly scaled.
     """
     root = np.linalg.cholesky(points.T @ points / len(points) + 1e-14 * np.eye(4) * (points**2).mean())
     return np.linalg.solve(root, points.T).T, root
 
 
 def camera_equations(image: Reals, points: Reals) -> Reals:
-    """Equations (..., 2 n, 12) for the entries of cameras that map points (..., n, 4) to pixels (..., n, 2)."""
+    """Return equations (..., 2 n, 12) for cameras that map points (..., n, 4) to pixels (..., n, 2)."""
     x = np.broadcast_to(points, (*image.shape[:-1], 4))
     nothing = np.zeros_like(x)
     rows = [[x, nothing, -image[..., :1] * x], [nothing, x, -image[..., 1:] * x]]
@@ -25,7 +25,7 @@ def camera_equations(image: Reals, points: Reals) -> Reals:
 
 
 def linear_cameras_of(image: Reals, weights: Reals, points: Reals) -> Reals:
-    """Cameras (v, 3, 4) from pixels (v, n, 2) of points (n, 4), with weights (v, n)."""
+    """Return cameras (v, 3, 4) from pixels (v, n, 2) of points (n, 4), with weights (v, n)."""
     x, root = unit_moments(points)
     rows = camera_equations(image, x) * np.concatenate([weights, weights], -1)[..., None]
     triangle = np.linalg.qr(rows, mode="r")

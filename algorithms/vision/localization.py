@@ -1,4 +1,4 @@
-"""Where a camera stands: its pose from points of space that are known, and their pixels."""
+"""Localization of a camera: its pose from known points in space and their pixels."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _FREEDOM = Freedom(sample_size=3, parameters=6, codimension=2, solutions=4, fals
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Localization:
-    """The pose of a camera, and how well points determine it."""
+    """Result of `localize`: the pose of a camera, and how well points determine it."""
 
     pose: Reals
-    """(8,) The unit motor from the camera frame to the world frame; NaN where the status is not OK."""
+    """(8,) The unit motor from the camera frame to the world frame; NaN if the status is not OK."""
     status: VisionStatus
     residual: float
-    """The root of the mean square of the distances of pixels, in pixels, over inliers."""
+    """The root mean square distance of pixels over the inliers, in pixels."""
     inliers: Reals
     """(n,) bool"""
 
@@ -43,50 +43,51 @@ def localize(
     confidence: float = 0.999,
     max_samples: int = 10000,
 ) -> Localization:
-    """Return the pose from which a camera sees points in given pixels, with the least squares of distances in the image.
+    """Estimate the pose of a camera from known points and their pixels, by least squares of distances in the image.
 
-    This is the perspective-n-point problem (PnP, resection). Linear equations for points in space and for points near a
-    plane, and for few points those of three, give starts; Levenberg and Marquardt's steps on the manifold of motors
-    lead from each to a minimum, and the least one with all points before the camera is taken. Coordinates are taken
-    about the centroid of the points: the world may have its origin anywhere.
+    This is the perspective-n-point problem (PnP, resection). Initial poses come from linear equations for points in
+    space and for points near a plane, and for few points from triples. Levenberg-Marquardt iterations on the manifold
+    of motors lead from each of them to a minimum; the least one with all points in front of the camera is returned.
+    Coordinates are taken relative to the centroid of the points, so the origin of the world is arbitrary.
 
     Parameters
     ----------
     points : array_like, (n, 3)
-        World coordinates of four and more points, in space or on a plane, in any unit of length.
+        World coordinates of at least four points, in space or on a plane, in any unit of length.
     pixels : array_like, (n, 2)
     intrinsics : array_like, (3, 3)
         As in `Camera`.
     threshold : float, optional
-        Where given, in pixels: the distance from which a pixel counts as wrong. Then random samples of three points
-        find the points that agree.
+        Distance in pixels from which a pixel counts as wrong. If given, inliers are found by random samples of three
+        points.
     seed : int
-        Of the random samples.
+        Seed of the random samples.
     confidence : float
-        With which a sample without wrong points is among those drawn, between 0 and 1.
+        Probability, between 0 and 1, that a sample without wrong points is drawn.
     max_samples : int
+        Maximum number of samples, at least 1.
         At least 1.
 
     Returns
     -------
     Localization
-        OK promises that a minimum was reached, that all points (of the inliers) lie before the camera, that they
-        determine the pose, and that what is left is an image of them: of random pixels one set in a thousand passes,
-        and never one that leaves more than 3 % of the squares of pixels about their centroid. TOO_FEW for less than
-        four different points, DEGENERATE for points on a line and others that leave the pose open, NOT_CONVERGED where
-        the best pose breaks one of the other promises; NO_CONSENSUS, with `threshold`, where no pose has more inliers
-        than chance would give.
+        The status OK guarantees that a minimum was reached, that all inliers are in front of the camera, that they
+        determine the pose, and that the residual is that of an image of them: of random pixels, one set in a thousand
+        passes, and never one that leaves more than 3 % of the squares of pixels about their centroid. TOO_FEW is
+        returned for fewer than four distinct points, DEGENERATE for points on a line and others that do not determine
+        the pose, NOT_CONVERGED if the best pose violates one of the other conditions, and NO_CONSENSUS, with
+        `threshold`, if no pose has more inliers than expected by chance.
 
     Raises
     ------
     TypeError, ValueError
-        If these are not as many points as pixels, `intrinsics` is not upper triangular and regular, `threshold` is
-        not positive, `confidence` not between 0 and 1, or `max_samples` less than 1.
+        If the numbers of points and pixels differ, if `intrinsics` is not upper triangular and regular, if `threshold`
+        is not positive, if `confidence` is not between 0 and 1, or if `max_samples` is less than 1.
 
     Notes
     -----
-    With half a pixel of noise, on boards of 9 x 6 points bent by 0 to 5 mm, on 4 to 12 points of any thickness and with
-    origins up to 1e6 units away, errors are those of the best of OpenCV's IPPE and SQPNP after its own refinement.
+    With half a pixel of noise, for boards of 9 x 6 points bent by 0 to 5 mm, for 4 to 12 points of any thickness and
+    for origins up to 1e6 units away, errors equal those of the best of OpenCV's IPPE and SQPNP with refinement.
     """
     places, image = real_array(points, "points", (3,), "x y z"), real_array(pixels, "pixels", (2,), "x y")
     k = checked_intrinsics(intrinsics)
@@ -121,7 +122,7 @@ def _nothing(status: VisionStatus, n_points: int) -> Localization:
 
 
 def _problem(places: Reals, image: Reals, seen: Reals, k: Reals) -> Problem:
-    """Poses [R | t] from samples of three points, for points about their centroid."""
+    """Return the problem of poses [R | t] from samples of three points, for points relative to their centroid."""
 
     def solve(sets: Reals) -> Reals:
         return three_points(places[sets], seen[sets]).reshape(-1, 3, 4)
@@ -141,7 +142,7 @@ def _problem(places: Reals, image: Reals, seen: Reals, k: Reals) -> Problem:
 
 
 def checked_intrinsics(intrinsics: ArrayLike) -> Reals:
-    """Return the matrix K; ValueError where it is not one."""
+    """Return the matrix K after validation; raise ValueError if it is invalid."""
     k = real_array(intrinsics, "intrinsics", (3, 3), "the matrix K")
     if k.ndim != 2 or not np.isfinite(k).all() or np.tril(k, -1).any() or not np.diag(k).all():
         raise ValueError("intrinsics: not an upper triangular matrix with inverse; expected that of a camera")

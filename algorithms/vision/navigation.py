@@ -1,4 +1,4 @@
-"""Where a camera that sees all around stands, by landmarks that it recognises: no odometry, no earlier pose."""
+"""Localization of an omnidirectional camera by landmarks that it recognises, without odometry or an earlier pose."""
 
 from __future__ import annotations
 
@@ -17,51 +17,51 @@ from .localization import localize
 from .status import VisionStatus
 
 _AGREE = 4.0
-"""Landmarks agree with a pose that leaves no more than this many times the noise between their directions."""
+"""Landmarks agree with a pose if the residual of their directions is at most this multiple of the noise."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LandmarkPose:
-    """The pose of a camera by landmarks."""
+    """Result of `localize_by_landmarks`."""
 
     pose: Reals
-    """(8,) The unit motor from the camera frame to the world frame; NaN where the status is not OK."""
+    """(8,) The unit motor from the camera frame to the world frame; NaN if the status is not OK."""
     status: VisionStatus
-    """NO_CONSENSUS where no landmark is recognised, or those that are contradict each other."""
+    """NO_CONSENSUS if no landmark is recognised, or if the recognised ones contradict each other."""
     residual: float
-    """The root of the mean square of the angles between directions that are seen and expected, in radians."""
+    """The root mean square of the angles between observed and expected directions, in radians."""
     landmarks: Reals
-    """(g,) int, for each group of directions its landmark; -1 where none was recognised or it contradicts the pose."""
+    """(g,) int, the landmark of each group of directions; -1 if none was recognised or if it contradicts the pose."""
 
 
 def localize_by_landmarks(
     learned: LandmarkMap, places: Sequence[ArrayLike], groups: Sequence[ArrayLike], noise: float
 ) -> LandmarkPose:
-    """Return the pose from which groups of directions are those of landmarks whose points have known places.
+    """Estimate the pose of a camera from groups of directions to landmarks at known places.
 
-    Each group is recognised by its invariants, and gives a pose by the homography of its plane. The pose that most
-    landmarks agree with is then refined on the directions of all of these (Bayro-Corrochano 2010, 14.10).
+    Each group is recognised by its invariants and gives a pose by the homography of its plane. The pose with which most
+    landmarks agree is then refined with the directions of all of these (Bayro-Corrochano 2010, 14.10).
 
     Parameters
     ----------
     learned : LandmarkMap
-        Of m landmarks.
+        Map of m landmarks.
     places : sequence of m array_like, (k, 3)
         World coordinates of the points of each landmark, in the order in which they were learned.
     groups : sequence of array_like, (n, 3)
-        Directions in the camera frame, one group of eight and more for each landmark that is seen, in any order.
+        Directions in the camera frame, one group of at least eight for each landmark that is seen, in any order.
     noise : float
-        Of directions, in radians: that of a pixel by the focal length.
+        Standard deviation of directions, in radians: that of a pixel divided by the focal length.
 
     Returns
     -------
     LandmarkPose
-        TOO_FEW without groups.
+        The status is TOO_FEW without groups.
 
     Raises
     ------
     TypeError, ValueError
-        If places are not those of the landmarks, or groups not directions.
+        If places do not match the landmarks, or if groups are not directions.
     """
     size = finite_number(noise, "noise")
     known = np.isfinite(learned.points[..., 0]).sum(1)
@@ -102,26 +102,26 @@ def localize_by_landmarks(
 
 
 _Seen = tuple[int, int, Reals, Reals]
-"""Of a landmark that was recognised: its group and number, places (n, 3) of points and directions (n, 3) to them."""
+"""Group and index of a recognised landmark, places (n, 3) of its points and directions (n, 3) to them."""
 
 
 def _pose_of_one(place: Reals, unit: Reals) -> Reals | None:
-    """Return the pose from one landmark, by a camera that looks at the middle of it."""
+    """Return the pose from one landmark, by a virtual camera that looks at its centre."""
     axis = unit.mean(0)
     frame = np.linalg.svd(axis[None])[2]
     frame[0] *= np.sign(frame[0] @ axis)
     frame[1] *= np.linalg.det(frame)
-    turned = np.eye(4)
-    turned[:3, :3] = frame[[1, 2, 0]]
-    there = unit @ turned[:3, :3].T
+    rotation = np.eye(4)
+    rotation[:3, :3] = frame[[1, 2, 0]]
+    there = unit @ rotation[:3, :3].T
     found = localize(place, there[:, :2] / there[:, 2:], np.eye(3))
     if found.status != VisionStatus.OK:
         return None
-    return np.asarray(pga3.motor_product(found.pose, pga3.motor_from_matrix(turned)))
+    return np.asarray(pga3.motor_product(found.pose, pga3.motor_from_matrix(rotation)))
 
 
 def _off(pose: Reals, place: Reals, unit: Reals) -> Reals:
-    """Angles (n,) between the directions of places and those seen, as lengths of chords."""
+    """Return angles (n,) between the directions to places and those observed, as lengths of chords."""
     return np.asarray(np.linalg.norm(_difference(pose, place, unit), axis=-1))
 
 
@@ -135,7 +135,7 @@ def _agreeing(pose: Reals, seen: list[_Seen], limit: float) -> list[int]:
 
 
 def _refined(start: Reals, seen: list[_Seen]) -> Reals:
-    """Return the pose near `start` with the least squares of angles."""
+    """Return the least-squares pose near `start`."""
     place, unit = (np.concatenate([each[k] for each in seen]) for k in (2, 3))
     size = float(np.abs(start[4:]).max()) or 1.0
 

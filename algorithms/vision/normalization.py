@@ -1,4 +1,4 @@
-"""Coordinates about the centroid and of size 1, which linear equations for matrices need (Hartley)."""
+"""Normalised coordinates, relative to the centroid and of unit size, which linear equations need (Hartley)."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from ..arguments import Reals
 
 
 def similarity(points: Reals, scale: Reals | None = None) -> Reals:
-    """Matrices (..., d + 1, d + 1) that take points (..., n, d) to mean 0 and mean square norm d.
+    """Return matrices (..., d + 1, d + 1) that map points (..., n, d) to mean 0 and mean square norm d.
 
-    `scale` (...) is taken in place of their own, where given.
+    If `scale` (...) is given, it replaces the scale of the points.
     """
     n, dimension = points.shape[-2:]
     mean = points.sum(-2) / n
     if scale is None:
         centred = points - mean[..., None, :]
         spread = np.sqrt(np.einsum("...nd,...nd->...", centred, centred) / (n * dimension))
-        # Rounding differences between equal points are not a size: they are not scaled up.
+        # Rounding differences between equal points are not scaled up.
         scale = 1 / np.where(spread > rounding(points), spread, np.fmax(np.abs(mean).max(-1), 1))
     matrix = np.zeros((*points.shape[:-2], dimension + 1, dimension + 1), points.dtype)
     matrix[..., range(dimension), range(dimension)] = scale[..., None]
@@ -27,12 +27,12 @@ def similarity(points: Reals, scale: Reals | None = None) -> Reals:
 
 
 def rounding(points: Reals) -> Reals:
-    """By how much rounding may move points (..., n, d) that are the same: a spread below it is none."""
+    """Return the spread of equal points (..., n, d) due to rounding; a smaller spread is insignificant."""
     return np.asarray(8 * np.finfo(points.dtype).eps * np.abs(points).max((-2, -1), initial=0))
 
 
 def normalized(points: Reals, scale: Reals | None = None) -> tuple[Reals, Reals]:
-    """Return the points after their `similarity`, and it."""
+    """Return the points after their `similarity`, and the similarity."""
     matrix = similarity(points, scale)
     factor, shift = matrix[..., :1, :1], matrix[..., None, :-1, -1]
     return points * factor + shift, matrix
@@ -47,7 +47,7 @@ def undone(matrix: Reals) -> Reals:
 
 
 def extents(points: Reals) -> tuple[Reals, Reals]:
-    """Return the least and the largest singular value of centred points (..., n, d), in 2D to 1e-8 of the largest."""
+    """Return the least and the largest singular value of centred points (..., n, d); in 2D to 1e-8 of the largest."""
     centred = points - points.mean(-2, keepdims=True)
     if points.shape[-1] != 2:
         values = np.linalg.svd(centred, compute_uv=False)
@@ -60,9 +60,9 @@ def extents(points: Reals) -> tuple[Reals, Reals]:
 
 
 def flatness(points: Reals) -> Reals:
-    """Return the least singular value of centred points (..., n, d) by the largest: 0 on a line in 2D, on a plane in 3D.
+    """Return the ratio of the least to the largest singular value of centred points (..., n, d).
 
-    And of points that are the same, to rounding.
+    It is 0 on a line in 2D, on a plane in 3D, and for points that coincide up to rounding.
     """
     small, large = extents(points)
     differ = large > rounding(points) * np.sqrt(points.shape[-2])
@@ -70,7 +70,7 @@ def flatness(points: Reals) -> Reals:
 
 
 def three_on_a_line(quads: Reals, least: float = 1e-3) -> Reals:
-    """Return whether three of four points (..., 4, 2) are nearly on a line: the area of a triangle by its longest side."""
+    """Return whether three of four points (..., 4, 2) are nearly on a line, by the height of their triangle."""
     bad = np.zeros(quads.shape[:-2], bool)
     for k in range(4):
         a, b, c = (quads[..., m, :] for m in range(4) if m != k)
@@ -81,14 +81,14 @@ def three_on_a_line(quads: Reals, least: float = 1e-3) -> Reals:
 
 
 def homogeneous(points: Reals) -> Reals:
-    """Points (..., d) with a last coordinate 1."""
+    """Return points (..., d) with an additional last coordinate 1."""
     return np.concatenate([points, np.ones((*points.shape[:-1], 1), points.dtype)], -1)
 
 
 def null_vectors(rows: Reals, count: int) -> Reals:
-    """Return the vectors (..., count, n) of the last singular values of matrices (..., m, n), which m - n leave at least."""
+    """Return the right singular vectors (..., count, n) of matrices (..., m, n) for the last singular values."""
     if rows.shape[-2] + count == rows.shape[-1]:
-        # What is orthogonal to all rows: the last columns of Q, which cost a sixth of singular values.
+        # The orthogonal complement of all rows: the last columns of Q, at a sixth of the cost of singular values.
         return np.asarray(
             np.swapaxes(np.linalg.qr(np.swapaxes(rows, -1, -2), mode="complete")[0], -1, -2)[..., -count:, :]
         )
@@ -96,7 +96,10 @@ def null_vectors(rows: Reals, count: int) -> Reals:
 
 
 def null_vectors_and_values(rows: Reals, count: int) -> tuple[Reals, Reals]:
-    """Return the same, and all singular values, descending: for batches from sums of products, to 1e-8 of the first."""
+    """Return `null_vectors` and all singular values, descending.
+
+    For batches they come from normal equations and are accurate to 1e-8 of the first.
+    """
     if rows.ndim > 2 and len(rows) > 1 and rows.shape[-2] >= rows.shape[-1]:
         squares, vectors = np.linalg.eigh(np.swapaxes(rows, -1, -2) @ rows)
         last = np.swapaxes(vectors[..., :count], -1, -2)[..., ::-1, :]

@@ -1,4 +1,4 @@
-"""Cameras with a mirror or a fish-eye lens: the unified model by a unit sphere, in conformal geometry."""
+"""Cameras with a mirror or a fish-eye lens: the unified model with a unit sphere, in conformal geometry."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from .normalization import homogeneous
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OmnidirectionalCamera:
-    """A camera of the unified model: points are seen on a unit sphere, and that from a pole of it.
+    """A camera of the unified model: points are projected to a unit sphere, and from a pole of it to the image.
 
     Attributes
     ----------
     camera : Camera
-        Intrinsic parameters after the sphere, and the motor from the camera frame to the world frame.
+        Intrinsic parameters of the projection from the sphere, and the motor from the camera frame to the world frame.
     mirror : float
         Distance of the pole from the centre of the sphere: 1 for a parabolic mirror, less for a hyperbolic one, 0 for a
-        camera without mirror; fish-eye lenses may have more.
+        camera without mirror; it may be larger for fish-eye lenses.
     """
 
     camera: Camera
@@ -38,12 +38,13 @@ class OmnidirectionalCamera:
         mirror: float,
         pose: ArrayLike | None = None,
     ) -> OmnidirectionalCamera:
-        """Return a camera from the numbers that a calibration gives; see `Camera.from_intrinsics`.
+        """Return a camera with given calibration parameters; see `Camera.from_intrinsics`.
 
         Raises
         ------
         TypeError, ValueError
-            If a number is not finite, the focal length is 0, the pose not a unit motor or `mirror` negative.
+            If a number is not finite, if the focal length is 0, if the pose is not a unit motor, or if `mirror` is
+            negative.
         """
         distance = finite_number(mirror, "mirror")
         if distance < 0:
@@ -51,7 +52,7 @@ class OmnidirectionalCamera:
         return cls(Camera.from_intrinsics(focal_length, centre, pose), distance)
 
     def project(self, points: ArrayLike) -> Reals:
-        """Return the pixels of points.
+        """Project points to pixels.
 
         Parameters
         ----------
@@ -61,8 +62,8 @@ class OmnidirectionalCamera:
         Returns
         -------
         array, (..., 2)
-            Infinite or NaN for the viewpoint itself and for directions that have no image: those whose line from the
-            pole does not meet the image plane from above, or meets the sphere before.
+            Infinite or NaN for the viewpoint itself and for directions without an image: those whose line from the pole
+            does not meet the image plane from above, or meets the sphere first.
 
         Raises
         ------
@@ -72,13 +73,13 @@ class OmnidirectionalCamera:
         array = real_array(points, "points", (3,), "x y z")
         place = pga3.move_point_back(self.camera.pose.astype(array.dtype), array)
         mirror = array.dtype.type(self.mirror)
-        # From a pole outside the sphere only the cap before the tangents is seen: z > -1 / mirror.
+        # From a pole outside the sphere only the cap in front of the tangents is visible: z > -1 / mirror.
         least = array.dtype.type(-min(self.mirror, 1 / self.mirror) if self.mirror > 0 else 0)
         image = omnidirectional.project_place(mirror, least, place)
         return np.asarray(projective2.transform_point(self.camera.intrinsics.astype(array.dtype), image))
 
     def directions(self, pixels: ArrayLike) -> Reals:
-        """Return the directions in which pixels look: points of the unit sphere in the camera frame.
+        """Return the viewing directions of pixels: points of the unit sphere in the camera frame.
 
         Parameters
         ----------
@@ -87,7 +88,8 @@ class OmnidirectionalCamera:
         Returns
         -------
         array, (..., 3)
-            Of norm 1; NaN for pixels outside the image of the sphere, which is bounded where `mirror` is more than 1.
+            Directions of norm 1; NaN for pixels outside the image of the sphere, which is bounded if `mirror` is
+            more than 1.
 
         Raises
         ------
@@ -96,8 +98,8 @@ class OmnidirectionalCamera:
 
         Notes
         -----
-        Within 1e-12 of the direction of a point whose pixel is given, where that is 0.01 radians or more from the
-        last direction that is seen.
+        The error is at most 1e-12 if the direction is at least 0.01 radians from the boundary of the visible
+        directions.
         """
         array = real_array(pixels, "pixels", (2,), "x y in pixels")
         inverse = np.linalg.inv(self.camera.intrinsics).astype(array.dtype)
@@ -108,7 +110,7 @@ class OmnidirectionalCamera:
         return np.asarray(found)
 
     def conic_of_line(self, first: ArrayLike, second: ArrayLike) -> Reals:
-        """Return the conic on which the images of all points of a line lie.
+        """Return the conic that contains the images of all points of a line.
 
         Parameters
         ----------
@@ -124,7 +126,7 @@ class OmnidirectionalCamera:
         Raises
         ------
         TypeError, ValueError
-            If these are not points.
+            If the arguments are not points.
         """
         one, two = self._places(first, second)
         conic = omnidirectional.image_conic_of_line(one.dtype.type(self.mirror), one, two)
@@ -142,9 +144,9 @@ class OmnidirectionalCamera:
         return np.where((through > 1e-14 * size)[..., None], found, np.nan)
 
     def circle_of_line(self, first: ArrayLike, second: ArrayLike) -> tuple[Reals, Reals]:
-        """Centre and radius, in pixels, of the circle on which a parabolic mirror shows a line.
+        """Return centre and radius, in pixels, of the circle that is the image of a line in a parabolic mirror.
 
-        The plane of the line and the viewpoint meets the sphere in a great circle, which an inversion takes to the
+        The plane of the line and the viewpoint meets the sphere in a great circle, which an inversion maps to the
         image.
 
         Parameters
@@ -156,13 +158,13 @@ class OmnidirectionalCamera:
         -------
         centre : array, (..., 2)
         radius : array, (...)
-            Infinite or NaN, as is the centre, where the line and the axis of the camera are in a plane: its image is
+            Infinite or NaN, like the centre, if the line and the axis of the camera are coplanar: the image is then
             straight.
 
         Raises
         ------
         TypeError, ValueError
-            If these are not points; if `mirror` is not 1, or pixels are not square.
+            If the arguments are not points, if `mirror` is not 1, or if pixels are not square.
         """
         k: NDArray[np.float64] = self.camera.intrinsics
         if self.mirror != 1 or abs(k[0, 0]) != abs(k[1, 1]) or k[0, 1] != 0:
@@ -180,7 +182,7 @@ class OmnidirectionalCamera:
 
 
 def conic_value(conic: ArrayLike, pixels: ArrayLike) -> Reals:
-    """``a x^2 + b x y + c y^2 + d x + e y + f``: 0 on the conic.
+    """Return ``a x^2 + b x y + c y^2 + d x + e y + f``, which is 0 on the conic.
 
     Parameters
     ----------
@@ -194,7 +196,7 @@ def conic_value(conic: ArrayLike, pixels: ArrayLike) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        If an argument has another shape or type.
+        If an argument has a different shape or type.
     """
     numbers, array = real_array(conic, "conic", (6,), "a conic"), real_array(pixels, "pixels", (2,), "x y")
     x, y, w = np.moveaxis(homogeneous(array), -1, 0)

@@ -1,4 +1,4 @@
-"""Pictures of views: epipolar lines, matches, reconstructed points, and lines seen by omnidirectional cameras."""
+"""Plots of views: epipolar lines, matches, reconstructed points, and lines seen by omnidirectional cameras."""
 
 from __future__ import annotations
 
@@ -20,28 +20,28 @@ from .two_views import epipolar_lines
 
 _SAMPLES = 400
 _REACH = 50.0
-"""Lines of space are drawn up to so many times the distance of the points that give them."""
+"""Lines in space are drawn up to this multiple of the distance of the two points that define them."""
 
 
 def lines_in_image(lines: ArrayLike, width: float, height: float) -> Reals:
-    """Where lines enter and leave an image.
+    """Return the points at which lines enter and leave an image.
 
     Parameters
     ----------
     lines : array_like, (..., 3)
         (a, b, c) of ``a x + b y + c = 0``.
     width, height : float
-        In pixels; the centre of the first one is (0, 0).
+        Size of the image in pixels; the centre of the first pixel is (0, 0).
 
     Returns
     -------
     array, (..., 2, 2)
-        Two points (x, y) on its frame; NaN for lines that miss it.
+        Two points (x, y) on the border of the image; NaN for lines that miss it.
 
     Raises
     ------
     TypeError, ValueError
-        If these are not lines.
+        If `lines` is not an array of lines.
     """
     array = real_array(lines, "lines", (3,), "a b c").astype(np.float64)
     a, b, c = np.moveaxis(array, -1, 0)
@@ -52,7 +52,7 @@ def lines_in_image(lines: ArrayLike, width: float, height: float) -> Reals:
     points = np.stack(ends, -2)
     small = 1e-9 * (width + height)
     inside = ((points >= np.array([x0, y0]) - small) & (points <= np.array([x1, y1]) + small)).all(-1)
-    # Of the points on the frame those farthest apart: a line through a corner has three.
+    # Take the points on the border that are farthest apart: a line through a corner has three.
     along = np.where(inside, points[..., 0] * b[..., None] - points[..., 1] * a[..., None], np.nan)
     first = np.argmin(np.where(np.isnan(along), np.inf, along), -1)
     last = np.argmax(np.where(np.isnan(along), -np.inf, along), -1)
@@ -63,21 +63,21 @@ def lines_in_image(lines: ArrayLike, width: float, height: float) -> Reals:
 def draw_epipolar_lines(
     first: ArrayLike, second: ArrayLike, fundamental: ArrayLike, pixels: ArrayLike, partners: ArrayLike
 ) -> Figure:
-    """Two images side by side: points of each, and in the other the lines on which their partners must be.
+    """Plot two images side by side, with points of each and the epipolar lines of their partners in the other.
 
     Parameters
     ----------
     first, second : array_like, (M, N) or (M, N, 3)
         Images.
     fundamental : array_like, (3, 3)
-        As `fundamental_matrix` gives it.
+        As returned by `fundamental_matrix`.
     pixels, partners : array_like, (n, 2)
-        In the first and in the second image.
+        Points in the first and in the second image.
 
     Raises
     ------
     TypeError, ValueError
-        If these are not images, or not as many points each.
+        If `first` and `second` are not images, or if the numbers of points differ.
     """
     one, two = real_array(pixels, "pixels", (2,), "x y"), real_array(partners, "partners", (2,), "x y")
     check_points({"pixels": one, "partners": two}, 0, "points")
@@ -101,21 +101,21 @@ def draw_matches(
     partners: ArrayLike,
     inliers: ArrayLike | None = None,
 ) -> Figure:
-    """Two images in one row, with a line from each point to its partner; wrong ones red.
+    """Plot two images in one row, with a line from each point to its partner; wrong matches are red.
 
     Parameters
     ----------
     first, second : array_like, (M, N) or (M, N, 3)
         Images.
     pixels, partners : array_like, (n, 2)
-        In the first and in the second image.
+        Points in the first and in the second image.
     inliers : array_like of bool, (n,), optional
-        Which agree, as in `RobustEstimate`.
+        The matches that are correct, as in `RobustEstimate`.
 
     Raises
     ------
     TypeError, ValueError
-        If these are not images, or not as many points each.
+        If `first` and `second` are not images, or if the numbers of points differ.
     """
     one, two = real_array(pixels, "pixels", (2,), "x y"), real_array(partners, "partners", (2,), "x y")
     check_points({"pixels": one, "partners": two}, 0, "points")
@@ -139,20 +139,20 @@ def draw_matches(
 
 
 def draw_cloud(points: ArrayLike, cameras: Sequence[Camera] = (), colours: ArrayLike | None = None) -> Figure:
-    """Points of space and the cameras that saw them, each as its centre and the axes of its frame.
+    """Plot points in space and the cameras that saw them, each as its centre and the axes of its frame.
 
     Parameters
     ----------
     points : array_like, (n, 3)
-        Those that are not finite are left out.
+        Points that are not finite are omitted.
     cameras : sequence of Camera
     colours : array_like, (n, 3), optional
-        Between 0 and 1; left out, by depth along z.
+        RGB values between 0 and 1; the default is a colour by depth along z.
 
     Raises
     ------
     TypeError, ValueError
-        If these are not points, or not as many colours.
+        If `points` is not an array of points, or if the number of colours differs.
     """
     array = real_array(points, "points", (3,), "x y z").reshape(-1, 3)
     seen = np.isfinite(array).all(-1)
@@ -179,7 +179,7 @@ def draw_cloud(points: ArrayLike, cameras: Sequence[Camera] = (), colours: Array
 def draw_omnidirectional(
     camera: OmnidirectionalCamera, first: ArrayLike, second: ArrayLike, width: int, height: int
 ) -> Figure:
-    """How an omnidirectional camera sees lines of space: conics, and circles for a parabolic mirror.
+    """Plot lines in space as an omnidirectional camera sees them: conics, or circles for a parabolic mirror.
 
     Parameters
     ----------
@@ -187,16 +187,16 @@ def draw_omnidirectional(
     first, second : array_like, (n, 3)
         Two points of each line, in world coordinates.
     width, height : int
-        Of the image, in pixels.
+        Size of the image, in pixels.
 
     Raises
     ------
     TypeError, ValueError
-        If these are not as many points each.
+        If the numbers of points differ.
     """
     one, two = real_array(first, "first", (3,), "x y z"), real_array(second, "second", (3,), "x y z")
     check_points({"first": one, "second": two}, 0, "points")
-    # More samples near the two points than far away.
+    # Samples are denser near the two points.
     t = np.tan(np.linspace(-np.arctan(_REACH), np.arctan(_REACH), _SAMPLES))
     curves = camera.project(one[:, None] + t[:, None] * (two - one)[:, None])
     figure = Figure(figsize=(7, 7 * height / width), layout="tight")
@@ -213,7 +213,7 @@ def draw_omnidirectional(
 
 
 def _image(image: ArrayLike, name: str) -> Reals:
-    """In colour, between 0 and 1."""
+    """Return the image in colour, with values between 0 and 1."""
     array, dtype = real_array(image, name), np.asarray(image).dtype
     if array.ndim not in (2, 3) or (array.ndim == 3 and array.shape[2] not in (3, 4)):
         raise ValueError(f"{name}: {dtype} of shape {array.shape}; expected an image, (M, N), (M, N, 3) or (M, N, 4)")
@@ -229,6 +229,6 @@ def _show(axes: Axes, image: ArrayLike, name: str) -> tuple[int, int]:
 
 
 def _colours(n: int) -> list[tuple[float, float, float]]:
-    """Colours that differ along a list."""
-    turn = np.linspace(0, 2 * np.pi, n, endpoint=False)
-    return [(0.5 + 0.5 * np.cos(t), 0.5 + 0.5 * np.cos(t - 2.1), 0.5 + 0.5 * np.cos(t + 2.1)) for t in turn]
+    """Return n distinct colours."""
+    angles = np.linspace(0, 2 * np.pi, n, endpoint=False)
+    return [(0.5 + 0.5 * np.cos(t), 0.5 + 0.5 * np.cos(t - 2.1), 0.5 + 0.5 * np.cos(t + 2.1)) for t in angles]

@@ -1,4 +1,4 @@
-"""Homographies: what two views of a plane have to do with each other."""
+"""Homographies between two views of a plane."""
 
 from __future__ import annotations
 
@@ -16,31 +16,31 @@ from .robust import Problem, RobustEstimate, check_sampling, consensus, no_estim
 from .status import VisionStatus, check_points, refuse
 
 _RANK = 1e-9
-"""A singular value below this part of the first is rounding,"""
+"""A singular value below this fraction of the first is rounding,"""
 _NOISE = 1.5
-"""and one below this many times the last is noise."""
+"""and one below this multiple of the last is noise."""
 _FREEDOM = Freedom(sample_size=4, parameters=8, codimension=2, solutions=1, false_alarms=1e-2)
 
 
 def homography(first: ArrayLike, second: ArrayLike) -> Reals:
-    """Return the matrix H that takes points of a plane to their partners, in the least squares of its linear equations.
+    """Estimate the matrix H that maps points of a plane to their partners, by linear least squares.
 
     Parameters
     ----------
     first, second : array_like, (n, 2)
-        At least four, no three of four on a line.
+        At least four points, with no three of four on a line.
 
     Returns
     -------
     array, (3, 3)
-        With norm 1.
+        Homography of norm 1.
 
     Raises
     ------
     TypeError, ValueError
-        If these are not n points each.
+        If the numbers of points differ.
     DegenerateError
-        If they are too few, not finite, or nearly all on a line.
+        If there are too few points, or if they are not finite or nearly all on a line.
     """
     one, two = real_array(first, "first", (2,), "x y"), real_array(second, "second", (2,), "x y")
     status = check_points({"first": one, "second": two}, 4, "points")
@@ -52,9 +52,9 @@ def homography(first: ArrayLike, second: ArrayLike) -> Reals:
 
 
 def linear_homography(first: Reals, second: Reals) -> tuple[Reals, Reals]:
-    """Homographies of point sets (..., n, 2), and the eighth singular value of the equations by the first.
+    """Return homographies of point sets (..., n, 2), and the ratio of the eighth to the first singular value.
 
-    That is 0 where it is what noise leaves, as for points with noise that are on a line, or few that are repeated.
+    The ratio is 0 if the eighth singular value is due to noise, as for noisy points on a line, or few repeated points.
     """
     one, scale = normalized(first)
     two, other = normalized(second)
@@ -69,7 +69,7 @@ def linear_homography(first: Reals, second: Reals) -> tuple[Reals, Reals]:
 
 
 def homographies_of_four(first: Reals, second: Reals) -> Reals:
-    """Homographies of sets of four points (..., 4, 2), of norm 1."""
+    """Return homographies of sets of four points (..., 4, 2), of norm 1."""
     one, scale = normalized(first)
     two, other = normalized(second)
     rows = projective2.homography_equations(one, two)
@@ -79,9 +79,9 @@ def homographies_of_four(first: Reals, second: Reals) -> Reals:
 
 
 def homography_distance(matrix: Reals, first: Reals, second: Reals) -> Reals:
-    """Return the distances (..., n) of pairs (..., n, 2) to the nearest that fit H (..., 3, 3), to first order (Sampson's).
+    """Return the Sampson distances (..., n) of pairs (..., n, 2) from those that fit H (..., 3, 3) exactly.
 
-    Noise of both images counts: its mean square is twice the variance of a pixel's coordinate.
+    Noise in both images is taken into account: the mean square is twice the variance of a pixel's coordinate.
     """
     with np.errstate(all="ignore"):
         moved = projective2.transform_point(matrix[..., None, :, :], first)
@@ -104,31 +104,31 @@ def robust_homography(
     confidence: float = 0.999,
     max_samples: int = 5000,
 ) -> RobustEstimate:
-    """Return the homography that most pairs of points agree on.
+    """Estimate the homography with which most pairs of points agree.
 
     Parameters
     ----------
     first, second : array_like, (n, 2)
     threshold : float
-        In pixels of the second image: the distance from which a partner counts as wrong.
+        Distance in pixels of the second image from which a partner counts as wrong.
     seed : int
-        Of the random samples; the same seed gives the same result.
+        Seed of the random samples; the same seed gives the same result.
     confidence : float
-        With which a sample without wrong points is among those drawn, between 0 and 1.
+        Probability, between 0 and 1, that a sample without wrong points is drawn.
     max_samples : int
-        At least 1.
+        Maximum number of samples, at least 1.
 
     Returns
     -------
     RobustEstimate
-        NO_CONSENSUS where no more pairs agree than chance gives (always so for four), NOT_CONVERGED where `max_samples`
-        are too few for the confidence, DEGENERATE where those that agree are nearly all on a line.
+        The status is NO_CONSENSUS if no more pairs agree than expected by chance (always so for four), NOT_CONVERGED if
+        `max_samples` is too small for the confidence, and DEGENERATE if the inliers are nearly all on a line.
 
     Raises
     ------
     TypeError, ValueError
-        If these are not n points each, `threshold` is not positive, `confidence` not between 0 and 1, or
-        `max_samples` less than 1.
+        If the numbers of points differ, if `threshold` is not positive, if `confidence` is not between 0 and 1, or if
+        `max_samples` is less than 1.
     """
     check_sampling(threshold, confidence, max_samples)
     one, two = real_array(first, "first", (2,), "x y"), real_array(second, "second", (2,), "x y")
@@ -143,7 +143,7 @@ def robust_homography(
 
 
 def homography_problem(first: Reals, second: Reals, distances: Callable[[Reals, Reals, Reals], Reals]) -> Problem:
-    """Homographies from samples of four pairs."""
+    """Return the problem of homographies from samples of four pairs."""
 
     def solve(sets: Reals) -> Reals:
         good = ~(three_on_a_line(first[sets]) | three_on_a_line(second[sets]))

@@ -1,4 +1,4 @@
-"""Poses with the least squares of distances in the image, over leading axes, and whether they can be relied on."""
+"""Poses with the least squares of distances in the image, over leading axes, and tests of their reliability."""
 
 from __future__ import annotations
 
@@ -13,33 +13,33 @@ from .pose_starts import pose_starts
 from .status import VisionStatus
 
 _OPEN = 1e-7
-"""A motion that moves pixels by less than this part of what others do is left open by them."""
+"""A motion is undetermined if it moves pixels by less than this fraction of what other motions do."""
 _CHANCE = 1e-3
-"""Of sets of points without any relation to their pixels, so many would pass."""
+"""Fraction of sets of points without any relation to their pixels that pass."""
 _EXPLAINED = 0.03
-"""A pose leaves at most this part of the squares of pixels about their centroid: more is no image of the points."""
+"""Maximum fraction of the squares of pixels about their centroid that a valid pose leaves."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Poses:
-    """Poses [R | t] of b sets of points, and what is known of them."""
+    """Poses [R | t] of b sets of points, and their properties."""
 
     matrix: Reals
     """(b, 3, 4)"""
     cost: Reals
-    """(b) The sum of the squares of distances in the image, in pixels."""
+    """(b) The sum of squared distances in the image, in pixels."""
     normal: Reals
-    """(b, 6, 6) The normal equations there, with translations in units of the depth."""
+    """(b, 6, 6) The normal equations at the pose, with translations in units of the depth."""
     converged: Reals
-    """(b) bool: no step lessens the cost any more."""
+    """(b) bool: whether no step decreases the cost any further."""
     in_front: Reals
-    """(b) bool: all points are before the camera."""
+    """(b) bool: whether all points are in front of the camera."""
 
 
 def best_poses(places: Reals, image: Reals, seen: Reals, k: Reals, n_steps: int) -> Poses:
-    """Of the minima reached from all starts, the least with all points before the camera; without such, the least.
+    """Return the least minimum over all starts with all points in front of the camera, or else the least one.
 
-    `places` (b, n, 3) are about their centroids, `image` (b, n, 2) are pixels and `seen` their directions x/z, y/z.
+    `places` (b, n, 3) are relative to their centroids, `image` (b, n, 2) are pixels, `seen` their directions x/z, y/z.
     """
     starts = pose_starts(places, seen)
     b, s = starts.shape[:2]
@@ -53,10 +53,10 @@ def best_poses(places: Reals, image: Reals, seen: Reals, k: Reals, n_steps: int)
 def pose_status(found: Poses, places: Reals, image: Reals) -> Reals:
     """Return a `VisionStatus` for each pose of `best_poses`.
 
-    TOO_FEW for less than four different points, DEGENERATE where they are on a line or leave a motion open.
-    NOT_CONVERGED where steps ended early, where points lie behind the camera, and where more of the pixels is left than
-    an image of the points may leave: random pixels leave a share below x of their squares with a probability of about
-    x^(n - 3).
+    The status is TOO_FEW for fewer than four distinct points and DEGENERATE if they are on a line or if a motion is
+    undetermined. It is NOT_CONVERGED if iterations ended early, if points are behind the camera, or if the residual is
+    larger than for an image of the points: for random pixels the residual is below a fraction x of their squares with
+    a probability of about x^(n - 3).
     """
     n = places.shape[1]
     extent = np.linalg.svd(places, compute_uv=False)
@@ -70,7 +70,7 @@ def pose_status(found: Poses, places: Reals, image: Reals) -> Reals:
 
 
 def refined_poses(start: Reals, places: Reals, image: Reals, k: Reals, n_steps: int) -> Poses:
-    """Levenberg and Marquardt's steps on the manifold of motions from (b, 3, 4), each with damping of its own."""
+    """Run Levenberg-Marquardt iterations on the manifold of motions from (b, 3, 4), each with its own damping."""
     matrix = np.array(start)
     damping, normal = np.full(len(matrix), 1e-4), np.tile(np.eye(6), (len(matrix), 1, 1))
     residual, in_camera = _residual(matrix, places, image, k)
@@ -99,17 +99,17 @@ def refined_poses(start: Reals, places: Reals, image: Reals, k: Reals, n_steps: 
 
 
 def _step(residual: Reals, in_camera: Reals, k: Reals, damping: Reals) -> tuple[Reals, Reals]:
-    """Return the normal equations, lengths by depth, and their damped solution."""
+    """Return the normal equations, with lengths relative to the depth, and their damped solution."""
     size = np.ones((len(residual), 6))
     size[:, 3:] = np.maximum(np.abs(in_camera).max((1, 2)), 1e-300)[:, None]
     rows = (k[:2, :2] @ projective3.image_derivative(in_camera)).reshape(len(residual), -1, 6) * size[:, None]
-    turned = np.swapaxes(rows, 1, 2)
-    normal = turned @ rows
+    transposed = np.swapaxes(rows, 1, 2)
+    normal = transposed @ rows
     diagonal = np.einsum("bii->bi", normal)
     damped = normal + (damping[:, None] * (diagonal + 1e-300))[..., None] * np.eye(6)
     usable = np.isfinite(damped).all((1, 2)) & (diagonal > 0).all(1)
     damped = np.where(usable[:, None, None], damped, np.eye(6))
-    step = -np.linalg.solve(damped, turned @ residual[..., None])[..., 0] * size
+    step = -np.linalg.solve(damped, transposed @ residual[..., None])[..., 0] * size
     return normal, np.where(usable[:, None], step, 0)
 
 
@@ -121,24 +121,24 @@ def _residual(matrix: Reals, places: Reals, image: Reals, k: Reals) -> tuple[Rea
 
 
 def _moved(step: Reals, matrix: Reals) -> Reals:
-    """Small motions after the motions of matrices."""
-    turns, shifts = np.ascontiguousarray(step[:, :3]), np.ascontiguousarray(step[:, 3:])
-    motion = pga3.motor_to_matrix(pga3.motor_from_rotation_vector_translation(turns, shifts))
+    """Return the matrices composed with small motions."""
+    rotations, shifts = np.ascontiguousarray(step[:, :3]), np.ascontiguousarray(step[:, 3:])
+    motion = pga3.motor_to_matrix(pga3.motor_from_rotation_vector_translation(rotations, shifts))
     moved = np.asarray(motion[:, :3, :3] @ matrix)
     moved[..., 3] += motion[:, :3, 3]
     return moved
 
 
 def _n_distinct(places: Reals) -> Reals:
-    """Return how many of points (b, n, 3) differ, by their order along a direction that has no relation to them."""
+    """Return the number of distinct points (b, n, 3), by their order along a generic direction."""
     along = np.sort(places[..., 0] + np.sqrt(2) * places[..., 1] + np.sqrt(3) * places[..., 2], axis=1)
     return np.asarray(1 + (np.diff(along, axis=1) > 0).sum(1))
 
 
 def camera_motors(matrix: Reals, centroid: Reals) -> Reals:
-    """Unit motors (b, 8) from the camera frame to the world frame, of poses (b, 3, 4) of points about centroids (b, 3).
+    """Return unit motors (b, 8) from camera to world frame, for poses (b, 3, 4) of points about centroids (b, 3).
 
-    The centre of the camera is found about the centroid, so that far from the origin it keeps its digits.
+    The centre of the camera is computed relative to the centroid, which preserves accuracy far from the origin.
     """
     u, _, v = np.linalg.svd(np.where(np.isfinite(matrix[..., :3]), matrix[..., :3], 0))
     back = np.swapaxes(u @ v, 1, 2)

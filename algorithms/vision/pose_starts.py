@@ -1,7 +1,7 @@
-"""Poses of cameras from linear equations and from three points: starts for the least squares in the image.
+"""Initial poses of cameras, from linear equations and from three points, for least squares in the image.
 
-Points are given about their centroid, so that what noise does to a turn does not depend on where the world has its
-origin. All functions take leading axes.
+Points are given relative to their centroid, so that the effect of noise on rotations does not depend on the origin of
+the world. All functions take leading axes.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from .normalization import homogeneous, normalized, null_vectors, undone
 from .planes import linear_homography
 
 _FEW = 7
-"""Up to so many points linear equations for a camera amplify noise, or are missing; triples of points are tried too."""
+"""Number of points up to which linear equations are ill-conditioned or underdetermined; triples are tried too."""
 _TRIPLES = 10
 
 
 def pose_starts(places: Reals, seen: Reals) -> Reals:
-    """Candidates [R | t] (..., s, 3, 4) of points (..., n, 3) about their centroids and images x/z, y/z (..., n, 2).
+    """Return candidates [R | t] (..., s, 3, 4) for centred points (..., n, 3) and their images x/z, y/z (..., n, 2).
 
-    Two for points near a plane, which agree with its homography to first order, one for points in space (n at least 6),
-    and for few points the best of those that fit three points exactly. Those that do not exist are NaN.
+    Two candidates are for points near a plane and agree with its homography to first order, one is for points in space
+    (n at least 6), and for few points the best of those that fit three points exactly are added. Missing ones are NaN.
     """
     n = places.shape[-2]
     found = [*_from_plane(places, seen)]
@@ -35,10 +35,10 @@ def pose_starts(places: Reals, seen: Reals) -> Reals:
 
 
 def three_points(places: Reals, seen: Reals) -> Reals:
-    """Return the four [R | t] (..., 4, 3, 4) of three points (..., 3, 3) with images (..., 3, 2); NaN where there are fewer.
+    """Return the four [R | t] (..., 4, 3, 4) of three points (..., 3, 3) with images (..., 3, 2); missing ones are NaN.
 
-    Distances between the points give two conics in the ratios of the depths, and those a quartic (Grunert 1841). Of
-    complex roots, which noise makes of equal ones, the real part is taken.
+    Distances between the points give two conics in the ratios of the depths, and those give a quartic (Grunert 1841).
+    For complex roots, which noise makes of double roots, the real part is used.
     """
     rays = homogeneous(seen)
     rays = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
@@ -58,13 +58,15 @@ def three_points(places: Reals, seen: Reals) -> Reals:
         depths = np.stack([first, u * first, v * first], -1)
         depths = np.where((depths > 0).all(-1, keepdims=True), depths, np.nan)
         there = _frame(depths[..., None] * rays[..., None, :, :])
-        turn = there @ np.swapaxes(_frame(places), -1, -2)[..., None, :, :]
-    shift = (depths[..., None] * rays[..., None, :, :]).mean(-2) - (turn @ places.mean(-2)[..., None, :, None])[..., 0]
-    return np.concatenate([turn, shift[..., None]], -1)
+        rotation = there @ np.swapaxes(_frame(places), -1, -2)[..., None, :, :]
+    shift = (depths[..., None] * rays[..., None, :, :]).mean(-2) - (rotation @ places.mean(-2)[..., None, :, None])[
+        ..., 0
+    ]
+    return np.concatenate([rotation, shift[..., None]], -1)
 
 
 def linear_camera_and_gap(places: Reals, pixels: Reals) -> tuple[Reals, float]:
-    """Return the camera matrix of one set of points, and the eleventh singular value of its equations by the first."""
+    """Return the camera matrix of one set of points, and the ratio of the eleventh to the first singular value."""
     rows, maps = _camera_equations(places, pixels)
     _, values, right = np.linalg.svd(rows)
     return _camera_of(right[-1], maps), float(values[10] / values[0])
@@ -73,33 +75,35 @@ def linear_camera_and_gap(places: Reals, pixels: Reals) -> tuple[Reals, float]:
 def _from_space(places: Reals, seen: Reals) -> Reals:
     rows, maps = _camera_equations(places, seen)
     matrix = _camera_of(null_vectors(rows, 1)[..., 0, :], maps)
-    # The sign for which the centroid is before the camera: that of the determinant is lost in noise for thin scenes.
+    # Choose the sign with the centroid in front of the camera: the determinant is unreliable for thin scenes.
     matrix = np.where(np.isfinite(matrix), matrix, 0) * np.where(matrix[..., 2, 3] < 0, -1, 1)[..., None, None]
-    turn, size = _nearest_turn(matrix[..., :3])
-    return np.concatenate([turn, (matrix[..., 3] / np.maximum(size, 1e-300)[..., None])[..., None]], -1)
+    rotation, size = _nearest_rotation(matrix[..., :3])
+    return np.concatenate([rotation, (matrix[..., 3] / np.maximum(size, 1e-300)[..., None])[..., None]], -1)
 
 
 def _from_plane(places: Reals, seen: Reals) -> tuple[Reals, Reals]:
-    """By the homography of the plane of most extent, and what looks alike but for perspective: its mirror image.
+    """Return the pose by the homography of the plane of largest extent, and its mirror image.
 
-    The plane mirrored in the plane across the line of sight to the centroid has the same image under parallel rays
-    (Necker's reversal): the other minimum of the distances in the image is near it.
+    The plane mirrored in the plane perpendicular to the line of sight to the centroid has the same image under parallel
+    projection (Necker reversal): the other minimum of the distances in the image is near it.
     """
     axes = np.linalg.svd(places, full_matrices=False)[2]
     axes = np.concatenate([axes[..., :2, :], np.cross(axes[..., 0, :], axes[..., 1, :])[..., None, :]], -2)
     matrix, _ = linear_homography(places @ np.swapaxes(axes[..., :2, :], -1, -2), seen)
     matrix = np.where(np.isfinite(matrix), matrix, 0)
     size = np.sqrt(np.linalg.norm(matrix[..., 0], axis=-1) * np.linalg.norm(matrix[..., 1], axis=-1))
-    # The centroid is before the camera.
+    # Place the centroid in front of the camera.
     matrix = matrix * (np.where(matrix[..., 2, 2] < 0, -1, 1) / np.maximum(size, 1e-300))[..., None, None]
-    turn, _ = _nearest_turn(np.concatenate([matrix[..., :2], np.cross(matrix[..., 0], matrix[..., 1])[..., None]], -1))
+    rotation, _ = _nearest_rotation(
+        np.concatenate([matrix[..., :2], np.cross(matrix[..., 0], matrix[..., 1])[..., None]], -1)
+    )
     shift = matrix[..., 2:]
-    mirrored = _mirror(shift[..., 0]) @ turn * [1, 1, -1]
-    return np.concatenate([turn @ axes, shift], -1), np.concatenate([mirrored @ axes, shift], -1)
+    mirrored = _mirror(shift[..., 0]) @ rotation * [1, 1, -1]
+    return np.concatenate([rotation @ axes, shift], -1), np.concatenate([mirrored @ axes, shift], -1)
 
 
 def _from_triples(places: Reals, seen: Reals) -> Reals:
-    """Return the poses (4, ..., 3, 4) of triples with all points before the camera that leave the least in the image."""
+    """Return the poses (4, ..., 3, 4) of triples with all points in front of the camera and the least residuals."""
     every = np.array(list(combinations(range(places.shape[-2]), 3)))
     triples = every[np.linspace(0, len(every) - 1, min(_TRIPLES, len(every))).round().astype(int)]
     found = three_points(places[..., triples, :], seen[..., triples, :])
@@ -113,7 +117,7 @@ def _from_triples(places: Reals, seen: Reals) -> Reals:
 
 
 def _camera_equations(places: Reals, pixels: Reals) -> tuple[Reals, tuple[Reals, Reals]]:
-    """Rows for the twelve entries of cameras of points and pixels of size 1, and the similarities to these."""
+    """Return equations for the twelve entries of cameras of normalised points and pixels, and the similarities."""
     one, scale = normalized(places)
     two, other = normalized(pixels)
     x = homogeneous(one)
@@ -133,7 +137,7 @@ def _camera_of(vector: Reals, maps: tuple[Reals, Reals]) -> Reals:
     return np.asarray(matrix / np.linalg.norm(matrix, axis=(-1, -2), keepdims=True))
 
 
-def _nearest_turn(matrix: Reals) -> tuple[Reals, Reals]:
+def _nearest_rotation(matrix: Reals) -> tuple[Reals, Reals]:
     """Return the rotations nearest to matrices (..., 3, 3), and the mean of their singular values."""
     u, s, v = np.linalg.svd(matrix)
     u[..., 2] *= np.where(np.linalg.det(u @ v) < 0, -1, 1)[..., None]
@@ -141,13 +145,13 @@ def _nearest_turn(matrix: Reals) -> tuple[Reals, Reals]:
 
 
 def _mirror(normal: Reals) -> Reals:
-    """Return the reflections in planes across vectors (..., 3)."""
+    """Return the reflections in the planes orthogonal to vectors (..., 3)."""
     unit = normal / np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-300)
     return np.asarray(np.eye(3) - 2 * unit[..., :, None] * unit[..., None, :])
 
 
 def _frame(triangle: Reals) -> Reals:
-    """Orthonormal axes, as columns, of triangles (..., 3, 3): the first edge, and across it in their plane."""
+    """Return orthonormal axes, as columns, of triangles (..., 3, 3): first edge, in-plane normal, normal."""
     edge, other = triangle[..., 1, :] - triangle[..., 0, :], triangle[..., 2, :] - triangle[..., 0, :]
     x = edge / np.linalg.norm(edge, axis=-1, keepdims=True)
     z = np.cross(x, other)
@@ -156,7 +160,7 @@ def _frame(triangle: Reals) -> Reals:
 
 
 def _product(one: Reals, two: Reals) -> Reals:
-    """Return the products of polynomials, coefficients on the last axis."""
+    """Return the products of polynomials, with coefficients on the last axis."""
     result = np.zeros((*one.shape[:-1], one.shape[-1] + two.shape[-1] - 1))
     for k in range(two.shape[-1]):
         result[..., k : k + one.shape[-1]] += one * two[..., k, None]
@@ -171,7 +175,7 @@ def _at(polynomial: Reals, x: Reals) -> Reals:
 
 
 def _roots(quartic: Reals) -> Reals:
-    """Return the real parts of the four roots, NaN where the leading coefficient is 0 or not a number."""
+    """Return the real parts of the four roots, NaN if the leading coefficient is 0 or NaN."""
     rows = -quartic[..., 3::-1] / quartic[..., 4:]
     usable = np.asarray(np.isfinite(rows).all(-1))
     companion = np.zeros((*rows.shape[:-1], 4, 4))

@@ -6,13 +6,13 @@ import numpy as np
 
 from ..arguments import Reals
 
-_TURNS = np.array(
+_GENERATORS = np.array(
     [[[0, 0, 0], [0, 0, -1], [0, 1, 0]], [[0, 0, 1], [0, 0, 0], [-1, 0, 0]], [[0, -1, 0], [1, 0, 0], [0, 0, 0]]]
 )
 
 
 def factors(matrix: Reals) -> tuple[Reals, Reals, Reals]:
-    """U (..., 3, 3), s (...) and V (..., 3, 3) of the matrix of rank 2 nearest to one (..., 3, 3), up to its scale."""
+    """Return U (..., 3, 3), s (...) and V (..., 3, 3) of the nearest matrices of rank 2, up to scale."""
     u, values, right = np.linalg.svd(matrix)
     v = np.swapaxes(right, -1, -2)
     u = u * np.sign(np.linalg.det(u))[..., None, None]
@@ -21,14 +21,16 @@ def factors(matrix: Reals) -> tuple[Reals, Reals, Reals]:
 
 
 def of_factors(u: Reals, ratio: Reals, v: Reals) -> Reals:
-    """Return the matrix, of largest singular value 1."""
+    """Return the matrix with these factors, with largest singular value 1."""
     return u @ _middle(ratio) @ np.swapaxes(v, -1, -2)
 
 
 def directions(u: Reals, ratio: Reals, v: Reals) -> Reals:
-    """How its nine entries change (..., 9, 7) with turns after U, turns after V, and s."""
+    """Return the derivatives (..., 9, 7) of its nine entries with respect to rotations after U and V, and s."""
     middle, right = _middle(ratio), np.swapaxes(v, -1, -2)
-    columns = [u @ turn @ middle @ right for turn in _TURNS] + [-u @ middle @ turn @ right for turn in _TURNS]
+    columns = [u @ generator @ middle @ right for generator in _GENERATORS] + [
+        -u @ middle @ generator @ right for generator in _GENERATORS
+    ]
     columns.append(u[..., :, 1:2] * right[..., 1:2, :])
     return np.stack([column.reshape(*column.shape[:-2], 9) for column in columns], -1)
 

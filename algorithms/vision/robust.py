@@ -1,4 +1,4 @@
-"""Estimates in spite of wrong points: random samples, the best improved on the points that agree (LO-RANSAC)."""
+"""Robust estimation by random samples, with the best models refined on the points that agree (LO-RANSAC)."""
 
 from __future__ import annotations
 
@@ -14,37 +14,37 @@ from .chance import Freedom, by_chance
 from .status import VisionStatus
 
 _BATCHES = (32, 64, 128, 256)
-"""So many samples are solved and scored at once, the last number for all that follow."""
+"""Numbers of samples that are solved and scored at once; the last one is used for all further batches."""
 _SUBSET = 64
-"""Of many points so many are looked at first, and"""
+"""If there are many points, models are first scored on this number of them,"""
 _KEPT = 32
-"""so many models scored on all."""
+"""and this number of models is scored on all points."""
 _STEPS = 10
-"""Of improving a model, at most."""
+"""Maximum number of refinement steps of a model."""
 N_WRONG = 20000
-"""So many pairs that do not belong together say what chance does."""
+"""Number of wrong pairs that are used to estimate the distances of unrelated points."""
 
 Indices = NDArray[Any]
-"""Of points: integers, or bool."""
+"""Indices of points: integers, or bool."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RobustEstimate:
-    """What most points agree on."""
+    """Robust estimate of a model."""
 
     model: Reals
-    """The matrix, or NaN where the status is not OK."""
+    """The matrix, or NaN if the status is not OK."""
     status: VisionStatus
     inliers: Reals
     """(n,) bool: the points within the threshold."""
     distance: float
-    """The root of the mean square of the distances of inliers, in pixels."""
+    """The root mean square distance of the inliers, in pixels."""
     n_samples: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Problem:
-    """What sampling needs to know of a model."""
+    """Definition of a model for sampling."""
 
     first: Reals
     """(n, ...) One side of the pairs,"""
@@ -52,15 +52,15 @@ class Problem:
     """(n, ...) and the other."""
     freedom: Freedom
     solve: Callable[[Indices], Reals]
-    """Index sets (b, sample_size) to models (m, ...), NaN where there is none."""
+    """Function from index sets (b, sample_size) to models (m, ...); missing ones are NaN."""
     distances: Callable[[Reals, Reals, Reals], Reals]
-    """Models (m, ...) and both sides (k, ...) of pairs to distances (m, k), in pixels, not negative."""
+    """Function from models (m, ...) and both sides (k, ...) of pairs to nonnegative distances (m, k), in pixels."""
     improve: Callable[[Reals, Indices], Reals | None]
-    """A model and its inliers to a better model, or None."""
+    """Function from a model and its inliers to a better model, or None."""
 
 
 def check_sampling(threshold: float, confidence: float, max_samples: int) -> None:
-    """ValueError or TypeError where one of these is no such number."""
+    """Raise ValueError or TypeError if one of these options is invalid."""
     if finite_number(threshold, "threshold") <= 0:
         raise ValueError(f"threshold: {threshold}; expected more than 0 pixels")
     if not 0 < finite_number(confidence, "confidence") < 1:
@@ -74,16 +74,16 @@ def check_sampling(threshold: float, confidence: float, max_samples: int) -> Non
 def no_estimate(
     status: VisionStatus, n_points: int, shape: tuple[int, ...] = (3, 3), n_samples: int = 0
 ) -> RobustEstimate:
-    """Return the result without a model."""
+    """Return an estimate without a model."""
     return RobustEstimate(np.full(shape, np.nan), status, np.zeros(n_points, bool), np.nan, n_samples)
 
 
 def consensus(problem: Problem, threshold: float, seed: int, confidence: float, max_samples: int) -> RobustEstimate:
-    """Return the model with the least truncated squares of distances (MSAC), improved whenever a better one is found.
+    """Return the model with the least truncated squared distances (MSAC); every new best model is refined.
 
-    Samples are drawn until one without wrong points has been among them with the given confidence; where `max_samples`
-    are too few for that the status is NOT_CONVERGED. NO_CONSENSUS is that of a model with no more inliers than chance
-    gives. Chum, Matas and Kittler, *Locally optimized RANSAC*, DAGM 2003.
+    Samples are drawn until one of them is free of wrong points with the given confidence; if `max_samples` is too small
+    for that, the status is NOT_CONVERGED. The status is NO_CONSENSUS for a model with no more inliers than expected by
+    chance. Chum, Matas and Kittler, *Locally optimized RANSAC*, DAGM 2003.
     """
     rng = np.random.default_rng(seed)
     n, size = len(problem.first), problem.freedom.sample_size
@@ -101,7 +101,7 @@ def consensus(problem: Problem, threshold: float, seed: int, confidence: float, 
         k = int(np.argmin(costs))
         if costs[k] >= least:
             continue
-        # Every best sample is improved: compared with an improved one, few would be, and not the one in its valley.
+        # Refine each new best sample. If compared with refined models, few would be, and maybe not the right one.
         least = costs[k]
         better = _improved(problem, (float(costs[k]), models[k], within[k]), threshold)
         if best is not None and better[0] >= best[0]:
@@ -121,19 +121,19 @@ def consensus(problem: Problem, threshold: float, seed: int, confidence: float, 
 
 
 def estimate(problem: Problem, model: Reals, inliers: Indices, n_samples: int) -> RobustEstimate:
-    """Return the result for a model that was found good."""
+    """Return the result for an accepted model."""
     rest = problem.distances(model[None], problem.first[inliers], problem.second[inliers])[0]
     return RobustEstimate(model, VisionStatus.OK, inliers, float(np.sqrt(np.mean(rest**2))), n_samples)
 
 
 def polished(problem: Problem, model: Reals, threshold: float) -> tuple[float, Reals, Indices]:
-    """Return the cost of a model, improved while that lessens it, the model, and its inliers."""
+    """Return the cost of a model that is refined until the cost stops decreasing, the model, and its inliers."""
     costs, within = _scores(problem, model[None], threshold, slice(None))
     return _improved(problem, (float(costs[0]), model, within[0]), threshold)
 
 
 def explained_by_chance(problem: Problem, model: Reals, threshold: float, rng: np.random.Generator) -> bool:
-    """Return whether wrong points alone may agree with a model as much. Points that are repeated count once."""
+    """Return whether wrong points alone could agree with a model as well. Repeated points count once."""
     n = len(problem.first)
     pairs = np.concatenate([problem.first.reshape(n, -1), problem.second.reshape(n, -1)], -1)
     once = np.unique(pairs, axis=0, return_index=True)[1]
@@ -141,8 +141,8 @@ def explained_by_chance(problem: Problem, model: Reals, threshold: float, rng: n
     distances = problem.distances(model[None], first, second)[0]
     order = rng.permutation(len(once))
     wrong = [
-        problem.distances(model[None], first[order], second[np.roll(order, turn)])[0]
-        for turn in range(1, min(len(once) - 1, -(-N_WRONG // len(once))) + 1)
+        problem.distances(model[None], first[order], second[np.roll(order, shift)])[0]
+        for shift in range(1, min(len(once) - 1, -(-N_WRONG // len(once))) + 1)
     ]
     return len(once) <= problem.freedom.sample_size or by_chance(
         np.nan_to_num(distances, nan=np.inf), np.concatenate(wrong), threshold, problem.freedom
@@ -150,7 +150,7 @@ def explained_by_chance(problem: Problem, model: Reals, threshold: float, rng: n
 
 
 def _samples(rng: np.random.Generator, n: int, size: int, count: int) -> Indices:
-    """Subsets (count, size) of n indices, all equally likely (Floyd's algorithm)."""
+    """Return subsets (count, size) of n indices, all equally likely (Floyd's algorithm)."""
     sets = np.empty((count, size), np.intp)
     for k in range(size):
         last = n - size + k
@@ -165,7 +165,7 @@ def _scores(problem: Problem, models: Reals, threshold: float, where: slice | In
 
 
 def _promising(problem: Problem, models: Reals, threshold: float, rng: np.random.Generator) -> Reals:
-    """Return the models that are best for some of the points, where there are many of both."""
+    """Return the models that are best for some of the points, if there are many models and points."""
     n = len(problem.first)
     if n <= 2 * _SUBSET or len(models) <= 2 * _KEPT:
         return models
@@ -174,7 +174,7 @@ def _promising(problem: Problem, models: Reals, threshold: float, rng: np.random
 
 
 def _improved(problem: Problem, best: tuple[float, Reals, Indices], threshold: float) -> tuple[float, Reals, Indices]:
-    """First on the points within twice the threshold, from farther away, and then on the inliers."""
+    """Refine a model on the points within twice the threshold, which helps from farther away, then on the inliers."""
     wide = _scores(problem, best[1][None], 2 * threshold, slice(None))[1][0]
     best = _step(problem, best, wide, threshold) or best
     for _ in range(_STEPS):

@@ -1,4 +1,4 @@
-"""The fundamental matrix in spite of wrong pairs, and of most pairs being those of a plane or line."""
+"""Robust estimation of the fundamental matrix, also if most pairs are on a plane or line."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ from .robust import (
 from .status import VisionStatus, check_points
 
 _FREEDOM = Freedom(sample_size=7, parameters=7, codimension=1, solutions=3, false_alarms=1.0)
-"""Of 400 sets of 20 random pairs the least bound was 80; of more pairs it was higher."""
+"""Of 400 sets of 20 random pairs the least bound was 80; for more pairs it was higher."""
 _OFF_A_PLANE = Freedom(sample_size=2, parameters=2, codimension=1, solutions=1, false_alarms=1e-2)
-"""A plane leaves the epipole open."""
+"""A plane leaves the epipole undetermined."""
 _OFF_A_LINE = Freedom(sample_size=4, parameters=4, codimension=1, solutions=3, false_alarms=1e-2)
 _WIDE = 2.5
-"""Pairs within this many thresholds of a plane or line say nothing about what is off it,"""
+"""Pairs within this multiple of the threshold of a plane or line give no information about points off it,"""
 _SIGMAS = 5.0
-"""and none within this many standard deviations of the others."""
+"""nor do those within this many standard deviations of the others."""
 _SAMPLES = 600
-"""Enough to find a plane with a third of the pairs."""
+"""Number of samples, enough to find a plane with a third of the pairs."""
 _SHALLOW = 4.0
-"""Points of a plane with this many times the variance that F leaves are points in space."""
+"""Points of a plane with more than this multiple of the variance that F leaves are points in space."""
 
 
 def robust_fundamental_matrix(
@@ -52,41 +52,43 @@ def robust_fundamental_matrix(
     confidence: float = 0.999,
     max_samples: int = 100000,
 ) -> RobustEstimate:
-    """Return the fundamental matrix that most correspondences agree on.
+    """Estimate the fundamental matrix with which most correspondences agree.
 
-    Samples of seven points, the best of them refined on all that agree; the last one has the least squares of Sampson
-    distances. Where a plane holds most pairs, samples are mostly of that plane, and all F of the plane agree with them:
-    then its homography is kept and samples of two pairs off the plane give the epipole (plane and parallax, as in
-    DEGENSAC: Chum, Werner and Matas, CVPR 2005).
+    Samples of seven points are drawn, and the best of them are refined on all inliers; the result has the least squares
+    of Sampson distances. If most pairs are on a plane, most samples are from this plane, and all F compatible with the
+    plane agree with them. In this case its homography is kept, and samples of two pairs off the plane give the epipole
+    (plane and parallax, as in DEGENSAC: Chum, Werner and Matas, CVPR 2005).
 
     Parameters
     ----------
     first, second : array_like, (n, 2)
         Pixels of both images, n at least 8.
     threshold : float
-        The Sampson distance, in pixels, from which a correspondence counts as wrong; twice the noise of pixels is good.
+        The Sampson distance, in pixels, from which a correspondence counts as wrong; twice the noise of pixels is a
+        good value.
     seed : int
-        Of the random samples; the same seed gives the same result.
+        Seed of the random samples; the same seed gives the same result.
     confidence : float
-        With which a sample without wrong points is among those drawn, between 0 and 1.
+        Probability, between 0 and 1, that a sample without wrong points is drawn.
     max_samples : int
-        At least 1. The default is enough for 70 % of wrong pairs.
+        Maximum number of samples, at least 1. The default suffices for 70 % of wrong pairs.
 
     Returns
     -------
     RobustEstimate
-        OK promises three things. Chance does not explain the inliers: partners of other points, or displaced as much in
-        any direction, would not agree as much, by a bound that is too large by a factor of 50 and more (else
-        NO_CONSENSUS: so for half of the sets of 12 good pairs with noise, for none of 20, and for most of 20 pairs of
-        which six are wrong). It does not explain those off the largest plane and line either, unless no plane fits its
-        own inliers (else DEGENERATE). And a sample without wrong pairs was among those drawn, with the given confidence
-        (else NOT_CONVERGED). The model is NaN where the status is not OK.
+        The status OK guarantees three things. First, chance does not explain the inliers: shuffled partners, or
+        partners displaced as far in random directions, would not agree as well, by a bound that is conservative by a
+        factor of 50 and more (otherwise NO_CONSENSUS: for half of the sets of 12 good pairs with noise, for no set of
+        20, and for most sets of 20 pairs of which six are wrong). Second, chance does not explain the inliers off the
+        largest plane and line either, unless no plane fits its own inliers (otherwise DEGENERATE). Third, a sample
+        without wrong pairs was drawn with the given confidence (otherwise NOT_CONVERGED). The model is NaN if the
+        status is not OK.
 
     Raises
     ------
     TypeError, ValueError
-        If these are not n points each, `threshold` is not positive, `confidence` not between 0 and 1, or
-        `max_samples` less than 1.
+        If the numbers of points differ, if `threshold` is not positive, if `confidence` is not between 0 and 1, or if
+        `max_samples` is less than 1.
     """
     check_sampling(threshold, confidence, max_samples)
     one, two = real_array(first, "first", (2,), "x y"), real_array(second, "second", (2,), "x y")
@@ -126,7 +128,7 @@ def _plane_distances(models: Reals, first: Reals, second: Reals) -> Reals:
 
 
 def _in_space(problem: Problem, found: RobustEstimate, threshold: float, seed: int) -> RobustEstimate:
-    """Return the estimate, unless a linear map and partners in any direction from where it leads agree as much."""
+    """Return the estimate, unless partners displaced in random directions from a linear map agree as well."""
     places = homogeneous(problem.first)
     linear = np.linalg.lstsq(places[found.inliers], problem.second[found.inliers], rcond=None)[0]
     if _displaced_by_chance(problem, found.model, places @ linear, threshold, seed):
@@ -135,9 +137,9 @@ def _in_space(problem: Problem, found: RobustEstimate, threshold: float, seed: i
 
 
 def _displaced_by_chance(problem: Problem, model: Reals, expected: Reals, threshold: float, seed: int) -> bool:
-    """Return whether partners as far from an `expected` place, but in any direction, agree with F as much.
+    """Return whether partners as far from their `expected` places, but in random directions, agree with F as well.
 
-    Pairs that were only sought near each other agree more often than those that are shuffled.
+    Pairs that were searched only near each other agree more often than shuffled pairs.
     """
     rng = np.random.default_rng(seed)
     size = np.linalg.norm(problem.second - expected, axis=1)
@@ -167,7 +169,7 @@ def _beyond_a_plane(
     expected = np.asarray(projective2.transform_point(plane.model, one[off]))
     if parallax.status == VisionStatus.OK and not _displaced_by_chance(rest, parallax.model, expected, threshold, seed):
         models = np.array([found.model, parallax.model, polished(problem, parallax.model, threshold)[1]])
-        # Pairs off the plane decide: an F that is wrong there has more freedom for the noise of those on it.
+        # Pairs off the plane decide: an F that is wrong there is freer to fit the noise of those on the plane.
         squares = np.nan_to_num(problem.distances(models, one[off], two[off]) ** 2, nan=np.inf)
         best = models[np.argmin(np.minimum(squares, threshold**2).sum(1))]
         inliers = problem.distances(best[None], one, two)[0] <= threshold
@@ -182,7 +184,7 @@ def _beyond_a_plane(
 def _parallax(
     problem: Problem, plane: Reals, on_plane: Indices, threshold: float, seed: int, confidence: float
 ) -> RobustEstimate:
-    """F of the plane and the epipole on which pairs off the plane agree: where lines through images of both meet."""
+    """Return F of the plane and the epipole with which pairs off the plane agree: the common point of their lines."""
     one, two = problem.first[~on_plane], problem.second[~on_plane]
     if len(one) <= _OFF_A_PLANE.sample_size:
         return no_estimate(VisionStatus.NO_CONSENSUS, len(one))
@@ -206,7 +208,7 @@ def _parallax(
 
 
 def _hidden_by_a_line(problem: Problem, found: RobustEstimate, threshold: float, seed: int) -> bool:
-    """Return whether pairs off the line with the most points, in either image, may agree with F by chance."""
+    """Return whether pairs off the line with the most points, in either image, could agree with F by chance."""
     rng = np.random.default_rng(seed)
     for points in (problem.first, problem.second):
         inliers = points[found.inliers]

@@ -1,4 +1,4 @@
-"""Random sets of items for robust estimates: the same ones in every run."""
+"""Reproducible random sets of items for robust estimates."""
 
 from __future__ import annotations
 
@@ -7,6 +7,6 @@ from numpy.typing import NDArray
 
 
 def random_sets(n_items: int, size: int, count: int) -> NDArray[np.intp]:
-    """`count` sets (count, size) of different items out of `n_items`; they depend on these numbers alone."""
+    """Return `count` sets (count, size) of different items out of `n_items`; they depend only on these numbers."""
     order = np.random.default_rng(n_items).random((count, n_items))
     return np.argpartition(order, size - 1, axis=1)[:, :size]

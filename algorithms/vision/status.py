@@ -1,4 +1,4 @@
-"""What an estimate from image points may meet, by name."""
+"""Statuses of estimates from image points, and validation of points."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from ..arguments import Reals
 
 
 class VisionStatus(IntEnum):
-    """Whether points determine what was asked for."""
+    """Whether points determine the result."""
 
     OK = 0
     TOO_FEW = 1
-    """Fewer points, views or planes than unknowns need."""
+    """There are fewer points, views or planes than the unknowns require."""
     DEGENERATE = 2
-    """Enough points, but in a place that leaves more than one answer: on a line or plane, or seen from one centre."""
+    """There are enough points, but the result is not unique: they are on a line or plane, or seen from one centre."""
     NOT_FINITE = 3
     """A coordinate is infinite or not a number."""
     NO_CONSENSUS = 4
-    """No model agrees with more points than chance alone gives."""
+    """No model agrees with more points than expected by chance."""
     NOT_CONVERGED = 5
-    """The iterations, or the samples, ended early, or in a place that contradicts the data: no answer to rely on."""
+    """The iterations or samples ended early, or at a result that contradicts the data, which is not reliable."""
 
 
 class DegenerateError(ValueError):
-    """Points that do not determine an answer; `status` says why."""
+    """Points do not determine the result; `status` is the reason."""
 
     def __init__(self, message: str, status: VisionStatus) -> None:
         super().__init__(message)
@@ -34,7 +34,7 @@ class DegenerateError(ValueError):
 
 
 def check_points(arrays: dict[str, Reals], least: int, what: str) -> VisionStatus:
-    """OK, TOO_FEW or NOT_FINITE for arrays (n, d) of the same points; ValueError where their shapes differ."""
+    """Return OK, TOO_FEW or NOT_FINITE for arrays (n, d) of the same points; ValueError if shapes differ."""
     lengths = {name: array.shape for name, array in arrays.items()}
     for name, shape in lengths.items():
         if len(shape) != 2:
@@ -49,7 +49,7 @@ def check_points(arrays: dict[str, Reals], least: int, what: str) -> VisionStatu
 
 
 def distinct(places: Reals, least: int) -> int:
-    """Return how many points differ; none beyond the least that are enough are counted."""
+    """Return the number of distinct points, counted up to `least`."""
     found: set[bytes] = set()
     for place in places + 0.0:  # -0.0 is 0.0
         found.add(place.tobytes())

@@ -17,9 +17,9 @@ _NO_ROTATION = np.array([1.0, 0.0, 0.0, 0.0])
 
 @dataclass(frozen=True, slots=True)
 class RectifiedPair:
-    """Two equal cameras side by side, with the same rows. The first is the left one, whose frame is the world frame.
+    """Two equal cameras side by side with aligned rows. The frame of the left one, the first, is the world frame.
 
-    A point at depth Z is in pixel (x, y) of the left image and in (x - d, y) of the right one, with the disparity
+    A point at depth Z is at pixel (x, y) of the left image and at (x - d, y) of the right image, with the disparity
     ``d = focal_length * baseline / Z - offset``.
 
     Attributes
@@ -29,9 +29,9 @@ class RectifiedPair:
     centre : (float, float)
         Principal point of the left camera, in pixels.
     offset : float
-        The x of the right camera's principal point less that of the left, in pixels.
+        The x coordinate of the right camera's principal point minus that of the left, in pixels.
     baseline : float
-        Distance of the centres; its unit is that of depth.
+        Distance of the centres; its unit is the unit of depth.
     """
 
     focal_length: float
@@ -49,7 +49,7 @@ class RectifiedPair:
         )
 
     def valid(self, disparity: ArrayLike) -> NDArray[np.bool_]:
-        """Where a disparity is finite and that of a point before the cameras.
+        """Return where a disparity is finite and belongs to a point in front of the cameras.
 
         Parameters
         ----------
@@ -64,12 +64,12 @@ class RectifiedPair:
         return np.asarray(np.isfinite(array) & (array + self.offset > 0))
 
     def depth(self, disparity: ArrayLike) -> Reals:
-        """Depth from disparity.
+        """Return the depths of disparities.
 
         Parameters
         ----------
         disparity : array_like, (...)
-            In pixels; infinite or NaN where it is not known.
+            In pixels; infinite or NaN where unknown.
 
         Returns
         -------
@@ -84,17 +84,17 @@ class RectifiedPair:
         return depth
 
     def correspondences(self, disparity: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the pixels of the left image whose disparity is valid, and their partners in the right one.
+        """Return the pixels of the left image with valid disparity, and their partners in the right image.
 
         Parameters
         ----------
         disparity : array_like, (M, N)
-            Of every pixel of the left image.
+            Disparity of every pixel of the left image.
 
         Returns
         -------
         pixels, partners : array, (n, 2)
-            (x, y), row after row of the image.
+            (x, y), in row-major order of the image.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""The tensors of three and of four views, and what they transfer from view to view."""
+"""The tensors of three and four views, and the transfer of points and lines between views."""
 
 from __future__ import annotations
 
@@ -17,30 +17,30 @@ from .normalization import homogeneous, normalized
 from .status import VisionStatus, check_points, refuse
 
 _OPEN = 1e-9
-"""Equations with a last but one singular value below this part of the first leave more than one tensor."""
+"""The tensor is not unique if the last but one singular value of its equations is below this fraction of the first."""
 
 
 def trifocal_tensor(*views: Camera | ArrayLike) -> Reals:
-    """Return the tensor T of three views: ``x_i l'_j l''_k T_ijk = 0`` for a point x and lines l', l'' through its partners.
+    """Return the trifocal tensor: ``x_i l'_j l''_k T_ijk = 0`` for a point x and lines l', l'' through its partners.
 
     Parameters
     ----------
     *views : three Cameras or array_like, (..., 3, 4) or (n, 2)
-        Cameras or their matrices, whose leading axes broadcast: then the entries are brackets of their rows. Or pixels
-        of the same points, n at least 7: then it is the tensor of cameras fitted to the linear equations.
+        Cameras or their matrices, whose leading axes broadcast: the entries are then brackets of their rows. Or pixels
+        of the same points, with n at least 7: the result is then the tensor of cameras fitted to linear equations.
 
     Returns
     -------
     array, (..., 3, 3, 3)
-        From pixels with norm 1.
+        Of norm 1 if computed from pixels.
 
     Raises
     ------
     TypeError, ValueError
-        If there are not three views, or these are neither cameras nor as many pixels each.
+        If there are not three views, or if they are neither cameras nor pixels of the same points.
     DegenerateError
-        If pixels are too few or not finite, or those of points on one plane, or of one centre; if cameras have no
-        centre or all the same.
+        If pixels are too few or not finite, or if they are those of points on one plane or from one centre; if cameras
+        have no centre or all the same centre.
     """
     if len(views) != 3:
         raise ValueError(f"trifocal_tensor: {len(views)} views; expected 3")
@@ -59,24 +59,24 @@ def trifocal_tensor(*views: Camera | ArrayLike) -> Reals:
 
 
 def quadrifocal_tensor(*views: Camera | ArrayLike) -> Reals:
-    """Return the tensor Q of four views: ``l_i l'_j l''_k l'''_m Q_ijkm = 0`` for lines through images of one point.
+    """Return the quadrifocal tensor Q, with ``l_i l'_j l''_k l'''_m Q_ijkm = 0`` for lines through images of one point.
 
     Parameters
     ----------
     *views : four Cameras or array_like, (..., 3, 4) or (n, 2)
-        Cameras or their matrices, whose leading axes broadcast: then the entries are brackets of their rows. Or pixels
-        of the same points, n at least 6: then it is the least squares of the linear equations, which for pixels with
-        noise need not belong to cameras.
+        Cameras or their matrices, whose leading axes broadcast: the entries are then brackets of their rows. Or pixels
+        of the same points, with n at least 6: the result is then the least-squares solution of linear equations, which
+        for noisy pixels need not belong to cameras.
 
     Returns
     -------
     array, (..., 3, 3, 3, 3)
-        From pixels with norm 1.
+        Of norm 1 if computed from pixels.
 
     Raises
     ------
     TypeError, ValueError
-        If there are not four views, or these are neither cameras nor as many pixels each.
+        If there are not four views, or if they are neither cameras nor pixels of the same points.
     DegenerateError
         As for `trifocal_tensor`.
     """
@@ -96,32 +96,32 @@ def quadrifocal_tensor(*views: Camera | ArrayLike) -> Reals:
 
 
 def transfer_point(tensor: ArrayLike, pixels: ArrayLike, partners: ArrayLike) -> Reals:
-    """Where points seen in the first two of three views are in the third.
+    """Transfer points seen in the first two of three views to the third.
 
     Parameters
     ----------
     tensor : array_like, (..., 3, 3, 3)
-        As `trifocal_tensor` gives it.
+        As returned by `trifocal_tensor`.
     pixels, partners : array_like, (..., 2)
-        In the first and in the second view.
+        Points in the first and in the second view.
 
     Returns
     -------
     array, (..., 2)
-        Not finite where the point is on the line through both centres.
+        Not finite if the point is on the line through both centres.
 
     Raises
     ------
     TypeError, ValueError
-        If an argument has another shape or type.
+        If an argument has a different shape or type.
 
     Notes
     -----
-    Of the column and the row through a partner the one is taken that its epipolar line crosses at the larger angle.
+    Of the column and the row through a partner, the one that its epipolar line crosses at the larger angle is used.
     """
     array = real_array(tensor, "tensor", (3, 3, 3), "a trifocal tensor")
     one, two = real_array(pixels, "pixels", (2,), "x y"), real_array(partners, "partners", (2,), "x y")
-    # Where the line through a partner is its epipolar line, all is 0: the longer of two images is the better one.
+    # The transfer vanishes if the line through a partner is its epipolar line: use the line with the longer result.
     x, y = two[..., 0], two[..., 1]
     nothing, unit = np.zeros_like(x), np.ones_like(x)
     candidates = [np.stack(line, -1) for line in ((unit, nothing, -x), (nothing, unit, -y))]
@@ -135,24 +135,24 @@ def transfer_point(tensor: ArrayLike, pixels: ArrayLike, partners: ArrayLike) ->
 
 
 def transfer_line(tensor: ArrayLike, second: ArrayLike, third: ArrayLike) -> Reals:
-    """Return the line of the first view of a line of space that is seen in the second and in the third.
+    """Transfer a line in space that is seen in the second and in the third view to the first view.
 
     Parameters
     ----------
     tensor : array_like, (..., 3, 3, 3)
-        As `trifocal_tensor` gives it.
+        As returned by `trifocal_tensor`.
     second, third : array_like, (..., 3)
         (a, b, c) of ``a x + b y + c = 0``.
 
     Returns
     -------
     array, (..., 3)
-        With any norm; 0 where both lines leave a plane open.
+        With arbitrary norm; 0 if both lines do not determine a line in space.
 
     Raises
     ------
     TypeError, ValueError
-        If an argument has another shape or type.
+        If an argument has a different shape or type.
     """
     array = real_array(tensor, "tensor", (3, 3, 3), "a trifocal tensor")
     b, c = real_array(second, "second", (3,), "a line"), real_array(third, "third", (3,), "a line")
@@ -165,7 +165,7 @@ def epipoles_of_tensor(tensor: ArrayLike) -> tuple[Reals, Reals]:
     Parameters
     ----------
     tensor : array_like, (3, 3, 3)
-        As `trifocal_tensor` gives it.
+        As returned by `trifocal_tensor`.
 
     Returns
     -------
@@ -175,7 +175,7 @@ def epipoles_of_tensor(tensor: ArrayLike) -> tuple[Reals, Reals]:
     Raises
     ------
     TypeError, ValueError
-        If this is not one tensor of finite numbers.
+        If `tensor` is not one tensor of finite numbers.
     """
     array = real_array(tensor, "tensor", (3, 3, 3), "a trifocal tensor")
     if array.ndim != 3 or not np.isfinite(array).all():
@@ -188,7 +188,7 @@ def epipoles_of_tensor(tensor: ArrayLike) -> tuple[Reals, Reals]:
 
 
 def cameras_of_tensor(tensor: Reals) -> tuple[Reals, Reals, Reals]:
-    """Camera matrices with this trifocal tensor, the first ``[I | 0]`` (Hartley and Zisserman, algorithm 15.1)."""
+    """Return cameras with this trifocal tensor, the first ``[I | 0]`` (Hartley and Zisserman, algorithm 15.1)."""
     second, third = epipoles_of_tensor(tensor)
     by_columns = np.stack([each @ third for each in tensor], -1)
     by_rows = np.stack([each.T @ second for each in tensor], -1)
@@ -203,7 +203,7 @@ def _are_cameras(views: Sequence[Camera | ArrayLike]) -> bool:
 
 
 def _not_zero(tensor: Reals, matrices: list[Reals], powers: tuple[int, ...], where: str) -> Reals:
-    """Return the tensor, unless it is rounding beside the sizes of the matrices."""
+    """Return the tensor unless it is a rounding error relative to the sizes of the matrices."""
     size = np.prod([np.linalg.norm(m, axis=(-1, -2)) ** p for m, p in zip(matrices, powers, strict=True)], axis=0)
     axes = tuple(range(-len(powers) if len(powers) == 4 else -3, 0))
     if np.any(~(np.linalg.norm(tensor, axis=None) > 0)) or np.any(~(np.sqrt((tensor**2).sum(axes)) > 1e-13 * size)):
@@ -224,7 +224,7 @@ def _checked_pixels(views: Sequence[Camera | ArrayLike], least: int, where: str)
 
 
 def _lines_through(points: Reals) -> Reals:
-    """Two lines through each point, (n, 2, 3): its column and its row."""
+    """Return two lines through each point, (n, 2, 3): its column and its row."""
     x, y = points[:, 0], points[:, 1]
     nothing, unit = np.zeros_like(x), np.ones_like(x)
     return np.stack([np.stack([unit, nothing, -x], -1), np.stack([nothing, unit, -y], -1)], 1)

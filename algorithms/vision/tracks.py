@@ -1,7 +1,7 @@
-"""Tracks of points through many views, some of them wrong: which observations agree with the others.
+"""Detection of wrong observations in tracks of points through many views.
 
-Sampling is by least median of squares (Rousseeuw 1984), which needs no threshold: noise is what the median leaves.
-Images are normalised, so that points are at a mean distance of some units from the origin.
+Sampling uses least median of squares (Rousseeuw 1984), which needs no threshold: noise is estimated from the median.
+Images are normalised, so that the mean distance of points from the origin is of order one.
 """
 
 from __future__ import annotations
@@ -23,25 +23,25 @@ from .sampling import random_sets
 Flags = NDArray[np.bool_]
 
 _FIRST, _SAMPLES = 30, 300
-"""So many samples are drawn, and if fewer than most points fit the best of them, so many: with a quarter of the tracks
-wrong, 30 of these have none of them."""
+"""Number of samples that are drawn first, and if fewer than most points fit the best of them: with a quarter of the
+tracks wrong, 30 of these contain none of the wrong ones."""
 _MOST = 0.9
 _ENOUGH = 12
-"""Of fewer points than this the median says little: all are kept."""
+"""Minimum number of points for the median to be meaningful: with fewer points all are kept."""
 _SURE = 5.0
-"""An observation is wrong that is farther off than so many times the noise: one right one in 270,000 is."""
+"""An observation is wrong if it is off by more than this multiple of the noise, as one correct one in 270,000 is."""
 _MEDIAN = 1.1774
 """Median of the distance of a point with noise of 1 in both coordinates."""
 _ROUNDING = 1e-9
 """Distances below this are rounding."""
 _SPREAD = 0.1
-"""Noise above this is none: images are of one another's points by chance."""
+"""Larger noise is not noise: the images then match unrelated points by chance."""
 _PAIRS = 40
-"""So many pairs of views at most propose a place for a point that some see wrongly."""
+"""Maximum number of pairs of views that propose a position for a point with wrong observations."""
 
 
 def majority_of_pair(one: Reals, two: Reals) -> Flags:
-    """Which of the pairs of pixels (n, 2) fit the F that leaves the least median distance."""
+    """Return which of the pairs of pixels (n, 2) fit the F with the least median distance."""
     n = len(one)
     if n < _ENOUGH:
         return np.ones(n, np.bool_)
@@ -50,7 +50,7 @@ def majority_of_pair(one: Reals, two: Reals) -> Flags:
         off = np.abs(projective3.sampson_distance(eight_points(one[sets], two[sets])[:, None], one, two))
         median = np.median(np.nan_to_num(off, nan=np.inf), axis=1)
         best = int(np.argmin(median))
-        # The factor of Rousseeuw and Leroy (1987) for the few points that a sample leaves over.
+        # Finite-sample correction of Rousseeuw and Leroy (1987), for the points that are not in the sample.
         noise = 1.4826 * (1 + 5 / (n - 8)) * median[best]
         return np.asarray(off[best] <= np.maximum(_SURE * noise, _ROUNDING))
 
@@ -58,7 +58,7 @@ def majority_of_pair(one: Reals, two: Reals) -> Flags:
 
 
 def seen_by_camera(image: Reals, points: Reals) -> Flags:
-    """Which of the pixels (n, 2) of points (n, 4) fit the camera that leaves the least median distance."""
+    """Return which of the pixels (n, 2) of points (n, 4) fit the camera with the least median distance."""
     n = len(image)
     even, _ = unit_moments(points)
 
@@ -74,17 +74,17 @@ def seen_by_camera(image: Reals, points: Reals) -> Flags:
 
 
 def distances(image: Reals, cameras: Reals, points: Reals) -> Reals:
-    """Distances (v, n) of pixels (v, n, 2) from the images of points (n, 4) in cameras (v, 3, 4)."""
+    """Return distances (v, n) of pixels (v, n, 2) from the images of points (n, 4) in cameras (v, 3, 4)."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         there = np.einsum("vij,nj->vni", cameras, points)
         return np.asarray(np.linalg.norm(there[..., :2] / there[..., 2:] - image, axis=-1))
 
 
 def noise_of(off: Reals, used: Flags) -> float:
-    """Return the noise of pixels, by the median of distances (v, n) of those used; infinite where it is no noise."""
+    """Return the noise of pixels from the median of used distances (v, n); infinite if it is too large for noise."""
     if not used.any():
         return np.inf
-    # A point takes three of the two numbers of each of its images, a camera eleven of those of its points.
+    # A point uses three of the numbers of its images, two for each image, a camera eleven of those of its points.
     of_points, of_views = 1 - 1.5 / np.maximum(used.sum(0), 2), 1 - 5.5 / np.maximum(used.sum(1), 8)
     left = np.nan_to_num(off, nan=np.inf) / np.sqrt(of_points * of_views[:, None])
     noise = float(np.median(left[used])) / _MEDIAN
@@ -92,12 +92,12 @@ def noise_of(off: Reals, used: Flags) -> float:
 
 
 def agreeing(off: Reals, seen: Flags, noise: float) -> Flags:
-    """Which observations (v, n) are off by no more than noise."""
+    """Return which observations (v, n) are consistent with the noise."""
     return np.asarray(seen & (off <= max(_SURE * noise, _ROUNDING)))
 
 
 def points_of_most(image: Reals, seen: Flags, cameras: Reals) -> Reals:
-    """Points (n, 4) from those two of their views that leave the least median distance in all that see them."""
+    """Return points (n, 4) from the two of their views with the least median distance in all views that see them."""
     n_views, n_points = seen.shape
     best, least = np.full((n_points, 4), np.nan), np.full(n_points, np.inf)
     pairs = list(combinations(range(n_views), 2))
@@ -121,7 +121,7 @@ def points_of_most(image: Reals, seen: Flags, cameras: Reals) -> Reals:
 
 
 def _by_samples(n: int, size: int, fitting: Callable[[Reals], Flags]) -> Flags:
-    """Which of n points fit the best of some samples; of more samples, where those are not nearly all."""
+    """Return which of n points fit the best of some samples; more samples are drawn if these are not nearly all."""
     sets = random_sets(n, size, _SAMPLES)
     found = fitting(sets[:_FIRST])
     return found if found.mean() >= _MOST else fitting(sets)

@@ -1,4 +1,4 @@
-"""What two images of the same points have to do with each other."""
+"""The geometry of two views: fundamental matrix, epipoles, epipolar lines, distances and triangulation."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .status import VisionStatus, check_points, refuse
 Method = Literal["8-point", "7-point", "robust"]
 
 _SAME_CENTRE = 1e-12
-"""A baseline shorter than this, of the distance to the origin of the world, is rounding."""
+"""A baseline shorter than this fraction of the distance to the world's origin is a rounding error."""
 
 
 def fundamental_matrix(
@@ -34,49 +34,50 @@ def fundamental_matrix(
 ) -> Reals:
     """Return the matrix F with ``x2 . F x1 = 0`` for homogeneous images x1, x2 of the same point.
 
-    From two cameras its entries are brackets of rows of their matrices (Faugeras and Mourrain, ICCV 1995). From pixels
-    of the same points in both images it is estimated.
+    From two cameras, its entries are brackets of rows of their matrices (Faugeras and Mourrain, ICCV 1995). From pixels
+    of the same points in both images, it is estimated.
 
     Parameters
     ----------
     first, second : Camera or array_like, (..., 3, 4) or (n, 2)
         Cameras or camera matrices, whose leading axes broadcast; or pixels.
     method : {"8-point", "7-point", "robust"}
-        From pixels: the normalised eight-point algorithm, n at least 8; the cubic of seven points, n = 7; or samples of
-        seven, n at least 8, where some pairs are wrong (`robust_fundamental_matrix` also tells which).
+        The method for pixels: "8-point" is the normalised eight-point algorithm, with n at least 8; "7-point" solves
+        the cubic of seven points, with n = 7; "robust" uses samples of seven points, with n at least 8, if some pairs
+        are wrong (`robust_fundamental_matrix` also returns which ones).
     refine : bool
-        With "8-point", go on to the least squares of Sampson distances.
+        With "8-point", whether to minimise the squares of Sampson distances.
     seed : int
-        With "robust", of the samples.
+        With "robust", seed of the random samples.
     noise : float, optional
-        The standard deviation of pixels, where it is known: by it points of a plane are separated from others with
-        certainty. Left out, it is estimated from what F leaves, and for few points from the size of the images.
+        The standard deviation of pixels, if known; with it, points of a plane are reliably separated from others. By
+        default it is estimated from the residuals of F, and for few points from the size of the images.
 
     Returns
     -------
     array, (..., 3, 3)
-        Of rank 2. From cameras in the scale that the matrices give, from pixels with norm 1. With "7-point" (3, 3, 3):
-        one or three matrices, the others NaN.
+        Matrix of rank 2. From cameras, its scale is determined by the matrices; from pixels, its norm is 1. With
+        "7-point", (3, 3, 3): one or three matrices, the others NaN.
 
     Raises
     ------
     TypeError, ValueError
-        If these are neither cameras nor as many pixels each, if a camera matrix has rank less than 3, and where
-        both cameras have the same centre: then every F fits.
+        If the arguments are neither cameras nor pixels of the same points, if a camera matrix has rank less than 3, or
+        if both cameras have the same centre, because then every F fits.
     DegenerateError
-        If pixels are too few or not finite, or those of points on one plane or line, or of one centre.
+        If pixels are too few or not finite, or if they are those of points on one plane or line or from one centre.
 
     Notes
     -----
-    The error from exact pixels is some 1e-12 for points well spread in space.
+    The error for exact pixels is about 1e-12 for points well spread in space.
 
-    Pixels are refused where a homography, or a line, fits them as well as F does: where the mean square of what it
-    leaves is below the 99.5 % quantile of Fisher's distribution times that of F. To the n - 7 numbers that F leaves,
-    of which so few are useless, four are added, of 1.2 thousandths of the extent of the pixels. With `noise` its square
-    replaces the estimate, with the quantile 99.9 %, and points are also refused where all but one are on a plane, and
-    where less than eight pairs differ by more than noise. Of scenes with a baseline of a fourth of the distance one in
-    a hundred is refused at n = 8, at most two in a thousand from n = 12; of planes 0.2 % pass with half a pixel of
-    noise, 1 to 8 % with one pixel at n = 8, 1 % from n = 9, and with `noise` 0.3 %.
+    Pixels are rejected if a homography, or a line, fits them as well as F does: if the mean square of its residuals is
+    below the 99.5 % quantile of Fisher's distribution times that of F. F leaves n - 7 residuals, which are unreliable
+    if n is small; four residuals of 1.2 thousandths of the extent of the pixels are therefore added. With `noise`, its
+    square replaces the estimate, with the quantile 99.9 %, and points are also rejected if all but one are on a plane,
+    or if fewer than eight pairs differ by more than noise. Of scenes with a baseline of a quarter of the distance, one
+    in a hundred is rejected for n = 8, and at most two in a thousand from n = 12. Of planes, 0.2 % pass with half a
+    pixel of noise, 1 to 8 % with one pixel for n = 8, 1 % from n = 9, and 0.3 % with `noise`.
     """
     if not isinstance(first, Camera) and not isinstance(second, Camera) and np.shape(first)[-1:] == (2,):
         return _from_pixels(first, second, method, refine, seed, noise)
@@ -126,13 +127,13 @@ def _from_pixels(
 
 
 def sampson_distance(fundamental: ArrayLike, pixels: ArrayLike, partners: ArrayLike) -> Reals:
-    """Return the distances of pairs of pixels to the nearest pairs that fit F, to first order (Sampson's), signed, in pixels.
+    """Return the signed Sampson distances, in pixels, of pairs of pixels from those that fit F exactly.
 
     Parameters
     ----------
     fundamental : array_like, (..., 3, 3)
     pixels, partners : array_like, (..., 2)
-        In the first and in the second image.
+        Points in the first and in the second image.
 
     Returns
     -------
@@ -141,7 +142,7 @@ def sampson_distance(fundamental: ArrayLike, pixels: ArrayLike, partners: ArrayL
     Raises
     ------
     TypeError, ValueError
-        If an argument has another shape or type.
+        If an argument has a different shape or type.
     """
     matrix = real_array(fundamental, "fundamental", (3, 3), "a fundamental matrix")
     return projective3.sampson_distance(  # type: ignore[no-any-return]
@@ -159,13 +160,13 @@ def epipoles(fundamental: ArrayLike) -> tuple[Reals, Reals]:
     Returns
     -------
     first, second : array, (..., 3)
-        Homogeneous, of norm 1: the null vectors of F and of its transpose. The last entry is 0 for an epipole at
-        infinity.
+        Homogeneous, of norm 1: the null vectors of F and of its transpose. The last component of an epipole at infinity
+        is 0.
 
     Raises
     ------
     TypeError, ValueError
-        If this is not a matrix of finite numbers and rank 2.
+        If `fundamental` is not a matrix of finite numbers with rank 2.
     """
     matrix = real_array(fundamental, "fundamental", (3, 3), "a fundamental matrix")
     if not np.isfinite(matrix).all():
@@ -177,36 +178,36 @@ def epipoles(fundamental: ArrayLike) -> tuple[Reals, Reals]:
 
 
 def epipolar_lines(fundamental: ArrayLike, pixels: ArrayLike) -> Reals:
-    """Return the lines of the second image on which the partners of pixels of the first lie.
+    """Return the lines of the second image that contain the partners of pixels of the first image.
 
     Parameters
     ----------
     fundamental : array_like, (..., 3, 3)
-        As `fundamental_matrix` gives it; transposed, it gives the lines of the first image.
+        As returned by `fundamental_matrix`; its transpose gives the lines of the first image.
     pixels : array_like, (..., 2)
 
     Returns
     -------
     array, (..., 3)
-        (a, b, c) of ``a x + b y + c = 0``, with any norm; 0 for the epipole.
+        (a, b, c) of ``a x + b y + c = 0``, with arbitrary norm; 0 for the epipole.
 
     Raises
     ------
     TypeError, ValueError
-        If an argument has another shape or type.
+        If an argument has a different shape or type.
     """
     matrix = real_array(fundamental, "fundamental", (3, 3), "a fundamental matrix")
     return projective3.epipolar_line(matrix, _pixels(pixels, "pixels"))  # type: ignore[no-any-return]
 
 
 def epipolar_distance(fundamental: ArrayLike, pixels: ArrayLike, partners: ArrayLike) -> Reals:
-    """Return the signed distances, in pixels, of partners in the second image to the epipolar lines of pixels of the first.
+    """Return the signed distances, in pixels, of partners from the epipolar lines of pixels of the first image.
 
     Parameters
     ----------
     fundamental : array_like, (..., 3, 3)
     pixels, partners : array_like, (..., 2)
-        In the first and in the second image.
+        Points in the first and in the second image.
 
     Returns
     -------
@@ -215,7 +216,7 @@ def epipolar_distance(fundamental: ArrayLike, pixels: ArrayLike, partners: Array
     Raises
     ------
     TypeError, ValueError
-        If an argument has another shape or type.
+        If an argument has a different shape or type.
     """
     matrix = real_array(fundamental, "fundamental", (3, 3), "a fundamental matrix")
     one, two = _pixels(pixels, "pixels"), _pixels(partners, "partners")
@@ -223,23 +224,23 @@ def epipolar_distance(fundamental: ArrayLike, pixels: ArrayLike, partners: Array
 
 
 def triangulate(cameras: Sequence[Camera | ArrayLike], pixels: Sequence[ArrayLike]) -> Reals:
-    """Return the points that two cameras see in given pixels.
+    """Triangulate the points that two cameras see at the given pixels.
 
-    The line of sight in the first camera meets the plane through the centre of the second that stands, in its image,
-    across the epipolar line. For pixels with noise it is the point on the first line of sight whose image is nearest
-    to the second pixel.
+    The line of sight in the first camera is intersected with the plane through the centre of the second camera and the
+    line in its image through the pixel and perpendicular to the epipolar line. For noisy pixels, the result is the
+    point on the first line of sight whose image is nearest to the second pixel.
 
     Parameters
     ----------
     cameras : sequence of Camera or of array_like, (..., 3, 4)
-        Two.
+        Two cameras.
     pixels : sequence of array_like, (..., 2)
         One for each camera; leading axes broadcast.
 
     Returns
     -------
     array, (..., 3)
-        World coordinates; not finite where the lines of sight are parallel.
+        World coordinates; not finite if the lines of sight are parallel.
 
     Raises
     ------

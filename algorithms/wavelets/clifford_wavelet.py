@@ -121,16 +121,16 @@ def clifford_wavelet(
     -----
     ``T(a, r, b) = sum f(x) ~psi(R^-1 (x - b) / a) a**(-3/2)``, where R is the rotation of r, with the Clifford-Gabor
     wavelet ``psi(x) = g(x) (exp(e123 w0 x1) - c)``, whose constant c makes its sum 0 (Mawardi and Hitzer, *Int. J.
-    Wavelets, Multiresolution and Information Processing* 4:61, 2006). It is computed with the Clifford-Fourier transform, in
-    which the wavelet is real at every frequency: a difference of two Gaussians.
+    Wavelets, Multiresolution and Information Processing* 4:61, 2006). It is computed with the Clifford-Fourier
+    transform, in which the wavelet is real at every frequency: a difference of two Gaussians.
     """
     array = real_array(field, "field", (-1, -1, -1, 8), "fields L M N 8 of G(3)")
     if array.ndim != 4:
         raise ValueError(f"field: shape {array.shape}; expected one field L M N 8")
     check_finite(array, "field")
-    turns = real_array(rotors, "rotors", (4,), "unit rotors").astype(float).reshape(-1, 4)
-    check_finite(turns, "rotors")
-    if np.abs(np.linalg.norm(turns, axis=-1) - 1).max() > 1e-6:
+    unit_rotors = real_array(rotors, "rotors", (4,), "unit rotors").astype(float).reshape(-1, 4)
+    check_finite(unit_rotors, "rotors")
+    if np.abs(np.linalg.norm(unit_rotors, axis=-1) - 1).max() > 1e-6:
         raise ValueError("rotors: not of norm 1; expected unit rotors, such as of vga3.rotor_from_axis_angle")
     sizes = [positive_number(a, "scales") for a in scales]
     centre = np.array([positive_number(frequency, "frequency"), 0, 0])
@@ -139,12 +139,12 @@ def clifford_wavelet(
         raise ValueError(f"scales, sigma: {len(sizes)} and {len(widths)}; expected at least one scale and three sigmas")
     grid = [2 * np.pi * np.fft.fftfreq(n) for n in array.shape[:3]]
     w = np.stack(np.meshgrid(*grid, indexing="ij"), -1)
-    spectrum, step_done = clifford_fft(array, workers=workers), steps(progress, len(sizes) * len(turns))
-    filters = np.empty((len(sizes), len(turns), *array.shape[:3]))
+    spectrum, step_done = clifford_fft(array, workers=workers), steps(progress, len(sizes) * len(unit_rotors))
+    filters = np.empty((len(sizes), len(unit_rotors), *array.shape[:3]))
     coefficients = np.empty((*filters.shape, 8), array.dtype)
     for k, a in enumerate(sizes):
-        for n, turn in enumerate(turns):
-            filters[k, n] = a**1.5 * _gabor(a * vga3.rotate_vector_back(turn, w), centre, widths)
+        for n, rotor in enumerate(unit_rotors):
+            filters[k, n] = a**1.5 * _gabor(a * vga3.rotate_vector_back(rotor, w), centre, widths)
             product = spectrum * filters[k, n][..., None].astype(array.dtype)
             coefficients[k, n] = iclifford_fft(product, workers=workers)
             step_done()

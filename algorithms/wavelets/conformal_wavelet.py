@@ -60,12 +60,12 @@ def similarity_versor(shift: ArrayLike, rotor: ArrayLike, scale: ArrayLike) -> R
     """
     place = real_array(shift, "shift", (-1,), "x y or x y z")
     algebra = _CONFORMAL[_dimension(place, "shift")]
-    turn, factor = real_array(rotor, "rotor", (2 * place.shape[-1] - 2,)), real_array(scale, "scale")
-    for name, array in (("shift", place), ("rotor", turn), ("scale", factor)):
+    unit_rotor, factor = real_array(rotor, "rotor", (2 * place.shape[-1] - 2,)), real_array(scale, "scale")
+    for name, array in (("shift", place), ("rotor", unit_rotor), ("scale", factor)):
         check_finite(array, name)
     if not (factor > 0).all():
         raise ValueError("scale: a number is not positive; expected positive scales")
-    motor = algebra.versor_from_motor(algebra.motor_from_rotor_translation(turn, place))
+    motor = algebra.versor_from_motor(algebra.motor_from_rotor_translation(unit_rotor, place))
     dilator = algebra.versor_from_dilator(algebra.dilator_from_scale(factor))
     result: Reals = algebra.even_product(motor, dilator)
     return result

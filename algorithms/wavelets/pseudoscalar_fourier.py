@@ -220,9 +220,9 @@ def _pseudoscalar(
             continue
         one, other, sign = places[blade], places[blade ^ last], _sign(blade, last, False)
         # In even dimensions, I commutes with even elements only.
-        turned = side == "left" and n % 2 == 0 and blade.bit_count() % 2 == 1
+        conjugated = side == "left" and n % 2 == 0 and blade.bit_count() % 2 == 1
         number = array[..., one] + np.asarray(sign * 1j, np.result_type(array.dtype, np.complex64)) * array[..., other]
-        number = _transformed(number, axes, turned is inverse, inverse, norm, workers)
+        number = _transformed(number, axes, conjugated is inverse, inverse, norm, workers)
         result[..., one], result[..., other] = number.real, sign * number.imag
         step_done()
     return result

@@ -221,7 +221,7 @@ def _planes(image: Reals, workers: int | None) -> Reals:
 
 
 def _local_frequencies(planes: Reals) -> tuple[Reals, Reals]:
-    """Return the derivatives of the phases of planes (B, 2, M, N) along columns and along rows, in radians per pixel."""
+    """Return the phase derivatives of planes (B, 2, M, N) along columns and along rows, in radians per pixel."""
     numbers = planes[:, 0] + 1j * planes[:, 1]
     u, v = (
         np.angle(np.roll(numbers, -1, axis) * np.roll(numbers, 1, axis).conj()).astype(planes.dtype) / 2

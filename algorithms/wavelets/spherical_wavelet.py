@@ -35,12 +35,12 @@ def sphere_versor(rotor: ArrayLike, scale: ArrayLike) -> Reals:
     TypeError, ValueError
         If arguments are not finite real numbers of these shapes, or if a scale is not positive.
     """
-    turn, factor = real_array(rotor, "rotor", (4,), "unit rotors"), real_array(scale, "scale")
-    check_finite(turn, "rotor")
+    unit_rotor, factor = real_array(rotor, "rotor", (4,), "unit rotors"), real_array(scale, "scale")
+    check_finite(unit_rotor, "rotor")
     if not ((factor > 0) & np.isfinite(factor)).all():
         raise ValueError("scale: a number is not positive and finite; expected positive scales")
     blades = cga3.even_product.layouts["a"].blades
-    motor = cga3.motor_from_rotor_translation(turn, np.zeros(3, turn.dtype))
+    motor = cga3.motor_from_rotor_translation(unit_rotor, np.zeros(3, unit_rotor.dtype))
     first = np.zeros((*motor.shape[:-1], 16), motor.dtype)
     first[..., [blades.index(name) for name in cga3.motor_from_rotor_translation.layouts["out"].blades]] = motor
     # e3 (e0 + einf / 2) has square 1 and preserves e0 - einf / 2, the unit sphere: it generates a boost along e3.

@@ -314,7 +314,7 @@ def _composed(second: Reals, first: Reals) -> Reals:
 
 
 def _rotation_of(mask: Reals, how: str, window: Reals) -> Rotation:
-    """Return a function that computes ``R m(~R x R) ~R`` within the window by splines, or that rotates only the values."""
+    """Return a function that computes ``R m(~R x R) ~R`` in the window by splines, or rotates only the values."""
     rotate = _ROTATIONS[mask.shape[-1]]
     if how == "values":
         return lambda rotor: np.asarray(rotate(rotor.astype(mask.dtype), mask))
