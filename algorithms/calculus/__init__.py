@@ -1,4 +1,4 @@
-"""Geometric calculus in numbers: linear functions, integrals over meshes, electromagnetic fields, spinors."""
+"""Numerical geometric calculus: linear functions, integrals over meshes, electromagnetic fields, spinors."""
 
 from .frames import ReciprocalFrame, reciprocal_frame
 from .functions import FUNCTIONS, multivector_function

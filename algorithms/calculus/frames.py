@@ -1,4 +1,4 @@
-"""Reciprocal frames: the vectors that read off coordinates in a frame that need not be orthonormal."""
+"""Reciprocal frames: the vectors that give coordinates in a frame that need not be orthonormal."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .linear_functions import LinearStatus
 
 Floats = NDArray[np.float64]
 _SINGULAR = 1e-13
-"""Frames of unit vectors with a part below this orthogonal to the others are dependent to within rounding."""
+"""Unit vectors are dependent, up to rounding, if the part of one orthogonal to the others is below this."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,7 +23,7 @@ class ReciprocalFrame:
     Attributes
     ----------
     vectors : array, (..., k, n)
-        Not numbers where the status is not OK.
+        NaN if the status is not OK.
     status : array, (...)
         `LinearStatus`: OK or SINGULAR.
     """
@@ -33,33 +33,34 @@ class ReciprocalFrame:
 
 
 def reciprocal_frame(vectors: ArrayLike, gram: ArrayLike | None = None) -> ReciprocalFrame:
-    """Return the vectors ``f_i`` in the span of a frame with ``f_i . e_j = 1`` where ``i = j``, and 0 elsewhere.
+    """Return the vectors ``f_i`` in the span of a frame with ``f_i . e_j = 1`` if ``i = j``, and 0 otherwise.
 
-    They are ``f_i = (-1)**(i - 1) (e_1 ^ ... without e_i ... ^ e_k) E**-1`` with ``E = e_1 ^ ... ^ e_k``. So the
-    coordinates of any `x` of the span are ``f_i . x``, and of any other `x` those of its projection on the span.
+    They are ``f_i = (-1)**(i - 1) (e_1 ^ ... without e_i ... ^ e_k) E**-1`` with ``E = e_1 ^ ... ^ e_k``. The
+    coordinates of any `x` in the span are ``f_i . x``; for other `x` these are the coordinates of its projection.
 
     Parameters
     ----------
     vectors : array_like, (..., k, n)
-        The frame, k up to n vectors of any lengths.
+        The frame: k vectors of any lengths, with k at most n.
     gram : array_like, (n,) or (n, n), optional
-        The squares of the basis vectors or all their inner products; Euclidean, left out.
+        The squares of the basis vectors or all their inner products; the default is Euclidean.
 
     Returns
     -------
     ReciprocalFrame
-        SINGULAR where the vectors are dependent to within rounding, or one of their span is orthogonal to all of it:
-        then there are none.
+        The status is SINGULAR if the vectors are dependent up to rounding, or if a vector of their span is orthogonal
+        to the whole span: the reciprocal frame does not exist then.
 
     Raises
     ------
     TypeError, ValueError
-        If shapes do not fit, or values are not real numbers.
+        If shapes are inconsistent, or if values are not real numbers.
 
     Notes
     -----
-    By an orthonormal basis of the span (QR), so that errors grow as the condition of the frame and not as its square:
-    ``f_i . e_j`` is right to 1e-15 times the condition of the frame with its vectors scaled to length 1
+    The computation uses an orthonormal basis of the span (QR), so that errors are proportional to the condition number
+    of the frame and not to its square: the error of ``f_i . e_j`` is 1e-15 times the condition number of the frame with
+    its vectors scaled to length 1
     (`tests/calculus/test_frames_and_simplexes.py`).
 
     Examples
@@ -95,5 +96,5 @@ def reciprocal_frame(vectors: ArrayLike, gram: ArrayLike | None = None) -> Recip
 
 
 def _least(matrices: Floats, size: float) -> Floats:
-    """Return the least singular value, as a part of `size`."""
+    """Return the least singular value relative to `size`."""
     return np.asarray(np.linalg.svd(matrices, compute_uv=False)[..., -1] / max(size, np.finfo(float).tiny))

@@ -1,8 +1,9 @@
-"""Functions of multivectors: complex, double and dual numbers by closed forms, all others by functions of matrices.
+"""Functions of multivectors: closed forms for complex, double and dual numbers, functions of matrices for all others.
 
-A power series of an element `x` is the same power series of the matrix that multiplies by `x`, applied to 1. In one
-basis vector there are closed forms: with a null vector ``f(a + b e) = f(a) + f'(a) b e``; with a vector of square 1 the
-values at ``a + b`` and ``a - b`` are those of two real numbers; with one of square -1 they are complex numbers.
+A power series of an element `x` is the same power series of the matrix that multiplies by `x`, applied to 1. For a
+single basis vector there are closed forms: with a null vector ``f(a + b e) = f(a) + f'(a) b e``; with a vector of
+square 1 the values at ``a + b`` and ``a - b`` are those of two real numbers; with a vector of square -1 they are
+complex numbers.
 """
 
 from __future__ import annotations
@@ -22,14 +23,14 @@ from .products import bitmaps_of
 Floats = NDArray[np.float64]
 Matrix = NDArray[Any]
 LARGEST = 6
-"""The most vectors: matrices have 64 rows."""
+"""Maximum number of basis vectors: matrices have 64 rows."""
 _IMAGINARY = 1e-9
-"""A result with a larger imaginary part, of its size, is not in the real algebra."""
+"""Relative size of the imaginary part above which a result is not in the real algebra."""
 _RESIDUAL = 1e-8
-"""A root or a logarithm that does not give the matrix back to this part is none."""
+"""Relative residual above which a root or a logarithm is invalid."""
 
-_Slope = Callable[[Any], Any]
-_NUMBERS: dict[str, tuple[Callable[[Any], Any], _Slope]] = {
+_Derivative = Callable[[Any], Any]
+_NUMBERS: dict[str, tuple[Callable[[Any], Any], _Derivative]] = {
     "exp": (np.exp, np.exp),
     "expm1": (np.expm1, np.exp),
     "log": (np.log, lambda a: 1 / a),
@@ -51,43 +52,43 @@ _NUMBERS: dict[str, tuple[Callable[[Any], Any], _Slope]] = {
     "acosh": (np.arccosh, lambda a: 1 / (np.sqrt(a - 1) * np.sqrt(a + 1))),
     "atanh": (np.arctanh, lambda a: 1 / ((1 - a) * (1 + a))),
 }
-"""Each function of numbers, real or complex, and its derivative."""
+"""Functions of real or complex numbers, and their derivatives."""
 FUNCTIONS = tuple(_NUMBERS)
-"""The names that `multivector_function` takes."""
+"""The names that `multivector_function` accepts."""
 
 
 def multivector_function(name: str, x: ArrayLike, squares: ArrayLike | None = None) -> Floats:
-    """Return a function of multivectors by its power series, or by the principal branch where it is an inverse function.
+    """Compute a function of multivectors by its power series, or by the principal branch for inverse functions.
 
     Parameters
     ----------
     name : str
         exp, expm1, log, log1p, sqrt, reciprocal, square, cube, sin, cos, tan, asin, acos, atan, sinh, cosh, tanh,
-        asinh, acosh or atanh. For any other power use ``exp`` of a multiple of ``log``.
+        asinh, acosh or atanh. For other powers use ``exp`` of a multiple of ``log``.
     x : array_like, (..., 2**n)
-        By grades, each ordered by bitmap: the order of full layouts. Dual numbers are (a, b).
+        Coefficients by grade, each grade ordered by bitmap: the order of full layouts. Dual numbers are (a, b).
     squares : array_like, (n,), optional
-        Of the orthogonal basis vectors, each 1, 0 or -1; all 1, left out. ``[0]`` are dual numbers, ``[1]`` double
-        (split-complex) numbers, ``[-1]`` complex numbers; n up to 6.
+        Squares of the orthogonal basis vectors, each 1, 0 or -1; the default is 1 for all. ``[0]`` gives dual numbers,
+        ``[1]`` double (split-complex) numbers and ``[-1]`` complex numbers; n is at most 6.
 
     Returns
     -------
     array, (..., 2**n)
-        Not numbers where the function has no value in the real algebra (``log`` of a double number with
-        ``abs(b) > a``), at its poles, and where a matrix has no root or logarithm. Infinite where it overflows.
+        NaN where the function has no value in the real algebra (``log`` of a double number with ``abs(b) > a``), at its
+        poles, and where a matrix has no root or logarithm. Infinite where it overflows.
 
     Raises
     ------
     TypeError, ValueError
-        For another name, other squares, or where `x` is not an array of real numbers of that shape.
+        If the name or the squares are invalid, or if `x` is not an array of real numbers of this shape.
 
     Notes
     -----
-    Of one vector to a few units of the last place of the larger of the values that are combined: errors are at most
-    2e-15 of ``abs(f) + abs(f') (abs(a) + abs(b))`` in `tests/calculus/test_multivector_functions.py`. Of several
-    vectors each element takes functions of a matrix of 2**n rows, by Padé approximants and Schur forms (scipy's expm,
-    logm and sqrtm): functions and their inverses give elements of size 0.4 back to 2e-12, and less exactly near poles
-    and branch points.
+    For one basis vector, results are accurate to a few units in the last place of the larger of the combined values:
+    errors are at most 2e-15 of ``abs(f) + abs(f') (abs(a) + abs(b))`` in
+    `tests/calculus/test_multivector_functions.py`. For several vectors, each element requires functions of a matrix of
+    2**n rows, by Padé approximants and Schur forms (scipy's expm, logm and sqrtm): functions composed with their
+    inverses reproduce elements of size 0.4 to 2e-12, and less accurately near poles and branch points.
 
     Examples
     --------
@@ -127,10 +128,10 @@ def _squares(squares: ArrayLike | None, shape: tuple[int, ...]) -> tuple[int, ..
 
 
 def _of_number(name: str, x: Floats, square: int) -> Floats:
-    function, slope = _NUMBERS[name]
+    function, derivative = _NUMBERS[name]
     a, b = x[..., 0], x[..., 1]
     if square == 0:
-        return np.stack([function(a), slope(a) * b], -1)
+        return np.stack([function(a), derivative(a) * b], -1)
     if square > 0:
         one, other = function(a + b), function(a - b)
         return np.stack([(one + other) / 2, (one - other) / 2], -1)
@@ -139,7 +140,7 @@ def _of_number(name: str, x: Floats, square: int) -> Floats:
 
 
 def _of_matrices(name: str, x: Floats, squares: tuple[int, ...]) -> Floats:
-    """One element after the other: scipy's functions of matrices are loops of their own."""
+    """Compute the function for each element in turn: scipy's functions of matrices have their own loops."""
     rows, factors = _multiplication(squares)
     flat = x.reshape(-1, x.shape[-1])
     out = np.full(flat.shape, np.nan)
@@ -155,12 +156,12 @@ def _of_matrices(name: str, x: Floats, squares: tuple[int, ...]) -> Floats:
 
 @cache
 def _multiplication(squares: tuple[int, ...]) -> tuple[NDArray[np.int64], Floats]:
-    """Return the matrix of ``y -> x y`` is ``x[rows] * factors``."""
+    """Return (rows, factors): the matrix of ``y -> x y`` is ``x[rows] * factors``."""
     n = len(squares)
     bitmaps = bitmaps_of(n)
     place = np.empty(1 << n, np.int64)
     place[bitmaps] = np.arange(1 << n)
-    left = bitmaps[:, None] ^ bitmaps  # the blade that takes each column to each row
+    left = bitmaps[:, None] ^ bitmaps  # the blade that maps each column to each row
     swaps = np.zeros(left.shape, np.int64)
     for shift in range(1, n):
         swaps += np.bitwise_count((left >> shift) & bitmaps)
@@ -173,12 +174,12 @@ def _multiplication(squares: tuple[int, ...]) -> tuple[NDArray[np.int64], Floats
 def _matrix_function(name: str, m: Matrix) -> Matrix:
     try:
         return _MATRICES[name](m, np.eye(len(m)))
-    except (np.linalg.LinAlgError, ValueError):  # a singular matrix, or one that overflowed on the way
+    except (np.linalg.LinAlgError, ValueError):  # a singular matrix, or an overflow in the computation
         return np.full(m.shape, np.nan)
 
 
 def _checked(found: Matrix, back: Matrix, wanted: Matrix) -> Matrix:
-    """`found` where it gives back what it was made from."""
+    """Return `found` if `back`, computed from it, agrees with `wanted`; otherwise NaN."""
     good = np.abs(back - wanted).max() <= _RESIDUAL * max(float(np.abs(wanted).max()), 1e-300)
     return found if good else np.full(found.shape, np.nan)
 
@@ -198,8 +199,8 @@ def _quotient(a: Matrix, b: Matrix) -> Matrix:
 
 
 def _cosine_and_sine(m: Matrix) -> tuple[Matrix, Matrix]:
-    turned = linalg.expm(1j * m)
-    return turned.real, turned.imag
+    exponential = linalg.expm(1j * m)
+    return exponential.real, exponential.imag
 
 
 def _hyperbolic(m: Matrix) -> tuple[Matrix, Matrix]:

@@ -1,4 +1,4 @@
-"""The vector derivative of multivector fields on regular grids, by differences or by Fourier transforms."""
+"""The vector derivative of multivector fields on regular grids, by finite differences or by Fourier transforms."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .products import bitmaps_of
 
 Floats = NDArray[np.float64]
 _BLOCK = 1 << 14
-"""Coefficients that stay in a cache."""
+"""Number of coefficients that remain in a cache."""
 PARTS = ("whole", "outer", "inner")
 
 
@@ -28,26 +28,26 @@ def grid_derivative(
     part: str = "whole",
     squares: ArrayLike | None = None,
 ) -> Floats:
-    """Return the vector derivative ``D F = sum e^k d_k F`` of a field on a grid of n axes, in any signature.
+    """Compute the vector derivative ``D F = sum e^k d_k F`` of a field on a grid of n axes, in any signature.
 
-    Applied twice it is the Laplacian, or the wave operator. Of scalars the outer part is the gradient; of vectors the
+    Applied twice, it is the Laplacian or the wave operator. For scalars the outer part is the gradient; for vectors the
     inner part is the divergence and the outer part the curl, as a bivector.
 
     Parameters
     ----------
     values : array_like, (*grid, 2**n)
-        By grades, each ordered by bitmap: the order of full layouts such as that of ``vga3.geometric_product``, with
-        the vectors of blades ascending.
+        Coefficients by grade, each grade ordered by bitmap: the order of full layouts such as that of
+        ``vga3.geometric_product``, with the vectors of blades ascending.
     spacing : array_like, (n,)
-        Between neighbours along the axes.
+        Distance of neighbours along each axis.
     order : 2, 4 or "spectral"
-        Of the error in the spacing; "spectral" is exact for what the grid resolves, and wants a periodic field.
+        Order of the error in the spacing; "spectral" is exact for resolved frequencies and requires a periodic field.
     periodic : bool, optional
-        Otherwise differences lean inward at the ends, of the same order.
+        If False, one-sided differences of the same order are used at the ends.
     part : "whole", "outer" or "inner"
         ``D F``, ``D ^ F`` or ``D . F``.
     squares : array_like, (n,), optional
-        1 and -1: of the basis vectors; all 1, left out.
+        Squares of the basis vectors, 1 or -1; the default is 1 for all.
 
     Returns
     -------
@@ -56,8 +56,8 @@ def grid_derivative(
     Raises
     ------
     TypeError, ValueError
-        If shapes do not fit, steps are not positive, options are unknown, or an axis has fewer points than
-        differences take.
+        If shapes are inconsistent, if steps are not positive, if options are unknown, or if an axis has fewer points
+        than the differences require.
     """
     steps = real_array(spacing, "spacing", (-1,), "steps along the axes").astype(np.float64, copy=False)
     n = len(steps)
@@ -76,7 +76,7 @@ def grid_derivative(
         raise ValueError(f"squares: {signs.tolist()}; expected 1 and -1")
     out = np.zeros_like(array)
     for axis, step in enumerate(steps):
-        target, sign = _turned(n, axis, part, float(signs[axis]))
+        target, sign = _multiplied(n, axis, part, float(signs[axis]))
         length = array.shape[axis]
         shape = (int(np.prod(array.shape[:axis])), length, int(np.prod(array.shape[axis + 1 : n])), 1 << n)
         if order == "spectral":
@@ -97,8 +97,8 @@ def _spectral(array: Floats, axis: int, step: float) -> Floats:
 
 
 @cache
-def _turned(n: int, axis: int, part: str, square: float) -> tuple[NDArray[np.int64], Floats]:
-    """Where each coefficient stands after multiplying by the reciprocal vector of an axis, and its sign."""
+def _multiplied(n: int, axis: int, part: str, square: float) -> tuple[NDArray[np.int64], Floats]:
+    """Return the place and the sign of each coefficient after multiplication by the reciprocal vector of an axis."""
     bitmaps = bitmaps_of(n)
     at = np.empty(1 << n, np.int64)
     at[bitmaps] = np.arange(1 << n)
@@ -113,7 +113,7 @@ def _turned(n: int, axis: int, part: str, square: float) -> tuple[NDArray[np.int
 
 @cache
 def _stencils(length: int, order: int, periodic: bool) -> tuple[NDArray[np.int64], Floats]:
-    """For each point: whose values, and times what, make the derivative at spacing 1."""
+    """Return, for each point, the indices and weights whose weighted sum is the derivative at spacing 1."""
     if length == 1 and periodic:
         return np.zeros((1, 1), np.int64), np.zeros((1, 1))
     if length <= order:
@@ -128,7 +128,7 @@ def _stencils(length: int, order: int, periodic: bool) -> tuple[NDArray[np.int64
 
 @cache
 def _weights(offsets: tuple[int, ...]) -> Floats:
-    """Return the derivative at 0 of the polynomial through values at whole numbers."""
+    """Return the weights of the derivative at 0 of the polynomial through values at integers."""
     powers = np.vander(offsets, increasing=True).T
     found = np.linalg.solve(powers, np.eye(len(offsets))[1])
     return np.asarray(np.where(np.abs(found) < 1e-12, 0.0, found))
@@ -137,12 +137,12 @@ def _weights(offsets: tuple[int, ...]) -> Floats:
 def _add(
     values: Floats, at: NDArray[np.int64], weight: Floats, target: NDArray[np.int64], sign: Floats, out: Floats
 ) -> None:
-    """To ``out`` add differences along the second of four axes, a few lines at a time, so that they stay in a cache."""
+    """Add differences along the second of four axes to ``out``, a few lines at a time, to use the cache."""
     outer, length, inner, size = values.shape
     source = np.argsort(target)
     factors = sign[source]
     several, step = (max(1, _BLOCK // (k * inner * size)) for k in (length, 1))
-    # Points whose stencils are alike, as are nearly all.
+    # Ranges of points with equal stencils, which nearly all points have.
     starts = [
         0,
         *(np.flatnonzero((np.diff(weight, axis=0) != 0).any(1) | (np.diff(at, axis=0) != 1).any(1)) + 1),

@@ -1,4 +1,4 @@
-"""Directed integrals over meshes and what follows from the fundamental theorem: fluxes, circulations, Cauchy's formula.
+"""Directed integrals over meshes, and applications of the fundamental theorem: flux, circulation, Cauchy's formula.
 
 For a mesh M of dimension k and its boundary, as `SimplicialMesh.boundary` orients it, the fundamental theorem of
 geometric calculus (Hestenes & Sobczyk 1984, ch. 7) is ``integral of dS F = (-1)**(k - 1) integral of dX D F``.
@@ -20,45 +20,45 @@ from .quadrature import simplex_rule
 
 Floats = NDArray[np.float64]
 Field = Callable[[Floats], ArrayLike]
-"""Values at points ``(..., n)``: multivectors ``(..., 2**n)`` by grades, or what a function asks for."""
+"""Function from points ``(..., n)`` to multivectors ``(..., 2**n)`` by grades, or to other values of an integrand."""
 
 
 def integral(mesh: SimplicialMesh, field: Field, degree: int) -> Floats:
-    """Return the integral of a field over a mesh by lengths, areas or volumes, whatever its orientation.
+    """Compute the integral of a field over a mesh by lengths, areas or volumes, independently of its orientation.
 
     Parameters
     ----------
     mesh : SimplicialMesh
     field : callable
-        From points ``(C, Q, n)`` to values ``(C, Q, ...)``.
+        Function from points ``(C, Q, n)`` to values ``(C, Q, ...)``.
     degree : int
-        Exact for polynomials of this degree.
+        Degree of polynomials that are integrated exactly.
 
     Returns
     -------
     array, (...)
-        What the field has besides the axes of points.
+        The axes of the values after those of the points.
 
     Raises
     ------
     TypeError, ValueError
-        If values do not fit or are not finite.
+        If values have a wrong shape or are not finite.
     """
     values, weights = _values(mesh, field, degree, None)
     return np.asarray(np.einsum("c,cq...,q->...", mesh.contents() * np.abs(mesh.weights), values, weights))
 
 
 def directed_integral(mesh: SimplicialMesh, field: Field, degree: int, left: Field | None = None) -> Floats:
-    """Return the directed integral of ``dX F``, or of ``G dX F`` with a field on the left too.
+    """Compute the directed integral of ``dX F``, or of ``G dX F`` with a second field on the left.
 
     Parameters
     ----------
     mesh : SimplicialMesh
-        Of a space of up to 8 dimensions.
+        A mesh in a space of up to 8 dimensions.
     field, left : callable
-        From points ``(C, Q, n)`` to multivectors ``(C, Q, 2**n)`` by grades.
+        Functions from points ``(C, Q, n)`` to multivectors ``(C, Q, 2**n)`` by grades.
     degree : int
-        Exact for polynomials of this degree, of the product of both fields.
+        Degree of polynomials, as products of both fields, that are integrated exactly.
 
     Returns
     -------
@@ -67,7 +67,7 @@ def directed_integral(mesh: SimplicialMesh, field: Field, degree: int, left: Fie
     Raises
     ------
     TypeError, ValueError
-        If values do not fit or are not finite.
+        If values have a wrong shape or are not finite.
     """
     n, product = mesh.n, product_of(mesh.n)
     values, weights = _values(mesh, field, degree, 1 << n)
@@ -80,51 +80,51 @@ def directed_integral(mesh: SimplicialMesh, field: Field, degree: int, left: Fie
 
 
 def flux(mesh: SimplicialMesh, field: Field, degree: int) -> float:
-    """Return the flux of a vector field through a hypersurface: the integral of ``V ^ dS``, over the pseudoscalar.
+    """Compute the flux of a vector field through a hypersurface: the integral of ``V ^ dS``, over the pseudoscalar.
 
-    Over a boundary it is the integral of the divergence: outward counts.
+    Over a boundary it is the integral of the divergence, with outward flux positive.
 
     Parameters
     ----------
     mesh : SimplicialMesh
-        Of dimension n - 1.
+        A mesh of dimension n - 1.
     field : callable
-        From points ``(C, Q, n)`` to vectors ``(C, Q, n)``.
+        Function from points ``(C, Q, n)`` to vectors ``(C, Q, n)``.
     degree : int
-        Exact for polynomials of this degree.
+        Degree of polynomials that are integrated exactly.
 
     Raises
     ------
     TypeError, ValueError
-        If the mesh is no hypersurface, or values do not fit or are not finite.
+        If the mesh is not a hypersurface, or if values have a wrong shape or are not finite.
     """
     n = mesh.n
     if mesh.dimension != n - 1:
         raise ValueError(f"mesh: dimension {mesh.dimension} in space of {n}; expected {n - 1}, a hypersurface")
     values, weights = _values(mesh, field, degree, n)
-    # e_i ^ (blade without e_i) has the sign (-1)**i, and that blade stands at n - 1 - i
+    # e_i ^ (blade without e_i) has the sign (-1)**i, and this blade has index n - 1 - i
     normals = mesh.measures()[:, ::-1] * (1.0 - 2.0 * (np.arange(n) & 1))
     return float(np.einsum("cqm,cm,q->", values, normals, weights))
 
 
 def circulation(mesh: SimplicialMesh, field: Field, degree: int) -> float:
-    """Return the circulation of a vector field along a curve: the integral of ``V . dX``.
+    """Compute the circulation of a vector field along a curve: the integral of ``V . dX``.
 
     Along the boundary of a surface it is the integral of the curl, ``-(D ^ V) . dX`` in the surface (Stokes).
 
     Parameters
     ----------
     mesh : SimplicialMesh
-        Of dimension 1.
+        A mesh of dimension 1.
     field : callable
-        From points ``(C, Q, n)`` to vectors ``(C, Q, n)``.
+        Function from points ``(C, Q, n)`` to vectors ``(C, Q, n)``.
     degree : int
-        Exact for polynomials of this degree.
+        Degree of polynomials that are integrated exactly.
 
     Raises
     ------
     TypeError, ValueError
-        If the mesh is no curve, or values do not fit or are not finite.
+        If the mesh is not a curve, or if values have a wrong shape or are not finite.
     """
     if mesh.dimension != 1:
         raise ValueError(f"mesh: dimension {mesh.dimension}; expected 1, a curve")
@@ -133,20 +133,21 @@ def circulation(mesh: SimplicialMesh, field: Field, degree: int) -> float:
 
 
 def cauchy_integral(surface: SimplicialMesh, field: Field, at: ArrayLike, degree: int) -> Floats:
-    """Return the values that a field with ``D F = 0`` has inside a closed surface, from those on it, in any dimension.
+    """Compute a field with ``D F = 0`` inside a closed surface from its values on the surface, in any dimension.
 
-    ``F(a) = I^-1 integral of E(x - a) dS F(x)``, ``E(x) = x / (|x|**n`` area of the unit sphere``)``. Outside it is 0.
+    ``F(a) = I^-1 integral of E(x - a) dS F(x)``, ``E(x) = x / (|x|**n`` area of the unit sphere``)``. Outside the
+    surface the result is 0.
 
     Parameters
     ----------
     surface : SimplicialMesh
-        A closed hypersurface with an outward vector first in its orientation, such as `SimplicialMesh.boundary`.
+        A closed hypersurface, oriented with an outward vector first, such as `SimplicialMesh.boundary`.
     field : callable
-        From points ``(C, Q, n)`` to multivectors ``(C, Q, 2**n)`` by grades.
+        Function from points ``(C, Q, n)`` to multivectors ``(C, Q, 2**n)`` by grades.
     at : array_like, (..., n)
-        Not on the surface; errors grow where it is nearer than the points of quadrature are to each other.
+        Points not on the surface; errors grow if the distance from it is less than that of quadrature points.
     degree : int
-        Of the quadrature on each cell.
+        Degree of the quadrature on each cell.
 
     Returns
     -------
@@ -155,7 +156,7 @@ def cauchy_integral(surface: SimplicialMesh, field: Field, at: ArrayLike, degree
     Raises
     ------
     TypeError, ValueError
-        If the mesh is no hypersurface or not closed, or values do not fit or are not finite.
+        If the mesh is not a closed hypersurface, or if values have a wrong shape or are not finite.
     """
     n, product = surface.n, product_of(surface.n)
     if n < 2 or surface.dimension != n - 1:
@@ -185,7 +186,7 @@ def _points(mesh: SimplicialMesh, degree: int) -> Floats:
 
 
 def _values(mesh: SimplicialMesh, field: Field, degree: int, size: int | None) -> tuple[Floats, Any]:
-    """What a field has at the points of quadrature, ``(C, Q, ...)``, and the weights of these."""
+    """Return the values of a field at the quadrature points, ``(C, Q, ...)``, and the weights of these."""
     x = _points(mesh, degree)
     values = real_array(field(x), "field")
     if values.shape[:2] != x.shape[:2] or (size is not None and values.shape != (*x.shape[:2], size)):

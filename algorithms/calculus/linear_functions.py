@@ -1,4 +1,4 @@
-"""Linear functions of vectors on all of their algebra: outermorphisms, adjoints, determinants, inverses."""
+"""Linear functions of vectors, extended to the whole algebra: outermorphisms, adjoints, determinants, inverses."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from . import minors
 
 Floats = NDArray[np.float64]
 _EXPANDED = 8
-"""Determinants of more vectors than this are by elimination: expansion takes n 2**n products."""
+"""Number of vectors above which determinants are computed by elimination: expansion takes n 2**n products."""
 
 
 class LinearStatus(IntEnum):
-    """What may be wrong with one linear function."""
+    """Status of a linear function."""
 
     OK = 0
     SINGULAR = 1
-    """Some direction is lost, to within rounding: there is no inverse, no single rotation."""
+    """The function is singular up to rounding: it has no inverse, and its rotation is not unique."""
     REPEATED = 2
     """Some eigenvalues or rates are equal: their blade is determined, the vectors in it are not."""
     DEFECTIVE = 3
@@ -39,12 +39,12 @@ class LinearFunction:
     Parameters
     ----------
     matrix : array_like, (..., m, n)
-        From n to m vectors, each up to 12.
+        Matrices from n to m vectors, each at most 12.
 
     Raises
     ------
     TypeError, ValueError
-        If this is no batch of finite real matrices of that size.
+        If `matrix` is not a batch of finite real matrices of this size.
     """
 
     matrix: Floats
@@ -61,7 +61,7 @@ class LinearFunction:
         return self.matrix.shape[:-2]
 
     def __matmul__(self, other: LinearFunction) -> LinearFunction:
-        """Return the function that does `other` first."""
+        """Return the composition that applies `other` first."""
         if not isinstance(other, LinearFunction):
             return NotImplemented
         if self.matrix.shape[-1] != other.matrix.shape[-2]:
@@ -76,12 +76,12 @@ class LinearFunction:
     @overload
     def __call__(self, x: FactoredBlade) -> FactoredBlade: ...
     def __call__(self, x: Blade | FactoredBlade) -> Blade | FactoredBlade:
-        """What the outermorphism makes of blades; leading axes broadcast.
+        """Apply the outermorphism to blades; leading axes broadcast.
 
         Raises
         ------
         TypeError, ValueError
-            If `x` is no blade of n vectors, or one of more than m of them in factored form.
+            If `x` is not a blade of n vectors, or if it has more than m of them in factored form.
         """
         if not isinstance(x, (Blade, FactoredBlade)):
             raise TypeError(f"x: {type(x).__name__}; expected Blade or FactoredBlade")
@@ -97,7 +97,7 @@ class LinearFunction:
         return FactoredBlade(made.vectors, made.scale * x.scale)
 
     def outermorphism(self, grade: int) -> Floats:
-        """Return the matrix of the function on blades of a grade: its compound matrix, of all minors of that order.
+        """Return the matrix of the function on blades of a grade: its compound matrix, the minors of this order.
 
         Parameters
         ----------
@@ -107,12 +107,12 @@ class LinearFunction:
         Returns
         -------
         array, (..., C(m, grade), C(n, grade))
-            Over basis blades ordered by bitmap, as in `subspaces.Blade`.
+            Matrix over basis blades ordered by bitmap, as in `subspaces.Blade`.
 
         Raises
         ------
         ValueError
-            If there is no such grade.
+            If the grade is out of range.
         """
         smaller = min(self.matrix.shape[-2:])
         if isinstance(grade, bool) or not isinstance(grade, (int, np.integer)) or not 0 <= grade <= smaller:
@@ -121,12 +121,13 @@ class LinearFunction:
         return found.reshape(*self.shape, *found.shape[1:])
 
     def multivector(self, coefficients: ArrayLike) -> Floats:
-        """What the outermorphism makes of any elements, grade by grade; a scalar stays.
+        """Apply the outermorphism to arbitrary elements, grade by grade; scalars are unchanged.
 
         Parameters
         ----------
         coefficients : array_like, (..., 2**n)
-            By grades, each ordered by bitmap: the order of full layouts such as that of ``vga3.geometric_product``.
+            Coefficients by grade, each grade ordered by bitmap: the order of full layouts such as that of
+            ``vga3.geometric_product``.
 
         Returns
         -------
@@ -147,17 +148,17 @@ class LinearFunction:
         return np.concatenate(parts, -1)
 
     def adjoint(self, gram: ArrayLike | None = None) -> LinearFunction:
-        """Return the adjoint: ``a . f(b) = adjoint(a) . b``.
+        """Return the adjoint, with ``a . f(b) = adjoint(a) . b``.
 
         Parameters
         ----------
         gram : array_like, (n,) or (n, n), optional
-            Squares, or all inner products, of the basis vectors; Euclidean, left out.
+            Squares, or all inner products, of the basis vectors; the default is Euclidean.
 
         Raises
         ------
         TypeError, ValueError
-            If `gram` does not fit or has vectors orthogonal to all, or the function is not square and `gram` given.
+            If `gram` has a wrong shape or is degenerate, or if the function is not square and `gram` is given.
         """
         transposed = np.swapaxes(self.matrix, -1, -2)
         if gram is None:
@@ -170,7 +171,8 @@ class LinearFunction:
     def determinant(self) -> Floats:
         """Return the determinant, ``(...)``: ``f(I) = det f I``, the outer product of the images of the basis vectors.
 
-        Up to 8 vectors by that product, exact to 1e-15 of the product of the lengths of rows; by elimination above.
+        For up to 8 vectors it is computed as this product, with errors of 1e-15 of the product of the lengths of rows;
+        for more vectors, by elimination.
         """
         n = self._square("determinant")
         if n > _EXPANDED:
@@ -180,8 +182,8 @@ class LinearFunction:
     def inverse(self) -> Inverse:
         """Return the inverse by the pseudoscalar: ``f^-1(a) = I adjoint(I^-1 a) / det f``.
 
-        The matrix of a singular function is NaN. For ill-conditioned functions of many vectors elimination is better:
-        errors are those of minors, 1e-15 of the products of lengths of rows.
+        The matrix of a singular function is NaN. For ill-conditioned functions of many vectors elimination is more
+        accurate: errors are those of minors, 1e-15 of the products of the lengths of rows.
         """
         self._square("inverse")
         found, determinant, singular = minors.inverses(self._flat())
@@ -189,7 +191,7 @@ class LinearFunction:
         return Inverse(found.reshape(self.matrix.shape), determinant.reshape(self.shape), status.reshape(self.shape))
 
     def inverse_outermorphism(self, grade: int) -> Floats:
-        """Return the matrix of the inverse on blades of a grade, from the minors of the others (Jacobi): no inverse is made.
+        """Return the matrix of the inverse on blades of a grade, from complementary minors (Jacobi), without inversion.
 
         Returns
         -------
@@ -199,7 +201,7 @@ class LinearFunction:
         n = self._square("inverse_outermorphism")
         if isinstance(grade, bool) or not isinstance(grade, (int, np.integer)) or not 0 <= grade <= n:
             raise ValueError(f"grade: {grade!r}; expected 0 to {n}")
-        # entries of about 1, so that products neither overflow nor vanish
+        # scale entries to about 1, so that products neither overflow nor underflow
         exponent = np.frexp(np.abs(self.matrix).max((-1, -2)))[1]
         unit = LinearFunction(np.ldexp(self.matrix, -exponent[..., None, None]))
         determinant, lengths = unit.determinant(), np.linalg.norm(unit.matrix, axis=-1)
@@ -209,7 +211,7 @@ class LinearFunction:
         return np.asarray(np.ldexp(found, -int(grade) * exponent[..., None, None]))
 
     def _last_minors(self) -> Floats:
-        """Return the wedge of the rows, one after the other: minors of the first rows only."""
+        """Return the outer products of the rows in turn: minors of the first rows only."""
         n = self.matrix.shape[-1]
         return minors.wedge_rows(self._flat(), n)
 
@@ -230,9 +232,9 @@ class Inverse:
     Attributes
     ----------
     matrix : array, (..., n, n)
-        NaN where there is none.
+        NaN if there is no inverse.
     determinant : array, (...)
-        Of the function, not of the inverse.
+        The determinant of the function, not of the inverse.
     status : int array, (...)
         `LinearStatus`: OK or SINGULAR.
     """
@@ -243,12 +245,12 @@ class Inverse:
 
 
 def finite_matrices(matrix: ArrayLike, square: bool = False) -> Floats:
-    """Return a batch of matrices as float64, checked.
+    """Return a batch of matrices as float64 after validation.
 
     Raises
     ------
     TypeError, ValueError
-        If it is none, something is not finite, or it is not square where that is asked for.
+        If `matrix` is not an array of matrices, if a number is not finite, or if it is not square although required.
     """
     array = real_array(matrix, "matrix", (-1, -1), "matrices").astype(np.float64, copy=False)
     if min(array.shape[-2:]) < 1 or (square and array.shape[-1] != array.shape[-2]):

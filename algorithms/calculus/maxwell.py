@@ -1,4 +1,4 @@
-"""Electromagnetic fields ``F = E + I B`` in spacetime: plane waves, what moving observers see, energy and momentum.
+"""Electromagnetic fields ``F = E + I B`` in spacetime: plane waves, moving observers, energy and momentum.
 
 Fields are bivectors of `generated.sta`, events and vectors have coefficients (t, x, y, z), and ``c = 1``.
 """
@@ -13,7 +13,7 @@ from generated import spacetime, sta
 from ..arguments import Reals, real_array
 
 _TRANSVERSE = 1e-9
-"""How far an electric field may be from orthogonal to its wave vector, of both lengths."""
+"""Tolerance for orthogonality of an electric field and its wave vector, relative to both lengths."""
 
 
 def plane_wave(
@@ -21,18 +21,18 @@ def plane_wave(
 ) -> Reals:  # fmt: skip
     """Return the plane wave whose electric field is ``electric cos(phase) + electric_sine sin(phase)``.
 
-    The phase is ``|k| t - k . x``. Equal and orthogonal amplitudes make a circular wave.
+    The phase is ``|k| t - k . x``. Equal and orthogonal amplitudes give circular polarisation.
 
     Parameters
     ----------
     wave_vector : array_like, (..., 3)
-        Not zero.
+        A nonzero vector.
     electric : array_like, (..., 3)
         Orthogonal to the wave vector.
     events : array_like, (..., 4)
         (t, x, y, z).
     electric_sine : array_like, (..., 3), optional
-        Zero, left out.
+        The default is zero.
 
     Returns
     -------
@@ -42,7 +42,7 @@ def plane_wave(
     Raises
     ------
     TypeError, ValueError
-        If shapes do not fit, a wave vector is zero, or an amplitude is not orthogonal to it.
+        If shapes are inconsistent, if a wave vector is zero, or if an amplitude is not orthogonal to it.
     """
     k = real_array(wave_vector, "wave_vector", (3,), "wave vectors").astype(np.float64, copy=False)
     frequency = np.linalg.norm(k, axis=-1, keepdims=True)
@@ -57,7 +57,7 @@ def plane_wave(
         along = np.abs((amplitude * k).sum(-1))
         if not (along <= _TRANSVERSE * frequency[..., 0] * np.linalg.norm(amplitude, axis=-1)).all():
             raise ValueError(f"{name}: not orthogonal to wave_vector; expected a transverse field")
-        # k ^ a has the relative vector -|k| a: the electric field
+        # k ^ a has the relative vector -|k| a, the electric field
         potentials.append(_spatial(-amplitude / frequency))
     x = real_array(events, "events", (4,), "events (t, x, y, z)")
     lightlike = np.concatenate([frequency, k], -1)
@@ -65,18 +65,18 @@ def plane_wave(
 
 
 def field_seen_by(field: ArrayLike, velocity: ArrayLike) -> Reals:
-    """Return the field in the coordinates of an observer who moves: ``~R F R`` with the boost R to its velocity.
+    """Return the field in the coordinates of a moving observer: ``~R F R`` with the boost R to its velocity.
 
     Parameters
     ----------
     field : array_like, (..., 6)
     velocity : array_like, (..., 3)
-        Slower than light.
+        Velocity, slower than light.
 
     Raises
     ------
     TypeError, ValueError
-        If shapes do not fit or a velocity is not below 1.
+        If shapes are inconsistent, or if a velocity is not below 1.
     """
     f = real_array(field, "field", (6,), "bivectors of spacetime")
     v = real_array(velocity, "velocity", (3,), "velocities")
@@ -95,17 +95,17 @@ def stress_energy(field: ArrayLike) -> Reals:
     Returns
     -------
     array, (..., 4, 4)
-        Symmetric, without trace. ``T[0, 0]`` is the energy density, ``T[0, k]`` Poynting's vector ``E x B`` and
-        ``-T[j, k]`` Maxwell's stress.
+        Symmetric and traceless. ``T[0, 0]`` is the energy density, ``T[0, k]`` the Poynting vector ``E x B`` and
+        ``-T[j, k]`` the Maxwell stress.
 
     Raises
     ------
     TypeError, ValueError
-        If the shape does not fit.
+        If the shape is wrong.
     """
     f = real_array(field, "field", (6,), "bivectors of spacetime")
     columns = sta.field_stress_energy(f[..., None, :], np.diag([1.0, -1.0, -1.0, -1.0]))
-    # reciprocal vectors on both sides: coefficients of T(g^n) are those along g^m
+    # both indices belong to reciprocal vectors: coefficients of T(g^n) are those along g^m
     return np.asarray(np.swapaxes(columns, -1, -2))
 
 

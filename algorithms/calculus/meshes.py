@@ -21,21 +21,22 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SimplicialMesh:
-    """A chain of oriented simplices: points, segments, triangles, tetrahedra and so on, in the order of their corners.
+    """A chain of oriented simplices (points, segments, triangles, tetrahedra, ...), oriented by the order of corners.
 
     Parameters
     ----------
     points : array_like, (V, n)
-        n up to 12.
+        n is at most 12.
     cells : array_like, (C, k + 1)
-        Which points are the corners of each simplex. Triangles turn from the first corner over the second to the third.
+        Indices of the corners of each simplex. The orientation of a triangle is from its first corner over the second
+        to the third.
     weights : array_like, (C,), optional
-        Whole numbers: how often a simplex counts, negative for the opposite orientation; 1, left out.
+        Integer multiplicities of the simplices, negative for the opposite orientation; the default is 1.
 
     Raises
     ------
     TypeError, ValueError
-        If shapes do not fit, points are not finite, or cells have points that are not there or have one twice.
+        If shapes are inconsistent, if points are not finite, or if cells have invalid or repeated indices.
     """
 
     points: Floats
@@ -86,30 +87,30 @@ class SimplicialMesh:
         Returns
         -------
         array, (C, C(n, k))
-            Over basis blades ordered by bitmap.
+            Coefficients over basis blades ordered by bitmap.
         """
         k = self.dimension
         return np.asarray(wedge_rows(self.edges(), k) * (self.weights / factorial(k))[:, None])
 
     def contents(self) -> Floats:
-        """Return the lengths, areas or volumes of the cells, ``(C,)``, not negative, without weights."""
+        """Return the nonnegative lengths, areas or volumes of the cells, ``(C,)``, without weights."""
         k = self.dimension
         return np.asarray(np.linalg.norm(wedge_rows(self.edges(), k), axis=1) / factorial(k))
 
     def boundary_matrix(self) -> tuple[Integers, Any]:
-        """Return the boundary operator: facets and, in whole numbers, how they bound the cells.
+        """Return the boundary operator: the facets, and their incidence with the cells.
 
         Returns
         -------
         facets : array, (F, k)
-            Corners ascending, each facet once.
+            Corners in ascending order, each facet once.
         matrix : sparse array, (F, C)
-            1 and -1: the facet without corner i has the sign ``(-1)**i``, times that of its order.
+            Entries 1 and -1: the facet without corner i has the sign ``(-1)**i`` times that of its permutation.
 
         Raises
         ------
         ValueError
-            For a mesh of points, which have no boundary.
+            If the mesh consists of points, which have no boundary.
         """
         count, size = self.cells.shape
         if size == 1:
@@ -121,9 +122,10 @@ class SimplicialMesh:
         return found, csr_array((signs, (where.ravel(), columns)), shape=(len(found), count), dtype=np.int64)
 
     def boundary(self) -> SimplicialMesh:
-        """Return the boundary: facets that do not cancel, with an outward vector first in the orientation of the cells.
+        """Return the boundary: the facets that do not cancel, oriented with an outward vector first.
 
-        Its boundary is empty. Cells should be oriented alike, or facets between them stay; see `oriented`.
+        Its boundary is empty. Cells should be oriented consistently, otherwise facets between them remain; see
+        `oriented`.
         """
         facets, matrix = self.boundary_matrix()
         weights = matrix @ self.weights
@@ -131,12 +133,12 @@ class SimplicialMesh:
         return SimplicialMesh(self.points, facets[kept], weights[kept])
 
     def oriented(self) -> SimplicialMesh:
-        """Return the mesh with all measures positive, for cells of the dimension of space.
+        """Return the mesh with positive measures, for cells of the dimension of space.
 
         Raises
         ------
         ValueError
-            If the cells have fewer dimensions than space, or some content is 0.
+            If the cells have fewer dimensions than space, or if the content of a cell is 0.
         """
         if self.dimension != self.n:
             raise ValueError(f"oriented: cells of dimension {self.dimension} in space of {self.n}; expected the same")
@@ -149,9 +151,9 @@ class SimplicialMesh:
         return SimplicialMesh(self.points, cells, np.abs(self.weights))
 
     def reciprocal_vectors(self) -> Floats:
-        """Return the gradients of the barycentric coordinates of each cell, within it: ``(C, k + 1, n)``.
+        """Return the gradients of the barycentric coordinates of each cell, in its span: ``(C, k + 1, n)``.
 
-        The last k are the reciprocal frame of `edges`; their sum with the first is 0.
+        The last k are the reciprocal frame of `edges`; the sum of all is 0.
 
         Raises
         ------
@@ -167,29 +169,30 @@ class SimplicialMesh:
         return np.concatenate([-others.sum(1, keepdims=True), others], 1)
 
     def vector_derivative(self, values: ArrayLike, at: str = "cells") -> Floats:
-        """Return the vector derivative ``D F`` of a field that is linear on each cell.
+        """Compute the vector derivative ``D F`` of a field that is linear on each cell.
 
         Parameters
         ----------
         values : array_like, (V, 2**n)
-            Multivectors at the points, in full layouts (by grades); `embed` makes them of scalars and vectors.
+            Multivectors at the points, in full layouts (by grade); `embed` converts scalars and vectors.
         at : "cells" or "points"
-            One value for each cell, exact for linear fields; or the means at points of the cells around, by content.
+            "cells" gives one value for each cell, exact for linear fields; "points" gives the means over the adjacent
+            cells, weighted by content.
 
         Returns
         -------
         array, (C, 2**n) or (V, 2**n)
-            The derivative in the mesh: across a surface nothing changes. 0 at points of no cell.
+            The derivative within the mesh: derivatives across a surface are 0. It is 0 at points of no cell.
 
         Raises
         ------
         TypeError, ValueError
-            If shapes do not fit, or a cell is flat.
+            If shapes are inconsistent, or if a cell is flat.
 
         Notes
         -----
-        With `directed_integral` over a cell this is the definition of Hestenes and Sobczyk, the integral over the
-        boundary by the directed measure. The error at cells is of first order in their size.
+        With `directed_integral` over a cell, this is the definition of Hestenes and Sobczyk: the integral over the
+        boundary divided by the directed measure. The error at cells is of first order in their size.
         """
         array = real_array(values, "values", (1 << self.n,), f"multivectors of {self.n} vectors")
         if array.shape != (len(self.points), 1 << self.n):
@@ -209,14 +212,14 @@ class SimplicialMesh:
 
 
 def box_mesh(shape: tuple[int, ...], size: ArrayLike) -> SimplicialMesh:
-    """Return a box of any dimension, cut into cells and each of these into n! simplices (Kuhn), all of positive measure.
+    """Return a box of any dimension, divided into cells and each of them into n! simplices (Kuhn) of positive measure.
 
     Parameters
     ----------
     shape : tuple of int
-        How many cells each axis has.
+        Number of cells along each axis.
     size : array_like, (n,)
-        The lengths of the box; it begins at the origin.
+        Lengths of the box, which starts at the origin.
     """
     n = len(shape)
     lengths = real_array(size, "size", (n,), "lengths")
@@ -240,7 +243,7 @@ def _permutations(n: int) -> list[tuple[tuple[int, ...], int]]:
 
 
 def _parity(rows: Integers) -> Integers:
-    """Return the sign of each row of different numbers as a permutation."""
+    """Return the sign of each row of distinct numbers as a permutation."""
     size = rows.shape[1]
     i, j = np.triu_indices(size, 1)
     inversions = (rows[:, i] > rows[:, j]).sum(1)

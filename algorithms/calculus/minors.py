@@ -1,4 +1,4 @@
-"""Compound matrices: the minors of a batch of matrices, grade by grade, each by its last row from those before."""
+"""Compound matrices: the minors of a batch of matrices, grade by grade, each by expansion along its last row."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from ..subspaces.tables import place, vectors_of
 Floats = NDArray[np.float64]
 Places = NDArray[np.int64]
 LARGEST = 12
-"""The most vectors for which compound matrices are made: those of grade 6 of 12 have 924 rows."""
+"""Maximum number of vectors for compound matrices: those of grade 6 of 12 have 924 rows."""
 _ROUNDING = 2.3e-16
 
 
 def compound(matrices: Floats, grade: int) -> Floats:
-    """Return the minors of order `grade` of matrices ``(N, m, n)``: ``(N, C(m, grade), C(n, grade))``, ordered by bitmap."""
+    """Return the minors of order `grade` of matrices ``(N, m, n)``: ``(N, C(m, grade), C(n, grade))``, by bitmap."""
     count, m, n = matrices.shape
     entries = np.ascontiguousarray(matrices).reshape(count, m * n)
     found = np.ones((count, 1)) if grade == 0 else entries
@@ -38,9 +38,9 @@ def wedge_rows(matrices: Floats, count: int) -> Floats:
 
 
 def inverses(matrices: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-    """Inverses of matrices ``(N, n, n)`` by their cofactors, determinants, and where these are 0 to within rounding."""
+    """Return inverses of matrices ``(N, n, n)`` from cofactors, determinants, and where these are 0 up to rounding."""
     n = matrices.shape[-1]
-    # entries of about 1, so that products neither overflow nor vanish
+    # scale entries to about 1, so that products neither overflow nor underflow
     exponent = np.frexp(np.abs(matrices).max((1, 2)))[1]
     scaled = np.ldexp(matrices, -exponent[:, None, None])
     sign = (-1.0) ** np.arange(n)
@@ -54,9 +54,9 @@ def inverses(matrices: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
 
 
 def complementary(minors: Floats, n: int, grade: int) -> Floats:
-    """What Jacobi's theorem makes of minors of order n - grade: transposed, complemented, with signs.
+    """Return the minors of order n - grade after Jacobi's theorem: transposed, complemented, with signs.
 
-    Of matrices F these are ``det F`` times the minors of order `grade` of the inverses.
+    For matrices F these are ``det F`` times the minors of order `grade` of the inverses.
     """
     at, sign = _complements(n, grade)
     return np.asarray(np.swapaxes(minors, -1, -2)[..., at[:, None], at] * (sign[:, None] * sign))
@@ -64,7 +64,7 @@ def complementary(minors: Floats, n: int, grade: int) -> Floats:
 
 @cache
 def _expansion(m: int, n: int, k: int) -> Product:
-    """Minors of order k of matrices m x n from their entries and the minors of order k - 1, along last rows."""
+    """Return the product that gives minors of order k of m x n matrices from entries and minors of order k - 1."""
     row_rest, row_last = _rows(m, k)
     rest, vectors = _rests(n, k)
     sign = (-1.0) ** (k - 1 - np.arange(k))
@@ -77,7 +77,7 @@ def _expansion(m: int, n: int, k: int) -> Product:
 
 @cache
 def _rests(n: int, k: int) -> tuple[Places, Places]:
-    """For each blade: the places of the blades without one of its vectors, and its vectors."""
+    """Return, for each blade, the places of the blades without one of its vectors, and its vectors."""
     vectors = vectors_of(n, k)
     rest = np.stack([place(np.delete(vectors, j, axis=1)) for j in range(k)], -1)
     return rest.astype(np.int64), vectors.astype(np.int64)
@@ -85,14 +85,14 @@ def _rests(n: int, k: int) -> tuple[Places, Places]:
 
 @cache
 def _rows(n: int, k: int) -> tuple[Places, Places]:
-    """For each blade: the place of the blade without its last vector, and that vector."""
+    """Return, for each blade, the place of the blade without its last vector, and this vector."""
     rest, vectors = _rests(n, k)
     return np.ascontiguousarray(rest[:, -1]), np.ascontiguousarray(vectors[:, -1])
 
 
 @cache
 def _complements(n: int, k: int) -> tuple[Places, Floats]:
-    """For each blade of grade k: the place of its complement, and the sign of the two together as a permutation."""
+    """Return, for each blade of grade k, the place of its complement, and the sign of both as a permutation."""
     vectors = vectors_of(n, k).astype(np.int64)
     others = np.array([[i for i in range(n) if i not in row] for row in vectors.tolist()], np.int32)
     sign = 1.0 - 2.0 * ((vectors.sum(-1) - k * (k - 1) // 2) & 1)

@@ -1,4 +1,4 @@
-"""Pictures of electromagnetic fields in a box and of spins that precess."""
+"""Plots of electromagnetic fields in a box and of precessing spins."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from .yee import Fields, YeeBox
 
 
 def draw_energy(box: YeeBox, fields: Fields, axis: int = 2, layer: int | None = None) -> Figure:
-    """Return the energy density ``(E**2 + B**2)/2`` in a layer of cells, with arrows of Poynting's vector ``E x B``.
+    """Plot the energy density ``(E**2 + B**2)/2`` in a layer of cells, with arrows of the Poynting vector ``E x B``.
 
     Parameters
     ----------
     box : YeeBox
     fields : Fields
-        Of one box, without leading axes.
+        Fields of one box, without leading axes.
     axis : int, optional
-        Across the layer.
+        Axis perpendicular to the layer.
     layer : int, optional
-        Which cells along that axis; those in the middle, left out.
+        Index of the layer along this axis; the default is the middle.
 
     Raises
     ------
     ValueError
-        If the fields are a batch, or there is no such layer.
+        If the fields are a batch, or if the layer is out of range.
     """
     if fields.electric.ndim != 4:
         raise ValueError(f"fields: electric of shape {fields.electric.shape}; expected those of one box")
@@ -56,17 +56,17 @@ def draw_energy(box: YeeBox, fields: Fields, axis: int = 2, layer: int | None = 
 
 
 def draw_spin(history: ArrayLike) -> Figure:
-    """Return the path of the spin vector of a Pauli spinor on the sphere.
+    """Plot the path of the spin vector of a Pauli spinor on the sphere.
 
     Parameters
     ----------
     history : array_like, (T, 4)
-        As `precess` returns it.
+        As returned by `precess`.
 
     Raises
     ------
     TypeError, ValueError
-        If the shape does not fit, or a spinor is zero.
+        If the shape is wrong, or if a spinor is zero.
     """
     psi = real_array(history, "history", (4,), "Pauli spinors")
     if psi.ndim != 2:

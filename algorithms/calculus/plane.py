@@ -1,4 +1,4 @@
-"""Spinor fields of the plane, which are the complex functions: Cauchy's formula and residues on smooth curves."""
+"""Spinor fields of the plane, equivalent to complex functions: Cauchy's formula and residues on smooth curves."""
 
 from __future__ import annotations
 
@@ -14,64 +14,64 @@ Numbers = NDArray[np.complex128]
 
 
 def cauchy_in_plane(curve: ArrayLike, values: ArrayLike, at: ArrayLike, derivative: int = 0) -> Floats:
-    """Values and derivatives inside a smooth closed curve of a field ``psi`` of the plane with ``D psi = 0``.
+    """Compute values and derivatives inside a smooth closed curve of a plane field ``psi`` with ``D psi = 0``.
 
     The fields are even elements ``u + v e12`` of G(2), complex analytic functions of ``e1 x``.
 
     Parameters
     ----------
     curve : array_like, (N, 2)
-        Points at equal steps of a parameter in which the curve is smooth, closed and without crossings.
+        Points at equal steps of a parameter in which the curve is smooth, closed and simple.
     values : array_like, (N, 2)
-        Coefficients of 1 and e12 there.
+        Coefficients of 1 and e12 at these points.
     at : array_like, (..., 2)
     derivative : int, optional
-        0 for values; m for the m-th derivative, along e1.
+        0 for values; m for the m-th derivative along e1.
 
     Returns
     -------
     array, (..., 2)
-        NaN outside the curve, and at its points.
+        NaN outside the curve and at its points.
 
     Raises
     ------
     TypeError, ValueError
-        If shapes do not fit or the order is negative.
+        If shapes are inconsistent, or if the order is negative.
 
     Notes
     -----
-    The trapezoidal rule, which converges geometrically for analytic curves and fields; tangents by Fourier transform.
-    Values are quotients of the integrals for psi and for 1 (Ioakimidis et al., 1991), accurate near the curve too, and
-    derivatives those of Taylor's remainders: for ``exp(2 z)``, 64 points of the unit circle give three derivatives to
-    1e-12 at nine tenths of its radius.
+    The method is the trapezoidal rule, which converges geometrically for analytic curves and fields; tangents are
+    computed by Fourier transform. Values are quotients of the integrals for psi and for 1 (Ioakimidis et al., 1991),
+    accurate near the curve too, and derivatives are those of Taylor remainders: for ``exp(2 z)``, 64 points of the unit
+    circle give three derivatives to 1e-12 at nine tenths of its radius.
     """
     if isinstance(derivative, bool) or not isinstance(derivative, (int, np.integer)) or derivative < 0:
         raise ValueError(f"derivative: {derivative!r}; expected a whole number, 0 or more")
     places = _complex(at, "at")
     z, f, tangent = _on_curve(curve, values)
     away = z - places[..., None]
-    # outside, and on the curve, divisions by zero are expected
+    # divisions by zero are expected outside and on the curve
     with np.errstate(divide="ignore", invalid="ignore"):
-        turns = np.round(np.angle(np.roll(away, -1, -1) / away).sum(-1) / (2 * pi))
+        winding = np.round(np.angle(np.roll(away, -1, -1) / away).sum(-1) / (2 * pi))
         simple = tangent / away
         rest = f
         found = (simple * f).sum(-1) / simple.sum(-1)
         for _ in range(derivative):
             rest = (rest - found[..., None]) / away
             found = (simple * rest).sum(-1) / simple.sum(-1)
-    found = gamma(derivative + 1) * np.where(np.abs(turns) == 1, found, np.nan + 1j * np.nan)
+    found = gamma(derivative + 1) * np.where(np.abs(winding) == 1, found, np.nan + 1j * np.nan)
     return np.stack([found.real, found.imag], -1)
 
 
 def residues_in_plane(curve: ArrayLike, values: ArrayLike) -> Floats:
-    """Return the sum of the residues inside a smooth closed curve: the integral of ``dX psi`` over ``2 pi e1 e12``.
+    """Compute the sum of the residues inside a smooth closed curve: the integral of ``dX psi`` over ``2 pi e1 e12``.
 
-    Where ``D psi`` is zero inside it is 0.
+    It is 0 if ``D psi`` is zero inside.
 
     Parameters
     ----------
     curve, values : array_like, (N, 2)
-        As in `cauchy_in_plane`; a curve that turns clockwise changes the sign.
+        As in `cauchy_in_plane`; a clockwise curve changes the sign.
 
     Returns
     -------
@@ -81,11 +81,11 @@ def residues_in_plane(curve: ArrayLike, values: ArrayLike) -> Floats:
     Raises
     ------
     TypeError, ValueError
-        If shapes do not fit or something is not finite.
+        If shapes are inconsistent, or if a number is not finite.
 
     Notes
     -----
-    The trapezoidal rule: 256 points of the unit circle give 1e-14 for poles at up to eight tenths of its radius.
+    With the trapezoidal rule, 256 points of the unit circle give 1e-14 for poles at up to eight tenths of its radius.
     """
     z, f, tangent = _on_curve(curve, values)
     total = (tangent * f).sum() / (1j * len(z))
@@ -93,7 +93,7 @@ def residues_in_plane(curve: ArrayLike, values: ArrayLike) -> Floats:
 
 
 def _on_curve(curve: ArrayLike, values: ArrayLike) -> tuple[Numbers, Numbers, Numbers]:
-    """Points, values and tangents, by Fourier transform, as complex numbers."""
+    """Return points, values and tangents (by Fourier transform) as complex numbers."""
     z, f = (_complex(array, name) for array, name in ((curve, "curve"), (values, "values")))
     if z.ndim != 1 or f.shape != z.shape or len(z) < 3:
         raise ValueError(f"curve, values: {z.shape} and {f.shape} points; expected (N, 2) both, N from 3")

@@ -1,4 +1,4 @@
-"""Geometric products of Euclidean spaces of any dimension: generated kernels in two and three, tables in others."""
+"""Geometric products of Euclidean spaces of any dimension: generated kernels in 2D and 3D, tables otherwise."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from ..subspaces.tables import vectors_of
 
 Floats = NDArray[np.float64]
 Product = Callable[..., Any]
-"""Takes two arrays of multivectors, ``(..., 2**n)``, whose leading axes broadcast."""
+"""Function of two arrays of multivectors, ``(..., 2**n)``, whose leading axes broadcast."""
 LARGEST = 8
-"""The most vectors of a space whose product is made."""
+"""Maximum number of vectors of a space."""
 
 
 def product_of(n: int) -> Product:
-    """Return the geometric product of multivectors of `n` vectors, ``(..., 2**n)`` by grades, each ordered by bitmap.
+    """Return the geometric product of multivectors of `n` vectors, ``(..., 2**n)`` by grade, each ordered by bitmap.
 
     Raises
     ------
     ValueError
-        For no vector, or more than 8.
+        If n is not from 1 to 8.
     """
     if not 1 <= n <= LARGEST:
         raise ValueError(f"n: {n}; expected 1 to {LARGEST} vectors")
@@ -38,12 +38,12 @@ def product_of(n: int) -> Product:
 
 
 def embed(coefficients: ArrayLike, n: int, grade: int) -> Floats:
-    """Multivectors of one grade, ``(..., 2**n)``, from the coefficients of that grade, ``(..., C(n, grade))``.
+    """Return multivectors ``(..., 2**n)`` of one grade from the coefficients of this grade, ``(..., C(n, grade))``.
 
     Raises
     ------
     TypeError, ValueError
-        If these are not as many real numbers.
+        If `coefficients` is not an array of that many real numbers.
     """
     array = real_array(coefficients, "coefficients", (comb(n, grade),), f"blades of grade {grade} of {n} vectors")
     found = np.zeros((*array.shape[:-1], 1 << n))
@@ -54,7 +54,7 @@ def embed(coefficients: ArrayLike, n: int, grade: int) -> Floats:
 
 @cache
 def bitmaps_of(n: int) -> NDArray[np.int64]:
-    """Return the vectors of each blade, as bits, in the order of full layouts: by grades, each ascending."""
+    """Return the vectors of each blade, as bit masks, in the order of full layouts: by grade, each ascending."""
     found = np.array([int((1 << row).sum()) for k in range(n + 1) for row in vectors_of(n, k).astype(np.int64)])
     found.setflags(write=False)
     return found

@@ -10,31 +10,31 @@ from scipy.special import roots_jacobi
 
 Floats = NDArray[np.float64]
 MOST_POINTS = 1 << 16
-"""The most points of a rule."""
+"""Maximum number of points of a rule."""
 
 
 @cache
 def simplex_rule(dimension: int, degree: int) -> tuple[Floats, Floats]:
-    """Points and positive weights on a simplex: Stroud's conical product of Gauss-Jacobi rules.
+    """Return points and positive weights on a simplex: Stroud's conical product of Gauss-Jacobi rules.
 
     Parameters
     ----------
     dimension : int
         0 for a point, 1 for a segment, and so on.
     degree : int
-        Of the polynomials that are integrated exactly.
+        Degree of the polynomials that are integrated exactly.
 
     Returns
     -------
     points : array, (Q, dimension + 1)
         Barycentric coordinates; Q is ``(degree // 2 + 1)**dimension``.
     weights : array, (Q,)
-        Their sum is 1.
+        Weights of sum 1.
 
     Raises
     ------
     ValueError
-        If a number is negative, or there would be more than 65 536 points.
+        If a number is negative, or if the rule would have more than 65 536 points.
     """
     for name, number in (("dimension", dimension), ("degree", degree)):
         if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or number < 0:

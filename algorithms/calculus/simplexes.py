@@ -17,22 +17,21 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Facets:
-    """The facets of simplexes; facet i is the one without corner i.
+    """The facets of simplexes; facet i is opposite to corner i.
 
     Attributes
     ----------
     corners : array, (..., k + 1, k, n)
-        In the order that they have in the simplex.
+        Corners in the order that they have in the simplex.
     measures : array, (..., k + 1, C(n, k - 1))
-        Directed measures over basis blades ordered by bitmap, ``edge_1 ^ ... / (k - 1)!`` with the sign ``(-1)**i``
-        that facets have in the boundary: their sum is 0. Of a segment, the end has -1 and the start 1.
+        Directed measures over basis blades ordered by bitmap, ``edge_1 ^ ... / (k - 1)!`` with the sign ``(-1)**i`` of
+        the boundary: their sum is 0. For a segment, they are -1 at the end and 1 at the start.
     contents : array, (..., k + 1)
-        Lengths, areas or volumes; 1 of the ends of a segment.
+        Lengths, areas or volumes; 1 for the ends of a segment.
     normals : array, (..., k + 1, n)
-        Unit vectors in the span of the simplex, orthogonal to the facet, outwards. Not numbers where the simplex is
-        flat.
+        Outward unit vectors in the span of the simplex, orthogonal to the facet. NaN for flat simplexes.
     heights : array, (..., k + 1)
-        The distance of corner i from the facet without it. Not numbers where the simplex is flat.
+        The distance of corner i from the opposite facet. NaN for flat simplexes.
     """
 
     corners: Floats
@@ -43,27 +42,27 @@ class Facets:
 
 
 def barycentric_coordinates(simplex: ArrayLike, points: ArrayLike) -> Floats:
-    """Return the weights of the corners of a simplex, of sum 1, with which their mean is a point.
+    """Return the barycentric coordinates of points: weights of the corners, of sum 1, whose weighted mean is the point.
 
-    With the reciprocal frame ``f_i`` of the edges ``x_i - x_0`` they are ``f_i . (x - x_0)``, and for corner 0 what is
-    missing to 1. All are positive inside the simplex.
+    With the reciprocal frame ``f_i`` of the edges ``x_i - x_0`` they are ``f_i . (x - x_0)``, and for corner 0 the
+    complement to 1. All are positive inside the simplex.
 
     Parameters
     ----------
     simplex : array_like, (..., k + 1, n)
-        Corners, k from 1 to n.
+        Corners, with k from 1 to n.
     points : array_like, (..., n)
-        Where `k` is less than `n`, points off the flat of the simplex have the coordinates of their projection.
+        If `k` is less than `n`, points off the flat of the simplex have the coordinates of their projection.
 
     Returns
     -------
     array, (..., k + 1)
-        Not numbers where the corners are in a flat of less than k dimensions, to within rounding.
+        NaN if the corners are in a flat of less than k dimensions, up to rounding.
 
     Raises
     ------
     TypeError, ValueError
-        If shapes do not fit, or values are not real numbers.
+        If shapes are inconsistent, or if values are not real numbers.
     """
     corners = _simplexes(simplex)
     places = real_array(points, "points", (corners.shape[-1],), "points").astype(np.float64, copy=False)
@@ -74,12 +73,12 @@ def barycentric_coordinates(simplex: ArrayLike, points: ArrayLike) -> Floats:
 
 
 def facets(simplex: ArrayLike) -> Facets:
-    """Return the facets of simplexes: corners, directed measures, contents, outward normals and heights.
+    """Compute the facets of simplexes: corners, directed measures, contents, outward normals and heights.
 
     Parameters
     ----------
     simplex : array_like, (..., k + 1, n)
-        Corners, k from 1 to n, n up to 12.
+        Corners, with k from 1 to n and n up to 12.
 
     Returns
     -------
@@ -88,12 +87,12 @@ def facets(simplex: ArrayLike) -> Facets:
     Raises
     ------
     TypeError, ValueError
-        If shapes do not fit, or values are not real numbers.
+        If shapes are inconsistent, or if values are not real numbers.
 
     Notes
     -----
     The reciprocal vector of an edge is the gradient of a barycentric coordinate: it is orthogonal to the facet where
-    that is 0, points inwards, and its length is one over the height.
+    the coordinate is 0, points inwards, and its length is the inverse of the height.
     """
     corners = _simplexes(simplex)
     *batch, count, n = corners.shape

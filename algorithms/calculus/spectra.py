@@ -1,4 +1,4 @@
-"""Linear functions taken apart: eigenblades, polar decomposition, spectra of symmetric and skew functions."""
+"""Decompositions of linear functions: eigenblades, polar decomposition, spectra of symmetric and skew functions."""
 
 from __future__ import annotations
 
@@ -14,28 +14,28 @@ from .linear_functions import LinearStatus, finite_matrices
 
 Floats = NDArray[np.float64]
 EQUAL = 1e-6
-"""Eigenvalues that differ by less than this, of the norm of the function, count as equal."""
+"""Eigenvalues that differ by less than this, relative to the norm of the function, count as equal."""
 _SYMMETRIC = 1e-12
-"""How far a function may be from symmetric or skew, of its norm."""
+"""Tolerance for symmetric and skew functions, relative to the norm."""
 _SINGULAR = 1e-14
-"""A stretch below this, of the largest and for each vector, is none."""
+"""Stretches below this, relative to the largest one and for each vector, count as zero."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Eigenblades:
-    """Blades that linear functions only scale: ``f(A) = value A``, whose outer product is all of space.
+    """Blades that linear functions only scale, ``f(A) = value A``, and whose outer product spans the whole space.
 
     Attributes
     ----------
     vectors : array, (..., n, n)
-        Rows, group after group, orthonormal within a group; a group spans an eigenblade.
+        Rows, sorted by group, orthonormal within a group; each group spans an eigenblade.
     group : int array, (..., n)
-        To which blade a row belongs, from 0 up.
+        The index of the blade of each row, from 0.
     eigenvalues : complex array, (..., n)
-        Of the function on the rows' subspace; the blade of a group has their product. The largest in size stand first,
-        those of symmetric functions fall.
+        Eigenvalues of the function on the subspace of the rows; the eigenvalue of a blade is their product. They are
+        sorted by descending magnitude, those of symmetric functions in descending order.
     status : int array, (...)
-        `LinearStatus`: OK where all eigenvalues differ, REPEATED, or DEFECTIVE.
+        `LinearStatus`: OK if all eigenvalues differ, REPEATED, or DEFECTIVE.
     """
 
     vectors: Floats
@@ -44,7 +44,7 @@ class Eigenblades:
     status: NDArray[Any]
 
     def blades(self, index: tuple[int, ...] = ()) -> list[tuple[FactoredBlade, float]]:
-        """Return the eigenblades of one function and their eigenvalues, of grade 1 or 2 where eigenvalues differ."""
+        """Return the eigenblades of one function and their eigenvalues; grades are 1 or 2 if eigenvalues differ."""
         group = self.group[index]
         if group.ndim != 1:
             raise ValueError(f"index: {index}; expected one function of shape {self.group.shape[:-1]}")
@@ -58,18 +58,18 @@ class Eigenblades:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Polar:
-    """Linear functions as a stretch followed by a rotation: ``f(x) = rotation stretch x``.
+    """Polar decomposition of linear functions, a stretch followed by a rotation: ``f(x) = rotation stretch x``.
 
     Attributes
     ----------
     rotation : array, (..., n, n)
-        Orthogonal, with a reflection where the determinant is negative; `subspaces.reflections_of` makes it a versor.
+        Orthogonal, with a reflection if the determinant is negative; see `subspaces.reflections_of` for versors.
     stretch : array, (..., n, n)
-        Symmetric, no eigenvalue negative: the root of ``adjoint f``.
+        Symmetric positive semidefinite: the square root of ``adjoint f``.
     stretches : array, (..., n)
-        The eigenvalues of `stretch`, falling.
+        The eigenvalues of `stretch`, descending.
     status : int array, (...)
-        `LinearStatus`: OK, or SINGULAR, where the rotation is one of several.
+        `LinearStatus`: OK, or SINGULAR if the rotation is not unique.
     """
 
     rotation: Floats
@@ -80,18 +80,18 @@ class Polar:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SkewPlanes:
-    """Skew functions by their planes: ``f(x) = x . B`` with the bivector ``B = sum rate_k u_k ^ v_k``.
+    """Planes of skew functions: ``f(x) = x . B`` with the bivector ``B = sum rate_k u_k ^ v_k``.
 
     Attributes
     ----------
     rates : array, (..., n // 2)
-        Falling, 0 after the last plane.
+        In descending order, padded with 0.
     planes : array, (..., n // 2, 2, n)
-        ``u_k`` and ``v_k``, orthonormal all together, those of rate 0 too.
+        ``u_k`` and ``v_k``, all of them orthonormal, including those of rate 0.
     axis : array, (..., n % 2, n)
-        What is left in odd dimensions.
+        The remaining direction in odd dimensions.
     status : int array, (...)
-        `LinearStatus`: OK; REPEATED where rates are equal; SINGULAR where some rate is 0.
+        `LinearStatus`: OK; REPEATED if rates are equal; SINGULAR if some rate is 0.
     """
 
     rates: Floats
@@ -101,26 +101,26 @@ class SkewPlanes:
 
 
 def eigenblades(matrix: ArrayLike, tolerance: float = EQUAL) -> Eigenblades:
-    """Return the eigenblades of linear functions, one for each real eigenvalue, or pair of complex ones, that differs.
+    """Compute eigenblades of linear functions, one for each distinct real eigenvalue or pair of complex ones.
 
-    All other eigenblades are outer products of these and, where eigenvalues are equal, of parts of them.
+    All other eigenblades are outer products of these and, if eigenvalues are equal, of parts of them.
 
     Parameters
     ----------
     matrix : array_like, (..., n, n)
     tolerance : float
-        Eigenvalues closer than this, of the norm of the function, form one blade. Those of a function with k times the
-        same eigenvalue and one eigenvector are uncertain by 1e-16 to the power 1/k.
+        Eigenvalues closer than this, relative to the norm of the function, form one blade. A k-fold eigenvalue with one
+        eigenvector is uncertain by 1e-16 to the power 1/k.
 
     Raises
     ------
     TypeError, ValueError
-        If this is no batch of finite square matrices.
+        If `matrix` is not a batch of finite square matrices.
 
     Notes
     -----
-    Where eigenvalues differ, from eigenvectors; otherwise from ordered Schur forms, one function after the other.
-    ``f(A) - value A`` is at most 1e-14 of ``|f|**grade`` where eigenvalues are 0.01 or more apart.
+    If eigenvalues differ, the blades come from eigenvectors; otherwise from ordered Schur forms of one function after
+    the other. ``f(A) - value A`` is at most 1e-14 of ``|f|**grade`` if eigenvalues are at least 0.01 apart.
     """
     array = finite_matrices(matrix, square=True)
     shape, n = array.shape[:-2], array.shape[-1]
@@ -143,7 +143,7 @@ def eigenblades(matrix: ArrayLike, tolerance: float = EQUAL) -> Eigenblades:
 
 
 def polar(matrix: ArrayLike) -> Polar:
-    """Linear functions as a stretch followed by a rotation, by singular values.
+    """Compute the polar decomposition of linear functions, a stretch followed by a rotation, by singular values.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def polar(matrix: ArrayLike) -> Polar:
     Raises
     ------
     TypeError, ValueError
-        If this is no batch of finite square matrices.
+        If `matrix` is not a batch of finite square matrices.
     """
     array = finite_matrices(matrix, square=True)
     left, stretches, right = np.linalg.svd(array)
@@ -163,19 +163,19 @@ def polar(matrix: ArrayLike) -> Polar:
 
 
 def symmetric_spectrum(matrix: ArrayLike, tolerance: float = EQUAL) -> Eigenblades:
-    """Symmetric functions by orthogonal eigenblades: ``f(x) = sum eigenvalue_k P_k(x)``, with projections on them.
+    """Compute orthogonal eigenblades of symmetric functions: ``f(x) = sum eigenvalue_k P_k(x)``, with projections P_k.
 
     Parameters
     ----------
     matrix : array_like, (..., n, n)
-        Symmetric within 1e-12 of its norm.
+        Symmetric to 1e-12 of its norm.
     tolerance : float
-        Eigenvalues closer than this, of the norm of the function, form one blade.
+        Eigenvalues closer than this, relative to the norm of the function, form one blade.
 
     Raises
     ------
     TypeError, ValueError
-        If this is no batch of finite symmetric matrices.
+        If `matrix` is not a batch of finite symmetric matrices.
     """
     array = _with_symmetry(matrix, 1.0, "symmetric")
     n = array.shape[-1]
@@ -188,23 +188,23 @@ def symmetric_spectrum(matrix: ArrayLike, tolerance: float = EQUAL) -> Eigenblad
 
 
 def skew_planes(matrix: ArrayLike, tolerance: float = EQUAL) -> SkewPlanes:
-    """Skew functions by orthogonal planes: the canonical form ``f(x) = x . B`` of their bivector.
+    """Compute orthogonal planes of skew functions: the canonical form ``f(x) = x . B`` of their bivector.
 
     Parameters
     ----------
     matrix : array_like, (..., n, n)
-        Skew within 1e-12 of its norm, n from 2.
+        Skew to 1e-12 of its norm, with n at least 2.
     tolerance : float
-        Rates that differ by less than this, of the norm, count as equal; planes are orthonormal in every case.
+        Rates that differ by less than this, relative to the norm, count as equal; planes are orthonormal in any case.
 
     Raises
     ------
     TypeError, ValueError
-        If this is no batch of finite skew matrices.
+        If `matrix` is not a batch of finite skew matrices.
 
     Notes
     -----
-    Rates below 1e-14 of the norm, for each vector, are 0. The bivector of the function has the coefficient
+    Rates below 1e-14 of the norm, times the number of vectors, are 0. The bivector of the function has the coefficient
     ``matrix[j, i]`` at ``e_i ^ e_j``.
     """
     array = _with_symmetry(matrix, -1.0, "skew")
@@ -219,7 +219,7 @@ def skew_planes(matrix: ArrayLike, tolerance: float = EQUAL) -> SkewPlanes:
     rates = np.where(rates > n * _SINGULAR * norm[:, None], rates, 0.0)
     rows = np.stack([columns.real, columns.imag], 2).reshape(len(each), 2 * half, n)
     rows *= np.repeat(rates > 0, 2, axis=-1)[..., None] * np.sqrt(2.0)
-    # of rows that are zero, the factorisation makes what completes the others
+    # for zero rows, the factorisation completes the basis
     q, r = np.linalg.qr(np.swapaxes(rows, -1, -2), mode="complete")
     sign = np.where(np.diagonal(r, axis1=-2, axis2=-1) < 0, -1.0, 1.0)
     basis = np.swapaxes(q, -1, -2)
@@ -245,7 +245,7 @@ def _with_symmetry(matrix: ArrayLike, sign: float, word: str) -> Floats:
 
 
 def _of_eigenvectors(values: NDArray[Any], vectors: NDArray[Any]) -> tuple[Floats, NDArray[np.int64]]:
-    """Rows and groups, where eigenvalues differ; complex ones stand in pairs."""
+    """Return rows and groups for distinct eigenvalues, with complex ones in adjacent pairs."""
     count, n = values.shape
     is_second = np.zeros((count, n), np.bool_)
     for k in range(1, n):
@@ -261,9 +261,9 @@ def _of_eigenvectors(values: NDArray[Any], vectors: NDArray[Any]) -> tuple[Float
 
 
 def _of_schur(matrix: Floats, values: NDArray[Any], near: float) -> tuple[Floats, NDArray[np.int64], NDArray[Any], int]:
-    """Rows, groups, eigenvalues and status of one function, with a subspace for each cluster of eigenvalues."""
+    """Return rows, groups, eigenvalues and status of one function, with a subspace for each cluster of eigenvalues."""
     n = len(matrix)
-    # in the upper half plane, so that pairs are one
+    # map to the upper half plane, so that conjugate pairs coincide
     places = values.real + 1j * np.abs(values.imag)
     cluster = np.arange(n)
     for i in range(n):
@@ -281,7 +281,7 @@ def _of_schur(matrix: Floats, values: NDArray[Any], near: float) -> tuple[Floats
         triangle, basis, count = schur(matrix, output="real", sort=chosen)
         inner = triangle[:count, :count]
         centre = members.mean()
-        # a pair nearer to each other than this is one with itself, and with real ones beside it
+        # a pair closer to each other than this merges with itself, and with nearby real eigenvalues
         is_pair = members.imag.min() > near / 2
         if count > (2 if is_pair else 1):
             rest = inner - centre.real * np.eye(count)

@@ -1,8 +1,8 @@
-"""Maxwell's equations stepped in time on Yee's grid, in a periodic or a perfectly conducting box, by kernels.
+"""Time steps of Maxwell's equations on Yee's grid, in a periodic or a perfectly conducting box, by kernels.
 
-Vectors live on edges and bivectors on faces, so the grid of Yee (1966) is that of ``E + I B`` itself: the component of
-``E`` along an axis stands in the middle of the edge along it, that of ``I B`` in the middle of the face in its plane. A
-step is ``I B -= dt D ^ E`` and ``E -= dt (D . (I B) + J)`` with differences for ``D``.
+Vectors belong to edges and bivectors to faces, so Yee's grid (1966) is the natural grid of ``E + I B``: a component of
+``E`` is located at the midpoint of an edge along its axis, a component of ``I B`` at the centre of a face in its plane.
+A step is ``I B -= dt D ^ E`` and ``E -= dt (D . (I B) + J)`` with differences for ``D``.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ..arguments import finite_number, real_array
 Floats = NDArray[np.float64]
 WALLS = ("periodic", "conducting")
 _ROUNDING = 1e-12
-"""A step may exceed the limit of Courant by this much of it: what dividing lengths by numbers of cells leaves."""
+"""Relative tolerance of the Courant limit, for rounding in divisions of lengths by numbers of cells."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,12 +31,12 @@ class Fields:
     Attributes
     ----------
     electric : array, (..., nx, ny, nz, 3)
-        At `time`; component k of cell (i, j, l) stands half a cell along axis k from the cell's lowest corner.
+        Field at `time`; component k of cell (i, j, l) is half a cell along axis k from the cell's lowest corner.
     magnetic : array, (..., nx, ny, nz, 3)
-        The magnetic vector half a step before `time`; component k stands half a cell along the two other axes.
+        Magnetic vector half a step before `time`; component k is half a cell along the two other axes.
     time : float
     step : int
-        Steps taken since the start.
+        Number of steps since the start.
     """
 
     electric: Floats
@@ -46,28 +46,28 @@ class Fields:
 
 
 Callback = Callable[[Fields], bool | None]
-"""Gets the fields as they stand; true ends the run."""
+"""Function of the current fields; a true result ends the run."""
 
 
 @dataclass(frozen=True, slots=True)
 class YeeBox:
-    """A box of cells in which electromagnetic fields are stepped; the speed of light is 1.
+    """A box of cells in which electromagnetic fields are advanced in time; the speed of light is 1.
 
     Parameters
     ----------
     shape : (int, int, int)
-        Cells along the axes; 1 makes a periodic field constant along an axis.
+        Number of cells along each axis; with 1, a periodic field is constant along the axis.
     size : (float, float, float)
-        The lengths of the box.
+        Lengths of the box.
     time_step : float
-        Below `courant_limit`, where steps become unstable.
+        A time step below `courant_limit`, at which steps become unstable.
     walls : "periodic" or "conducting"
-        What the box ends with: itself, or a perfect conductor (no electric field along walls, no magnetic one across).
+        Boundary conditions. At a perfect conductor, tangential electric and normal magnetic fields vanish.
 
     Raises
     ------
     TypeError, ValueError
-        If these are not positive numbers, walls are unknown, or the step is not below Courant's limit.
+        If these are not positive numbers, if walls are unknown, or if the step is not below the Courant limit.
     """
 
     shape: tuple[int, int, int]
@@ -95,7 +95,7 @@ class YeeBox:
 
     @property
     def spacing(self) -> tuple[float, float, float]:
-        """The lengths of a cell."""
+        """The lengths of the edges of a cell."""
         x, y, z = (length / n for length, n in zip(self.size, self.shape, strict=True))
         return x, y, z
 
@@ -103,24 +103,24 @@ class YeeBox:
     def courant_limit(self) -> float:
         """The time step at which the fastest oscillation of the grid becomes unstable: ``1 / sqrt(sum 1/d**2)``.
 
-        Axes of one periodic cell, along which nothing changes, do not count.
+        Axes with one periodic cell, along which fields are constant, are ignored.
         """
         counted = [d for d, n in zip(self.spacing, self.shape, strict=True) if n > 1 or self.walls == "conducting"]
         return float(np.sum(np.square(np.reciprocal(counted))) ** -0.5) if counted else np.inf
 
     def edge_points(self) -> Floats:
-        """Where the components of the electric field stand, ``(nx, ny, nz, 3 components, 3)``."""
+        """Return the positions of the components of the electric field, ``(nx, ny, nz, 3 components, 3)``."""
         return self._corners()[..., None, :] + np.eye(3) / 2 * self.spacing
 
     def face_points(self) -> Floats:
-        """Where the components of the magnetic field stand, ``(nx, ny, nz, 3 components, 3)``."""
+        """Return the positions of the components of the magnetic field, ``(nx, ny, nz, 3 components, 3)``."""
         return self._corners()[..., None, :] + (1 - np.eye(3)) / 2 * self.spacing
 
     def dispersion(self, wave_vector: ArrayLike) -> Floats:
-        """Return the angular frequency that a plane wave has on the grid, ``(...)`` of wave vectors ``(..., 3)``.
+        """Return the angular frequencies ``(...)`` of plane waves on the grid for wave vectors ``(..., 3)``.
 
         ``sin(w dt/2)/dt = sqrt(sum sin(k d/2)**2 / d**2)`` (Taflove & Hagness, *Computational Electrodynamics*, ch. 4);
-        the error against ``w = |k|`` is of second order in the spacing.
+        the error with respect to ``w = |k|`` is of second order in the spacing.
         """
         k, d = real_array(wave_vector, "wave_vector", (3,), "wave vectors"), np.array(self.spacing)
         size = np.linalg.norm(np.sin(k * d / 2) / d, axis=-1)
@@ -134,28 +134,28 @@ class YeeBox:
         callback: Callback | None = None,
         every: int = 100,
     ) -> Fields:
-        """Return the fields after some steps.
+        """Return the fields after some time steps.
 
         Parameters
         ----------
         fields : Fields
-            Leading axes are a batch of boxes. In a conducting box what stands on the walls and must vanish is set to 0.
+            Leading axes are a batch of boxes. In a conducting box, components that must vanish on walls are set to 0.
         steps : int
         current : callable, optional
-            The current density at a time, ``(..., nx, ny, nz, 3)``, at `edge_points`.
+            Function from a time to the current density ``(..., nx, ny, nz, 3)`` at `edge_points`.
         callback : callable, optional
-            Called every so many steps, and after the last, with the fields so far; where it returns true, the run ends.
+            Called with the current fields after each `every` steps and after the last; a true result ends the run.
         every : int, optional
-            How many steps are between two calls.
+            Number of steps between two calls.
 
         Raises
         ------
         TypeError, ValueError
-            If shapes do not fit or numbers are not finite.
+            If shapes are inconsistent, or if numbers are not finite.
 
         Notes
         -----
-        Without currents `energy` stays the same but for rounding: 1e-15 of it over 10 000 steps of 16 x 16 x 16 cells.
+        Without currents, `energy` is conserved up to rounding: 1e-15 of it over 10 000 steps of 16 x 16 x 16 cells.
         """
         for name, number in (("steps", steps), ("every", every)):
             if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or number < (name == "every"):
@@ -174,12 +174,12 @@ class YeeBox:
         return grid.fields(fields.time + steps * self.time_step, fields.step + steps)
 
     def energy(self, fields: Fields) -> Floats:
-        """Return the energy that steps conserve, ``(...)``: ``(E(t)**2 + B(t - dt/2) . B(t + dt/2)) / 2``, over the box.
+        """Return the conserved energy in the box, ``(...)``: ``(E(t)**2 + B(t - dt/2) . B(t + dt/2)) / 2``.
 
         With C for the discrete ``D ^``, whose transpose is the discrete ``- D .`` in both kinds of boxes, a step is
-        ``b' = b - dt C e`` and ``e' = e + dt C^T b'``. Then ``e'^2 - e^2 = (e' + e) . dt C^T b'``, and, as the next
-        magnetic field is ``b'' = b' - dt C e'``, ``b' . b'' - b . b' = b' . (b'' - b) = -dt b' . C (e' + e)``: the
-        two cancel. It is positive below the limit of Courant, where ``dt |C| < 2``.
+        ``b' = b - dt C e`` and ``e' = e + dt C^T b'``. Then ``e'^2 - e^2 = (e' + e) . dt C^T b'``. The next magnetic
+        field is ``b'' = b' - dt C e'``, so ``b' . b'' - b . b' = b' . (b'' - b) = -dt b' . C (e' + e)``, and the two
+        changes cancel. The energy is positive below the Courant limit, where ``dt |C| < 2``.
         """
         grid = _Grid(self, fields)
         electric, before = grid.electric(), grid.magnetic()
@@ -188,8 +188,10 @@ class YeeBox:
         return np.asarray(total / 2 * np.prod(self.spacing))
 
     def divergence(self, fields: Fields) -> Floats:
-        """Return the charge density ``D . E`` at the lowest corners of cells, ``(..., nx, ny, nz)``; steps without currents
-        leave it as it is, but for rounding. Corners on the walls of a conducting box are 0."""
+        """Return the charge density ``D . E`` at the lowest corners of cells, ``(..., nx, ny, nz)``.
+
+        Steps without currents conserve it up to rounding. It is 0 at corners on the walls of a conducting box.
+        """
         electric = _Grid(self, fields).electric()
         total = np.zeros(electric.shape[:-1])
         for axis, d in enumerate(self.spacing):
@@ -200,9 +202,9 @@ class YeeBox:
         return total
 
     def at_centres(self, fields: Fields) -> Floats:
-        """Return the fields ``E + I B`` in the middle of cells, at one time: ``(..., nx, ny, nz, 6)``, bivectors of `sta`.
+        """Return the fields ``E + I B`` at the centres of cells, at one time: ``(..., nx, ny, nz, 6)``, as in `sta`.
 
-        Means of four edges, and of two faces before and after; the error is of second order.
+        They are means over four edges, and over two faces before and after; the error is of second order.
         """
         grid = _Grid(self, fields)
         before = grid.magnetic()
@@ -216,7 +218,7 @@ class YeeBox:
         return np.asarray(sta.field_from_electric_magnetic(electric, magnetic))
 
     def _next(self, values: Floats, axis: int) -> Floats:
-        """Values of the next cells along an axis; 0 beyond a wall, where all that is averaged vanishes."""
+        """Return values of the next cells along an axis; 0 beyond a wall, where all averaged components vanish."""
         moved = np.roll(values, -1, axis - 4)
         if self.walls == "conducting":
             np.moveaxis(moved, axis - 4, 0)[-1] = 0.0
@@ -228,11 +230,11 @@ class YeeBox:
 
 
 class _Grid:
-    """Both fields in one array each, with a plane more along each axis, components apart.
+    """Both fields as one array each, with an additional plane along each axis and the components first.
 
-    Electric cells are 0 to n - 1 and their plane n is what comes after; magnetic ones are 1 to n and plane 0 is what
-    comes before. Neighbours are then a fixed distance away in memory, and a step is one call over all cells, those of
-    the planes more included: these are filled again after it.
+    Electric cells are 0 to n - 1, and plane n holds the values after them; magnetic cells are 1 to n, and plane 0 holds
+    the values before them. Neighbours are then at constant distances in memory, and a step is a single call over all
+    cells, including the additional planes, which are filled again after it.
     """
 
     def __init__(self, box: YeeBox, fields: Fields) -> None:
@@ -261,17 +263,17 @@ class _Grid:
         self._magnetic = (b[last:], e[:length], *(e[s : s + length] for s in strides), ratio)
 
     def step_magnetic(self) -> None:
-        """Return the magnetic field one step on."""
+        """Advance the magnetic field by one step."""
         spacetime.magnetic_step(*self._magnetic, out=self._magnetic[0])
         self._fill_magnetic()
 
     def step_electric(self) -> None:
-        """Return the electric field one step on, without currents."""
+        """Advance the electric field by one step, without currents."""
         spacetime.electric_step(*self._electric, out=self._electric[0])
         self._fill_electric()
 
     def add_current(self, current: Floats) -> None:
-        """What a current takes from the electric field in a step."""
+        """Subtract the contribution of a current in one step from the electric field."""
         self._cells_e[...] -= self._box.time_step * current
         self._fill_electric()
 
@@ -284,7 +286,7 @@ class _Grid:
         return np.array(self._cells_b[..., ::-1] * (1.0, -1.0, 1.0), order="C")
 
     def fields(self, time: float, step: int) -> Fields:
-        """Return the fields as they stand."""
+        """Return the current fields."""
         return Fields(self.electric(), self.magnetic(), time, step)
 
     def _fill_electric(self) -> None:
