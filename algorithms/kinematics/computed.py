@@ -1,7 +1,7 @@
-"""The loop kernels of `generated.robots` with the tables of one robot, each bound when it is first called.
+"""The loop kernels of `generated.robots` with the tables of one robot, each bound on first use.
 
-`Attempts` keeps the shortest way to a bound kernel: what the extension of the runtime does at once. Methods try it
-before they look at their arguments.
+`Attempts` holds the fast paths of bound kernels, which the extension of the runtime executes directly. Methods try them
+before they validate their arguments.
 """
 
 from __future__ import annotations
@@ -31,21 +31,21 @@ from .tables import (
 )
 
 Method = Any
-"""A kernel of which the tables are given (`LoopKernel.bind`): a function of the variables, their rates and forces."""
+"""A kernel with bound tables (`LoopKernel.bind`): a function of the variables, their rates and forces."""
 
 _FLOAT64 = np.dtype(np.float64)
 _JOINTS = ("variables", "ratios", "offsets", "places", "screws", "turns")
 
 
 def _nothing(*_values: Any) -> None:
-    """The result of a kernel that is not bound yet."""
+    """Return None, in place of a kernel that is not bound yet."""
 
 
 @dataclass(slots=True, eq=False)
 class Attempts:
-    """For each kernel a call that returns None where the extension cannot do it at once, for whatever reason.
+    """For each kernel a fast call, which returns None if the extension cannot execute it directly.
 
-    Looking up a slot takes a few nanoseconds; a `cached_property` takes ten times as long.
+    Looking up a slot takes a few nanoseconds, a `cached_property` ten times as long.
     """
 
     centre_of_mass: Method = _nothing
@@ -64,7 +64,7 @@ class Attempts:
 
 
 class _BoundOnce(cached_property[Any]):
-    """A kernel that is bound when it is first wanted, and tried first from then on."""
+    """A kernel that is bound on first use and registered in `Attempts`."""
 
     def __get__(self, computed: Any, owner: type | None = None) -> Any:
         found = super().__get__(computed, owner)
@@ -75,7 +75,7 @@ class _BoundOnce(cached_property[Any]):
 
 @dataclass(frozen=True, slots=True)
 class _Composed:
-    """A function of several kernels, called as one of them is."""
+    """A function of several kernels, with the interface of a kernel."""
 
     run: Callable[..., Any]
     n: int
@@ -85,7 +85,7 @@ class _Composed:
         return self.run(*rows)
 
     def attempt(self, *rows: Any) -> Any:
-        """The result for one configuration in doubles, else None."""
+        """Return the result for a single configuration in double precision, otherwise None."""
         for row in rows:
             if type(row) is not np.ndarray or row.dtype is not _FLOAT64 or row.shape != (self.n,):
                 return None
@@ -97,20 +97,20 @@ def _named(joints: Joints) -> dict[str, Any]:
 
 
 class Computed:
-    """The kernels for one robot, as functions of q, followed by qd, qdd or tau.
+    """The kernels for one robot, as functions of `q`, followed by `qd`, `qdd` or `tau`.
 
     Parameters
     ----------
     model : Constants
     folded : collection of str
-        The kernels that the robot's own module has, which are called instead.
+        The kernels of the robot's own module, which are called instead.
 
     Attributes
     ----------
     attempts : Attempts
-        Quick calls of the other kernels, once they are bound.
+        Fast calls of the other kernels, once they are bound.
     tried : set of str
-        The names of these.
+        The names of these other kernels.
     """
 
     def __init__(self, model: Constants, folded: Collection[str] = ()) -> None:
@@ -121,7 +121,7 @@ class Computed:
 
     @property
     def _lengths(self) -> dict[str, int]:
-        """What calls must give: as many numbers as there are variables."""
+        """The expected length of the arguments: the number of variables."""
         return {"m": self._model.n_joints}
 
     @cached_property
@@ -134,8 +134,8 @@ class Computed:
 
     @cached_property
     def _heavy(self) -> dict[str, Any]:
-        """The joints with inertias, the base moved to the first joint: forces do not depend on where it is."""
-        joints = self._joints.beside
+        """The joints with inertias. The base is moved to the first joint, which does not change the forces."""
+        joints = self._joints.relative_to_first
         return {"parents": joints.parents, **_named(joints), "inertias": self.inertias}
 
     @cached_property
@@ -154,7 +154,7 @@ class Computed:
     # Kinematics.
 
     def _along(self, joint: int, tool: Floats) -> tuple[Method, Method]:
-        """Pose and Jacobian of what a joint carries, where `tool` is its motor at home."""
+        """Return the kernels of pose and Jacobian of a frame that a joint carries; `tool` is its motor at home."""
         key = joint, tool.tobytes()
         if key not in self._paths:
             joints = self._joints.along(path_to(self._model, joint))
@@ -162,16 +162,18 @@ class Computed:
             tip = pga3.motor_to_rotor_translation(inside)[1]
             self._paths[key] = (
                 robots.forward.bind(self._lengths, **_named(joints), tool=inside),
-                robots.jacobian.bind(self._lengths, **_named(joints.beside), tip=tip).returning("out", transposed=True),
+                robots.jacobian.bind(self._lengths, **_named(joints.relative_to_first), tip=tip).returning(
+                    "out", transposed=True
+                ),
             )
         return self._paths[key]
 
     def forward_to(self, joint: int, tool: Floats) -> Method:
-        """The motor (..., 8) of what a joint carries."""
+        """Return the kernel of the motor (..., 8) of a frame that a joint carries."""
         return self._along(joint, tool)[0]
 
     def jacobian_of(self, joint: int, tool: Floats) -> Method:
-        """The Jacobian (..., 6, m) of what a joint carries."""
+        """Return the kernel of the Jacobian (..., 6, m) of a frame that a joint carries."""
         return self._along(joint, tool)[1]
 
     @_BoundOnce
@@ -186,8 +188,8 @@ class Computed:
 
     @_BoundOnce
     def jacobian_rate(self) -> Method:
-        """The rate of `jacobian`, of q and qd."""
-        own = _named(self._joints.along(self._model.path).beside)
+        """The time derivative of `jacobian`, from q and qd."""
+        own = _named(self._joints.along(self._model.path).relative_to_first)
         inside = carried_by(self._model, self._model.tip, self._model.tool)
         tip = pga3.motor_to_rotor_translation(inside)[1]
         return robots.jacobian_rate.bind(self._lengths, **own, tip=tip).returning("out", transposed=True)
@@ -207,24 +209,24 @@ class Computed:
 
     @cached_property
     def inertias(self) -> Floats:
-        """(N, 10), what `torque_regressor` is multiplied with."""
+        """Inertial parameters (N, 10), which `torque_regressor` multiplies."""
         return inertias_of(self._model)
 
     @_BoundOnce
     def inverse_dynamics(self) -> Method:
-        """Forces of the joints, of q, qd and qdd."""
+        """Joint forces, from q, qd and qdd."""
         armature = self._model.armature
         return robots.inverse_dynamics.bind(self._lengths, **self._heavy, armature=armature, gravity=self._gravity)
 
     @_BoundOnce
     def coriolis(self) -> Method:
-        """Forces without gravity and accelerations, of q and qd."""
+        """Joint forces without gravity and accelerations, from q and qd."""
         still = {"gravity": np.zeros(3), "qdd": np.zeros(self._model.n_joints)}
         return robots.inverse_dynamics.bind(self._lengths, **self._heavy, armature=self._model.armature, **still)
 
     @_BoundOnce
     def gravity(self) -> Method:
-        """Forces that hold the robot still, of q."""
+        """Joint forces that hold the robot at rest, from q."""
         return robots.gravity_forces.bind(self._lengths, **self._heavy, gravity=self._gravity)
 
     @_BoundOnce
@@ -246,7 +248,7 @@ class Computed:
 
     @_BoundOnce
     def inverse_mass_matrix(self) -> Method:
-        """The inverse of the mass matrix, (..., m, m), of q."""
+        """The inverse of the mass matrix, (..., m, m), from q."""
         if self._model.coupling.size:
             return _Composed(self._inverse_of_mass_matrix, self._model.n_joints)
         pushes = pushes_of(self._model)
@@ -255,29 +257,29 @@ class Computed:
 
     @_BoundOnce
     def coriolis_matrix(self) -> Method:
-        """The matrix of Christoffel's symbols, of q and qd, (..., m, m)."""
+        """The matrix of Christoffel symbols, (..., m, m), from q and qd."""
         return robots.coriolis_matrix.bind(self._lengths, **self._heavy, **self._pair_tables)
 
     @_BoundOnce
     def inverse_dynamics_derivatives(self) -> Method:
-        """Derivatives of the forces by q and by qd, of q, qd and qdd, (..., m, m) each."""
+        """Derivatives of the forces with respect to q and qd, (..., m, m) each, from q, qd and qdd."""
         return robots.inverse_dynamics_derivatives.bind(
             self._lengths, **self._heavy, gravity=self._gravity, **self._pair_tables
         )
 
     @_BoundOnce
     def forward_dynamics(self) -> Method:
-        """Accelerations, of q, qd and tau."""
+        """Accelerations, from q, qd and tau."""
         if self._model.coupling.size:
             return _Composed(self._accelerations_by_mass_matrix, self._model.n_joints)
         armature = self._model.armature
         return robots.forward_dynamics.bind(self._lengths, **self._heavy, armature=armature, gravity=self._gravity)
 
-    # Robots whose joints follow others, which accelerate together: bodies are not articulated there.
+    # Robots with mimic joints, whose joints accelerate together: the articulated-body algorithm does not apply.
 
     @cached_property
     def _held(self) -> Method:
-        """Forces that keep all rates as they are, of q and qd."""
+        """Joint forces for zero acceleration, from q and qd."""
         armature, still = self._model.armature, np.zeros(self._model.n_joints)
         return robots.inverse_dynamics.bind(
             self._lengths, **self._heavy, armature=armature, gravity=self._gravity, qdd=still
@@ -292,7 +294,7 @@ class Computed:
 
     @cached_property
     def _largest_inertias(self) -> Floats:
-        """(m,), for each variable about the most inertia that may be felt there, whatever the axes are."""
+        """For each of the m variables, an upper bound of its inertia, independent of the directions of the axes."""
         model, joints, origins = self._model, self._joints, origins_of(self._model)
         found = np.zeros(model.n_joints)
         for joint in range(len(model.kinds)):
@@ -302,34 +304,34 @@ class Computed:
                 away = origins[joint] - origins[carrier]
                 about = spread + 2 * abs(away @ h) + mass * (away @ away)
                 rotor = model.armature[joint] if joint == carrier else 0.0
-                felt = (about if joints.turns[carrier] else mass) + rotor
-                found[joints.variables[carrier]] += joints.ratios[carrier] ** 2 * felt
+                reflected = (about if joints.turns[carrier] else mass) + rotor
+                found[joints.variables[carrier]] += joints.ratios[carrier] ** 2 * reflected
         return found
 
     @_BoundOnce
     def torque_regressor(self) -> Method:
-        """The matrix of the forces by the inertias, of q, qd and qdd, (..., m, N, 10)."""
-        joints = self._joints.beside
+        """The matrix from inertial parameters to forces, (..., m, N, 10), from q, qd and qdd."""
+        joints = self._joints.relative_to_first
         tables = {"parents": joints.parents, **_named(joints)}
         pairs = {name: self._pair_tables[name] for name in ("lower", "upper", "upper_variables")}
         return robots.torque_regressor.bind(self._lengths, **tables, gravity=self._gravity, **pairs)
 
     @_BoundOnce
     def kinetic_energy(self) -> Method:
-        """The energy of motion, of q and qd."""
+        """The kinetic energy, from q and qd."""
         return robots.kinetic_energy.bind(self._lengths, **self._heavy, armature=self._model.armature)
 
     @_BoundOnce
     def potential_energy(self) -> Method:
-        """The energy of height, of q."""
+        """The potential energy, from q."""
         return robots.potential_energy.bind(self._lengths, **self._all, inertias=self.inertias, gravity=self._gravity)
 
     @_BoundOnce
     def centre_of_mass(self) -> Method:
-        """The centre of mass of what moves, of q."""
+        """The centre of mass of all moving links, from q."""
         return robots.centre_of_mass.bind(self._lengths, **self._all, inertias=self.inertias).returning("out_1")
 
     @_BoundOnce
     def centroidal_momentum_matrix(self) -> Method:
-        """Momenta about the centre of mass for unit rates, (..., 6, m)."""
+        """The matrix of momenta about the centre of mass at unit rates, (..., 6, m)."""
         return robots.centroidal_momentum_matrix.bind(self._lengths, **self._heavy).returning("out_0", transposed=True)

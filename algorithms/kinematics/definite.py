@@ -1,4 +1,4 @@
-"""Equations with mass matrices, which are positive definite unless something moves that has no inertia."""
+"""Linear systems with mass matrices, which are positive definite unless a joint moves no inertia."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from scipy.linalg.lapack import dpotrf, dpotrs
 from .constants import Floats
 
 _NO_INERTIA = 2.0**-44
-"""The part of an inertia's terms that may be left by rounding, as in the kernel `forward_dynamics`."""
+"""Relative rounding error of a sum of inertias, as in the kernel `forward_dynamics`. Smaller sums count as zero."""
 
 
 def solved(matrices: Floats, right: Floats, largest: Floats) -> Floats:
-    """``matrix⁻¹ right``; NaN for matrices that are not positive definite.
+    """Return ``matrix⁻¹ right``; NaN for matrices that are not positive definite.
 
     Parameters
     ----------
     matrices : array, (..., n, n)
     right : array, (..., n, k)
     largest : array, (n,)
-        The most inertia that each variable can feel: where no more than the rounding of this is left, nothing is felt.
+        The largest possible inertia at each variable. A pivot below its rounding error counts as zero.
 
     Returns
     -------
@@ -37,7 +37,7 @@ def solved(matrices: Floats, right: Floats, largest: Floats) -> Floats:
 
 
 def _solution(matrix: Floats, right: Floats, least: Floats) -> Floats:
-    """As `solved`, of one matrix, in a third of the time."""
+    """Return the same as `solved` for a single matrix, in a third of the time."""
     root, failed = dpotrf(matrix, lower=1)
     if failed or not (np.square(root.diagonal()) > least).all():
         return np.full(right.shape, np.nan)

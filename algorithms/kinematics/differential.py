@@ -1,4 +1,4 @@
-"""Small motions, velocities and accelerations: Jacobians of the end effector and of what is attached to it."""
+"""Differential kinematics: velocities, accelerations, and Jacobians of the end effector and elements fixed to it."""
 
 from __future__ import annotations
 
@@ -16,16 +16,18 @@ from .errors import DescriptionError
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Differential(Changes):
-    """A robot that can say how fast things move."""
+    """A robot with differential kinematics."""
 
     def integrate(self, q: ArrayLike, v: ArrayLike) -> Reals:
-        """Where rates `v`, kept for the unit of time, lead from `q`: ``q + v``, but for a base that floats.
+        """Return the configuration reached from `q` with constant rates `v` for unit time.
+
+        This is ``q + v``, except for a floating base.
 
         Parameters
         ----------
         q : array_like, (..., n)
         v : array_like, (..., n)
-            Rates times the step.
+            Rates multiplied by the time step.
 
         Returns
         -------
@@ -40,9 +42,9 @@ class Differential(Changes):
         return (start + step).reshape(*shape, self.n_joints)
 
     def difference(self, q0: ArrayLike, q1: ArrayLike) -> Reals:
-        """The rates that lead from `q0` to `q1` in the unit of time: ``q1 - q0``, but for a base that floats.
+        """Return the constant rates that lead from `q0` to `q1` in unit time.
 
-        Whole turns of a joint count.
+        This is ``q1 - q0``, except for a floating base. Full revolutions of a joint are not removed.
 
         Parameters
         ----------
@@ -61,24 +63,24 @@ class Differential(Changes):
         return (end - start).reshape(*shape, self.n_joints)
 
     def jacobian(self, q: ArrayLike, link: str | None = None) -> Reals:
-        """The geometric Jacobian of the end effector, or of another link, in the base frame.
+        """Return the geometric Jacobian of the end effector, or of another link, in the base frame.
 
         Parameters
         ----------
         q : array_like, (..., n)
-            Joint variables: radians, or metres where the joint slides. float32 gives float32.
+            Joint variables: radians, or metres for prismatic joints. float32 gives float32.
         link : str, optional
-            The name of a link of a URDF file, whose frame is meant instead of the end effector's.
+            The name of a link of a URDF file, to use its frame instead of the end effector's.
 
         Returns
         -------
         array, (..., 6, n)
-            ``J @ qd`` is the angular velocity x, y, z over the velocity of the end effector's origin.
+            ``J @ qd`` is the angular velocity x, y, z over the velocity of the frame's origin.
 
         Raises
         ------
         TypeError, ValueError
-            Where `q` is not an array of n real numbers in its last axis, or the link is not known.
+            If `q` is not an array of real numbers whose last axis has length n, or the link is unknown.
         """
         if link is not None:
             return self._jacobian_of_link(link, q)
@@ -100,7 +102,7 @@ class Differential(Changes):
         return np.zeros((*given.shape[:-1], 6, self.n_joints), given.dtype)
 
     def jacobian_rate(self, q: ArrayLike, qd: ArrayLike) -> Reals:
-        """The rate of change of `jacobian` while the joints move at speeds `qd`.
+        """Return the time derivative of `jacobian` for joint velocities `qd`.
 
         Parameters
         ----------
@@ -109,7 +111,7 @@ class Differential(Changes):
         Returns
         -------
         array, (..., 6, n)
-            ``J @ qdd + J_rate @ qd`` is the acceleration: angular over that of the end effector's origin.
+            ``J @ qdd + J_rate @ qd`` is the angular acceleration over that of the end effector's origin.
 
         Raises
         ------
@@ -126,7 +128,7 @@ class Differential(Changes):
         return self._run(self._computed.jacobian_rate, ("q", "qd"), q, qd)  # type: ignore[no-any-return]
 
     def velocity(self, q: ArrayLike, qd: ArrayLike) -> Reals:
-        """The spatial velocity of the end effector, (..., 6): angular over linear, base frame.
+        """Return the velocity of the end effector, (..., 6): angular over linear, base frame.
 
         Parameters
         ----------
@@ -142,7 +144,7 @@ class Differential(Changes):
         return found.reshape(*shape, 6)
 
     def acceleration(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Reals:
-        """The acceleration of the end effector, (..., 6): angular over that of its origin, base frame.
+        """Return the acceleration of the end effector, (..., 6): angular over that of its origin, base frame.
 
         Parameters
         ----------
@@ -159,16 +161,16 @@ class Differential(Changes):
         return found.reshape(*shape, 6)
 
     def manipulability(self, q: ArrayLike) -> Reals:
-        """Yoshikawa's measure (...), 0 where the end effector cannot move in some direction that it has elsewhere.
+        """Return Yoshikawa's manipulability measure (...), which is 0 at singular configurations.
 
-        The product of the singular values of the Jacobian: ``sqrt(det(J Jᵀ))`` for six variables and more,
-        ``sqrt(det(Jᵀ J))`` for fewer. Velocities that the arm has in no configuration do not count: for three joints in
-        a plane it is ``|det(J)|`` of x, y and the angle. Three variables or fewer that cannot give all the others
-        independently are measured by linear velocity alone: for two joints in a plane it is ``|det(J)|`` of x and y,
-        for three in space that of x, y and z.
+        The measure is the product of the singular values of the Jacobian: ``sqrt(det(J Jᵀ))`` for six or more
+        variables, ``sqrt(det(Jᵀ J))`` for fewer. Velocity components that are zero in every configuration are excluded:
+        for three joints in a plane the measure is ``|det(J)|`` of x, y and the angle. With at most three variables that
+        cannot generate all remaining components independently, only linear velocity is used: for two joints in a plane
+        the measure is ``|det(J)|`` of x and y, for three joints in space that of x, y and z.
 
-        Units of length matter: rows of angular and linear velocity are multiplied with each other. NaN where `q` has
-        a NaN.
+        The value depends on the unit of length, since rows of angular and linear velocity are multiplied. It is NaN if
+        `q` contains a NaN.
 
         Parameters
         ----------
@@ -191,11 +193,11 @@ class Differential(Changes):
         return measure[()]
 
     def _anywhere(self) -> Reals:
-        """A few configurations without anything particular."""
+        """Return four generic configurations."""
         return np.random.default_rng(0).uniform(-2, 2, (4, self.n_positions))
 
     def twists_of_joints(self, q: ArrayLike) -> Reals:
-        """The twist of every joint at unit speed, as lines in the base frame: the spatial Jacobian.
+        """Return the twist of every joint at unit rate, as lines in the base frame: the spatial Jacobian.
 
         Parameters
         ----------
@@ -204,8 +206,9 @@ class Differential(Changes):
         Returns
         -------
         array, (..., N, 6)
-            One for each of the N joints: e12, e13, e23, e01, e02, e03. A turn's is the unit line of its axis, a slide's
-            lies at infinity. Joints that are not on the way to the end effector have theirs, too.
+            One for each of the N joints: e12, e13, e23, e01, e02, e03. The twist of a revolute joint is the unit line
+            of its axis, that of a prismatic joint a line at infinity. Joints that do not move the end effector are
+            included.
 
         Raises
         ------
@@ -215,7 +218,7 @@ class Differential(Changes):
         return self._run(self._computed.twists_of_joints, ("q",), q)  # type: ignore[no-any-return]
 
     def jacobian_of_point(self, q: ArrayLike, p: ArrayLike) -> Reals:
-        """How a point that the end effector holds moves: derivatives by the variables.
+        """Return the Jacobian of a point fixed to the end effector.
 
         Parameters
         ----------
@@ -235,7 +238,7 @@ class Differential(Changes):
         return self._jacobian_of(q, real_array(p, "p", (3,), "x, y, z"), pga3.move_point, pga3.twist_on_point)
 
     def jacobian_of_line(self, q: ArrayLike, line: ArrayLike) -> Reals:
-        """How a line that the end effector holds moves.
+        """Return the Jacobian of a line fixed to the end effector.
 
         Parameters
         ----------
@@ -256,7 +259,7 @@ class Differential(Changes):
         return self._jacobian_of(q, real_array(line, "line", (6,), "a line"), pga3.move_line, pga3.twist_on_line)
 
     def jacobian_of_plane(self, q: ArrayLike, plane: ArrayLike) -> Reals:
-        """How a plane that the end effector holds moves.
+        """Return the Jacobian of a plane fixed to the end effector.
 
         Parameters
         ----------
@@ -286,13 +289,13 @@ class Differential(Changes):
         return self._reduced(found)
 
     def _carrier(self, link: str) -> tuple[int, Reals]:
-        """The joint that carries a link, -1 for the base, and the link's motor at home."""
+        """Return the joint that carries a link, -1 for the base, and the link's motor at home."""
         if link not in self.links:
             raise DescriptionError(f"{self.name}: no link {link!r}; expected one of {', '.join(self.links) or 'none'}")
         return self.links[link]
 
 
 def _rank(rows: Reals) -> int:
-    """How many velocities independent of each other are among the columns of several Jacobians."""
+    """Return the rank of the columns of several Jacobians."""
     values = np.linalg.svd(np.concatenate(list(rows), axis=-1), compute_uv=False)
     return int((values > 1e-9 * values.max(initial=0.0)).sum())

@@ -1,4 +1,4 @@
-"""Dynamics of trees of joints, by the loop kernels of `generated.robots`."""
+"""Dynamics of kinematic trees, computed by the loop kernels of `generated.robots`."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from .differential import Differential
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Dynamics(Differential):
-    """A robot that has masses. Everything raises `MissingInertiaError` where they are not known."""
+    """A robot with inertial parameters. Methods raise `MissingInertiaError` if the parameters are unknown."""
 
     def inverse_dynamics(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Reals:
-        """Forces and torques of the joints that give accelerations, gravity included.
+        """Return the joint forces and torques that produce given accelerations under gravity.
 
         Parameters
         ----------
         q, qd, qdd : array_like, (..., n)
-            Joint variables (rad, m), their rates, and the rates of these.
+            Joint variables (rad, m), velocities and accelerations.
 
         Returns
         -------
         array, (..., n)
-            N m, or N where the joint slides. No friction.
+            N m, or N for prismatic joints. Friction is not included.
 
         Raises
         ------
         MissingInertiaError
         TypeError, ValueError
-            Where an argument is not an array of n real numbers in its last axis.
+            If an argument is not an array of real numbers whose last axis has length n.
         """
         own = self._own.inverse_dynamics
         if own is not None:
@@ -49,7 +49,7 @@ class Dynamics(Differential):
         return self._run(self._computed.inverse_dynamics, ("q", "qd", "qdd"), q, qd, qdd)  # type: ignore[no-any-return]
 
     def gravity(self, q: ArrayLike) -> Reals:
-        """Forces and torques (..., n) that hold the robot still.
+        """Return the forces and torques (..., n) that hold the robot at rest.
 
         Parameters
         ----------
@@ -71,7 +71,7 @@ class Dynamics(Differential):
         return self._run(self._computed.gravity, ("q",), q)  # type: ignore[no-any-return]
 
     def coriolis(self, q: ArrayLike, qd: ArrayLike) -> Reals:
-        """Forces and torques (..., n) of centrifugal and Coriolis accelerations: ``coriolis_matrix(q, qd) @ qd``.
+        """Return the centrifugal and Coriolis forces and torques (..., n): ``coriolis_matrix(q, qd) @ qd``.
 
         Parameters
         ----------
@@ -93,9 +93,10 @@ class Dynamics(Differential):
         return self._run(self._computed.coriolis, ("q", "qd"), q, qd)  # type: ignore[no-any-return]
 
     def coriolis_matrix(self, q: ArrayLike, qd: ArrayLike) -> Reals:
-        """The matrix C of Christoffel's symbols, for which the rate of the mass matrix less 2 C is skew.
+        """Return the Coriolis matrix C of Christoffel symbols.
 
-        ``coriolis`` is quadratic in the speeds, and C is half its derivative by them.
+        The time derivative of the mass matrix minus 2 C is skew-symmetric. ``coriolis`` is quadratic in the velocities,
+        and C is half its derivative with respect to them.
 
         Parameters
         ----------
@@ -117,7 +118,9 @@ class Dynamics(Differential):
         return self._run(self._computed.coriolis_matrix, ("q", "qd"), q, qd)  # type: ignore[no-any-return]
 
     def mass_matrix(self, q: ArrayLike) -> Reals:
-        """The symmetric positive definite matrix (..., n, n) of the kinetic energy ``qdᵀ H qd / 2``.
+        """Return the mass matrix H (..., n, n), which is symmetric and positive definite.
+
+        The kinetic energy is ``qdᵀ H qd / 2``.
 
         Parameters
         ----------
@@ -142,10 +145,10 @@ class Dynamics(Differential):
         return self._run(self._computed.mass_matrix, ("q",), q)  # type: ignore[no-any-return]
 
     def inverse_mass_matrix(self, q: ArrayLike) -> Reals:
-        """The inverse (..., n, n) of `mass_matrix`: the accelerations under a unit force of each joint.
+        """Return the inverse (..., n, n) of `mass_matrix`: the accelerations under a unit force at each joint.
 
-        By articulated bodies; where joints follow others, from the mass matrix. NaN for all joints of a tree in which
-        something moves that has no inertia.
+        Computed by the articulated-body algorithm, or from the mass matrix if joints follow others (mimic). The entries
+        of all joints of a tree are NaN if some of its joints move no inertia.
 
         Parameters
         ----------
@@ -160,11 +163,11 @@ class Dynamics(Differential):
         return self._run(self._computed.inverse_mass_matrix, ("q",), q)  # type: ignore[no-any-return]
 
     def forward_dynamics(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike) -> Reals:
-        """Accelerations (..., n) under forces and torques of the joints.
+        """Return the accelerations (..., n) under given joint forces and torques.
 
-        By articulated bodies (Featherstone 1983), in a time proportional to the number of joints; where joints follow
-        others, from the mass matrix. Where that is singular, because a joint moves nothing that has inertia, all
-        accelerations of its tree are NaN.
+        Computed by the articulated-body algorithm (Featherstone 1983), in time proportional to the number of joints, or
+        from the mass matrix if joints follow others (mimic). If the mass matrix is singular because a joint moves no
+        inertia, all accelerations of its tree are NaN.
 
         Parameters
         ----------
@@ -186,7 +189,9 @@ class Dynamics(Differential):
         return self._run(self._computed.forward_dynamics, ("q", "qd", "tau"), q, qd, tau)  # type: ignore[no-any-return]
 
     def inverse_dynamics_derivatives(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> tuple[Reals, Reals]:
-        """Derivatives of `inverse_dynamics` by the variables and by their rates; those by `qdd` are the mass matrix.
+        """Return the derivatives of `inverse_dynamics` with respect to `q` and `qd`.
+
+        The derivative with respect to `qdd` is the mass matrix.
 
         Parameters
         ----------
@@ -195,7 +200,7 @@ class Dynamics(Differential):
         Returns
         -------
         by_q, by_qd : array, (..., n, n)
-            Rows are forces, columns what they are differentiated by.
+            Rows correspond to forces, columns to the variables of differentiation.
 
         Raises
         ------
@@ -210,7 +215,7 @@ class Dynamics(Differential):
         return by_q, by_qd
 
     def forward_dynamics_derivatives(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike) -> tuple[Reals, Reals, Reals]:
-        """Derivatives of `forward_dynamics` by the variables, their rates, and the forces.
+        """Return the derivatives of `forward_dynamics` with respect to `q`, `qd` and `tau`.
 
         Parameters
         ----------
@@ -219,7 +224,7 @@ class Dynamics(Differential):
         Returns
         -------
         by_q, by_qd, by_tau : array, (..., n, n)
-            Rows are accelerations; the last is the inverse of the mass matrix.
+            Rows correspond to accelerations. `by_tau` is the inverse of the mass matrix.
 
         Raises
         ------
@@ -230,23 +235,23 @@ class Dynamics(Differential):
         inverse = self.inverse_mass_matrix(q)
         less = -inverse
         if by_q.ndim == inverse.ndim == 2:
-            # `matmul` takes twice as long for small matrices: it looks for further axes.
+            # `matmul` takes twice as long for small matrices because it checks for further axes.
             return np.dot(less, by_q), np.dot(less, by_qd), inverse
         by_tau = inverse if inverse.shape == by_q.shape else np.broadcast_to(inverse, by_q.shape).copy()
         return less @ by_q, less @ by_qd, by_tau
 
     def inverse_dynamics_slopes(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> tuple[Reals, Reals]:
-        """The former name of `inverse_dynamics_derivatives`, with a DeprecationWarning."""
-        _warn_of_name("inverse_dynamics")
+        """Return `inverse_dynamics_derivatives` under its deprecated name, with a DeprecationWarning."""
+        _warn_of_deprecated_name("inverse_dynamics")
         return self.inverse_dynamics_derivatives(q, qd, qdd)
 
     def forward_dynamics_slopes(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike) -> tuple[Reals, Reals, Reals]:
-        """The former name of `forward_dynamics_derivatives`, with a DeprecationWarning."""
-        _warn_of_name("forward_dynamics")
+        """Return `forward_dynamics_derivatives` under its deprecated name, with a DeprecationWarning."""
+        _warn_of_deprecated_name("forward_dynamics")
         return self.forward_dynamics_derivatives(q, qd, tau)
 
     def torque_regressor(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Reals:
-        """The matrix that gives the forces of the joints from the inertias, for their identification.
+        """Return the matrix that maps inertial parameters to joint forces, for identification.
 
         Parameters
         ----------
@@ -255,8 +260,8 @@ class Dynamics(Differential):
         Returns
         -------
         array, (..., n, N, 10)
-            ``np.einsum("...ijk,jk->...i", regressor, robot.link_inertias)`` are the forces of `inverse_dynamics`
-            without those of armatures. It does not depend on the masses of the robot.
+            ``np.einsum("...ijk,jk->...i", regressor, robot.link_inertias)`` gives the forces of `inverse_dynamics`
+            without the contribution of the armatures. The regressor does not depend on the masses of the robot.
 
         Raises
         ------
@@ -267,11 +272,12 @@ class Dynamics(Differential):
 
     @property
     def link_inertias(self) -> Reals:
-        """(N, 10), the inertias of what the joints carry, as `torque_regressor` is multiplied with them.
+        """Inertial parameters (N, 10) of the links, as multiplied by `torque_regressor`.
 
-        Mass, mass times centre, and the tensor about the origin, xx, xy, xz, yy, yz, zz, where all variables are 0.
-        The frame is parallel to the base frame, and its origin is on the joint's axis: the point nearest to the origin
-        of the joint that carries it or, for a joint that the base carries, to the frame after joint `tip`.
+        Each row holds the mass, the mass times the centre of mass, and the inertia tensor about the origin (xx, xy, xz,
+        yy, yz, zz), at the zero configuration. The frame is parallel to the base frame. Its origin is the point of the
+        joint's axis that is nearest to the origin of the parent joint or, for a joint that the base carries, to the
+        frame after joint `tip`.
 
         Raises
         ------
@@ -281,7 +287,7 @@ class Dynamics(Differential):
         return self._computed.inertias
 
     def centre_of_mass(self, q: ArrayLike) -> Reals:
-        """The centre of mass (..., 3) of everything that moves, in the base frame, m; NaN where nothing has mass.
+        """Return the centre of mass (..., 3) of all moving links in the base frame, m. NaN if the total mass is zero.
 
         Parameters
         ----------
@@ -303,9 +309,10 @@ class Dynamics(Differential):
         return self._run(self._computed.centre_of_mass, ("q",), q)  # type: ignore[no-any-return]
 
     def centroidal_momentum_matrix(self, q: ArrayLike) -> Reals:
-        """The matrix (..., 6, n) that gives momenta about the centre of mass from rates: angular over linear.
+        """Return the centroidal momentum matrix (..., 6, n): angular over linear rows.
 
-        In the directions of the base frame, without the momenta of the motors' rotors; NaN where nothing has mass.
+        It maps joint velocities to the momentum about the centre of mass, expressed in the directions of the base
+        frame. Rotor momenta are not included. NaN if the total mass is zero.
 
         Parameters
         ----------
@@ -327,7 +334,7 @@ class Dynamics(Differential):
         return self._run(self._computed.centroidal_momentum_matrix, ("q",), q)  # type: ignore[no-any-return]
 
     def centroidal_momentum(self, q: ArrayLike, qd: ArrayLike) -> Reals:
-        """The momentum (..., 6) about the centre of mass: angular over linear.
+        """Return the momentum (..., 6) about the centre of mass: angular over linear.
 
         Parameters
         ----------
@@ -343,7 +350,7 @@ class Dynamics(Differential):
         return found.reshape(*shape, 6)
 
     def kinetic_energy(self, q: ArrayLike, qd: ArrayLike) -> Reals:
-        """``qdᵀ H qd / 2`` (...), J.
+        """Return the kinetic energy ``qdᵀ H qd / 2``, (...), J.
 
         Parameters
         ----------
@@ -365,7 +372,9 @@ class Dynamics(Differential):
         return self._run(self._computed.kinetic_energy, ("q", "qd"), q, qd)  # type: ignore[no-any-return]
 
     def potential_energy(self, q: ArrayLike) -> Reals:
-        """The energy (...) of height, J; zero where all centres of mass are level with the base's origin.
+        """Return the gravitational potential energy (...), J.
+
+        It is zero where all centres of mass are level with the origin of the base.
 
         Parameters
         ----------
@@ -387,8 +396,10 @@ class Dynamics(Differential):
         return self._run(self._computed.potential_energy, ("q",), q)  # type: ignore[no-any-return]
 
 
-def _warn_of_name(what: str) -> None:
-    """Warn the caller of a method that has another name now."""
+def _warn_of_deprecated_name(what: str) -> None:
+    """Warn the caller of a method that has been renamed."""
     warnings.warn(
-        f"{what}_slopes is now {what}_derivatives, and will be removed in version 0.2", DeprecationWarning, stacklevel=3
+        f"{what}_slopes is now {what}_derivatives; the old name will be removed in version 0.3",
+        DeprecationWarning,
+        stacklevel=3,
     )

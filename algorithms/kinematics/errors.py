@@ -1,33 +1,33 @@
-"""What can be wrong with the description of a robot, errors that are all `ValueError`, and what is doubtful."""
+"""Errors in the description of a robot, all subclasses of `ValueError`, and warnings."""
 
 
 class DescriptionError(ValueError):
-    """A description that no robot has."""
+    """A description that does not define a robot."""
 
 
 class MissingInertiaError(DescriptionError):
-    """Something that moves has no inertia, and dynamics is asked for."""
+    """Dynamics is requested for a robot with moving links whose inertia is unknown."""
 
 
 class CyclicTreeError(DescriptionError):
-    """Links that carry each other in a ring, or a link that two joints carry."""
+    """Links that form a loop, or a link that two joints carry."""
 
 
 class UnknownJointTypeError(DescriptionError):
-    """A joint of a type that is not known."""
+    """A joint of an unknown type."""
 
 
 class JointCountError(DescriptionError):
-    """As many numbers as another robot would need, or no joint at all."""
+    """A number of values that does not match the number of joints, or a robot without joints."""
 
 
 class NotFiniteError(DescriptionError):
-    """NaN, an infinite number, or what is no number, where one was expected."""
+    """A NaN, an infinite number or a non-numeric value where a finite number was expected."""
 
 
 class FloatingBaseError(DescriptionError):
-    """Something that is for robots with a fixed base, asked of one whose base floats."""
+    """A method that requires a fixed base, called for a robot whose base floats."""
 
 
 class InertiaWarning(UserWarning):
-    """Moments of inertia that no rigid body has."""
+    """An inertia tensor that is not physically consistent."""

@@ -1,13 +1,13 @@
-"""Robots whose base moves freely: where it is, is a motor; how it moves, a twist in its own frame.
+"""Robots with a floating base: its pose is a motor, its velocity a twist in its own frame.
 
-In the arrays of a `Model` six joints carry the base, three slides and three turns. At the origin, where all of them
-are 0, their rates are the base's velocities in its own frame, in another order. A robot somewhere else feels the same
-as one there, but for the direction of gravity. So everything is computed there, by the methods of any robot, and
-inertias are summed about the origin of the base: results do not depend on how far that is from the world's origin, and
-there is no attitude without description. Two things remain: accelerations of the six joints are not quite those of the
-base (`turning`), and gravity is an acceleration of the base upwards.
+In the arrays of a `Model` six joints carry the base: three prismatic and three revolute ones. At the origin, where all
+of them are 0, their rates are the base's velocities in its own frame, in another order. The dynamics of a robot
+elsewhere differ only in the direction of gravity. Therefore everything is computed with the base at the origin, by the
+methods for robots with a fixed base, and inertias are summed about the origin of the base. Results do not depend on the
+distance from the world's origin, and no attitude is singular. Two corrections are needed: the accelerations of the six
+joints differ from those of the base (`velocity_map_rate`), and gravity is an upward acceleration of the base.
 
-Forces of the base are a torque about its origin, and a force, in its frame. One class, in one file.
+The forces on the base are a torque about its origin and a force, both in its frame. One class in one file.
 """
 
 from __future__ import annotations
@@ -22,40 +22,40 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, real_array
+from .base_velocity import cross_matrix, rotated, times, velocity_map_rate, velocity_map_rate_derivative
 from .errors import FloatingBaseError
 from .inverse import Solutions
 from .robot import Robot, for_base
-from .turning import crossing, times, turned, turning, turning_slope
 
 _MOTOR = 8
 _ORDER = (5, 4, 3, 0, 1, 2)
-"""The six joints, slides x, y, z and turns about z, y, x, in the order of velocities: angular, then linear, x, y, z."""
+"""Indices of the six joints (prismatic x, y, z, then revolute z, y, x) in the order of velocities: angular, linear."""
 _AXES = np.array([[e12, -e13, e23, 0, 0, 0] for e23, e13, e12 in (*np.eye(3), *np.eye(3)[::-1])])
-"""Their lines at home."""
+"""Lines of the axes of the six joints at home."""
 _BERNOULLI = (1 / 2, 1 / 12, 0.0, -1 / 720, 0.0, 1 / 30240, 0.0, -1 / 1209600, 0.0, 1 / 47900160)
-"""Bernoulli's numbers over the factorials, with the sign that velocities in the moving frame have."""
+"""Bernoulli numbers divided by factorials, with the signs for velocities in the moving frame."""
 
 
 @for_base("floating")
 @dataclass(frozen=True, slots=True, eq=False)
 class FloatingRobot(Robot):
-    """A robot whose base moves freely, as ``Robot.from_urdf(path, base="floating")`` gives it.
+    """A robot with a floating base, as returned by ``Robot.from_urdf(path, base="floating")``.
 
-    With m joints, `q` has ``8 + m`` numbers: the motor of the base's frame in the world (1, e12, e13, e23, e01, e02,
-    e03, e0123) and the joints' variables. M and -M are the same pose, and of motors that are no unit the unit is meant.
-    Velocities, accelerations and forces have ``n = 6 + m``: angular x, y, z and linear x, y, z of the base, both in its
-    own frame, the linear one that of its origin, then the joints'. Accelerations are the rates of these numbers.
-    Derivatives by `q` are those by a small motion ``integrate(q, dv)``.
+    With m joints, `q` has ``8 + m`` entries: the motor of the base frame in the world (1, e12, e13, e23, e01, e02, e03,
+    e0123), followed by the joint variables. M and -M are the same pose; motors are normalised. Velocities,
+    accelerations and forces have ``n = 6 + m`` entries: the angular velocity x, y, z of the base and the linear
+    velocity x, y, z of its origin, both in the base frame, followed by those of the joints. Accelerations are the time
+    derivatives of these components. Derivatives with respect to `q` are taken along ``integrate(q, dv)``.
 
-    Results of kinematics are in the world's frame, as those of a robot whose base is fixed. Inverse kinematics, kernels
-    of its own and another place of the base raise a `FloatingBaseError`.
+    Kinematic results are expressed in the world frame, as for a robot with a fixed base. `inverse`, `with_module` and
+    `with_base` raise a `FloatingBaseError`.
 
-    Relative to the largest entry, forces and accelerations of G1, Talos, ANYmal and Solo differ from Pinocchio's by
-    less than 1e-12, within 1,000 km of the origin, at any attitude.
+    Relative to the largest entry, forces and accelerations of G1, Talos, ANYmal and Solo differ from those of Pinocchio
+    by less than 1e-12, within 1,000 km of the origin, at any attitude.
     """
 
     _still_base: Robot = field(init=False, repr=False)
-    """The robot with its base at the origin, on its six joints, without gravity."""
+    """The robot with its base at the origin, carried by six joints, without gravity."""
 
     def __post_init__(self) -> None:
         Robot.__post_init__(self)
@@ -63,8 +63,8 @@ class FloatingRobot(Robot):
         right = kinds == ["prismatic"] * 3 + ["revolute"] * 3 and self.parents[:6] == (-1, 0, 1, 2, 3, 4)
         if not right or not np.array_equal(self.axes[:6], _AXES) or -1 in self.parents[6:]:
             raise FloatingBaseError(
-                f"{self.name}: first joints {kinds} about {self.axes[:6].tolist()}; expected slides along x, y, z and "
-                "turns about z, y, x, in a chain that carries everything"
+                f"{self.name}: first joints {kinds} about {self.axes[:6].tolist()}; expected prismatic joints along "
+                "x, y, z and revolute joints about z, y, x, in a chain that carries all other joints"
             )
         kept = {name: getattr(self, name) for name in _FIELDS}
         object.__setattr__(self, "_still_base", Robot(**kept, free_fall=np.zeros(3)))
@@ -77,13 +77,15 @@ class FloatingRobot(Robot):
     # Configurations.
 
     def integrate(self, q: ArrayLike, v: ArrayLike) -> Reals:
-        """Where velocities `v`, kept for the unit of time, lead from `q`: the base goes on a screw.
+        """Return the configuration reached from `q` with constant velocities `v` for unit time.
+
+        The base follows a screw motion.
 
         Parameters
         ----------
         q : array_like, (..., 8 + m)
         v : array_like, (..., 6 + m)
-            Times the step.
+            Velocities multiplied by the time step.
 
         Returns
         -------
@@ -93,7 +95,7 @@ class FloatingRobot(Robot):
         Raises
         ------
         TypeError, ValueError
-            Where an argument has another shape.
+            If an argument has a wrong shape.
         """
         now = self._at(q, (v, "v"))
         step = pga3.motor_from_twist(_line(now.rates[0]))
@@ -101,7 +103,7 @@ class FloatingRobot(Robot):
         return np.concatenate([moved, now.joints + now.rates[0][..., 6:]], axis=-1)
 
     def difference(self, q0: ArrayLike, q1: ArrayLike) -> Reals:
-        """The velocities that lead from `q0` to `q1` in the unit of time: ``integrate(q0, v)`` is `q1`.
+        """Return the constant velocities v from `q0` to `q1` in unit time, such that ``integrate(q0, v)`` is `q1`.
 
         Parameters
         ----------
@@ -110,12 +112,12 @@ class FloatingRobot(Robot):
         Returns
         -------
         array, (..., 6 + m)
-            The base turns by an angle in [0, pi]; its motor may have either sign.
+            The base rotates by an angle in [0, pi]. Its motor may have either sign.
 
         Raises
         ------
         TypeError, ValueError
-            Where an argument has another shape.
+            If an argument has a wrong shape.
         """
         m = self.n_positions
         given = [real_array(q, f"{self.name}: {k}", (m,), self._meaning) for k, q in (("q0", q0), ("q1", q1))]
@@ -123,7 +125,7 @@ class FloatingRobot(Robot):
         twist = pga3.motor_to_twist(pga3.motor_relative(*(pga3.normalize_motor(q[..., :_MOTOR]) for q in (start, end))))
         return np.concatenate([*pga3.twist_to_velocities(twist), end[..., _MOTOR:] - start[..., _MOTOR:]], axis=-1)
 
-    # Kinematics: that of the robot at the origin, moved.
+    # Kinematics: computed with the base at the origin, then transformed by the motor of the base.
 
     def forward(self, q: ArrayLike) -> Reals:
         """As `Robot.forward`."""
@@ -136,7 +138,7 @@ class FloatingRobot(Robot):
         return pga3.motor_product(now.base[..., None, :], self._still_base.forward_all(now.x))  # type: ignore[no-any-return]
 
     def link(self, name: str, q: ArrayLike) -> Reals:
-        """As `Robot.link`; a link that the base does not carry stands still in the world."""
+        """As `Robot.link`; a link that the base does not carry is fixed in the world."""
         now, there = self._at(q), self._carrier(name)[1]
         if self._carrier(name)[0] >= 0:
             there = pga3.motor_product(now.base, self._still_base.link(name, now.x))
@@ -145,7 +147,7 @@ class FloatingRobot(Robot):
     def jacobian(self, q: ArrayLike, link: str | None = None) -> Reals:
         """As `Robot.jacobian`, (..., 6, n)."""
         now = self._at(q)
-        return turned(now.base, self._still_base.jacobian(now.x, link)[..., self._order])
+        return rotated(now.base, self._still_base.jacobian(now.x, link)[..., self._order])
 
     def jacobian_rate(self, q: ArrayLike, qd: ArrayLike) -> Reals:
         """As `Robot.jacobian_rate`, (..., 6, n)."""
@@ -157,7 +159,7 @@ class FloatingRobot(Robot):
         rate = inner.jacobian_rate(now.x, joints)[..., self._order]
         for part in (slice(0, 3), slice(3, 6)):
             rate[..., part, :] += np.cross(v[..., :3, None], there[..., part, :], axisa=-2, axisb=-2, axisc=-2)
-        return turned(now.base, rate)
+        return rotated(now.base, rate)
 
     def velocity(self, q: ArrayLike, qd: ArrayLike) -> Reals:
         """As `Robot.velocity`."""
@@ -169,7 +171,7 @@ class FloatingRobot(Robot):
         return times(self.jacobian(q), rates) + times(self.jacobian_rate(q, qd), speeds)
 
     def twists_of_joints(self, q: ArrayLike) -> Reals:
-        """As `Robot.twists_of_joints`: of the six joints of the base, as they are at the origin, and the others."""
+        """As `Robot.twists_of_joints`; the first six are those of the base joints at the origin."""
         now = self._at(q)
         return pga3.move_line(now.base[..., None, :], self._still_base.twists_of_joints(now.x))  # type: ignore[no-any-return]
 
@@ -180,7 +182,7 @@ class FloatingRobot(Robot):
         move = pga3.move_direction if move is pga3.move_point else move
         return np.swapaxes(move(now.base[..., None, :], columns), -1, -2)
 
-    # Dynamics: that of the robot at the origin, accelerated upwards.
+    # Dynamics: computed with the base at the origin and accelerated upwards instead of gravity.
 
     def inverse_dynamics(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Reals:
         """As `Robot.inverse_dynamics`, (..., n)."""
@@ -203,15 +205,15 @@ class FloatingRobot(Robot):
         return self._forces_there(now, now.rates[0], np.zeros_like(now.rates[0]), np.zeros(3))
 
     def coriolis_matrix(self, q: ArrayLike, qd: ArrayLike) -> Reals:
-        """As `Robot.coriolis_matrix`, (..., n, n): the rate of the mass matrix less twice it is skew."""
+        """As `Robot.coriolis_matrix`, (..., n, n)."""
         now = self._at(q, (qd, "qd"))
         inner, v = self._still_base, now.rates[0]
         found = inner.coriolis_matrix(now.x, v[..., self._places])[..., self._order[:, None], self._order]
-        found[..., :6] -= self.mass_matrix(q)[..., :6] @ turning(v)
+        found[..., :6] -= self.mass_matrix(q)[..., :6] @ velocity_map_rate(v)
         return found
 
     def mass_matrix(self, q: ArrayLike) -> Reals:
-        """As `Robot.mass_matrix`, (..., n, n); the place and attitude of the base make no difference."""
+        """As `Robot.mass_matrix`, (..., n, n); independent of the pose of the base."""
         return self._still_base.mass_matrix(self._at(q).x)[..., self._order[:, None], self._order]
 
     def inverse_mass_matrix(self, q: ArrayLike) -> Reals:
@@ -225,7 +227,7 @@ class FloatingRobot(Robot):
         speeds, forces = (rate[..., self._places] for rate in now.rates)
         found = self._still_base.forward_dynamics(now.x, speeds, forces)[..., self._order]
         found[..., 3:6] += self._falling(now)
-        found[..., :6] += times(turning(now.rates[0]), now.rates[0][..., :6])
+        found[..., :6] += times(velocity_map_rate(now.rates[0]), now.rates[0][..., :6])
         return found
 
     def inverse_dynamics_derivatives(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> tuple[Reals, Reals]:
@@ -237,29 +239,29 @@ class FloatingRobot(Robot):
         mass = self.mass_matrix(q)
         speeds, rates = v[..., self._places], self._there(v, a, falling)[..., self._places]
         found = self._still_base.inverse_dynamics_derivatives(now.x, speeds, rates)
-        by_q, by_qd = (slope[..., self._order[:, None], self._order] for slope in found)
-        # As the base turns, gravity turns back; where it is, makes no difference.
-        by_q[..., :3] = -mass[..., 3:6] @ crossing(falling)
+        by_q, by_qd = (derivative[..., self._order[:, None], self._order] for derivative in found)
+        # Gravity rotates opposite to the base in its frame. The position of the base has no effect.
+        by_q[..., :3] = -mass[..., 3:6] @ cross_matrix(falling)
         by_q[..., 3:6] = 0
-        by_qd[..., :6] -= mass[..., :6] @ turning_slope(v)
+        by_qd[..., :6] -= mass[..., :6] @ velocity_map_rate_derivative(v)
         return by_q, by_qd
 
     def torque_regressor(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Reals:
-        """As `Robot.torque_regressor`, (..., n, N, 10); the first five of N joints carry nothing but the base."""
+        """As `Robot.torque_regressor`, (..., n, N, 10); the first five of the N joints carry no link."""
         now = self._at(q, (qd, "qd"), (qdd, "qdd"))
         v, a = now.rates
         speeds, rates = v[..., self._places], self._there(v, a, self._falling(now))[..., self._places]
         return self._still_base.torque_regressor(now.x, speeds, rates)[..., self._order, :, :]
 
     def centre_of_mass(self, q: ArrayLike) -> Reals:
-        """As `Robot.centre_of_mass`, in the world."""
+        """As `Robot.centre_of_mass`, in the world frame."""
         now = self._at(q)
         return pga3.move_point(now.base, self._still_base.centre_of_mass(now.x))  # type: ignore[no-any-return]
 
     def centroidal_momentum_matrix(self, q: ArrayLike) -> Reals:
-        """As `Robot.centroidal_momentum_matrix`, (..., 6, n), in the directions of the world."""
+        """As `Robot.centroidal_momentum_matrix`, (..., 6, n), in the directions of the world frame."""
         now = self._at(q)
-        return turned(now.base, self._still_base.centroidal_momentum_matrix(now.x)[..., self._order])
+        return rotated(now.base, self._still_base.centroidal_momentum_matrix(now.x)[..., self._order])
 
     def centroidal_momentum(self, q: ArrayLike, qd: ArrayLike) -> Reals:
         """As `Robot.centroidal_momentum`."""
@@ -286,7 +288,7 @@ class FloatingRobot(Robot):
         return place.shape[:-1], rows
 
     def _straight(self, x: Reals, v: Reals) -> Reals:
-        """The derivative of the exponential's inverse, to the tenth order in the motion `x`."""
+        """Apply the derivative of the inverse exponential (tenth order in the motion `x`) to velocities `v`."""
         motion, change = _line(x), _line(v)
         total = change
         for factor in _BERNOULLI:
@@ -294,15 +296,15 @@ class FloatingRobot(Robot):
             total = total + factor * change
         return np.concatenate([*pga3.twist_to_velocities(total), v[..., 6:]], axis=-1)
 
-    # What is not for robots of this kind.
+    # Methods that do not apply to a floating base.
 
     def with_base(self, base: ArrayLike) -> Self:
-        """Refused: `q` says where the base is."""
-        self._refuse("with_base", "q says where the base is, and integrate moves it")
+        """Raise a FloatingBaseError: `q` determines the pose of the base."""
+        self._refuse("with_base", "q determines its pose; use integrate to move it")
 
     def with_module(self, module: Any) -> Self:
-        """Refused: kernels of one robot are for a fixed base."""
-        self._refuse("with_module", "kernels of one robot are for a fixed base")
+        """Raise a FloatingBaseError: specialised kernels require a fixed base."""
+        self._refuse("with_module", "specialised kernels require a fixed base; load the robot with base='fixed'")
 
     def inverse(
         self,
@@ -310,10 +312,11 @@ class FloatingRobot(Robot):
         *,
         locked: Mapping[int, ArrayLike] | None = None,
         elbow: ArrayLike | None = None,
-        way: str = "motors",
+        method: str = "motors",
         near: ArrayLike | None = None,
+        way: str | None = None,
     ) -> Solutions:
-        """Refused: every pose can be reached by the base alone."""
+        """Raise a FloatingBaseError: the base alone reaches every pose."""
         self._refuse("inverse", "the base alone reaches every pose; load the robot with base='fixed'")
 
     def _refuse(self, name: str, why: str) -> NoReturn:
@@ -323,10 +326,10 @@ class FloatingRobot(Robot):
         self._refuse("inverse", "the base alone reaches every pose; load the robot with base='fixed'")
 
     def _variables(self, value: ArrayLike, name: str) -> tuple[Reals, Reals]:
-        """What methods of robots with a fixed base ask for."""
-        self._refuse(name, "this is for a fixed base; load the robot with base='fixed' or base='euler'")
+        """Raise a FloatingBaseError in methods that are inherited from robots with a fixed base."""
+        self._refuse(name, "this requires a fixed base; load the robot with base='fixed' or base='euler'")
 
-    # How the parts are put together.
+    # Conversion between the base's representations.
 
     @property
     def _order(self) -> Any:
@@ -350,14 +353,14 @@ class FloatingRobot(Robot):
         return _State(pga3.normalize_motor(place[..., :_MOTOR]), x, found)
 
     def _falling(self, now: _State) -> Reals:
-        """The acceleration of free fall in the frame of the base."""
+        """Return the gravitational acceleration in the frame of the base."""
         back = pga3.motor_inverse(now.base)
         return pga3.move_direction(back, self.free_fall.astype(back.dtype))  # type: ignore[no-any-return]
 
     def _there(self, v: Reals, a: Reals, falling: Reals) -> Reals:
-        """Accelerations of the six joints at the origin, and of the others; gravity counts as one upwards."""
+        """Return joint accelerations with the base at the origin, with gravity as an upward acceleration."""
         found = a.copy()
-        found[..., :6] -= times(turning(v), v[..., :6])
+        found[..., :6] -= times(velocity_map_rate(v), v[..., :6])
         found[..., 3:6] -= falling
         return found
 
@@ -383,12 +386,12 @@ class _State:
 
     @property
     def joints(self) -> Reals:
-        """Variables of the joints but for the base's."""
+        """Variables of the joints, without those of the base."""
         return self.x[..., 6:]
 
 
 def _broadcast(robot: str, arrays: list[Reals], names: tuple[str, ...]) -> list[Reals]:
-    """Arrays with their leading axes in common, of one type."""
+    """Broadcast the leading axes of arrays and convert them to a common type."""
     try:
         lead = np.broadcast_shapes(*(a.shape[:-1] for a in arrays))
     except ValueError:
@@ -399,5 +402,5 @@ def _broadcast(robot: str, arrays: list[Reals], names: tuple[str, ...]) -> list[
 
 
 def _line(v: Reals) -> Reals:
-    """The base's velocities as a twist in its frame."""
+    """Return the base's velocities as a twist in its frame."""
     return pga3.twist_from_velocities(v[..., :3], v[..., 3:6])  # type: ignore[no-any-return]

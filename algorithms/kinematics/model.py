@@ -1,4 +1,4 @@
-"""What a robot is: joints in a tree, each with an axis and what it carries, all where every variable is 0."""
+"""The constants of a robot: a tree of joints with axes and bodies at the zero configuration."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _FLOAT64 = np.dtype(np.float64)
 _FLOATS = (_FLOAT64, np.dtype(np.float32))
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
-"""The acceleration of free fall that robots' tables are made with, m/s²."""
+"""The default gravitational acceleration of robots, m/s²."""
 
 
 def _empty() -> Floats:
@@ -32,48 +32,48 @@ def _empty() -> Floats:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Model:
-    """The constants of a robot. Immutable; arrays are copies, and cannot be written to.
+    """The constants of a robot. Immutable: arrays are read-only copies.
 
-    The frame after joint j is the motor ``exp(-x_i/2 l_i) ... exp(-x_j/2 l_j) H_j`` over the joints from the base to j:
-    the product of exponentials (Brockett 1984) with the unit lines ``l`` of the joints and the motors ``H`` of the
-    frames, both where all joint variables are 0. A prismatic joint translates along its line instead. All conventions
-    become this form once, when the robot is made.
+    The frame after joint j is the motor ``exp(-x_i/2 l_i) ... exp(-x_j/2 l_j) H_j`` over the joints from the base to j.
+    This is the product of exponentials (Brockett 1984) with the unit lines ``l`` of the joints and the motors ``H`` of
+    the frames, both at home, the configuration where all joint variables are 0. A prismatic joint translates along its
+    line instead. All other conventions are converted to this form once, when the robot is created.
 
     Attributes
     ----------
     name : str
     kinds : tuple of Joint
-        One for each joint, what carries before what is carried; N of them.
+        One for each of the N joints. Parents precede their children.
     axes : array, (N, 6)
         Unit lines of the joints at home, in the base frame: e12, e13, e23, e01, e02, e03.
     home : array, (N, 8)
         Motors of the frames after every joint at home: 1, e12, e13, e23, e01, e02, e03, e0123.
     parents : tuple of int
-        The joint that carries each joint, -1 for the base. Left out: each carries the next.
+        The joint that carries each joint, -1 for the base. By default each joint carries the next.
     joint_names : tuple of str
     tip : int
-        The joint that carries the end effector; left out, the last one.
+        The joint that carries the end effector. The last joint by default.
     tool : array, (8,)
-        The motor of the end effector at home; left out, the frame after joint `tip`.
+        The motor of the end effector at home. The frame after joint `tip` by default.
     bodies : array, (N, 10)
-        What each joint carries, at home in the base frame: mass, centre x y z, tensor about the centre xx, xy, xz, yy,
-        yz, zz. Empty where nothing is known of masses.
+        The rigid body that each joint carries, at home in the base frame: mass, centre of mass x y z, inertia tensor
+        about the centre xx, xy, xz, yy, yz, zz. Empty if the masses are unknown.
     armature : array, (N,)
-        Inertia of the motors' rotors seen at the joints.
+        Rotor inertias reflected at the joints.
     without_inertia : tuple of str
-        Links that move and have no inertia; dynamics is refused where there are any.
+        Moving links without inertia. Methods of dynamics raise an error if there are any.
     free_fall : array, (3,)
-        Gravity in the base frame, m/s².
+        Gravitational acceleration in the base frame, m/s².
     limits : array, (n, 4)
-        For each variable: lowest, highest, speed, effort; infinite where there is no limit.
+        For each variable: lower limit, upper limit, maximum velocity, maximum effort; infinite if unlimited.
     coupling : array, (N, n + 1)
-        Joints that follow others (mimic): their positions are ``coupling[:, :n] q + coupling[:, n]``. Empty where each
+        Joints that follow others (mimic): their positions are ``coupling[:, :n] q + coupling[:, n]``. Empty if each
         joint has its own variable.
     links : mapping of str to (int, array (8,))
-        By name of a link: the joint that carries it, and its motor at home.
+        For each link name the joint that carries the link, and its motor at home.
     module : module or None
-        Kernels with constants folded, written by ``gac robot``. Those that were made from the constants of this robot
-        are used, and no others: `uses`.
+        Specialised kernels written by ``gac robot``. Only kernels that were generated from the constants of this robot
+        are used; see `uses`.
     """
 
     name: str
@@ -95,9 +95,9 @@ class Model:
     _computed: Computed = field(init=False, repr=False)
     """The kernels of `generated.robots` with the tables of this robot."""
     _attempts: Attempts = field(init=False, repr=False)
-    """Their quick calls, which methods try first."""
+    """Fast calls of these kernels, which methods try first."""
     _own: folded.Folded = field(default=folded.NOTHING, init=False, repr=False)
-    """The kernels of the module that were made from the same constants; none where joints follow others."""
+    """The kernels of `module` that were generated from the same constants."""
 
     def __post_init__(self) -> None:
         count = len(self.kinds)
@@ -169,15 +169,15 @@ class Model:
 
     @property
     def n_positions(self) -> int:
-        """The length of `q`: that of its rates, but for a base that floats."""
+        """The length of `q`. It equals `n_joints` except for floating bases."""
         return self.n_joints
 
     @property
     def uses(self) -> Mapping[str, str]:
-        """For each method the module whose kernels it calls: the robot's own, or ``generated.robots`` as for any robot.
+        """For each method, the module whose kernels it calls: the robot's own, or the generic ``generated.robots``.
 
-        Kernels of the module that were made from other constants than the robot has are not used. So a robot with
-        another tool has the generic `forward`, and its own `mass_matrix`.
+        Kernels of the robot's module are not used if they were generated from different constants. For example, a robot
+        whose tool was changed uses the generic `forward`, but its own `mass_matrix`.
         """
         return MappingProxyType(folded.uses(self._own, self.module))
 
@@ -187,9 +187,9 @@ class Model:
         return path_to(self, self.tip)
 
     def _run(self, kernel: Method, names: Sequence[str], *values: ArrayLike) -> Any:
-        """A kernel of `generated.robots` on variables, rates and forces; float32 gives float32.
+        """Call a kernel of `generated.robots` with variables, rates and forces. float32 arguments give float32 results.
 
-        Whatever the kernel cannot do at once is checked here, since errors name the robot.
+        Arguments that the fast call rejects are checked here, so that error messages name the robot.
         """
         found = kernel.attempt(*values)
         if found is not None:
@@ -204,14 +204,14 @@ class Model:
         return np.asarray(found, arrays[0].dtype)[()]
 
     def _variables(self, value: ArrayLike, name: str) -> tuple[Reals, Reals]:
-        """Joint variables or their rates as given, and as rows."""
+        """Return joint variables or their rates as an array, and as rows."""
         if type(value) is np.ndarray and value.dtype in _FLOATS and value.shape[-1:] == (self.n_joints,):
             return value, value if value.ndim == 2 else value.reshape(-1, self.n_joints)
         array = real_array(value, f"{self.name}: {name}", (self.n_joints,), f"{self.n_joints} joint variables")
         return array, array.reshape(-1, self.n_joints)
 
     def _together(self, *values: tuple[ArrayLike, str]) -> tuple[tuple[int, ...], list[Reals]]:
-        """The leading axes that several arguments have in common, and each as rows."""
+        """Return the broadcast leading axes of several arguments, and each argument as rows."""
         arrays = [self._variables(value, name)[0] for value, name in values]
         if all(a.shape == arrays[0].shape and a.dtype == arrays[0].dtype for a in arrays):
             return arrays[0].shape[:-1], [a.reshape(-1, self.n_joints) for a in arrays]
@@ -224,7 +224,7 @@ class Model:
         return together[0].shape[:-1], [a.reshape(-1, self.n_joints).astype(dtype, copy=False) for a in together]
 
     def _reduced(self, columns: Reals) -> Reals:
-        """Derivatives by all joints (..., N) as derivatives by the variables (..., n)."""
+        """Convert derivatives with respect to all joints (..., N) to those with respect to the variables (..., n)."""
         if not self.coupling.size:
             return columns
         return columns @ self.coupling[:, :-1].astype(columns.dtype)  # type: ignore[no-any-return]
@@ -232,9 +232,9 @@ class Model:
     def _need_inertia(self) -> None:
         if self.without_inertia:
             links = ", ".join(self.without_inertia)
-            raise MissingInertiaError(f"{self.name}: no inertia of {links}; expected one for every link that moves")
+            raise MissingInertiaError(f"{self.name}: no inertia of {links}; expected one for every moving link")
         if not self.bodies.size:
-            raise MissingInertiaError(f"{self.name}: nothing known of masses; expected bodies, one for each joint")
+            raise MissingInertiaError(f"{self.name}: unknown masses; expected bodies, one for each joint")
 
 
 def _unpickled(cls: type[Model], kept: dict[str, Any]) -> Model:

@@ -1,7 +1,8 @@
-"""Robots: made from tables, screws or URDF files, and asked where things are. One class, in one file."""
+"""Robots: construction from tables, screws or URDF files, and forward and inverse kinematics. One class in one file."""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
@@ -30,20 +31,24 @@ _LINE_Z = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Robot(Simulated):
-    """A robot, a chain or a tree of joints: see `Model` for what it holds, `Differential` and `Dynamics` for more
-    of what it can do. Every method takes any leading axes, in float64 or float32.
+    """A robot: a chain or a tree of joints.
+
+    `Model` documents the attributes, `Differential` and `Dynamics` the inherited methods. Every method accepts any
+    leading axes, in float64 or float32.
     """
 
     @classmethod
     def named(cls, name: str) -> Robot:
-        """A robot known by name: puma560, stanford, ur5, panda or iiwa.
+        """Return a predefined robot: puma560, stanford, ur5, panda or iiwa.
 
-        Capitals, spaces and hyphens make no difference, and KUKA iiwa and Franka Panda are known so, too.
+        Case, spaces and hyphens are ignored. The names KUKA iiwa and Franka Panda are accepted, too.
 
         Raises
         ------
-        TypeError, ValueError
-            For what is no name, or another name.
+        TypeError
+            If `name` is not a string.
+        ValueError
+            If the name is unknown.
         """
         table = table_of(name)
         robot = cls.from_table(table)
@@ -57,18 +62,18 @@ class Robot(Simulated):
         name: str = "robot",
         bodies: Sequence[Body] = (),
     ) -> Robot:
-        """A robot from the rows of a Denavit-Hartenberg table.
+        """Return a robot from the rows of a Denavit-Hartenberg table.
 
         Parameters
         ----------
         rows : sequence of mappings
-            Base first. Keys d, a (metres), alpha, theta (radians; theta is what the joint variable is added to), kind
-            ("revolute" or "prismatic"); what is left out is 0, and revolute.
+            Base first. The keys are d, a (metres), alpha, theta (radians) and kind ("revolute" or "prismatic"). The
+            joint variable of a revolute joint is added to theta. Missing numbers are 0; the default kind is revolute.
         convention : str
             "standard", or "modified" (Craig).
         name : str, optional
         bodies : sequence of Body, optional
-            What each row's link weighs, in the frame after the row.
+            The rigid body of each row's link, in the frame after the row.
 
         Returns
         -------
@@ -77,14 +82,14 @@ class Robot(Simulated):
         Raises
         ------
         TypeError, ValueError
-            For an unknown key, kind or convention, what is not a finite number, no rows, or another number of bodies;
-            the message names the row, counted from 0.
+            For an unknown key, kind or convention, a value that is not a finite number, an empty list of rows, or a
+            number of bodies that differs from the number of rows. The message names the row, counted from 0.
         """
         return cls.from_table(Table(name, convention_of(convention), rows_of(rows), "given", tuple(bodies)))
 
     @classmethod
     def from_table(cls, table: Table) -> Robot:
-        """A robot from a table whose rows are known to be right."""
+        """Return a robot from a table of validated rows."""
         axes, home = np.empty((len(table.rows), 6)), np.empty((len(table.rows), 8))
         standard = table.convention is Convention.STANDARD
         row_motor = pga3.motor_from_denavit_hartenberg if standard else pga3.motor_from_modified_denavit_hartenberg
@@ -107,37 +112,41 @@ class Robot(Simulated):
         name: str = "robot",
         bodies: Sequence[Body] = (),
     ) -> Robot:
-        """A serial arm as a product of exponentials.
+        """Return a serial arm described by a product of exponentials.
 
         Parameters
         ----------
         axes : array_like, (n, 6)
-            Lines of the joints where all variables are 0, base first: e12, e13, e23, e01, e02, e03. Of any length.
+            Lines of the joint axes at the zero configuration, base first: e12, e13, e23, e01, e02, e03. They need not
+            be normalised.
         tool : array_like, (8,)
-            The motor of the end effector there.
+            The motor of the end effector at the zero configuration.
         kinds : sequence of str, optional
-            "revolute" or "prismatic" for each joint; left out, all turn.
+            "revolute" or "prismatic" for each joint. By default all joints are revolute.
         name : str, optional
         bodies : sequence of Body, optional
-            What each joint carries, in the base frame, where all variables are 0.
+            The rigid body that each joint carries, in the base frame, at the zero configuration.
 
         Returns
         -------
         Robot
-            Frames after the joints are those of the base at home, but for the last, which is the end effector's.
+            At the zero configuration, the frames after the joints coincide with the base frame, except the last, which
+            is the frame of the end effector.
 
         Raises
         ------
         DescriptionError
-            For lines without direction, or that are none; motors that are none; unknown kinds; another number of kinds
-            or bodies than of axes.
+            For axes without a direction or that are not lines; a tool that is not a motor; unknown kinds; a number of
+            kinds or bodies that differs from the number of axes.
         """
         lines = np.array(real_array(axes, "axes", (-1, 6), "lines"), float)
         motor = np.array(real_array(tool, "tool", (8,), "a motor"), float)
         lengths = np.linalg.norm(lines[:, :3], axis=1, keepdims=True)
         defect = np.abs(pga3.plucker_residual(lines)).max(initial=0.0)
         if not (lengths > 0).all() or not defect <= 1e-9 * (np.square(lines).sum(1) + 1).max(initial=0.0):
-            raise DescriptionError(f"{name}: axes that are no lines; expected a direction, and a moment across it")
+            raise DescriptionError(
+                f"{name}: axes: not lines; expected a nonzero direction and a moment orthogonal to it in each row"
+            )
         unit = pga3.normalize_motor(motor)
         if not np.abs(unit - motor).max() < 1e-9:
             raise DescriptionError(f"{name}: tool {motor}; expected a unit motor")
@@ -145,7 +154,7 @@ class Robot(Simulated):
             if kind not in ("revolute", "prismatic"):
                 raise DescriptionError(f"{name}: kind {kind!r}; expected 'revolute' or 'prismatic'")
         if len(kinds) not in (0, len(lines)):
-            raise JointCountError(f"{name}: {len(kinds)} kinds for {len(lines)} axes; expected one for each")
+            raise JointCountError(f"{name}: {len(kinds)} kinds for {len(lines)} axes; expected one kind for each axis")
         frames = np.tile(np.eye(8)[0], (len(lines), 1))
         carried = _carried(tuple(bodies), frames)
         home = np.concatenate([frames[:-1], unit[None]])
@@ -156,49 +165,50 @@ class Robot(Simulated):
     def from_urdf(
         cls, path: str | Path, tip: str | None = None, locked: Iterable[str] = (), base: str = "fixed"
     ) -> Robot:
-        """A robot from a URDF file: a tree of links with revolute, continuous, prismatic and fixed joints.
+        """Return a robot from a URDF file: a tree of links with revolute, continuous, prismatic and fixed joints.
 
         Parameters
         ----------
         path : str or Path
         tip : str, optional
-            The link that is the end effector; left out, the one most joints away from the base, fixed ones counted, of
-            those that move, and the first of several.
+            The link that is the end effector. By default the moving link separated from the base by the largest number
+            of joints, fixed joints included; the first one if there are several.
         locked : iterable of str, optional
-            Names of joints that are held at 0: what they carry becomes part of what carries them.
+            Names of joints that are fixed at 0. The link that such a joint carries is merged with its parent link.
         base : str
-            "fixed"; "floating", where `q` begins with the motor of the first link (`FloatingRobot`); or "euler": three
-            slides x, y, z and turns by yaw, pitch and roll come before the first link, which is singular at a pitch of
-            a quarter turn. Where the only joint on the root of the file is of type floating, the first link is the one
-            that it carries. Any other joint of type floating becomes such six joints, and a planar one three.
+            "fixed"; "floating", where `q` begins with the motor of the first link (`FloatingRobot`); or "euler", where
+            three prismatic joints x, y, z and three revolute joints yaw, pitch, roll precede the first link. The
+            "euler" base is singular at a pitch of 90 degrees. If the only joint on the root link of the file is of type
+            floating, the first link is the one that this joint carries. Any other floating joint is replaced by the
+            same six joints, and a planar joint by three.
 
         Returns
         -------
         Robot
-            A `FloatingRobot` where the base floats.
+            A `FloatingRobot` if the base is floating.
             Joints are in the order of the file, depth first: `joint_names`. Joints that mimic others have no variable.
 
         Raises
         ------
         OSError
-            Where the file cannot be read.
+            If the file cannot be read.
         TypeError
-            Where `path` is no name of a file.
+            If `path` is not the name of a file.
         CyclicTreeError, UnknownJointTypeError, NotFiniteError, JointCountError, DescriptionError
-            Where it describes no robot. Links without inertia are refused only when dynamics is asked for, with a
-            `MissingInertiaError`.
+            If the file does not describe a robot. Links without inertia are accepted here; methods of dynamics raise a
+            `MissingInertiaError` for them.
 
         Warns
         -----
         InertiaWarning
-            Where no rigid body has the tensor of a link: a principal moment is negative, or larger than the sum of the
-            two others.
+            If the inertia tensor of a link is not physically consistent: a principal moment is negative, or larger than
+            the sum of the other two.
         """
         fields = urdf.read(path, tip, locked, base)
         return _BY_BASE.get(base, cls)(**fields)
 
     def forward(self, q: ArrayLike) -> Reals:
-        """Where the end effector is.
+        """Return the pose of the end effector as a motor.
 
         Parameters
         ----------
@@ -208,13 +218,13 @@ class Robot(Simulated):
         Returns
         -------
         array, (..., 8)
-            Unit motors from the end effector's frame to the base frame: 1, e12, e13, e23, e01, e02, e03, e0123. A motor
-            of a configuration with a NaN or an infinite angle is NaN.
+            Unit motors from the end effector's frame to the base frame: 1, e12, e13, e23, e01, e02, e03, e0123. The
+            motor of a configuration with a NaN or an infinite angle is NaN.
 
         Raises
         ------
         TypeError, ValueError
-            Where `q` is not an array of n real numbers in its last axis.
+            If `q` is not an array of real numbers whose last axis has length n.
         """
         own = self._own.forward
         if own is not None:
@@ -227,7 +237,7 @@ class Robot(Simulated):
         return self._run(self._computed.forward, ("q",), q) if found is None else found  # type: ignore[no-any-return]
 
     def forward_all(self, q: ArrayLike) -> Reals:
-        """Where every link is: the motors of all frames.
+        """Return the poses of all links, as the motors of all joint frames.
 
         Parameters
         ----------
@@ -254,7 +264,7 @@ class Robot(Simulated):
         return self._run(self._computed.forward_all, ("q",), q)  # type: ignore[no-any-return]
 
     def link(self, name: str, q: ArrayLike) -> Reals:
-        """Where a link of a URDF file is, (..., 8).
+        """Return the pose of a link of a URDF file, (..., 8).
 
         Parameters
         ----------
@@ -265,7 +275,7 @@ class Robot(Simulated):
         Raises
         ------
         TypeError, ValueError
-            As in `forward`, and for an unknown link.
+            As in `forward`, and if the link is unknown.
         """
         joint, tool = self._carrier(name)
         if joint >= 0:
@@ -274,7 +284,7 @@ class Robot(Simulated):
         return np.broadcast_to(tool, (*given.shape[:-1], 8)).astype(given.dtype)
 
     def pose(self, q: ArrayLike) -> Reals:
-        """Where the end effector is, as a matrix that acts on columns (x, y, z, 1).
+        """Return the pose of the end effector as a matrix that acts on columns (x, y, z, 1).
 
         Parameters
         ----------
@@ -298,53 +308,74 @@ class Robot(Simulated):
         *,
         locked: Mapping[int, ArrayLike] | None = None,
         elbow: ArrayLike | None = None,
-        way: str = "motors",
+        method: str = "motors",
         near: ArrayLike | None = None,
+        way: str | None = None,
     ) -> Solutions:
-        """All configurations that reach poses.
+        """Return all configurations that reach the given poses.
 
-        In closed form where the last or the first three axes meet (at most 8 branches, 16 where the other three are
-        skew), where the second, third and fourth, or third to fifth, are parallel and the two beyond meet (8), and for
-        planar arms and SCARA (2), and where three joints slide (2). All branches of other arms of six joints, up to 16,
-        are roots of a polynomial, found as eigenvalues (`inverse.elimination`), or, where two joints slide, of a
-        function of one angle, found on a grid (`inverse.slides`). What is left is searched by damped Gauss-Newton on
-        motors from 24 starts, and up to 8 different configurations are kept; so are arms with more joints than a pose
-        has freedoms unless `locked` or `elbow` says which configuration is meant. Angles are turned by whole turns into
-        the joint limits where that is possible; other branches are given, too, and flagged. Joints that do not move the
-        end effector are at 0, or as `near` has them, or at the limit next to that.
+        The method depends on the structure of the arm:
+
+        - Closed forms are used where the last or the first three axes intersect (at most 8 branches; 16 where the other
+          three axes are skew), where the second to fourth or the third to fifth axes are parallel and the two axes
+          beyond them intersect (8), for planar arms and SCARA (2), and for arms with three prismatic joints (2).
+        - All branches of other arms with six joints, up to 16, are roots of a polynomial, computed as eigenvalues
+          (`inverse.elimination`). With two prismatic joints they are roots of a function of one angle, located on a
+          grid (`inverse.slides`).
+        - All remaining arms are solved by damped Gauss-Newton iteration on motors from 24 starts, and up to 8 distinct
+          configurations are kept. This includes redundant arms, unless `locked` or `elbow` selects a configuration.
+
+        Angles are shifted by multiples of 2 pi into the joint limits where possible. Branches outside the limits are
+        returned, too, and flagged. Joints that do not move the end effector have the value 0, or that of `near`,
+        clipped to the limits.
 
         Parameters
         ----------
         poses : array_like, (..., 8) or (..., 4, 4)
-            Motors, of either sign, or matrices, as `forward` and `pose` give them.
+            Motors of either sign, or matrices, as returned by `forward` and `pose`.
         locked : mapping of int to array_like, optional
-            Joints, counted from 0, and the values that they shall have, one or one for each pose: for arms of seven
-            joints. Many different values are fast for the first and the last joint only.
+            For arms with seven joints: joint indices, counted from 0, and the fixed value of each, either one number or
+            one for each pose. Many different values are fast for the first and the last joint only.
         elbow : array_like, optional
-            For arms of seven joints whose first three axes meet in a shoulder and last three in a wrist: the angle in
-            radians of the fourth axis about the line from shoulder to wrist, as `elbow_angle` measures it.
-        way : str, optional
-            "motors"; or, for arms with a wrist or three parallel axes that need no quartic, "affine" or "conformal":
-            the same branches in another order, from meets of circles, lines, planes and spheres.
+            For arms with seven joints whose first three axes intersect in a shoulder and last three in a wrist: the
+            angle in radians of the fourth axis about the line from shoulder to wrist, as measured by `elbow_angle`.
+        method : str, optional
+            "motors", or "affine" or "conformal" for arms with a spherical wrist or three parallel axes that need no
+            quartic. These two compute the same branches in another order, by intersecting circles, lines, planes and
+            spheres.
         near : array_like, (n,) or (..., n), optional
-            A configuration, or one for each pose, such as the current one: `nearest` is the branch that is nearest to
-            it, and of angles that differ by whole turns the nearest within the limits is taken.
+            A reference configuration, or one for each pose, such as the current one. `nearest` is then the branch
+            closest to it, and of the angles that differ by multiples of 2 pi the closest one within the limits is
+            chosen.
+        way : str, optional
+            Deprecated name of `method`.
 
         Returns
         -------
         Solutions
-            Branches, which of them are valid, a status for each pose, the nearest that can be reached.
+            Branches, their validity, a status for each pose, and the nearest reachable configuration.
 
         Raises
         ------
         TypeError, ValueError
-            Where an argument has another shape or type, a joint is not there, or `elbow` is given for another arm.
+            If an argument has a wrong shape or type, a joint does not exist, or `elbow` or `method` does not apply to
+            the arm.
         """
+        if way is not None:
+            warnings.warn(
+                "Robot.inverse: parameter way is now method; the old name will be removed in version 0.3",
+                DeprecationWarning,
+                stacklevel=2,
+            )
+            method = way
         if not isinstance(locked, (Mapping, NoneType)):
-            raise TypeError(f"{self.name}: locked: {type(locked).__name__}; expected a mapping, as {{6: 0.5}}")
+            raise TypeError(
+                f"{self.name}: locked: {type(locked).__name__}; expected a mapping of joints to values, such as "
+                "{6: 0.5}"
+            )
         arm, variables = self._arm()
         if arm is self:
-            return _inverse(self, poses, locked=locked, elbow=elbow, way=way, near=near)
+            return _inverse(self, poses, locked=locked, elbow=elbow, method=method, near=near)
         for joint in locked or {}:
             if joint not in variables:
                 raise ValueError(
@@ -353,8 +384,8 @@ class Robot(Simulated):
         kept = {variables.index(joint): value for joint, value in (locked or {}).items()}
         start = np.zeros(self.n_joints) if near is None else self._variables(near, "near")[0]
         part = None if near is None else start[..., variables]
-        found = _inverse(arm, poses, locked=kept, elbow=elbow, way=way, near=part)
-        # What does not move the end effector is as `near` has it, as far as its limits allow.
+        found = _inverse(arm, poses, locked=kept, elbow=elbow, method=method, near=part)
+        # Joints that do not move the end effector keep the values of `near`, clipped to their limits.
         still = np.clip(start.astype(float), self.limits[:, 0], self.limits[:, 1])
         q = np.broadcast_to(still[..., None, :], (*found.q.shape[:-1], self.n_joints)).copy()
         nearest = np.broadcast_to(still, (*found.nearest.shape[:-1], self.n_joints)).copy()
@@ -364,7 +395,7 @@ class Robot(Simulated):
         return replace(found, q=q, nearest=nearest)
 
     def _arm(self) -> tuple[Robot, list[int]]:
-        """The joints from the base to the end effector as a robot, and which variables are theirs."""
+        """Return the chain from the base to the end effector as a robot, and the indices of its variables."""
         path = list(self.path)
         if not self.coupling.size and len(path) == len(self.kinds):
             return self, path
@@ -377,8 +408,8 @@ class Robot(Simulated):
             for j, same in zip(path, (rows == own).all(axis=1), strict=True):
                 if not same or variables.count(variables[path.index(j)]) > 1:
                     raise ValueError(
-                        f"{self.name}: inverse: {self.joint_names[j]} follows another joint; expected joints to the "
-                        "end effector that have variables of their own"
+                        f"{self.name}: inverse: {self.joint_names[j]} follows another joint; expected an independent "
+                        "variable for each joint between the base and the end effector"
                     )
         kinds = tuple(self.kinds[j] for j in path)
         limits = self.limits[variables]
@@ -390,7 +421,7 @@ _BY_BASE: dict[str, type[Robot]] = {}
 
 
 def for_base(base: str) -> Callable[[type[_Kind]], type[_Kind]]:
-    """Declare the class below as the one that `Robot.from_urdf` makes where the base is called `base`."""
+    """Register the decorated class as the one that `Robot.from_urdf` returns for the given value of `base`."""
 
     def declare(kind: type[_Kind]) -> type[_Kind]:
         _BY_BASE[base] = kind
@@ -400,10 +431,10 @@ def for_base(base: str) -> Callable[[type[_Kind]], type[_Kind]]:
 
 
 def _carried(bodies: tuple[Body, ...], home: Reals) -> dict[str, Any]:
-    """The fields of a `Model` that say what joints carry, from bodies in the frames after them."""
+    """Return the `bodies` and `armature` of a `Model` from bodies in the frames after the joints."""
     if not bodies:
         return {}
     if len(bodies) != len(home):
-        raise JointCountError(f"{len(bodies)} bodies for {len(home)} joints; expected one for each")
+        raise JointCountError(f"{len(bodies)} bodies for {len(home)} joints; expected one body for each joint")
     rows = [moved(motor, [body.row]) for motor, body in zip(home, bodies, strict=True)]
     return {"bodies": np.array(rows), "armature": np.array([body.armature for body in bodies])}

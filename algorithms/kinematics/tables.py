@@ -1,8 +1,8 @@
 """The tables of a robot that the kernels of `generated.robots` loop over.
 
-Each joint has a frame in its link, with the origin on the joint's axis. Tables hold where these frames are in each
-other, so nothing in them depends on how far the robot is from the origin, but for the places of joints that the base
-carries.
+Each joint has a frame in its link, with the origin on the joint's axis. The tables store these frames relative to each
+other. So their values do not depend on the distance of the robot from the origin, except for the positions of joints
+that the base carries.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Joints:
-    """What is known of some joints, one row each; see `gacompiler.specs.robots`.
+    """Data of joints, one row each; see `gacompiler.specs.robots`.
 
     Attributes
     ----------
@@ -44,32 +44,32 @@ class Joints:
 
     @property
     def rows(self) -> tuple[NDArray[np.generic], ...]:
-        """Everything but the parents, in the order of the kernels' parameters."""
+        """All columns except the parents, in the order of the kernels' parameters."""
         return self.variables, self.ratios, self.offsets, self.places, self.screws, self.turns
 
     @property
-    def beside(self) -> Joints:
-        """The same joints with the base moved to the first one, for what does not depend on where the base is."""
+    def relative_to_first(self) -> Joints:
+        """The same joints with the base moved to the first joint, for results independent of the base's position."""
         roots, places = self.parents < 0, self.places.copy()
         places[roots] -= places[0]
         return replace(self, places=places)
 
     def along(self, path: Sequence[int]) -> Joints:
-        """The joints of a path from the base, each of which carries the next."""
+        """Return the joints of a path from the base, each of which carries the next."""
         return Joints(np.arange(-1, len(path) - 1), *(np.ascontiguousarray(row[list(path)]) for row in self.rows))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pairs:
-    """Joints and those that carry them, each with itself too: the entries of matrices over the variables.
+    """Pairs of a joint and itself or one of its ancestors: the entries of matrices over the variables.
 
     Attributes
     ----------
     lower, upper : array of int, (P,)
-        A joint, and a joint that carries it or is it.
+        A joint, and the same joint or one of its ancestors.
     lower_variables, upper_variables : array of int, (P,)
     is_strict : array, (P,)
-        1 where the joints differ, else 0.
+        1 where the joints differ, otherwise 0.
     """
 
     lower: Indices
@@ -80,24 +80,24 @@ class Pairs:
 
 
 def origins_of(model: Constants) -> Floats:
-    """The origins (N, 3) of the joints' frames in the base frame, where all variables are 0.
+    """Return the origins (N, 3) of the joints' frames in the base frame, at the zero configuration.
 
-    Each is the point of the joint's axis that is nearest to the origin of the parent. Joints that the base carries have
-    the point nearest to the frame after joint `tip`, which is close to the robot wherever that stands.
+    Each is the point of the joint's axis that is nearest to the origin of the parent. For joints that the base carries,
+    it is the point nearest to the frame after joint `tip`, which is close to the robot wherever the robot is mounted.
     """
     found = np.empty((len(model.kinds), 3))
-    beside = pga3.motor_to_matrix(model.home[model.tip])[:3, 3]
+    reference = pga3.motor_to_matrix(model.home[model.tip])[:3, 3]
     for joint, (axis, parent) in enumerate(zip(model.axes, model.parents, strict=True)):
         direction, moment = np.array([axis[2], -axis[1], axis[0]]), axis[3:]
-        before = found[parent] if parent >= 0 else beside
-        # Sums in one order on every machine, which BLAS does not promise.
+        before = found[parent] if parent >= 0 else reference
+        # The order of summation must be the same on every machine, which BLAS does not guarantee.
         along = direction[0] * before[0] + direction[1] * before[1] + direction[2] * before[2]
         found[joint] = np.cross(direction, moment) + along * direction
     return found
 
 
 def joints_of(model: Constants) -> Joints:
-    """The table of all joints."""
+    """Return the table of all joints."""
     origins = origins_of(model)
     places, screws = origins.copy(), np.zeros((len(model.kinds), 6))
     for joint, (axis, parent) in enumerate(zip(model.axes, model.parents, strict=True)):
@@ -112,7 +112,7 @@ def joints_of(model: Constants) -> Joints:
 
 
 def followed(model: Constants) -> tuple[Indices, Floats, Floats]:
-    """The variable that each joint follows, the ratio, and the offset."""
+    """Return the variable that each joint follows, the ratio, and the offset."""
     count = len(model.kinds)
     if not model.coupling.size:
         return np.arange(count), np.ones(count), np.zeros(count)
@@ -122,26 +122,26 @@ def followed(model: Constants) -> tuple[Indices, Floats, Floats]:
 
 
 def homes_of(model: Constants) -> tuple[Floats, Floats]:
-    """Rotors (N, 4) and places (N, 3) of the frames that the links carry, in the frames of the joints."""
+    """Return rotors (N, 4) and positions (N, 3) of the links' frames, relative to the frames of the joints."""
     rotors, places = pga3.motor_to_rotor_translation(model.home)
     return rotors, places - origins_of(model)
 
 
 def carried_by(model: Constants, joint: int, motor: Floats) -> Floats:
-    """The motor, in the frame of a joint, of what has the given motor at home."""
+    """Return the motor relative to the frame of a joint of a frame with the given motor at home."""
     rotor, place = pga3.motor_to_rotor_translation(motor)
     return pga3.motor_from_rotor_translation(rotor, place - origins_of(model)[joint])  # type: ignore[no-any-return]
 
 
 def inertias_of(model: Constants) -> Floats:
-    """(N, 10), inertias about the origins of the joints' frames."""
+    """Return the inertias (N, 10) about the origins of the joints' frames."""
     bodies = model.bodies.copy()
     bodies[:, 1:4] -= origins_of(model)
     return pga3.inertia_of_moved_body(np.eye(8)[0], bodies)  # type: ignore[no-any-return]
 
 
 def path_to(model: Constants, joint: int) -> tuple[int, ...]:
-    """The joints from the base to one of them, which is the last."""
+    """Return the joints from the base to the given joint, inclusive."""
     found = []
     while joint >= 0:
         found.append(joint)
@@ -150,7 +150,7 @@ def path_to(model: Constants, joint: int) -> tuple[int, ...]:
 
 
 def pairs_of(model: Constants) -> Pairs:
-    """Each joint with itself and every joint that carries it."""
+    """Return all pairs of a joint and itself or one of its ancestors."""
     pairs = [(joint, carrier) for joint in range(len(model.kinds)) for carrier in path_to(model, joint)]
     lower, upper = zip(*pairs, strict=True)
     below, above = np.array(lower), np.array(upper)
@@ -160,18 +160,21 @@ def pairs_of(model: Constants) -> Pairs:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pushes:
-    """Pushed joints beside those that carry them, and beside those that move then; see `inverse_mass_matrix`.
+    """Pairs of a pushed joint with its ancestors, and with the joints that move in response.
+
+    They are the loops of the kernel `inverse_mass_matrix`, which applies a unit force to each joint in turn.
 
     Attributes
     ----------
     below, carriers : array of int, (P,)
-        For each pushed joint, upwards from it, the row of the pair before, and a joint that carries it or is it.
+        For each pushed joint, in the order towards the base: the row of the previous pair, and the joint itself or an
+        ancestor.
     is_own : array, (P,)
-        1 where that is the pushed joint, else 0.
+        1 where the carrier is the pushed joint itself, otherwise 0.
     before, joints, pairs : array of int, (R,)
         The row of the same pushed joint with the moved joint's parent, the moved joint, and the row over P.
     is_carrier : array, (R,)
-        1 where the moved joint carries the pushed one or is it, else 0.
+        1 where the moved joint is the pushed joint or an ancestor of it, otherwise 0.
     factors : array, (R,)
     rows, columns, mirrored : array of int, (R,)
     """
@@ -190,7 +193,7 @@ class Pushes:
 
 
 def pushes_of(model: Constants) -> Pushes:
-    """Each joint as the pushed one, with its carriers, and with the joints of its tree that do not come after it."""
+    """Return the pairs of each pushed joint with its ancestors, and with the joints of its tree up to its own index."""
     variables, ratios, _ = followed(model)
     upwards = [(pushed, carrier) for pushed in range(len(model.kinds)) for carrier in reversed(path_to(model, pushed))]
     place = {pair: row for row, pair in enumerate(upwards)}

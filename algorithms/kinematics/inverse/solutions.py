@@ -1,4 +1,4 @@
-"""What inverse kinematics gives back."""
+"""Results of inverse kinematics."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 
 class Status(IntEnum):
-    """How it went with one pose.
+    """Outcome for one pose.
 
-    ``FOUND``: at least one branch is valid. ``SINGULAR``: the same, but two branches coincide to 1e-6 radians, or a
-    joint may turn freely; what is given is one of the configurations. ``OUT_OF_REACH``: no configuration reaches the
-    pose. ``NOT_FOUND``: a search from several starts ended elsewhere, which for arms without a closed form is no proof
-    that there is none. ``NOT_FINITE``: the pose is NaN, infinite, or no motion.
+    ``FOUND``: at least one branch is valid. ``SINGULAR``: at least one branch is valid, but two branches coincide to
+    1e-6 radians, or a joint can rotate freely; one of the infinitely many configurations is returned. ``OUT_OF_REACH``:
+    no configuration reaches the pose. ``NOT_FOUND``: an iterative search from several starts did not converge. This does
+    not prove that the pose is unreachable. ``NOT_FINITE``: the pose is NaN, infinite, or not a rigid motion.
     """
 
     FOUND = 0
@@ -33,25 +33,25 @@ class Solutions:
     Attributes
     ----------
     q : array, (..., branches, n)
-        Joint variables, NaN where the branch is not valid. Angles are in (-pi, pi], or turned by whole turns: into the
-        joint's limits where that is possible, and as near to `near` as the limits allow where that was given. The
-        values of locked joints are those that were given.
+        Joint variables, NaN where the branch is not valid. Angles are in (-pi, pi], or shifted by multiples of 2 pi:
+        into the joint's limits where possible, and as close to `near` as the limits allow if `near` was given. Locked
+        joints have their given values.
     valid : array of bool, (..., branches)
-        Whether the branch reaches the pose, to 1e-10 of the arm's size: checked by the forward kinematics. Branches
-        that coincide, at singularities, are all valid.
+        Whether the branch reaches the pose to 1e-10 of the arm's size, verified by forward kinematics. Coinciding
+        branches at singularities are all valid.
     status : array of int, (...)
-        Of `Status`.
+        Values of `Status`.
     nearest : array, (..., n)
-        The first valid branch, within the limits if one is; where `near` was given, of these the one with the
-        smallest sum of squared differences to it. Where none is valid, a configuration whose pose is as near as damped
-        least squares gets, in lengths and in angles times the arm's size; its angles are turned as those of `q` are,
-        and it may be beyond limits. NaN where the pose is not finite.
+        The first valid branch, preferably within the limits. If `near` was given, the candidate with the smallest sum
+        of squared differences to it. If no branch is valid, the configuration whose pose is closest according to damped
+        least squares, in lengths and in angles times the arm's size. Its angles are shifted as those of `q`, and it may
+        violate limits. NaN where the pose is not finite.
     method : str
-        How the arm was solved: "spherical wrist", "spherical shoulder", "three parallel axes", "parallel axes",
+        The method that solved the arm: "spherical wrist", "spherical shoulder", "three parallel axes", "parallel axes",
         "three slides", "elbow circle", "elimination" or "search".
     within_limits : array of bool, (..., branches)
-        Whether the branch is valid and `q` is within the limits of every joint: ``low <= q <= high``. Values that are
-        beyond a limit by rounding, up to 1e-11, are put on it.
+        Whether the branch is valid and `q` is within the limits of every joint: ``low <= q <= high``. Values beyond a
+        limit by rounding errors up to 1e-11 are set to the limit.
     """
 
     q: NDArray[Any]

@@ -1,4 +1,4 @@
-"""Inverse kinematics of a robot: which way is taken, all branches, and whether they are right."""
+"""Inverse kinematics of a robot: selection of the method, and validation of all branches."""
 
 from __future__ import annotations
 
@@ -22,21 +22,22 @@ from .slides import ThreeSlides, TwoSlides
 from .solutions import Solutions, Status
 
 _BLOCK = 2048
-"""Poses that are worked on at once, so that what belongs to them stays in the second cache."""
+"""Number of poses in a block, such that the data of a block fit into the second-level cache."""
 _RIGHT = 2e-11
-"""A branch is valid where each coefficient of its motor, lengths as parts of the arm's size, is nearer than this."""
+"""A branch is valid if the coefficients of its motor differ by less than this (lengths relative to the arm's size)."""
 _EXACT = 1e-13
-"""Branches farther off than this, up to `_ROUGH`, are polished."""
+"""Branches with larger errors than this, up to `_ROUGH`, are polished."""
 _ROUGH, _NO_ROOT = 1e-3, -1e-6
-"""But for those whose discriminant says that there is no solution, whatever its rounding."""
+"""Branches with a discriminant below the second number have no solution, whatever the rounding; they are skipped."""
 _STEPS, _FEW = 60, 8
-"""Of descents to the nearest pose that can be reached; and from how many starts, where nothing is known."""
+"""Maximum steps of a descent to the nearest reachable pose, and number of starts where no start is known."""
 _MOTION = 1e-3
-"""Matrices are of motions where no entry of the rotation is farther from one, and from that of the motor."""
+"""A matrix is a rigid motion if no entry of its rotation differs by more than this from that of its motor."""
 _AT_LIMIT = 1e-11
-"""Variables that are beyond a limit by rounding, up to this, are put on it: the pose is still right."""
+"""Variables beyond a limit by rounding errors up to this are set to the limit. The pose remains valid."""
 
-Way = Callable[[Reals, slice], tuple[Reals, Reals]]
+Solver = Callable[[Reals, slice], tuple[Reals, Reals]]
+"""Returns branches and discriminants of a block of goals."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,18 +57,21 @@ def inverse(
     *,
     locked: Mapping[int, ArrayLike] | None = None,
     elbow: ArrayLike | None = None,
-    way: str = "motors",
+    method: str = "motors",
     near: ArrayLike | None = None,
 ) -> Solutions:
-    """All configurations of a robot that reach poses: what `Robot.inverse` calls, and describes."""
-    if way != "motors" and way not in GEOMETRIES:
-        raise ValueError(f"{robot.name}: way {way!r}; expected 'motors', {', '.join(map(repr, GEOMETRIES))}")
-    if way != "motors" and elbow is not None:
-        raise ValueError(f"{robot.name}: way {way!r} with an elbow; expected 'motors', or joints locked")
+    """Return all configurations of a robot that reach the given poses; see `Robot.inverse`."""
+    if method != "motors" and method not in GEOMETRIES:
+        expected = " or ".join(map(repr, ("motors", *GEOMETRIES)))
+        raise ValueError(f"{robot.name}: method {method!r}; expected {expected}")
+    if method != "motors" and elbow is not None:
+        raise ValueError(
+            f"{robot.name}: method {method!r} with elbow; expected method 'motors', or locked instead of elbow"
+        )
     goals = _motors(robot, poses)
     shape, count = goals.shape[:-1], int(np.prod(goals.shape[:-1]))
     if locked and elbow is not None:
-        raise ValueError(f"{robot.name}: locked and elbow are both given; expected one of them")
+        raise ValueError(f"{robot.name}: locked and elbow are both given; expected at most one of them")
     values = {
         joint: _per_pose(value, f"{robot.name}: locked[{joint}]", shape) for joint, value in (locked or {}).items()
     }
@@ -75,13 +79,13 @@ def inverse(
         if isinstance(joint, bool) or not isinstance(joint, (int, np.integer)) or not 0 <= joint < len(robot.kinds):
             raise ValueError(f"{robot.name}: locked: joint {joint!r}; expected 0 to {len(robot.kinds) - 1}")
     if values and len(values) == len(robot.kinds):
-        raise ValueError(f"{robot.name}: locked: all joints; expected one at least that is free")
+        raise ValueError(f"{robot.name}: locked: all joints; expected at least one free joint")
     angles = None if elbow is None else _per_pose(elbow, f"{robot.name}: elbow", shape)
     wanted = None if near is None else _configurations(robot, near, shape)
     given = list(values.values()) + ([] if angles is None else [angles])
     goals = goals.reshape(-1, 8)
     is_finite = np.isfinite(goals).all(-1) & np.all([np.isfinite(value) for value in given], axis=0)
-    # What is not finite is solved as the pose at home, and struck out at the end.
+    # Non-finite poses are replaced by the home pose here and marked as invalid at the end.
     goals = np.where(is_finite[:, None], goals, robot.tool)
     goals = pga3.motor_between_frames(robot.tool, goals)
     values = {joint: np.where(is_finite, value, 0.0) for joint, value in values.items()}
@@ -90,7 +94,7 @@ def inverse(
         arm, turns = elbow_circle(robot), np.where(is_finite, angles, 0.0)
         found = _checked(chain, goals, lambda motors, block: arm.solve(motors, turns[block]), arm.name)
     else:
-        found = _with_locked(chain, goals, values, way)
+        found = _with_locked(chain, goals, values, method)
     branches, n = found.q.shape[1:]
     status, within = np.empty(count, np.int8), np.empty((count, branches), bool)
     for start in range(0, count, _BLOCK):
@@ -117,7 +121,7 @@ def _judge(
     wanted: Reals | None,
     held: frozenset[int],
 ) -> None:
-    """The status of a block of poses, and which branches are within the limits; what is not valid becomes NaN."""
+    """Set the status and the branches within limits for a block of poses, and set invalid branches to NaN."""
     q, valid, nearest = found.q[block], found.valid[block], found.nearest[block]
     status[:] = Status.OUT_OF_REACH if found.method != "search" else Status.NOT_FOUND
     status[valid.any(-1)] = Status.FOUND
@@ -126,8 +130,8 @@ def _judge(
     if lost.any():
         status[lost], valid[lost], nearest[lost] = Status.NOT_FINITE, False, np.nan
     q[~valid] = np.nan
-    within[:] = valid & _turned_inside(robot, q, None if wanted is None else wanted[:, None], held)
-    _turned_inside(robot, nearest, wanted, held)
+    within[:] = valid & _shifted_into_limits(robot, q, None if wanted is None else wanted[:, None], held)
+    _shifted_into_limits(robot, nearest, wanted, held)
     some = np.flatnonzero(valid.any(-1))
     chosen = np.where(within[some].any(-1, keepdims=True), within[some], valid[some])
     if wanted is None:
@@ -137,10 +141,11 @@ def _judge(
     nearest[some] = q[some, best]
 
 
-def _turned_inside(robot: Model, q: Reals, wanted: Reals | None, held: frozenset[int]) -> NDArray[np.bool_]:
-    """Turn joints of configurations (..., n) in place by whole turns into their limits; which are inside then: (...).
+def _shifted_into_limits(robot: Model, q: Reals, wanted: Reals | None, held: frozenset[int]) -> NDArray[np.bool_]:
+    """Shift angles of configurations (..., n) in place by multiples of 2 pi into their limits.
 
-    Of several numbers of turns, the one that comes nearest to what is wanted, or to 0; `held` joints are left alone.
+    Of several multiples, the one nearest to `wanted`, or to 0, is chosen. Joints in `held` are unchanged. Return (...)
+    whether all variables are within their limits.
     """
     inside = np.ones(q.shape[:-1], bool)
     for joint, kind in enumerate(robot.kinds):
@@ -158,7 +163,7 @@ def _turned_inside(robot: Model, q: Reals, wanted: Reals | None, held: frozenset
 
 
 def _configurations(robot: Model, near: ArrayLike, shape: tuple[int, ...]) -> Reals:
-    """A configuration for each pose, (N, n)."""
+    """Return a configuration for each pose, (N, n)."""
     n, name = len(robot.kinds), f"{robot.name}: near"
     array = finite(real_array(near, name, (n,), f"{n} joint variables"), name)
     try:
@@ -170,7 +175,7 @@ def _configurations(robot: Model, near: ArrayLike, shape: tuple[int, ...]) -> Re
 
 
 def _motors(robot: Model, poses: ArrayLike) -> Reals:
-    """Unit motors of poses, in double precision."""
+    """Return poses as unit motors in double precision."""
     array = real_array(poses, f"{robot.name}: poses", ())
     if array.shape[-2:] == (4, 4):
         matrices = array.astype(float)
@@ -184,7 +189,7 @@ def _motors(robot: Model, poses: ArrayLike) -> Reals:
 
 
 def _per_pose(value: ArrayLike, name: str, shape: tuple[int, ...]) -> Reals:
-    """A number for each pose, (N,)."""
+    """Return a number for each pose, (N,)."""
     array = real_array(value, name)
     try:
         return np.broadcast_to(array, shape).reshape(-1).astype(float)
@@ -193,15 +198,15 @@ def _per_pose(value: ArrayLike, name: str, shape: tuple[int, ...]) -> Reals:
 
 
 def _with_locked(chain: Chain, goals: Reals, values: Mapping[int, Reals], geometry: str) -> _Found:
-    """The branches where some joints have given values, (N,) each."""
+    """Return the branches where some joints have given values, (N,) each."""
     if not values:
         form = closed_form(chain) or ThreeSlides.of(chain) or TwoSlides.of(chain) or Elimination.of(chain)
         if geometry != "motors":
             form = Meets.of(form, geometry)
             if form is None:
                 raise ValueError(
-                    f"way {geometry!r}: not for this arm; expected a wrist, and first axes that meet or parallel ones, "
-                    "or three parallel axes; use 'motors'"
+                    f"method {geometry!r}: not available for this arm; expected a spherical wrist with intersecting or "
+                    "parallel axes before it, or three parallel axes; use method 'motors'"
                 )
         if form is None:
             return _checked(chain, goals, lambda motors, _: _searched(chain, motors), "search")
@@ -211,7 +216,7 @@ def _with_locked(chain: Chain, goals: Reals, values: Mapping[int, Reals], geomet
     if joint in (0, len(chain) - 1):
         rest, motors = chain.lock(joint, value, goals)
         return _inserted(_with_locked(rest, motors, others, geometry), joint, value)
-    # A joint between others carries axes along: one arm for each value.
+    # A joint between others moves the axes behind it, so that each value gives a different arm.
     different, which = np.unique(value, return_inverse=True)
     parts = []
     for k, one in enumerate(different if len(different) else np.zeros(1)):
@@ -240,21 +245,21 @@ def _searched(chain: Chain, goals: Reals) -> tuple[Reals, Reals]:
     return q, np.ones(q.shape[:2])
 
 
-def _checked(chain: Chain, goals: Reals, way: Way, method: str) -> _Found:
-    """The branches of a way, compared with the goals; those that are nearly right are polished."""
+def _checked(chain: Chain, goals: Reals, solve: Solver, method: str) -> _Found:
+    """Validate the branches of a solver against the goals, and polish those with small errors."""
     found: _Found | None = None
     rough: list[tuple[Reals, Reals, Reals, Reals]] = []
     free: list[tuple[Reals, Reals, Reals, Reals]] = []
     for start in range(0, max(len(goals), 1), _BLOCK):
         block = slice(start, start + _BLOCK)
-        q, gap = way(goals[block], block)
+        q, gap = solve(goals[block], block)
         off = chain.distance(q, goals[block, None])
         if found is None:
             shape = len(goals), *q.shape[1:]
             found = _Found(
                 np.empty(shape), np.empty(shape[:2], bool), np.empty(shape[:2]), np.empty((shape[0], shape[2])), method
             )
-        # The arc tangent of -0 is -pi.
+        # arctan2(-0.0, x) is -pi for negative x.
         q[q == -np.pi] = np.pi
         valid = off <= _RIGHT
         near = (off > _EXACT) & (off < _ROUGH) & (gap > _NO_ROOT)
@@ -265,14 +270,14 @@ def _checked(chain: Chain, goals: Reals, way: Way, method: str) -> _Found:
         if loose.any():
             rows, branches = np.nonzero(loose)
             free.append((rows + start, branches, q[loose], off[loose]))
-        # Where no branch is valid, the one that is nearest.
+        # The first valid branch, or the one with the smallest error if no branch is valid.
         best = np.argmax(valid, axis=-1)
         lost = ~valid.any(-1)
         best[lost] = np.argmin(np.where(np.isfinite(off[lost]), off[lost], np.inf), axis=-1)
         found.nearest[block] = q[np.arange(len(q)), best]
         q[~valid] = np.nan
         found.q[block], found.valid[block], found.gap[block] = q, valid, gap
-    assert found is not None  # there is a block even of no goals
+    assert found is not None  # even an empty batch of goals has one block
     if rough:
         _polished(chain, goals, found, *(np.concatenate(part) for part in zip(*rough, strict=True)))
     if free:
@@ -284,20 +289,20 @@ def _checked(chain: Chain, goals: Reals, way: Way, method: str) -> _Found:
         if nowhere.any():
             begin[nowhere] = search(chain, goals[missed[nowhere]], _FEW)[:, 0]
         reached, _ = descend(chain, begin, goals[missed], _STEPS, 1e-13 * chain.size)
-        # Where a joint could turn freely, another angle than the one that was taken may reach.
+        # If a joint rotates freely, the goal may be reachable with another angle than the chosen one.
         lost = (np.abs(found.gap[missed]) <= COINCIDE).any(-1) & (chain.distance(reached, goals[missed]) > _RIGHT)
         reached[lost] = search(chain, goals[missed[lost]])[:, 0]
         found.nearest[missed] = chain.wrapped(reached)
         distance = chain.distance(reached, goals[missed])
         right = missed[distance <= _RIGHT]
         found.q[right, 0], found.valid[right, 0] = found.nearest[right], True
-        # Found though the equations had no solution: that is where they are singular.
+        # The equations had no solution although the pose is reachable: this happens at singularities.
         found.gap[right, 0] = 0.0
     return found
 
 
 def _polished(chain: Chain, goals: Reals, found: _Found, rows: Reals, branches: Reals, q: Reals, off: Reals) -> None:
-    """Put branches (K, n) that were off by (K,) into what was found, polished where that helps."""
+    """Polish branches (K, n) with errors (K,), and insert those that become valid."""
     better = polish(chain, q, goals[rows])
     distance = chain.distance(better, goals[rows])
     improved = distance < off
@@ -309,9 +314,10 @@ def _polished(chain: Chain, goals: Reals, found: _Found, rows: Reals, branches: 
 
 
 def _freed(chain: Chain, goals: Reals, found: _Found, rows: Reals, branches: Reals, q: Reals, off: Reals) -> None:
-    """Put in branches (K, n), off by (K,), whose joint that turns freely has an angle from which the rest cannot reach.
+    """Correct branches (K, n), with errors (K,), in which the angle of a freely rotating joint is infeasible.
 
-    One for each pose that has no such branch yet: the nearest, moved to where it reaches, unless it is there already.
+    For each pose without a valid singular branch, the branch with the smallest error is moved until it reaches the
+    goal, and inserted unless it duplicates another one.
     """
     has_one = np.any(found.valid & (np.abs(found.gap) <= COINCIDE), axis=-1)
     order = np.argsort(off)
