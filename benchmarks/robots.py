@@ -43,8 +43,8 @@ _SINGLE = {
 }
 _ARMS = {
     "spherical wrist": ("puma560", {}),
-    "spherical wrist, affine": ("puma560", {"way": "affine"}),
-    "spherical wrist, conformal": ("puma560", {"way": "conformal"}),
+    "spherical wrist, affine": ("puma560", {"method": "affine"}),
+    "spherical wrist, conformal": ("puma560", {"method": "conformal"}),
     "three parallel axes": ("ur5", {}),
     "elbow circle": ("iiwa", {"elbow": 0.5}),
     "elimination": ("general", {}),
@@ -206,4 +206,4 @@ def _inverse(rounds: int, batch: int) -> str:
         lines.append(
             (name, arm.name, str(found.valid.sum(-1).max()), f"{recall:.4f}", f"{1e6 * spent[name] / count:.2f}")
         )
-    return markdown.table(("way", "arm", "branches, at most", "recall", "one pose"), lines)
+    return markdown.table(("method", "arm", "branches, at most", "recall", "one pose"), lines)

@@ -15,8 +15,8 @@ class Status(IntEnum):
 
     ``FOUND``: at least one branch is valid. ``SINGULAR``: at least one branch is valid, but two branches coincide to
     1e-6 radians, or a joint can rotate freely; one of the infinitely many configurations is returned. ``OUT_OF_REACH``:
-    no configuration reaches the pose. ``NOT_FOUND``: an iterative search from several starts did not converge. This does
-    not prove that the pose is unreachable. ``NOT_FINITE``: the pose is NaN, infinite, or not a rigid motion.
+    no configuration reaches the pose. ``NOT_FOUND``: an iterative search from several starts did not converge. This
+    does not prove that the pose is unreachable. ``NOT_FINITE``: the pose is NaN, infinite, or not a rigid motion.
     """
 
     FOUND = 0

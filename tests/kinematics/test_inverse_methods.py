@@ -1,4 +1,4 @@
-"""The affine and the conformal way give the branches that motors give."""
+"""The affine and the conformal method give the branches that motors give."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ OFFSET = [{**SHOULDER[0], "a": 0.15}, *SHOULDER[1:]]
 """The first axis does not meet the second; the second and third are parallel."""
 
 
-@pytest.mark.parametrize("way", GEOMETRIES)
+@pytest.mark.parametrize("method", GEOMETRIES)
 @pytest.mark.parametrize("robot", ["puma560", "stanford", "ur5", "panda", "shoulder", "offset"])
-def test_the_same_branches(robot: str, way: str) -> None:
+def test_the_same_branches(robot: str, method: str) -> None:
     rows = {"shoulder": SHOULDER, "offset": OFFSET}
     arm = Robot.from_dh(rows[robot]) if robot in rows else Robot.named(robot)
     q = np.random.default_rng(1).uniform(-pi, pi, (500, arm.n_joints))
     poses = arm.pose(q)
     given: dict[str, Any] = {"locked": {6: q[:, 6]}} if robot == "panda" else {}
-    expected, found = arm.inverse(poses, **given), arm.inverse(poses, way=way, **given)
-    assert found.method == f"{expected.method}, {way}"
+    expected, found = arm.inverse(poses, **given), arm.inverse(poses, method=method, **given)
+    assert found.method == f"{expected.method}, {method}"
     assert np.array_equal(found.valid.sum(-1), expected.valid.sum(-1))
     turns = np.array([kind.value == "revolute" for kind in arm.kinds])
     away = found.q[:, :, None] - expected.q[:, None]
@@ -43,10 +43,10 @@ def test_the_same_branches(robot: str, way: str) -> None:
     assert np.abs(reached - poses[:, None])[found.valid].max() < 1e-10
 
 
-@pytest.mark.parametrize("way", ["motors", *GEOMETRIES])
+@pytest.mark.parametrize("method", ["motors", *GEOMETRIES])
 @pytest.mark.parametrize("five", [0.0, 1e-12, 1e-10, 1e-8, 1e-6])
 @pytest.mark.parametrize("robot", ["puma560", "stanford", "ur5", "shoulder", "offset"])
-def test_wrists_that_are_straight(robot: str, five: float, way: str) -> None:
+def test_wrists_that_are_straight(robot: str, five: float, method: str) -> None:
     """Circles become points, and places come to axes: the pose is reached all the same, by as many branches."""
     rows = {"shoulder": SHOULDER, "offset": OFFSET}
     arm = Robot.from_dh(rows[robot]) if robot in rows else Robot.named(robot)
@@ -55,7 +55,7 @@ def test_wrists_that_are_straight(robot: str, five: float, way: str) -> None:
         q = np.random.default_rng(0).uniform(-pi, pi, (200, 6))
         q[:, 4] = straight + five
         poses = arm.pose(q)
-        found = arm.inverse(poses, way=way)
+        found = arm.inverse(poses, method=method)
         assert found.valid.any(-1).all() and (found.status <= Status.SINGULAR).all()
         reached = arm.pose(np.where(found.valid[..., None], found.q, 0.0))
         assert np.abs(reached - poses[:, None])[found.valid].max() < 1e-10
@@ -71,8 +71,8 @@ def test_wrists_that_are_straight(robot: str, five: float, way: str) -> None:
             assert np.array_equal(found.valid.sum(-1), expected.valid.sum(-1))
 
 
-@pytest.mark.parametrize("way", ["motors", *GEOMETRIES])
-def test_a_wrist_above_the_first_axis(way: str) -> None:
+@pytest.mark.parametrize("method", ["motors", *GEOMETRIES])
+def test_a_wrist_above_the_first_axis(method: str) -> None:
     """The first joint may turn freely: two links of 0.4 m, folded so that the wrist's centre is on the axis."""
     rows = [{"d": 0.3, "alpha": pi / 2}, {"a": 0.4}, {"alpha": pi / 2}, {"d": 0.4, "alpha": -pi / 2}, {"alpha": pi / 2}]
     arm = Robot.from_dh([*rows, {"d": 0.1}])
@@ -82,19 +82,19 @@ def test_a_wrist_above_the_first_axis(way: str) -> None:
         q[:, 2] = pi - 2 * q[:, 1] + pi / 2 + off
         poses = arm.pose(q)
         assert off > 0 or np.abs(poses[:, :2, 3] - 0.1 * poses[:, :2, 2]).max() < 1e-15
-        found = arm.inverse(poses, way=way)
+        found = arm.inverse(poses, method=method)
         assert found.valid.any(-1).all()
         reached = arm.pose(np.where(found.valid[..., None], found.q, 0.0))
         assert np.abs(reached - poses[:, None])[found.valid].max() < 1e-10
 
 
-@pytest.mark.parametrize("way", GEOMETRIES)
+@pytest.mark.parametrize("method", GEOMETRIES)
 @pytest.mark.parametrize("name", ["puma560", "ur5"])
-def test_pairs_of_points_that_are_imaginary(name: str, way: str) -> None:
+def test_pairs_of_points_that_are_imaginary(name: str, method: str) -> None:
     arm = Robot.named(name)
     poses = arm.pose(np.random.default_rng(2).uniform(-pi, pi, (50, 6)))
     poses[:, :3, 3] *= 5.0 / np.linalg.norm(poses[:, :3, 3], axis=-1, keepdims=True)
-    found = arm.inverse(poses, way=way)
+    found = arm.inverse(poses, method=method)
     assert (found.status == Status.OUT_OF_REACH).all() and np.isfinite(found.nearest).all()
 
 
@@ -109,9 +109,19 @@ def test_a_circle_and_a_sphere_meet_in_the_same_points_in_both() -> None:
         assert gap < 0
 
 
-def test_what_has_no_other_way() -> None:
+def test_the_deprecated_name_of_the_method() -> None:
+    arm = Robot.named("ur5")
+    poses = arm.pose(np.random.default_rng(3).uniform(-pi, pi, (5, 6)))
+    with pytest.warns(DeprecationWarning, match="parameter way is now method.*removed in version 0.3") as caught:
+        found = arm.inverse(poses, way="conformal")
+    assert caught[0].filename == __file__
+    assert found.method == "three parallel axes, conformal"
+    assert np.array_equal(found.q, arm.inverse(poses, method="conformal").q, equal_nan=True)
+
+
+def test_arms_without_another_method() -> None:
     rows = [{"d": 0.2, "a": 0.3, "alpha": 0.9}] * 6
-    with pytest.raises(ValueError, match="way 'conformal': not for this arm"):
-        Robot.from_dh(rows).inverse(np.eye(4), way="conformal")
-    with pytest.raises(ValueError, match="expected 'motors', 'affine', 'conformal'"):
-        Robot.named("ur5").inverse(np.eye(4), way="matrices")
+    with pytest.raises(ValueError, match="method 'conformal': not available for this arm"):
+        Robot.from_dh(rows).inverse(np.eye(4), method="conformal")
+    with pytest.raises(ValueError, match="expected 'motors' or 'affine' or 'conformal'"):
+        Robot.named("ur5").inverse(np.eye(4), method="matrices")
