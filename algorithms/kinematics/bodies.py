@@ -1,4 +1,4 @@
-"""Rigid bodies: what a link weighs, and where."""
+"""Rigid bodies: mass, centre of mass and inertia tensor of links."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from generated import pga3
 from .errors import DescriptionError, NotFiniteError
 
 _LEAST = -1e-12
-"""Moments of inertia are not below this, kg m²: some files have rounding instead of 0."""
+"""Lower bound of moments of inertia, kg m². Some files contain rounding errors instead of 0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,13 +29,13 @@ class Body:
     tensor : 6 floats
         Moments of inertia about the centre, xx, xy, xz, yy, yz, zz, kg m².
     armature : float
-        Inertia of the motor's rotor as it is felt at the joint, kg m² (kg for a slide): rotor inertia times the gear
-        ratio squared.
+        Rotor inertia reflected at the joint, kg m² (kg for prismatic joints): rotor inertia times the gear ratio
+        squared.
 
     Raises
     ------
     DescriptionError, NotFiniteError
-        For a negative mass, moment of inertia or armature, a wrong number of coordinates, what is not finite.
+        For a negative mass, moment of inertia or armature, a wrong number of coordinates, or non-finite numbers.
     """
 
     mass: float = 0.0
@@ -61,12 +61,12 @@ class Body:
 
 
 def is_tensor(tensor: Sequence[float]) -> bool:
-    """Whether no moment of inertia xx, yy, zz of a tensor xx, xy, xz, yy, yz, zz is negative."""
+    """Return whether xx, yy and zz of a tensor xx, xy, xz, yy, yz, zz are not negative."""
     return min(tensor[0], tensor[3], tensor[5]) >= _LEAST
 
 
 def about_centre(inertia: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The row of a body (mass, centre, tensor about it) from its inertia about the origin, as the kernels add it up.
+    """Return the row of a body (mass, centre, tensor about the centre) from its inertia about the origin.
 
     Parameters
     ----------
@@ -82,7 +82,8 @@ def about_centre(inertia: NDArray[np.float64]) -> NDArray[np.float64]:
         return row
     c = h / mass
     row[1:4] = c
-    # Sums in one order on every machine, which BLAS does not promise: `gac robot` writes these numbers into specs.
+    # The order of summation must be the same on every machine, which BLAS does not guarantee: `gac robot` writes these
+    # numbers into specs.
     row[4:] += np.array(
         [h[i] * c[j] if i != j else -(h[i - 2] * c[i - 2] + h[i - 1] * c[i - 1]) for i in range(3) for j in range(i, 3)]
     )
@@ -90,7 +91,7 @@ def about_centre(inertia: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def moved(motor: NDArray[np.float64], bodies: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """One body (10,) for several that are rigidly joined, all moved by a motor."""
+    """Merge several bodies, all moved by the same motor, into one body (10,)."""
     total = np.zeros(10)
     for body in bodies:
         total += pga3.inertia_of_moved_body(motor, body)

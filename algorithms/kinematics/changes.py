@@ -1,8 +1,9 @@
-"""The same robot with something changed: tool, base, gravity, payload, limits, armature, or kernels of its own.
+"""Modified copies of a robot: another tool, base, gravity, payload, limits, armature, or specialised kernels.
 
-Each method gives a new robot. Kernels of the robot's module that were made from what was changed are not used by the
-new one (`folded`), and `Robot.uses` says so: as arguments of the kernels, tool and gravity would cost every robot more
-operations (`forward` of UR5 18 %, `jacobian` of Panda 18 %, `inverse_dynamics` 4 % and two functions).
+Each method returns a new robot. It does not use kernels of the robot's module that were generated from the changed
+constants (`folded`); `Robot.uses` reports which are used. Tool and gravity are not arguments of these kernels because
+that would cost every robot more operations (`forward` of UR5 18 %, `jacobian` of Panda 18 %, `inverse_dynamics` 4 % and
+two functions).
 """
 
 from __future__ import annotations
@@ -25,21 +26,21 @@ from .masses import joined, placed
 from .model import Model
 
 _NO_MOTOR = {np.dtype(np.float64): 1e-9, np.dtype(np.float32): 1e-6}
-"""How far a motor may be from its unit, and a matrix from a motion, for numbers of about 1."""
+"""Tolerated deviation of a motor from a unit motor, and of a matrix from a rigid motion, for numbers of about 1."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Changes(Model):
-    """A robot that can be had with something changed."""
+    """A robot with methods that return modified copies."""
 
     def with_tool(self, tool: ArrayLike) -> Self:
-        """The same robot with a tool at its end effector.
+        """Return the same robot with a tool at its end effector.
 
         Parameters
         ----------
         tool : array_like, (8,) or (4, 4)
-            Where the new end effector is in the frame of the present one, m: a unit motor, or a matrix. Its mass is a
-            matter of `with_payload`.
+            Pose of the new end effector in the frame of the present one, m: a unit motor, or a matrix. Its mass can be
+            added with `with_payload`.
 
         Returns
         -------
@@ -49,20 +50,21 @@ class Changes(Model):
         Raises
         ------
         TypeError, ValueError
-            For what is no motor and no matrix of a motion.
+            If `tool` is neither a motor nor the matrix of a rigid motion.
         """
         return replace(self, tool=pga3.motor_product(self.tool, _motor(tool, f"{self.name}: tool")))
 
     def with_base(self, base: ArrayLike) -> Self:
-        """The same robot mounted elsewhere: on a wall, on a table, beside another robot.
+        """Return the same robot mounted elsewhere, for example on a wall, on a table or next to another robot.
 
-        Gravity in the world does not change, and the frame that results are given in becomes that of the world. The
-        robot's axes are lines about that origin: of torques some 1e-13 is lost at 1 km, 1e-10 at 1,000 km.
+        Gravity in the world does not change. Results are expressed in the world frame. The robot's axes become lines
+        relative to the origin of the world, so that torques lose accuracy at large distances: about 1e-13 (relative) at
+        1 km, 1e-10 at 1,000 km.
 
         Parameters
         ----------
         base : array_like, (8,) or (4, 4)
-            Where the base frame is in the world, m: a unit motor, or a matrix.
+            Pose of the base frame in the world, m: a unit motor, or a matrix.
 
         Returns
         -------
@@ -72,7 +74,7 @@ class Changes(Model):
         Raises
         ------
         TypeError, ValueError
-            For what is no motor and no matrix of a motion.
+            If `base` is neither a motor nor the matrix of a rigid motion.
         """
         motor = _motor(base, f"{self.name}: base")
         bodies = np.array([placed(motor, body) for body in self.bodies]) if self.bodies.size else self.bodies
@@ -86,24 +88,24 @@ class Changes(Model):
         )
 
     def with_gravity(self, gravity: ArrayLike) -> Self:
-        """The same robot under another gravity: on the ceiling, on the Moon.
+        """Return the same robot under another gravity, for example on the ceiling or on the Moon.
 
         Parameters
         ----------
         gravity : array_like, (3,)
-            The acceleration of free fall in the base frame, m/s²; ``(0, 0, -9.81)`` where nothing else is said.
+            Gravitational acceleration in the base frame, m/s². That of new robots is ``(0, 0, -9.81)``.
 
         Raises
         ------
         TypeError, ValueError
-            For what is not three finite numbers.
+            If `gravity` is not an array of three finite numbers.
         """
         return replace(self, free_fall=_finite(gravity, f"{self.name}: gravity", (3,), "x, y, z"))
 
     def with_payload(
         self, mass: float, centre: Sequence[float] = (0.0, 0.0, 0.0), tensor: Sequence[float] = (0.0,) * 6
     ) -> Self:
-        """The same robot with a rigid body held by its end effector, beside what it holds already.
+        """Return the same robot with a rigid body added to its end effector.
 
         Parameters
         ----------
@@ -117,12 +119,12 @@ class Changes(Model):
         Raises
         ------
         MissingInertiaError
-            Where nothing is known of the robot's own masses.
+            If the robot's own masses are unknown.
         TypeError, ValueError
-            For a negative mass or moment of inertia, another number of coordinates, what is not finite.
+            For a negative mass or moment of inertia, a wrong number of coordinates, or non-finite numbers.
         """
         if not self.bodies.size:
-            raise MissingInertiaError(f"{self.name}: payload: nothing known of the robot's masses; expected bodies")
+            raise MissingInertiaError(f"{self.name}: payload: the robot's masses are unknown; expected bodies")
         where = f"{self.name}: payload"
         place = _finite(centre, f"{where}: centre", (3,), "x, y, z")
         moments = _finite(tensor, f"{where}: tensor", (6,), "xx, xy, xz, yy, yz, zz")
@@ -132,20 +134,20 @@ class Changes(Model):
         return replace(self, bodies=bodies)
 
     def with_limits(self, limits: ArrayLike) -> Self:
-        """The same robot with other limits of its variables.
+        """Return the same robot with other joint limits.
 
         Parameters
         ----------
         limits : array_like, (n, 2) or (n, 4)
-            For each variable lowest and highest, and speed and effort; where these are left out, they remain.
-            Infinite where there is no limit.
+            For each variable the lower and upper limit, and optionally the maximum velocity and effort, which otherwise
+            remain unchanged. Infinite if unlimited.
 
         Raises
         ------
         TypeError, ValueError
-            For another shape, a NaN, a lowest above the highest.
+            For a wrong shape, a NaN, or a lower limit above the upper limit.
         """
-        given = real_array(limits, f"{self.name}: limits", (len(self.limits), -1), "lowest, highest, speed, effort")
+        given = real_array(limits, f"{self.name}: limits", (len(self.limits), -1), "lower, upper, velocity, effort")
         if given.ndim != 2 or given.shape[1] not in (2, 4):
             n = len(self.limits)
             raise ValueError(f"{self.name}: limits: shape {given.shape}; expected ({n}, 2) or ({n}, 4)")
@@ -154,17 +156,18 @@ class Changes(Model):
         return replace(self, limits=kept)
 
     def with_armature(self, armature: ArrayLike) -> Self:
-        """The same robot with other inertias of its motors' rotors.
+        """Return the same robot with other rotor inertias.
 
         Parameters
         ----------
         armature : array_like, (N,)
-            As felt at each joint, kg m², or kg where it slides: rotor inertia times the gear ratio squared.
+            Inertia reflected at each joint, kg m², or kg for prismatic joints: rotor inertia times the gear ratio
+            squared.
 
         Raises
         ------
         TypeError, ValueError
-            For another shape, what is not finite, a negative number.
+            For a wrong shape, or numbers that are not finite or negative.
         """
         given = _finite(armature, f"{self.name}: armature", (len(self.kinds),), "one for each joint")
         if (given < 0).any():
@@ -172,31 +175,31 @@ class Changes(Model):
         return replace(self, armature=given)
 
     def with_module(self, module: Any) -> Self:
-        """The same robot with kernels that ``gac robot`` wrote for it.
+        """Return the same robot with specialised kernels that ``gac robot`` wrote for it.
 
         Parameters
         ----------
         module : module
-            Each kernel takes the place of the method of its name. Its docstring has digests of the constants that they
-            were made from.
+            Each of its kernels replaces the method of the same name. The docstring of the module contains digests of
+            the constants that the kernels were generated from.
 
         Raises
         ------
         DescriptionError
-            Where the module was made from other constants than this robot has; the message says which.
+            If the module was generated from constants that differ from those of this robot. The message names them.
         TypeError
-            For what is no module with such kernels.
+            If `module` is not a module with such kernels.
         """
         name = getattr(module, "__name__", repr(module))
         parts = folded.folded_parts(module)
         if not parts:
-            raise TypeError(f"{self.name}: module {name}; expected one that gac robot wrote")
+            raise TypeError(f"{self.name}: module {name}; expected a module written by gac robot")
         robot = replace(self, module=module)
         other = sorted(folded.differences(robot) & parts)
         if other:
             raise DescriptionError(
-                f"{self.name}: module {name} is another robot's, made from other {', '.join(other)}; expected its own "
-                "kernels, as gac robot writes them"
+                f"{self.name}: module {name} belongs to another robot: different {', '.join(other)}; expected kernels "
+                "that gac robot wrote for this robot"
             )
         return robot
 
@@ -209,7 +212,7 @@ def _finite(value: ArrayLike, name: str, shape: tuple[int, ...], meaning: str) -
 
 
 def _motor(value: ArrayLike, name: str) -> Floats:
-    """A unit motor from a motor or a matrix."""
+    """Return a unit motor from a motor or a matrix."""
     given = finite(real_array(value, name), name)
     array = given.astype(float)
     most = _NO_MOTOR[given.dtype] * max(1.0, np.abs(array).max(initial=0.0))
@@ -222,5 +225,7 @@ def _motor(value: ArrayLike, name: str) -> Floats:
         raise ValueError(f"{name}: shape {array.shape}; expected a motor (8,) or a matrix (4, 4)")
     motor = pga3.motor_from_matrix(array)
     if not np.abs(pga3.motor_to_matrix(motor) - array).max() <= most:
-        raise DescriptionError(f"{name}: a matrix of no motion; expected a rotation, a translation, and 0, 0, 0, 1")
+        raise DescriptionError(
+            f"{name}: not the matrix of a rigid motion; expected a rotation, a translation, and the last row 0, 0, 0, 1"
+        )
     return motor  # type: ignore[no-any-return]

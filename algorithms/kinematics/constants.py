@@ -1,4 +1,4 @@
-"""The constants of a robot, as the functions that make tables and digests of them read them."""
+"""Protocol of the constants of a robot, for the functions that compute tables and digests from them."""
 
 from __future__ import annotations
 
@@ -13,11 +13,14 @@ Floats = NDArray[np.float64]
 
 
 class Constants(Protocol):
-    """What `Model` holds, see there. `Model` makes its tables when it is made, so these cannot depend on it."""
+    """The attributes of `Model`, documented there.
+
+    `Model` computes its tables on construction. The modules that compute them cannot import it, and use this protocol.
+    """
 
     @property
     def kinds(self) -> tuple[Joint, ...]:
-        """(N,), turning or sliding."""
+        """(N,), revolute or prismatic."""
 
     @property
     def parents(self) -> tuple[int, ...]:
@@ -45,27 +48,27 @@ class Constants(Protocol):
 
     @property
     def bodies(self) -> Floats:
-        """(N, 10), mass, centre and tensor of what each joint carries; empty where nothing is known."""
+        """(N, 10), mass, centre and tensor of the body that each joint carries; empty if unknown."""
 
     @property
     def armature(self) -> Floats:
-        """(N,), inertia of the rotors."""
+        """(N,), reflected rotor inertias."""
 
     @property
     def without_inertia(self) -> tuple[str, ...]:
-        """Links that move and have no inertia."""
+        """Moving links without inertia."""
 
     @property
     def free_fall(self) -> Floats:
-        """(3,), gravity in the base frame."""
+        """(3,), gravitational acceleration in the base frame."""
 
     @property
     def coupling(self) -> Floats:
-        """(N, n + 1), positions of joints that follow others; empty where there are none."""
+        """(N, n + 1), positions of mimic joints; empty if there are none."""
 
     @property
     def module(self) -> Any:
-        """Kernels with constants folded, or None."""
+        """Specialised kernels, or None."""
 
     @property
     def n_joints(self) -> int:

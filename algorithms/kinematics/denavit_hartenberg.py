@@ -1,4 +1,4 @@
-"""Denavit-Hartenberg tables: what a row means, and how one is read and checked."""
+"""Denavit-Hartenberg tables: conventions, rows and their validation."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from .errors import JointCountError, NotFiniteError, UnknownJointTypeError
 
 
 class Joint(Enum):
-    """What a joint does about its axis z: it turns (radians) or it slides (metres)."""
+    """The type of a joint: revolute about its axis z (radians) or prismatic along it (metres)."""
 
     REVOLUTE = "revolute"
     PRISMATIC = "prismatic"
 
 
 class Convention(Enum):
-    """In which order a row moves the frame.
+    """The order in which the parameters of a row move the frame.
 
-    ``STANDARD``: turn about z by theta, move along z by d, along x by a, turn about x by alpha (Denavit and
-    Hartenberg, *J. Applied Mechanics* 22:215, 1955). ``MODIFIED``: turn about x by alpha, move along x by a, turn about
-    z by theta, move along z by d (Craig, *Introduction to Robotics*, 1986).
+    ``STANDARD``: rotate about z by theta, translate along z by d and along x by a, rotate about x by alpha (Denavit and
+    Hartenberg, *J. Applied Mechanics* 22:215, 1955). ``MODIFIED``: rotate about x by alpha, translate along x by a,
+    rotate about z by theta, translate along z by d (Craig, *Introduction to Robotics*, 1986).
     """
 
     STANDARD = "standard"
@@ -32,7 +32,7 @@ class Convention(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One joint and the link that goes with it.
+    """One joint and its link.
 
     Attributes
     ----------
@@ -60,11 +60,11 @@ class Table:
     convention : Convention
     rows : tuple of Row
     source : str
-        Where the numbers are from.
+        The source of the numbers.
     bodies : tuple of Body, optional
-        What each link weighs, in the frame after its row.
+        The rigid body of each link, in the frame after its row.
     limits : tuple of pairs, optional
-        For each joint: lowest, highest.
+        For each joint: lower limit, upper limit.
     """
 
     name: str
@@ -80,7 +80,7 @@ _KEYS = tuple(field.name for field in fields(Row))
 
 
 def convention_of(name: str) -> Convention:
-    """The convention of that name, or a `ValueError` that lists them."""
+    """Return the convention of a given name, or raise a `ValueError` that lists the names."""
     try:
         return Convention(name)
     except ValueError:
@@ -89,12 +89,12 @@ def convention_of(name: str) -> Convention:
 
 
 def rows_of(rows: Sequence[Mapping[str, object]]) -> tuple[Row, ...]:
-    """Rows given as mappings, checked.
+    """Validate rows given as mappings.
 
     Parameters
     ----------
     rows : sequence of mappings
-        Keys d, a, alpha, theta, kind, as in `Row`; what is left out is 0, and revolute.
+        Keys d, a, alpha, theta, kind, as in `Row`. Missing numbers are 0; the default kind is revolute.
 
     Returns
     -------
@@ -103,8 +103,9 @@ def rows_of(rows: Sequence[Mapping[str, object]]) -> tuple[Row, ...]:
     Raises
     ------
     TypeError, ValueError
-        With the row, counted from 0, and the key at fault: an unknown key, what is not a number. What is not finite is
-        a `NotFiniteError`, an unknown kind an `UnknownJointTypeError`, no rows a `JointCountError`.
+        For an unknown key or a value that is not a number; the message names the row, counted from 0, and the key.
+        Numbers that are not finite raise a `NotFiniteError`, unknown kinds an `UnknownJointTypeError`, an empty list a
+        `JointCountError`.
     """
     if isinstance(rows, (str, Mapping)) or not isinstance(rows, Sequence):
         raise TypeError(f"rows: {type(rows).__name__}; expected a list of mappings, one for each joint")

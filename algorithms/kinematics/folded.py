@@ -1,8 +1,8 @@
-"""Kernels with the constants of one robot folded, as ``gac robot`` writes them, and which of them belong to a robot.
+"""Specialised kernels with the constants of one robot folded, as written by ``gac robot``, and their validity.
 
-A module says in its docstring what it was made from: a digest for each part of the robot's description. A kernel is
-used where the digests of all parts that it depends on are those of the robot. What a change of the robot concerns is
-computed with the generic kernels, however the change was made.
+The docstring of a module contains a digest for each part of the robot's description. A kernel is used if the digests of
+all parts that it depends on are those of the robot. After any change of the robot, the affected methods use the generic
+kernels.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from .constants import Constants
 from .tables import followed
 
 GENERIC = "generated.robots"
-"""The module that any robot can be computed with."""
+"""The module with generic kernels for any robot."""
 
 _WHERE = ("joints", "axes", "tool")
 _MASSES = ("joints", "axes", "bodies")
@@ -50,20 +50,20 @@ _CALLS: dict[str, tuple[str, ...]] = {
     "simulate": ("forward_dynamics",),
     "centroidal_momentum": ("centroidal_momentum_matrix",),
 }
-"""The kernels that methods call where the robot's own module may have one of them."""
+"""For each method the kernels it calls, if the robot's own module may provide them."""
 
 _NEVER_OWN = (
     *("link", "inverse", "twists_of_joints", "torque_regressor", "inverse_mass_matrix"),
     *("jacobian_of_point", "jacobian_of_line", "jacobian_of_plane"),
 )
-"""The other methods."""
+"""Methods that always use generic kernels."""
 
 _LINE = re.compile(r"^ {4}(\w+) ([0-9a-f]{12})$", re.MULTILINE)
 
 
 @dataclass(frozen=True, slots=True)
 class Folded:
-    """The kernels of a module that belong to a robot; None for those that do not."""
+    """The kernels of a module that are valid for a robot; None for those that are not."""
 
     forward: Any = None
     forward_all: Any = None
@@ -83,11 +83,11 @@ class Folded:
 
     @property
     def names(self) -> frozenset[str]:
-        """The kernels that there are."""
+        """The names of the valid kernels."""
         return frozenset(entry.name for entry in fields(self) if getattr(self, entry.name) is not None)
 
     def call(self, name: str, *given: Any) -> Any:
-        """What a kernel gives; None where there is none, or where it refuses an argument that the caller is to name."""
+        """Return the result of a kernel, or None if it is missing or rejects an argument."""
         own = getattr(self, name)
         if own is not None:
             try:
@@ -101,7 +101,7 @@ NOTHING = Folded()
 
 
 def kernels_of(model: Constants) -> Folded:
-    """The kernels of the robot's module that were made from the same constants."""
+    """Return the kernels of the robot's module that were generated from the same constants."""
     if model.module is None:
         return NOTHING
     other = differences(model) | ({"bodies"} if model.without_inertia else set())
@@ -114,13 +114,13 @@ def kernels_of(model: Constants) -> Folded:
 
 
 def differences(model: Constants) -> set[str]:
-    """The parts of a robot's description that its module was not made from; all of them where it does not say."""
+    """Return the parts of a robot's description that differ from those of its module. A missing digest differs."""
     signed = dict(_LINE.findall(_docstring(model.module)))
     return {part for part, digest in digests(model).items() if signed.get(part) != digest}
 
 
 def _docstring(module: Any) -> str:
-    """The docstring of a module; from its file where Python runs without docstrings (``-OO``)."""
+    """Return the docstring of a module, read from its file if Python runs without docstrings (``-OO``)."""
     text, file = getattr(module, "__doc__", None), getattr(module, "__file__", None)
     if text is None and file is not None:
         text = Path(file).read_text(encoding="utf-8").partition("from __future__")[0]
@@ -128,12 +128,12 @@ def _docstring(module: Any) -> str:
 
 
 def folded_parts(module: Any) -> set[str]:
-    """The parts that the kernels of a module depend on."""
+    """Return the parts that the kernels of a module depend on."""
     return {part for name, parts in _DEPENDS.items() if hasattr(module, name) for part in parts}
 
 
 def uses(kernels: Folded, module: Any) -> Mapping[str, str]:
-    """For each method the module whose kernels it calls."""
+    """Return for each method the module whose kernels it calls."""
     found = dict.fromkeys(_NEVER_OWN, GENERIC)
     for method, names in _CALLS.items():
         modules = {GENERIC if getattr(kernels, name, None) is None else module.__name__ for name in names}
@@ -142,10 +142,10 @@ def uses(kernels: Folded, module: Any) -> Mapping[str, str]:
 
 
 def digests(model: Constants) -> dict[str, str]:
-    """A digest for each part of a robot's description.
+    """Return a digest for each part of a robot's description.
 
-    Of numbers rounded to 1e-10 of their unit, for tensors of the decade of their largest entry: the text that a
-    module is made from may differ by as much. The same rule as that of `gacompiler.robots.signed`.
+    Numbers are rounded to 1e-10 of their unit, tensors relative to the decade of their largest entry, because the text
+    that a module is generated from may differ by as much. `gacompiler.robots.signed` applies the same rule.
     """
     bodies: list[Iterable[float | str]] = []
     for body in model.bodies if model.bodies.size else ((0.0,) * 10,) * len(model.kinds):

@@ -1,13 +1,13 @@
-"""Grasps by constraints: where points, lines and planes of a gripper come to those of an object.
+"""Grasps by constraints: points, lines and planes of a gripper are made to coincide with those of an object.
 
-The book's 11.2.3: flags of the gripper and of the object coincide. A motor M takes ``a`` to ``b`` where ``M a - b M``
-is zero, which is linear in M for points, lines and planes alike. All constraints together are one matrix, and the
-motors are its null vectors that are motors.
+The method follows section 11.2.3 of the book, in which flags of the gripper and of the object coincide. A motor M takes
+``a`` to ``b`` if ``M a - b M`` is zero. This is linear in M for points, lines and planes alike. All constraints
+together form one matrix, and the solutions are the motors in its null space.
 
-Where freedom is left, the motors are those of one grasp times a group: turns about a point or an axis, slides along a
-line or in a plane, and both. Their rotors are all unit vectors of a linear space, and the squared distance to a pose,
-with the best slide for each rotor, is a quadratic form on it. So the nearest pose is an eigenvector, and no other
-minimum is in the way.
+If degrees of freedom remain, the solutions are one grasp multiplied by a group: rotations about a point or an axis,
+translations along a line or in a plane, or both. Their rotors are the unit vectors of a linear space. The squared
+distance to a pose, with the best translation for each rotor, is a quadratic form on this space. Therefore the nearest
+pose is an eigenvector, and there are no other local minima.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from generated import arms, pga3
 from ..arguments import Reals, finite, finite_number, real_array
 
 _MANY = 12
-"""As many lines and planes of which both orientations are tried."""
+"""Maximum number of lines and planes whose two orientations are both tried."""
 _FLAT = 1e-6
-"""Motors whose rotors are smaller than this part of them are translations only."""
+"""Motors are pure translations if the relative size of their rotor is below this."""
 
 Pairs = tuple[ArrayLike, ArrayLike]
 
@@ -37,14 +37,14 @@ class Grasps:
     Attributes
     ----------
     motors : array, (branches, 8)
-        One for each choice of orientations that has any, the nearest to `near` first. Where there is freedom, the
-        nearest of all that satisfy the constraints.
+        One for each feasible choice of orientations, sorted by distance to `near`. If degrees of freedom remain, the
+        solution closest to `near`.
     freedoms : array of int, (branches,)
-        How many freedoms the gripper has left.
+        The number of remaining degrees of freedom.
     residuals : array, (branches,)
-        The largest distance or sine of an angle by which a constraint is missed.
+        The largest violation of a constraint: a distance or the sine of an angle.
     distances : array, (branches,)
-        How far each pose is from `near`, as `grasp` measures it.
+        The distance of each pose to `near`, as defined in `grasp`.
     """
 
     motors: Reals
@@ -62,42 +62,43 @@ def grasp(
     tolerance: float = 1e-9,
     length: float = 1.0,
 ) -> Grasps:
-    """The motions that take points, lines and planes of a gripper to those of an object.
+    """Return the motions that take points, lines and planes of a gripper to those of an object.
 
-    Where they leave freedom, the motion with the smallest distance ``d`` to `near` is taken,
+    If the constraints leave degrees of freedom, the motion with the smallest distance ``d`` to `near` is chosen,
 
         ``d**2 = |t - t_near|**2 + (2 length sin(angle / 2))**2``,
 
-    where ``t - t_near`` is the way between the two places of the gripper's origin, and `angle` that of the turn between
-    the two attitudes. It is the root mean square of the ways of the points of a gripper that spread evenly about its
-    origin, where `length` is that of their distances from an axis through it.
+    where ``t - t_near`` is the displacement of the gripper's origin, and `angle` the angle of the relative rotation.
+    For a gripper with points distributed evenly about its origin, ``d`` is the root mean square of their displacements
+    if `length` is the root mean square of their distances from an axis through the origin.
 
     Parameters
     ----------
     points : two array_like, (k, 3)
-        Of the gripper, and where each shall be.
+        Points of the gripper, and their target positions.
     lines : two array_like, (k, 6)
-        Normalised.
+        Normalised lines of the gripper and of the object.
     planes : two array_like, (k, 4)
-        Normalised.
+        Normalised planes of the gripper and of the object.
     near : array_like, (8,), optional
-        The pose that is wanted, such as the current one of the gripper, of either sign; left out, the identity.
+        The preferred pose, such as the current pose of the gripper, of either sign. The identity by default.
     oriented : bool
-        Lines and planes have a sense; else either is tried, for at most twelve of them.
+        Whether the orientations of lines and planes must match. Otherwise both are tried, for at most twelve lines and
+        planes in total.
     tolerance : float
-        Constraints are met where singular values are below this part of the largest.
+        Constraints are satisfied where singular values are below this fraction of the largest.
     length : float
-        By how much of a way a turn by a radian counts, in the units of the points.
+        The length that corresponds to a rotation by one radian, in the units of the points.
 
     Returns
     -------
     Grasps
-        No branches where constraints contradict each other.
+        Without branches if the constraints contradict each other.
 
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or is not finite, `near` is no motor, `length` is not positive, or there is
+        If an argument has a wrong shape or is not finite, `near` is not a motor, `length` is not positive, or there is
         no constraint.
     """
     parts, signs = [], 0
@@ -111,13 +112,17 @@ def grasp(
         shape, meaning = (-1, width), f"{width} coefficients each"
         own, goal = (finite(real_array(one, f"grasp: {name}", shape, meaning), f"grasp: {name}") for one in pair)
         if own.shape != goal.shape:
-            raise ValueError(f"grasp: {name}: {len(own)} of the gripper, {len(goal)} of the object; expected as many")
+            raise ValueError(
+                f"grasp: {name}: {len(own)} of the gripper, {len(goal)} of the object; expected equal numbers"
+            )
         signs += len(own) if width != 3 else 0
         parts.append((kernel, own, goal, width != 3))
     if not parts or not any(len(own) for _, own, _, _ in parts):
         raise ValueError("grasp: no constraint; expected points, lines or planes")
     if not oriented and signs > _MANY:
-        raise ValueError(f"grasp: {signs} lines and planes of either sense; expected {_MANY} at most, or oriented=True")
+        raise ValueError(
+            f"grasp: {signs} lines and planes of unknown orientation; expected at most {_MANY}, or oriented=True"
+        )
     wanted = np.eye(8)[0]
     if near is not None:
         given = finite(real_array(near, "grasp: near", (8,), "a motor"), "grasp: near").astype(float)
@@ -148,7 +153,10 @@ def grasp(
 
 
 def _nearest(matrix: Reals, near: Reals, length: float, tolerance: float) -> tuple[Reals, int, float] | None:
-    """The motor in a null space that is nearest to a unit motor, its freedoms and distance; None if there is none."""
+    """Return the motor of a null space that is nearest to a unit motor, its degrees of freedom and its distance.
+
+    Return None if the null space contains no motor.
+    """
     _, values, right = np.linalg.svd(matrix, full_matrices=True)
     values = np.concatenate([values, np.zeros(8 - len(values))])
     null = right[values <= tolerance * max(float(values[0]), 1.0)]
@@ -156,7 +164,7 @@ def _nearest(matrix: Reals, near: Reals, length: float, tolerance: float) -> tup
     many = int((sizes > _FLAT).sum())
     if not many:
         return None
-    # null vectors with the rotors of a basis, and those that only slide
+    # null vectors with the rotors of a basis, and pure translations
     turned, free = left[:, :many].T @ null / sizes[:many, None], left[:, many:].T @ null
     rotors = rotors[:many]
     place = pga3.motor_to_matrix(near)[:3, 3]
@@ -182,20 +190,20 @@ def _nearest(matrix: Reals, near: Reals, length: float, tolerance: float) -> tup
 
 
 def _shift(rotor: Reals, dual: Reals, free: Reals, place: Reals) -> tuple[Reals, int]:
-    """The translation, nearest to a place, of motors of a unit rotor, and how many slides are free.
+    """Return the translation nearest to `place` of motors with a unit rotor, and the number of free translations.
 
-    The part with e0 of these motors is `dual`, (4,), plus any sum of `free`, (K, 4). Of a motor it is half a
-    translation times the rotor; what has a part along the rotor times the pseudoscalar is none.
+    The part of these motors with e0 is `dual`, (4,), plus any linear combination of `free`, (K, 4). For a motor this
+    part is half a translation times the rotor. It must have no component along the rotor times the pseudoscalar.
     """
     halves = pga3.motor_from_rotor_translation(rotor, np.eye(3))[:, 4:]
     parts = np.concatenate([4 * halves, [[-rotor[3], rotor[2], -rotor[1], rotor[0]]]])
-    start, ways = parts @ dual, parts @ free.T
+    start, directions = parts @ dual, parts @ free.T
     if not free.size:
         return start[:3], 0
-    _, sizes, right = np.linalg.svd(ways[3:], full_matrices=True)
+    _, sizes, right = np.linalg.svd(directions[3:], full_matrices=True)
     if sizes[0] > _FLAT:
-        start = start - ways @ right[0] * (start[3] / (ways[3] @ right[0]))
+        start = start - directions @ right[0] * (start[3] / (directions[3] @ right[0]))
         right = right[1:]
-    slides = ways[:3] @ right.T
+    slides = directions[:3] @ right.T
     amounts = np.linalg.lstsq(slides, place - start[:3], rcond=None)[0]
     return start[:3] + slides @ amounts, len(right)

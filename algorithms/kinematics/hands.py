@@ -1,4 +1,4 @@
-"""The Barrett hand: three fingers, four variables; the last joint of each finger follows the one before."""
+"""The Barrett hand: three fingers, four variables. The last joint of each finger follows the preceding one."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from .denavit_hartenberg import Joint
 from .robot import Robot
 
 SPREAD_OFFSET, PROXIMAL, LINK = 0.025, 0.050, 0.070
-"""Distance of the spread axes from the palm's centre, from there to the first finger joint, and from that to the next,
-in metres (OpenRAVE, ``barretthand.kinbody.xml``)."""
+"""Distances from the palm's centre to the spread axes, from there to the first finger joint, and from that to the next
+joint, in metres (OpenRAVE, ``barretthand.kinbody.xml``)."""
 COUPLING, BENT = 1 / 3, radians(50)
-"""The last joint turns by a third of the one before, and is bent by 50 degrees when the finger is open."""
+"""The last joint rotates by a third of the preceding one, and is bent by 50 degrees when the finger is open."""
 TIP = 0.050
-"""From the last joint to the fingertip, m, as in papers of the book's author."""
+"""Distance from the last joint to the fingertip, m, as in papers of the book's author."""
 OPEN, CLOSED, SPREAD = 0.0, radians(140), radians(180)
 
 
 def barrett_hand() -> Robot:
-    """The hand as a tree: variables are the spread of the first two fingers and the bend of each finger, in radians.
+    """Return the hand as a tree; the variables are the spread of fingers 1 and 2 and the bend of each finger, in rad.
 
-    The palm is the plane z = 0, and fingers stretch away from it along z when they are bent by a quarter turn. Fingers
-    one and two stand at (0, ∓0.025, 0) and turn about z by the spread in opposite senses; finger three is fixed at
-    (-0.050, 0, 0), opposite to them.
+    The palm is the plane z = 0. Fingers bent by 90 degrees extend along z. Fingers one and two are located at
+    (0, ∓0.025, 0) and rotate about z by the spread in opposite directions. Finger three is fixed at (-0.050, 0, 0),
+    opposite to them.
 
     Returns
     -------
     Robot
-        n = 4; links ``tip 1``, ``tip 2``, ``tip 3``, asked for by `Robot.link`. Joints in order: spread 1, bend 1, last
-        1, spread 2, bend 2, last 2, bend 3, last 3.
+        n = 4. The poses of the links ``tip 1``, ``tip 2``, ``tip 3`` are given by `Robot.link`. Order of the joints:
+        spread 1, bend 1, last 1, spread 2, bend 2, last 2, bend 3, last 3.
     """
     axes, home, parents, names = [], [], [], []
     links = {}
@@ -50,7 +50,7 @@ def barrett_hand() -> Robot:
 
     for finger, (sign, y0) in enumerate(((-1.0, -SPREAD_OFFSET), (1.0, SPREAD_OFFSET), (0.0, 0.0)), 1):
         carrier = -1
-        # fingers one and two reach along x, the third to the other side
+        # fingers one and two extend along x, the third along -x
         out = -1.0 if finger == 3 else 1.0
         root = np.array([0.0, y0, 0.0])
         if finger < 3:

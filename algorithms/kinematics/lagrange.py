@@ -1,9 +1,10 @@
-"""Dynamics in the book's form: matrices of inner products of mass centres with joint axes.
+"""Lagrangian dynamics in the form of the book: matrices of inner products of mass centres with joint axes.
 
 Bayro-Corrochano, *Geometric Computing* (2010), chapter 12: with ``V_ij = x_i . l_j``, the velocity of the centre of
-mass of link i by joint j, the mass matrix is ``Vᵀ m V + δ I``, Coriolis forces ``Vᵀ m V' qd`` and gravity ``Vᵀ m a``.
-Each link turns with a scalar inertia at the sum of all joint rates before it. That is exact where all axes are parallel
-and wrong elsewhere: use `Robot.mass_matrix` and its kin, which know the whole tensor, for anything but comparison.
+mass of link i caused by joint j, the mass matrix is ``Vᵀ m V + δ I``, the Coriolis forces are ``Vᵀ m V' qd`` and the
+gravity forces ``Vᵀ m a``. Each link has a scalar moment of inertia and rotates at the sum of the preceding joint rates.
+This is exact only if all axes are parallel. Except for comparison, use `Robot.mass_matrix` and the related methods,
+which use the full inertia tensors.
 """
 
 from __future__ import annotations
@@ -20,12 +21,12 @@ from .robot import Robot
 def scalar_inertia_dynamics(
     robot: Robot, inertias: ArrayLike, q: ArrayLike, qd: ArrayLike
 ) -> tuple[Reals, Reals, Reals]:
-    """Mass matrix, Coriolis forces and gravity with scalar inertias, for a chain of turning joints.
+    """Return mass matrix, Coriolis forces and gravity forces with scalar inertias, for a chain of revolute joints.
 
     Parameters
     ----------
     robot : Robot
-        With masses; its tensors are not used.
+        A robot with known masses. Its inertia tensors are not used.
     inertias : array_like, (n,)
         One number for each link, kg m².
     q, qd : array_like, (..., n)
@@ -39,7 +40,7 @@ def scalar_inertia_dynamics(
     ------
     MissingInertiaError
     TypeError, ValueError
-        Where an argument has another shape.
+        If an argument has a wrong shape.
     """
     robot._need_inertia()
     n = len(robot.kinds)

@@ -1,4 +1,4 @@
-"""Rigid bodies that are moved and joined, about their own centres; and which moments of inertia they can have."""
+"""Moving and merging rigid bodies about their own centres, and physical consistency of inertia tensors."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from generated import pga3
 from .bodies import moved
 
 _ROUNDING = 1e-6
-"""What decimals of a file may do to a tensor, as a part of its trace."""
+"""Relative tolerance for the rounding of decimal numbers in files."""
 
 
 _IDENTITY = np.eye(8)[0]
 
 
 def placed(motor: NDArray[np.float64], body: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A body (10,) moved by a motor: `moved`, without loss of digits where it is far from the origin."""
+    """Return a body (10,) moved by a motor, as `moved`, but without cancellation far from the origin."""
     about_itself = body.copy()
     about_itself[1:4] = 0.0
     rotor, _ = pga3.motor_to_rotor_translation(motor)
@@ -29,7 +29,7 @@ def placed(motor: NDArray[np.float64], body: NDArray[np.float64]) -> NDArray[np.
 
 
 def joined(bodies: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """One body (10,) for several, summed about the centre of the first."""
+    """Merge several bodies into one body (10,), summed about the centre of the first."""
     if not bodies:
         return np.zeros(10)
     shift = np.zeros(10)
@@ -38,10 +38,10 @@ def joined(bodies: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
 
 
 def fault_of(tensor: Sequence[float]) -> str:
-    """Why no rigid body has this tensor of inertia; empty where one may have it.
+    """Return why an inertia tensor is not physically consistent, or an empty string if it is.
 
-    A body has a matrix of second moments ``S = (trace(T) / 2) E - T``, the integral of ``x xᵀ``, which is not negative.
-    Then the principal moments are not negative, and none is larger than the sum of the two others.
+    The matrix of second moments ``S = (trace(T) / 2) E - T``, the integral of ``x xᵀ``, must be positive semidefinite.
+    Then the principal moments are not negative, and none is larger than the sum of the other two.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def fault_of(tensor: Sequence[float]) -> str:
 
 
 def _positive(matrix: Sequence[float]) -> bool:
-    """Whether a symmetric matrix xx, xy, xz, yy, yz, zz is positive definite, by its leading minors."""
+    """Return whether a symmetric matrix xx, xy, xz, yy, yz, zz is positive definite, by its leading minors."""
     largest = max(map(abs, matrix))
     xx, xy, xz, yy, yz, zz = (x / largest for x in matrix)
     minor = xx * yy - xy * xy

@@ -1,4 +1,4 @@
-"""Denavit-Hartenberg tables of robots known by name, what their links weigh, how far they move. Metres, radians, kg."""
+"""Denavit-Hartenberg tables, inertial parameters and joint limits of predefined robots. Metres, radians, kg."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ def _degrees(*limits: tuple[float, float]) -> tuple[tuple[float, float], ...]:
     return tuple((radians(low), radians(high)) for low, high in limits)
 
 
-def _felt(rotor: float, ratio: float) -> float:
-    """The inertia of a rotor behind gears, as it is felt at the joint."""
+def _reflected(rotor: float, ratio: float) -> float:
+    """Return the inertia of a geared rotor, reflected at the joint."""
     return rotor * (ratio * ratio)
 
 
@@ -36,12 +36,12 @@ PUMA560 = Table(
     "26.45 inches below the shoulder. Armature is rotor inertia times the gear ratio squared; the toolbox counts it in "
     "`rne` and in `inertia`",
     bodies=(
-        Body(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.35, 0.0, 0.0), _felt(200e-6, 62.6111)),
-        Body(17.4, (-0.3638, 0.006, 0.2275), (0.13, 0.0, 0.0, 0.524, 0.0, 0.539), _felt(200e-6, 107.815)),
-        Body(4.8, (-0.0203, -0.0141, 0.070), (0.066, 0.0, 0.0, 0.086, 0.0, 0.0125), _felt(200e-6, 53.7063)),
-        Body(0.82, (0.0, 0.019, 0.0), (1.8e-3, 0.0, 0.0, 1.3e-3, 0.0, 1.8e-3), _felt(33e-6, 76.0364)),
-        Body(0.34, (0.0, 0.0, 0.0), (0.3e-3, 0.0, 0.0, 0.4e-3, 0.0, 0.3e-3), _felt(33e-6, 71.923)),
-        Body(0.09, (0.0, 0.0, 0.032), (0.15e-3, 0.0, 0.0, 0.15e-3, 0.0, 0.04e-3), _felt(33e-6, 76.686)),
+        Body(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.35, 0.0, 0.0), _reflected(200e-6, 62.6111)),
+        Body(17.4, (-0.3638, 0.006, 0.2275), (0.13, 0.0, 0.0, 0.524, 0.0, 0.539), _reflected(200e-6, 107.815)),
+        Body(4.8, (-0.0203, -0.0141, 0.070), (0.066, 0.0, 0.0, 0.086, 0.0, 0.0125), _reflected(200e-6, 53.7063)),
+        Body(0.82, (0.0, 0.019, 0.0), (1.8e-3, 0.0, 0.0, 1.3e-3, 0.0, 1.8e-3), _reflected(33e-6, 76.0364)),
+        Body(0.34, (0.0, 0.0, 0.0), (0.3e-3, 0.0, 0.0, 0.4e-3, 0.0, 0.3e-3), _reflected(33e-6, 71.923)),
+        Body(0.09, (0.0, 0.0, 0.032), (0.15e-3, 0.0, 0.0, 0.15e-3, 0.0, 0.04e-3), _reflected(33e-6, 76.686)),
     ),
     limits=_degrees((-160, 160), (-45, 225), (-225, 45), (-110, 170), (-100, 100), (-266, 266)),
 )
@@ -150,24 +150,26 @@ IIWA = Table(
 TABLES: Mapping[str, Table] = MappingProxyType({t.name: t for t in (PUMA560, STANFORD, UR5, PANDA, IIWA)})
 
 OTHER_NAMES: Mapping[str, str] = MappingProxyType({"kukaiiwa": "iiwa", "frankapanda": "panda"})
-"""What some are called as well; letters and digits alone, small."""
+"""Alternative names, in lower case, letters and digits only."""
 
 FOLDED: frozenset[str] = frozenset({"ur5", "panda"})
-"""Robots whose own kernels are checked in."""
+"""Robots with specialised kernels in `generated`."""
 
 
 def table_of(name: str) -> Table:
-    """The table of a robot known by name; capitals, spaces and hyphens make no difference.
+    """Return the table of a predefined robot. Case, spaces and hyphens are ignored.
 
     Raises
     ------
-    TypeError, ValueError
-        For what is no name, or another name.
+    TypeError
+        If `name` is not a string.
+    ValueError
+        If the name is unknown.
     """
     if not isinstance(name, str):
-        raise TypeError(f"robot {name!r}: {type(name).__name__}; expected a name, as one of {', '.join(TABLES)}")
+        raise TypeError(f"robot {name!r}: {type(name).__name__}; expected one of the names {', '.join(TABLES)}")
     plain = "".join(filter(str.isalnum, name.lower()))
     plain = OTHER_NAMES.get(plain, plain)
     if plain not in TABLES:
-        raise ValueError(f"robot {name!r}: not known; expected one of {', '.join(TABLES)}, or use Robot.from_dh")
+        raise ValueError(f"robot {name!r}: unknown; expected one of {', '.join(TABLES)}, or use Robot.from_dh")
     return TABLES[plain]

@@ -1,4 +1,4 @@
-"""Pictures of robots: drawn from their motors, clouds of where they reach, motions as a file."""
+"""Figures of robots, samples of their workspace, and animations."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .robot import Robot
 
 
 def skeleton(robot: Robot, q: ArrayLike) -> Reals:
-    """The lines that a robot is drawn with.
+    """Return the line segments of a stick figure of a robot.
 
     Parameters
     ----------
@@ -27,7 +27,8 @@ def skeleton(robot: Robot, q: ArrayLike) -> Reals:
     Returns
     -------
     array, (N + 1, 2, 3)
-        For each joint the frame after what carries it, and its own; then from the last to the end effector.
+        Start and end points: for each joint the origin of its parent's frame and of its own frame, and finally the
+        origin of the frame of joint `tip` and the end effector.
 
     Raises
     ------
@@ -41,12 +42,12 @@ def skeleton(robot: Robot, q: ArrayLike) -> Reals:
 
 
 def workspace(robot: Robot, count: int, seed: int = 0) -> Reals:
-    """Where the end effector can be: its place at random configurations within the limits.
+    """Return positions of the end effector at random configurations within the joint limits.
 
     Parameters
     ----------
     robot : Robot
-        Variables without limits turn by up to half a turn, or slide by up to a metre, either way.
+        Missing limits are replaced by -pi and pi, or by -1 m and 1 m for prismatic joints.
     count : int
     seed : int, optional
 
@@ -64,19 +65,19 @@ def workspace(robot: Robot, count: int, seed: int = 0) -> Reals:
 
 
 def draw(robot: Robot, q: ArrayLike, cloud: ArrayLike | None = None) -> Figure:
-    """A figure of a robot in one configuration.
+    """Return a figure of a robot in one configuration.
 
     Parameters
     ----------
     robot : Robot
     q : array_like, (n,)
     cloud : array_like, (count, 3), optional
-        Points to be drawn around it, as `workspace` gives them.
+        Further points to draw, as returned by `workspace`.
 
     Raises
     ------
     TypeError, ValueError
-        As in `Robot.forward`, or where the cloud is no array of points.
+        As in `Robot.forward`, or if `cloud` is not an array of points.
     """
     figure, axes = _stage(robot)
     if cloud is not None:
@@ -88,7 +89,7 @@ def draw(robot: Robot, q: ArrayLike, cloud: ArrayLike | None = None) -> Figure:
 
 
 def animate(robot: Robot, q: ArrayLike, path: str | Path, frames_per_second: int = 25) -> Path:
-    """A motion as a file, with the way of the end effector: an animated GIF, or a page that plays it (``.html``).
+    """Write an animation of a motion with the path of the end effector: a GIF, or an HTML page (``.html``).
 
     Parameters
     ----------
@@ -97,17 +98,22 @@ def animate(robot: Robot, q: ArrayLike, path: str | Path, frames_per_second: int
     path : str or Path
     frames_per_second : int, optional
 
+    Returns
+    -------
+    Path
+        The path of the file.
+
     Raises
     ------
     OSError
-        Where the file cannot be written.
+        If the file cannot be written.
     TypeError, ValueError
-        Where `q` is not an array of configurations.
+        If `q` is not an array of configurations.
     """
     motion = real_array(q, f"{robot.name}: q", (-1, robot.n_positions), "configurations")
     figure, axes = _stage(robot)
-    way = robot.pose(motion)[:, :3, 3]
-    axes.plot(*way.T, linewidth=1, color="tab:orange")
+    trace = robot.pose(motion)[:, :3, 3]
+    axes.plot(*trace.T, linewidth=1, color="tab:orange")
     drawn = _lines(axes, skeleton(robot, motion[0]))
     reach = np.abs(
         np.concatenate([skeleton(robot, one).reshape(-1, 3) for one in motion[:: max(1, len(motion) // 50)]])

@@ -1,4 +1,4 @@
-"""Motions from configuration to configuration: straight for the joints, or a screw for the end effector."""
+"""Trajectories: splines in joint space, and screw motions of the end effector."""
 
 from __future__ import annotations
 
@@ -15,35 +15,37 @@ from .robot import Robot
 
 _STEPS = 40
 _REACHED = 1e-10
-"""How far off the way, as a part of the arm's size, the end effector may be."""
+"""Tolerated deviation of the end effector from its path, relative to the arm's size."""
 
 
 def joint_motion(points: ArrayLike, times: ArrayLike, at: ArrayLike) -> tuple[Reals, Reals, Reals]:
-    """A motion of the joints through configurations, at rest at both ends: a cubic spline.
+    """Return a cubic spline through joint configurations, at rest at both ends.
 
     Parameters
     ----------
     points : array_like, (k, n)
-        At least two.
+        At least two configurations.
     times : array_like, (k,)
-        When they are passed, s; increasing.
+        Increasing times of these configurations, s.
     at : array_like, (m,)
-        Times that are asked for; before the first and after the last the joints rest.
+        Times at which the motion is evaluated. Before the first and after the last time the joints are at rest.
 
     Returns
     -------
     q, qd, qdd : array, (m, n)
-        Continuous but for the last, which is so between the ends.
+        `q` and `qd` are continuous. `qdd` is continuous except at the ends.
 
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape, or times do not increase.
+        If an argument has a wrong shape, or times do not increase.
     """
     where, when = real_array(points, "points", (-1, -1), "configurations"), real_array(times, "times", (-1,), "seconds")
     now = real_array(at, "at", (-1,), "seconds")
     if len(where) < 2 or len(where) != len(when) or not (np.diff(when) > 0).all():
-        raise ValueError(f"times: {when}; expected one for each of the {len(where)} points, two at least, increasing")
+        raise ValueError(
+            f"times: {when}; expected increasing times, one for each of the {len(where)} points, at least two"
+        )
     spline = CubicSpline(when, where, bc_type="clamped")
     inside = ((now >= when[0]) & (now <= when[-1]))[:, None]
     clipped = np.clip(now, when[0], when[-1])
@@ -51,10 +53,11 @@ def joint_motion(points: ArrayLike, times: ArrayLike, at: ArrayLike) -> tuple[Re
 
 
 def screw_motion(robot: Robot, start: ArrayLike, goal: ArrayLike, count: int) -> Reals:
-    """Configurations by which the end effector goes to a pose on a screw, from rest to rest.
+    """Return configurations of a screw motion of the end effector to a pose, from rest to rest.
 
-    The motor goes along ``exp(s log(goal start^-1)) start`` with ``s = 10 t³ - 15 t⁴ + 6 t⁵``. Joints follow by damped
-    least squares from each configuration to the next, so that the arm stays in its branch; redundant arms move little.
+    The motor follows ``exp(s log(goal start^-1)) start`` with ``s = 10 t³ - 15 t⁴ + 6 t⁵``. Each configuration is
+    computed by damped least squares from the previous one, so that the arm remains in its branch and redundant arms
+    avoid unnecessary motion.
 
     Parameters
     ----------
@@ -63,7 +66,7 @@ def screw_motion(robot: Robot, start: ArrayLike, goal: ArrayLike, count: int) ->
     goal : array_like, (8,) or (4, 4)
         A motor of either sign, or a matrix.
     count : int
-        How many, with both ends; two at least.
+        Number of configurations including both ends, at least two.
 
     Returns
     -------
@@ -72,9 +75,10 @@ def screw_motion(robot: Robot, start: ArrayLike, goal: ArrayLike, count: int) ->
     Raises
     ------
     ArithmeticError
-        Where the way leads out of reach, or through a singularity that the arm cannot follow; the message says when.
+        If the path leaves the workspace, or passes a singularity where the arm cannot follow. The message names the
+        step.
     TypeError, ValueError
-        Where an argument has another shape.
+        If an argument has a wrong shape.
     """
     first = real_array(start, f"{robot.name}: start", (robot.n_joints,), "joint variables").astype(float)
     if first.ndim != 1:
@@ -83,13 +87,13 @@ def screw_motion(robot: Robot, start: ArrayLike, goal: ArrayLike, count: int) ->
     if pose.shape not in ((8,), (4, 4)):
         raise ValueError(f"{robot.name}: goal: shape {pose.shape}; expected (8,) or (4, 4)")
     if count < 2:
-        raise ValueError(f"{robot.name}: count {count}; expected two at least")
+        raise ValueError(f"{robot.name}: count {count}; expected at least two")
     t = np.linspace(0, 1, count)
     end = pga3.normalize_motor(pose.astype(float)) if pose.shape == (8,) else pga3.motor_from_matrix(pose.astype(float))
-    way = pga3.interpolate_motors(robot.forward(first), end, t**3 * (10 - 15 * t + 6 * t * t))
+    path = pga3.interpolate_motors(robot.forward(first), end, t**3 * (10 - 15 * t + 6 * t * t))
     arm, variables = robot._arm()
     chain = Chain(arm.axes, tuple(kind.value == "prismatic" for kind in arm.kinds))
-    goals = pga3.motor_between_frames(arm.tool, way)
+    goals = pga3.motor_between_frames(arm.tool, path)
     found = np.tile(first, (count, 1))
     q = first[None, variables]
     for k in range(1, count):

@@ -1,7 +1,7 @@
 """Robots from URDF files: links, joints, inertias, limits, and joints that follow others.
 
-What is drawn (meshes, collisions), and what controllers read, is left alone. Lengths are metres, angles radians, `rpy`
-turns about the fixed axes x, y, z in this order (http://wiki.ros.org/urdf/XML).
+Visual and collision elements and data for controllers are ignored. Lengths are in metres, angles in radians. `rpy`
+holds rotations about the fixed axes x, y, z in this order (http://wiki.ros.org/urdf/XML).
 """
 
 from __future__ import annotations
@@ -39,7 +39,11 @@ _TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 
 @dataclass(slots=True)
 class Link:
-    """A link as the file has it: in its own frame mass, centre, tensor about the centre, or none; what is doubtful."""
+    """A link as described in the file.
+
+    `body` is the mass, centre and tensor about the centre in the frame of the link, or None. `fault` describes an
+    inconsistent tensor.
+    """
 
     name: str
     body: Floats | None
@@ -48,7 +52,7 @@ class Link:
 
 @dataclass(slots=True)
 class Connection:
-    """A joint as the file has it."""
+    """A joint as described in the file."""
 
     name: str
     type: str
@@ -62,7 +66,7 @@ class Connection:
 
 @dataclass(slots=True)
 class _Found:
-    """What has been collected while the tree was walked."""
+    """Data collected while the tree is traversed."""
 
     kinds: list[Joint] = field(default_factory=list)
     axes: list[Floats] = field(default_factory=list)
@@ -78,7 +82,7 @@ class _Found:
 
 
 def read(path: str | Path, tip: str | None, locked: Iterable[str], base: str) -> dict[str, Any]:
-    """The fields of a `Model` from a file; see `Robot.from_urdf`."""
+    """Return the fields of a `Model` from a file; see `Robot.from_urdf`."""
     if not isinstance(path, (str, PathLike)):
         raise TypeError(f"path: {path!r} of type {type(path).__name__}; expected the name of a file, or a Path")
     where = str(path)
@@ -102,13 +106,13 @@ def read(path: str | Path, tip: str | None, locked: Iterable[str], base: str) ->
     start = _root_link(links, joints, where)
     first = [joint for joint in joints if joint.parent == start]
     if base != "fixed" and len(first) == 1 and first[0].type == "floating" and first[0].name not in held:
-        # the file itself says that the base floats
+        # the file itself describes a floating base
         start, joints = first[0].child, [joint for joint in joints if joint is not first[0]]
-    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite has an error
+    with np.errstate(over="ignore", invalid="ignore"):  # overflow raises an error below
         found = _walk(start, links, joints, held, base, where)
         bodies = [_together(parts, name, where) for parts, name in zip(found.bodies, found.names, strict=True)]
     if not found.kinds:
-        raise JointCountError(f"{where}: no joint that moves; expected at least one")
+        raise JointCountError(f"{where}: no moving joint; expected at least one")
     moving = [name for name, (joint, _) in found.links.items() if joint >= 0]
     last = tip if tip is not None else max(moving, key=lambda name: found.depths[name])
     if last not in found.links:
@@ -162,17 +166,20 @@ def _number(
 
 
 def _length(vector: Floats) -> float:
-    """The length of a vector, summed in one order on every machine: `gac robot` writes what it gives into specs."""
+    """Return the length of a vector, with the same order of summation on every machine.
+
+    `gac robot` writes the results into specs.
+    """
     x, y, z = map(float, vector)
     return sqrt(x * x + y * y + z * z)
 
 
 def _motor(element: ElementTree.Element | None, where: str) -> Floats:
-    """The motor of an <origin>."""
+    """Return the motor of an <origin>."""
     r, p, y = _numbers(element, "rpy", "0 0 0", 3, where)
-    turns = [pga3.rotor_from_axis_angle(axis, angle) for axis, angle in ((_Z, y), (_Y, p), (_X, r))]
-    motors = [pga3.motor_from_rotor_translation(turn, np.zeros(3)) for turn in turns]
-    motors[0] = pga3.motor_from_rotor_translation(turns[0], _numbers(element, "xyz", "0 0 0", 3, where))
+    rotors = [pga3.rotor_from_axis_angle(axis, angle) for axis, angle in ((_Z, y), (_Y, p), (_X, r))]
+    motors = [pga3.motor_from_rotor_translation(rotor, np.zeros(3)) for rotor in rotors]
+    motors[0] = pga3.motor_from_rotor_translation(rotors[0], _numbers(element, "xyz", "0 0 0", 3, where))
     return pga3.motor_product(pga3.motor_product(motors[0], motors[1]), motors[2])  # type: ignore[no-any-return]
 
 
@@ -189,7 +196,7 @@ def _links(root: ElementTree.Element, where: str) -> dict[str, Link]:
 
 
 def _link(name: str, element: ElementTree.Element | None, where: str) -> Link:
-    """A link with its <inertial>; without where that, its mass or its tensor is missing."""
+    """Return a link with its <inertial>, or without a body if that, its mass or its tensor is missing."""
     if element is None or element.find("mass") is None or element.find("inertia") is None:
         return Link(name, None)
     mass = _number(element.find("mass"), "value", None, where)
@@ -203,16 +210,16 @@ def _link(name: str, element: ElementTree.Element | None, where: str) -> Link:
 
 
 def _known(numbers: Floats, what: str) -> Floats:
-    """`numbers` themselves; an error where they, or their products, are too large for numbers."""
+    """Return `numbers`, or raise an error if they or their products overflow."""
     if not np.isfinite(np.square(numbers)).all():
         raise NotFiniteError(
-            f"{what} has numbers beyond {_MOST:.0e}; expected lengths and masses that can be multiplied"
+            f"{what} has numbers beyond {_MOST:.0e}; expected lengths and masses whose products do not overflow"
         )
     return numbers
 
 
 def _together(parts: Sequence[Floats], joint: str, where: str) -> Floats:
-    """What a joint carries, as one body."""
+    """Return all bodies that a joint carries as one body."""
     return _known(joined(parts), f"{where}: the inertia that joint {joint!r} carries")
 
 
@@ -241,7 +248,7 @@ def _joints(root: ElementTree.Element, links: dict[str, Link], where: str) -> li
         axis = _numbers(element.find("axis"), "xyz", "1 0 0", 3, here)
         length = _length(axis)
         if type_ not in ("fixed", "floating") and length == 0:
-            raise DescriptionError(f"{here}: axis of length 0; expected a direction")
+            raise DescriptionError(f"{here}: axis of length 0; expected a nonzero direction")
         mimic = element.find("mimic")
         found.append(
             Connection(
@@ -265,13 +272,13 @@ def _joints(root: ElementTree.Element, links: dict[str, Link], where: str) -> li
 
 
 def _limits(element: ElementTree.Element | None, type_: str, where: str) -> tuple[float, float, float, float]:
-    if element is None or type_ == "fixed":  # what is left of another type means nothing
+    if element is None or type_ == "fixed":  # limits of fixed joints are meaningless
         return -np.inf, np.inf, np.inf, np.inf
     free = type_ in ("continuous", "floating", "planar")
     low = -np.inf if free else _number(element, "lower", "0", where, infinite=True)
     high = np.inf if free else _number(element, "upper", "0", where, infinite=True)
     if low > high:
-        raise DescriptionError(f"{where}: limits {low} to {high}; expected the lower first")
+        raise DescriptionError(f"{where}: limits {low} to {high}; expected the lower limit first")
     speed, effort = (_number(element, key, "inf", where, infinite=True) for key in ("velocity", "effort"))
     for key, most in (("velocity", speed), ("effort", effort)):
         if most < 0:
@@ -298,7 +305,7 @@ def _root_link(links: dict[str, Link], joints: Sequence[Connection], where: str)
 
 
 def _carried(joints: Sequence[Connection]) -> dict[str, list[Connection]]:
-    """The joints on each link, in the order of the file."""
+    """Return the joints on each link, in the order of the file."""
     found: dict[str, list[Connection]] = {}
     for joint in joints:
         found.setdefault(joint.parent, []).append(joint)
@@ -308,7 +315,7 @@ def _carried(joints: Sequence[Connection]) -> dict[str, list[Connection]]:
 def _walk(
     start: str, links: dict[str, Link], joints: Sequence[Connection], held: set[str], base: str, where: str
 ) -> _Found:
-    """The tree, depth first, in the order of the file."""
+    """Traverse the tree depth first, in the order of the file."""
     found = _Found()
     identity = np.eye(8)[0]
 
@@ -363,7 +370,7 @@ _FREE = (
     *((name, Joint.PRISMATIC, axis) for name, axis in zip("xyz", (_X, _Y, _Z), strict=True)),
     *((name, Joint.REVOLUTE, axis) for name, axis in (("yaw", _Z), ("pitch", _Y), ("roll", _X))),
 )
-"""Six joints that together move freely; at a pitch of a quarter turn yaw and roll are the same."""
+"""Six joints that together allow any motion. At a pitch of 90 degrees the axes of yaw and roll coincide."""
 
 
 def _in_plane(axis: Floats) -> list[tuple[str, Joint, Floats]]:
@@ -377,7 +384,7 @@ def _in_plane(axis: Floats) -> list[tuple[str, Joint, Floats]]:
 
 
 def _coupling(found: _Found, where: str) -> tuple[Floats, Floats]:
-    """The matrix of joints that follow others, empty where none does; and the limits of the variables."""
+    """Return the coupling matrix of mimic joints, empty if there are none, and the limits of the variables."""
     free = [k for k, mimic in enumerate(found.mimics) if mimic is None]
     if len(free) == len(found.kinds):
         return np.empty(0), np.array(found.limits)
