@@ -21,7 +21,7 @@ FILES = (
     "robots/test_robot_command.py",
     "robots/test_emitted_arithmetic.py",
     "kinematics/test_inverse_elimination.py",
-    "kinematics/test_inverse_ways.py",
+    "kinematics/test_inverse_methods.py",
     "vision/test_hand_eye_degenerate.py",
 )
 FEATURES = "import numpy; print(*numpy.show_config(mode='dicts').get('SIMD Extensions', {}).get('found', []))"

@@ -1,4 +1,4 @@
-"""From candidates of a way to branches: improved, checked, each once."""
+"""Conversion of candidate configurations to branches: improvement, validation, removal of duplicates."""
 
 from __future__ import annotations
 
@@ -9,27 +9,27 @@ from .chain import SAME, Chain, apart
 from .search import descend, polish, remainder
 
 _NEAR, _CLOSE, _STEPS = 0.3, 1e-10, 40
-"""Candidates nearer than the first to the goal are improved until they are nearer than the second, or left out."""
+"""Candidates with errors below the first number are improved, and discarded unless they get below the second."""
 _SINGULAR = 1e-7
-"""Determinants of the joints' unit twists up to this: branches coincide there."""
+"""Branches coincide where the determinant of the joints' unit twists is at most this."""
 _BRANCHES = 16
-_BESIDE = np.outer([0.01, 0.04, 0.15, 0.5], [1, -1]).ravel()
-"""How far from a branch, along the direction in which it can move most freely, another is looked for."""
+_OFFSETS = np.outer([0.01, 0.04, 0.15, 0.5], [1, -1]).ravel()
+"""Offsets from a branch, in the direction of the smallest singular value, where a missing branch is searched for."""
 
 
 def gathered(chain: Chain, which: Reals, q: Reals, goals: Reals) -> tuple[Reals, Reals]:
-    """Candidates (K, n) for some of the goals, (K,), improved, each once: as `Closed.solve` gives branches.
+    """Improve candidates (K, n) for the goals with indices (K,), and return distinct branches as `Closed.solve` does.
 
-    NaN where there is no branch; discriminants are 0 where branches coincide.
+    Missing branches are NaN. Discriminants are 0 where branches coincide.
     """
     which, q, place = _once(chain, *_reached(chain, which, q, goals), len(goals))
-    # Real roots come in pairs: where their number is odd, one is missed, most likely next to another.
+    # The number of real roots is even: if it is odd, one is missing, most likely near another one.
     odd = (np.bincount(which, minlength=len(goals)) % 2 == 1)[which]
     if odd.any():
         _, rates = remainder(chain, q[odd], goals[which[odd]])
         along = np.linalg.svd(rates)[2][:, -1]
-        beside = (q[odd] + _BESIDE[:, None, None] * along).reshape(-1, len(chain))
-        more, found = _reached(chain, np.tile(which[odd], len(_BESIDE)), beside, goals)
+        trials = (q[odd] + _OFFSETS[:, None, None] * along).reshape(-1, len(chain))
+        more, found = _reached(chain, np.tile(which[odd], len(_OFFSETS)), trials, goals)
         which, q, place = _once(chain, np.concatenate([which, more]), np.concatenate([q, found]), len(goals))
     branches, gap = np.full((len(goals), _BRANCHES, len(chain)), np.nan), np.ones((len(goals), _BRANCHES))
     branches[which, place] = q
@@ -40,7 +40,7 @@ def gathered(chain: Chain, which: Reals, q: Reals, goals: Reals) -> tuple[Reals,
 
 
 def _reached(chain: Chain, which: Reals, q: Reals, goals: Reals) -> tuple[Reals, Reals]:
-    """Those that reach their goal once they are improved, the nearest to it first."""
+    """Return the candidates that reach their goal after improvement, sorted by distance."""
     off = chain.distance(q, goals[which])
     rough = np.flatnonzero((off > _CLOSE) & (off < _NEAR))
     q[rough], _ = descend(chain, q[rough], goals[which[rough]], _STEPS, 1e-13 * chain.size)
@@ -48,12 +48,12 @@ def _reached(chain: Chain, which: Reals, q: Reals, goals: Reals) -> tuple[Reals,
     order = np.argsort(off)
     order = order[off[order] < 10 * _CLOSE]
     which, q = which[order], q[order]
-    # Next to a singularity what is that close to the goal may be far from the branch, and seem to be another.
+    # Near a singularity, candidates this close to the goal may be far from the branch and look like another branch.
     return which, chain.wrapped(polish(chain, q, goals[which]))
 
 
 def _once(chain: Chain, which: Reals, q: Reals, goals: int) -> tuple[Reals, Reals, Reals]:
-    """Those that are not there already, with the branch that each becomes."""
+    """Return distinct candidates with the index of their branch."""
     order = np.argsort(which, kind="stable")
     which, q = which[order], q[order]
     place = _places(which, q, goals, np.array(chain.slides))
@@ -61,7 +61,7 @@ def _once(chain: Chain, which: Reals, q: Reals, goals: int) -> tuple[Reals, Real
 
 
 def _places(which: Reals, q: Reals, goals: int, slides: Reals) -> Reals:
-    """The branch of each configuration, (K,), -1 for those that are there already; those of a goal are in a row."""
+    """Return the branch index of each configuration, (K,), -1 for duplicates. Those of a goal must be consecutive."""
     place = np.full(len(which), -1)
     count = np.zeros(goals, int)
     start = np.searchsorted(which, np.arange(goals))

@@ -1,4 +1,4 @@
-"""The chain of screws that is inverted: its motions, and how its axes lie to each other."""
+"""Serial chains of screws: motions of the joints, and geometric relations between the axes."""
 
 from __future__ import annotations
 
@@ -13,24 +13,25 @@ from generated import arms, pga3
 from ...arguments import Reals
 
 TOLERANCE = 1e-9
-"""Sines of angles, and distances as parts of the arm's size, up to this are 0: axes meet, or are parallel."""
+"""Tolerance for sines of angles and for distances relative to the arm's size, to detect intersecting or parallel axes.
+"""
 
 COINCIDE = 1e-12
-"""Discriminants up to this are branches that coincide to 1e-6 radians."""
+"""Branches with discriminants up to this coincide to 1e-6 radians."""
 
 SAME = 1e-5
-"""Configurations are the same where their largest difference is less."""
+"""Configurations are considered equal if their largest difference is less than this."""
 _ONE = np.eye(8)[0]
 
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """Joints that turn about their axes or slide along them, ``E_1(q_1) ... E_n(q_n)``.
+    """A product of revolute and prismatic joint motions, ``E_1(q_1) ... E_n(q_n)``.
 
     Attributes
     ----------
     axes : array, (n, 6)
-        Unit lines where all variables are 0.
+        Unit lines at the zero configuration.
     slides : tuple of bool
         Which joints are prismatic.
     """
@@ -42,44 +43,47 @@ class Chain:
         return len(self.slides)
 
     def part(self, joints: slice) -> Chain:
-        """Some joints in a row."""
+        """Return the chain of consecutive joints."""
         return Chain(self.axes[joints], self.slides[joints])
 
     @cached_property
     def backwards(self) -> Chain:
-        """The chain whose motion is the inverse, of the same variables in the other order."""
+        """The chain with the inverse motion, with the same variables in reverse order."""
         return Chain(-self.axes[::-1], self.slides[::-1])
 
     @cached_property
     def size(self) -> float:
-        """A length of the order of the arm's reach: of the way from axis to axis, or 1 where that is 0."""
+        """A length of the order of the arm's reach: that of a path from axis to axis, or 1 if that is 0."""
         points = pga3.line_support(self.axes)
         on_next = pga3.project_point_on_line(points[:-1], self.axes[1:])
         total = float(np.linalg.norm(points[:-1] - on_next, axis=-1).sum() + np.linalg.norm(np.ptp(points, axis=0)))
         return total if total > 0 else 1.0
 
     def motion(self, joint: int, q: Reals) -> Reals:
-        """The motor of one joint, (...) to (..., 8)."""
+        """Return the motor of one joint, (...) to (..., 8)."""
         if self.slides[joint]:
             return pga3.motor_from_screw(self.axes[joint], 0.0, q)  # type: ignore[no-any-return]
         return pga3.motor_from_line(self.axes[joint], q)  # type: ignore[no-any-return]
 
     def motions(self, q: Reals) -> list[Reals]:
-        """The motors of the first 1, 2, ..., n joints, (..., n) to n times (..., 8)."""
+        """Return the motors of the first 1, 2, ..., n joints, (..., n) to n times (..., 8)."""
         found = [self.motion(0, q[..., 0])]
         for j in range(1, len(self)):
             found.append(pga3.motor_product(found[-1], self.motion(j, q[..., j])))
         return found
 
     def motion_of_all(self, q: Reals) -> Reals:
-        """The motor of all joints, (..., n) to (..., 8)."""
+        """Return the motor of all joints, (..., n) to (..., 8)."""
         first, *rest = self._groups(q)
         for motion in rest:
             first = pga3.motor_product(first, motion)
         return first
 
     def distance(self, q: Reals, goals: Reals) -> Reals:
-        """How far the motor of all joints is from goals: the kernel `distance_to_goal`, (..., n), (..., 8) to (...)."""
+        """Return the distance of the motor of all joints to goals, (..., n), (..., 8) to (...).
+
+        The kernel `distance_to_goal` defines the distance.
+        """
         *most, last = self._groups(q)
         first = _ONE if not most else most[0]
         for motion in most[1:]:
@@ -87,7 +91,7 @@ class Chain:
         return arms.distance_to_goal(first, last, goals, self.size)  # type: ignore[no-any-return]
 
     def _groups(self, q: Reals) -> list[Reals]:
-        """The motors of three joints in a row where all turn, and of single ones."""
+        """Return the motors of groups of three consecutive revolute joints, and of the other joints."""
         found, j = [], 0
         while j < len(self):
             three = slice(j, j + 3)
@@ -100,14 +104,15 @@ class Chain:
         return found
 
     def wrapped(self, q: Reals) -> Reals:
-        """Joint variables with angles in (-pi, pi]."""
-        turned = q - 2 * np.pi * np.ceil((q - np.pi) / (2 * np.pi))
-        return np.where(np.array(self.slides) | (np.abs(q) < np.pi), q, np.clip(turned, -np.pi, np.pi))
+        """Return joint variables with angles in (-pi, pi]."""
+        shifted = q - 2 * np.pi * np.ceil((q - np.pi) / (2 * np.pi))
+        return np.where(np.array(self.slides) | (np.abs(q) < np.pi), q, np.clip(shifted, -np.pi, np.pi))
 
     def lock(self, joint: int, value: Reals, goals: Reals) -> tuple[Chain, Reals]:
-        """The chain without one joint, and the motors it must make: (N, 8).
+        """Return the chain without one joint, and its goal motors, (N, 8).
 
-        A joint between others carries the axes behind it along, so that it has one value for all goals.
+        The value of a joint that is neither the first nor the last must be the same for all goals, because it moves the
+        axes behind it.
         """
         motion = self.motion(joint, value)
         keep = [j for j in range(len(self)) if j != joint]
@@ -121,32 +126,32 @@ class Chain:
 
 
 def apart(a: Reals, b: Reals, slides: Reals) -> Reals:
-    """The largest difference of two configurations."""
+    """Return the largest difference between two configurations."""
     away = a - b
     away[..., ~slides] = (away[..., ~slides] + np.pi) % (2 * np.pi) - np.pi
     return np.asarray(np.abs(away).max(-1))
 
 
 def direction(line: Reals) -> Reals:
-    """The direction of a line."""
+    """Return the direction of a line."""
     return pga3.line_to_direction_moment(line)[0]  # type: ignore[no-any-return]
 
 
 def parallel(a: Reals, b: Reals) -> bool:
-    """Whether two unit lines have the same direction, or opposite ones."""
+    """Return whether two unit lines have the same or opposite directions."""
     angle = float(pga3.angle_between_lines(a, b))
     return min(angle, np.pi - angle) <= TOLERANCE
 
 
 def common_point(lines: Reals, size: float) -> Reals | None:
-    """The point in which unit lines meet, or None; lines that are all parallel have none."""
+    """Return the common point of unit lines, or None. Lines that are all parallel have none."""
     angles = {
         (i, j): np.sin(pga3.angle_between_lines(lines[i], lines[j])) for i, j in combinations(range(len(lines)), 2)
     }
     i, j = max(angles, key=lambda pair: float(angles[pair]))
     if angles[i, j] <= TOLERANCE:
         return None
-    # The two nearest points of skew lines: those of lines that meet are the same.
+    # For skew lines this point is not on all lines.
     point: Reals = pga3.point_from_trivector(pga3.meet_lines(lines[i], lines[j]))
     near = np.all(pga3.distance_point_line(point, lines) <= TOLERANCE * size)
     return point if near else None

@@ -1,4 +1,4 @@
-"""Arms of six joints or fewer whose structure gives all branches in closed form."""
+"""Closed-form inverse kinematics of arms with at most six joints and a suitable structure."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from .regional import Regional
 
 
 class Closed(Protocol):
-    """A way to all branches, chosen once for a chain."""
+    """A method that computes all branches, selected once for a chain."""
 
     @property
     def name(self) -> str:
-        """What the arm has that makes it work."""
+        """The structure of the arm that the method uses."""
 
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
-        """Variables (N, branches, n) and discriminants (N, branches) for motors (N, 8) that the joints should make."""
+        """Return variables (N, branches, n) and discriminants (N, branches) for goal motors (N, 8)."""
 
 
 def closed_form(chain: Chain) -> Closed | None:
-    """The closed form of a chain, from either end, or None."""
-    for way in (ParallelAxes.of, SphericalWrist.of, ThreeParallel.of):
-        found = way(chain)
+    """Return the closed form of a chain, from either end, or None."""
+    for form in (ParallelAxes.of, SphericalWrist.of, ThreeParallel.of):
+        found = form(chain)
         if found:
             return found
-    for way in (SphericalWrist.of, ThreeParallel.of):
-        found = way(chain.backwards)
+    for form in (SphericalWrist.of, ThreeParallel.of):
+        found = form(chain.backwards)
         if found:
             return Backwards(found)
     return None
@@ -40,13 +40,13 @@ def closed_form(chain: Chain) -> Closed | None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Backwards:
-    """A chain that is solved from its end to its base."""
+    """A closed form applied from the end of the chain to its base."""
 
     forwards: Closed
 
     @property
     def name(self) -> str:
-        """What the arm has, seen from its base."""
+        """The structure of the arm, seen from its base."""
         return self.forwards.name.replace("wrist", "shoulder")
 
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
@@ -57,7 +57,10 @@ class Backwards:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SphericalWrist:
-    """The last three axes meet: their point gives the first three joints, then a line and a plane the others."""
+    """The last three axes intersect.
+
+    The intersection point determines the first three joints, then a line and a plane determine the others.
+    """
 
     chain: Chain
     regional: Regional
@@ -66,7 +69,7 @@ class SphericalWrist:
 
     @classmethod
     def of(cls, chain: Chain) -> SphericalWrist | None:
-        """The chain prepared, or None where it is of another kind."""
+        """Return the closed form of a chain, or None if the chain is of another kind."""
         if len(chain) != 6 or any(chain.slides[3:]):
             return None
         centre = common_point(chain.axes[3:], chain.size)
@@ -85,22 +88,22 @@ class SphericalWrist:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ThreeParallel:
-    """The second, third and fourth axes are parallel, and the last two meet.
+    """The second, third and fourth axes are parallel, and the last two intersect.
 
-    Turns about parallel axes leave the planes across them in place. Where the last two axes meet gives the first
-    angle, the normal of the planes the last two, and what is left is a motion in a plane.
+    Rotations about parallel axes preserve the planes orthogonal to them. The intersection point of the last two axes
+    determines the first angle, the normal of these planes the last two angles. The remaining motion is planar.
     """
 
     chain: Chain
     point: Reals
     signs: Reals
-    """Which of the three axes have the direction of the first."""
+    """1 or -1 for each of the three axes: whether it has the direction of the first of them or the opposite."""
 
     name = "three parallel axes"
 
     @classmethod
     def of(cls, chain: Chain) -> ThreeParallel | None:
-        """The chain prepared, or None where it is of another kind."""
+        """Return the closed form of a chain, or None if the chain is of another kind."""
         axes = chain.axes
         if len(chain) != 6 or any(chain.slides) or not (parallel(axes[1], axes[2]) and parallel(axes[2], axes[3])):
             return None
@@ -130,7 +133,7 @@ class ThreeParallel:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ParallelAxes:
-    """Planar arms and SCARA: at most three turns about parallel axes, and at most one slide along them."""
+    """Planar arms and SCARA: one to three revolute joints with parallel axes, and at most one parallel prismatic joint."""
 
     chain: Chain
     turns: tuple[int, ...]
@@ -140,13 +143,13 @@ class ParallelAxes:
 
     @classmethod
     def of(cls, chain: Chain) -> ParallelAxes | None:
-        """The chain prepared, or None where it is of another kind."""
+        """Return the closed form of a chain, or None if the chain is of another kind."""
         turns = tuple(j for j in range(len(chain)) if not chain.slides[j])
         slides = tuple(j for j in range(len(chain)) if chain.slides[j])
         if not 1 <= len(turns) <= 3 or len(slides) > 1 or not all(parallel(chain.axes[0], a) for a in chain.axes):
             return None
         supports = pga3.line_support(chain.axes[list(turns)])
-        # Two turns about one axis are one turn.
+        # Two revolute joints with a common axis are redundant.
         if np.any(np.linalg.norm(np.diff(supports, axis=0), axis=-1) <= TOLERANCE * chain.size):
             return None
         return cls(chain, turns, slides)
@@ -178,9 +181,10 @@ class ParallelAxes:
 
 
 def joined(q: Reals, gap: Reals, more: Reals, gap_more: Reals) -> tuple[Reals, Reals]:
-    """Branches of the first joints, (N, B, k), each with those of the next, (N, B, 2, m), as (N, 2 B, k + m).
+    """Combine branches of the first joints, (N, B, k), with those of the next, (N, B, 2, m), to (N, 2 B, k + m).
 
-    Discriminants are the smaller ones, but 0 stays: what comes after a joint that turns freely depends on its angle.
+    The discriminant is the smaller of the two. A discriminant of 0 of the first joints is kept, because the following
+    joints depend on the angle of a freely rotating joint.
     """
     branches = 2 * q.shape[1]
     both = np.concatenate([np.broadcast_to(q[:, :, None], (*more.shape[:-1], q.shape[-1])), more], -1)

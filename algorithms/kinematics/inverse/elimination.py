@@ -1,12 +1,13 @@
-"""Six joints without structure: all but one variable are eliminated, and eigenvalues give that one.
+"""General arms with six joints: all variables but one are eliminated, and this one is found by eigenvalues.
 
-``E3 E4 E5 x = E2^-1 E1^-1 G x`` for whatever ``x`` the sixth joint leaves alone. Of a point of its axis with the axis
-as its tangent, conformal geometry has a point and a bivector: 14 numbers that every motion changes linearly, and a
-single joint by a trigonometric polynomial of degree one. These are the 14 equations of Raghavan and Roth (*J.
-Mechanical Design* 115:502, 1993). The first two variables are in eight monomials on one side; what is across these
-eight in the 14 are six equations in the other three. In tangents of half angles their determinant is a polynomial,
-whose roots are eigenvalues (Manocha and Canny, *IEEE Trans. Robotics Autom.* 10:648, 1994); of 24, eight are not real
-for any arm, so that up to 16 are left.
+``E3 E4 E5 x = E2^-1 E1^-1 G x`` holds for every ``x`` that is invariant under the sixth joint. A point of its axis,
+with the axis as tangent, is represented in conformal geometry by a point and a bivector. These are 14 numbers, which
+transform linearly under motions, and under a single joint by a trigonometric polynomial of degree one. This gives the
+14 equations of Raghavan and Roth (*J. Mechanical Design* 115:502, 1993). The first two variables occur in eight
+monomials on one side; projecting the 14 equations onto the complement of these eight leaves six equations in the other
+three variables. In tangents of half angles their determinant is a polynomial, whose roots are eigenvalues (Manocha and
+Canny, *IEEE Trans. Robotics Autom.* 10:648, 1994). Of the 24 roots, eight are not real for any arm, so that up to 16
+remain.
 """
 
 from __future__ import annotations
@@ -23,41 +24,45 @@ from .candidates import gathered
 from .chain import SAME, Chain, apart, direction
 
 _NOT_REAL = 1e-2
-"""Imaginary parts up to this, with roots as directions, may be rounding of a double root: Newton's method tells."""
+"""Imaginary parts up to this, relative to ``1 + |root|²``, may be rounding errors of a double root. Newton's method
+decides."""
 _ROUGH, _STEPS = 1e-7, 2
-"""Candidates farther than this from their goal get sharper vectors, by so many steps to the root."""
+"""Candidates with a larger error than the first number are refined by this number of Newton steps."""
 _TRIALS = 96
-"""Random configurations by which one of four ways is chosen: they differ for arms that nearly have a structure."""
+"""Number of random configurations that select one of four variants. These differ for arms with a nearly special
+structure."""
 _SURE = 1e-6
-"""Candidates of these are nearer than this, before they are improved, by a way that is well conditioned for the arm."""
+"""For a well conditioned variant, all trial configurations are found to this accuracy before improvement."""
 
 _TURN = np.array([[1, 1, 1], [2, -1, -1], [0, np.sqrt(3), -np.sqrt(3)]]) / 3
-"""Coefficients of 1, cos, sin from values at 0 and a third of a turn either way."""
+"""Coefficients of 1, cos, sin from values at 0, 120 and -120 degrees."""
 _HALF = np.array([[1, 1, 0], [0, 0, 2], [1, -1, 0]])
-"""From these to 1, x, x² of the tangent of half the angle, times ``1 + x²``."""
+"""Converts these to coefficients of 1, x, x², with the tangent x of half the angle, after multiplication by ``1 + x²``.
+"""
 _SLIDE = np.array([[0, 1, 0], [-0.5, 0, 0.5], [0.5, -1, 0.5]])
 """Coefficients of 1, t, t² from values at -1, 0, 1."""
 _THIRDS, _UNITS = np.array([0, 2, -2]) * np.pi / 3, np.array([-1.0, 0, 1])
 _ORIGINS = np.random.default_rng(1).uniform(-np.pi, np.pi, 5)
-"""Where angles are measured from, so that none of interest is half a turn."""
+"""Origins of the angles, chosen at random so that no solution is at 180 degrees, where the tangent is infinite."""
 _MIX = np.linalg.qr(np.random.default_rng(5).normal(size=(24, 24)))[0][:16]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Elimination:
-    """An arm prepared.
+    """Elimination for one arm.
 
     Attributes
     ----------
     chain : Chain
-        Of six joints, the last of which turns; lengths are parts of the arm's size.
+        Six joints, the last of which is revolute. Lengths are relative to the arm's size.
     whole : Chain
-        The arm as it was given, perhaps from its other end.
+        The given arm; `chain` may be its reverse.
     backwards : bool
+        Whether `chain` is the reverse of `whole`.
     factors : int
-        By how many monomials the six equations are multiplied: 2, or 4 where they depend on each other.
+        Number of monomials that multiply the six equations: 2, or 4 if the equations are dependent.
     side : array, (3, 3, 3, 14)
-        What the third to fifth joints do, as polynomials of their variables.
+        The side of the third to fifth joints, as polynomials of their variables.
     """
 
     chain: Chain
@@ -70,12 +75,12 @@ class Elimination:
 
     @classmethod
     def of(cls, whole: Chain) -> Elimination | None:
-        """The arm prepared, or None where no way from either end finds most random configurations again."""
+        """Return the best variant for an arm, or None if no variant recovers most random configurations."""
         return _prepared(whole.axes.tobytes(), whole.slides)
 
     @classmethod
     def made(cls, whole: Chain, backwards: bool, factors: int) -> Elimination:
-        """One way to do it."""
+        """Return one variant."""
         some = whole.backwards if backwards else whole
         axes = np.concatenate([some.axes[:, :3], some.axes[:, 3:] / whole.size], axis=-1)
         chain = Chain(axes, some.slides)
@@ -85,9 +90,9 @@ class Elimination:
         return cls(chain, whole, backwards, factors, np.einsum("ai,bj,ck,ijkx->abcx", *forms, values))
 
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
-        """Variables (N, 16, 6) and discriminants (N, 16): 0 where branches coincide, NaN where there is no branch."""
+        """Return variables (N, 16, 6), NaN for missing branches, and discriminants (N, 16), 0 for coinciding ones."""
         branches, gap = gathered(self.whole, *self.candidates(goals), goals)
-        # Roots that are not real come in pairs, so that one was missed: perhaps the arm's other end has it.
+        # The number of real roots is even, so that one was missed. The variant from the other end may find it.
         odd = np.flatnonzero(np.isfinite(branches[..., 0]).sum(-1) % 2)
         other = self._other_end() if len(odd) else None
         if other is not None:
@@ -98,21 +103,21 @@ class Elimination:
         return branches, gap
 
     def _other_end(self) -> Elimination | None:
-        """The same arm from its other end, or None where a slide is there."""
+        """Return the variant from the other end, or None if the joint there is prismatic."""
         backwards = not self.backwards
         if self.whole.slides[0 if backwards else 5]:
             return None
         return _made(self.whole.axes.tobytes(), self.whole.slides, backwards, 4)
 
     def candidates(self, goals: Reals) -> tuple[Reals, Reals]:
-        """Which goals, (K,), and configurations of the arm as it was given that may reach them, (K, 6)."""
+        """Return indices of goals, (K,), and configurations of the given arm that may reach them, (K, 6)."""
         scale = np.array([1.0] * 4 + [1 / self.whole.size] * 4)
         which, q = self._candidates((pga3.motor_inverse(goals) if self.backwards else goals) * scale)
         q = np.where(self.chain.slides, q * self.whole.size, q)
         return which, q[:, ::-1] if self.backwards else q
 
     def _candidates(self, goals: Reals) -> tuple[Reals, Reals]:
-        """Which goals, (K,), and configurations that may reach them, (K, 6)."""
+        """Return indices of goals, (K,), and configurations of `chain` that may reach them, (K, 6)."""
         chain, many = self.chain, len(goals)
         motion = pga3.motor_product(_sampled(chain, 0)[:, None], _sampled(chain, 1))
         values = _entity(chain, pga3.motor_relative(motion, goals[:, None, None]))
@@ -128,7 +133,7 @@ class Elimination:
         sides = base[which][..., :8], triangle[which][:, :8], other[which, :, 0]
         q = self._configurations(roots[which, k].real, vectors[which, k], sides, goals[which])
         off = chain.distance(q, goals[which])
-        # Vectors of roots that nearly coincide, as those of an arm that nearly has a structure, are mixed up.
+        # Eigenvectors of nearly equal roots, which occur for arms with a nearly special structure, are inaccurate.
         rough = np.flatnonzero(off > _ROUGH)
         root, vector = _sharper(matrix[which[rough]], roots[which, k].real[rough])
         better = self._configurations(root, vector, tuple(side[rough] for side in sides), goals[which[rough]])
@@ -137,7 +142,7 @@ class Elimination:
         return which, q
 
     def _configurations(self, root: Reals, vector: Reals, sides: tuple[Reals, ...], goals: Reals) -> Reals:
-        """Configurations (K, 6) from values of the third variable, (K,), and monomials of the next two, (K, M)."""
+        """Return configurations (K, 6) from values of the third variable, (K,), and monomials of the next two, (K, M)."""
         chain, (base, triangle, constant) = self.chain, sides
         monomials = vector.reshape(-1, 4, vector.shape[-1] // 4)[:, :3, :3]
         x = [root, _ratio(monomials), _ratio(monomials.swapaxes(-1, -2))]
@@ -177,28 +182,28 @@ def _prepared(axes: bytes, slides: tuple[bool, ...]) -> Elimination | None:
         for backwards in (False, True):
             if slides[0 if backwards else 5]:
                 continue
-            way = _made(axes, slides, backwards, factors)
-            which, found = way.candidates(goals)
+            variant = _made(axes, slides, backwards, factors)
+            which, found = variant.candidates(goals)
             away = np.full(_TRIALS, np.inf)
             np.fmin.at(away, which, apart(found, q[which], np.array(slides)))
             unsure = int((away > _SURE).sum())
             if not unsure:
-                return way
+                return variant
             if unsure < fewest:
-                best, fewest = way, unsure
-    # What is not near from the start may still be improved.
+                best, fewest = variant, unsure
+    # Inaccurate candidates may still converge when they are improved.
     found = np.full((_TRIALS, 1, 6), np.nan) if best is None else best.solve(goals)[0]
     lost = ~(apart(found, q[:, None], np.array(slides)) < SAME).any(-1)
     return best if lost.sum() < _TRIALS // 8 else None
 
 
 def _sampled(chain: Chain, joint: int) -> Reals:
-    """The motors of a joint at three values, (3, 8)."""
+    """Return the motors of a joint at three values, (3, 8)."""
     return chain.motion(joint, _UNITS if chain.slides[joint] else _ORIGINS[joint] + _THIRDS)
 
 
 def _entity(chain: Chain, motion: Reals) -> Reals:
-    """What the last joint leaves alone, moved: (..., 8) to (..., 14)."""
+    """Return the invariant of the last joint, moved by motors: (..., 8) to (..., 14)."""
     last = chain.axes[5]
     return arms.point_and_tangent(  # type: ignore[no-any-return]
         pga3.move_point(motion, pga3.line_support(last)), pga3.move_line(motion, last)
@@ -206,7 +211,7 @@ def _entity(chain: Chain, motion: Reals) -> Reals:
 
 
 def _matrix(six: Reals, factors: int) -> Reals:
-    """The six equations, multiplied by monomials, as a quadratic polynomial of matrices: (N, 3, rows, monomials).
+    """Return the six equations, multiplied by monomials, as a quadratic matrix polynomial: (N, 3, rows, monomials).
 
     ``six`` is (N, 3, 6, 3, 3): powers of the third variable, equations, powers of the fourth and fifth.
     """
@@ -219,14 +224,14 @@ def _matrix(six: Reals, factors: int) -> Reals:
 
 
 def _eigen(matrix: Reals) -> tuple[Reals, Reals]:
-    """Roots of the third variable, (N, R), and the monomials of the fourth and fifth there, (N, R, M)."""
+    """Return roots of the third variable, (N, R), and the monomials of the fourth and fifth there, (N, R, M)."""
     many, _, rows, size = matrix.shape
     if rows > size:
         matrix = _MIX @ matrix
     highest = matrix[:, 2]
     singular = np.linalg.slogdet(highest)[0] == 0
     if singular.any():
-        # merely ill conditioned instead
+        # perturb the matrix so that it is only ill conditioned
         highest[singular] += 1e-12 * _MIX[:size, :size]
     companion = np.zeros((many, 2 * size, 2 * size))
     companion[:, :size, size:] = np.eye(size)
@@ -237,29 +242,29 @@ def _eigen(matrix: Reals) -> tuple[Reals, Reals]:
 
 
 def _sharper(matrix: Reals, root: Reals) -> tuple[Reals, Reals]:
-    """Roots (K,) and their vectors (K, M) again, from all rows: Newton's method on the smallest singular value.
+    """Refine roots (K,) and their vectors (K, M) from all rows, by Newton's method on the smallest singular value.
 
-    Eigenvalues of the companion are right to many more digits than its vectors where roots are close to each other.
+    Where roots are close to each other, eigenvalues of the companion matrix are much more accurate than eigenvectors.
     """
     for _ in range(_STEPS):
         left, values, vectors = np.linalg.svd(_at(matrix, root), full_matrices=False)
-        slopes = matrix[:, 1] + 2 * root[:, None, None] * matrix[:, 2]
-        slope = np.einsum("ki,kij,kj->k", left[..., -1], slopes, vectors[:, -1])
-        # No farther than a root is wide: what is no root is left where it is.
+        matrix_derivative = matrix[:, 1] + 2 * root[:, None, None] * matrix[:, 2]
+        derivative = np.einsum("ki,kij,kj->k", left[..., -1], matrix_derivative, vectors[:, -1])
+        # Longer steps indicate that there is no root nearby; they are not taken.
         with np.errstate(divide="ignore", invalid="ignore"):
-            step = values[:, -1] / slope
+            step = values[:, -1] / derivative
         root = np.where(np.abs(step) < _NOT_REAL * (1 + root * root), root - step, root)
     return root, np.linalg.svd(_at(matrix, root), full_matrices=False)[2][:, -1]
 
 
 def _at(matrix: Reals, root: Reals) -> Reals:
-    """The polynomial of matrices (K, 3, rows, M) at (K,)."""
+    """Evaluate matrix polynomials (K, 3, rows, M) at (K,)."""
     x = root[:, None, None]
     return np.asarray(matrix[:, 0] + x * (matrix[:, 1] + x * matrix[:, 2]))
 
 
 def _ratio(monomials: Reals) -> Reals:
-    """The first variable of monomials (K, 3, 3), from the largest of them, (K,)."""
+    """Return the first variable, (K,), from monomials (K, 3, 3), as a ratio of the largest of them."""
     size = np.abs(monomials)
     column = np.take_along_axis(monomials, np.argmax(size.max(1), axis=-1)[:, None, None], 2)[..., 0]
     top = np.abs(column[:, 2]) > np.abs(column[:, 0])
@@ -269,13 +274,13 @@ def _ratio(monomials: Reals) -> Reals:
 
 
 def _powers(x: Reals, slides: bool) -> Reals:
-    """1, x, x², of an angle divided by ``1 + x²``."""
+    """Return 1, x, x², divided by ``1 + x²`` for angles."""
     found: Reals = np.stack([np.ones_like(x), x, x * x], -1)
     return found if slides else np.asarray(found / (1 + x * x)[:, None])
 
 
 def _backward(triangle: Reals, right: Reals) -> Reals:
-    """Solutions of triangular systems, (K, 8, 8) and (K, 8)."""
+    """Solve triangular systems (K, 8, 8) with right-hand sides (K, 8)."""
     found = right.copy()
     for j in reversed(range(right.shape[-1])):
         pivot = triangle[:, j, j]

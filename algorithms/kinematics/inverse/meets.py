@@ -1,11 +1,12 @@
-"""The book's other ways (11.5 and 11.6): places of points from meets of what joints draw with planes and spheres.
+"""The affine and conformal methods of the book (11.5 and 11.6): points are found by intersecting geometric objects.
 
-A point that a joint moves draws a circle, or a line. What the next joint leaves alone says where on it the point must
-be: in a plane across an axis, or on a sphere about a point of one. In conformal geometry circle and sphere, circle and
-plane, line and sphere meet in a pair of points, which is imaginary where there is none. In the affine plane two spheres
-meet in the plane where both have the same power, planes meet in lines, and Pythagoras finds the points of a line at a
-distance. Places found, angles are those between planes through the axes. `arms` does the same on motors in fewer and
-larger steps: these ways are there to be read and compared.
+A point moved by a joint describes a circle or a line. The invariants of the next joint determine its position there: in
+a plane orthogonal to an axis, or on a sphere about a point of an axis. In conformal geometry the intersection of circle
+and sphere, circle and plane, or line and sphere is a point pair, which is imaginary if there is no intersection. In
+affine geometry two spheres intersect in their radical plane, planes intersect in lines, and the points of a line at a
+given distance are found by the theorem of Pythagoras. Angles are then those between planes through the axes. The module
+`arms` performs the same computation on motors in fewer and larger steps; these methods serve illustration and
+comparison.
 """
 
 from __future__ import annotations
@@ -22,40 +23,40 @@ from .chain import Chain, common_point, direction, parallel
 from .closed import Backwards, Closed, SphericalWrist, ThreeParallel, joined
 
 Pair = tuple[Reals, Reals]
-"""Two points (..., 2, 3), and (...), negative where there is none: the squared sine of half the angle between them."""
+"""Two points (..., 2, 3), and the squared sine (...) of half the angle between them, negative if they do not exist."""
 
 
 _SMALL, _FREE = 1e-14, 1e-12
-"""Circles smaller than the first part of the coordinates are points; where they are smaller than the second, as near to
-the plane, every angle is as good."""
+"""Circles with a relative radius below the first number count as points. If their radius and their distance to the
+plane are below the second number, every angle is a solution."""
 _ON_AXIS = 1e-7
-"""Places nearer than this to an axis say nothing exact of the angle about it."""
+"""Points closer than this to an axis do not determine the angle about it accurately."""
 
 
 class Geometry(Protocol):
-    """How a circle or a line meets a plane or a sphere."""
+    """Intersection of a circle or a line with a plane or a sphere."""
 
     def circle_plane(self, axis: Reals, p: Reals, plane_point: Reals, normal: Reals) -> Pair:
-        """The circle of `p` about an axis, and the plane through a point across a unit normal."""
+        """Intersect the circle of `p` about an axis with the plane through a point with a unit normal."""
 
     def circle_sphere(self, axis: Reals, p: Reals, centre: Reals, radius: Reals) -> Pair:
-        """The circle of `p` about an axis, and a sphere."""
+        """Intersect the circle of `p` about an axis with a sphere."""
 
     def line_plane(self, axis: Reals, p: Reals, plane_point: Reals, normal: Reals) -> Pair:
-        """The line through `p` along an axis, and a plane: one point, twice."""
+        """Intersect the line through `p` along an axis with a plane. The point is returned twice."""
 
     def line_sphere(self, axis: Reals, p: Reals, centre: Reals, radius: Reals) -> Pair:
-        """The line through `p` along an axis, and a sphere."""
+        """Intersect the line through `p` along an axis with a sphere."""
 
 
 def _sphere_of_circle(axis: Reals, p: Reals) -> tuple[Reals, Reals]:
-    """Centre and radius of the circle of a point about an axis."""
+    """Return centre and radius of the circle of a point about an axis."""
     centre = pga3.project_point_on_line(p, axis)
     return centre, pga3.distance_points(p, centre)
 
 
 class ConformalGeometry:
-    """By pairs of points of G(4,1)."""
+    """Intersections as point pairs of G(4,1)."""
 
     def circle_plane(self, axis: Reals, p: Reals, plane_point: Reals, normal: Reals) -> Pair:
         """As in `Geometry`."""
@@ -88,14 +89,14 @@ class ConformalGeometry:
     def _points(self, pair: Reals, radius: Reals) -> Pair:
         square = cga3.point_pair_radius_squared(pair)
         points = np.stack(cga3.point_pair_points(pair), -2)
-        # an imaginary pair is about the point that comes nearest
+        # the centre of an imaginary pair is the nearest point
         points = np.where((square > 0)[..., None, None], points, cga3.point_pair_centre(pair)[..., None, :])
         with np.errstate(divide="ignore", invalid="ignore"):
             return points, np.clip(square / radius**2, -1, 1)
 
 
 class AffineGeometry:
-    """By lines in which planes of G(3,0,1) meet, and distances along them."""
+    """Intersections as lines of planes of G(3,0,1), and distances along them."""
 
     def circle_plane(self, axis: Reals, p: Reals, plane_point: Reals, normal: Reals) -> Pair:
         """As in `Geometry`."""
@@ -107,11 +108,11 @@ class AffineGeometry:
     def circle_sphere(self, axis: Reals, p: Reals, centre: Reals, radius: Reals) -> Pair:
         """As in `Geometry`."""
         own, own_radius = _sphere_of_circle(axis, p)
-        way = centre - own
-        square = np.square(way).sum(-1)
+        between = centre - own
+        square = np.square(between).sum(-1)
         with np.errstate(divide="ignore", invalid="ignore"):
             part = ((square + own_radius**2 - radius**2) / (2 * square))[..., None]
-            return self.circle_plane(axis, p, own + part * way, way / np.sqrt(square)[..., None])
+            return self.circle_plane(axis, p, own + part * between, between / np.sqrt(square)[..., None])
 
     def line_plane(self, axis: Reals, p: Reals, plane_point: Reals, normal: Reals) -> Pair:
         """As in `Geometry`."""
@@ -128,7 +129,7 @@ class AffineGeometry:
         return pga3.line_from_direction_moment(along, np.cross(p, along))  # type: ignore[no-any-return]
 
     def _along(self, line: Reals, centre: Reals, radius: Reals) -> Pair:
-        """The points of a line at a distance from a centre."""
+        """Return the points of a line at a distance from a centre."""
         foot = pga3.project_point_on_line(centre, line)
         square = radius**2 - pga3.distance_squared_points(foot, centre)
         half = np.sqrt(np.maximum(square, 0))[..., None] * direction(line)
@@ -141,17 +142,17 @@ GEOMETRIES: dict[str, Geometry] = {"affine": AffineGeometry(), "conformal": Conf
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Meets:
-    """A closed form whose places are found by meets."""
+    """A closed form whose points are found by intersections."""
 
     form: SphericalWrist | ThreeParallel
     geometry: Geometry
-    words: str
+    geometry_name: str
 
     @classmethod
-    def of(cls, form: Closed | None, words: str) -> Closed | None:
-        """The same branches by meets in "affine" or "conformal" geometry, or None for arms that need a quartic."""
+    def of(cls, form: Closed | None, geometry_name: str) -> Closed | None:
+        """Return the method for "affine" or "conformal" geometry, or None for arms that need a quartic."""
         if isinstance(form, Backwards):
-            inner = cls.of(form.forwards, words)
+            inner = cls.of(form.forwards, geometry_name)
             return None if inner is None else Backwards(inner)
         if isinstance(form, SphericalWrist):
             chain = form.regional.chain
@@ -160,12 +161,12 @@ class Meets:
                 return None
         elif not isinstance(form, ThreeParallel):
             return None
-        return cls(form, GEOMETRIES[words], words)
+        return cls(form, GEOMETRIES[geometry_name], geometry_name)
 
     @property
     def name(self) -> str:
-        """What the arm has, and the geometry."""
-        return f"{self.form.name}, {self.words}"
+        """The structure of the arm, and the geometry."""
+        return f"{self.form.name}, {self.geometry_name}"
 
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
         """As in `Closed`."""
@@ -179,7 +180,7 @@ class Meets:
         return self._circle_plane(chain.axes[joint], p, plane_point, normal)
 
     def _circle_plane(self, axis: Reals, p: Reals, plane_point: Reals, normal: Reals) -> Pair:
-        """As in `Geometry`, in units of the circle and from its centre, so that nothing cancels where it is small."""
+        """As in `Geometry`, relative to radius and centre of the circle, to avoid cancellation for small circles."""
         centre, radius = _sphere_of_circle(axis, p)
         reach = np.maximum(np.abs(p), np.abs(plane_point)).max(-1, initial=1e-30)
         size = np.maximum(radius, _SMALL * reach)[..., None]
@@ -190,8 +191,8 @@ class Meets:
         return centre[..., None, :] + size[..., None] * places, np.where(every, 0.0, gap)
 
     def _path_sphere(self, chain: Chain, joint: int, p: Reals, centre: Reals, radius: Reals) -> Pair:
-        way = self.geometry.line_sphere if chain.slides[joint] else self.geometry.circle_sphere
-        return way(chain.axes[joint], p, centre, radius)
+        intersect = self.geometry.line_sphere if chain.slides[joint] else self.geometry.circle_sphere
+        return intersect(chain.axes[joint], p, centre, radius)
 
     def _wrist(self, goals: Reals) -> tuple[Reals, Reals]:
         assert isinstance(self.form, SphericalWrist)
@@ -200,12 +201,12 @@ class Meets:
         q, gap = self._three(chain, np.broadcast_to(centre, goal.shape), goal)
         rest = pga3.motor_relative(chain.motion_of_all(q), goals[:, None])
         axes, turns = self.form.chain.axes[3:], self.form.chain.part(slice(3, 6))
-        # on the unit sphere about the origin: the first two turns take the direction `before` to `after`
+        # on the unit sphere about the origin: the first two rotations take the direction `before` to `after`
         first, second = _through_origin(axes[0]), _through_origin(axes[1])
         after = direction(pga3.move_line(rest, axes[2]))
         before = np.broadcast_to(direction(axes[2]), after.shape)
         places, gap_wrist = self._circle_plane(second, before, after, np.broadcast_to(direction(axes[0]), after.shape))
-        # Where a place is on the first axis, it leaves it along the line in which the planes of both circles meet.
+        # A point on the first axis is displaced along the intersection line of the planes of both circles.
         along = np.cross(direction(axes[1]), direction(axes[0]))
         along /= np.linalg.norm(along)
         forth = ((places[..., 1, :] - places[..., 0, :]) * along).sum(-1, keepdims=True) >= 0
@@ -220,7 +221,7 @@ class Meets:
         return joined(q, gap, np.stack([four, five, six], -1), gap_wrist)
 
     def _three(self, chain: Chain, start: Reals, goal: Reals) -> tuple[Reals, Reals]:
-        """The first three joints, (N, 4, 3), that take points to others."""
+        """Return variables of the first three joints, (N, 4, 3), that take points to others."""
         meet = _shoulder(chain)
         second = chain.axes[1]
         if meet is not None:
@@ -250,13 +251,14 @@ class Meets:
         y, gap = self._path_plane(chain, 0, goal, np.broadcast_to(point, goal.shape), axes[1])
         one = arms.turn_between_points(axes[0], y, goal[:, None])
         rest = pga3.motor_relative(chain.motion(0, one), goals[:, None])
-        # on the unit sphere about the origin: turns about the last two axes take the direction `before` to `after`
+        # on the unit sphere about the origin: rotations about the last two axes take the direction `before` to `after`
         fifth, sixth = _through_origin(axes[4]), _through_origin(axes[5])
         before = direction(pga3.move_line(pga3.motor_inverse(rest), axes[1]))
         after = np.broadcast_to(along, before.shape)
         x, gap_wrist = self._circle_plane(sixth, before, after, np.broadcast_to(direction(axes[4]), after.shape))
         six = arms.turn_between_points(sixth, before[..., None, :], x)
-        # Any angle will do where the last axis is along the parallel ones, but what is left may reach for some only.
+        # If the last axis is parallel to the parallel axes, its angle is free here, but only some values may be feasible
+        # for the remaining joints.
         free = pga3.distance_point_line(before, sixth) <= _SMALL
         six = np.where(free[..., None], np.array([0.0, np.pi]), six)
         five = arms.turn_between_points(fifth, x, after[..., None, :])
@@ -278,17 +280,17 @@ class Meets:
 
 
 def _shoulder(chain: Chain) -> Reals | None:
-    """Where the first two axes meet, if both joints turn."""
+    """Return the intersection point of the first two axes if both joints are revolute, otherwise None."""
     return None if any(chain.slides[:2]) else common_point(chain.axes[:2], chain.size)
 
 
 def _through_origin(axis: Reals) -> Reals:
-    """The line through the origin with the direction of another."""
+    """Return the line through the origin with the direction of another line."""
     return pga3.line_from_direction_moment(direction(axis), np.zeros(3))  # type: ignore[no-any-return]
 
 
 def _amount(chain: Chain, joint: int, start: Reals, end: Reals) -> Reals:
-    """By how much a joint moves one point to another."""
+    """Return the joint variable that moves one point to another."""
     axis = chain.axes[joint]
     if chain.slides[joint]:
         return pga3.position_along_line(end, axis) - pga3.position_along_line(start, axis)  # type: ignore[no-any-return]
@@ -296,6 +298,6 @@ def _amount(chain: Chain, joint: int, start: Reals, end: Reals) -> Reals:
 
 
 def _turned(axis: Reals, motion: Reals) -> Reals:
-    """The angle of a motion about an axis, from a line across it."""
+    """Return the angle of a rotation about an axis, measured with a line across the axis."""
     across = pga3.line_from_direction_moment(np.eye(3)[np.argmin(np.abs(direction(axis)))], np.zeros(3))
     return arms.turn_between_lines(axis, across, pga3.move_line(motion, across))  # type: ignore[no-any-return]

@@ -1,4 +1,4 @@
-"""Arms of seven joints with three axes that meet at the shoulder and three at the wrist: the circle of the elbow."""
+"""Arms with seven joints, a spherical shoulder and a spherical wrist: the elbow moves on a circle."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from .chain import Chain, common_point, parallel
 from .closed import joined
 
 _ON_AXIS = 1e-20
-"""Squared sines up to this are 0."""
+"""Squared sines up to this count as 0."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ElbowCircle:
-    """Shoulder and wrist prepared for an angle of the elbow.
+    """Closed form for arms with spherical shoulder and wrist, given the elbow angle.
 
-    The distance from shoulder to wrist gives the fourth joint. Then the upper arm may turn about the line through both;
-    the angle of the fourth axis about that line, from the vector product of the first axis with it, is the caller's.
-    Shoulder and wrist are then two rotations.
+    The distance from shoulder to wrist determines the fourth joint. The upper arm can then rotate about the line
+    through both. The caller gives the angle of the fourth axis about this line, measured from the commutator product of
+    the line and the first axis. Finally, the joints of shoulder and wrist are solved as two rotations.
     """
 
     chain: Chain
@@ -35,14 +35,14 @@ class ElbowCircle:
 
     @classmethod
     def of(cls, chain: Chain) -> ElbowCircle | None:
-        """The arm, or None where it is not of this kind."""
+        """Return the closed form of a chain, or None if the chain is of another kind."""
         if len(chain) != 7 or any(chain.slides) or any(parallel(*chain.axes[j : j + 2]) for j in (0, 1, 4, 5)):
             return None
         shoulder, wrist = (common_point(chain.axes[part], chain.size) for part in (slice(0, 3), slice(4, 7)))
         return None if shoulder is None or wrist is None else cls(chain, shoulder, wrist)
 
     def solve(self, goals: Reals, elbow: Reals) -> tuple[Reals, Reals]:
-        """Variables (N, 8, 7) and discriminants (N, 8) for motors (N, 8) and angles (N,)."""
+        """Return variables (N, 8, 7) and discriminants (N, 8) for motors (N, 8) and elbow angles (N,)."""
         axes, shoulder = self.chain.axes, self.shoulder
         goal = pga3.move_point(goals, self.wrist)
         four, gap = arms.turns_to_sphere(axes[3], self.wrist, shoulder, pga3.distance_points(shoulder, goal))
@@ -61,9 +61,10 @@ class ElbowCircle:
         return joined(q, gap, behind, gap_behind)
 
     def reference(self, goal: Reals) -> tuple[Reals, Reals, Reals]:
-        """The line to the wrist, where the elbow is measured from, and the squared sine of its angle to the first axis.
+        """Return the line to the wrist, the reference of the elbow angle, and a squared sine.
 
-        Where the wrist is on the first axis, the second as it is at home stands for that.
+        The last result is the squared sine of the angle between the line and the first axis. If the wrist is on the
+        first axis, the second axis at home is used instead.
         """
         line = pga3.normalize_line(pga3.join_points(self.shoulder, goal))
         axis = self.chain.axes[0]
@@ -74,12 +75,12 @@ class ElbowCircle:
 
 
 def elbow_angle(robot: Model, q: ArrayLike) -> Reals:
-    """The angle of the elbow that `Robot.inverse` takes, of configurations.
+    """Return the elbow angle of configurations, the parameter `elbow` of `Robot.inverse`.
 
     Parameters
     ----------
     robot : Robot
-        Of seven joints, the first three axes through one point and the last three through another.
+        A robot with seven joints, whose first three axes intersect in one point and last three in another.
     q : array_like, (..., 7)
 
     Returns
@@ -90,7 +91,7 @@ def elbow_angle(robot: Model, q: ArrayLike) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        Where the arm is of another kind, or `q` of another shape.
+        If the arm is of another kind, or `q` has a wrong shape.
     """
     arm = elbow_circle(robot)
     joints = real_array(q, f"{robot.name}: q", (7,), "7 joint variables")
@@ -100,11 +101,12 @@ def elbow_angle(robot: Model, q: ArrayLike) -> Reals:
 
 
 def elbow_circle(robot: Model) -> ElbowCircle:
-    """The arm prepared, or a `ValueError`."""
+    """Return the closed form of a robot, or raise a `ValueError`."""
     arm = ElbowCircle.of(Chain(robot.axes, tuple(kind.value == "prismatic" for kind in robot.kinds)))
     if arm is None:
         raise ValueError(
-            f"{robot.name}: elbow: not an arm of seven turning joints, three axes through the shoulder and three "
-            "through the wrist; expected one, or give the value of a joint by locked={joint: value}"
+            f"{robot.name}: elbow: not an arm with spherical shoulder and wrist; expected seven revolute joints, the "
+            "first three and the last three with intersecting axes; give the value of a joint by "
+            "locked={joint: value} instead"
         )
     return arm

@@ -1,9 +1,10 @@
-"""The first three joints of an arm: where a point must go.
+"""The first three joints of an arm, which move a point to a given position.
 
-``E1 E2 E3 c = p``. What the second joint cannot change is the same of ``x = E3 c`` and ``y = E1^-1 p``: height and
-distance, for a turn; two coordinates, for a slide. These are two equations between the first and the third variable.
-Where one of them, or a combination, has only one of the variables, because axes meet or are parallel, each variable has
-two solutions in turn; otherwise an ellipse meets a circle in at most four points (Pieper's quartic).
+``E1 E2 E3 c = p``. The invariants of the second joint are equal for ``x = E3 c`` and ``y = E1^-1 p``: height and
+distance for a revolute joint, two coordinates for a prismatic joint. These are two equations between the first and the
+third variable. If one of them, or a linear combination, contains only one of the variables because axes intersect or
+are parallel, the variables are solved one after the other, with two solutions each. Otherwise an ellipse intersects a
+circle in at most four points (Pieper's quartic).
 """
 
 from __future__ import annotations
@@ -27,29 +28,30 @@ class _Order(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Regional:
-    """Three joints prepared for a point.
+    """Closed form of three joints for the position of a point.
 
     Attributes
     ----------
     chain : Chain
-        Of three joints.
+        Three joints.
     point : array, (3,)
-        The point that they move, where all variables are 0.
+        The moved point at the zero configuration.
     """
 
     chain: Chain
     point: Reals
     order: _Order
     mix: Reals
-    """(2, 2) What combines the two equations, so that the first is the one with a single variable."""
+    """(2, 2) Matrix that combines the two equations, so that the first has a single variable."""
     frame: tuple[Reals, Reals]
-    """For the profile: a point of the second axis; for the shadow: two directions. See `_equations`."""
+    """A point of the second axis (twice) for a revolute second joint, two directions for a prismatic one. See
+    `_equations`."""
     third: Reals
     """(2, 3) The side of the third joint in both equations, combined."""
 
     @classmethod
     def of(cls, chain: Chain, point: Reals) -> Regional | None:
-        """The three joints, or None where no order of solving is known: prismatic joints skew to all others."""
+        """Return the closed form of three joints, or None if there is none: for prismatic joints skew to all others."""
         frame = _frame(chain)
         scale = np.array([1.0, 1.0 if chain.slides[1] else 1 / chain.size])
         mix = np.diag(scale)
@@ -70,7 +72,7 @@ class Regional:
         return cls(chain, point, order, mix, frame, mix @ _equations(chain, frame, 2, chain.axes[2], point))
 
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
-        """All branches for goals of the point.
+        """Return all branches for goals of the point.
 
         Parameters
         ----------
@@ -80,7 +82,7 @@ class Regional:
         -------
         q : array, (N, 4, 3)
         discriminant : array, (N, 4)
-            The smallest of those of the equations that were solved, as in the module `arms`.
+            The smallest discriminant of the solved equations, as in the module `arms`.
         """
         chain = self.chain
         first = self.mix @ _equations(chain, self.frame, 0, -chain.axes[0], goals)
@@ -104,7 +106,7 @@ class Regional:
         return np.stack([one, self._second(one, three, goals), three], -1), gap
 
     def _second(self, one: Reals, three: Reals, goals: Reals) -> Reals:
-        """The variable of the second joint, from those of the others."""
+        """Return the variable of the second joint, from those of the others."""
         chain, axis = self.chain, self.chain.axes[1]
         x = _moved(chain.slides[2], chain.axes[2], self.point, three)
         y = _moved(chain.slides[0], -chain.axes[0], goals[:, None], one)
@@ -114,20 +116,21 @@ class Regional:
 
 
 def _apart(angles: Reals, imaginary: Reals) -> Reals:
-    """The squared sine of half the angle to the next solution, negative for what is none: (N, 4)."""
+    """Return the squared sine of half the angle to the nearest other solution, negative for non-solutions: (N, 4)."""
     half = np.sin((angles[:, :, None] - angles[:, None]) / 2) ** 2
     near: Reals = (half + np.eye(4)).min(-1)
     return np.where(imaginary == 0, near, -np.abs(imaginary))
 
 
 def _frame(chain: Chain) -> tuple[Reals, Reals]:
-    """Where the two equations are measured from, chosen so that a side that is constant is seen to be so."""
+    """Return the reference of the two equations, chosen so that constant sides are constant to rounding errors."""
     first, second = chain.axes[:2]
     if not chain.slides[1]:
         meet = None if chain.slides[0] else common_point(chain.axes[:2], chain.size)
         base = pga3.line_support(second) if meet is None else meet
         return base, base
-    # The second coordinate is across the first slide, or along the first axis, as far as the second joint lets it.
+    # The second coordinate is orthogonal to the first prismatic axis, or along the component of the first axis that is
+    # orthogonal to the second joint.
     along = direction(second)
     other = direction(first)
     if parallel(first, second):
@@ -139,7 +142,7 @@ def _frame(chain: Chain) -> tuple[Reals, Reals]:
 
 
 def _equations(chain: Chain, frame: tuple[Reals, Reals], joint: int, axis: Reals, points: Reals) -> Reals:
-    """Both equations of points that a joint moves about or along an axis: (..., 3) to (..., 2, 3)."""
+    """Return both equations of points that a joint moves about or along an axis: (..., 3) to (..., 2, 3)."""
     slides = chain.slides[joint]
     if chain.slides[1]:
         shadow = arms.segment_shadow if slides else arms.circle_shadow
@@ -149,14 +152,14 @@ def _equations(chain: Chain, frame: tuple[Reals, Reals], joint: int, axis: Reals
 
 
 def _moved(slides: bool, axis: Reals, points: Reals, q: Reals) -> Reals:
-    """Points moved by a joint."""
+    """Return points moved by a joint."""
     if slides:
         return pga3.move_point(pga3.motor_from_screw(axis, 0.0, q), points)  # type: ignore[no-any-return]
     return arms.turned_point(axis, points, q)  # type: ignore[no-any-return]
 
 
 def _in_turn(slides: tuple[bool, ...], known: Reals, wanted: Reals) -> tuple[Reals, Reals, Reals]:
-    """As `arms.turns_of_two_sums`, where a side may slide."""
+    """Solve the equations one after the other, as `arms.turns_of_two_sums`, also for prismatic joints."""
     a, gap_a = _solved(slides[0], known[..., 0, :], wanted[..., 0, 2])
     a, gap_a = a.reshape(-1, 2), gap_a.reshape(-1, 1)
     b, gap_b = _solved(slides[1], wanted[..., 1, :], _value(slides[0], known[..., 1, :], a))
@@ -164,17 +167,17 @@ def _in_turn(slides: tuple[bool, ...], known: Reals, wanted: Reals) -> tuple[Rea
 
 
 def _solved(slides: bool, row: Reals, value: Reals) -> tuple[Reals, Reals]:
-    """Both variables at which a side has a value: (..., 3) and (...) to (..., 2), and the discriminant."""
+    """Return both variables at which a side has a value, (..., 3) and (...) to (..., 2), and the discriminant."""
     if not slides:
         return arms.turns_of_sum(row[..., 0], row[..., 1], value - row[..., 2])  # type: ignore[no-any-return]
     found, gap = arms.slides_of_quadratic(row[..., 0], row[..., 1], row[..., 2] - value)
-    # Of a linear equation there is one solution.
+    # A linear equation has one solution.
     linear = np.broadcast_to(row[..., 0] == 0, gap.shape)
     return np.where(linear[..., None] & np.array([False, True]), np.nan, found), gap
 
 
 def _value(slides: bool, row: Reals, q: Reals) -> Reals:
-    """A side of an equation at values of its variable."""
+    """Evaluate a side of an equation at values of its variable."""
     a, b = (q * q, q) if slides else (np.cos(q), np.sin(q))
     value: Reals = row[..., 0] * a + row[..., 1] * b + row[..., 2]
     return value

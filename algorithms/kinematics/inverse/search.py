@@ -1,4 +1,4 @@
-"""Damped Gauss-Newton on motors: polish, the nearest pose that can be reached, and arms without a closed form."""
+"""Damped Gauss-Newton iteration on motors: polishing, nearest reachable poses, and arms without a closed form."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from .chain import SAME, Chain, apart, direction
 
 _STEPS = 60
 _BRANCHES = 8
-"""How many configurations a search keeps."""
+"""Number of configurations that a search keeps."""
 _SLIGHT = 1e-12
-"""Damping, as part of the arm's size squared, that only keeps equations from being singular."""
+"""Minimum damping relative to the squared arm's size, which merely keeps the equations nonsingular."""
 _SINGULAR = 1e-11
-"""Singular values up to this, as parts of the arm's size, are 0."""
+"""Singular values up to this, relative to the arm's size, count as 0."""
 _REACHED = 1e-9
 
 
 def remainder(chain: Chain, q: Reals, goals: Reals) -> tuple[Reals, Reals]:
-    """The twist, at the goal and with angles times the arm's size, that is left to go, and its rates of change.
+    """Return the remaining twist to the goal, with angles times the arm's size, and the twists of the joints.
 
     Parameters
     ----------
@@ -36,13 +36,13 @@ def remainder(chain: Chain, q: Reals, goals: Reals) -> tuple[Reals, Reals]:
     """
     motions = chain.motions(q)
     back = pga3.motor_inverse(motions[-1])
-    way = pga3.motor_product(back, goals)
-    # Of the two motors of a motion, the one with the shorter way.
-    way = np.where(way[..., :1] < 0, -way, way)
-    left = pga3.motor_to_twist(way)
+    remaining = pga3.motor_product(back, goals)
+    # Of the two motors of a motion, choose the one with the smaller angle.
+    remaining = np.where(remaining[..., :1] < 0, -remaining, remaining)
+    left = pga3.motor_to_twist(remaining)
     rates = np.empty((*q.shape[:-1], 6, len(chain)))
     for j in range(len(chain)):
-        # A joint's own motion leaves its axis alone.
+        # A joint's own motion does not change its axis.
         rates[..., j] = pga3.move_line(pga3.motor_product(back, motions[j]), _twist(chain, j))
     weights = np.array([chain.size] * 3 + [1.0] * 3)
     return left * weights, rates * weights[:, None]
@@ -56,7 +56,7 @@ def _twist(chain: Chain, joint: int) -> Reals:
 
 
 def descend(chain: Chain, q: Reals, goals: Reals, steps: int, enough: float) -> tuple[Reals, Reals]:
-    """Damped least squares from given configurations (Levenberg and Marquardt).
+    """Apply damped least squares (Levenberg-Marquardt) from given configurations.
 
     Parameters
     ----------
@@ -64,15 +64,15 @@ def descend(chain: Chain, q: Reals, goals: Reals, steps: int, enough: float) -> 
     q : array, (N, n)
     goals : array, (N, 8)
     steps : int
-        At most so many.
+        Maximum number of steps.
     enough : float
-        Poses nearer than this are left alone, as are those that improve by less than 1e-7 of themselves.
+        Iteration stops for poses with a smaller error than this, and for relative improvements below 1e-7.
 
     Returns
     -------
     q : array, (N, n)
     error : array, (N,)
-        Length of the twist that is left.
+        Norm of the remaining twist.
     """
     q = q.copy()
     error, damping = np.full(len(q), np.inf), np.full(len(q), 1e-6 * chain.size**2)
@@ -100,10 +100,10 @@ def descend(chain: Chain, q: Reals, goals: Reals, steps: int, enough: float) -> 
 
 
 def polish(chain: Chain, q: Reals, goals: Reals) -> Reals:
-    """A few undamped steps, (N, n) and (N, 8): for what a closed form found to half the digits."""
+    """Improve configurations (N, n) with goals (N, 8) by a few undamped steps, for results with half the digits."""
     for _ in range(3):
         left, rates = remainder(chain, q, goals)
-        # not by normal equations, which have half the digits next to a singularity
+        # normal equations would lose half the digits near a singularity
         across, sizes, along = np.linalg.svd(rates, full_matrices=False)
         inverse = np.where(sizes > _SINGULAR * chain.size, 1 / np.maximum(sizes, _SINGULAR * chain.size), 0.0)
         q = q + np.einsum("kij,ki->kj", along, inverse * np.einsum("kij,ki->kj", across, left))
@@ -111,7 +111,10 @@ def polish(chain: Chain, q: Reals, goals: Reals) -> Reals:
 
 
 def search(chain: Chain, goals: Reals, starts: Reals | int = 24) -> Reals:
-    """Configurations found from several starts, or so many, the nearest to the goal first: (N, branches, n)."""
+    """Return configurations found from several starts, sorted by distance to the goal: (N, branches, n).
+
+    `starts` holds the start configurations, or is their number.
+    """
     if isinstance(starts, int):
         starts = np.random.default_rng(7).uniform(-np.pi, np.pi, (starts, len(chain)))
         starts[:, list(np.flatnonzero(chain.slides))] *= chain.size / np.pi
@@ -124,7 +127,7 @@ def search(chain: Chain, goals: Reals, starts: Reals | int = 24) -> Reals:
     order = np.argsort(same, axis=-1, kind="stable")[:, :_BRANCHES]
     repeated = np.take_along_axis(same, order, 1)
     q = np.take_along_axis(q, order[..., None], 1)
-    # What ended elsewhere is of use only as the nearest.
+    # Configurations that miss the goal are kept only as the nearest one.
     repeated[:, 1:] |= np.take_along_axis(error, order, 1)[:, 1:] > _REACHED * chain.size
     q[repeated] = np.nan
     return q

@@ -1,8 +1,9 @@
-"""Arms of six joints of which two or three slide.
+"""Arms with six joints, two or three of which are prismatic.
 
-Slides do not turn anything: the other joints make the rotation, and slides are what is linear in the rest. Three turns
-have two ways to a rotation, and three slides follow. Of four turns one is free; what two slides cannot reach is a
-function of it, whose roots are looked for on a grid.
+Prismatic joints do not rotate anything: the revolute joints determine the rotation, and the remaining equations are
+linear in the prismatic variables. Three revolute joints have two solutions for a rotation, and three prismatic joints
+follow. With four revolute joints one angle is free. The error that two prismatic joints cannot correct is a function of
+this angle, whose roots are located on a grid.
 """
 
 from __future__ import annotations
@@ -19,16 +20,16 @@ from .candidates import gathered
 from .chain import COINCIDE, TOLERANCE, Chain, direction, parallel
 
 _GRID = 48
-"""Values of the free angle where roots are looked for; from one to the next, directions turn by 7.5 degrees."""
+"""Number of values of the free angle on the grid, at intervals of 7.5 degrees."""
 _HALVINGS = 14
 _BLOCK = 256
-"""Goals whose grids are worked on at once: what is known of them stays in the second cache."""
+"""Number of goals in a block, such that their grids fit into the second-level cache."""
 _ORIGIN, _ONE = np.zeros(3), np.eye(8)[0]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ThreeSlides:
-    """Three joints turn, neighbours of them not parallel, and three slide."""
+    """Arms with three revolute joints, consecutive ones not parallel, and three prismatic joints."""
 
     chain: Chain
     turns: tuple[int, ...]
@@ -38,12 +39,12 @@ class ThreeSlides:
 
     @classmethod
     def of(cls, chain: Chain) -> ThreeSlides | None:
-        """The chain prepared, or None where it is of another kind."""
+        """Return the method for a chain, or None if the chain is of another kind."""
         turns, slides = _parts(chain)
         if len(slides) != 3 or len(turns) != 3 or not _skew(chain, turns):
             return None
         found = cls(chain, turns, slides)
-        # the discriminant is 0 where slides are in one plane, which reach no point, and negative where no turns do
+        # the discriminant is 0 for coplanar prismatic axes and negative for unreachable rotations
         q = np.random.default_rng(0).uniform(-np.pi, np.pi, (8, 6))
         _, gap = found.solve(chain.motion_of_all(q))
         return found if np.any(gap > TOLERANCE) else None
@@ -52,8 +53,7 @@ class ThreeSlides:
         """As in `Closed`."""
         q = np.zeros((len(goals), 2, 6))
         q[..., self.turns], gap = arms.wrist_turns(*_directions(self.chain, self.turns), _rotation(goals))
-        ways, rest = _to_go(self.chain, self.slides, q, goals[:, None])
-        a, b, c = ways
+        (a, b, c), rest = _remaining(self.chain, self.slides, q, goals[:, None])
         across = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], -2)
         volume = np.sum(a * across[..., 0, :], axis=-1)
         flat = np.abs(volume) <= COINCIDE
@@ -64,23 +64,26 @@ class ThreeSlides:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TwoSlides:
-    """Four joints turn, of three in a row no neighbours are parallel, and two slide; from either end or both."""
+    """Arms with four revolute and two prismatic joints, scanned from one end or both.
+
+    Of the last three revolute joints, seen from the respective end, no consecutive two are parallel.
+    """
 
     chain: Chain
     scans: tuple[tuple[bool, Scan], ...]
-    """With whether each is of the chain backwards."""
+    """Pairs of a scan and whether it uses the reversed chain."""
 
     name = "search"
 
     @classmethod
     def of(cls, chain: Chain) -> TwoSlides | None:
-        """The chain prepared, or None where it is of another kind."""
+        """Return the method for a chain, or None if the chain is of another kind."""
         found = ((False, Scan.of(chain)), (True, Scan.of(chain.backwards)))
         scans = tuple((backwards, scan) for backwards, scan in found if scan is not None)
         return cls(chain, scans) if scans else None
 
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
-        """As in `Closed`. What one end misses, because roots are close, the other mostly has."""
+        """As in `Closed`. Close roots that one end misses are usually found from the other end."""
         parts, nearest = [(np.zeros(0, int), np.zeros((0, 6)))], np.empty((len(goals), 6))
         for backwards, scan in self.scans:
             ends = pga3.motor_inverse(goals) if backwards else goals
@@ -98,7 +101,7 @@ class TwoSlides:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scan:
-    """The first turn takes values of a grid; two ways of the other three make the rotation."""
+    """A scan of the first revolute joint over a grid; the other three have two solutions for the rotation."""
 
     chain: Chain
     turns: tuple[int, ...]
@@ -106,18 +109,18 @@ class Scan:
 
     @classmethod
     def of(cls, chain: Chain) -> Scan | None:
-        """The chain prepared, or None where it is of another kind."""
+        """Return the method for a chain, or None if the chain is of another kind."""
         turns, slides = _parts(chain)
         if len(slides) != 2 or len(turns) != 4 or not _skew(chain, turns[1:]):
             return None
-        # slides that are always parallel are one
-        (a, b), _ = _to_go(chain, slides, np.random.default_rng(0).uniform(-np.pi, np.pi, (8, 6)), _ONE)
+        # two prismatic joints that are always parallel are redundant
+        (a, b), _ = _remaining(chain, slides, np.random.default_rng(0).uniform(-np.pi, np.pi, (8, 6)), _ONE)
         return cls(chain, turns, slides) if np.abs(np.cross(a, b)).max() > TOLERANCE else None
 
     def candidates(self, goals: Reals) -> tuple[Reals, Reals, Reals]:
-        """Which goals, (K,), configurations that reach them or nearly do, (K, 6), and the nearest of each goal, (N, 6).
+        """Return indices of goals, (K,), configurations close to them, (K, 6), and the nearest of each goal, (N, 6).
 
-        The nearest are those of the grid.
+        The nearest configurations are those on the grid.
         """
         angles = np.arange(_GRID) * (2 * np.pi / _GRID)
         grid, left, gap = self._at(np.broadcast_to(angles, (len(goals), _GRID)), goals[:, None])
@@ -130,7 +133,7 @@ class Scan:
             middle = (low + high) / 2
             same = self._at(middle, goals[which])[1][np.arange(len(which)), branch] * value > 0
             low, high = np.where(same, middle, low), np.where(same, high, middle)
-        # where both ways begin and end, and where what is left comes near to 0 and leaves again
+        # ends of the intervals where solutions exist, and local minima of the remaining error
         near = (np.abs(left) <= np.abs(after)) & (np.abs(left) <= np.roll(np.abs(left), 1, axis=1))
         edge = there & ~(there_after & np.roll(there, 1, axis=1))
         more, j, side = np.nonzero(there & near & ~crossing & ~np.roll(crossing, 1, axis=1) | edge)
@@ -141,16 +144,19 @@ class Scan:
         return which, q[np.arange(len(which)), branch], nearest
 
     def _at(self, angle: Reals, goals: Reals) -> tuple[Reals, Reals, Reals]:
-        """Configurations (..., 2, 6) at values of the first turn, what is left across both slides, discriminants."""
+        """Return configurations (..., 2, 6) for values of the first angle, remaining errors and discriminants.
+
+        The error is the component orthogonal to both prismatic axes.
+        """
         q = np.zeros((*angle.shape, 2, 6))
         first, *others = _directions(self.chain, self.turns)
-        turned = pga3.motor_relative(pga3.motor_from_line(first, angle), _rotation(goals))
+        rest_of_rotation = pga3.motor_relative(pga3.motor_from_line(first, angle), _rotation(goals))
         q[..., self.turns[0]] = angle[..., None]
-        q[..., self.turns[1:]], gap = arms.wrist_turns(*others, turned)
-        (a, b), rest = _to_go(self.chain, self.slides, q, goals[..., None, :])
+        q[..., self.turns[1:]], gap = arms.wrist_turns(*others, rest_of_rotation)
+        (a, b), rest = _remaining(self.chain, self.slides, q, goals[..., None, :])
         across = np.cross(a, b)
         left = np.sum(across * rest, axis=-1)
-        # of two equations for both slides, those along the plane
+        # least-squares solution in the plane of both prismatic axes
         aa, ab, bb = np.sum(a * a, -1), np.sum(a * b, -1), np.sum(b * b, -1)
         ar, br = np.sum(a * rest, -1), np.sum(b * rest, -1)
         area = np.maximum(aa * bb - ab * ab, COINCIDE)
@@ -164,23 +170,23 @@ def _parts(chain: Chain) -> tuple[tuple[int, ...], tuple[int, ...]]:
 
 
 def _skew(chain: Chain, turns: tuple[int, ...]) -> bool:
-    """Whether no two neighbours of some axes are parallel."""
+    """Return whether no two consecutive axes are parallel."""
     return not any(parallel(chain.axes[i], chain.axes[j]) for i, j in pairwise(turns))
 
 
 def _directions(chain: Chain, turns: tuple[int, ...]) -> list[Reals]:
-    """Axes moved to the origin."""
+    """Return axes translated to the origin."""
     return [pga3.line_from_direction_moment(direction(chain.axes[j]), _ORIGIN) for j in turns]
 
 
 def _rotation(goals: Reals) -> Reals:
-    """Motors without their translation."""
+    """Return motors without their translation."""
     rotor, _ = pga3.motor_to_rotor_translation(goals)
     return pga3.motor_from_rotor_translation(rotor, _ORIGIN)  # type: ignore[no-any-return]
 
 
-def _to_go(chain: Chain, slides: tuple[int, ...], q: Reals, goals: Reals) -> tuple[list[Reals], Reals]:
-    """The directions of slides where turns have put them, and how far the origin is from where it shall be."""
+def _remaining(chain: Chain, slides: tuple[int, ...], q: Reals, goals: Reals) -> tuple[list[Reals], Reals]:
+    """Return the directions of prismatic axes at given configurations, and the position error of the origin."""
     motions = chain.motions(q)
-    ways = [direction(pga3.move_line(motions[k], chain.axes[k])) for k in slides]
-    return ways, pga3.move_point(goals, _ORIGIN) - pga3.move_point(motions[-1], _ORIGIN)
+    directions = [direction(pga3.move_line(motions[k], chain.axes[k])) for k in slides]
+    return directions, pga3.move_point(goals, _ORIGIN) - pga3.move_point(motions[-1], _ORIGIN)
