@@ -1,4 +1,4 @@
-"""What callers hand in, checked once at the door: shapes, types and the name of the argument at fault."""
+"""Validation of arguments: shapes and types. Error messages name the argument."""
 
 from __future__ import annotations
 
@@ -14,37 +14,37 @@ _FLOAT32, _FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
 
 
 def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning: str = "") -> Reals:
-    """`value` as an array of floats whose last axes have a given shape.
+    """Convert `value` to an array of floats and check the shape of its last axes.
 
     Parameters
     ----------
     value : array_like, (..., *shape)
-        Real numbers. float32 stays; integers, and booleans, which are exact, become float64. Masked arrays are taken
-        where nothing is masked.
+        Real numbers. float32 is kept; integers and booleans, which are exact, are converted to float64. Masked arrays
+        are accepted if no element is masked.
     name : str
-        What the caller calls the argument.
+        The name of the argument, for error messages.
     shape : tuple of int
-        The last axes; -1 stands for any length.
+        The expected last axes; -1 matches any length.
     meaning : str, optional
-        What the last axes are, for the message.
+        The meaning of the last axes, for error messages.
 
     Returns
     -------
     array, (..., *shape)
-        float32 or float64, in the byte order of the machine; the caller's own memory where that is possible.
+        float32 or float64, in native byte order. Not a copy where that is possible.
 
     Raises
     ------
     TypeError
-        Where the values are not real numbers.
+        If the values are not real numbers.
     ValueError
-        Where the shape is another, or numbers are masked.
+        If the shape differs, or elements are masked.
     """
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         count = int(np.count_nonzero(np.ma.getmaskarray(value)))
         raise ValueError(
-            f"{name}: {count} masked numbers; expected an array without a mask: give them values with numpy.ma.filled, "
-            "or leave them out"
+            f"{name}: {count} masked numbers; expected an array without masked elements; fill them with "
+            "numpy.ma.filled, or remove them"
         )
     try:
         array = np.asarray(value)
@@ -59,12 +59,12 @@ def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning
 
 
 def finite(array: Reals, name: str) -> Reals:
-    """`array` itself.
+    """Return `array` if all of its elements are finite.
 
     Raises
     ------
     ValueError
-        Where it has infinities or is not a number, with the first place.
+        If an element is infinite or NaN. The message gives the index of the first one.
     """
     if not np.isfinite(array).all():
         at = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
@@ -73,14 +73,14 @@ def finite(array: Reals, name: str) -> Reals:
 
 
 def finite_number(value: object, name: str) -> float:
-    """`value` as a float.
+    """Convert `value` to a finite float.
 
     Raises
     ------
     TypeError
-        Where it is not a real number.
+        If it is not a real number.
     ValueError
-        Where it is infinite or NaN.
+        If it is infinite or NaN.
     """
     if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
         raise TypeError(f"{name}: {value!r}; expected a number")

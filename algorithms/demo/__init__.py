@@ -1,1 +1,1 @@
-"""The demonstration: generated kernels at work on real input. Run it with ``python -m algorithms.demo``."""
+"""A demonstration of generated kernels on real input. Run it with ``python -m algorithms.demo``."""

@@ -1,4 +1,4 @@
-"""The command ``python -m algorithms.demo``: a table of kernels, then three programs and their pictures."""
+"""The command ``python -m algorithms.demo``: print a table of kernels, and run three programs that write figures."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rich.table import Table
 from .timing import MAIN_KERNELS, N_ELEMENTS, Cost, backends, costs
 
 _WIDTH = 110
-"""Columns of the output where it goes to a file."""
+"""Number of columns if the output is not a terminal."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -24,7 +24,7 @@ def main(arguments: list[str] | None = None) -> int:
     Parameters
     ----------
     arguments : list of str, optional
-        Of the command line; left out, those of the process.
+        Command-line arguments. By default those of the process.
 
     Returns
     -------
@@ -33,7 +33,7 @@ def main(arguments: list[str] | None = None) -> int:
     """
     parser = argparse.ArgumentParser(prog="python -m algorithms.demo", description=(__doc__ or "").splitlines()[0])
     parser.add_argument(
-        "--out", type=Path, default=Path("build/demo"), metavar="FOLDER", help="where the pictures go [%(default)s]"
+        "--out", type=Path, default=Path("build/demo"), metavar="FOLDER", help="folder for the figures [%(default)s]"
     )
     folder: Path = parser.parse_args(arguments).out
     try:
@@ -41,13 +41,13 @@ def main(arguments: list[str] | None = None) -> int:
         (folder / ".writable").touch()
         (folder / ".writable").unlink()
     except OSError as error:
-        return _refused(f"{folder}: {error.strerror}; expected a folder to write to; choose one with --out")
+        return _failed(f"{folder}: {error.strerror}; expected a writable folder; choose one with --out")
     try:
         import skimage.data  # noqa: F401
 
         from . import programs
     except ImportError as error:
-        return _refused(f"{error}; expected matplotlib and scikit-image; install them with pip install -e '.[test]'")
+        return _failed(f"{error}; expected matplotlib and scikit-image; install them with pip install -e '.[test]'")
     tasks = (
         ("Forward kinematics of two arms", programs.arms, "arms.png"),
         ("Two views of a motorcycle", programs.stereo, "stereo.png"),
@@ -72,7 +72,7 @@ def main(arguments: list[str] | None = None) -> int:
             progress.advance(task)
             pictures.append(folder / name)
             console.print(_facts_table(title, facts))
-    console.print("Pictures:", *pictures, sep="\n  ", highlight=False)
+    console.print("Figures:", *pictures, sep="\n  ", highlight=False)
     return 0
 
 
@@ -110,7 +110,7 @@ def _facts_table(title: str, facts: Iterable[tuple[str, str]]) -> Table:
     return table
 
 
-def _refused(message: str) -> int:
+def _failed(message: str) -> int:
     print(f"demo: {message}", file=sys.stderr)
     return 1
 

@@ -1,4 +1,4 @@
-"""The pictures of the demonstration, as PNG files. Nothing here computes what is shown."""
+"""Figures of the demonstration, written as PNG files. The data are computed in `programs`."""
 
 from __future__ import annotations
 
@@ -20,17 +20,18 @@ _RESOLUTION = 150
 
 
 def draw_arms(arms: Mapping[str, tuple[Reals, Reals]], path: Path) -> None:
-    """Where the end effectors of arms come, from above and from the side.
+    """Draw histograms of the positions that the end effectors of arms reach, from above and from the side.
 
     Parameters
     ----------
     arms : mapping of str to (array (n, 3), array (m, 3))
-        By title: the positions of the end effector, and the corners of the arm in one pose, base first. Metres.
+        For each title the positions of the end effector, and the joint positions of the arm in one pose, base first, in
+        metres.
     path : Path
         The PNG file to write.
     """
     figure = Figure(figsize=(5.6 * len(arms), 9.4), layout="constrained")
-    figure.suptitle("Where the end effector comes, all joints turned at random")
+    figure.suptitle("Positions of the end effector for random joint angles")
     axes = figure.subplots(2, len(arms), squeeze=False)
     for column, (title, (cloud, corners)) in enumerate(arms.items()):
         reach = 1.08 * float(np.abs(cloud[:, :2]).max())
@@ -61,18 +62,18 @@ def draw_stereo(
     depth: Reals,
     path: Path,
 ) -> None:
-    """Points of the left image, their lines in the right one, and depth.
+    """Draw points of the left image, their epipolar lines in the right image, and the depth map.
 
     Parameters
     ----------
     images : (array, array), (M, N, 3)
         Left and right.
     pixels : (array, array), (n, 2)
-        Points of the left image, and their partners in the right one.
+        Points of the left image, and the corresponding points of the right image.
     lines : array, (n, 3)
         Epipolar lines (a, b, c) in the right image.
     depth : array, (M, N)
-        In metres; NaN where it is not known.
+        In metres; NaN if unknown.
     path : Path
         The PNG file to write.
     """
@@ -82,7 +83,11 @@ def draw_stereo(
     left, right = figure.add_subplot(grid[0, :2]), figure.add_subplot(grid[0, 2:])
     colours = [f"C{k}" for k in range(len(lines))]
     for axis, image, points, title in zip(
-        (left, right), images, pixels, ("Left image", "Right image, epipolar lines and true partners"), strict=True
+        (left, right),
+        images,
+        pixels,
+        ("Left image", "Right image, epipolar lines and true correspondences"),
+        strict=True,
     ):
         axis.imshow(image)
         for (x, y), colour in zip(points, colours, strict=True):
@@ -95,13 +100,13 @@ def draw_stereo(
     axis = figure.add_subplot(grid[1, 1:3])
     axis.set_facecolor("lightgrey")
     shown = axis.imshow(depth, cmap="turbo_r")
-    axis.set(title="Depth from the true disparities (grey: not known)", xlabel="x (pixels)", ylabel="y (pixels)")
+    axis.set(title="Depth from the true disparities (grey: unknown)", xlabel="x (pixels)", ylabel="y (pixels)")
     figure.colorbar(shown, ax=axis, label="depth (m)", shrink=0.85)
     _save(figure, path)
 
 
 def draw_spectrum(image: NDArray[Any], magnitude: Reals, from_phase: Reals, error: Reals, path: Path) -> None:
-    """An image, its quaternion spectrum, what its phase alone holds, and the error of the inverse.
+    """Draw an image, its quaternion spectrum, a reconstruction from the phase only, and the error of the inverse.
 
     Parameters
     ----------
@@ -109,9 +114,9 @@ def draw_spectrum(image: NDArray[Any], magnitude: Reals, from_phase: Reals, erro
     magnitude : array, (M, N)
         Decimal logarithm of the norm of the transform, frequency 0 at [0, 0].
     from_phase : array, (M, N)
-        The image made of the transform with all norms set to 1.
+        The inverse of the transform with all norms set to 1.
     error : array, (M, N)
-        Inverse of the transform less the image, in absolute value.
+        Absolute difference between the inverse of the transform and the image.
     path : Path
         The PNG file to write.
     """
@@ -131,7 +136,7 @@ def draw_spectrum(image: NDArray[Any], magnitude: Reals, from_phase: Reals, erro
     figure.colorbar(shown, ax=axes[0, 1], label="log10 of the norm", shrink=0.85)
     low, high = np.quantile(from_phase, (0.005, 0.995))
     clipped = np.clip(from_phase, low, high)
-    _picture(figure, axes[1, 0], clipped, "From the phases alone, all norms 1", "gray", "arbitrary units")
+    _picture(figure, axes[1, 0], clipped, "Reconstruction from the phases, all norms 1", "gray", "arbitrary units")
     _picture(figure, axes[1, 1], error, "Error of the inverse", "viridis", "grey levels")
     _save(figure, path)
 
@@ -143,7 +148,7 @@ def _picture(figure: Figure, axis: Axes, image: NDArray[Any], title: str, colour
 
 
 def _limits(values: Reals, extent: float) -> tuple[float, float]:
-    """An interval of a given length around the values."""
+    """Return an interval of a given length centred on the values."""
     middle = (float(values.min()) + float(values.max())) / 2
     return middle - extent / 2, middle + extent / 2
 

@@ -18,16 +18,16 @@ from .figures import draw_arms, draw_spectrum, draw_stereo
 from .timing import N_ELEMENTS, median_time
 
 Facts = list[tuple[str, str]]
-"""What a program found: the quantity, and its value with its unit."""
+"""Results of a program: quantities, and their values with units."""
 
 _TITLES = {"puma560": "PUMA 560", "ur5": "UR5"}
 _POSE_NAMES = {"puma560": "at its nominal pose qn", "ur5": "in the pose drawn"}
 _POSES = {"puma560": (0, pi / 4, pi, 0, pi / 4, 0), "ur5": (0, -pi / 3, pi / 2, -2 * pi / 3, -pi / 2, 0)}
-"""The pose that each arm is drawn in; that of the PUMA 560 is `qn` of the Robotics Toolbox."""
+"""The pose in which each arm is drawn; that of the PUMA 560 is `qn` of the Robotics Toolbox."""
 
 
 def arms(path: Path) -> Facts:
-    """Forward kinematics of two arms from their Denavit-Hartenberg tables, over random joint vectors."""
+    """Compute forward kinematics of two arms from their Denavit-Hartenberg tables, for random joint vectors."""
     rng = np.random.default_rng(560)
     origin = np.zeros(3)
     facts: Facts = []
@@ -43,16 +43,16 @@ def arms(path: Path) -> Facts:
         x, y, z = arm.pose(pose)[:3, 3]
         facts += [
             (f"{title}, end effector {_POSE_NAMES[name]}", f"({x:.6f}, {y:.6f}, {z:.6f}) m"),
-            (f"{title}, farthest from the base", f"{np.linalg.norm(cloud, axis=-1).max():.3f} m"),
-            (f"{title}, against products of 4 x 4 matrices", f"{error:.1e}"),
-            (f"{title}, one of {len(q):,} configurations", f"{_nanoseconds(arm, q):.0f} ns"),
+            (f"{title}, largest distance from the base", f"{np.linalg.norm(cloud, axis=-1).max():.3f} m"),
+            (f"{title}, difference to products of 4 x 4 matrices", f"{error:.1e}"),
+            (f"{title}, time per configuration of {len(q):,}", f"{_nanoseconds(arm, q):.0f} ns"),
         ]
     draw_arms(drawn, path)
     return facts
 
 
 def stereo(path: Path) -> Facts:
-    """Two views of a motorcycle: the fundamental matrix of the cameras, and depth from the true disparities."""
+    """Process two views of a motorcycle: fundamental matrix of the cameras, and depth from the true disparities."""
     from skimage.data import stereo_motorcycle
 
     left, right, disparity = stereo_motorcycle()  # type: ignore[no-untyped-call]
@@ -72,18 +72,18 @@ def stereo(path: Path) -> Facts:
     )
     return [
         ("Pixels with a true disparity", f"{known.sum():,} of {known.size:,} ({known.mean():.1%})"),
-        ("Nearest and farthest", f"{depth[known].min() / 1e3:.3f} m, {depth[known].max() / 1e3:.3f} m"),
+        ("Smallest and largest depth", f"{depth[known].min() / 1e3:.3f} m, {depth[known].max() / 1e3:.3f} m"),
         (
-            "True partners from their epipolar lines",
+            "Distance of true correspondences to epipolar lines",
             f"at most {_largest(off_line)} px",
         ),
-        ("Depth by triangulation and by disparity", f"{_largest(points[:, 2] - depth[known])} mm apart at most"),
-        ("One triangulated point", f"{seconds / len(pixels) * 1e9:.0f} ns"),
+        ("Depth by triangulation and by disparity", f"differ by at most {_largest(points[:, 2] - depth[known])} mm"),
+        ("Time per triangulated point", f"{seconds / len(pixels) * 1e9:.0f} ns"),
     ]
 
 
 def spectrum(path: Path) -> Facts:
-    """The two-sided quaternion Fourier transform of the camera image, and back."""
+    """Compute the two-sided quaternion Fourier transform of the camera image, and its inverse."""
     from skimage.data import camera
 
     image = camera().astype(np.float64)  # type: ignore[no-untyped-call]
@@ -96,14 +96,14 @@ def spectrum(path: Path) -> Facts:
     draw_spectrum(image, logarithm[..., 0] / log(10), iqft(quaternion.normalize(transform))[..., 0], error, path)
     return [
         ("Image", f"{image.shape[0]} x {image.shape[1]}, grey levels {image.min():.0f} to {image.max():.0f}"),
-        ("Inverse of the transform less the image", f"{_largest(error)} grey levels at most"),
-        ("Energy against that of the image (Plancherel)", f"relative error {abs(energy):.1e}"),
-        ("Transform, and its inverse", f"{seconds[0] * 1e3:.1f} ms, {seconds[1] * 1e3:.1f} ms"),
+        ("Error of the inverse transform", f"at most {_largest(error)} grey levels"),
+        ("Energy compared with that of the image (Plancherel)", f"relative error {abs(energy):.1e}"),
+        ("Time of the transform, and of its inverse", f"{seconds[0] * 1e3:.1f} ms, {seconds[1] * 1e3:.1f} ms"),
     ]
 
 
 def _pose_by_matrices(name: str, q: Reals) -> Reals:
-    """The product of the matrices of a standard table, which no kernel has a part in."""
+    """Return the product of the matrices of a standard table, computed without generated kernels."""
     pose = np.broadcast_to(np.eye(4), (len(q), 4, 4))
     for row, angle in zip(TABLES[name].rows, q.T, strict=True):
         c, s, ca, sa = np.cos(angle), np.sin(angle), np.cos(row.alpha), np.sin(row.alpha)

@@ -1,4 +1,4 @@
-"""What generated kernels cost: operations, time and error of each."""
+"""Cost of generated kernels: operation counts, times and errors."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 N_ELEMENTS = 100_000
-"""The batch that kernels are timed on."""
+"""Batch size for timing kernels."""
 
 _REPEATS = 7
 
@@ -38,24 +38,24 @@ MAIN_KERNELS: dict[str, tuple[str, ...]] = {
     "quaternion": ("product", "rotate_vector", "slerp", "pack_two_sided", "unpack_two_sided"),
     "projective3": ("project_point", "fundamental_matrix_from_cameras", "epipolar_line", "triangulate"),
 }
-"""By module, the kernels that the table shows."""
+"""The kernels in the table, by module."""
 
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """What one kernel costs.
+    """The cost of one kernel.
 
     Attributes
     ----------
     module, kernel : str
     multiplications, additions : int
-        For one element.
+        Per element.
     others : str
-        Divisions, roots, calls of functions and choices, for one element.
+        Divisions, roots, function calls and selections per element.
     nanoseconds : float
-        For one element of a batch in C order, the median of repeats after a first call.
+        Time per element of a batch in C order: the median of repeated calls after a first call.
     error : str
-        As its docstring says.
+        The error stated in the docstring of the kernel.
     """
 
     module: str
@@ -68,7 +68,7 @@ class Cost:
 
 
 def costs() -> Iterator[Cost]:
-    """The costs of `MAIN_KERNELS`, one after the other."""
+    """Yield the costs of `MAIN_KERNELS` one by one."""
     for module_name, names in MAIN_KERNELS.items():
         module = importlib.import_module(f"generated.{module_name}")
         for name in names:
@@ -76,12 +76,12 @@ def costs() -> Iterator[Cost]:
 
 
 def backends() -> dict[str, str]:
-    """What runs the kernels of each module: c, numba or arrays."""
+    """Return the backend of each module: c, numba or arrays."""
     return {name: importlib.import_module(f"generated.{name}").backend for name in MAIN_KERNELS}
 
 
 def median_time(function: Callable[[], object], repeats: int = _REPEATS) -> float:
-    """Seconds of a call: the median of repeats after a first call."""
+    """Return the median time of repeated calls after a first call, in seconds."""
     function()
     times = []
     for _ in range(repeats):
@@ -112,5 +112,5 @@ def _cost(module: ModuleType, name: str) -> Cost:
 
 
 def _shapes(text: str) -> list[tuple[int, ...]]:
-    """The shapes in one half of a signature such as ``(8),(),(4,4)``."""
+    """Return the shapes in one half of a signature such as ``(8),(),(4,4)``."""
     return [tuple(int(length) for length in part.split(",") if length) for part in re.findall(r"\(([^)]*)\)", text)]

@@ -1,4 +1,4 @@
-"""Means of rigid motions. Motors ``m`` and ``-m`` are the same motion, whatever signs they come with."""
+"""Means of rigid motions. The signs of motors do not matter, since ``m`` and ``-m`` are the same motion."""
 
 from __future__ import annotations
 
@@ -14,31 +14,32 @@ from ..arguments import Reals, finite, real_array
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MotorMean:
-    """An intrinsic mean, and how well it was found."""
+    """An intrinsic mean, and the convergence of its computation."""
 
     motor: Reals
     """(8) The mean."""
     converged: bool
-    """Whether the last step was as small as rounding."""
+    """Whether the last step was of the size of rounding errors."""
     iterations: int
-    """How many steps were taken."""
+    """The number of steps."""
     residual: float
     """The length of the last step, the larger of radians and units of the coordinates."""
 
 
 def average_motors(motors: ArrayLike, weights: ArrayLike | None = None) -> Reals:
-    """The weighted linear average of motors, put back onto the Study quadric: the mean of DLB.
+    """Return the weighted linear average of motors, projected onto the Study quadric (dual quaternion linear blending).
 
-    Signs are those that agree with the eigenvector of ``sum w r r^T`` of the rotors r (Markley et al., *J. Guidance*
-    30:1193, 2007), so that they do not matter. Exact for two motors with equal weights; else near `mean_motor` (Kavan
-    et al., *Dual Quaternions for Rigid Transformation Blending*, 2006).
+    The signs of the motors are chosen by the dominant eigenvector of ``sum w r r^T`` of the rotors r (Markley et al.,
+    *J. Guidance* 30:1193, 2007), so that the given signs do not matter. The result equals `mean_motor` for two motors
+    with equal weights and approximates it otherwise (Kavan et al., *Dual Quaternions for Rigid Transformation
+    Blending*, 2006).
 
     Parameters
     ----------
     motors : array_like, (..., n, 8)
         Unit motors.
     weights : array_like, (..., n), optional
-        Not negative, with a positive sum. By default all are equal.
+        Nonnegative weights with a positive sum. By default all are equal.
 
     Returns
     -------
@@ -47,8 +48,8 @@ def average_motors(motors: ArrayLike, weights: ArrayLike | None = None) -> Reals
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type, there is no motor or one that is not finite, or a weight is
-        negative or all are 0.
+        If an argument has a wrong shape or type, there is no motor, a motor is not finite, a weight is negative or all
+        weights are 0.
     """
     given, share = _weighted(motors, weights)
     rotors = given[..., :4]
@@ -60,30 +61,31 @@ def average_motors(motors: ArrayLike, weights: ArrayLike | None = None) -> Reals
 
 
 def mean_motor(motors: ArrayLike, weights: ArrayLike | None = None, max_iterations: int = 100) -> MotorMean:
-    """The intrinsic mean of motors: the motion from which the weighted sum of twists to all of them is 0.
+    """Return the intrinsic mean of motors: the motion from which the weighted sum of the twists to all motors is 0.
 
-    The exponential barycenter of Pennec and Arsigny (*Matrix Information Geometry*, 2013): it goes along when all
-    motors are moved, from the left or from the right. For rotations it is Karcher's mean. Fixed-point steps from
-    `average_motors`; it is unique where all rotations are within a quarter turn of one.
+    This is the exponential barycenter of Pennec and Arsigny (*Matrix Information Geometry*, 2013). It is equivariant
+    under multiplication of all motors from the left or from the right. For rotations it is the Karcher mean. It is
+    computed by fixed-point iteration starting from `average_motors`, and it is unique if all rotations are within
+    90 degrees of one rotation.
 
     Parameters
     ----------
     motors : array_like, (n, 8)
         Unit motors.
     weights : array_like, (n), optional
-        Not negative, with a positive sum. By default all are equal.
+        Nonnegative weights with a positive sum. By default all are equal.
     max_iterations : int, optional
         At least 1.
 
     Returns
     -------
     MotorMean
-        `converged` is false where rotations are spread so far that there may be no mean, or several.
+        `converged` is false if the rotations are spread so widely that there may be no mean or several.
 
     Raises
     ------
     TypeError, ValueError
-        As `average_motors` does.
+        As in `average_motors`.
     """
     given, share = _weighted(motors, weights)
     if given.ndim != 2:
@@ -106,7 +108,7 @@ def mean_motor(motors: ArrayLike, weights: ArrayLike | None = None, max_iteratio
 
 
 def _weighted(motors: ArrayLike, weights: ArrayLike | None) -> tuple[Reals, Reals]:
-    """Motors and weights of sum 1."""
+    """Return validated motors and weights with sum 1."""
     given = finite(real_array(motors, "motors", (-1, 8), "unit motors"), "motors")
     count = given.shape[-2]
     if not count:
@@ -114,5 +116,5 @@ def _weighted(motors: ArrayLike, weights: ArrayLike | None) -> tuple[Reals, Real
     share = real_array(np.ones(count) if weights is None else weights, "weights", (count,), "a weight for each motor")
     total = share.sum(-1, keepdims=True)
     if np.any(share < 0) or np.any(total <= 0) or not np.all(np.isfinite(total)):
-        raise ValueError("weights: expected finite numbers, none negative, with a positive sum")
+        raise ValueError("weights: expected finite nonnegative numbers with a positive sum")
     return given, (share / total).astype(given.dtype)

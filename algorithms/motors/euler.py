@@ -1,4 +1,4 @@
-"""The twelve sequences of Euler angles, about moving or about fixed axes. Radians."""
+"""Euler angles of all twelve sequences, intrinsic or extrinsic, in radians."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from generated import pga3
 from ..arguments import Reals, real_array
 
 SEQUENCES = ("xyz", "xzy", "yxz", "yzx", "zxy", "zyx", "xyx", "xzx", "yxy", "yzy", "zxz", "zyz")
-"""Three axes; the first six are Tait and Bryan's, the others proper Euler angles."""
+"""Sequences of axes. The first six are Tait-Bryan angles, the others proper Euler angles."""
 
 _AXES = dict(zip("xyz", np.eye(3), strict=True))
 
 
 def rotor_from_euler(sequence: str, angles: ArrayLike, *, fixed_axes: bool = False) -> Reals:
-    """The rotor of three turns.
+    """Return the rotor of three successive rotations.
 
     Parameters
     ----------
     sequence : str
-        One of `SEQUENCES`, in the order in which the turns are done.
+        One of `SEQUENCES`, in the order of the rotations.
     angles : array_like, (..., 3)
         In the same order.
     fixed_axes : bool, optional
-        Whether axes stay (extrinsic); by default they turn along (intrinsic).
+        Whether the axes are fixed (extrinsic rotations). By default they rotate with the body (intrinsic rotations).
 
     Returns
     -------
@@ -35,7 +35,7 @@ def rotor_from_euler(sequence: str, angles: ArrayLike, *, fixed_axes: bool = Fal
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type, or there is no such sequence.
+        If an argument has a wrong shape or type, or the sequence is unknown.
     """
     axes, given = _axes(sequence), real_array(angles, "angles", (3,), "three angles")
     if fixed_axes:
@@ -44,28 +44,29 @@ def rotor_from_euler(sequence: str, angles: ArrayLike, *, fixed_axes: bool = Fal
 
 
 def rotor_to_euler(sequence: str, rotor: ArrayLike, *, fixed_axes: bool = False) -> Reals:
-    """The three angles of a rotor.
+    """Return the Euler angles of a rotor.
 
     Parameters
     ----------
     sequence : str
-        One of `SEQUENCES`, in the order in which the turns are done.
+        One of `SEQUENCES`, in the order of the rotations.
     rotor : array_like, (..., 4)
         A unit rotor 1 e12 e13 e23.
     fixed_axes : bool, optional
-        Whether axes stay (extrinsic); by default they turn along (intrinsic).
+        Whether the axes are fixed (extrinsic rotations). By default they rotate with the body (intrinsic rotations).
 
     Returns
     -------
     array, (..., 3)
-        The first and third in [-pi, pi], the second in [-pi/2, pi/2] for Tait and Bryan's sequences, else in
-        [0, pi]. In gimbal lock, where the second is at an end, only the sum or difference of the others is known: the
-        angle of the third axis of a moving sequence, the first of a fixed one, is then 0.
+        The first and third angle are in [-pi, pi], the second in [-pi/2, pi/2] for Tait-Bryan sequences and in [0, pi]
+        for others. In gimbal lock, where the second angle is at an end of its interval, only the sum or difference of
+        the others is determined: the third angle of an intrinsic or the first angle of an extrinsic sequence is set
+        to 0.
 
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type, or there is no such sequence.
+        If an argument has a wrong shape or type, or the sequence is unknown.
     """
     first, second, third = _axes(sequence)[::-1] if fixed_axes else _axes(sequence)
     given = real_array(rotor, "rotor", (4,), "a rotor")
@@ -79,12 +80,12 @@ def rotor_to_euler(sequence: str, rotor: ArrayLike, *, fixed_axes: bool = False)
 
 
 def matrix_from_euler(sequence: str, angles: ArrayLike, *, fixed_axes: bool = False) -> Reals:
-    """The 3 x 3 matrix of three turns, as `rotor_from_euler` takes them."""
+    """Return the 3 x 3 rotation matrix of Euler angles, with the arguments of `rotor_from_euler`."""
     return np.asarray(pga3.rotor_to_matrix(rotor_from_euler(sequence, angles, fixed_axes=fixed_axes)))
 
 
 def matrix_to_euler(sequence: str, matrix: ArrayLike, *, fixed_axes: bool = False) -> Reals:
-    """The three angles of a 3 x 3 rotation matrix, as `rotor_to_euler` gives them."""
+    """Return the Euler angles of a 3 x 3 rotation matrix, as defined in `rotor_to_euler`."""
     given = real_array(matrix, "matrix", (3, 3), "a rotation matrix")
     return rotor_to_euler(sequence, pga3.rotor_from_matrix(given), fixed_axes=fixed_axes)
 

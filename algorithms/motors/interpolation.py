@@ -1,4 +1,4 @@
-"""Motions between motors. Of ``m`` and ``-m`` the nearer one is taken, so signs do not matter."""
+"""Interpolation of motors. Of ``m`` and ``-m`` the nearer one is used, so that signs do not matter."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from ..arguments import Reals, real_array
 
 
 def slerp(a: ArrayLike, b: ArrayLike, t: ArrayLike) -> Reals:
-    """The rotation at the part `t` of the way from rotor `a` to `b`, at constant speed along the shorter arc.
+    """Interpolate from rotor `a` to rotor `b` at constant angular velocity along the shorter arc.
 
     Parameters
     ----------
     a, b : array_like, (..., 4)
         Unit rotors 1 e12 e13 e23; leading axes broadcast.
     t : array_like, (...)
-        Any real numbers; 0 gives `a`, 1 gives `b` or ``-b``.
+        Parameters of any size: 0 gives `a`, 1 gives `b` or ``-b``.
 
     Returns
     -------
@@ -27,21 +27,21 @@ def slerp(a: ArrayLike, b: ArrayLike, t: ArrayLike) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type.
+        If an argument has a wrong shape or type.
     """
     one, two = real_array(a, "a", (4,), "a rotor"), real_array(b, "b", (4,), "a rotor")
     return np.asarray(vga3.interpolate_rotors(one, two, real_array(t, "t")))
 
 
 def sclerp(a: ArrayLike, b: ArrayLike, t: ArrayLike) -> Reals:
-    """The motion at the part `t` of the screw motion from motor `a` to `b`, at constant twist.
+    """Interpolate from motor `a` to motor `b` by a screw motion with constant twist.
 
     Parameters
     ----------
     a, b : array_like, (..., 8)
         Unit motors; leading axes broadcast.
     t : array_like, (...)
-        Any real numbers; 0 gives `a`, 1 gives `b` or ``-b``.
+        Parameters of any size: 0 gives `a`, 1 gives `b` or ``-b``.
 
     Returns
     -------
@@ -50,31 +50,32 @@ def sclerp(a: ArrayLike, b: ArrayLike, t: ArrayLike) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type.
+        If an argument has a wrong shape or type.
     """
     return np.asarray(pga3.interpolate_motors(_motors(a, "a"), _motors(b, "b"), real_array(t, "t")))
 
 
 def nlerp(a: ArrayLike, b: ArrayLike, t: ArrayLike) -> Reals:
-    """The straight way from motor `a` to `b`, put back onto the Study quadric: near `sclerp`, without angles.
+    """Interpolate linearly from motor `a` to motor `b` and project the result onto the Study quadric.
 
-    Parameters and results are those of `sclerp`, `t` in [0, 1].
+    The result approximates `sclerp` without trigonometric functions. Parameters and results are those of `sclerp`, with
+    `t` in [0, 1].
     """
     return np.asarray(pga3.blend_motors(_motors(a, "a"), _motors(b, "b"), real_array(t, "t")))
 
 
 def bezier(controls: ArrayLike, t: ArrayLike) -> Reals:
-    """The curve of de Casteljau through the first and the last of some motors, drawn by the ones between.
+    """Evaluate the Bézier curve of control motors by de Casteljau's algorithm with screw motions.
 
-    Straight lines of his construction are screw motions. The curve starts along the screw from the first motor to the
-    second, and ends along that from the last but one (Shoemake, *SIGGRAPH* 1985, for quaternions).
+    The curve starts at the first motor, along the screw motion to the second, and ends at the last motor, along the
+    screw motion from the last but one (Shoemake, *SIGGRAPH* 1985, for quaternions).
 
     Parameters
     ----------
     controls : array_like, (n, 8)
         Unit motors, at least one.
     t : array_like, (...)
-        In [0, 1].
+        Parameters in [0, 1].
 
     Returns
     -------
@@ -83,7 +84,7 @@ def bezier(controls: ArrayLike, t: ArrayLike) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type, or there is no motor.
+        If an argument has a wrong shape or type, or there is no motor.
     """
     given, where = real_array(controls, "controls", (-1, 8), "unit motors"), real_array(t, "t")
     if given.ndim != 2 or not len(given):

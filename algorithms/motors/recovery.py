@@ -1,4 +1,4 @@
-"""The rotation, or rigid motion, that takes vectors, frames or points to given ones."""
+"""Least-squares estimation of rotations, rigid motions and similarities from corresponding vectors, frames or points."""
 
 from __future__ import annotations
 
@@ -12,60 +12,61 @@ from generated import cga3, pga3
 from ..arguments import Reals, finite, real_array
 
 _DEGENERATE = 1e-10
-"""A rotation is not determined where two eigenvalues are nearer than this, of the largest possible difference."""
+"""A rotation is undetermined if two eigenvalues differ by less than this fraction of the largest possible difference.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RotorFit:
-    """The best rotation, and how well the data determine it."""
+    """The best rotation, and whether the data determine it."""
 
     rotor: Reals
-    """(..., 4) 1 e12 e13 e23, with scalar part not negative."""
+    """(..., 4) 1 e12 e13 e23, with nonnegative scalar part."""
     residual: Reals
-    """(...) The root of the weighted mean of squared distances."""
+    """(...) The square root of the weighted mean of squared distances."""
     determined: Reals
-    """(...) bool. False where another rotation is as good: vectors all parallel, or none."""
+    """(...) bool. False if the rotation is not unique: all vectors are parallel or zero."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MotorFit:
-    """The best rigid motion, and how well the data determine it."""
+    """The best rigid motion, and whether the data determine it."""
 
     motor: Reals
-    """(..., 8) With scalar part not negative."""
+    """(..., 8) With nonnegative scalar part."""
     residual: Reals
-    """(...) The root of the weighted mean of squared distances."""
+    """(...) The square root of the weighted mean of squared distances."""
     determined: Reals
-    """(...) bool. False where another motion is as good: points all on a line, or the same."""
+    """(...) bool. False if the motion is not unique: all points are collinear or equal."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SimilarityFit:
-    """The best similarity, and how well the data determine it."""
+    """The best similarity, and whether the data determine it."""
 
     versor: Reals
-    """(..., 16) For ``transform_...`` of `generated.cga3`: a dilation, then a rotation, then a translation."""
+    """(..., 16) For the kernels ``transform_...`` of `generated.cga3`: dilation, then rotation, then translation."""
     scale: Reals
     """(...) The factor of the dilation."""
     residual: Reals
-    """(...) The root of the weighted mean of squared distances."""
+    """(...) The square root of the weighted mean of squared distances."""
     determined: Reals
-    """(...) bool. False where another similarity is as good: points all on a line, or the same."""
+    """(...) bool. False if the similarity is not unique: all points are collinear or equal."""
 
 
 def rotor_from_vectors(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = None) -> RotorFit:
-    """The rotation with the least weighted sum of squared distances of the turned `a` to `b` (Wahba's problem).
+    """Return the rotation that minimises the weighted sum of squared distances of the rotated `a` to `b`.
 
-    ``b . (r a ~r)`` is a quadratic form in the four coefficients of the rotor: the eigenvector of the largest
-    eigenvalue of the sum of these forms (Davenport's method; Lasenby, Fitzgerald, Doran and Lasenby, *IJCV* 1998). Half
-    turns are no exception, and the result is never a reflection.
+    This is Wahba's problem. ``b . (r a ~r)`` is a quadratic form in the four coefficients of the rotor. The solution is
+    the eigenvector of the largest eigenvalue of the sum of these forms (Davenport's method; Lasenby, Fitzgerald, Doran
+    and Lasenby, *IJCV* 1998). It needs no special case for rotations by 180 degrees, and is never a reflection.
 
     Parameters
     ----------
     a, b : array_like, (..., n, 3)
-        Vectors and what they should become, of any lengths. Leading axes broadcast.
+        Vectors and their target vectors, of any lengths. Leading axes broadcast.
     weights : array_like, (..., n), optional
-        Not negative, with a positive sum. By default all are equal.
+        Nonnegative weights with a positive sum. By default all are equal.
 
     Returns
     -------
@@ -74,8 +75,8 @@ def rotor_from_vectors(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = N
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type, or a number that is not finite, there is no vector, or a weight is
-        negative or all are 0.
+        If an argument has a wrong shape or type or is not finite, there is no vector, a weight is negative or all
+        weights are 0.
     """
     one, two, share = _pairs(a, b, weights)
     forms = np.einsum("...n,...nij->...ij", share, pga3.rotation_form(one, two))
@@ -102,14 +103,14 @@ def rotor_from_frames(frame: ArrayLike, image: ArrayLike) -> Reals:
     Returns
     -------
     array, (..., 4)
-        The rotor 1 e12 e13 e23, with scalar part not negative; NaN where the frame lies in a plane.
+        The rotor 1 e12 e13 e23, with nonnegative scalar part. NaN if the vectors of the frame are coplanar.
 
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type, or a number that is not finite.
+        If an argument has a wrong shape or type, or is not finite.
     """
-    rows, turned = (
+    rows, images = (
         finite(real_array(value, name, (3, 3), "three vectors as rows"), name)
         for value, name in ((frame, "frame"), (image, "image"))
     )
@@ -117,22 +118,23 @@ def rotor_from_frames(frame: ArrayLike, image: ArrayLike) -> Reals:
     volume = np.linalg.det(rows)
     flat = np.abs(volume) <= _DEGENERATE * sizes.prod(-1)
     safe = np.where(flat[..., None, None], np.eye(3, dtype=rows.dtype), rows)
-    matrix = np.einsum("...ki,...jk->...ij", turned, np.linalg.inv(safe))
+    matrix = np.einsum("...ki,...jk->...ij", images, np.linalg.inv(safe))
     rotor: Reals = pga3.rotor_from_matrix(matrix)
     return np.where(flat[..., None], np.nan, rotor)
 
 
 def motor_from_points(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = None) -> MotorFit:
-    """The rigid motion with the least weighted sum of squared distances of the moved points `a` to `b` (Procrustes).
+    """Return the rigid motion that minimises the weighted sum of squared distances of the moved points `a` to `b`.
 
-    It takes centroid to centroid, and turns as `rotor_from_vectors` of the points less their centroids.
+    This is the rigid Procrustes problem. The motion maps centroid to centroid, and its rotation is that of
+    `rotor_from_vectors` for the points relative to their centroids.
 
     Parameters
     ----------
     a, b : array_like, (..., n, 3)
-        Points and what they should become. Leading axes broadcast.
+        Points and their target points. Leading axes broadcast.
     weights : array_like, (..., n), optional
-        Not negative, with a positive sum. By default all are equal.
+        Nonnegative weights with a positive sum. By default all are equal.
 
     Returns
     -------
@@ -141,22 +143,23 @@ def motor_from_points(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = No
     Raises
     ------
     TypeError, ValueError
-        As `rotor_from_vectors` does.
+        As in `rotor_from_vectors`.
     """
     one, two, share = _pairs(a, b, weights)
     (start, inner), (end, outer) = _about_centroid(one, share), _about_centroid(two, share)
     fit = rotor_from_vectors(inner, outer, share)
-    turned = pga3.move_direction(_motor(fit.rotor), start)
-    motor = pga3.motor_from_rotor_translation(fit.rotor, end - turned)
+    rotated = pga3.move_direction(_motor(fit.rotor), start)
+    motor = pga3.motor_from_rotor_translation(fit.rotor, end - rotated)
     off = two - pga3.move_point(motor[..., None, :], one)
     return MotorFit(motor, np.sqrt(_mean_square(off, share)), fit.determined)
 
 
 def similarity_from_points(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = None) -> SimilarityFit:
-    """The similarity with the least weighted sum of squared distances of the images of the points `a` to `b`.
+    """Return the similarity that minimises the weighted sum of squared distances of the images of points `a` to `b`.
 
-    The rotation is that of `motor_from_points`, which no scale changes; scale and translation follow from it (Umeyama,
-    *IEEE Transactions on Pattern Analysis and Machine Intelligence* 13:376-380, 1991). It is never a reflection.
+    The rotation is that of `motor_from_points`, since it does not depend on the scale. Scale and translation follow
+    from it (Umeyama, *IEEE Transactions on Pattern Analysis and Machine Intelligence* 13:376-380, 1991). The result
+    never contains a reflection.
 
     Parameters
     ----------
@@ -166,22 +169,22 @@ def similarity_from_points(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None
     Returns
     -------
     SimilarityFit
-        The versor is not a number where the scale is 0: where all points of `a` or of `b` are the same, to rounding.
+        The versor is NaN if the scale is 0: if all points of `a` or of `b` are equal up to rounding.
 
     Raises
     ------
     TypeError, ValueError
-        As `rotor_from_vectors` does.
+        As in `rotor_from_vectors`.
     """
     one, two, share = _pairs(a, b, weights)
     (start, inner), (end, outer) = _about_centroid(one, share), _about_centroid(two, share)
     fit = rotor_from_vectors(inner, outer, share)
-    turned = pga3.move_direction(_motor(fit.rotor)[..., None, :], inner)
+    rotated = pga3.move_direction(_motor(fit.rotor)[..., None, :], inner)
     size = _mean_square(inner, share)
-    scale = np.einsum("...n,...ni,...ni->...", share, turned, outer) / np.where(size > 0, size, 1)
-    off = outer - scale[..., None, None] * turned
-    turned_start = pga3.move_direction(_motor(fit.rotor), start)
-    motor = cga3.motor_from_rotor_translation(fit.rotor, end - scale[..., None] * turned_start)
+    scale = np.einsum("...n,...ni,...ni->...", share, rotated, outer) / np.where(size > 0, size, 1)
+    off = outer - scale[..., None, None] * rotated
+    rotated_start = pga3.move_direction(_motor(fit.rotor), start)
+    motor = cga3.motor_from_rotor_translation(fit.rotor, end - scale[..., None] * rotated_start)
     dilator = cga3.dilator_from_scale(np.where(scale > 0, scale, np.nan))
     versor = cga3.even_product(cga3.versor_from_motor(motor), cga3.versor_from_dilator(dilator))
     return SimilarityFit(np.asarray(versor), scale, np.sqrt(_mean_square(off, share)), fit.determined)
@@ -195,34 +198,35 @@ def motor_from_objects(
     spheres: tuple[ArrayLike, ArrayLike] | None = None,
     circles: tuple[ArrayLike, ArrayLike] | None = None,
 ) -> MotorFit:
-    """The rigid motion that takes points, directed lines, oriented planes, spheres and circles to given ones, mixed.
+    """Return the rigid motion that best takes points, directed lines, oriented planes, spheres and circles to others.
 
-    The rotation is that of `rotor_from_vectors` for the directions, the normals and the points less their centroid; the
-    translation has the least sum of squares of what remains: distances of points, moments of lines, offsets of planes.
-    Exact for exact objects; of noisy points alone it is `motor_from_points`.
+    The rotation is that of `rotor_from_vectors` for the directions, the normals, and the points relative to their
+    centroids. The translation minimises the sum of the remaining squared errors: distances of points, moments of lines,
+    offsets of planes. The result is exact for exact objects. For points only it equals `motor_from_points`.
 
     Parameters
     ----------
     points : pair of array_like, (..., n, 3), optional
-        Points and what they should become. Leading axes broadcast.
+        Points and their target points. Leading axes broadcast.
     lines : pair of array_like, (..., n, 6), optional
-        Lines of `generated.pga3` and what they should become; they are normalised, so that all count the same.
+        Lines of `generated.pga3` and their target lines. They are normalised, so that all have the same weight.
     planes : pair of array_like, (..., n, 4), optional
-        Planes of `generated.pga3`, likewise.
+        Planes of `generated.pga3` and their target planes, likewise normalised.
     spheres : pair of array_like, (..., n, 5), optional
-        Spheres of `generated.cga3`: each counts as its centre. Radii, which no motion changes, are not compared.
+        Spheres of `generated.cga3`, each represented by its centre. Radii are not compared.
     circles : pair of array_like, (..., n, 10), optional
-        Oriented circles of `generated.cga3`: each counts as its centre and as the line through it, along its normal.
+        Oriented circles of `generated.cga3`, each represented by its centre and by the line through it along its
+        normal.
 
     Returns
     -------
     MotorFit
-        Its residual is the root of the mean of these squares.
+        The residual is the square root of the sum of these squared errors divided by the number of objects.
 
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type, or a number that is not finite, or there is no object at all.
+        If an argument has a wrong shape or type or is not finite, or there is no object.
     """
     sizes = {"points": 3, "lines": 6, "planes": 4, "spheres": 5, "circles": 10}
     given = dict(zip(sizes, (points, lines, planes, spheres, circles), strict=True))
@@ -235,12 +239,12 @@ def motor_from_objects(
         known[name] = _spread_over(leading, one), _spread_over(leading, two)
     vectors = [_directions(name, *pair) for name, pair in known.items()]
     fit = rotor_from_vectors(*(np.concatenate([pair[k] for pair in vectors], -2) for k in (0, 1)))
-    turn = _motor(fit.rotor)[..., None, :]
-    parts = [_translation_equations(name, turn, *pair) for name, pair in known.items()]
-    slopes, rest = (np.concatenate([part[k] for part in parts], -1 - (k == 0)) for k in (0, 1))
-    translation = (np.linalg.pinv(slopes) @ rest[..., None])[..., 0]
-    off = rest - (slopes @ translation[..., None])[..., 0]
-    values = np.linalg.svd(slopes, compute_uv=False)
+    rotation = _motor(fit.rotor)[..., None, :]
+    parts = [_translation_equations(name, rotation, *pair) for name, pair in known.items()]
+    matrix, rest = (np.concatenate([part[k] for part in parts], -1 - (k == 0)) for k in (0, 1))
+    translation = (np.linalg.pinv(matrix) @ rest[..., None])[..., 0]
+    off = rest - (matrix @ translation[..., None])[..., 0]
+    values = np.linalg.svd(matrix, compute_uv=False)
     full = values[..., -1] > _DEGENERATE * values[..., 0] if values.shape[-1] == 3 else np.zeros(leading, bool)
     count = sum(one.shape[-2] for one, _ in known.values())
     motor = pga3.motor_from_rotor_translation(fit.rotor, translation)
@@ -248,7 +252,7 @@ def motor_from_objects(
 
 
 def _take_rounds(known: dict[str, tuple[Reals, Reals]]) -> None:
-    """Spheres and circles as the points and lines that they count as."""
+    """Replace spheres and circles by the points and lines that represent them."""
     further: list[tuple[str, tuple[Reals, Reals]]] = []
     if "spheres" in known:
         one, two = known.pop("spheres")
@@ -279,7 +283,7 @@ def _spread_over(leading: tuple[int, ...], rows: Reals) -> Reals:
 def _both(pair: tuple[ArrayLike, ArrayLike], name: str, size: int) -> tuple[Reals, Reals]:
     one, two = (finite(real_array(each, name, (-1, size), f"{name} as rows"), name) for each in pair)
     if one.shape[-2] != two.shape[-2]:
-        raise ValueError(f"{name}: {one.shape[-2]} and {two.shape[-2]} of them; expected as many of both")
+        raise ValueError(f"{name}: {one.shape[-2]} and {two.shape[-2]} objects; expected equal numbers")
     if name in ("points", "spheres", "circles"):
         return one, two
     unit = pga3.normalize_line if name == "lines" else pga3.normalize_plane
@@ -287,7 +291,7 @@ def _both(pair: tuple[ArrayLike, ArrayLike], name: str, size: int) -> tuple[Real
 
 
 def _directions(name: str, one: Reals, two: Reals) -> tuple[Reals, Reals]:
-    """Vectors of objects, and of what they should become."""
+    """Return direction vectors of objects, and of their targets."""
     if name == "points":
         share = np.full(one.shape[-2], 1 / max(one.shape[-2], 1))
         return _about_centroid(one, share)[1], _about_centroid(two, share)[1]
@@ -295,41 +299,41 @@ def _directions(name: str, one: Reals, two: Reals) -> tuple[Reals, Reals]:
     return parts(one)[0], parts(two)[0]
 
 
-def _translation_equations(name: str, turn: Reals, one: Reals, two: Reals) -> tuple[Reals, Reals]:
-    """Rows of a matrix for the translation, and what they should give."""
+def _translation_equations(name: str, rotation: Reals, one: Reals, two: Reals) -> tuple[Reals, Reals]:
+    """Return the matrix and the right-hand side of linear equations for the translation."""
     if name == "planes":
-        (_, before), (normal, after) = pga3.plane_to_normal(pga3.move_plane(turn, one)), pga3.plane_to_normal(two)
+        (_, before), (normal, after) = pga3.plane_to_normal(pga3.move_plane(rotation, one)), pga3.plane_to_normal(two)
         return normal, after - before
     if name == "points":
-        rows, rest = np.broadcast_to(np.eye(3), (*one.shape, 3)), two - pga3.move_point(turn, one)
-    else:  # the moment of a line is its direction's vector product with minus any of its points
+        rows, rest = np.broadcast_to(np.eye(3), (*one.shape, 3)), two - pga3.move_point(rotation, one)
+    else:  # the moment of a line is the cross product of its direction with minus any of its points
         (direction, moment), (_, wanted) = (
-            pga3.line_to_direction_moment(each) for each in (pga3.move_line(turn, one), two)
+            pga3.line_to_direction_moment(each) for each in (pga3.move_line(rotation, one), two)
         )
         rows, rest = np.cross(np.eye(3), direction[..., None, :]).swapaxes(-1, -2), wanted - moment
     return rows.reshape(*one.shape[:-2], -1, 3), rest.reshape(*one.shape[:-2], -1)
 
 
 def _pairs(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None) -> tuple[Reals, Reals, Reals]:
-    """Both sets, and weights of sum 1."""
+    """Return both sets of vectors, and weights with sum 1."""
     one, two = (
         finite(real_array(value, name, (-1, 3), "vectors as rows"), name) for value, name in ((a, "a"), (b, "b"))
     )
     count = one.shape[-2]
     if not count or two.shape[-2] != count:
-        raise ValueError(f"a, b: {count} and {two.shape[-2]} vectors; expected as many of both, at least one")
+        raise ValueError(f"a, b: {count} and {two.shape[-2]} vectors; expected equal numbers, at least one")
     share = real_array(np.ones(count) if weights is None else weights, "weights", (count,), "a weight for each pair")
     total = share.sum(-1, keepdims=True)
     if np.any(share < 0) or np.any(total <= 0) or not np.all(np.isfinite(total)):
-        raise ValueError("weights: expected finite numbers, none negative, with a positive sum")
+        raise ValueError("weights: expected finite nonnegative numbers with a positive sum")
     return one, two, share / total
 
 
 def _about_centroid(points: Reals, share: Reals) -> tuple[Reals, Reals]:
-    """The centroid, (..., 3), and the points less it: 0 where all are the same to rounding."""
+    """Return the centroid, (..., 3), and the points relative to it, 0 if all are equal up to rounding."""
     centroid = np.einsum("...n,...ni->...i", share, points)
     left = points - centroid[..., None, :]
-    more = np.einsum("...n,...ni->...i", share, left)  # the sum over many points rounds, too
+    more = np.einsum("...n,...ni->...i", share, left)  # corrects rounding of the sum over many points
     left -= more[..., None, :]
     least = (8 * np.finfo(points.dtype).eps) ** 2 * _mean_square(points, share)
     return centroid + more, np.where((_mean_square(left, share) <= least)[..., None, None], 0, left)

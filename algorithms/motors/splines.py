@@ -1,4 +1,4 @@
-"""A smooth motion through motors at given times."""
+"""Splines: smooth motions through motors at given times."""
 
 from __future__ import annotations
 
@@ -14,37 +14,38 @@ from ..arguments import Reals, real_array
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MotorSpline:
-    """A motion through motors whose velocity is continuous: cubic on each interval (Hermite).
+    """A piecewise cubic Hermite motion through motors, with continuous velocity.
 
-    ``m exp(b1 w1) exp(b2 w2) exp(b3 w3)`` with the cumulative Bernstein polynomials b1, b2, b3 of the third degree
-    (Kim, Kim and Shin, *SIGGRAPH* 1995, for quaternions). Build it with `through`.
+    On each interval the motion is ``m exp(b1 w1) exp(b2 w2) exp(b3 w3)`` with the cumulative Bernstein polynomials b1,
+    b2, b3 of the third degree (Kim, Kim and Shin, *SIGGRAPH* 1995, for quaternions). Construct it with `through`.
     """
 
     times: Reals
     """(n) Increasing."""
     motors: Reals
-    """(n, 8) The motors at these times, each with the sign that is nearer to the one before."""
+    """(n, 8) The motors at these times, each with the sign nearer to the previous motor."""
     twists: Reals
-    """(n, 6) Twists at these times, in the coordinates of the moving body."""
+    """(n, 6) Twists at these times, in the body frame."""
 
     @classmethod
     def through(cls, times: ArrayLike, motors: ArrayLike, twists: ArrayLike | None = None) -> MotorSpline:
-        """The spline through motors.
+        """Return the spline through given motors.
 
         Parameters
         ----------
         times : array_like, (n)
-            Increasing; n is at least 2.
+            Increasing times, at least two.
         motors : array_like, (n, 8)
-            Unit motors, of any signs. Two that follow must be less than half a turn apart: else the shorter way goes.
+            Unit motors of either sign. Between consecutive motors the smaller rotation is used, so that rotations by
+            more than 180 degrees need intermediate motors.
         twists : array_like, (n, 6), optional
-            Twists of the body in its own coordinates. By default, those of the parabola through three motors that
-            follow (of two at the ends: a constant twist stays one).
+            Twists in the body frame. By default they are estimated from parabolas through three consecutive motors;
+            motions with a constant twist are reproduced.
 
         Raises
         ------
         TypeError, ValueError
-            Where an argument has another shape or type, or times do not increase.
+            If an argument has a wrong shape or type, or times do not increase.
         """
         at = real_array(times, "times", (-1,), "times")
         given = real_array(motors, "motors", (len(at), 8), "a unit motor for each time")
@@ -55,14 +56,14 @@ class MotorSpline:
         between = np.einsum("ni,ni->n", given[:-1, :4], given[1:, :4])
         signed = given * np.cumprod(np.concatenate([[1], np.where(between < 0, -1, 1)]))[:, None]
         if twists is None:
-            slopes = _twists(signed[:-1], signed[1:]) / np.diff(at)[:, None]
-            rates = _parabolic(slopes, np.diff(at))
+            mean_rates = _twists(signed[:-1], signed[1:]) / np.diff(at)[:, None]
+            rates = _parabolic(mean_rates, np.diff(at))
         else:
             rates = real_array(twists, "twists", (len(at), 6), "a twist for each time")
         return cls(at, signed, rates)
 
     def __call__(self, t: ArrayLike) -> Reals:
-        """The motors at some times; before the first and after the last, the first and last cubics go on.
+        """Evaluate the spline. Outside the interval the first and last cubics are extrapolated.
 
         Parameters
         ----------
@@ -91,10 +92,13 @@ def _twists(a: Reals, b: Reals) -> Reals:
     return np.asarray(pga3.motor_to_twist(pga3.motor_relative(a, b)))
 
 
-def _parabolic(slopes: Reals, steps: Reals) -> Reals:
-    """Derivatives at the times of the parabolas through three values; at the ends, of those through the first three."""
-    if len(slopes) == 1:
-        return np.repeat(slopes, 2, 0)
+def _parabolic(rates: Reals, steps: Reals) -> Reals:
+    """Return derivatives at the nodes of parabolas through three values, from the mean rates of the intervals.
+
+    At the ends, the parabolas through the first and the last three values are used.
+    """
+    if len(rates) == 1:
+        return np.repeat(rates, 2, 0)
     h, k = steps[:-1, None], steps[1:, None]
-    inner = (k * slopes[:-1] + h * slopes[1:]) / (h + k)
-    return np.concatenate([2 * slopes[:1] - inner[:1], inner, 2 * slopes[-1:] - inner[-1:]])
+    inner = (k * rates[:-1] + h * rates[1:]) / (h + k)
+    return np.concatenate([2 * rates[:1] - inner[:1], inner, 2 * rates[-1:] - inner[-1:]])

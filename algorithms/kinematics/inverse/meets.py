@@ -257,7 +257,7 @@ class Meets:
         after = np.broadcast_to(along, before.shape)
         x, gap_wrist = self._circle_plane(sixth, before, after, np.broadcast_to(direction(axes[4]), after.shape))
         six = arms.turn_between_points(sixth, before[..., None, :], x)
-        # If the last axis is parallel to the parallel axes, its angle is free here, but only some values may be feasible
+        # If the last axis is parallel to the three axes, its angle is free here, but only some values may be feasible
         # for the remaining joints.
         free = pga3.distance_point_line(before, sixth) <= _SMALL
         six = np.where(free[..., None], np.array([0.0, np.pi]), six)
