@@ -43,8 +43,8 @@ def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         count = int(np.count_nonzero(np.ma.getmaskarray(value)))
         raise ValueError(
-            f"{name}: {count} masked numbers; expected an array without masked elements; fill them with "
-            "numpy.ma.filled, or remove them"
+            f"{name}: {count} masked numbers; expected an array without a mask; fill them with numpy.ma.filled, "
+            "or remove them"
         )
     try:
         array = np.asarray(value)

@@ -86,7 +86,7 @@ def draw_stereo(
         (left, right),
         images,
         pixels,
-        ("Left image", "Right image, epipolar lines and true correspondences"),
+        ("Left image", "Right image, epipolar lines and true matches"),
         strict=True,
     ):
         axis.imshow(image)

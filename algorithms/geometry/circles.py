@@ -1,4 +1,4 @@
-"""The distance of two circles in space, and their closest points."""
+"""Distance and closest points of two circles in space."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from generated import cga3
 from ..arguments import Reals, real_array
 
 SAMPLES = 24
-"""Angles at which the distance is looked at, besides the roots of the polynomial."""
+"""Number of angles at which the distance is evaluated, in addition to the roots of the polynomial."""
 _STARTS = 6
-"""The best of all these are refined."""
+"""Number of the best angles that are refined."""
 _ANGLES = np.linspace(0, 2 * np.pi, 16, endpoint=False)
 _ROUND = np.stack([np.ones(16), np.cos(_ANGLES), np.sin(_ANGLES)])
-_ROUND_SLOPE = np.stack([np.zeros(16), -np.sin(_ANGLES), np.cos(_ANGLES)])
+_ROUND_DERIVATIVE = np.stack([np.zeros(16), -np.sin(_ANGLES), np.cos(_ANGLES)])
 _SAME = 1e-9
-"""Distances are the same everywhere where they differ by less than this part of the sizes."""
+"""Distances are considered constant if they differ by less than this, relative to the sizes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,38 +27,39 @@ class NearestOnCircles:
     """The closest points of two circles."""
 
     distance: Reals
-    """(...) Of the two points; not a number where a circle is imaginary or a line."""
+    """(...) Distance of the two points. NaN if a circle is imaginary or a line."""
     on_a: Reals
     """(..., 3) The point of the first circle."""
     on_b: Reals
-    """(..., 3) The point of the second."""
+    """(..., 3) The point of the second circle."""
     everywhere: Reals
-    """(...) bool. True where every point of the first circle is as near: circles about one axis, or the same."""
+    """(...) bool. True if all points of the first circle have the same distance: coaxial or identical circles."""
 
 
 def nearest_on_circles(a: ArrayLike, b: ArrayLike) -> NearestOnCircles:
-    """The points of two circles of space that are nearest to each other.
+    """Return the closest points of two circles in space.
 
-    The square of the distance of a point of `a` to the circle `b` is a function of the point's angle. Where it is
-    least, a trigonometric polynomial of degree 4 vanishes; its eight roots are eigenvalues (D. Vranek, *Journal of
-    Graphics Tools* 7:23-32, 2002). The best of them, and of evenly spaced angles for where the polynomial says little,
-    are refined by Newton's method on the function itself. Several pairs of points may be as near; one is given.
+    The squared distance of a point of `a` from the circle `b` is a function of the point's angle. At a minimum a
+    trigonometric polynomial of degree 4 vanishes, whose eight roots are eigenvalues (D. Vranek, *Journal of Graphics
+    Tools* 7:23-32, 2002). The best of these roots, and of evenly spaced angles for the case that the polynomial is ill
+    conditioned, are refined by Newton's method on the function itself. If several pairs of points have the minimum
+    distance, one of them is returned.
 
     Parameters
     ----------
     a, b : array_like, (..., 10)
-        Circles of `generated.cga3`; leading axes broadcast. Of radius 0: a point.
+        Circles of `generated.cga3`; leading axes broadcast. A circle with radius 0 is a point.
 
     Returns
     -------
     NearestOnCircles
-        Distances to 1e-15 of radii and distance of the centres where circles are apart, and where they cross; to 1e-8
-        where they touch in a point, as the distance of points near to it is.
+        The error of distances, relative to the radii and the distance of the centres, is 1e-15 for separate or crossing
+        circles. It is 1e-8 for circles that touch in a point, where the minimum is flat.
 
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type.
+        If an argument has a wrong shape or type.
     """
     one, two = real_array(a, "a", (10,), "a circle"), real_array(b, "b", (10,), "a circle")
     one, two = np.broadcast_arrays(one, two)
@@ -78,23 +79,23 @@ def nearest_on_circles(a: ArrayLike, b: ArrayLike) -> NearestOnCircles:
 
 
 def _nearest_angle(curve: Reals, radius: Reals) -> tuple[Reals, Reals]:
-    """The angle of least distance on the first circle, and how much half the square of the distance varies."""
+    """Return the angle of minimum distance on the first circle, and the range of half the squared distance."""
     curve, radius = np.asarray(curve, np.float64), np.asarray(radius, np.float64)
     return nearest_angles(curve, radius[..., 0], _stationary(curve, radius))
 
 
 def nearest_angles(curve: Reals, radius: Reals, roots: Reals) -> tuple[Reals, Reals]:
-    """The angle of least distance on each first circle, and how much half the square of the distance varies.
+    """Return the angle of minimum distance on each first circle, and the range of half the squared distance.
 
     Parameters
     ----------
     curve : array, (..., 3, 3)
-        In its columns the centre and two half axes of the first circle, in coordinates in which the second lies about
-        the third axis.
+        Columns are the centre and two semi-axes of the first circle, in coordinates in which the third axis is the axis
+        of the second circle.
     radius : array, (...)
-        Of the second circle.
+        Radius of the second circle.
     roots : array, (..., k)
-        Angles from which the least may be found, beside evenly spaced ones.
+        Start angles for the minimisation, in addition to evenly spaced ones.
 
     Returns
     -------
@@ -115,13 +116,14 @@ def nearest_angles(curve: Reals, radius: Reals, roots: Reals) -> tuple[Reals, Re
 
 
 def _stationary(curve: Reals, radius: Reals) -> Reals:
-    """The angles of the eight roots of the polynomial, of those off the unit circle too: starts cost little.
+    """Return the angles of the eight roots of the polynomial, including those off the unit circle.
 
-    With ``p . p' = s`` and ``x x' + y y' = w`` the slope ``s - r w / l`` vanishes only where ``l**2 s**2 - r**2 w**2``
-    does: a polynomial of degree 8 in ``exp(i angle)``, whose coefficients are the Fourier transform of its values.
+    With ``p . p' = s`` and ``x x' + y y' = w`` the derivative ``s - r w / l`` vanishes only if
+    ``l**2 s**2 - r**2 w**2`` does. This is a polynomial of degree 8 in ``exp(i angle)``, whose coefficients are the
+    Fourier transform of its values.
     """
     x, y, h = np.moveaxis(curve @ _ROUND, -2, 0)
-    dx, dy, dh = np.moveaxis(curve @ _ROUND_SLOPE, -2, 0)
+    dx, dy, dh = np.moveaxis(curve @ _ROUND_DERIVATIVE, -2, 0)
     w = x * dx + y * dy
     values = (x * x + y * y) * (w + h * dh) ** 2 - (radius * w) ** 2
     coefficients = np.fft.fft(values, axis=-1)[..., [4, 3, 2, 1, 0, -1, -2, -3, -4]]

@@ -1,8 +1,8 @@
-"""Lines, planes, circles and spheres through many points, as near to them as can be.
+"""Least-squares fits of lines, planes, circles and spheres to points.
 
-Spheres and circles start as the vectors of conformal space that are most nearly orthogonal to all points, as in
-L. Dorst, *Total least squares fitting of k-spheres*, Journal of Mathematical Imaging and Vision 50:214-234, 2014;
-Gauss-Newton steps then make the sum of squared distances least.
+The initial estimates of spheres and circles are the vectors of conformal space that are most nearly orthogonal to all
+points, as in L. Dorst, *Total least squares fitting of k-spheres*, Journal of Mathematical Imaging and Vision
+50:214-234, 2014. Gauss-Newton steps then minimise the sum of squared distances.
 """
 
 from __future__ import annotations
@@ -18,34 +18,36 @@ from generated import cga3
 from ..arguments import Reals, finite, real_array
 
 STEPS = 30
-"""The most Gauss-Newton steps."""
+"""Maximum number of Gauss-Newton steps."""
 _DEGENERATE = 1e-10
-"""Points are on a line, or in a plane, where their spread across it is less than this part of that along it."""
+"""Points are collinear, or coplanar, if the ratio of their spread across and along the line or plane is below this."""
 ROUNDING = 8 * float(np.finfo(np.float64).eps)
-"""Points are the same where they spread by less than this part of how far they are from the origin."""
+"""Points are considered equal if the ratio of their spread and their distance from the origin is below this."""
 _METRIC = np.array([[1.0, 0, 0, 0, 0], [0, 1, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 0, 0, -1], [0, 0, 0, -1, 0]])
 """Inner products of e1 e2 e3 e0 einf; its own inverse."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fit:
-    """The best object of a kind, and how well the points determine it."""
+    """The best object of a kind, and whether the points determine it."""
 
     object: Reals
-    """Coefficients in the layout of `generated.cga3`; not numbers where there is none."""
+    """Coefficients in the layout of `generated.cga3`; NaN if there is no such object."""
     residual: Reals
-    """(...) The root of the mean of squared distances."""
+    """(...) The root mean square of the distances."""
     determined: Reals
-    """(...) bool. False where another object is as good: too few points, or all of them on something smaller."""
+    """(...) bool. False if the object is not unique, for example for collinear points in a plane fit."""
 
 
 def fit_plane(points: ArrayLike) -> Fit:
-    """The plane with the least sum of squared distances: through the centroid, across the direction of least spread.
+    """Return the plane that minimises the sum of squared distances.
+
+    It contains the centroid and is orthogonal to the direction of smallest spread.
 
     Parameters
     ----------
     points : array_like, (..., n, 3)
-        At least three.
+        At least three points.
 
     Returns
     -------
@@ -55,7 +57,7 @@ def fit_plane(points: ArrayLike) -> Fit:
     Raises
     ------
     TypeError, ValueError
-        Where the points have another shape or type, are not finite, or are too few.
+        If the points have a wrong shape or type, are not finite, or are too few.
     """
     places, centre, values, axes = _spread(points, 3)
     plane = cga3.plane_from_point_normal(centre, axes[..., 0])
@@ -64,12 +66,14 @@ def fit_plane(points: ArrayLike) -> Fit:
 
 
 def fit_line(points: ArrayLike) -> Fit:
-    """The line with the least sum of squared distances: through the centroid, along the direction of most spread.
+    """Return the line that minimises the sum of squared distances.
+
+    It contains the centroid and has the direction of largest spread.
 
     Parameters
     ----------
     points : array_like, (..., n, 3)
-        At least two.
+        At least two points.
 
     Returns
     -------
@@ -89,17 +93,17 @@ def fit_line(points: ArrayLike) -> Fit:
 
 
 def fit_sphere(points: ArrayLike) -> Fit:
-    """The sphere with the least sum of squared distances.
+    """Return the sphere that minimises the sum of squared distances.
 
     Parameters
     ----------
     points : array_like, (..., n, 3)
-        At least four.
+        At least four points.
 
     Returns
     -------
     Fit
-        A sphere, (..., 5). Points in a plane, or nearly, have none: not numbers.
+        A sphere, (..., 5). NaN for coplanar or nearly coplanar points.
 
     Raises
     ------
@@ -120,17 +124,17 @@ def fit_sphere(points: ArrayLike) -> Fit:
 
 
 def fit_circle(points: ArrayLike) -> Fit:
-    """The circle of space with the least sum of squared distances.
+    """Return the circle in space that minimises the sum of squared distances.
 
     Parameters
     ----------
     points : array_like, (..., n, 3)
-        At least three.
+        At least three points.
 
     Returns
     -------
     Fit
-        A circle, (..., 10). Points on a line, or nearly, have none: not numbers.
+        A circle, (..., 10). NaN for collinear or nearly collinear points.
 
     Raises
     ------
@@ -151,17 +155,17 @@ def fit_circle(points: ArrayLike) -> Fit:
 
 
 def enough_points(points: ArrayLike, least: int) -> Reals:
-    """Points as rows, finite, in double precision; an error where there are fewer than `least`."""
+    """Validate points and convert them to double precision. Raise an error if there are fewer than `least`."""
     places = finite(real_array(points, "points", (-1, 3), "points as rows"), "points")
     if places.shape[-2] < least:
-        raise ValueError(f"points: {places.shape[-2]} of them; expected {least} or more")
+        raise ValueError(f"points: {places.shape[-2]} points; expected at least {least}")
     return places.astype(np.float64, copy=False)
 
 
 def _spread(points: ArrayLike, least: int) -> tuple[Reals, Reals, Reals, Reals]:
-    """The points, their centroid, the mean squares along three orthogonal directions, rising, and these as columns.
+    """Return the points, their centroid, the ascending mean squares along the principal axes, and these as columns.
 
-    Mean squares that may be rounding of the coordinates are 0.
+    Mean squares of the size of rounding errors of the coordinates are set to 0.
     """
     places = enough_points(points, least)
     centre = places.mean(-2)
@@ -174,8 +178,10 @@ def _spread(points: ArrayLike, least: int) -> tuple[Reals, Reals, Reals, Reals]:
 
 
 def _scaled(places: Reals, middle: Reals, values: Reals, least: Reals) -> tuple[Reals, Reals, Reals]:
-    """Points of spread 1 about the origin, or some that determine everything in place of those that do not; the size,
-    and which are determined."""
+    """Return points scaled to spread 1 about the origin, their size, and whether they determine the object.
+
+    Points that do not are replaced by fixed points that do.
+    """
     determined = least > _DEGENERATE**2 * values[..., 2]
     size = np.sqrt(np.where(determined, values[..., 2], 1))
     corners = np.resize(np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]), places.shape[-2:])
@@ -184,7 +190,7 @@ def _scaled(places: Reals, middle: Reals, values: Reals, least: Reals) -> tuple[
 
 
 def _duals(points: Reals) -> Reals:
-    """Dual spheres as columns, those first whose inner products with all points are least."""
+    """Return dual spheres as columns, in ascending order of their inner products with all points."""
     products: Reals = np.asarray(np.linalg.qr(cga3.embed_point(points) @ _METRIC, mode="r"))
     rows = np.concatenate([products, np.zeros((*products.shape[:-2], 5, 5))], -2)
     axes = np.linalg.svd(rows, full_matrices=False)[2]
@@ -197,17 +203,17 @@ Residuals = Callable[[Reals, Reals], tuple[Reals, Reals]]
 def descend(
     points: Reals, state: Reals, residuals: Residuals, after: Callable[[Reals, Reals], Reals]
 ) -> tuple[Reals, Reals]:
-    """Gauss-Newton steps, shorter where the sum of squares grows, and the root of the mean square at the end."""
-    off, slopes = residuals(points, state)
+    """Apply Gauss-Newton steps, shortened where the sum of squares grows; return the state and the final RMS error."""
+    off, jacobian = residuals(points, state)
     share = np.ones(state.shape[:-1])
     for _ in range(STEPS):
-        step = -(np.linalg.pinv(slopes) @ off[..., None])[..., 0]
+        step = -(np.linalg.pinv(jacobian) @ off[..., None])[..., 0]
         there = after(state, share[..., None] * step)
-        new_off, new_slopes = residuals(points, there)
+        new_off, new_jacobian = residuals(points, there)
         better = _squares(new_off) <= _squares(off)
         state = np.where(better[..., None], there, state)
         off = np.where(better[..., None], new_off, off)
-        slopes = np.where(better[..., None, None], new_slopes, slopes)
+        jacobian = np.where(better[..., None, None], new_jacobian, jacobian)
         share = np.where(better, 1, share / 4)
         if np.all(np.abs(share[..., None] * step) <= 1e-15 * (1 + np.abs(state).max(-1, keepdims=True, initial=0))):
             break
@@ -217,19 +223,19 @@ def descend(
 def _off_sphere(points: Reals, state: Reals) -> tuple[Reals, Reals]:
     away = points - state[..., None, :3]
     length = np.linalg.norm(away, axis=-1)
-    slopes = np.concatenate([-away / length[..., None], -np.ones((*length.shape, 1))], -1)
-    return length - state[..., None, 3], slopes
+    jacobian = np.concatenate([-away / length[..., None], -np.ones((*length.shape, 1))], -1)
+    return length - state[..., None, 3], jacobian
 
 
 def axis_frame(normal: Reals) -> Reals:
-    """Two unit vectors across a unit normal, and it, as rows."""
+    """Return an orthonormal frame whose third row is a given unit normal."""
     u = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal), -1)])
     u /= np.linalg.norm(u, axis=-1, keepdims=True)
     return np.stack([u, np.cross(normal, u), normal], -2)
 
 
 def seen_along(points: Reals, state: Reals) -> tuple[Reals, Reals, Reals, Reals, Reals]:
-    """Coordinates across an axis and along it, from its place, and the direction across it; 0, 0 on the axis."""
+    """Return coordinates x, y across and h along an axis, and the unit vector of x, y, which is 0 on the axis."""
     frame = axis_frame(state[..., 3:6])
     x, y, h = np.moveaxis((points - state[..., None, :3]) @ np.swapaxes(frame, -1, -2), -1, 0)
     length = np.hypot(x, y)
@@ -238,22 +244,28 @@ def seen_along(points: Reals, state: Reals) -> tuple[Reals, Reals, Reals, Reals,
 
 
 def off_cylinder(points: Reals, state: Reals) -> tuple[Reals, Reals]:
-    """Distances, and their slopes by the place, the tilt and the radius; moving along the axis changes nothing."""
+    """Return distances, and their derivatives with respect to position, tilt and radius.
+
+    The derivative for translations along the axis is 0.
+    """
     x, y, h, c, s = seen_along(points, state)
     o = np.zeros_like(x)
     return np.hypot(x, y) - state[..., None, 6], np.stack([-c, -s, o, -h * c, -h * s, o - 1], -1)
 
 
 def _off_circle(points: Reals, state: Reals) -> tuple[Reals, Reals]:
-    """Heights over the plane and distances to the cylinder, by the centre, the tilt of the normal and the radius."""
+    """Return heights over the plane and distances to the cylinder, and their derivatives.
+
+    The derivatives are with respect to the centre, the tilt of the normal and the radius.
+    """
     x, y, h, _, _ = seen_along(points, state)
     o = np.zeros_like(x)
-    off, slopes = off_cylinder(points, state)
-    return np.concatenate([h, off], -1), np.concatenate([np.stack([o, o, o - 1, x, y, o], -1), slopes], -2)
+    off, jacobian = off_cylinder(points, state)
+    return np.concatenate([h, off], -1), np.concatenate([np.stack([o, o, o - 1, x, y, o], -1), jacobian], -2)
 
 
 def axis_after(state: Reals, step: Reals) -> Reals:
-    """The state after a step: place moved in the frame, axis tilted by two numbers, what is left added."""
+    """Return the state after a step: position moved in the frame, axis tilted by two numbers, other entries added."""
     frame = axis_frame(state[..., 3:6])
     centre = state[..., :3] + np.einsum("...i,...ij->...j", step[..., :3], frame)
     normal = state[..., 3:6] + np.einsum("...i,...ij->...j", step[..., 3:5], frame[..., :2, :])

@@ -1,4 +1,4 @@
-"""Where rays first hit meshes of triangles."""
+"""First intersections of rays with triangle meshes."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ from generated import pga3
 from ..arguments import Reals, real_array
 
 _PAIRS = 1 << 18
-"""Rays times triangles that are looked at in one call of the kernel."""
+"""Maximum number of pairs of rays and triangles in one call of the kernel."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeshHit:
-    """What `hit_mesh` finds."""
+    """The result of `hit_mesh`."""
 
     distance: Reals
-    """(...) In lengths of the direction, at least 0; infinite where the ray hits nothing."""
+    """(...) Distance in units of the length of the direction, at least 0. Infinite if the ray hits nothing."""
     face: NDArray[np.intp]
-    """(...) The triangle that is hit first, the one with the least number of those; -1 where there is none."""
+    """(...) The index of the first triangle that the ray hits, the lowest one of several; -1 if there is none."""
     weights: Reals
-    """(..., 3) Barycentric coordinates of the point in it; not numbers where there is none."""
+    """(..., 3) Barycentric coordinates of the point in the triangle; NaN if there is none."""
 
     @property
     def hits(self) -> NDArray[np.bool_]:
-        """Whether there is a triangle."""
+        """Whether the ray hits a triangle."""
         return self.face >= 0
 
 
 def hit_mesh(origins: ArrayLike, directions: ArrayLike, vertices: ArrayLike, faces: ArrayLike) -> MeshHit:
-    """Where rays first hit the triangles of a mesh, from either side.
+    """Return the first intersections of rays with the triangles of a mesh, from either side.
 
     Parameters
     ----------
@@ -41,22 +41,22 @@ def hit_mesh(origins: ArrayLike, directions: ArrayLike, vertices: ArrayLike, fac
         Rays; leading axes broadcast. A direction of length 0 hits nothing.
     vertices : array_like, (n, 3)
     faces : array_like of int, (m, 3)
-        Three vertices each.
+        Indices of the three vertices of each triangle.
 
     Returns
     -------
     MeshHit
-        A ray that lies in the plane of a triangle does not hit that triangle, but those beside it. An edge belongs to
-        both of its triangles, so that no ray gets through a closed mesh.
+        A ray in the plane of a triangle does not hit that triangle, but the adjacent ones. An edge belongs to both of
+        its triangles, so that no ray passes through a closed mesh.
 
     Raises
     ------
     TypeError, ValueError
-        Where arguments have other shapes or types, or faces have vertices that are not there.
+        If arguments have wrong shapes or types, or faces refer to missing vertices.
 
     Notes
     -----
-    Every ray is compared with every triangle, some 5 ns for a pair: for scenes of millions a tree is the better tool.
+    Every ray is tested against every triangle, at about 5 ns per pair. For millions of triangles use a tree instead.
     """
     starts, along = real_array(origins, "origins", (3,)), real_array(directions, "directions", (3,))
     corners = real_array(vertices, "vertices", (-1, 3), "vertices as rows")
@@ -65,16 +65,14 @@ def hit_mesh(origins: ArrayLike, directions: ArrayLike, vertices: ArrayLike, fac
         raise ValueError(f"vertices: shape {corners.shape}; expected one mesh, (n, 3)")
     if numbers.ndim != 2 or numbers.shape[1] != 3 or (numbers.size and numbers.dtype.kind not in "iu"):
         raise ValueError(
-            f"faces: shape {numbers.shape} of {numbers.dtype}; expected three whole numbers for each, (m, 3)"
+            f"faces: shape {numbers.shape} of {numbers.dtype}; expected three integers for each triangle, (m, 3)"
         )
     if numbers.size and not (numbers.min() >= 0 and numbers.max() < len(corners)):
         raise ValueError(f"faces: vertices {numbers.min()} to {numbers.max()}; expected 0 to {len(corners) - 1}")
     try:
         starts, along = np.broadcast_arrays(starts, along)
     except ValueError:
-        message = (
-            f"origins, directions: shapes {starts.shape} and {along.shape}; expected leading axes that go together"
-        )
+        message = f"origins, directions: shapes {starts.shape} and {along.shape}; expected leading axes that broadcast"
         raise ValueError(message) from None
     leading, a, b, c = starts.shape[:-1], *(corners[numbers.astype(np.intp)[:, k]] for k in range(3))
     p, d = starts.reshape(-1, 1, 3), along.reshape(-1, 1, 3)
@@ -86,7 +84,7 @@ def hit_mesh(origins: ArrayLike, directions: ArrayLike, vertices: ArrayLike, fac
         block = slice(first, first + step)
         with np.errstate(all="ignore"):
             t, inside = pga3.hit_ray_triangle(p[block], d[block], a, b, c)
-        # Comparisons with what is not a number are false, so that planes along the ray are not hit.
+        # Comparisons with NaN are false, so that triangles parallel to the ray are not hit.
         t = np.where((t >= 0) & (t < np.inf) & (inside >= 0).all(-1), t, np.inf)
         best = t.argmin(-1)
         rows = np.arange(len(t))

@@ -1,8 +1,8 @@
-"""Distances, angles, meets and projections of any two of point, point pair, line, circle, plane and sphere.
+"""Distances, angles, meets and projections of pairs of points, point pairs, lines, circles, planes and spheres.
 
-The kinds are named, because arrays do not say what they are: a plane has the four coefficients of `generated.cga3`, a
-point its three coordinates. The tables say which kernel, or which few, an operation on two kinds is; operations that
-have no meaning are not there, and asking for one says what there is.
+The kinds are passed by name, since arrays carry no type: a plane has the four coefficients of `generated.cga3`, a point
+three coordinates. Tables map pairs of kinds to kernels or combinations of kernels. Meaningless operations are omitted
+from the tables; requesting one raises an error that lists the available kinds.
 """
 
 from __future__ import annotations
@@ -19,24 +19,27 @@ from ..arguments import Reals, real_array
 from .circles import nearest_on_circles
 
 KINDS = {"point": 3, "point pair": 10, "line": 6, "circle": 10, "plane": 4, "sphere": 5}
-"""Kinds of objects, in the order in which tables have them, and how many numbers one has."""
+"""Kinds of objects, in the order used in the tables, and the number of coefficients of each."""
 TOLERANCE = 1e-9
-"""A point lies on an object where its distance is at most this, times its own distance from the origin beyond 1."""
+"""A point lies on an object if their distance is at most this, times the point's distance from the origin if above 1.
+"""
 
 Operation = Callable[[Reals, Reals], Reals]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Meet:
-    """What two objects have in common."""
+    """The intersection of two objects."""
 
     kind: str
-    """Of the object: ``point``, ``point pair``, ``line`` or ``circle``; ``points`` of what a pair has on an object."""
+    """Kind of the intersection: ``point``, ``point pair``, ``line`` or ``circle``; ``points`` for the points of a pair
+    that lie on an object."""
     common: Reals
-    """Coefficients of that kind; meaningless, infinite or not numbers where `how` says that there is none."""
+    """Coefficients of that kind. Meaningless, infinite or NaN if `how` indicates that there is no intersection."""
     how: Reals
-    """(...) 1: they meet; 0: they touch (of a pair, one point lies there); -1: they do not; 2: parallel or concentric;
-    3: the one lies in the other. Decided with a tolerance, as the kernels `meet_..._kind` say."""
+    """(...) 1: the objects intersect; 0: they are tangent (or one point of a pair lies on the object); -1: they do not
+    intersect; 2: parallel or concentric; 3: one contains the other. The tolerance is that of the kernels
+    `meet_..._kind`."""
 
 
 def _ends(pair: Reals) -> tuple[Reals, Reals]:
@@ -53,7 +56,7 @@ def _dual_plane(plane: Reals) -> Reals:
 
 
 def _of_ends(kind: str) -> Operation:
-    """The least of the distances of a pair's points."""
+    """Return the operation for the minimum of the distances of a pair's points."""
 
     def distance_of_pair(pair: Reals, other: Reals) -> Reals:
         one, two = (_in_order(DISTANCES, "point", end, kind, other) for end in _ends(pair))
@@ -63,7 +66,7 @@ def _of_ends(kind: str) -> Operation:
 
 
 def _in_order(table: dict[tuple[str, str], Operation], kind: str, one: Reals, other: str, two: Reals) -> Reals:
-    """The operation on two kinds whichever the table has first."""
+    """Apply an operation of a table to two kinds in either order."""
     known = table.get((kind, other))
     return known(one, two) if known is not None else table[other, kind](two, one)
 
@@ -95,7 +98,7 @@ DISTANCES: dict[tuple[str, str], Operation] = {
     ("plane", "sphere"): cga3.distance_plane_sphere,
     ("sphere", "sphere"): cga3.distance_spheres,
 }
-"""The least distance of any two points of the objects: 21 pairs of kinds."""
+"""Minimum distances between points of two objects: 21 pairs of kinds."""
 
 
 def _angle_of_crossing(line_or_circle: Reals, dual: Reals) -> Reals:
@@ -127,8 +130,8 @@ ANGLES: dict[tuple[str, str], Operation] = {
     ),
     ("sphere", "sphere"): lambda a, b: cga3.angle_between_dual_spheres(_dual_sphere(a), _dual_sphere(b)),
 }
-"""Angles of directions and normals, where both have one: of a pair its line, of a circle its plane. With a sphere, the
-angle in which they cross, not a number where they do not. A point has no angle."""
+"""Angles between directions and normals: the direction of a pair is that of its line, the normal of a circle that of
+its plane. Angles with a sphere are those at the intersection, NaN if there is none. Points have no angle."""
 
 
 def _common_line_line(a: Reals, b: Reals) -> tuple[str, Reals, Reals]:
@@ -184,7 +187,7 @@ MEETS: dict[tuple[str, str], Callable[[Reals, Reals], tuple[str, Reals, Reals]]]
         cga3.meet_dual_spheres_kind(_dual_sphere(a), _dual_sphere(b)),
     ),
 }
-"""What two objects have in common, neither of them points; those are looked at by their distance."""
+"""Intersections of two objects other than points and point pairs, which are handled by their distance."""
 
 
 def _project_line_on_plane(line: Reals, plane: Reals) -> Reals:
@@ -213,40 +216,41 @@ PROJECTIONS: dict[tuple[str, str], Operation] = {
     ("circle", "sphere"): lambda circle, sphere: cga3.project_circle_on_sphere(circle, _dual_sphere(sphere)),
     ("plane", "point"): lambda plane, p: cga3.plane_from_point_normal(p, cga3.plane_to_normal(plane)[0]),
 }
-"""The first on the second: nearest points; of lines and planes the parallel ones through a point; of circles and lines
-on spheres, and of circles on planes, the circle in it that is orthogonal to a sphere through them. A pair is projected
-by its points, on everything."""
+"""Projections of the first object on the second. Points: the nearest point. Lines and planes on a point: the parallel
+object through the point. Circles and lines on spheres, and circles on planes: the intersection with the sphere through
+the projected object that is orthogonal to the second. Pairs: projection of both points."""
 
 
 def distance(kind: str, one: ArrayLike, other: str, two: ArrayLike) -> Reals:
-    """The least distance of two objects, in the units of the coordinates: 0 where they meet.
+    """Return the minimum distance of two objects in the units of the coordinates, 0 if they intersect.
 
     Parameters
     ----------
     kind, other : str
-        Of `KINDS`, in either order.
-    one, two : array_like, (..., numbers of the kind)
-        Leading axes broadcast. Planes and spheres are surfaces, pairs their two points.
+        Keys of `KINDS`, in either order.
+    one, two : array_like, (..., size of the kind)
+        Coefficients; leading axes broadcast. Spheres are surfaces, and pairs consist of two points.
 
     Returns
     -------
     array, (...)
-        Not a number for imaginary rounds, and where a round is flat.
+        NaN for imaginary circles, spheres and pairs, and for circles and spheres that are flat.
 
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type, or a kind is none.
+        If an argument has a wrong shape or type, or a kind is unknown.
     """
     first, second = _given(kind, one, "one"), _given(other, two, "two")
     return np.asarray(_in_order(DISTANCES, kind, first, other, second))
 
 
 def angle(kind: str, one: ArrayLike, other: str, two: ArrayLike) -> Reals:
-    """The angle of two objects, in radians; see `ANGLES`.
+    """Return the angle between two objects, in radians; see `ANGLES`.
 
-    In [0, pi] of two directions or two normals; in [-pi/2, pi/2] of a line or pair to a plane or the plane of a circle,
-    positive along the normal; in [0, pi/2] at which a line or circle crosses a sphere.
+    The angle between two directions or two normals is in [0, pi]. The angle of a line or pair with a plane or the plane
+    of a circle is in [-pi/2, pi/2], positive in the direction of the normal. The angle at which a line or circle
+    intersects a sphere is in [0, pi/2].
 
     Parameters
     ----------
@@ -260,23 +264,26 @@ def angle(kind: str, one: ArrayLike, other: str, two: ArrayLike) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        As in `distance`, and where two kinds have no angle.
+        As in `distance`, and if no angle is defined for the two kinds.
     """
     first, second = _given(kind, one, "one"), _given(other, two, "two")
     if not ({(kind, other), (other, kind)} & ANGLES.keys()):
-        raise ValueError(f"angle: {kind} and {other} have none; expected two of {_named(sorted(_kinds_of(ANGLES)))}")
+        raise ValueError(
+            f"angle: not defined for {kind} and {other}; expected two of {_listed(sorted(_kinds_of(ANGLES)))}"
+        )
     return np.asarray(_in_order(ANGLES, kind, first, other, second))
 
 
 def meet(kind: str, one: ArrayLike, other: str, two: ArrayLike, *, tolerance: float = TOLERANCE) -> Meet:
-    """What two objects have in common, and how they meet.
+    """Return the intersection of two objects and its type.
 
     Parameters
     ----------
     kind, other, one, two
         As in `distance`.
     tolerance : float
-        A point lies on an object where it is at most this far from it, times its distance from the origin beyond 1.
+        A point lies on an object if their distance is at most this, times the point's distance from the origin if that
+        is above 1.
 
     Returns
     -------
@@ -307,23 +314,23 @@ def meet(kind: str, one: ArrayLike, other: str, two: ArrayLike, *, tolerance: fl
 
 
 def project(kind: str, one: ArrayLike, other: str, two: ArrayLike) -> Reals:
-    """The projection of the first object on the second; see `PROJECTIONS`.
+    """Return the projection of the first object on the second; see `PROJECTIONS`.
 
     Parameters
     ----------
     kind, other, one, two
-        As in `distance`, but the order counts.
+        As in `distance`, but the order matters.
 
     Returns
     -------
     array
-        Of the kind of the first, but a line on a sphere gives a circle. Not a number, or 0, where it is not determined:
-        the centre on a sphere, a line on a plane that is orthogonal to it.
+        An object of the first kind, except that a line on a sphere gives a circle. NaN or 0 where the projection is
+        undetermined: the centre of a sphere on the sphere, a line on an orthogonal plane.
 
     Raises
     ------
     TypeError, ValueError
-        As in `distance`, and where there is no such projection.
+        As in `distance`, and if the projection is not defined.
     """
     first, second = _given(kind, one, "one"), _given(other, two, "two")
     if kind == "point pair":
@@ -331,7 +338,9 @@ def project(kind: str, one: ArrayLike, other: str, two: ArrayLike) -> Reals:
     known = PROJECTIONS.get((kind, other))
     if known is None:
         onto = [b for a, b in PROJECTIONS if a == kind]
-        raise ValueError(f"project: no {kind} on a {other}; expected it on {_named(onto) if onto else 'nothing'}")
+        raise ValueError(
+            f"project: not defined for a {kind} on a {other}; expected it on {_listed(onto) if onto else 'nothing'}"
+        )
     return np.asarray(known(first, second))
 
 
@@ -342,7 +351,7 @@ def _lies_on(p: Reals, kind: str, other: Reals, tolerance: float) -> Reals:
 
 def _given(kind: str, value: ArrayLike, name: str) -> Reals:
     if kind not in KINDS:
-        raise ValueError(f"{name}: kind {kind!r}; expected {_named(list(KINDS))}")
+        raise ValueError(f"{name}: kind {kind!r}; expected {_listed(list(KINDS))}")
     return real_array(value, name, (KINDS[kind],), f"a {kind}")
 
 
@@ -350,5 +359,5 @@ def _kinds_of(table: dict[tuple[str, str], Operation]) -> set[str]:
     return {kind for pair in table for kind in pair}
 
 
-def _named(kinds: list[str]) -> str:
+def _listed(kinds: list[str]) -> str:
     return ", ".join(kinds[:-1]) + f" or {kinds[-1]}" if len(kinds) > 1 else kinds[0]

@@ -1,4 +1,4 @@
-"""Cylinders and cones near many points: the best of many directions to begin with, then the least squared distances."""
+"""Least-squares fits of cylinders and cones to points, starting from the best of many directions."""
 
 from __future__ import annotations
 
@@ -14,50 +14,50 @@ from ..arguments import Reals
 from .fits import ROUNDING, axis_after, axis_frame, descend, enough_points, off_cylinder, seen_along
 
 DIRECTIONS = 400
-"""How many directions of an axis are tried, evenly over half of a sphere."""
+"""Number of directions of the axis that are tried, distributed evenly over a hemisphere."""
 _STARTS = 6
-"""From how many of them steps are taken."""
+"""Number of the best directions from which the iteration starts."""
 _DEGENERATE = 1e-9
-"""Points leave an axis open where a slope is less than this part of the largest."""
+"""The axis is undetermined if a singular value of the Jacobian is less than this fraction of the largest."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CylinderFit:
-    """What `fit_cylinder` finds."""
+    """The result of `fit_cylinder`."""
 
     axis: Reals
-    """(..., 6) A line of `generated.cga3`; not numbers where there is none, and so is the rest."""
+    """(..., 6) A line of `generated.cga3`. All results are NaN if there is no cylinder."""
     radius: Reals
     """(...)"""
     residual: Reals
-    """(...) The root of the mean of squared distances."""
+    """(...) The root mean square of the distances."""
     determined: Reals
-    """(...) bool. False where other cylinders are as good, or none is: all points in a plane."""
+    """(...) bool. False if the cylinder is not unique, or does not exist because all points are coplanar."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ConeFit:
-    """What `fit_cone` finds."""
+    """The result of `fit_cone`."""
 
     apex: Reals
     """(..., 3)"""
     axis: Reals
-    """(..., 6) A line of `generated.cga3` through the apex, directed to where most of the points are."""
+    """(..., 6) A line of `generated.cga3` through the apex, directed towards the majority of the points."""
     angle: Reals
-    """(...) Between axis and cone, in radians, from 0 to a right angle."""
+    """(...) The angle between axis and cone, in radians, in [0, pi/2]."""
     residual: Reals
-    """(...) The root of the mean of squared distances to the cone, or to its other half."""
+    """(...) The root mean square of the distances to the double cone."""
     determined: Reals
-    """(...) bool, as of `CylinderFit`."""
+    """(...) bool. As in `CylinderFit`."""
 
 
 def fit_cylinder(points: ArrayLike) -> CylinderFit:
-    """The circular cylinder with the least sum of squared distances.
+    """Return the circular cylinder that minimises the sum of squared distances.
 
     Parameters
     ----------
     points : array_like, (..., n, 3)
-        At least six.
+        At least six points.
 
     Returns
     -------
@@ -66,12 +66,12 @@ def fit_cylinder(points: ArrayLike) -> CylinderFit:
     Raises
     ------
     TypeError, ValueError
-        Where the points have another shape or type, are too few, or are not finite.
+        If the points have a wrong shape or type, are too few, or are not finite.
 
     Notes
     -----
-    For each of 400 directions the circle that is nearest to the points seen along it follows from linear equations.
-    From the six best of them Gauss-Newton steps are taken; the least sum wins.
+    For each of 400 directions, linear equations give the best circle for the points projected along the direction. The
+    six best directions are refined by Gauss-Newton steps, and the result with the smallest sum is returned.
     """
     state, residual, determined = _best(points, 6, 3, _cylinder_start, off_cylinder, 5)
     line = cga3.line_from_point_direction(state[..., :3], state[..., 3:6])
@@ -79,12 +79,12 @@ def fit_cylinder(points: ArrayLike) -> CylinderFit:
 
 
 def fit_cone(points: ArrayLike) -> ConeFit:
-    """The circular cone with the least sum of squared distances.
+    """Return the circular cone that minimises the sum of squared distances.
 
     Parameters
     ----------
     points : array_like, (..., n, 3)
-        At least seven, on one half of the cone or on both.
+        At least seven points, on one nappe of the cone or on both.
 
     Returns
     -------
@@ -97,8 +97,8 @@ def fit_cone(points: ArrayLike) -> ConeFit:
 
     Notes
     -----
-    As `fit_cylinder`: in a given direction of the axis, a cone is linear in five numbers. A cylinder is a cone whose
-    apex is at infinity, so it is not determined as a cone.
+    The method is that of `fit_cylinder`. For a given direction of the axis, a cone is linear in five parameters. A
+    cylinder is a cone whose apex is at infinity; therefore points of a cylinder do not determine a cone.
     """
     state, residual, determined = _best(points, 7, 5, _cone_start, _off_cone, 6)
     places = np.asarray(points, float)
@@ -119,7 +119,7 @@ def _best(
     off: Callable[[Reals, Reals], tuple[Reals, Reals]],
     dof: int,
 ) -> tuple[Reals, Reals, Reals]:
-    """The state with the least residual, for each set of points: a place and a direction of the axis, and a number."""
+    """Return the best state for each set of points: position and direction of the axis, and a radius or angle."""
     places = enough_points(points, least)
     leading = places.shape[:-2]
     states, residuals, known = np.empty((*leading, 7)), np.empty(leading), np.zeros(leading, bool)
@@ -153,8 +153,8 @@ def _one(
         return np.zeros(7), 0.0, False
     found, residual = descend(sets[usable], state[usable], off, axis_after)
     k = int(np.argmin(np.where(np.isfinite(residual), residual, np.inf)))
-    slopes = off(scaled, found[k])[1]
-    values = np.linalg.svd(slopes, compute_uv=False)
+    jacobian = off(scaled, found[k])[1]
+    values = np.linalg.svd(jacobian, compute_uv=False)
     determined = bool(np.isfinite(values).all() and values[dof - 1] > _DEGENERATE * values[0])
     best = found[k]
     number = size * best[6] if off is off_cylinder else best[6]
@@ -162,23 +162,26 @@ def _one(
 
 
 def _directions() -> Reals:
-    """Unit vectors over half of a sphere, by the golden section."""
+    """Return unit vectors distributed over a hemisphere by the golden angle."""
     k = np.arange(DIRECTIONS)
     height = (k + 0.5) / DIRECTIONS
-    turn = np.pi * (3 - np.sqrt(5)) * k
+    azimuth = np.pi * (3 - np.sqrt(5)) * k
     across = np.sqrt(1 - height * height)
-    return np.stack([across * np.cos(turn), across * np.sin(turn), height], -1)
+    return np.stack([across * np.cos(azimuth), across * np.sin(azimuth), height], -1)
 
 
 def _cylinder_start(solved: Reals, frames: Reals, h: Reals) -> Reals:
-    """From ``x^2 + y^2 = 2 u x + 2 v y + c``: the axis at (u, v), and the radius."""
+    """Return axis and radius from ``x^2 + y^2 = 2 u x + 2 v y + c``: the axis is at (u, v)."""
     u, v, c = np.moveaxis(solved, -1, 0)
     place = u[..., None] * frames[..., 0, :] + v[..., None] * frames[..., 1, :]
     return np.concatenate([place, frames[..., 2, :], np.sqrt(np.abs(c + u * u + v * v))[..., None]], -1)
 
 
 def _cone_start(solved: Reals, frames: Reals, h: Reals) -> Reals:
-    """From ``x^2 + y^2 = 2 u x + 2 v y + c + b h + a h^2``: the apex at height ``-b / 2a``, its slope the root of a."""
+    """Return apex, axis and angle from ``x^2 + y^2 = 2 u x + 2 v y + c + b h + a h^2``.
+
+    The height of the apex is ``-b / 2a``, the tangent of the angle is the square root of a.
+    """
     u, v, _, b, a = np.moveaxis(solved, -1, 0)
     top = -b / (2 * a)
     place = u[..., None] * frames[..., 0, :] + v[..., None] * frames[..., 1, :] + top[..., None] * frames[..., 2, :]
@@ -186,12 +189,12 @@ def _cone_start(solved: Reals, frames: Reals, h: Reals) -> Reals:
 
 
 def _off_cone(points: Reals, state: Reals) -> tuple[Reals, Reals]:
-    """Distances, and their slopes by the apex, the tilt and the angle."""
+    """Return distances, and their derivatives with respect to apex, tilt and angle."""
     x, y, h, c, s = seen_along(points, state)
     length, side = np.hypot(x, y), np.where(h < 0, -1.0, 1.0)
     cosine, sine = np.cos(state[..., None, 6]), np.sin(state[..., None, 6])
     o = np.zeros_like(x)
-    slopes = [
+    columns = [
         -c * cosine,
         -s * cosine,
         side * sine + o,
@@ -199,4 +202,4 @@ def _off_cone(points: Reals, state: Reals) -> tuple[Reals, Reals]:
         -h * s * cosine - side * y * sine,
         -length * sine - side * h * cosine,
     ]
-    return length * cosine - side * h * sine, np.stack(slopes, -1)
+    return length * cosine - side * h * sine, np.stack(columns, -1)

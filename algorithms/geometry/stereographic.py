@@ -8,14 +8,14 @@ from numpy.typing import ArrayLike
 from ..arguments import Reals, real_array
 
 _ON_SPHERE = 1e-6
-"""Squares of lengths may differ so much from 1; float32 gives 1e-7."""
+"""Tolerance for the squared length of unit vectors. The rounding error of float32 is 1e-7."""
 
 
 def stereographic_projection(points: ArrayLike) -> Reals:
-    """The points of the equator's plane that are on a line with the pole and points of the unit sphere.
+    """Project points of the unit sphere from the pole to the plane of the equator.
 
-    The pole is the last basis vector ``e``. With ``x = p + z e`` the image is ``p / (1 - z)``; this is the inversion in
-    the sphere about the pole through the equator, which keeps angles and takes circles to circles and lines.
+    The pole is the last basis vector ``e``. The image of ``x = p + z e`` is ``p / (1 - z)``. This is the inversion in
+    the sphere about the pole through the equator. It preserves angles and maps circles to circles and lines.
 
     Parameters
     ----------
@@ -25,17 +25,18 @@ def stereographic_projection(points: ArrayLike) -> Reals:
     Returns
     -------
     array, (..., n)
-        Infinite for the pole itself, each coordinate; not a number where a coordinate is not.
+        All coordinates of the image of the pole are infinite. NaN coordinates give NaN.
 
     Raises
     ------
     TypeError, ValueError
-        Where these are not arrays of real numbers with at least two coordinates, or a square is not 1 to 1e-6.
+        If `points` is not an array of real numbers with at least two coordinates, or a squared length differs from 1 by
+        more than 1e-6.
 
     Notes
     -----
-    Near the pole ``1 - z`` is taken as ``p**2 / (1 + z)``, so that no digits are lost: images are right to 1e-15 of
-    their size (`tests/geometry/test_stereographic.py`).
+    Near the pole ``1 - z`` is computed as ``p**2 / (1 + z)`` to avoid cancellation. The relative error of images is
+    1e-15 (`tests/geometry/test_stereographic.py`).
     """
     array = real_array(points, "points")
     if not array.ndim or array.shape[-1] < 2:
@@ -43,7 +44,7 @@ def stereographic_projection(points: ArrayLike) -> Reals:
     squares = (array * array).sum(-1)
     if (np.abs(squares - 1) > _ON_SPHERE).any():
         worst = float(squares[np.abs(squares - 1) > _ON_SPHERE].flat[0])
-        raise ValueError(f"points: a square of {worst:.6g}; expected points of the unit sphere")
+        raise ValueError(f"points: a squared length of {worst:.6g}; expected points of the unit sphere")
     flat, height = array[..., :-1], array[..., -1:]
     square = (flat * flat).sum(-1, keepdims=True)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -53,24 +54,24 @@ def stereographic_projection(points: ArrayLike) -> Reals:
 
 
 def inverse_stereographic_projection(points: ArrayLike) -> Reals:
-    """The points of the unit sphere that `stereographic_projection` takes to points of a plane or space.
+    """Return the points of the unit sphere whose stereographic projections are given points.
 
-    ``x = (2 y + (y**2 - 1) e) / (y**2 + 1)``; the part of the conformal embedding of `y` that is a unit vector.
+    ``x = (2 y + (y**2 - 1) e) / (y**2 + 1)``, the normalised conformal embedding of `y` without its last component.
 
     Parameters
     ----------
     points : array_like, (..., n)
-        Of any size; where a coordinate is infinite the result is the pole.
+        Points of any size. If a coordinate is infinite the result is the pole.
 
     Returns
     -------
     array, (..., n + 1)
-        The pole's coordinate last; of length 1 to rounding.
+        Unit vectors up to rounding, the pole's coordinate last.
 
     Raises
     ------
     TypeError, ValueError
-        Where these are not arrays of real numbers with at least one coordinate.
+        If `points` is not an array of real numbers with at least one coordinate.
     """
     array = real_array(points, "points")
     if not array.ndim or array.shape[-1] < 1:
@@ -79,7 +80,7 @@ def inverse_stereographic_projection(points: ArrayLike) -> Reals:
     outside = largest > 1
     with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
         scaled = array / np.where(outside, largest, 1)
-        # outside, the same formula for y / y**2, whose point is the mirror image at the equator
+        # for long vectors, the same formula for y / y**2, whose point is the mirror image in the equator
         inner = np.where(outside, scaled / (scaled * scaled).sum(-1, keepdims=True) / largest, array)
         inner = np.where(np.isinf(largest), array.dtype.type(0), inner)
         square = (inner * inner).sum(-1, keepdims=True)

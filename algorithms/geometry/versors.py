@@ -1,4 +1,4 @@
-"""Versors that take an object to another of its kind: the least conformal map, or turn, scale and translation alone."""
+"""Versors that take an object to another of its kind: the minimal conformal map, or a similarity."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .pairs import KINDS
 
 
 def _parts(kind: str, x: Reals) -> tuple[Reals, Reals, Reals]:
-    """Centre, unit direction or normal, squared radius."""
+    """Return centre, unit direction or normal, and squared radius."""
     if kind == "sphere":
         return cga3.sphere_centre(x), np.array([0.0, 0.0, 1.0]), cga3.sphere_radius_squared(x)
     if kind == "circle":
@@ -23,26 +23,26 @@ def _parts(kind: str, x: Reals) -> tuple[Reals, Reals, Reals]:
 
 
 def similarity_between(kind: str, a: ArrayLike, b: ArrayLike) -> Reals:
-    """The versor that turns, scales and translates a round into another of its kind.
+    """Return the similarity that takes a point pair, circle or sphere to another: rotation, scaling, translation.
 
-    A circle goes to a circle along with its sense, a point pair with its order; by the smaller rotation. In
-    ``versor_decomposition`` of `generated.cga3` its transversion is 0.
+    The orientation of circles and the order of point pairs are preserved, with the smallest possible rotation. The
+    transversion of the result in ``versor_decomposition`` of `generated.cga3` is 0.
 
     Parameters
     ----------
     kind : {"point pair", "circle", "sphere"}
-    a, b : array_like, (..., numbers of the kind)
+    a, b : array_like, (..., size of the kind)
         Both real or both imaginary; leading axes broadcast.
 
     Returns
     -------
     array, (..., 16)
-        For the kernels ``transform_...``; not a number where one is real and the other imaginary, or a radius is 0.
+        A versor for the kernels ``transform_...``. NaN if one object is real and the other imaginary, or a radius is 0.
 
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type, or the kind is no round.
+        If an argument has a wrong shape or type, or the kind is not one of those above.
     """
     if kind not in ("point pair", "circle", "sphere"):
         raise ValueError(f"kind: {kind!r}; expected point pair, circle or sphere")
@@ -66,16 +66,16 @@ _BETWEEN: dict[str, Callable[[Reals, Reals], Reals]] = {
 
 
 def versor_between(kind: str, a: ArrayLike, b: ArrayLike) -> Reals:
-    """The versor half way to the ratio of two objects of one kind, which takes `a` to `b`: the least conformal map.
+    """Return the minimal conformal map that takes `a` to `b`: the square root of the ratio of the two objects.
 
-    For points a translation, for lines and planes a motor. What has no such versor gives not a number: see
-    ``versor_between_circles`` (whose rules point pairs share) and ``versor_between_spheres`` of `generated.cga3`.
+    For points it is a translation, for lines and planes a motor. The result is NaN if there is no such versor; see
+    ``versor_between_circles`` (also for point pairs) and ``versor_between_spheres`` of `generated.cga3`.
 
     Parameters
     ----------
     kind : str
-        Of `KINDS`.
-    a, b : array_like, (..., numbers of the kind)
+        A key of `KINDS`.
+    a, b : array_like, (..., size of the kind)
         Leading axes broadcast.
 
     Returns
@@ -85,7 +85,7 @@ def versor_between(kind: str, a: ArrayLike, b: ArrayLike) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type, or the kind is none.
+        If an argument has a wrong shape or type, or the kind is unknown.
     """
     if kind not in _BETWEEN:
         raise ValueError(f"kind: {kind!r}; expected {', '.join(KINDS)}")

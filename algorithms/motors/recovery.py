@@ -89,11 +89,11 @@ def rotor_from_vectors(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = N
 
 
 def rotor_from_frames(frame: ArrayLike, image: ArrayLike) -> Reals:
-    """The rotation that takes a frame of three vectors, orthogonal or not, to another that is a turned copy of it.
+    """Return the rotation that takes a frame of three vectors, orthogonal or not, to a rotated copy of it.
 
-    ``1 + sum of image_k frame^k`` with the reciprocal frame, normalised, is that rotor except at half turns (Hestenes
-    and Sobczyk; Doran and Lasenby, *Geometric Algebra for Physicists*, 4.3); this is the same by all four columns of
-    the form that it is the first of, so that half turns are as accurate.
+    ``1 + sum of image_k frame^k`` with the reciprocal frame, normalised, is that rotor except for rotations by 180
+    degrees (Hestenes and Sobczyk; Doran and Lasenby, *Geometric Algebra for Physicists*, 4.3). It is the first of the
+    four columns of a quadratic form. All four are used here, so that rotations by 180 degrees are as accurate.
 
     Parameters
     ----------
