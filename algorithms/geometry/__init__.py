@@ -1,4 +1,4 @@
-"""Geometry of points, lines, planes, circles and spheres: distances, angles, intersections, projections, fits, surfaces."""
+"""Geometry of points, lines, planes, circles and spheres: distances, angles, intersections, projections, fits."""
 
 from .circles import NearestOnCircles, nearest_on_circles
 from .fits import Fit, fit_circle, fit_line, fit_plane, fit_sphere

@@ -1,4 +1,4 @@
-"""Least-squares estimation of rotations, rigid motions and similarities from corresponding vectors, frames or points."""
+"""Least-squares rotations, rigid motions and similarities between corresponding vectors, frames or points."""
 
 from __future__ import annotations
 

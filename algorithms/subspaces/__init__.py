@@ -1,4 +1,4 @@
-"""Subspaces as blades: factors, join and meet in any dimension; versors as reflections; bivectors as planes."""
+"""Subspaces as blades: factorization, join and meet in any dimension; versors as reflections; splitting bivectors."""
 
 from .bivectors import BivectorParts, split_bivectors
 from .blade import Blade, FactoredBlade, factorize_blade, outer_product, reduced_factors

@@ -1,4 +1,4 @@
-"""Bivectors as sums of simple bivectors that commute (the invariant decomposition), in any metric."""
+"""Invariant decomposition: bivectors as sums of commuting simple bivectors, in any metric."""
 
 from __future__ import annotations
 
@@ -13,30 +13,30 @@ from .blade import LARGEST, Floats, _finite, check_dimension, flat
 from .gram import gram_matrix
 
 _ZERO = 1e-13
-"""A part smaller than this, of the largest, is left out."""
+"""Parts smaller than this, relative to the largest, are omitted."""
 _SIMPLE = 1e-9
-"""A bivector is simple where the second pair of its singular values is below this, of the first."""
+"""A bivector is simple if the second pair of its singular values, relative to the first, is below this."""
 _ROUNDING = 1e-12
-"""What splitting off the largest parts leaves in the others, of the norm of the bivector."""
+"""Rounding error of the remainder after splitting off the largest parts, relative to the norm of the bivector."""
 _APART = 0.05
-"""Squares of rates that differ by more than this, of the largest, are told apart by polynomials."""
+"""Squared rates that differ by more than this, relative to the largest, are separated by polynomials."""
 _EQUAL = 1e-6
-"""Squares of rates that differ by less than this, of the largest, count as equal."""
+"""Squared rates that differ by less than this, relative to the largest, count as equal."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BivectorParts:
-    """Parts of bivectors.
+    """Invariant decompositions of bivectors.
 
     Attributes
     ----------
     parts : array, (..., n // 2, n (n - 1) / 2)
-        Simple bivectors that commute, those with the largest squares in size first; their sum is the bivector. Zeros
-        after the last.
+        Commuting simple bivectors in descending order of the absolute values of their squares, padded with zeros. Their
+        sum is the bivector.
     squares : array, (..., n // 2)
-        Of the parts: negative for rotations, positive for boosts, 0 for null ones.
+        Squares of the parts: negative for rotations, positive for boosts, 0 for null parts.
     is_split : bool array, (...)
-        False where no real split is found: then some part is not simple. In a definite metric always true.
+        False if no real decomposition was found, so that some part is not simple. Always true in a definite metric.
     """
 
     parts: Floats
@@ -45,27 +45,27 @@ class BivectorParts:
 
 
 def split_bivectors(coefficients: ArrayLike, n: int, gram: ArrayLike | None = None) -> BivectorParts:
-    """Bivectors as sums of simple bivectors that commute.
+    """Decompose bivectors into sums of commuting simple bivectors.
 
-    In a Euclidean metric these are the planes of the eigenvectors of a skew-symmetric matrix, for all bivectors at
-    once, also where rates are equal. In others they are parts of the bivector on the invariant subspaces of
-    ``x -> B . x``, one for each square of a rate (the squares are those of Roelfs & De Keninck, *Graded symmetry
-    groups*, 2021), from the largest down, so that what is left at last may be null. Rates that are equal are told apart
-    where the metric of their subspace is definite.
+    In a Euclidean metric the parts are the planes of the eigenvectors of a skew-symmetric matrix, computed for the
+    whole batch, also for equal rates. In other metrics they are the restrictions of the bivector to the invariant
+    subspaces of ``x -> B . x``, one for each squared rate (the squares are those of Roelfs & De Keninck, *Graded
+    symmetry groups*, 2021), in descending order, so that the last remainder may be null. Parts with equal rates are
+    separated if the metric of their subspace is definite.
 
     Parameters
     ----------
     coefficients : array_like, (..., n (n - 1) / 2)
-        Over ``e1^e2, e1^e3, e2^e3, e1^e4, ...``: by bitmap.
+        Coefficients of ``e1^e2, e1^e3, e2^e3, e1^e4, ...``, ordered by bitmap.
     n : int
-        2 to 30 vectors.
+        Dimension, 2 to 30.
     gram : array_like, (n,) or (n, n), optional
-        Squares, or all inner products, of the basis vectors; Euclidean, left out. It may be degenerate.
+        Squares, or all inner products, of the basis vectors. Euclidean by default. May be degenerate.
 
     Raises
     ------
     TypeError, ValueError
-        Where shapes do not fit or something is not finite.
+        If shapes are incompatible or numbers are not finite.
     """
     check_dimension(n, LARGEST)
     if n < 2:
@@ -103,10 +103,11 @@ def _by_eigenvectors(matrices: Floats) -> Floats:
 
 
 def _by_polynomials(matrices: Floats, metric: Floats) -> tuple[Floats, NDArray[np.bool_]]:
-    """All bivectors at once, and which of them are split well: those whose rates have real squares far apart.
+    """Split all bivectors by polynomials; return the parts and whether the split is accurate.
 
-    Parts are polynomials of ``S**2`` times the bivector, S being ``x -> B . x``, which are 1 at one square and vanish
-    twice at the others; the part of the smallest square is what is left, so that it may be null.
+    It is accurate if the squared rates are real and well separated. The parts are polynomials of ``S**2`` times the
+    bivector, where S is ``x -> B . x``. Each polynomial is 1 at one squared rate and has double roots at the others.
+    The part of the smallest squared rate is the remainder, so that it may be null.
     """
     n, m = matrices.shape[-1], matrices.shape[-1] // 2
     maps = matrices @ metric
@@ -159,14 +160,14 @@ def _by_subspaces(matrix: Floats, metric: Floats) -> tuple[Floats, bool]:
 
 
 def _largest(matrix: Floats, metric: Floats) -> tuple[list[Floats], bool]:
-    """The parts that belong to the rate with the largest square, and whether they are simple."""
+    """Return the parts that belong to the largest squared rate, and whether they are simple."""
     operator = matrix @ metric
     rates = np.linalg.eigvals(operator)
     squares = rates**2
     top = squares[int(np.argmax(np.abs(squares)))]
     norm = np.linalg.norm(operator, 2)
     if abs(top) <= (1e-4 * norm) ** 2:
-        return [matrix], False  # nilpotent, and not simple: no real split is singled out
+        return [matrix], False  # nilpotent and not simple: there is no unique real decomposition
     near = _EQUAL * abs(top)
     complex_pair = abs(top.imag) > near
 
@@ -190,7 +191,7 @@ def _largest(matrix: Floats, metric: Floats) -> tuple[list[Floats], bool]:
 
 
 def _of_equal_rates(part: Floats, subspace: Floats, metric: Floats) -> tuple[list[Floats], bool]:
-    """A bivector all of whose rates are equal, split by orthonormal vectors of its subspace, where these exist."""
+    """Split a bivector with equal rates by orthonormal vectors of its subspace, if these exist."""
     inner = subspace.T @ metric @ subspace
     squares = np.linalg.eigvalsh(inner)
     if squares.min() * squares.max() <= 0:

@@ -1,4 +1,4 @@
-"""Arrays of blades in two forms: coefficients over basis blades, and orthonormal vectors with a scale."""
+"""Arrays of blades in two forms: coefficients with respect to basis blades, and orthonormal vectors with a scale."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from .products import outer_by_vector, outer_of_grades
 Floats = NDArray[np.float64]
 
 LARGEST = 30
-"""The most vectors of blades in factored form."""
+"""Maximum dimension for blades in factored form."""
 BLADE_TOLERANCE = 1e-9
-"""How far coefficients may be from those of a blade, of their norm."""
+"""Tolerated deviation of coefficients from a blade, relative to their norm."""
 _ORTHONORMAL = 1e-9
-"""How far rows said to be orthonormal may be from that."""
+"""Tolerated deviation of inner products of orthonormal rows."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Blade:
-    """Blades by their coefficients: the additive form.
+    """Blades given by coefficients: the additive form.
 
     Parameters
     ----------
@@ -39,11 +39,11 @@ class Blade:
     Raises
     ------
     TypeError, ValueError
-        Where the coefficients are not real, not finite, or not as many as the grade has.
+        If the coefficients are not real or not finite, or their number does not match the grade.
 
     Notes
     -----
-    Whether these are outer products of vectors is found out where it matters, by `factorize_blade`.
+    The constructor does not check that the elements are outer products of vectors; `factorize_blade` does.
     """
 
     coefficients: Floats
@@ -73,20 +73,21 @@ class Blade:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FactoredBlade:
-    """Blades by vectors: the multiplicative form, ``scale`` times the outer product of orthonormal vectors.
+    """Blades given by vectors: the multiplicative form, ``scale`` times the outer product of orthonormal vectors.
 
-    A blade of grade k takes k n numbers instead of C(n, k). No metric is meant: orthonormal are the coordinates.
+    A blade of grade k is stored as k n numbers instead of C(n, k). The vectors are orthonormal in coordinates,
+    independently of any metric of the algebra.
 
     Parameters
     ----------
     vectors : array_like, (..., grade, n)
-        Orthonormal rows; `of_vectors` takes any vectors. `n` is at most 30.
+        Orthonormal rows; use `of_vectors` for arbitrary vectors. `n` is at most 30.
     scale : array_like, (...)
 
     Raises
     ------
     TypeError, ValueError
-        Where shapes do not fit, something is not finite, or rows are not orthonormal.
+        If shapes are incompatible, numbers are not finite, or rows are not orthonormal.
     """
 
     vectors: Floats
@@ -99,7 +100,7 @@ class FactoredBlade:
             raise ValueError(f"vectors: shape {rows.shape}; expected at most as many rows as columns")
         products = rows @ np.swapaxes(rows, -1, -2) - np.eye(rows.shape[-2])
         if products.size and np.abs(products).max() > _ORTHONORMAL:
-            raise ValueError("vectors: rows that are not orthonormal; expected such; use FactoredBlade.of_vectors")
+            raise ValueError("vectors: rows not orthonormal; expected orthonormal rows; use FactoredBlade.of_vectors")
         numbers = _finite(real_array(scale, "scale"), "scale")
         try:
             shape = np.broadcast_shapes(rows.shape[:-2], numbers.shape)
@@ -112,11 +113,11 @@ class FactoredBlade:
 
     @classmethod
     def of_vectors(cls, vectors: ArrayLike) -> FactoredBlade:
-        """The outer product of vectors, ``(..., grade, n)``; its scale is rounding where they are dependent."""
+        """Return the outer product of vectors, ``(..., grade, n)``. For dependent ones the scale is about 0."""
         rows = _finite(real_array(vectors, "vectors", (-1, -1), "vectors of a blade"), "vectors")
         check_dimension(rows.shape[-1], LARGEST)
         if rows.shape[-2] > rows.shape[-1]:
-            raise ValueError(f"vectors: {rows.shape[-2]} rows of {rows.shape[-1]}; more than n are dependent")
+            raise ValueError(f"vectors: {rows.shape[-2]} rows of length {rows.shape[-1]}; expected at most n rows")
         q, r = np.linalg.qr(np.swapaxes(rows, -1, -2))
         with np.errstate(over="ignore"):
             scale = np.prod(np.diagonal(r, axis1=-2, axis2=-1), axis=-1)
@@ -138,22 +139,23 @@ class FactoredBlade:
         return int(self.vectors.shape[-2])
 
     def coefficients(self) -> Blade:
-        """The same blades by coefficients, for at most 16 vectors."""
+        """Return the same blades as coefficients, for dimensions up to 16."""
         return wedge_vectors(Blade(np.ones((*self.shape, 1)), self.n, 0), self.vectors, self.scale)
 
 
 def reduced_factors(blade: Blade, tolerance: float | None = BLADE_TOLERANCE) -> tuple[Floats, Floats]:
-    """Vectors whose outer product, times a scale, is a blade: copies of its coefficients.
+    """Return vectors whose outer product, times a scale, is a given blade.
 
-    On the vectors of the basis blade with the largest coefficient they are the identity, and no coordinate is larger
-    than 1, so they are well conditioned for every blade. This is the fast form of Fontijne & Dorst (*Efficient
-    algorithms for factorization and join of blades*, 2010).
+    The coordinates are ratios of coefficients of the blade. Restricted to the vectors of the basis blade with the
+    largest coefficient they form the identity matrix, and no coordinate is larger than 1. Therefore the vectors are
+    well conditioned for every blade. This is the fast algorithm of Fontijne & Dorst (*Efficient algorithms for
+    factorization and join of blades*, 2010).
 
     Parameters
     ----------
     blade : Blade
     tolerance : float or None
-        How far the coefficients may be from their product, of their norm; None does not look.
+        Tolerated deviation of the coefficients from the product, relative to their norm. None skips the check.
 
     Returns
     -------
@@ -163,7 +165,7 @@ def reduced_factors(blade: Blade, tolerance: float | None = BLADE_TOLERANCE) -> 
     Raises
     ------
     TypeError, ValueError
-        Where an element is zero or no blade.
+        If an element is zero or not a blade.
     """
     return _factors(blade, tolerance, orthonormal=False)
 
@@ -171,26 +173,27 @@ def reduced_factors(blade: Blade, tolerance: float | None = BLADE_TOLERANCE) -> 
 def factorize_blade(
     blade: Blade, tolerance: float | None = BLADE_TOLERANCE, *, averaged: bool = False
 ) -> FactoredBlade:  # fmt: skip
-    """Blades by orthonormal vectors: the stable form, at about twice the cost of `reduced_factors`.
+    """Factorize blades into orthonormal vectors, at about twice the cost of `reduced_factors`.
 
     Parameters
     ----------
     blade : Blade
     tolerance : float or None
-        How far the coefficients may be from those of a blade, of their norm; None does not look.
+        Tolerated deviation of the coefficients from a blade, relative to their norm. None skips the check.
     averaged : bool
-        Take the subspace from all coefficients, not only from those beside the largest: the dominant eigenvectors of
-        the Gram matrix of ``e_i . B``. This averages noise in coefficients, at ten to fifty times the cost.
+        Whether to compute the subspace from all coefficients, as the dominant eigenvectors of the Gram matrix of
+        ``e_i . B``, instead of a subset determined by the largest coefficient. This averages noise in the coefficients,
+        at ten to fifty times the cost.
 
     Raises
     ------
     TypeError, ValueError
-        Where an element is zero or no blade.
+        If an element is zero or not a blade.
 
     Notes
     -----
-    The vectors, multiplied out, give the blade back within 10^-12 of its largest coefficient: random blades of every
-    grade of 3 to 10 vectors, scales 10^-8 to 10^8; within 10^-10 where two factors differ by 10^-7.
+    The product of the vectors reproduces the blade to 10^-12 of its largest coefficient, measured for random blades of
+    all grades in 3 to 10 dimensions with scales from 10^-8 to 10^8, and to 10^-10 if two factors differ by 10^-7.
     """
     if averaged:
         return _by_eigenvectors(blade, tolerance)
@@ -199,12 +202,12 @@ def factorize_blade(
 
 
 def outer_product(a: Blade | FactoredBlade, b: Blade | FactoredBlade) -> Blade | FactoredBlade:
-    """The outer product of blades of the same form; leading axes broadcast.
+    """Return the outer product of blades of the same form. Leading axes broadcast.
 
     Raises
     ------
     TypeError, ValueError
-        Where the forms or the numbers of vectors differ, or the grades add up to more than n.
+        If the forms or dimensions differ, or the sum of the grades is larger than n.
     """
     check_pair(a, b)
     if a.grade + b.grade > a.n:
@@ -220,7 +223,7 @@ def outer_product(a: Blade | FactoredBlade, b: Blade | FactoredBlade) -> Blade |
 
 
 def wedge_vectors(blade: Blade, vectors: Floats, scale: Floats) -> Blade:
-    """``scale`` times a blade ^ vectors, ``(..., k, n)``; shapes as checked by the caller."""
+    """Return ``scale`` times the outer product of a blade and vectors ``(..., k, n)``. Shapes are not checked."""
     check_dimension(blade.n, tables.LARGEST, "keep the factored form")
     k = vectors.shape[-2]
     shape = np.broadcast_shapes(blade.shape, vectors.shape[:-2])
@@ -231,7 +234,7 @@ def wedge_vectors(blade: Blade, vectors: Floats, scale: Floats) -> Blade:
 
 
 def flat(array: Floats, shape: tuple[int, ...], axes: int) -> Floats:
-    """One leading axis instead of `shape`, contiguous and read-only: one kind of array for compiled loops."""
+    """Return a contiguous read-only array with one leading axis instead of `shape`, as required by compiled loops."""
     if array.shape[: array.ndim - axes] != shape or len(shape) != 1:
         last = array.shape[array.ndim - axes :]
         array = np.broadcast_to(array, shape + last).reshape(int(np.prod(shape)), *last)
@@ -241,7 +244,7 @@ def flat(array: Floats, shape: tuple[int, ...], axes: int) -> Floats:
 
 
 def check_pair(a: object, b: object) -> None:
-    """Raise where two blades are not of the same form and the same number of vectors."""
+    """Raise an error unless two blades have the same form and dimension."""
     for name, value in (("a", a), ("b", b)):
         if not isinstance(value, (Blade, FactoredBlade)):
             raise TypeError(f"{name}: {type(value).__name__}; expected Blade or FactoredBlade")
@@ -253,11 +256,11 @@ def check_pair(a: object, b: object) -> None:
     try:
         np.broadcast_shapes(a.shape, b.shape)
     except ValueError:
-        raise ValueError(f"a, b: leading axes {a.shape} and {b.shape}; expected such that broadcast") from None
+        raise ValueError(f"a, b: leading axes {a.shape} and {b.shape}; expected leading axes that broadcast") from None
 
 
 def check_dimension(n: object, largest: int, remedy: str = "") -> None:
-    """Raise where `n` is no number of vectors up to `largest`."""
+    """Raise an error unless `n` is an integer from 1 to `largest`."""
     if not _is_int(n) or not 1 <= n <= largest:
         raise ValueError(f"n: {n!r}; expected 1 to {largest} vectors" + (f"; {remedy}" if remedy else ""))
 
@@ -271,7 +274,7 @@ def _finite(array: NDArray[Any], name: str) -> Floats:
 
 
 def _made(vectors: Floats, scale: Floats) -> FactoredBlade:
-    """Without the checks."""
+    """Construct a FactoredBlade without validation."""
     made = object.__new__(FactoredBlade)
     object.__setattr__(made, "vectors", vectors)
     object.__setattr__(made, "scale", np.asarray(scale))
@@ -292,19 +295,19 @@ def _factors(blade: Blade, tolerance: float | None, orthonormal: bool) -> tuple[
 def factors_and_defects(
     coefficients: Floats, n: int, grade: int, orthonormal: bool, checked: bool
 ) -> tuple[Floats, Floats, Floats]:
-    """Vectors, scale (0 for zero), and how far elements ``(N, C(n, grade))`` are from blades, of their norm."""
+    """Return vectors, scale (0 for zero) and relative deviation from a blade of elements ``(N, C(n, grade))``."""
     vectors = np.empty((len(coefficients), grade, n))
     if grade == n:
         vectors[:] = np.eye(n)
         return vectors, coefficients[:, 0].copy(), np.zeros(len(coefficients))
     table = tables.factor_table(n, grade)
     scale, error = np.empty(len(coefficients)), np.zeros(len(coefficients))
-    checked = checked and 1 < grade < n - 1  # all others are blades
+    checked = checked and 1 < grade < n - 1  # elements of other grades are always blades
     short = checked and tables.blade_table_terms(n, grade) <= tables.MOST_TERMS
     relations = tables.blade_table(n, grade) if short else tables.blade_table(1, 0)
     fields = (relations.pivot, relations.target, relations.first, relations.left, relations.right, relations.sign)
     coefficients = flat(coefficients, coefficients.shape[:1], 1)
-    from . import loops  # which loads numba, if anything asks for factors
+    from . import loops  # imported here because it loads numba
 
     loops.factor_batch(coefficients, table.place, table.sign, orthonormal, fields, vectors, scale, error)
     if checked and not short:
@@ -318,7 +321,7 @@ def factors_and_defects(
 
 
 def refuse(bad: NDArray[np.bool_], shape: tuple[int, ...], words: str, name: str = "blade") -> None:
-    """Raise, naming the first element of a flat batch for which `bad` holds."""
+    """Raise an error that names the first element of a flat batch for which `bad` is true."""
     if bad.any():
         at = tuple(int(i) for i in np.unravel_index(int(np.argmax(bad)), shape or (1,)))
         raise ValueError(f"{name}: element {at if shape else ''}".rstrip() + f" is {words}")
@@ -332,7 +335,7 @@ def _refuse_far(error: Floats, blade: Blade, tolerance: float) -> None:
 
 
 def _by_eigenvectors(blade: Blade, tolerance: float | None) -> FactoredBlade:
-    """The subspace that the contractions ``e_i . B`` are blind outside of, for all coefficients at once."""
+    """Factorize by the row space of all contractions ``e_i . B``, which uses all coefficients."""
     first, _ = _factors(blade, None, orthonormal=True)
     n, k = blade.n, blade.grade
     unit = blade.coefficients / blade.norm()[..., None]

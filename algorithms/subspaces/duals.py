@@ -11,23 +11,23 @@ from .gram import gram_matrix, is_degenerate
 from .incidence import ANGLE, AnyBlade, join_and_meet
 
 _NULL = 1e-10
-"""A meet is null where its square, of the metric's size, is below this."""
+"""A meet is null if its square, relative to the size of the metric, is below this."""
 
 
 def dual(a: AnyBlade) -> AnyBlade:
-    """Right complement: ``b ^ dual(b) = I`` on basis blades. Needs no metric.
+    """Return the right complement: ``b ^ dual(b) = I`` for basis blades. It does not depend on a metric.
 
     Raises
     ------
     TypeError
-        Where `a` is no Blade or FactoredBlade.
+        If `a` is not a Blade or FactoredBlade.
     """
     if isinstance(a, Blade):
         blades = tables.vectors_of(a.n, a.grade)
-        # moving the blade's vectors to the front of all others
+        # number of swaps that move the blade's vectors to the front
         swaps = blades.sum(-1) - a.grade * (a.grade - 1) // 2
         sign = 1.0 - 2.0 * (swaps & 1)
-        # complements stand in the opposite order
+        # complements are in reverse order
         return Blade((a.coefficients * sign)[..., ::-1], a.n, a.n - a.grade)
     if not isinstance(a, FactoredBlade):
         raise TypeError(f"a: {type(a).__name__}; expected Blade or FactoredBlade")
@@ -38,18 +38,18 @@ def dual(a: AnyBlade) -> AnyBlade:
 
 
 def polarity(a: AnyBlade, gram: ArrayLike | None = None) -> AnyBlade:
-    """The metric dual ``a I**-1``.
+    """Return the metric dual ``a I**-1``.
 
     Parameters
     ----------
     a : Blade or FactoredBlade
     gram : array_like, (n,) or (n, n), optional
-        Squares, or all inner products, of the basis vectors; Euclidean, left out.
+        Squares, or all inner products, of the basis vectors. Euclidean by default.
 
     Raises
     ------
     TypeError, ValueError
-        In a degenerate metric, where the pseudoscalar has no inverse, and where `gram` does not fit.
+        If the metric is degenerate, so that the pseudoscalar has no inverse, or `gram` has a wrong shape.
     """
     if isinstance(a, Blade):
         return polarity(factorize_blade(a), gram).coefficients()
@@ -66,21 +66,22 @@ def polarity(a: AnyBlade, gram: ArrayLike | None = None) -> AnyBlade:
 def delta_product(
     a: AnyBlade, b: AnyBlade, gram: ArrayLike | None = None, tolerance: float = ANGLE
 ) -> AnyBlade:  # fmt: skip
-    """What two blades do not share: the part of grade ``join - meet`` of their geometric product.
+    """Return the delta product of two blades: the part of grade ``join - meet`` of their geometric product.
 
     Parameters
     ----------
     a, b : Blade or FactoredBlade
-        The same form and number of vectors; leading axes broadcast; all meets of the same grade.
+        Blades of the same form and dimension. Leading axes broadcast, and all meets must have the same grade.
     gram : array_like, (n,) or (n, n), optional
-        Squares, or all inner products, of the basis vectors; Euclidean, left out.
+        Squares, or all inner products, of the basis vectors. Euclidean by default.
     tolerance : float
-        The sine below which a direction is shared, see `join_and_meet`.
+        The sine of an angle below which a direction counts as shared; see `join_and_meet`.
 
     Raises
     ------
     TypeError, ValueError
-        Where the arguments do not fit, grades differ, or a meet is null in the metric: then that part may vanish.
+        If the arguments are incompatible, the grades of meets differ, or a meet is null in the metric, so that the
+        product may vanish.
     """
     check_pair(a, b)
     matrix = gram_matrix(gram, a.n)
@@ -92,8 +93,8 @@ def delta_product(
     rows, m = np.swapaxes(joined.vectors, -1, -2), met.grade
     square = np.linalg.det(met.vectors @ matrix @ np.swapaxes(met.vectors, -1, -2))
     if np.any(np.abs(square) <= _NULL * np.abs(matrix).max() ** m):
-        raise ValueError("delta_product: a meet that is null in the metric; expected one that has an inverse")
-    # in coordinates of the join: what is orthogonal to the meet, and how it and the meet make up the join
+        raise ValueError("delta_product: a meet is null in the metric; expected invertible meets")
+    # in coordinates of the join: the complement orthogonal to the meet, and the volume spanned by both
     inside, across = met.vectors @ rows, met.vectors @ matrix @ rows
     whole = np.linalg.qr(np.swapaxes(across, -1, -2), mode="complete")[0]
     outside = np.swapaxes(whole[..., m:], -1, -2)
@@ -103,20 +104,20 @@ def delta_product(
 
 
 def metric_factors(a: FactoredBlade, gram: ArrayLike) -> tuple[Floats, Floats]:
-    """Vectors of a blade that are orthogonal in a metric, so that their geometric product is the blade.
+    """Return vectors that are orthogonal in a metric and whose geometric product is a given blade.
 
     Returns
     -------
     vectors : array, (..., grade, n)
-        The first carries the scale.
+        The first vector includes the scale.
     squares : array, (..., grade)
-        Of the vectors before scaling; zero for null directions.
+        Squares of the vectors before scaling; zero for null directions.
     """
     matrix = gram_matrix(gram, a.n)
-    squares, turn = np.linalg.eigh(a.vectors @ matrix @ np.swapaxes(a.vectors, -1, -2))
-    vectors = np.swapaxes(turn, -1, -2) @ a.vectors
+    squares, rotation = np.linalg.eigh(a.vectors @ matrix @ np.swapaxes(a.vectors, -1, -2))
+    vectors = np.swapaxes(rotation, -1, -2) @ a.vectors
     if a.grade:
-        vectors[..., 0, :] *= (a.scale * np.linalg.det(turn))[..., None]
+        vectors[..., 0, :] *= (a.scale * np.linalg.det(rotation))[..., None]
     return vectors, squares
 
 

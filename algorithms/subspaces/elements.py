@@ -1,7 +1,7 @@
-"""Elements of a whole algebra by their ``2**n`` coefficients: what they are, and versors among them as vectors.
+"""General elements with ``2**n`` coefficients: classification, and factorization of versors.
 
-Coefficients are ordered by grade and then by bitmap, as in the layout `full` of an algebra. The only product needed is
-that by one basis vector, which moves coefficients and changes signs.
+Coefficients are ordered by grade and then by bitmap, as in the layout `full` of an algebra. The only product required
+is that with a basis vector, which permutes coefficients and changes signs.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from .reflections import reflections_of
 from .versors import FactoredVersor
 
 LARGEST = 12
-"""The most vectors for which all ``2**n`` coefficients are taken."""
+"""Maximum dimension of elements with ``2**n`` coefficients."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Classes:
-    """What elements are, one entry for each.
+    """Classification of elements.
 
     Attributes
     ----------
     kind : str array, (...)
-        ``"zero"``, ``"blade"`` (numbers, vectors and null blades too), ``"versor"`` (a product of vectors that have
-        inverses, when it is no blade), or ``"general"``.
+        ``"zero"``, ``"blade"`` (including scalars, vectors and null blades), ``"versor"`` (a product of invertible
+        vectors that is not a blade), or ``"general"``.
     grade : int array, (...)
-        Of blades; -1 for others.
+        Grade of blades, -1 for other elements.
     is_even, is_odd, is_versor, is_null : bool array, (...)
-        Null: the scalar part of ``a ~a`` vanishes. Blades that are not null are versors.
+        An element is null if the scalar part of ``a ~a`` vanishes. Blades that are not null are versors.
     norm_squared : array, (...)
         The scalar part of ``a ~a``.
     """
@@ -50,27 +50,28 @@ class Classes:
 
 
 def classify(coefficients: ArrayLike, gram: ArrayLike | None = None, tolerance: float = BLADE_TOLERANCE) -> Classes:
-    """Whether elements are zero, blades, versors or neither.
+    """Classify elements as zero, blades, versors or general elements.
 
     Parameters
     ----------
     coefficients : array_like, (..., 2**n)
         n up to 12.
     gram : array_like, (n,) or (n, n), optional
-        Squares, or all inner products, of the basis vectors; Euclidean, left out.
+        Squares, or all inner products, of the basis vectors. Euclidean by default.
     tolerance : float
-        How far an element may be from a blade or a versor, of its norm; grades smaller than that do not count.
+        Tolerated deviation from a blade or a versor, relative to the norm. Smaller parts of a grade are ignored.
 
     Raises
     ------
     TypeError, ValueError
-        Where there are not 2**n finite coefficients, `gram` does not fit, or two or more dimensions are orthogonal to
-        all: there versors are more than their maps.
+        If there are not 2**n finite coefficients, `gram` has a wrong shape, or the null space of the metric has two or
+        more dimensions, where versors are not determined by their maps.
 
     Notes
     -----
-    A versor is told by ``V e_j = M(e_j) V`` with an orthogonal map M, solved in the least-squares sense (the
-    Clifford-Lipschitz group: the products of vectors, where at most one dimension is orthogonal to all).
+    A versor satisfies ``V e_j = M(e_j) V`` with an orthogonal map M, which is computed by least squares. These elements
+    form the Clifford-Lipschitz group. If the null space of the metric has at most one dimension, they are the products
+    of vectors.
     """
     array, n = _element(coefficients)
     metric = _metric(gram, n)
@@ -98,24 +99,25 @@ def classify(coefficients: ArrayLike, gram: ArrayLike | None = None, tolerance: 
 def factorize_versor(
     coefficients: ArrayLike, gram: ArrayLike | None = None, tolerance: float = BLADE_TOLERANCE
 ) -> FactoredVersor:  # fmt: skip
-    """A versor as a product of vectors, from its map of vectors (Cartan-Dieudonné).
+    """Factorize a versor into vectors by means of its map of vectors (Cartan-Dieudonné theorem).
 
-    The map solves ``M(e_j) V = V e_j`` (with a sign for odd versors) in the least-squares sense; it is factorised by
-    `reflections_of`, and the scale follows from the product of the vectors found.
+    The map is the least-squares solution of ``M(e_j) V = V e_j`` (with a sign for odd versors). It is factorized by
+    `reflections_of`, and the scale follows from the product of the resulting vectors.
 
     Parameters
     ----------
     coefficients : array_like, (2**n,)
         n up to 12.
     gram : array_like, (n,) or (n, n), optional
-        Squares, or all inner products, of the basis vectors; Euclidean, left out.
+        Squares, or all inner products, of the basis vectors. Euclidean by default.
     tolerance : float
-        How far the product of the vectors may be from the element, of its norm.
+        Tolerated deviation of the product of the vectors from the element, relative to its norm.
 
     Raises
     ------
     TypeError, ValueError
-        Where the element is zero or no versor, `gram` does not fit, or two or more dimensions are orthogonal to all.
+        If the element is zero or not a versor, `gram` has a wrong shape, or the null space of the metric has two or
+        more dimensions.
     """
     array, n = _element(coefficients)
     if array.ndim != 1:
@@ -138,7 +140,7 @@ def factorize_versor(
 
 
 def vector_products(vectors: Floats, n: int, gram: Floats) -> Floats:
-    """The coefficients of the geometric product of vectors, ``(k, n) -> (2**n,)``."""
+    """Return the coefficients of the geometric product of vectors, ``(k, n) -> (2**n,)``."""
     result = np.zeros(1 << n)
     result[0] = 1.0
     for vector in vectors[::-1]:
@@ -147,12 +149,12 @@ def vector_products(vectors: Floats, n: int, gram: Floats) -> Floats:
 
 
 def versor_coefficients(versor: FactoredVersor) -> Floats:
-    """The coefficients of versors in factored form, ``(..., 2**n)``, n up to 12.
+    """Return the coefficients of versors in factored form, ``(..., 2**n)``, n up to 12.
 
     Raises
     ------
     ValueError
-        For more than 12 vectors.
+        If the dimension is larger than 12.
     """
     n = versor.n
     if n > LARGEST:
@@ -189,7 +191,7 @@ def _grades(n: int) -> NDArray[np.int64]:
 
 @cache
 def _moves(n: int, left: bool) -> tuple[NDArray[np.int64], Floats]:
-    """For each basis vector and blade: where the blade with that vector added or removed stands, and the sign."""
+    """Return for each basis vector and blade the index of the blade with that vector added or removed, and the sign."""
     bitmaps = _bitmaps(n)
     at = np.empty(1 << n, np.int64)
     at[bitmaps] = np.arange(1 << n)
@@ -202,7 +204,7 @@ def _moves(n: int, left: bool) -> tuple[NDArray[np.int64], Floats]:
 
 
 def _times_basis(values: Floats, n: int, gram: Floats, left: bool) -> Floats:
-    """``e_i X`` or ``X e_i`` for all basis vectors: ``(N, 2**n) -> (N, n, 2**n)``."""
+    """Return ``e_i X`` or ``X e_i`` for all basis vectors: ``(N, 2**n) -> (N, n, 2**n)``."""
     targets, signs = _moves(n, left)
     moved = values[:, targets] * signs
     has = (_bitmaps(n)[None, :] >> np.arange(n)[:, None] & 1).astype(bool)
@@ -212,7 +214,7 @@ def _times_basis(values: Floats, n: int, gram: Floats, left: bool) -> Floats:
 
 
 def _norm_squared(values: Floats, n: int, gram: Floats) -> Floats:
-    """The scalar part of ``a ~a``, grade by grade from minors of the Gram matrix."""
+    """Return the scalar part of ``a ~a``, grade by grade from minors of the Gram matrix."""
     if np.abs(gram - np.diag(np.diag(gram))).max() == 0:
         squares = np.array([np.prod(np.diag(gram)[tables.vectors_of(n, k)], -1) for k in range(n + 1)], dtype=object)
         return np.asarray(values**2 @ np.concatenate(list(squares)).astype(np.float64))
@@ -226,7 +228,7 @@ def _norm_squared(values: Floats, n: int, gram: Floats) -> Floats:
 
 
 def _maps(values: Floats, n: int, gram: Floats) -> tuple[Floats, Floats]:
-    """The maps of vectors that elements of one parity would have as versors, and how far they are from such."""
+    """Return the maps of vectors of elements that are versors, and the deviation of the elements from versors."""
     odd = np.linalg.norm(values[:, _grades(n) & 1 == 1], axis=-1) > np.linalg.norm(
         values[:, _grades(n) & 1 == 0], axis=-1
     )

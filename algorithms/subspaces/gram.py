@@ -1,4 +1,4 @@
-"""Metrics: the inner products of basis vectors, as callers hand them in."""
+"""Metrics: validation and properties of the inner products of basis vectors."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from ..arguments import real_array
 from .blade import Floats
 
 _SINGULAR = 1e-12
-"""An eigenvalue below this, of the largest, is zero."""
+"""Eigenvalues below this fraction of the largest count as zero."""
 
 
 def gram_matrix(gram: ArrayLike | None, n: int) -> Floats:
-    """The Gram matrix of `n` vectors: from squares ``(n,)``, from the whole matrix ``(n, n)``, or Euclidean for None.
+    """Return the Gram matrix of `n` vectors, from squares ``(n,)``, the matrix ``(n, n)``, or None (Euclidean).
 
     Raises
     ------
     TypeError, ValueError
-        Where it is not real and symmetric, or not of `n` vectors.
+        If the matrix is not real and symmetric, or has a wrong shape.
     """
     if gram is None:
         return np.eye(n)
@@ -27,17 +27,17 @@ def gram_matrix(gram: ArrayLike | None, n: int) -> Floats:
     if matrix.shape != (n, n) or not np.isfinite(matrix).all():
         raise ValueError(f"gram: shape {array.shape}; expected ({n},) squares or ({n}, {n}) finite inner products")
     if np.abs(matrix - matrix.T).max() > _SINGULAR * np.abs(matrix).max():
-        raise ValueError("gram: a matrix that is not symmetric; expected inner products")
+        raise ValueError("gram: matrix not symmetric; expected inner products")
     return np.asarray((matrix + matrix.T) / 2)
 
 
 def is_degenerate(gram: Floats) -> bool:
-    """Whether some vector is orthogonal to all."""
+    """Return whether some nonzero vector is orthogonal to all vectors."""
     sizes = np.abs(np.linalg.eigvalsh(gram))
     return bool(sizes.min() <= _SINGULAR * max(sizes.max(), 1e-300))
 
 
 def nullity(gram: Floats) -> int:
-    """The dimension of the vectors that are orthogonal to all."""
+    """Return the dimension of the space of vectors that are orthogonal to all vectors."""
     sizes = np.abs(np.linalg.eigvalsh(gram))
     return int((sizes <= _SINGULAR * sizes.max()).sum())

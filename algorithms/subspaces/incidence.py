@@ -1,4 +1,4 @@
-"""Join and meet of arrays of blades, with dimensions decided by angles; what two blades do not share."""
+"""Join and meet of arrays of blades. Angles between subspaces determine the dimensions."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from .blade import (
 from .products import outer_of_grades
 
 ANGLE = 1e-9
-"""A direction of one blade is in the other where the sine of the angle between them is at most this."""
+"""A direction of one blade is contained in the other if the sine of the angle between them is at most this."""
 
 _CLEAR = 1e-3
-"""Where the sines of all principal angles multiply to more than this, the outer product is the join to 12 digits."""
+"""If the product of the sines of all principal angles is above this, the outer product is the join to 12 digits."""
 
 AnyBlade = TypeVar("AnyBlade", Blade, FactoredBlade)
 
@@ -35,21 +35,20 @@ AnyBlade = TypeVar("AnyBlade", Blade, FactoredBlade)
 class JoinAndMeet:
     """Joins and meets of arrays of blades, whose grades may differ from element to element.
 
-    For each element ``join = a ^ c`` with ``b = meet ^ c``, up to what of ``c`` lies in `a`; so joins change with the
-    scales of `a` and `b`, and meets have norm 1. The sign of a meet is that of its rows, and the join goes with it.
+    For each element ``join = a ^ c`` with ``b = meet ^ c``, up to components of ``c`` in `a`. Joins scale with `a` and
+    `b`, and meets have norm 1. The sign of a meet is determined by its rows, and that of the join accordingly.
 
     Attributes
     ----------
     larger : Blade or FactoredBlade
-        That of the larger grade.
+        The blade of larger grade.
     join_grade, meet_grade : int array, (...)
     outside : array, (..., k, n)
-        Orthonormal rows that complete `larger` to the join, as many as its grade is larger; zeros after them. `k` is
-        the grade of the other blade.
+        Orthonormal rows that complete `larger` to the join, padded with zeros. `k` is the grade of the other blade.
     inside : array, (..., k, n)
-        Orthonormal rows of the meet, as many as its grade; zeros after them.
+        Orthonormal rows of the meet, padded with zeros.
     factor : array, (...)
-        The join is this number times `larger` ^ the rows `outside`.
+        The join is this number times the outer product of `larger` and the rows `outside`.
     """
 
     larger: Blade | FactoredBlade
@@ -60,7 +59,7 @@ class JoinAndMeet:
     factor: Floats
 
     def join(self, grade: int | None = None) -> Blade | FactoredBlade:
-        """The joins of a grade, in order; with no grade given all, when they have the same one."""
+        """Return the joins of a grade, in order. By default all joins, which must then have the same grade."""
         grade, chosen = self._chosen(self.join_grade, grade, "join")
         rows = self.outside[chosen][..., : grade - self.larger.grade, :]
         factor = self.factor[chosen]
@@ -73,7 +72,7 @@ class JoinAndMeet:
         return _made(np.concatenate([own, rows], -2), factor * np.broadcast_to(self.larger.scale, shape)[chosen])
 
     def meet(self, grade: int | None = None) -> Blade | FactoredBlade:
-        """The meets of a grade, in order; with no grade given all, when they have the same one."""
+        """Return the meets of a grade, in order. By default all meets, which must then have the same grade."""
         grade, chosen = self._chosen(self.meet_grade, grade, "meet")
         rows = self.inside[chosen][..., :grade, :]
         found = _made(rows, np.ones(rows.shape[:-2]))
@@ -105,30 +104,32 @@ def join_and_meet(
     tolerance: float = ANGLE,
     blade_tolerance: float | None = BLADE_TOLERANCE,
 ) -> JoinAndMeet:
-    """The smallest blades that contain, and the largest that are contained in, two blades; no metric is used.
+    """Return the smallest blades that contain two blades, and the largest that both contain.
 
-    The grade of the meet is the number of principal angles between the two subspaces with a sine of at most the
-    tolerance, in the Euclidean metric of the coordinates. So it does not depend on the scales of the blades.
+    The metric of the algebra is not used. The grade of the meet is the number of principal angles between the two
+    subspaces whose sine is at most the tolerance, in the Euclidean metric of the coordinates. It does not depend on the
+    scales of the blades.
 
     Parameters
     ----------
     a, b : Blade or FactoredBlade
-        The same form and number of vectors; leading axes broadcast.
+        Blades of the same form and dimension. Leading axes broadcast.
     tolerance : float
-        A sine, 0 < tolerance < 1. It should be above the errors of the blades: of 10^-15 for exact coefficients.
+        The sine of an angle, 0 < tolerance < 1. It should exceed the errors of the blades (10^-15 for exact
+        coefficients).
     blade_tolerance : float or None
-        How far coefficients may be from those of a blade, of their norm; None does not look.
+        Tolerated deviation of coefficients from a blade, relative to their norm. None skips the check.
 
     Raises
     ------
     TypeError, ValueError
-        Where forms, numbers of vectors or leading axes do not fit, or an element is zero or no blade.
+        If forms, dimensions or leading axes are incompatible, or an element is zero or not a blade.
     """
     check_pair(a, b)
     if not 0 < tolerance < 1:
         raise ValueError(f"tolerance: {tolerance!r}; expected the sine of an angle, above 0 and below 1")
     rows = {name: _rows(x, name, blade_tolerance) for name, x in (("a", a), ("b", b))}
-    swapped = a.grade < b.grade  # less is left of the smaller blade, so less is to do
+    swapped = a.grade < b.grade  # projecting the smaller blade costs less
     larger, smaller = (b, a) if swapped else (a, b)
     (one, _), (two, scale) = rows["b" if swapped else "a"], rows["a" if swapped else "b"]
     shape = np.broadcast_shapes(a.shape, b.shape)
@@ -136,7 +137,7 @@ def join_and_meet(
     count = len(one)
     rank, factor = np.empty(count, np.int64), np.empty(count)
     outside, inside = np.empty_like(two), np.empty_like(two)
-    from . import loops  # which loads numba, if blades may share directions
+    from . import loops  # imported here because it loads numba
 
     loops.join_batch(one, two, tolerance, rank, factor, outside, inside)
     more = rank.reshape(shape)
@@ -151,9 +152,9 @@ def join_and_meet(
 
 
 def join(a: AnyBlade, b: AnyBlade, tolerance: float = ANGLE) -> AnyBlade:
-    """The joins of blades, when all have the same grade: see `join_and_meet`.
+    """Return the joins of blades, which must all have the same grade; see `join_and_meet`.
 
-    Where no blade shares a direction with the other, nor nearly so, these are the outer products.
+    If the blades are clearly disjoint, the joins are the outer products.
     """
     check_pair(a, b)
     if isinstance(a, Blade) and isinstance(b, Blade) and a.grade + b.grade <= a.n and 0 < tolerance < _CLEAR:
@@ -164,7 +165,7 @@ def join(a: AnyBlade, b: AnyBlade, tolerance: float = ANGLE) -> AnyBlade:
 
 
 def _apart(a: Blade, b: Blade, tolerance: float) -> Blade | None:
-    """The joins of blades that share nothing: outer products, whose norms are products of sines; None for others."""
+    """Return the joins of disjoint blades as outer products, whose norms are products of sines, or None for others."""
     shape, grade = np.broadcast_shapes(a.shape, b.shape), a.grade + b.grade
     one, two = (flat(x.coefficients, shape, 1) for x in (a, b))
     out: Floats = outer_of_grades(a.n, a.grade, b.grade)(one, two)
@@ -185,7 +186,7 @@ def _apart(a: Blade, b: Blade, tolerance: float) -> Blade | None:
 
 
 def meet(a: AnyBlade, b: AnyBlade, tolerance: float = ANGLE) -> AnyBlade:
-    """The meets of blades, when all have the same grade: see `join_and_meet`."""
+    """Return the meets of blades, which must all have the same grade; see `join_and_meet`."""
     return join_and_meet(a, b, tolerance).meet()  # type: ignore[return-value]
 
 

@@ -1,11 +1,11 @@
-"""Factors of blades, and joins and meets, of one element after the other, compiled by numba when they are first used.
+"""Factorization, join and meet of blades, element by element, compiled by numba on first use.
 
-They stay numba's: what they do next depends on the numbers of an element (the largest coefficient says which relations
-count, pivots say which row comes next and whether the rank is clear), and kernels with loops have neither nested loops
-over lengths nor branches. Arrays come in whole and checked; nothing here raises.
+These functions are not generated kernels because their control flow depends on the data (the largest coefficient
+selects the relations, pivots select the next row and decide the rank), and loop kernels support neither nested loops
+over lengths nor branches. Arrays are validated by the callers; nothing here raises errors.
 
-Vectors are rows. `k`, `a`, `b` are numbers of rows, `n` is their length, `e` is an element of the batch: arrays are
-passed whole, with their index, because a view of an element would cost as much as a short loop.
+Vectors are rows. `k`, `a`, `b` are numbers of rows, `n` is their length, `e` is the index of an element of the batch.
+Whole arrays are passed together with the index, because a view of an element would cost as much as a short loop.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ import numpy as np
 from numba import njit
 
 _COMPILED = {"cache": True, "error_model": "numpy", "fastmath": {"reassoc", "contract", "nsz"}}
-"""Sums may be reordered; infinities and NaNs keep their meaning."""
+"""Sums may be reordered; infinities and NaNs are respected."""
 _INLINED = {**_COMPILED, "inline": "always"}
-"""For what is called for every element: an array is passed as seven numbers, which cost as much as a short loop."""
+"""For functions called for every element: passing an array, as seven numbers, would cost as much as a short loop."""
 ROUNDING = 1e-12
-"""What is left of a vector of a subspace, of its length, when all of it is projected out."""
+"""Relative rounding error of the rest of a vector after projecting out a subspace that contains it."""
 REORTHOGONALIZE = 0.5
 """Below this length a projected unit vector is projected again ("twice is enough", Kahan in Parlett 1980, §6.9)."""
 
 
 @njit(**_INLINED)
 def find_pivot(coefficients: Any, e: int) -> int:
-    """The place of the largest coefficient, the first of several; -1 where all are zero, or below 10^-308."""
+    """Return the index of the first coefficient with the largest absolute value, -1 if all are below 10^-308."""
     best, pivot = 0.0, 0
     for p in range(coefficients.shape[1]):
         size = abs(coefficients[e, p])
@@ -38,7 +38,7 @@ def find_pivot(coefficients: Any, e: int) -> int:
 
 @njit(**_INLINED)
 def gather_factors(coefficients: Any, e: int, pivot: int, place: Any, sign: Any, factors: Any) -> None:
-    """Rows whose outer product, times the coefficient at the pivot, is the blade."""
+    """Compute rows whose outer product, times the coefficient at the pivot, is the blade."""
     reciprocal = 1.0 / coefficients[e, pivot]
     for i in range(place.shape[1]):
         for j in range(place.shape[2]):
@@ -47,7 +47,7 @@ def gather_factors(coefficients: Any, e: int, pivot: int, place: Any, sign: Any,
 
 @njit(**_INLINED)
 def blade_defect(coefficients: Any, e: int, pivot: int, table: Any) -> float:
-    """How far the relations of a `BladeTable` are from holding, of the norm of the coefficients."""
+    """Return the residual of the relations of a `BladeTable`, relative to the norm of the coefficients."""
     pivots, target, first, left, right, sign = table
     reciprocal = 1.0 / coefficients[e, pivot]
     # in units of the largest coefficient, so that squares neither overflow nor vanish
@@ -65,7 +65,7 @@ def blade_defect(coefficients: Any, e: int, pivot: int, table: Any) -> float:
 
 @njit(**_INLINED)
 def orthonormalize(rows: Any, e: int, k: int) -> float:
-    """Make rows orthonormal in place; the number returned, times their outer product, is the former one."""
+    """Orthonormalize rows in place and return the ratio of the old to the new outer product."""
     n = rows.shape[2]
     determinant = 1.0
     for i in range(k):
@@ -73,7 +73,7 @@ def orthonormalize(rows: Any, e: int, k: int) -> float:
         for j in range(n):
             before += rows[e, i, j] * rows[e, i, j]
         length = before
-        for turn in range(2):
+        for attempt in range(2):
             for h in range(i):
                 dot = 0.0
                 for j in range(n):
@@ -83,7 +83,7 @@ def orthonormalize(rows: Any, e: int, k: int) -> float:
             length = 0.0
             for j in range(n):
                 length += rows[e, i, j] * rows[e, i, j]
-            if turn == 0 and length > REORTHOGONALIZE * REORTHOGONALIZE * before:
+            if attempt == 0 and length > REORTHOGONALIZE * REORTHOGONALIZE * before:
                 break
         length = np.sqrt(length)
         determinant *= length
@@ -98,7 +98,7 @@ def orthonormalize(rows: Any, e: int, k: int) -> float:
 def factor_batch(
     coefficients: Any, place: Any, sign: Any, orthonormal: bool, relations: Any, factors: Any, scale: Any, error: Any
 ) -> None:
-    """Factors and scale of each blade (0 where it is zero), and `blade_defect` by the relations given."""
+    """Compute factors and scale of each blade (scale 0 if it is zero), and `blade_defect` for the given relations."""
     for e in range(len(coefficients)):
         pivot = find_pivot(coefficients, e)
         if pivot < 0:
@@ -131,13 +131,14 @@ def _swap(rows: Any, i: int, h: int) -> None:
 
 @njit(**_COMPILED)
 def _jacobi(work: Any, other: Any, b: int) -> float:
-    """Rotate rows of both until those of `work` are orthogonal, longest first; the determinant of the rotation.
+    """Rotate rows of both arrays until those of `work` are orthogonal, sort them by length, and return the determinant.
 
-    One-sided Jacobi (Hestenes 1958): lengths of rows are singular values, small ones to high relative accuracy.
+    The method is one-sided Jacobi (Hestenes 1958). The lengths of rows are the singular values, and small ones have
+    high relative accuracy.
     """
     n = work.shape[2]
     for _ in range(40):
-        turned = False
+        rotated = False
         for i in range(b):
             for h in range(i + 1, b):
                 alpha, beta, gamma = 0.0, 0.0, 0.0
@@ -147,7 +148,7 @@ def _jacobi(work: Any, other: Any, b: int) -> float:
                     gamma += work[0, i, j] * work[0, h, j]
                 if abs(gamma) <= 1e-15 * np.sqrt(alpha * beta) or abs(gamma) < 1e-300:
                     continue
-                turned = True
+                rotated = True
                 zeta = (beta - alpha) / (2.0 * gamma)
                 t = (1.0 if zeta >= 0 else -1.0) / (abs(zeta) + np.sqrt(1.0 + zeta * zeta))
                 c = 1.0 / np.sqrt(1.0 + t * t)
@@ -157,7 +158,7 @@ def _jacobi(work: Any, other: Any, b: int) -> float:
                     work[0, i, j], work[0, h, j] = c * x - s * y, s * x + c * y
                     x, y = other[0, i, j], other[0, h, j]
                     other[0, i, j], other[0, h, j] = c * x - s * y, s * x + c * y
-        if not turned:
+        if not rotated:
             break
     determinant = 1.0
     for i in range(b):
@@ -187,15 +188,15 @@ def _length(rows: Any, e: int, i: int) -> float:
 def join_one(
     e: int, one: Any, two: Any, a: int, b: int, tolerance: float, work: Any, mixed: Any, r: Any, added: Any, met: Any
 ) -> tuple[int, float]:
-    """Join and meet of two subspaces with orthonormal rows `one` and `two`.
+    """Compute join and meet of two subspaces with orthonormal rows `one` and `two`.
 
-    The number of rows of `two` outside `one` is that of sines of principal angles above the tolerance. Those sines are
-    the singular values of what is left of `two` when `one` is projected out. Orthogonal triangles with pivoting bound
-    them from both sides, by ``3 / sqrt(4**r + 6 r - 1)`` of the last pivot below (Lawson & Hanson 1974, ch. 6) and by
-    the norm of the remainder above; where the bounds leave a doubt, Jacobi's rotations decide.
+    The number of directions of `two` outside `one` is the number of principal angles whose sines exceed the tolerance.
+    These sines are the singular values of the rest of `two` after projecting out `one`. Pivoted QR decomposition bounds
+    them from below, by ``3 / sqrt(4**r + 6 r - 1)`` times the last pivot (Lawson & Hanson 1974, ch. 6), and from above,
+    by the norm of the remainder. If the bounds are inconclusive, Jacobi rotations decide.
 
-    Returns the number of rows in `added` and a factor: with ``c`` the factor times the outer product of `added`,
-    ``join = one ^ c`` and ``two = meet ^ c``, up to what is in `one`; `met` has the rows of the meet.
+    Return the number of rows in `added` and a factor. If ``c`` is the factor times the outer product of `added`, then
+    ``join = one ^ c`` and ``two = meet ^ c``, up to components in `one`. `met` receives the rows of the meet.
     """
     n = one.shape[2]
     for i in range(b):
@@ -298,7 +299,7 @@ def join_one(
 
 @njit(**_COMPILED)
 def join_batch(one: Any, two: Any, tolerance: float, rank: Any, factor: Any, added: Any, met: Any) -> None:
-    """`join_one` for each element."""
+    """Apply `join_one` to each element."""
     a, n = one.shape[1], one.shape[2]
     b = two.shape[1]
     work, mixed, r = np.empty((1, b, n)), np.empty((1, b, n)), np.zeros((b + 1, b + 1))

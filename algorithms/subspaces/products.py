@@ -1,4 +1,4 @@
-"""Products of coefficients by tables of their terms, for any dimension and grade."""
+"""Products of coefficient arrays computed from tables of terms, for any dimension and grade."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from . import tables
 
 Floats = NDArray[np.float64]
 Product = Callable[..., Any]
-"""Takes two arrays of coefficients, ``(..., p)`` and ``(..., q)``, whose leading axes broadcast."""
+"""A function of two arrays of coefficients, ``(..., p)`` and ``(..., q)``, whose leading axes broadcast."""
 
 
 def product_of_terms(left: ArrayLike, right: ArrayLike, sign: ArrayLike, target: ArrayLike, size: int) -> Product:
-    """The product whose terms are ``sign a[left] b[right]``, each added to the coefficient `target` of `size`.
+    """Return the product that adds each term ``sign a[left] b[right]`` to the coefficient `target` of `size`.
 
     Parameters
     ----------
     left, right, target : array_like of int
-        Of one shape.
+        Indices, arrays of equal shape.
     sign : array_like
     size : int
     """
@@ -37,7 +37,7 @@ def product_of_terms(left: ArrayLike, right: ArrayLike, sign: ArrayLike, target:
 
 @cache
 def outer_of_grades(n: int, a: int, b: int) -> Product:
-    """The outer product of blades of two grades of `n` vectors."""
+    """Return the outer product of blades of two grades in `n` dimensions."""
     table = tables.outer_table(n, a, b)
     target = np.broadcast_to(np.arange(len(table.left))[:, None], table.left.shape)
     return product_of_terms(table.left, table.right, table.sign, target, len(table.left))
@@ -45,7 +45,7 @@ def outer_of_grades(n: int, a: int, b: int) -> Product:
 
 @cache
 def outer_by_vector(n: int, grade: int) -> Product:
-    """The outer product of a blade of a grade below `n` and a vector."""
+    """Return the outer product of a blade of a grade below `n` and a vector."""
     table, k = tables.wedge_table(n), grade + 1
     size, start = int(table.size[k]), int(table.start[k])
     terms = slice(start, start + size * k)

@@ -1,4 +1,4 @@
-"""Orthogonal maps of any metric as products of reflections (Cartan-Dieudonné)."""
+"""Orthogonal maps of any metric as products of reflections (Cartan-Dieudonné theorem)."""
 
 from __future__ import annotations
 
@@ -15,38 +15,39 @@ from .blade import Floats
 from .gram import gram_matrix
 
 _ORTHOGONAL = 1e-8
-"""How far ``M^T G M`` may be from ``G``, of the squared norm of M."""
+"""Tolerated difference of ``M^T G M`` and ``G``, relative to the squared norm of M."""
 _FIXED = 1e-12
-"""A direction that a map changes by less than this, of its norm, is fixed."""
+"""A direction is fixed if a map changes it by less than this, relative to its norm."""
 _NULL = 1e-4
-"""A direction is null where its square, of that of its length and of the largest inner product, is below this."""
+"""A direction is null if its square, relative to its squared length and the largest inner product, is below this."""
 _STEEP = 1e-2
-"""And farther from null than this what is left after a reflection that was put in."""
+"""After an auxiliary reflection, the remaining directions must be farther from null than this."""
 _TRIED = 6
-"""How many directions are combined with each other when single ones do not do."""
+"""Number of directions that are combined with each other if no single direction is suitable."""
 
 
 def reflection_matrix(vectors: Floats, gram: Floats) -> Floats:
-    """The matrices of ``x - 2 (v . x) / (v . v) v``, for rows ``(..., n)`` that are not null."""
+    """Return the matrices of ``x - 2 (v . x) / (v . v) v``, for rows ``(..., n)`` that are not null."""
     covector = vectors @ gram
     square = (covector * vectors).sum(-1)[..., None, None]
     return np.asarray(np.eye(len(gram)) - 2.0 * vectors[..., :, None] * covector[..., None, :] / square)
 
 
 def reflections_of(matrix: ArrayLike, gram: ArrayLike | None = None) -> Floats:
-    """Vectors whose reflections, the last one first, make up an orthogonal map.
+    """Return vectors whose reflections, the last one applied first, compose to an orthogonal map.
 
-    In a Euclidean metric the planes of rotation give two vectors each, the directions that are turned round one each;
-    so there are as many as dimensions that change. In others a direction that changes and is farthest from null is
-    reflected until nothing changes: again that many, or two more where all directions that change are null (Scherk).
-    Rounding there grows with the square of the norm of the map: strong boosts have no accurate reflections.
+    In a Euclidean metric each plane of rotation contributes two vectors and each reversed direction one. The number of
+    vectors is the rank of the map minus the identity. In other metrics, reflections in the changed direction farthest
+    from null are applied until the identity remains. This gives the same number of vectors, or two more if all changed
+    directions are null (Scherk). Rounding errors grow with the square of the norm of the map, so that strong boosts
+    have no accurate reflections.
 
     Parameters
     ----------
     matrix : array_like, (n, n)
-        The images of basis vectors are its columns.
+        The columns are the images of the basis vectors.
     gram : array_like, (n,) or (n, n), optional
-        Squares, or all inner products, of the basis vectors; Euclidean, left out. It may be degenerate.
+        Squares, or all inner products, of the basis vectors. Euclidean by default. May be degenerate.
 
     Returns
     -------
@@ -56,7 +57,7 @@ def reflections_of(matrix: ArrayLike, gram: ArrayLike | None = None) -> Floats:
     Raises
     ------
     TypeError, ValueError
-        Where the map does not keep the inner products, or changes what is orthogonal to all.
+        If the map does not preserve the inner products, or changes vectors that are orthogonal to all.
     """
     array = real_array(matrix, "matrix", (-1, -1), "an orthogonal map").astype(np.float64)
     n = array.shape[-1]
@@ -65,7 +66,7 @@ def reflections_of(matrix: ArrayLike, gram: ArrayLike | None = None) -> Floats:
     metric = gram_matrix(gram, n)
     off = np.abs(array.T @ metric @ array - metric).max()
     if not off <= _ORTHOGONAL * np.abs(metric).max() * max(1.0, np.linalg.norm(array, 2) ** 2):
-        raise ValueError(f"matrix: inner products change by up to {off:.2g}; expected a map that keeps them")
+        raise ValueError(f"matrix: inner products change by up to {off:.2g}; expected a map that preserves them")
     definite = np.abs(metric - metric[0, 0] * np.eye(n)).max() == 0.0 and metric[0, 0] != 0.0
     if definite:
         return _by_planes(array)
@@ -73,7 +74,7 @@ def reflections_of(matrix: ArrayLike, gram: ArrayLike | None = None) -> Floats:
     null = np.abs(squares) <= 1e-12 * np.abs(squares).max()
     if not null.any():
         return _by_steps(array, metric)
-    # the unit of directions that are orthogonal to all is arbitrary: such that translations have size 1
+    # the unit of directions that are orthogonal to all is arbitrary; it is chosen so that translations have size 1
     shift = float(np.linalg.norm(turn[:, null].T @ array @ turn[:, ~null]))
     units = np.where(null, shift if shift > 0.0 else 1.0, 1.0)
     there, back = turn * units, (turn / units).T
@@ -100,16 +101,16 @@ def _by_planes(matrix: Floats) -> Floats:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Rest:
-    """A map that is still to be reflected away: what it changes, and how.
+    """The remaining map, which further reflections have to reduce to the identity.
 
     Attributes
     ----------
     changed : array, (n, rank)
-        An orthonormal basis of the range of the map less the identity, as columns.
+        An orthonormal basis of the range of the map minus the identity, as columns.
     moved : array, (rank, n)
-        Rows that are orthogonal to all that is fixed, those that move most first.
+        Rows orthogonal to all fixed vectors, in descending order of the change.
     steepness : float
-        How far from null the vectors of that range get, as a square.
+        The largest absolute square of unit vectors of that range.
     """
 
     matrix: Floats
@@ -136,7 +137,7 @@ class _Rest:
         return cls(matrix, changed, right[:rank], squares[order], turn[:, order])
 
     def directions(self) -> Iterator[Floats]:
-        """Unit vectors of the range: the one farthest from null first, then others, then their sums and differences."""
+        """Yield unit vectors of the range, those farthest from null first, then their sums and differences."""
         vectors = (self.changed @ self.turn).T
         yield from vectors
         for a, b in combinations(vectors[:_TRIED], 2):
@@ -156,18 +157,18 @@ def _by_steps(matrix: Floats, metric: Floats) -> Floats:
         return _Rest.of(reflection_matrix(vector, metric) @ rest.matrix, metric, threshold)
 
     def one(rest: _Rest) -> tuple[tuple[Floats, ...], _Rest] | None:
-        """A direction to reflect, after which again some direction that changes is not null."""
+        """Return one reflection after which some changed direction is not null, and the remaining map."""
         for vector in rest.directions():
             new = after(rest, vector)
             if new is None or new.rank >= rest.rank:
                 continue
-            # what is orthogonal to all is left to the exception: nothing else changes it
+            # vectors orthogonal to all can only be changed by the exceptional case
             if new.steepness > null or np.abs(metric @ new.changed).max(initial=0.0) <= null:
                 return (vector,), new
         return None
 
     def two(rest: _Rest) -> tuple[tuple[Floats, ...], _Rest] | None:
-        """The exception: another reflection first, then one that does more than to take it back."""
+        """Return an auxiliary reflection and a second one that reduces the map (exceptional case)."""
         for helper in _helpers(rest, metric):
             middle = after(rest, helper)
             if middle is None:
@@ -189,13 +190,13 @@ def _by_steps(matrix: Floats, metric: Floats) -> Floats:
         vectors, rest = step
         found += vectors
     raise ValueError(
-        "matrix: reflections do not bring it to the identity; expected a map that leaves alone what is orthogonal to "
+        "matrix: reflections do not reduce it to the identity; expected a map that fixes the vectors orthogonal to "
         "all, with entries up to some thousands"
     )
 
 
 def _helpers(rest: _Rest, metric: Floats) -> Iterator[Floats]:
-    """Unit vectors to put in where all directions that change are null: such as touch what is moved."""
+    """Yield unit vectors for auxiliary reflections if all changed directions are null."""
     moved = rest.moved[:_TRIED]
     partners = moved @ np.linalg.pinv(metric, rcond=1e-10)
     for vector in (*moved, *partners):

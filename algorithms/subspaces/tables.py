@@ -1,7 +1,8 @@
-"""Index tables: where the coefficients of blades of `n` vectors stand, and which of them meet in an outer product.
+"""Index tables: positions of the coefficients of blades in `n` dimensions, and terms of outer products.
 
-Coefficients of grade `k` are ordered by bitmap, as everywhere in this project. With the vectors of a blade ascending,
-that order is the colexicographic one: the place of ``c_0 < c_1 < ...`` is the sum of the binomials ``(c_i, i + 1)``.
+Coefficients of grade `k` are ordered by bitmap, as everywhere in this project. With the vectors of a blade in ascending
+order, this is the colexicographic order: the index of ``c_0 < c_1 < ...`` is the sum of the binomials
+``(c_i, i + 1)``.
 """
 
 from __future__ import annotations
@@ -19,32 +20,33 @@ Integers = NDArray[np.int32]
 Signs = NDArray[np.int8]
 
 LARGEST = 16
-"""The most vectors for which coefficients are stored: blades of eight of them have 12 870."""
+"""Maximum dimension for which coefficients are stored. Blades of grade eight then have 12 870 coefficients."""
 
 _BINOMIALS = np.array([[comb(c, i + 1) for i in range(LARGEST)] for c in range(LARGEST)], np.int32)
 
 
 @cache
 def vectors_of(n: int, grade: int) -> Integers:
-    """The vectors of each basis blade of a grade, ascending: ``(C(n, grade), grade)``."""
+    """Return the vectors of each basis blade of a grade, ascending: ``(C(n, grade), grade)``."""
     chosen = [tuple(reversed(c)) for c in combinations(range(n - 1, -1, -1), grade)][::-1]
     return np.asarray(_frozen(np.array(chosen, np.int32).reshape(comb(n, grade), grade)))
 
 
 def place(vectors: Integers) -> Integers:
-    """The places of basis blades whose vectors, ascending, are the last axis."""
+    """Return the indices of basis blades whose ascending vectors are the last axis."""
     k = vectors.shape[-1]
     return np.asarray(_BINOMIALS[vectors, np.arange(k)].sum(-1), np.int32)
 
 
 @dataclass(frozen=True, slots=True)
 class FactorTable:
-    """For each basis blade E of grade `k`, which coefficients are the coordinates of the vectors of a blade.
+    """For each basis blade E of grade `k`, the coefficients that are the coordinates of the factors of a blade.
 
     Attributes
     ----------
     place : array, (C(n, k), k, n)
-        Of the coefficient that is coordinate `j` of the vector that has ``e_i`` alone of the vectors of E.
+        Index of the coefficient that is coordinate `j` of factor `i`. Of the vectors of E, factor `i` contains only
+        the `i`-th.
     sign : array, (C(n, k), k, n)
         Its sign; 0 where the coordinate is zero.
     """
@@ -55,7 +57,7 @@ class FactorTable:
 
 @cache
 def factor_table(n: int, grade: int) -> FactorTable:
-    """The table that `factorize_blade` gathers by."""
+    """Return the table that `factorize_blade` uses."""
     blades = vectors_of(n, grade)
     found = np.zeros((len(blades), grade, n), np.int32)
     sign = np.zeros((len(blades), grade, n), np.int8)
@@ -73,11 +75,11 @@ def factor_table(n: int, grade: int) -> FactorTable:
 
 @dataclass(frozen=True, slots=True)
 class BladeTable:
-    """Conditions for coefficients to be those of a blade: Plücker relations with the largest coefficient in them.
+    """Conditions for coefficients to be those of a blade: Plücker relations that contain the largest coefficient.
 
-    With E the basis blade of that coefficient, every other S that lacks two or more vectors of E has one:
-    ``B_E B_S`` is a sum over the vectors of E that S lacks. In that order for all E and S, flat: the relations of E are
-    those from ``pivot[E]`` on, for the coefficients at `target`; the terms of a relation are those from ``first`` on.
+    Let E be the basis blade of that coefficient. There is one relation for each basis blade S that lacks two or more
+    vectors of E: ``B_E B_S`` is a sum over the vectors of E that S lacks. The relations of all E and S are stored flat:
+    those of E start at ``pivot[E]`` and determine the coefficients `target`; the terms of a relation start at `first`.
     """
 
     pivot: NDArray[np.int64]
@@ -89,18 +91,18 @@ class BladeTable:
 
 
 MOST_TERMS = 200_000
-"""The most terms that a `BladeTable` may have: enough for 10 vectors."""
+"""Maximum number of terms of a `BladeTable`: enough for 10 dimensions."""
 
 
 def blade_table_terms(n: int, grade: int) -> int:
-    """The number of terms that `blade_table` would have."""
+    """Return the number of terms that `blade_table` would have."""
     shared = (m * comb(grade, m) * comb(n - grade, m) for m in range(2, grade + 1))
     return comb(n, grade) * sum(shared)
 
 
 @cache
 def blade_table(n: int, grade: int) -> BladeTable:
-    """The conditions for blades of a grade, for sizes of up to `MOST_TERMS` terms."""
+    """Return the conditions for blades of a grade, for tables with up to `MOST_TERMS` terms."""
     masks = [sum(1 << i for i in row) for row in vectors_of(n, grade).tolist()]
     at = {mask: index for index, mask in enumerate(masks)}
     pivot, target, first, left, right, sign = [0], [], [0], [], [], []
@@ -132,16 +134,16 @@ def blade_table(n: int, grade: int) -> BladeTable:
 
 
 def _exchange(rest: int, more: int, vector: int) -> int:
-    """The sign of ``(rest ^ vector) (more without vector)`` in a Plücker relation."""
+    """Return the sign of ``(rest ^ vector) (more without vector)`` in a Plücker relation."""
     return 1 - 2 * (((more & (vector - 1)).bit_count() + (rest & -vector).bit_count()) & 1)
 
 
 @dataclass(frozen=True, slots=True)
 class WedgeTable:
-    """Outer products by a vector, for all grades in one flat array.
+    """Outer products with a vector, for all grades in one flat array.
 
-    The basis blade at place `p` of grade `k` is, up to sign, ``rest ^ e_vector`` in `k` ways, which stand from
-    ``start[k] + p k`` on; the sign of the `i`-th is ``(-1)**(k - 1 - i)``.
+    The basis blade with index `p` of grade `k` is, up to sign, a product ``rest ^ e_vector`` for `k` pairs, which start
+    at ``start[k] + p k``. The sign of the `i`-th pair is ``(-1)**(k - 1 - i)``.
     """
 
     rest: Integers
@@ -152,7 +154,7 @@ class WedgeTable:
 
 @cache
 def wedge_table(n: int) -> WedgeTable:
-    """The table of the outer product by a vector among `n` vectors."""
+    """Return the table of the outer product with a vector in `n` dimensions."""
     rests, vectors, start = [], [], [0]
     for k in range(n + 1):
         blades = vectors_of(n, k)
@@ -167,7 +169,7 @@ def wedge_table(n: int) -> WedgeTable:
 
 @dataclass(frozen=True, slots=True)
 class OuterTable:
-    """The outer product of two grades: rows are blades of the result, columns the ways to make them."""
+    """The outer product of two grades: rows are blades of the result, columns their terms."""
 
     left: Integers
     right: Integers
@@ -176,7 +178,7 @@ class OuterTable:
 
 @cache
 def outer_table(n: int, a: int, b: int) -> OuterTable:
-    """The table of the outer product of grades `a` and `b`, which together are at most `n`."""
+    """Return the table of the outer product of grades `a` and `b`, with a sum of at most `n`."""
     blades = vectors_of(n, a + b)
     first = vectors_of(a + b, a)
     second = np.array([sorted(set(range(a + b)) - set(c)) for c in first.tolist()], np.int32).reshape(len(first), b)

@@ -1,4 +1,4 @@
-"""Versors as lists of vectors: the multiplicative form, for up to 30 dimensions, in any metric."""
+"""Versors as products of vectors: the multiplicative form, for up to 30 dimensions, in any metric."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .gram import gram_matrix, nullity
 from .reflections import reflection_matrix, reflections_of
 
 _NULL = 1e-12
-"""A vector is null where its square, of that of its length and of the largest inner product, is below this."""
+"""A vector is null if its square, relative to its squared length and the largest inner product, is below this."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,21 +25,21 @@ class FactoredVersor:
     Parameters
     ----------
     vectors : array_like, (..., k, n)
-        None of them null, none zero; `n` is at most 30.
+        Vectors that are neither null nor zero; `n` is at most 30.
     gram : array_like, (n,) or (n, n), optional
-        Squares, or all inner products, of the basis vectors; Euclidean, left out.
+        Squares, or all inner products, of the basis vectors. Euclidean by default.
     scale : array_like, (...)
 
     Raises
     ------
     TypeError, ValueError
-        Where shapes do not fit, something is not finite or too large for a float, or a vector has no inverse.
+        If shapes are incompatible, numbers are not finite or overflow, or a vector has no inverse.
 
     Notes
     -----
-    Any metric will do for products, inverses and maps. `reduced`, by which a product keeps at most n vectors, follows
-    from the map of vectors, so that it needs a metric with at most one dimension orthogonal to all (as PGA has), and
-    maps with entries up to some thousands: rotations, motors and moderate boosts.
+    Products, inverses and maps are available in any metric. `reduced`, which limits products to n vectors, is computed
+    from the map of vectors. It requires a metric whose null space has at most one dimension (as in PGA), and maps with
+    entries up to some thousands: rotations, motors and moderate boosts.
     """
 
     vectors: Floats
@@ -68,7 +68,7 @@ class FactoredVersor:
 
     @classmethod
     def of_blade(cls, blade: FactoredBlade, gram: ArrayLike | None = None) -> FactoredVersor:
-        """A blade as a versor, by vectors that are orthogonal in the metric; null blades have none."""
+        """Return a blade as a versor, a product of vectors that are orthogonal in the metric; null blades fail."""
         vectors, _ = metric_factors(blade, gram_matrix(gram, blade.n))
         scale = blade.scale if blade.grade == 0 else 1.0
         return cls(vectors, gram, scale)
@@ -89,34 +89,34 @@ class FactoredVersor:
         return int(self.vectors.shape[-2])
 
     def matrix(self) -> Floats:
-        """The orthogonal maps ``x -> v grade_involution(x) v**-1`` of vectors, ``(..., n, n)``; images are columns."""
+        """Return the orthogonal maps ``x -> v grade_involution(x) v**-1`` of vectors, ``(..., n, n)``."""
         each = reflection_matrix(self.vectors, self.gram)
         start = np.broadcast_to(np.eye(self.n), (*self.shape, self.n, self.n))
         return np.asarray(reduce(np.matmul, (each[..., i, :, :] for i in range(self.n_vectors)), start))
 
     def norm_squared(self) -> Floats:
-        """``v ~v``."""
+        """Return ``v ~v``."""
         squares = (self.vectors @ self.gram * self.vectors).sum(-1)
         return np.asarray(self.scale**2 * squares.prod(-1))
 
     def reverse(self) -> FactoredVersor:
-        """The product in the opposite order."""
+        """Return the reverse: the product in the opposite order."""
         return FactoredVersor(self.vectors[..., ::-1, :], self.gram, self.scale)
 
     def inverse(self) -> FactoredVersor:
-        """``~v / (v ~v)``."""
+        """Return the inverse ``~v / (v ~v)``."""
         return FactoredVersor(self.vectors[..., ::-1, :], self.gram, self.scale / self.norm_squared())
 
     def geometric_product(self, other: FactoredVersor) -> FactoredVersor:
-        """The product with another; one of more than n vectors is made again of at most n, where `reduced` can.
+        """Return the product with another versor. Products of more than n vectors are simplified by `reduced`.
 
-        It cannot where two or more dimensions are orthogonal to all, and where boosts are so strong that the map has
-        no accurate reflections; then the product keeps all its vectors, and is as good.
+        If `reduced` fails, because the null space of the metric has two or more dimensions or because the map of a
+        strong boost has no accurate reflections, the product keeps all its vectors. It is equally accurate.
 
         Raises
         ------
         TypeError, ValueError
-            Where the other is no FactoredVersor of the same metric.
+            If `other` is not a FactoredVersor of the same metric.
         """
         if not isinstance(other, FactoredVersor):
             raise TypeError(f"other: {type(other).__name__}; expected FactoredVersor")
@@ -133,23 +133,23 @@ class FactoredVersor:
             return product
 
     def apply(self, x: FactoredBlade) -> FactoredBlade:
-        """``v x v**-1`` (with the grade involution for odd versors) on blades, vector by vector."""
+        """Return ``v x v**-1`` for blades (with the grade involution for odd versors), computed vector by vector."""
         if not isinstance(x, FactoredBlade) or x.n != self.n:
             raise ValueError(f"x: {type(x).__name__}; expected FactoredBlade of {self.n} vectors")
         moved = FactoredBlade.of_vectors(x.vectors @ np.swapaxes(self.matrix(), -1, -2))
         return _made(moved.vectors, moved.scale * x.scale)
 
     def reduced(self) -> FactoredVersor:
-        """The same versors with as few vectors as their maps need, the same number for the whole batch.
+        """Return the same versors with as few vectors as their maps require, the same number for the whole batch.
 
-        The vectors are those of `reflections_of`; the size of the scale follows from ``v ~v``, its sign from the
-        scalar part of the product of the old vectors and the new ones reversed, which is a Pfaffian of inner products.
+        The vectors are computed by `reflections_of`. The magnitude of the scale follows from ``v ~v``, its sign from
+        the scalar part of the product of the old vectors and the reversed new vectors, a Pfaffian of inner products.
 
         Raises
         ------
         ValueError
-            In a metric in which more than one dimension is orthogonal to all: there a versor is more than its map. And
-            where `reflections_of` finds none.
+            If the null space of the metric has more than one dimension, where a versor is not determined by its map, or
+            if `reflections_of` fails.
         """
         if nullity(self.gram) > 1:
             raise ValueError("reduced: two or more dimensions are orthogonal to all; expected one at most")
@@ -167,12 +167,12 @@ class FactoredVersor:
         return FactoredVersor(vectors.reshape(*self.shape, count, self.n), self.gram, scales.reshape(self.shape))
 
     def _some_vector(self) -> Floats:
-        squares, turn = np.linalg.eigh(self.gram)
-        return np.asarray(turn[:, int(np.argmax(np.abs(squares)))])
+        squares, axes = np.linalg.eigh(self.gram)
+        return np.asarray(axes[:, int(np.argmax(np.abs(squares)))])
 
 
 def _ratio(old: Floats, new: Floats, gram: Floats) -> float:
-    """The number that a product of vectors is of another one with the same map."""
+    """Return the ratio of two products of vectors with the same map."""
     squares = [(v @ gram * v).sum(-1) for v in (old, new)]
     size = float(np.exp((np.log(np.abs(squares[0])).sum() - np.log(np.abs(squares[1])).sum()) / 2))
     both = np.concatenate([old, new[::-1]])
@@ -180,9 +180,9 @@ def _ratio(old: Floats, new: Floats, gram: Floats) -> float:
 
 
 def _pfaffian(products: Floats) -> float:
-    """The scalar part of the geometric product of vectors, from their inner products (the upper triangle counts).
+    """Return the sign of the scalar part of a geometric product of vectors, from the upper triangle of inner products.
 
-    Elimination with pivots, two rows at a time (Parlett & Reid 1970), rescaled as it goes: only the sign is exact.
+    The method is elimination with pivoting, two rows at a time (Parlett & Reid 1970).
     """
     a = np.triu(products, 1)
     a = a - a.T

@@ -625,11 +625,11 @@ BAD = (
     (lambda: distance("cube", [0.0], "point", [0.0] * 3), ValueError, "kind 'cube'; expected point, point pair"),
     (lambda: distance("line", np.zeros(5), "point", np.zeros(3)), ValueError, "one: shape .5,.; expected .*6.*a line"),
     (lambda: distance("point", ["a"] * 3, "point", np.zeros(3)), TypeError, "one: dtype"),
-    (lambda: angle("point", np.zeros(3), "line", np.ones(6)), ValueError, "point and line have none"),
+    (lambda: angle("point", np.zeros(3), "line", np.ones(6)), ValueError, "not defined for point and line"),
     (
         lambda: project("sphere", np.ones(5), "line", np.ones(6)),
         ValueError,
-        "no sphere on a line; expected it on nothing",
+        "not defined for a sphere on a line; expected it on nothing",
     ),
     (lambda: project("line", np.ones(6), "circle", np.ones(10)), ValueError, "expected it on point, plane or sphere"),
     (lambda: similarity_between("line", np.ones(6), np.ones(6)), ValueError, "expected point pair, circle or sphere"),

@@ -150,9 +150,9 @@ def test_meshes_that_make_no_sense() -> None:
     )
     for arguments, message in (
         ((np.zeros(3), np.ones(3), vertices, [[0, 1, 3]]), "faces: vertices 0 to 3"),
-        ((np.zeros(3), np.ones(3), vertices, [[0, 1]]), "three whole numbers"),
-        ((np.zeros(3), np.ones(3), vertices, [[0.0, 1, 2]]), "three whole numbers"),
-        ((np.zeros((2, 3)), np.ones((3, 3)), vertices, faces), "go together"),
+        ((np.zeros(3), np.ones(3), vertices, [[0, 1]]), "three integers"),
+        ((np.zeros(3), np.ones(3), vertices, [[0.0, 1, 2]]), "three integers"),
+        ((np.zeros((2, 3)), np.ones((3, 3)), vertices, faces), "leading axes that broadcast"),
         ((np.zeros(2), np.ones(3), vertices, faces), "origins"),
     ):
         with pytest.raises(ValueError, match=message):

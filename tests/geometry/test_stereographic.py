@@ -70,7 +70,7 @@ def test_poles_and_refusals() -> None:
     assert np.isnan(stereographic_projection([np.nan, 0.0, 1.0])).all()
     assert stereographic_projection(np.empty((0, 3))).shape == (0, 2)
     assert stereographic_projection(np.float32([0.6, 0.8])).dtype == np.float32
-    with pytest.raises(ValueError, match="a square of 4"):
+    with pytest.raises(ValueError, match="a squared length of 4"):
         stereographic_projection([[0, 0, 1.0], [0, 2, 0]])
     with pytest.raises(ValueError, match="shape"):
         stereographic_projection([1.0])

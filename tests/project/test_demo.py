@@ -34,7 +34,7 @@ def test_demo(tmp_path: Path, backend: str) -> None:
         "motor_product",
         "fundamental_matrix_from_cameras",
         "ulp",
-        "Inverse of the transform less the image",
+        "Error of the inverse transform",
     ):
         assert text in done.stdout
     assert f"Backend {backend or ''}" in done.stdout
@@ -53,7 +53,7 @@ def test_demo_says_where_it_cannot_write(tmp_path: Path) -> None:
     assert done.returncode == 1
     assert done.stdout == ""
     assert len(done.stderr.splitlines()) == 1
-    assert "expected a folder to write to" in done.stderr
+    assert "expected a writable folder" in done.stderr
     assert (tmp_path / "file").read_text() == "kept"
 
 

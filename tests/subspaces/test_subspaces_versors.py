@@ -265,7 +265,7 @@ BAD = {
     "no versor to multiply": (lambda: PLANE.geometric_product(3), TypeError, "other: int"),
     "no rotation": (lambda: reflections_of(2 * np.eye(3)), ValueError, "keeps them"),
     "not square": (lambda: reflections_of(np.ones((2, 3))), ValueError, r"expected \(n, n\)"),
-    "radical": (lambda: reflections_of(np.diag([1.0, 2.0]), [1, 0]), ValueError, "leaves alone"),
+    "radical": (lambda: reflections_of(np.diag([1.0, 2.0]), [1, 0]), ValueError, "fixes the vectors"),
     "no versor": (lambda: factorize_versor([1.0, 1, 0, 0]), ValueError, "no versor"),
     "zero": (lambda: factorize_versor(np.zeros(4)), ValueError, "zero"),
     "not a power": (lambda: classify([1.0, 2, 3]), ValueError, r"2\*\*n"),

@@ -133,7 +133,7 @@ class ThreeParallel:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ParallelAxes:
-    """Planar arms and SCARA: one to three revolute joints with parallel axes, and at most one parallel prismatic joint."""
+    """Planar arms and SCARA: one to three revolute joints with parallel axes, at most one parallel prismatic joint."""
 
     chain: Chain
     turns: tuple[int, ...]

@@ -142,7 +142,7 @@ class Elimination:
         return which, q
 
     def _configurations(self, root: Reals, vector: Reals, sides: tuple[Reals, ...], goals: Reals) -> Reals:
-        """Return configurations (K, 6) from values of the third variable, (K,), and monomials of the next two, (K, M)."""
+        """Return configurations (K, 6) from values (K,) of the third variable and monomials (K, M) of the next two."""
         chain, (base, triangle, constant) = self.chain, sides
         monomials = vector.reshape(-1, 4, vector.shape[-1] // 4)[:, :3, :3]
         x = [root, _ratio(monomials), _ratio(monomials.swapaxes(-1, -2))]
