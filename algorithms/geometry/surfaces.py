@@ -1,7 +1,8 @@
-"""Ruled surfaces, conics and cycloidal curves: what motors, dilators and meets make of points and lines.
+"""Ruled surfaces, conics and cycloidal curves, generated from points and lines by motors, dilators and intersections.
 
-All stand in one place, about the z axis and the origin, as arrays of points: the first axis of a surface is that of its
-first argument. ``generated.pga3.move_point`` puts them elsewhere. Angles are in radians.
+All curves and surfaces are arrays of points in a standard position about the z axis and the origin. The first axis of
+the array of a surface corresponds to the first argument. Use ``generated.pga3.move_point`` to move them. Angles are in
+radians.
 """
 
 from __future__ import annotations
@@ -21,16 +22,17 @@ _AXIS = np.array([1.0, 0, 0, 0, 0, 0])
 
 
 def cycloidal_curve(angles: ArrayLike, arm: float, rate: float, radius: float) -> Reals:
-    """The curve of a point that turns about a point that turns about the origin: two rotors, one after the other.
+    """Return a cycloidal curve: a point rotates about a centre that itself rotates about the origin.
 
-    ``radius (cos t, sin t) + arm (cos rate t, sin rate t)`` in the plane z = 0. With circles of radii R and r, an
-    epicycloid has the radius R + r, the arm -r and the rate (R + r) / r; a hypocycloid R - r, r and -(R - r) / r; with
-    another arm they are trochoids. With the rate -1 it is an ellipse with the semi-axes radius + arm and radius - arm.
+    The curve is ``radius (cos t, sin t) + arm (cos rate t, sin rate t)`` in the plane z = 0, computed by two rotors.
+    For circles with radii R and r, an epicycloid has radius R + r, arm -r and rate (R + r) / r; a hypocycloid has
+    R - r, r and -(R - r) / r. Other arms give trochoids. The rate -1 gives an ellipse with the semi-axes radius + arm
+    and radius - arm.
 
     Parameters
     ----------
     angles : array_like, (n,)
-        Of the first rotor.
+        Angles t of the first rotor.
     arm, rate, radius : float
 
     Returns
@@ -40,7 +42,7 @@ def cycloidal_curve(angles: ArrayLike, arm: float, rate: float, radius: float) -
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type, or is not finite.
+        If an argument has a wrong shape or type, or is not finite.
     """
     turned = real_array(angles, "angles", (-1,), "angles")
     arm, rate, radius = (finite_number(x, name) for x, name in ((arm, "arm"), (rate, "rate"), (radius, "radius")))
@@ -50,15 +52,15 @@ def cycloidal_curve(angles: ArrayLike, arm: float, rate: float, radius: float) -
 
 
 def cone(angles: ArrayLike, lengths: ArrayLike, half_angle: float) -> Reals:
-    """The cone with its apex in the origin: a line through it, turned about the axis.
+    """Return a cone with its apex at the origin: a line through the apex, rotated about the axis.
 
     Parameters
     ----------
     angles : array_like, (n,)
     lengths : array_like, (m,)
-        Along the line from the apex, both nappes by their sign.
+        Positions along the line, measured from the apex. The sign selects the nappe.
     half_angle : float
-        From the axis, in (0, pi/2).
+        The angle between line and axis, in (0, pi/2).
 
     Returns
     -------
@@ -67,20 +69,20 @@ def cone(angles: ArrayLike, lengths: ArrayLike, half_angle: float) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type, or the angle is none of a cone.
+        If an argument has a wrong shape or type, or the angle is not in (0, pi/2).
     """
     return _turned(angles, pga3.point_on_line(_generator(half_angle), real_array(lengths, "lengths", (-1,), "lengths")))
 
 
 def cone_over(directrix: ArrayLike, lengths: ArrayLike, apex: ArrayLike) -> Reals:
-    """The cone of all lines that join an apex to the points of a curve.
+    """Return the cone of all lines that join an apex to the points of a curve.
 
     Parameters
     ----------
     directrix : array_like, (n, 3)
-        Points of the curve, none of them the apex.
+        Points of the curve, different from the apex.
     lengths : array_like, (m,)
-        In units of the distance of apex and point: 0 gives the apex, 1 the curve.
+        Positions along the lines in units of the distance between apex and point: 0 is the apex, 1 the curve.
     apex : array_like, (3,)
 
     Returns
@@ -90,7 +92,7 @@ def cone_over(directrix: ArrayLike, lengths: ArrayLike, apex: ArrayLike) -> Real
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type.
+        If an argument has a wrong shape or type.
     """
     curve, top = real_array(directrix, "directrix", (-1, 3), "points"), real_array(apex, "apex", (3,), "a point")
     along = real_array(lengths, "lengths", (-1,), "lengths")
@@ -101,21 +103,21 @@ def cone_over(directrix: ArrayLike, lengths: ArrayLike, apex: ArrayLike) -> Real
 
 
 def conic(angles: ArrayLike, half_angle: float, plane: ArrayLike) -> Reals:
-    """The section of a cone about the z axis with a plane: its lines met with the plane.
+    """Return the section of a cone about the z axis with a plane: the intersections of its lines with the plane.
 
     Parameters
     ----------
     angles : array_like, (n,)
-        Of the lines of the cone.
+        Angles of the lines of the cone.
     half_angle : float
-        Of the cone, in (0, pi/2).
+        Half the opening angle of the cone, in (0, pi/2).
     plane : array_like, (4,)
-        Of `generated.pga3`.
+        A plane of `generated.pga3`.
 
     Returns
     -------
     array, (n, 3)
-        Infinite or not numbers where a line is parallel to the plane.
+        Infinite or NaN where a line is parallel to the plane.
 
     Raises
     ------
@@ -130,16 +132,17 @@ def conic(angles: ArrayLike, half_angle: float, plane: ArrayLike) -> Reals:
 
 
 def conic_type(half_angle: float, plane: ArrayLike) -> Literal["ellipse", "parabola", "hyperbola"]:
-    """What a plane cuts out of a cone about the z axis, by the angle of axis and plane; parabolas to 1e-12.
+    """Return the type of the section of a cone about the z axis with a plane.
 
-    A plane through the apex gives what the curve degenerates to: a point, a line or two lines.
+    The type is determined by the angle between axis and plane, with a tolerance of 1e-12 for parabolas. For a plane
+    through the apex it is the type of the curve that degenerates to a point, a line or two lines.
 
     Parameters
     ----------
     half_angle : float
-        Of the cone, in (0, pi/2).
+        Half the opening angle of the cone, in (0, pi/2).
     plane : array_like, (4,)
-        Of `generated.pga3`.
+        A plane of `generated.pga3`.
 
     Returns
     -------
@@ -159,15 +162,15 @@ def conic_type(half_angle: float, plane: ArrayLike) -> Literal["ellipse", "parab
 
 
 def helicoid(angles: ArrayLike, lengths: ArrayLike, pitch: float) -> Reals:
-    """The helicoid: the x axis in a screw motion about the z axis.
+    """Return a helicoid: the x axis in a screw motion about the z axis.
 
     Parameters
     ----------
     angles : array_like, (n,)
     lengths : array_like, (m,)
-        Along the moving line.
+        Positions along the moving line.
     pitch : float
-        Along the axis for each radian.
+        Translation along the axis per radian.
 
     Returns
     -------
@@ -176,7 +179,7 @@ def helicoid(angles: ArrayLike, lengths: ArrayLike, pitch: float) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type.
+        If an argument has a wrong shape or type.
     """
     turned = real_array(angles, "angles", (-1,), "angles")
     motors = pga3.motor_from_screw_pitch(_AXIS, turned, finite_number(pitch, "pitch"))
@@ -184,7 +187,7 @@ def helicoid(angles: ArrayLike, lengths: ArrayLike, pitch: float) -> Reals:
 
 
 def hyperboloid(angles: ArrayLike, lengths: ArrayLike, radius: float, slope: float) -> Reals:
-    """The hyperboloid of one sheet: a line skew to the z axis, turned about it.
+    """Return a hyperboloid of one sheet: a line skew to the z axis, rotated about it.
 
     ``(x**2 + y**2) / radius**2 - z**2 / (radius / slope)**2 = 1``.
 
@@ -192,11 +195,11 @@ def hyperboloid(angles: ArrayLike, lengths: ArrayLike, radius: float, slope: flo
     ----------
     angles : array_like, (n,)
     lengths : array_like, (m,)
-        Along the line, from its point nearest to the axis.
+        Positions along the line, measured from its point nearest to the axis.
     radius : float
-        The distance of line and axis, not 0.
+        The distance between line and axis, not 0.
     slope : float
-        The tangent of their angle; the other family of lines has the other sign.
+        The tangent of the angle between line and axis. The opposite sign gives the other family of lines.
 
     Returns
     -------
@@ -205,24 +208,24 @@ def hyperboloid(angles: ArrayLike, lengths: ArrayLike, radius: float, slope: flo
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type.
+        If an argument has a wrong shape or type.
     """
     radius, slope = finite_number(radius, "radius"), finite_number(slope, "slope")
     return _turned(angles, _on_line([radius, 0, 0], [0, slope, 1.0], lengths))
 
 
 def conoid(angles: ArrayLike, lengths: ArrayLike, heights: ArrayLike) -> Reals:
-    """A right conoid: a line that meets the z axis at right angles, turned about it and moved along it.
+    """Return a right conoid: a line that intersects the z axis at right angles, rotated about it and moved along it.
 
-    Pluecker's has the heights ``sin(2 angle)``, the helicoid those of one angle.
+    Plücker's conoid has heights ``sin(2 angle)``; heights proportional to the angle give the helicoid.
 
     Parameters
     ----------
     angles : array_like, (n,)
     lengths : array_like, (m,)
-        Along the line from the axis.
+        Positions along the line, measured from the axis.
     heights : array_like, (n,)
-        Along the axis, for each angle.
+        Translation along the axis for each angle.
 
     Returns
     -------
@@ -231,7 +234,7 @@ def conoid(angles: ArrayLike, lengths: ArrayLike, heights: ArrayLike) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type.
+        If an argument has a wrong shape or type.
     """
     turned = real_array(angles, "angles", (-1,), "angles")
     raised = real_array(heights, "heights", (len(turned),), "one for each angle")
@@ -239,16 +242,16 @@ def conoid(angles: ArrayLike, lengths: ArrayLike, heights: ArrayLike) -> Reals:
 
 
 def ellipsoid(angles: ArrayLike, latitudes: ArrayLike, semi_axes: ArrayLike) -> Reals:
-    """The ellipsoid: an ellipse, a cycloidal curve, dilated by ``cos(latitude)`` and moved along the z axis.
+    """Return an ellipsoid: an ellipse (a cycloidal curve) dilated by ``cos(latitude)`` and moved along the z axis.
 
     Parameters
     ----------
     angles : array_like, (n,)
-        Of the points of the ellipse.
+        Angles of the points of the ellipse.
     latitudes : array_like, (m,)
         In (-pi/2, pi/2).
     semi_axes : array_like, (3,)
-        Along x, y and z; positive.
+        Positive semi-axes along x, y and z.
 
     Returns
     -------
@@ -257,7 +260,7 @@ def ellipsoid(angles: ArrayLike, latitudes: ArrayLike, semi_axes: ArrayLike) -> 
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type, or a semi-axis or a cosine is not positive.
+        If an argument has a wrong shape or type, or a semi-axis or a cosine is not positive.
     """
     a, b, c = (float(x) for x in _positive(real_array(semi_axes, "semi_axes", (3,), "three lengths"), "semi_axes"))
     latitude = real_array(latitudes, "latitudes", (-1,), "latitudes")
@@ -270,20 +273,20 @@ def ellipsoid(angles: ArrayLike, latitudes: ArrayLike, semi_axes: ArrayLike) -> 
 
 
 def sphere_cone_curve(angles: ArrayLike, half_angle: float, sphere: ArrayLike) -> Reals:
-    """The curve in which a cone about the z axis meets a sphere: its lines met with the sphere.
+    """Return the intersection of a cone about the z axis with a sphere, computed line by line.
 
     Parameters
     ----------
     angles : array_like, (n,)
     half_angle : float
-        Of the cone, in (0, pi/2).
+        Half the opening angle of the cone, in (0, pi/2).
     sphere : array_like, (5,)
-        Of `generated.cga3`.
+        A sphere of `generated.cga3`.
 
     Returns
     -------
     array, (n, 2, 3)
-        Both points of every line; not numbers where it does not meet the sphere.
+        Both points of every line. NaN where the line does not intersect the sphere.
 
     Raises
     ------
@@ -303,7 +306,7 @@ def _generator(half_angle: float) -> Reals:
 
 
 def _on_line(p: ArrayLike, direction: ArrayLike, lengths: ArrayLike) -> Reals:
-    """Points on the line through a point nearest to the origin, at multiples of a direction of any length."""
+    """Return points at multiples of a direction of any length, on the line through `p`, its point closest to 0."""
     line = pga3.normalize_line(pga3.join_point_direction(p, direction))
     size = np.linalg.norm(np.asarray(direction))
     return np.asarray(pga3.point_on_line(line, size * real_array(lengths, "lengths", (-1,), "lengths")))

@@ -1,4 +1,4 @@
-"""Dynamics of kinematic trees, computed by the loop kernels of `generated.robots`."""
+"""Dynamics of kinematic trees, computed by the loop kernels of `generated.robots`. One class in one file."""
 
 from __future__ import annotations
 

@@ -2,6 +2,7 @@
 
 Visual and collision elements and data for controllers are ignored. Lengths are in metres, angles in radians. `rpy`
 holds rotations about the fixed axes x, y, z in this order (http://wiki.ros.org/urdf/XML).
+One format in one file.
 """
 
 from __future__ import annotations

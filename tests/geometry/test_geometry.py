@@ -545,7 +545,7 @@ def test_fits_of_too_little() -> None:
     for fit, least in ((fit_line, 2), (fit_plane, 3), (fit_circle, 3), (fit_sphere, 4)):
         with pytest.raises(ValueError, match=r"points: nan at \(2, 1\); expected finite"):
             fit([[0, 0, 0], [1, 0, 0], [0, np.nan, 0], [0, 0, 1]])
-        with pytest.raises(ValueError, match=f"expected {least} or more"):
+        with pytest.raises(ValueError, match=f"expected at least {least}"):
             fit(np.zeros((least - 1, 3)))
 
 

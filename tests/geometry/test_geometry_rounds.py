@@ -93,7 +93,7 @@ def test_what_fits_nothing_is_said() -> None:
     for fit in (fit_cylinder, fit_cone):
         for points in (same, line):
             assert not fit(points).determined and np.isnan(fit(points).residual)
-        with pytest.raises(ValueError, match="points: 3 of them"):
+        with pytest.raises(ValueError, match="points: 3 points"):
             fit(random.normal(size=(3, 3)))
         with pytest.raises(ValueError, match=r"points: (nan|inf) at \(.*\); expected finite"):
             fit(np.full((9, 3), np.nan))

@@ -275,7 +275,7 @@ def test_motion_under_forces_does_their_work() -> None:
     work = 0.01 / 3 * (power[0] + power[-1] + (weights[:, None] * power[1:-1]).sum(0))
     energy = arm.kinetic_energy(q, qd) + arm.potential_energy(q)
     assert energy[-1] - energy[0] == pytest.approx(work, abs=1e-6)
-    with pytest.raises(ArithmeticError, match="take a shorter step"):
+    with pytest.raises(ArithmeticError, match="use a shorter step"):
         arm.simulate([0.1, 0.2], [40.0, -90.0], 0.3, 3)
 
 
@@ -356,7 +356,7 @@ def test_named_robots_with_their_own_kernels(name: str) -> None:
     assert np.abs(folded.inverse_dynamics(q, qd, qdd) - tau).max() < 1e-12
     assert np.abs(folded.coriolis(q, qd) - plain.coriolis(q, qd)).max() < 1e-12
     assert np.abs(folded.forward_dynamics(q, qd, tau) - qdd).max() < 1e-9
-    with pytest.raises(DescriptionError, match=r"another robot's"):
+    with pytest.raises(DescriptionError, match="belongs to another robot"):
         Robot.named("puma560").with_module(folded.module)
 
 
@@ -384,7 +384,7 @@ def test_leading_axes_types_and_order() -> None:
 
 
 def test_masses_that_are_missing_or_wrong() -> None:
-    with pytest.raises(MissingInertiaError, match="nothing known of masses"):
+    with pytest.raises(MissingInertiaError, match="unknown masses"):
         Robot.named("iiwa").mass_matrix(np.zeros(7))
     with pytest.raises(JointCountError, match="1 bodies for 2 joints"):
         Robot.from_dh([{}, {}], bodies=[Body(1.0)])

@@ -239,5 +239,5 @@ def test_wrong_tables(rows: Any, convention: Any, error: type[Exception], messag
 
 
 def test_unknown_robot() -> None:
-    with pytest.raises(ValueError, match="robot 'puma': not known; expected one of puma560, stanford, ur5, panda"):
+    with pytest.raises(ValueError, match="robot 'puma': unknown; expected one of puma560, stanford, ur5, panda"):
         Robot.named("puma")

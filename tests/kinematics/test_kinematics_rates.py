@@ -149,7 +149,7 @@ def test_screws_give_the_same_robot_as_the_table() -> None:
 def test_screws_that_are_none() -> None:
     z, one = np.array([[1.0, 0, 0, 0, 0, 0]]), np.eye(8)[0]
     for axes in ([[0.0, 0, 0, 1, 0, 0]], [[1.0, 0, 0, 0, 0, 1]], [[np.nan, 0, 0, 0, 0, 0]]):
-        with pytest.raises(DescriptionError, match="axes that are no lines"):
+        with pytest.raises(DescriptionError, match="axes: not lines"):
             Robot.from_screws(axes, one)
     with pytest.raises(DescriptionError, match="expected a unit motor"):
         Robot.from_screws(z, 2 * one)
@@ -185,7 +185,7 @@ def test_robots_are_pickled_and_copied() -> None:
 def test_limits_the_wrong_way_and_names_of_no_robot() -> None:
     with pytest.raises(DescriptionError, match="limits of joint 1"):
         replace(Robot.named("ur5"), limits=np.array([[-1.0, 1, 1, 1], [1, -1, 1, 1], *[[0, 0, 1, 1]] * 4]))
-    with pytest.raises(TypeError, match="expected a name"):
+    with pytest.raises(TypeError, match="expected one of the names"):
         Robot.named(5)  # type: ignore[arg-type]
     assert Robot.named("KUKA iiwa").name == "iiwa" and Robot.named("UR-5").name == "ur5"
 

@@ -120,11 +120,11 @@ def test_modules_of_other_robots_are_refused() -> None:
     }
     for part, others in cases.items():
         for other in others:
-            with pytest.raises(DescriptionError, match=rf"ur5: module generated.ur5 is another robot's.*{part}"):
+            with pytest.raises(DescriptionError, match=rf"ur5: module generated.ur5 belongs .*: different .*{part}"):
                 other.with_module(ur5)
             assert other.uses["inverse_dynamics"] == "generated.robots" or part == "tool"
     unsigned = SimpleNamespace(__name__="old", forward=ur5.forward, jacobian=ur5.jacobian)
-    with pytest.raises(DescriptionError, match="module old is another robot's, made from other axes, joints, tool"):
+    with pytest.raises(DescriptionError, match="module old belongs to another robot: different axes, joints, tool"):
         robot.with_module(unsigned)
     assert replace(robot, module=unsigned).uses["forward"] == "generated.robots"
     for wrong in (None, 5, "ur5", np):
@@ -265,7 +265,7 @@ def test_a_spec_that_was_edited_is_another_robots(pendulum: Robot, tmp_path: Pat
     )
     robot = Robot.from_urdf(path)
     assert robot.with_module(written(path, tmp_path)).uses["mass_matrix"] != "generated.robots"
-    with pytest.raises(DescriptionError, match="made from other bodies"):
+    with pytest.raises(DescriptionError, match="different bodies"):
         robot.with_module(written(path, tmp_path, lambda text: text.replace("(2.25, ", "(7.25, ")))
 
 

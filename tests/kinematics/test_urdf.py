@@ -202,7 +202,7 @@ BAD = {
                      CyclicTreeError, "link 'c' is carried by 'x' already"),
     "two bases": ([*map(link, "abc"), joint("x", "revolute", "a", "b")], DescriptionError, "expected one base"),
     "unknown type": ([*map(link, "ab"), joint("x", "helical", "a", "b")], UnknownJointTypeError, "type 'helical'"),
-    "nothing moves": ([*map(link, "ab"), joint("x", "fixed", "a", "b")], JointCountError, "no joint that moves"),
+    "nothing moves": ([*map(link, "ab"), joint("x", "fixed", "a", "b")], JointCountError, "no moving joint"),
     "no axis": ([*map(link, "ab"), joint("x", "revolute", "a", "b", '<axis xyz="0 0 0"/>')],
                 DescriptionError, "axis of length 0"),
     "unknown link": ([*map(link, "ab"), joint("x", "revolute", "a", "c")], DescriptionError, "child 'c' is no link"),

@@ -385,7 +385,7 @@ def test_motors_from_noisy_points_and_objects_that_are_too_few(rng: np.random.Ge
     for call in (rotor_from_vectors, motor_from_points, lambda *ends: motor_from_objects(points=ends)):
         with pytest.raises(ValueError, match=r"nan at .*expected finite"):
             call(a[0], b[0] * [1, np.nan, 1])
-    with pytest.raises(ValueError, match="lines: 1 and 2 of them"):
+    with pytest.raises(ValueError, match="lines: 1 and 2 objects"):
         motor_from_objects(lines=(np.ones((1, 6)), np.ones((2, 6))))
 
 

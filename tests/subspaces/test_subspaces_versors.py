@@ -263,7 +263,7 @@ BAD = {
     "zero vector": (lambda: FactoredVersor([[0.0, 0.0]]), ValueError, "null or zero"),
     "other metric": (lambda: PLANE.geometric_product(FactoredVersor(np.eye(2), [1, -1])), ValueError, "metric"),
     "no versor to multiply": (lambda: PLANE.geometric_product(3), TypeError, "other: int"),
-    "no rotation": (lambda: reflections_of(2 * np.eye(3)), ValueError, "keeps them"),
+    "no rotation": (lambda: reflections_of(2 * np.eye(3)), ValueError, "preserves them"),
     "not square": (lambda: reflections_of(np.ones((2, 3))), ValueError, r"expected \(n, n\)"),
     "radical": (lambda: reflections_of(np.diag([1.0, 2.0]), [1, 0]), ValueError, "fixes the vectors"),
     "no versor": (lambda: factorize_versor([1.0, 1, 0, 0]), ValueError, "no versor"),
