@@ -74,8 +74,8 @@ def rotor_to_euler(sequence: str, rotor: ArrayLike, *, fixed_axes: bool = False)
     if np.array_equal(first, third):
         found = pga3.rotor_to_proper_euler_angles(given, one, two)
     else:
-        handed = np.array([1, 1, np.linalg.det([first, second, third])], given.dtype)
-        found = pga3.rotor_to_tait_bryan_angles(given, one, two) * handed
+        orientation = np.array([1, 1, np.linalg.det([first, second, third])], given.dtype)
+        found = pga3.rotor_to_tait_bryan_angles(given, one, two) * orientation
     return np.asarray(found[..., ::-1] if fixed_axes else found)
 
 

@@ -128,7 +128,7 @@ def test_modules_of_other_robots_are_refused() -> None:
         robot.with_module(unsigned)
     assert replace(robot, module=unsigned).uses["forward"] == "generated.robots"
     for wrong in (None, 5, "ur5", np):
-        with pytest.raises(TypeError, match=r"ur5: module .*; expected one that gac robot wrote"):
+        with pytest.raises(TypeError, match=r"ur5: module .*; expected a module written by gac robot"):
             robot.with_module(wrong)
 
 

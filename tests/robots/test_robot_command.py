@@ -85,7 +85,7 @@ def test_methods_and_languages(tmp_path: Path) -> None:
 
 
 def test_robots_that_there_are_not(tmp_path: Path) -> None:
-    with pytest.raises(SpecError, match="not known; expected one of puma560"):
+    with pytest.raises(SpecError, match="unknown; expected one of puma560"):
         robot_spec("r2d2", None, None, ())
     with pytest.raises(SpecError, match="No such file"):
         robot_spec(str(tmp_path / "none.urdf"), None, None, ())
