@@ -56,6 +56,7 @@ class Attempts:
     forward_dynamics: Method = _nothing
     gravity: Method = _nothing
     inverse_dynamics: Method = _nothing
+    inverse_mass_matrix: Method = _nothing
     jacobian: Method = _nothing
     jacobian_rate: Method = _nothing
     kinetic_energy: Method = _nothing
@@ -69,7 +70,7 @@ class _BoundOnce(cached_property[Any]):
     def __get__(self, computed: Any, owner: type | None = None) -> Any:
         found = super().__get__(computed, owner)
         if computed is not None and self.attrname in computed.tried:
-            setattr(computed.attempts, self.attrname, found.attempt)
+            setattr(computed.attempts, str(self.attrname), found.attempt)
         return found
 
 

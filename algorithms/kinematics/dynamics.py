@@ -159,6 +159,10 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
+        attempt = self._attempts.inverse_mass_matrix
+        found = attempt(q)
+        if found is not None:
+            return found  # type: ignore[no-any-return]
         self._need_inertia()
         return self._run(self._computed.inverse_mass_matrix, ("q",), q)  # type: ignore[no-any-return]
 
