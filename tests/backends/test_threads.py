@@ -117,4 +117,4 @@ def test_a_pool_of_threads_does_not_outlive_a_fork() -> None:
         text=True,
         cwd=root,
     )
-    assert wrong.returncode == 1 and "GAC_NUM_THREADS: 'many'; expected a positive number" in wrong.stderr
+    assert wrong.returncode == 1 and "GAC_NUM_THREADS: 'many'; expected a positive integer" in wrong.stderr
