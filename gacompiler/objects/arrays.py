@@ -1,8 +1,8 @@
-"""Multivectors with numbers in them: one, or an array of any shape, each with a layout.
+"""Numeric multivectors with a layout: single ones and arrays of any shape.
 
-A single multivector of doubles lives in the object itself where the extension of generated modules can be built; its
-operators then go from the interpreter straight to the compiled function. Everything else is a numpy array and a layout.
-The two and what they share are one file, because each makes the other and neither can be loaded first.
+If the extension of generated modules can be built, a single multivector of doubles stores its coefficients in the
+object itself, and its operators call the compiled function directly from the interpreter. All other objects are a numpy
+array and a layout. Both kinds are in one file because each creates objects of the other.
 """
 
 from __future__ import annotations
@@ -38,48 +38,48 @@ SYMBOLS = {
     for symbol in (each.row.operator, *each.row.object_operators)
     if symbol
 }
-"""What Python's operators mean, by their symbol and the number of operands; ``()`` is the call ``m(x)``."""
+"""Definitions of Python's operators by symbol and number of operands; ``()`` is the call ``m(x)``."""
 
 
 QUOTIENT = Definition("quotient", ("a", "b"), "a * ~b")
-"""By a unit versor, whose inverse is its reverse; by others, a product with the inverse."""
+"""Division by a unit versor, whose inverse is its reverse; other divisors are inverted first."""
 
 
 @cache
 def _run_of(definition: Definition) -> list[Callable[[Any], Any]]:
-    """As `curried`, for definitions that are made when they are asked for."""
+    """Return `curried` of a definition that is created on demand, cached."""
     return curried(definition)
 
 
 _grades: dict[tuple[type, tuple[int, ...]], list[Callable[[Any], Any]]] = {}
-"""What `MultivectorArray.grade` calls for single multivectors, whose grades have been looked at."""
+"""Functions that `MultivectorArray.grade` calls for single multivectors once the grades have been validated."""
 
 _EXP, _LOG, _SQRT, _POWER = map(curried, (UNARY["exp"], UNARY["log"], UNARY["sqrt"], BINARY["power"]))
-"""By one kernel; the last three of what is known to be a unit versor or a number."""
+"""Functions of one kernel each; the last three require a unit versor or a number."""
 
 _LARGEST_POWER = 3
-"""Higher ones are products of these."""
+"""Largest power with a kernel of its own; higher powers are products of these."""
 
 
 class MultivectorArray(Operations, NumpyFunctions):
-    """Multivectors of one layout: a single one, shape ``()``, or an array of any shape. They cannot be changed.
+    """Immutable multivectors of one layout: a single one, with shape ``()``, or an array of any shape.
 
-    Operators: ``+ -``, ``*`` geometric product, ``^`` outer product, ``&`` regressive product (join of points, in
-    projective algebras), ``|`` inner product, ``~`` reverse, ``/`` by a number, or by an object whose inverse is meant,
-    ``m >> x`` and ``m(x)`` sandwich, ``x ** n``. Python gives ``^ & | >>`` a lower precedence than ``+``: use
-    parentheses. Shapes broadcast as in numpy. All else is a method by its full name.
+    Operators: ``+ -``, ``*`` geometric product, ``^`` outer product, ``&`` regressive product (join of points in
+    projective algebras), ``|`` inner product, ``~`` reverse, ``/`` by a number or by an invertible multivector,
+    ``m >> x`` and ``m(x)`` sandwich product, ``x ** n``. In Python ``^ & | >>`` have a lower precedence than ``+``: use
+    parentheses. Shapes broadcast as in numpy. All other operations are methods with full names.
 
-    Every operation is compiled when it first meets two layouts, and so is its result's layout: two points of PGA3 join
-    to a line of six coefficients. Products of unit versors are taken to be unit versors; after many thousands of them
-    `normalize` removes what rounding has added.
+    Each operation is compiled when it is first applied to given layouts, which also determines the layout of the
+    result: two points of PGA3 join to a line of six coefficients. Products of unit versors are assumed to be unit
+    versors; after many thousands of products, `normalize` removes accumulated rounding errors.
 
     Attributes
     ----------
     layout : Layout
-        Which coefficients are stored, and what is known of the others.
+        The stored coefficients, and the constraints on the others.
     algebra : Algebra
     values : numpy.ndarray
-        The stored coefficients, blades along the last axis. Read-only.
+        The stored coefficients, with blades along the last axis. Read-only.
     shape : tuple of int
         Shape without the axis of blades.
     """
@@ -102,7 +102,7 @@ class MultivectorArray(Operations, NumpyFunctions):
 
     @property
     def ndim(self) -> int:
-        """Number of axes without that of blades."""
+        """Number of axes without the axis of blades."""
         return len(self.shape)
 
     @property
@@ -116,23 +116,23 @@ class MultivectorArray(Operations, NumpyFunctions):
 
     def __len__(self) -> int:
         if not self.shape:
-            raise TypeError(f"one {self.layout} has no length; its coefficients are in .values")
+            raise TypeError(f"a single {self.layout} has no length; its coefficients are in .values")
         return self.shape[0]
 
     def __bool__(self) -> bool:
-        raise TypeError("a multivector is neither true nor false; compare coefficients, or use isclose()")
+        raise TypeError("the truth value of a multivector is undefined; compare coefficients, or use isclose()")
 
     def __iter__(self) -> Iterator[Any]:
         if not self.shape:
-            raise TypeError(f"one {self.layout} cannot be iterated; its coefficients are in .values")
+            raise TypeError(f"a single {self.layout} is not iterable; its coefficients are in .values")
         return iter([wrap(self.layout, values) for values in self.values])
 
     def __getitem__(self, index: Any) -> Any:
-        """A coefficient by any spelling of its blade, ``x["e31"]``; else elements by the axes of `shape`."""
+        """Return a coefficient by any spelling of its blade, ``x["e31"]``, or elements by the axes of `shape`."""
         if isinstance(index, str):
             return self._coefficient(index)
         if not self.shape:
-            raise TypeError(f'one {self.layout} has no axes; ask for a coefficient, x["{self.layout.blades[0]}"]')
+            raise TypeError(f'a single {self.layout} has no axes; index it by a blade, x["{self.layout.blades[0]}"]')
         indices = index if isinstance(index, tuple) else (index,)
         last = slice(None) if any(each is Ellipsis for each in indices) else Ellipsis
         return wrap(self.layout, self.values[(*indices, last)])
@@ -152,7 +152,7 @@ class MultivectorArray(Operations, NumpyFunctions):
         return _number(np.zeros(self.shape))
 
     def __getattr__(self, name: str) -> Any:
-        """A coefficient by the name of its blade, ``x.e12``; `scalar` is that of 1."""
+        """Return a coefficient by the name of its blade, ``x.e12``; `scalar` is the coefficient of 1."""
         if not name.startswith("_"):
             try:
                 return self._coefficient("1" if name == "scalar" else name)
@@ -164,16 +164,17 @@ class MultivectorArray(Operations, NumpyFunctions):
         return sorted({*object.__dir__(self), *(name for name in self.layout.blades if name.isidentifier())})
 
     def exp(self) -> Any:
-        """The exponential; of a bivector over up to five vectors a unit versor. See `gacompiler.exp`.
+        """Return the exponential, which for a bivector in up to five dimensions is a unit versor; see `gacompiler.exp`.
 
-        Where it has more than 32 coefficients, in seven dimensions and more, it is made by products, and there is no
-        largest argument; elsewhere without a closed form it is not a number far beyond a norm of 1000.
+        If the result has more than 32 coefficients, in seven dimensions and more, it is computed by products, and the
+        argument may be arbitrarily large. In other cases without a closed form, the result is NaN for arguments with
+        norms far above 1000.
         """
         whole = layout_of_exponential(self.layout) if self.layout.algebra.dimension > MOST_VECTORS else None
         return _EXP[0](self) if whole is None else exponential(self, whole, wrap)
 
     def __pow__(self, exponent: Any) -> Any:
-        """A product of equal factors for a natural number, the inverse of one for a negative whole number."""
+        """Return a product of equal factors; a negative integer exponent gives a power of the inverse."""
         try:
             n = operator.index(exponent)
         except TypeError:
@@ -199,56 +200,57 @@ class MultivectorArray(Operations, NumpyFunctions):
         return np.round(self, digits)
 
     def normalize(self) -> Any:
-        """The element along this one with ``x ~x`` = 1, or -1 where it was negative.
+        """Scale this element to ``x ~x`` = 1, or to -1 if ``x ~x`` is negative.
 
-        ``x / sqrt(|x ~x|)``, where ``x ~x`` is a number: planes, spheres, circles, vectors of space-time. For motors
-        and lines of projective and conformal space it is a dual number, and afterwards the Study condition holds too.
-        Other elements are divided by their norm. The result has a layout of unit elements only where the metric
-        excludes -1.
+        The result is ``x / sqrt(|x ~x|)`` if ``x ~x`` is a number, as for planes, spheres, circles and vectors of
+        space-time. For motors and lines of projective and conformal space ``x ~x`` is a dual number, and the result
+        also satisfies the Study condition. Other elements are divided by their norm. The result has a layout of unit
+        elements only if the metric excludes -1.
 
-        Null elements, whose ``x ~x`` is 0 up to rounding, have none: they give not a number in an array.
+        Null elements, for which ``x ~x`` is 0 up to rounding, cannot be normalized; in an array they give NaN.
 
         Raises
         ------
         ZeroDivisorError
-            When this is a single null element.
+            If this is a single null element.
         """
         return normalized(self, _run_of(_normalization(self.layout))[0], wrap)
 
     def grade(self, *grades: int) -> Any:
-        """The part of the given grades."""
+        """Return the part of the given grades."""
         known = _grades.get((type(self), grades))
         if known is not None:
             return known[0](self)
         n = self.algebra.dimension
         if not grades or not all(isinstance(k, int) and 0 <= k <= n for k in grades):
-            raise AlgebraError("grade", f"grades {grades}", f"whole numbers from 0 to {n}, as in x.grade(2)")
+            raise AlgebraError("grade", f"grades {grades}", f"integers from 0 to {n}, as in x.grade(2)")
         run = _run_of(grade_of(grades))
         if type(self) is not _Array:
             _grades[type(self), grades] = run
         return run[0](self)
 
     def log(self, *, tolerance: float = 1e-9) -> Any:
-        """The logarithm of a unit versor, or of a number; see `gacompiler.log`.
+        """Return the logarithm of a unit versor or of a number; see `gacompiler.log`.
 
         Raises
         ------
         LayoutError
-            When a versor is not unit to the `tolerance`. Of a versor that is only known to be even, this is checked.
+            If a versor is not of unit norm within the `tolerance`. This is checked if the layout of an even element
+            does not guarantee it.
         """
         return _LOG[0](self._as_unit("log", tolerance))
 
     def sqrt(self, *, tolerance: float = 1e-9) -> Any:
-        """The root of a unit versor, half way to it, or of a number; errors as in `log`."""
+        """Return the square root of a unit versor, which is half of its motion, or of a number; errors as in `log`."""
         return _SQRT[0](self._as_unit("sqrt", tolerance))
 
     def power(self, exponent: Any, *, tolerance: float = 1e-9) -> Any:
-        """``exp(exponent * log(x))``: of a unit versor, a part of the shorter way to it; errors as in `log`."""
+        """Return ``exp(exponent * log(x))``, for a unit versor a fraction of its shorter motion; errors as in `log`."""
         exponent = float(exponent) if isinstance(exponent, int) else exponent
         return _POWER[0](self._as_unit("power", tolerance))(exponent)
 
     def _as_unit(self, what: str, tolerance: float) -> Any:
-        """This in the layout of unit elements if it is even; other elements, such as complex numbers, unchanged."""
+        """Convert even elements to the layout of unit elements; return others, such as complex numbers, unchanged."""
         layout = self.layout
         if layout.unit or layout.has_relations or any(blade.bit_count() & 1 for blade in layout.support):
             return self
@@ -256,13 +258,13 @@ class MultivectorArray(Operations, NumpyFunctions):
         return self if unit is None else self.as_layout(unit, tolerance=tolerance, what=what)
 
     def as_layout(self, layout: Layout, *, tolerance: float = 1e-9, what: str = "") -> Any:
-        """The same multivectors in another layout.
+        """Return the same multivectors in another layout.
 
         Raises
         ------
         LayoutError
-            When the layout cannot hold them: a coefficient that it does not store, or a relation that does not hold, to
-            the `tolerance` relative to the largest coefficient.
+            If the layout cannot represent them within `tolerance`, relative to the largest coefficient: a coefficient
+            that it does not store is not zero, or one of its relations does not hold.
         """
         if layout.algebra != self.algebra:
             raise _mixed(what or "as_layout", self.algebra, layout.algebra)
@@ -290,14 +292,20 @@ class MultivectorArray(Operations, NumpyFunctions):
         return wrap(layout, values)
 
     def project(self, onto: Any) -> Any:
-        """The part of this in a blade: ``(x . b) b**-1``. An error where `onto` is no blade or has no inverse."""
+        """Return the projection onto a blade, ``(x . b) b**-1``.
+
+        Raises
+        ------
+        AlgebraError
+            If `onto` is not a blade, or has no inverse.
+        """
         require_blade("project", onto)
         if np.any(np.abs(np.asarray(onto.norm_squared())) <= 1e-12 * np.max(onto.values**2, axis=-1, initial=1e-300)):
             raise AlgebraError("project", f"onto a {onto.layout} whose norm is 0", "a blade with an inverse")
         return self.inner_product(onto) * onto.inverse()
 
     def isclose(self, other: Any, rtol: float = 1e-9, atol: float = 1e-12) -> Any:
-        """Whether two are the same multivector to a tolerance, whatever their layouts; an array of booleans."""
+        """Whether multivectors are equal within a tolerance, regardless of their layouts; an array of booleans."""
         found = apply(BINARY["subtract"], self, other)
         difference = np.abs(found.values if isinstance(found, MultivectorArray) else np.asarray(found)[..., None])
         return _number(np.all(difference <= atol + rtol * self._largest(other), axis=-1))
@@ -307,15 +315,17 @@ class MultivectorArray(Operations, NumpyFunctions):
         return np.maximum(sizes[0], sizes[-1])[..., None]
 
     def exactly(self) -> Multivector:
-        """This one multivector over the rationals, every coefficient as it is."""
+        """Return this single multivector over the rationals, with every coefficient converted exactly."""
         from fractions import Fraction
 
         if self.shape:
-            raise LayoutError("exactly", f"an array of shape {self.shape}", "one multivector", "take an element first")
+            raise LayoutError(
+                "exactly", f"an array of shape {self.shape}", "a single multivector", "select an element first"
+            )
         return self.layout.element([Fraction(float(x)) for x in self.values])
 
     def reshape(self, *shape: Any) -> Any:
-        """The same multivectors in another shape."""
+        """Return the same multivectors in another shape."""
         wanted = shape[0] if len(shape) == 1 and isinstance(shape[0], tuple) else shape
         return wrap(self.layout, self.values.reshape((*wanted, self.layout.size)))
 
@@ -332,15 +342,15 @@ class MultivectorArray(Operations, NumpyFunctions):
         return operate(symbol, *operands)
 
     def transpose(self, *axes: Any) -> Any:
-        """The axes in reversed order, or in the order of `axes`."""
+        """Return the multivectors with their axes reversed, or in the order of `axes`."""
         return np.transpose(self, (axes[0] if len(axes) == 1 else axes) if axes else None)
 
     def sum(self, axis: Any = None, keepdims: bool = False) -> Any:
-        """The sum over all elements, or along axes."""
+        """Return the sum over all elements, or along axes."""
         return np.sum(self, axis=axis, keepdims=keepdims)
 
     def mean(self, axis: Any = None, keepdims: bool = False) -> Any:
-        """The mean of all elements, or along axes: of points of projective space a point."""
+        """Return the mean of all elements, or along axes. The mean of points of projective space is a point."""
         return np.mean(self, axis=axis, keepdims=keepdims)
 
     def __str__(self) -> str:
@@ -374,7 +384,7 @@ def _backward(symbol: str) -> Any:
 
 
 class _Array(MultivectorArray):
-    """An array of multivectors, or a single one where it is not of doubles or the extension is not there."""
+    """An array of multivectors, or a single one that is not of doubles or exists without the extension."""
 
     __slots__ = ("layout", "values")
 
@@ -386,10 +396,10 @@ class _Array(MultivectorArray):
         object.__setattr__(self, "values", values)
 
     def __setattr__(self, name: str, value: Any) -> None:
-        raise AttributeError(f"multivectors cannot be changed; cannot set {name}")
+        raise AttributeError(f"multivectors are immutable; cannot set {name}")
 
     def __eq__(self, other: object) -> Any:
-        """Whether all coefficients are equal, for each element; multivectors of another layout are not equal."""
+        """Whether all coefficients are equal, for each element; multivectors of different layouts are never equal."""
         if not isinstance(other, MultivectorArray):
             return NotImplemented
         if other.layout != self.layout:
@@ -402,7 +412,7 @@ class _Array(MultivectorArray):
 
     def __hash__(self) -> int:
         if self.shape:
-            raise TypeError("an array of multivectors has no hash")
+            raise TypeError("an array of multivectors is not hashable")
         return hash(tuple(x if x == x else 0.0 for x in self.values.tolist()))
 
     def __call__(self, other: Any) -> Any:
@@ -425,31 +435,31 @@ class _Array(MultivectorArray):
 
 
 class Scalar(ScalarMethods):
-    """A number that an operation gives: a float with the methods of multivectors.
+    """A number returned by an operation: a float with the methods of multivectors.
 
-    It is a float in every respect. ``+ - * /`` with numbers give numbers of this class, and with multivectors what the
-    operators of these give; ``^`` and ``|`` of two numbers are their product, and ``~`` is the number itself.
+    It is a float in every respect. ``+ - * /`` with numbers return numbers of this class; with multivectors they are
+    the operators of multivectors. ``^`` and ``|`` of two numbers are their product, and ``~`` is the number itself.
     """
 
     __slots__ = ()
 
     def in_algebra(self, algebra: Algebra) -> MultivectorArray:
-        """The number as the only coefficient of a multivector of an algebra."""
+        """Return the number as the only coefficient of a multivector of an algebra."""
         return scalar_of(float(self), algebra)
 
 
 _single_types: dict[Layout, type | None] = {}
 _by_identity: dict[int, tuple[type | None, Layout]] = {}
-"""The same by the identity of the layout, which lives as long as it is here: layouts are slow to compare."""
+"""The same by the identity of the layout, because comparing layouts is slow; the entry keeps the layout alive."""
 _normalizations: dict[int, tuple[Definition, Layout]] = {}
 _next_index = itertools.count().__next__
 _NUMBERS = (float, int, Scalar)
 _Number: Any = None
-"""The type of numbers beside single multivectors, so that the extension knows what to do with them."""
+"""The type that the extension uses for numbers in operations with single multivectors."""
 
 
 def single_type(layout: Layout) -> Any:
-    """The type of single multivectors of a layout; None where the extension is not there, or not yet."""
+    """Return the type of single multivectors of a layout; None if the extension is not available (yet)."""
     global _Number
     known = _by_identity.get(id(layout))
     if known is not None:
@@ -499,18 +509,18 @@ def _make_single_type(layout: Layout) -> type | None:
 
 
 def _coefficients(cls: Any, arguments: tuple[Any, ...]) -> np.ndarray[Any, Any]:
-    """The coefficients that a single multivector is made of, as the extension wants them."""
+    """Return the coefficients of a single multivector in the form that the extension expects."""
     layout: Layout = cls.layout
     array = np.asarray(arguments[0] if len(arguments) == 1 and np.ndim(arguments[0]) else arguments)
     if array.shape != (layout.size,):
         raise LayoutError(str(layout), f"coefficients of shape {array.shape}", f"({layout.size},)")
-    made = np.empty(layout.size)  # of the one dtype that the extension knows; an unpickled array has its own
+    made = np.empty(layout.size)  # the extension compares dtypes by identity, and unpickled arrays have other objects
     made[...] = array
     return made
 
 
 class _Role(NamedTuple):
-    """What an object of the extension is that is no multivector: an operation, or one with its first operand."""
+    """The operation of a callable object of the extension, which may already hold the first operand."""
 
     definition: Definition
     layout: Layout | None
@@ -521,10 +531,10 @@ _partial_types: dict[tuple[str, type], type] = {}
 
 
 def role_type(definition: Definition, layout: Layout | None) -> Any:
-    """A type of the extension for an operation, whose only object is called with a single multivector.
+    """Return a type of the extension for an operation; its only object is called with a single multivector.
 
-    That gives the result; or where there are two operands an object with the coefficients of the first, of the type for
-    its layout, which is called with the second.
+    The call returns the result. For an operation with two operands, it returns an object that holds the coefficients of
+    the first operand and is called with the second; its type depends on the layout of the first operand.
     """
     names = () if layout is None else layout.blades
     made: Any = type(definition.name, (extension().Value,), {"__slots__": (), "_names": names})
@@ -534,7 +544,7 @@ def role_type(definition: Definition, layout: Layout | None) -> Any:
 
 
 def _play(role: _Role, holder: Any, x: Any) -> Any:
-    """A call of an operation for the first time with these types."""
+    """Run the first call of an operation with operands of these types."""
     definition, layout = role
     if layout is not None:
         if type(x) in _NUMBERS and _Number is not None:
@@ -565,13 +575,13 @@ def _second(definition: Definition, holder: Any, x: Any, y: Any) -> Any:
 
 
 def scalar_of(number: float, algebra: Algebra = SCALARS) -> MultivectorArray:
-    """A number as the only coefficient of a multivector."""
+    """Return a number as the only coefficient of a multivector."""
     layout = SCALAR if algebra is SCALARS else algebra.layout("(1)", "1")
     return _Array(layout, np.array([number]))
 
 
 def wrap(layout: Layout, values: Any) -> Any:
-    """Multivectors of a layout from their stored coefficients; numbers where the layout is that of numbers."""
+    """Return multivectors of a layout from their stored coefficients; numbers if the layout is scalar."""
     values = np.asarray(values)
     if layout.is_scalar:
         return Scalar(values) if values.ndim == 0 and values.dtype == np.float64 else _number(values)
@@ -583,7 +593,7 @@ def wrap(layout: Layout, values: Any) -> Any:
 
 
 def of_rows(layout: Layout, rows: Any) -> Any:
-    """As `wrap`, of the stored coefficients in the last axis, where numbers have one too."""
+    """Return `wrap` of stored coefficients along the last axis, which is present for numbers as well."""
     return wrap(layout, rows[..., 0] if layout.is_scalar else rows)
 
 
@@ -592,7 +602,7 @@ def _number(values: Any) -> Any:
 
 
 def apply(definition: Definition, *operands: Any) -> Any:
-    """An operation on multivectors and numbers."""
+    """Apply an operation to multivectors and numbers."""
     algebra = definition.algebra
     for each in operands:
         if isinstance(each, MultivectorArray) and each.algebra is not SCALARS:
@@ -605,7 +615,7 @@ def apply(definition: Definition, *operands: Any) -> Any:
 
 
 def values_of(where: str, operand: Any) -> tuple[Layout, np.ndarray[Any, Any]]:
-    """The layout and the stored coefficients of multivectors and numbers; of numbers without an axis of blades."""
+    """Return the layout and the stored coefficients of an operand; those of numbers have no axis of blades."""
     if isinstance(operand, MultivectorArray):
         if operand.algebra is SCALARS:
             return SCALAR, operand.values[..., 0]
@@ -620,7 +630,7 @@ def values_of(where: str, operand: Any) -> tuple[Layout, np.ndarray[Any, Any]]:
 
 
 def from_exact(element: Multivector) -> MultivectorArray:
-    """A multivector of the algebra layer, with its coefficients as doubles."""
+    """Convert a multivector of the algebra layer, with its coefficients as doubles."""
     layout = layout_of(element.algebra, element.terms or {0})
     try:
         values = np.array([float(element.terms.get(slot.blade, 0)) * slot.sign for slot in layout.stored])
@@ -629,7 +639,7 @@ def from_exact(element: Multivector) -> MultivectorArray:
             "operand of an object",
             f"formulas as coefficients: {element}",
             "numbers",
-            "substitute numbers, or make a kernel of the formula with gacompiler.symbolic.to_kernel() and call that",
+            "substitute numbers, or convert the formula to a kernel with gacompiler.symbolic.to_kernel() and call that",
         ) from error
     return wrap(layout, values)  # type: ignore[no-any-return]
 
@@ -656,7 +666,7 @@ _OPERATORS: dict[tuple[str, int], Callable[..., Any]] = {
 
 
 def _was_early(x: _Array) -> bool:
-    """Whether this is a single multivector that was made before the extension was there."""
+    """Whether this is a single multivector that was created before the extension was available."""
     values = x.values
     is_single = values.ndim == 1 and values.dtype == np.float64 and not x.layout.is_scalar
     return is_single and single_type(x.layout) is not None
@@ -667,7 +677,7 @@ def _as_single(x: Any) -> Any:
 
 
 def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
-    """A Python operator on operands of which one is a multivector; it is bound to the types of single ones."""
+    """Apply a Python operator to operands that include a multivector, and bind it to the types of single ones."""
     first, second = type(a), type(b)
     if (first is _Array and _was_early(a)) or (second is _Array and _was_early(b)):
         return _OPERATORS[symbol, 1 if b is _ABSENT else 2](*(_as_single(x) for x in (a, b) if x is not _ABSENT))
@@ -676,9 +686,9 @@ def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
         if role is not None:
             return _play(role, a, b)
         if not _is_operand(b):
-            raise TypeError(f"a versor is applied to multivectors; found {second.__name__}")
+            raise TypeError(f"a versor can be applied to multivectors only; found {second.__name__}")
         if not isinstance(a, (MultivectorArray, Multivector)):
-            raise TypeError(f"only versors are applied; found {first.__name__} on the left of >>")
+            raise TypeError(f"the left operand of >> must be a versor; found {first.__name__}")
     elif first in _NUMBERS and second is not _Array and _Number is not None:
         return _FORWARD[symbol](_Number(a), b)
     elif second in _NUMBERS and first is not _Array and _Number is not None:
@@ -706,14 +716,14 @@ def _layout(x: Any) -> Layout:
 
 
 def _bind(symbol: str, types: tuple[type, ...], found: Operator, address: int | None) -> None:
-    """Let the extension run a function on objects of these types from now on."""
+    """Let the extension run a compiled function on objects of these types from now on."""
     if address is not None:
         result = Scalar if found.result.is_scalar else single_type(found.result)
         extension().bind_operator(symbol, types, result, address, False)
 
 
 def unit_layout(layout: Layout) -> Layout | None:
-    """The layout of unit elements with the same coefficients, if there is one."""
+    """Return the layout of unit elements with the same coefficients; None if there is none."""
     found = chosen_layout(layout, True)
     return found if found.unit else None
 
@@ -728,7 +738,7 @@ def _other_slots(own: Layout, wanted: Layout) -> list[str]:
 def _mixed(where: str, a: Algebra, b: Algebra) -> AlgebraError:
     return AlgebraError(
         where, f"multivectors of {a.name} and {b.name}", "one algebra",
-        "carry coefficients over by name: algebra.multivector({...})",
+        "transfer coefficients by name: algebra.multivector({...})",
     )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""What must hold of numbers: relations of a layout, blades where blades are needed."""
+"""Numerical checks: relations of a layout, blades, and finite results."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..errors import AlgebraError, LayoutError
 
 
 def check_relations(where: str, layout: Layout, values: np.ndarray[Any, Any], tolerance: float = 1e-9) -> None:
-    """Raise `LayoutError` where coefficients do not satisfy what a layout says of them."""
+    """Raise `LayoutError` if coefficients do not satisfy the relations of a layout."""
     element = layout.element([values[..., k] for k in range(layout.size)])
     size = np.maximum(1.0, np.max(np.abs(values), axis=-1, initial=0.0)) ** 2
     for relation in layout.relations(element):
@@ -27,42 +27,48 @@ def check_relations(where: str, layout: Layout, values: np.ndarray[Any, Any], to
 
 
 def require_blade(where: str, x: Any) -> None:
-    """Raise `AlgebraError` where an object is not of one grade, or not an outer product of vectors.
+    """Raise `AlgebraError` if an object has several grades or is not an outer product of vectors.
 
-    Vectors, bivectors and duals of such are decided, which is all there is over five vectors: ``b ^ b = 0`` tells.
+    Vectors, bivectors and their duals can be checked, which covers all grades in up to five dimensions: a bivector is a
+    blade if ``b ^ b = 0``.
     """
     if not hasattr(x, "layout"):
         raise AlgebraError(where, f"a {type(x).__name__}", "a blade")
     n, grades = x.algebra.dimension, sorted({blade.bit_count() for blade in x.layout.support})
     if len(grades) != 1:
-        raise AlgebraError(where, f"a {x.layout} of grades {grades}", "a blade, of one grade", "take .grade() of it")
+        raise AlgebraError(where, f"a {x.layout} of grades {grades}", "a blade, of one grade", "select it by .grade()")
     (k,) = grades
     if k in (0, 1, n - 1, n):
         return
     if k not in (2, n - 2):
-        raise AlgebraError(where, f"grade {k} of {n} vectors", "a grade of which blades can be told here")
+        raise AlgebraError(where, f"grade {k} in {n} dimensions", f"grade 1, 2, {n - 2} or {n - 1}")
     square = x.outer_product(x) if k == 2 else x.regressive_product(x)
     found = np.abs(np.asarray(getattr(square, "values", square)))
     worst = np.max(found, initial=0.0)
-    rounding = max(1e-9, 64 * float(np.finfo(x.values.dtype).eps))  # of numbers in single precision
+    rounding = max(1e-9, 64 * float(np.finfo(x.values.dtype).eps))  # the second is larger in single precision
     if worst > rounding * np.max(np.abs(x.values), initial=1e-300) ** 2:
         product = "^" if k == 2 else "&"
-        found_text = f"a {x.layout} that is no blade: x {product} x = {worst:.3g}"
+        found_text = f"a {x.layout} that is not a blade: x {product} x = {worst:.3g}"
         raise AlgebraError(where, found_text, "an outer product of vectors")
 
 
 def refuse(where: str, made: Any, bad: Any, found: str, expected: str) -> Any:
-    """What a constructor has made; where that does not exist an error, or in an array elements that are not a number.
+    """Return the result of a constructor, with NaN for invalid elements of an array; raise if a single one is invalid.
 
     Parameters
     ----------
     where : str
-        The constructor.
+        The name of the constructor.
     made : MultivectorArray
     bad : array_like of bool
-        Where it does not exist; broadcasts with the shape of `made`.
+        Whether each element is invalid; broadcasts with the shape of `made`.
     found, expected : str
-        What there was instead, for the message.
+        Texts of the error message.
+
+    Raises
+    ------
+    LayoutError
+        If a single element is invalid.
     """
     if bad is False or not np.any(bad):
         return made
@@ -72,7 +78,7 @@ def refuse(where: str, made: Any, bad: Any, found: str, expected: str) -> Any:
 
 
 def require_finite(where: str, made: Any, operands: Sequence[Any], found: str = "no finite result") -> Any:
-    """As `refuse` where coefficients are not finite; one of the operands that is not a number makes no error."""
+    """Return `refuse` for coefficients that are not finite; NaN in the operands is propagated without an error."""
     values = np.asarray(getattr(made, "values", made))
     is_single = not getattr(made, "shape", ())
     if all(map(cmath.isfinite, np.ravel(values).tolist())) if is_single else np.all(np.isfinite(values)):

@@ -58,7 +58,7 @@ _SQUARED = define(
 
 @cache
 def _kind_of(layout: Layout) -> str:
-    """What elements of a layout are; vectors may be points, circles and spheres flat."""
+    """Return the geometric kind of elements of a layout; vectors may be points, circles and spheres may be flat."""
     algebra = layout.algebra
     blades = [algebra.spelling(blade)[1] for blade in layout.support]
     grades = {blade.bit_count() for blade in layout.support}
@@ -75,24 +75,24 @@ def _kind_of(layout: Layout) -> str:
 
 
 class Conformal(Rigid):
-    """What the plane and space have in common: points, points pairs, versors, and the parts of rounds."""
+    """Common base of the conformal plane and conformal space: points, point pairs, versors, and parts of rounds."""
 
     def direction(self, *coordinates: Any) -> Any:
-        """Euclidean vectors from coordinates."""
+        """Create Euclidean vectors from coordinates."""
         return self.of(self._direction_layout, *coordinates)
 
     def point_pair(self, a: Any, b: Any) -> Any:
-        """The pair of two points."""
+        """Create the point pair of two points."""
         return self._construct("point_pair", (a, b))
 
     def dilator(self, factor: Any) -> Any:
-        """The versor that scales by a positive factor about the origin."""
+        """Create the versor that scales by a positive factor about the origin."""
         if np.any(np.asarray(numbers("dilator", factor)) <= 0):
             raise LayoutError("dilator", f"a factor of {np.min(factor):.6g}", "positive factors")
         return self._make(_DILATOR, factor)
 
     def coordinates(self, points: MultivectorArray) -> Any:
-        """Coordinates of points of any weight but 0, along the last axis."""
+        """Return the coordinates of points with nonzero weight, along the last axis."""
         weight = np.asarray(points["e0"])
         if np.any(weight == 0):
             raise LayoutError("coordinates", "a vector without e0", "a point")
@@ -100,7 +100,7 @@ class Conformal(Rigid):
         return np.stack(parts, -1) / weight[..., None]
 
     def centre(self, x: Any) -> Any:
-        """Coordinates of the centres of rounds: point pairs, circles, spheres."""
+        """Return the coordinates of the centres of rounds: point pairs, circles, spheres."""
         require_blade("centre", x)
         point = self._make(_CENTRE, x)
         if np.any(np.abs(np.asarray(point["e0"])) <= 1e-14 * np.max(x.values**2, axis=-1)):
@@ -108,12 +108,12 @@ class Conformal(Rigid):
         return self.coordinates(point)
 
     def radius_squared(self, x: Any) -> Any:
-        """The squared radii of rounds, negative for imaginary ones."""
+        """Return the squared radii of rounds, which are negative for imaginary rounds."""
         require_blade("radius_squared", x)
         return self._make(_SQUARED, x)
 
     def is_flat(self, x: Any) -> Any:
-        """Whether blades contain the point at infinity: lines, planes, flat points; to 1e-10 of their size."""
+        """Whether blades contain the point at infinity, as lines, planes and flat points do; to 1e-10 of their size."""
         spanned = x ^ self.einf
         found = np.abs(np.asarray(spanned.values if isinstance(spanned, MultivectorArray) else spanned))
         found = found.max(axis=-1) if isinstance(spanned, MultivectorArray) else found
@@ -142,7 +142,7 @@ class Conformal(Rigid):
         return found
 
     def _round(self, name: str, *points: Any) -> Any:
-        """The round through points."""
+        """Create the round through points."""
         return self._independent(name, self._wedge(*points), points)
 
     def _ball(self, name: str, centre: Any, squared: Any) -> Any:
@@ -152,10 +152,10 @@ class Conformal(Rigid):
         return self._make(_TRANSLATOR, shift)
 
     def _hyperplane(self, name: str, coefficients: Any) -> Any:
-        """A line of the plane or a plane of space from the coefficients of its equation."""
+        """Create a line of the plane or a plane of space from the coefficients of its equation."""
         normal = self.direction(coefficients[..., :-1])
         made = self._make(_PLANE, normal, -coefficients[..., -1])
-        return refuse(name, made, np.all(normal.values == 0, axis=-1), "a normal of length 0", "one of another")
+        return refuse(name, made, np.all(normal.values == 0, axis=-1), "a normal of length 0", "a nonzero normal")
 
 
 class PlaneConformal(Conformal):
@@ -165,21 +165,24 @@ class PlaneConformal(Conformal):
     _direction_layout = layout_of(_CGA2, _CGA2.blades(1)[:2])
 
     def circle(self, centre: Any, radius: Any = None, *others: Any, radius_squared: Any = None) -> Any:
-        """The circle about a point; with a negative `radius_squared` an imaginary one. Or through three points.
+        """Create a circle from its centre and radius, or through three points.
+
+        A negative `radius_squared` gives an imaginary circle.
 
         Raises
         ------
         LayoutError
-            When the radius is negative, or three points are on one line; in arrays these circles are not a number.
+            If the radius is negative, or three points are collinear; in arrays circles through collinear points are
+            NaN.
         """
         return self._construct("circle", round_arguments("circle", (centre, radius, *others), radius_squared, 1))
 
     def rotor(self, angle: Any, centre: Any = None) -> Any:
-        """The rotor by an angle in radians, counterclockwise, about a point, by default the origin."""
+        """Create the rotor by an angle in radians, counterclockwise, about a point, by default the origin."""
         return self._construct("rotor", given_of(angle, centre))
 
     def motor(self, angle: Any, *translation: Any) -> Any:
-        """The motor that rotates about the origin and then translates."""
+        """Create the motor that rotates about the origin by an angle in radians, and then translates."""
         return self._construct("motor", (angle, self._shift("motor", translation)) if translation else (angle,))
 
     def _line_of(self, name: str, coefficients: Any) -> Any:
@@ -200,69 +203,75 @@ class SpaceConformal(Conformal):
     _direction_layout = layout_of(_CGA3, _CGA3.blades(1)[:3])
 
     def sphere(self, centre: Any, radius: Any = None, *others: Any, radius_squared: Any = None) -> Any:
-        """The sphere about a point; with a negative `radius_squared` an imaginary one. Or through four points.
+        """Create a sphere from its centre and radius, or through four points.
+
+        A negative `radius_squared` gives an imaginary sphere.
 
         Raises
         ------
         LayoutError
-            When the radius is negative, or four points are in one plane; in arrays these spheres are not a number.
+            If the radius is negative, or four points are coplanar; in arrays spheres through coplanar points are NaN.
         """
         return self._construct("sphere", round_arguments("sphere", (centre, radius, *others), radius_squared, 1))
 
     def circle(self, centre: Any, normal: Any, radius: Any = None, *, radius_squared: Any = None) -> Any:
-        """The circle about a point, in the plane with a normal of any length but 0. Or through three points.
+        """Create a circle from its centre, normal and radius, or through three points.
+
+        The normal of the plane may have any nonzero length.
 
         Raises
         ------
         LayoutError
-            When the radius is negative, the normal is 0, or three points are on one line; in arrays these circles are
-            not a number, but a negative radius raises.
+            If the radius is negative, the normal is 0, or three points are collinear. In arrays such circles are NaN,
+            except that a negative radius always raises.
 
         Notes
         -----
-        A third argument with as many axes as the other two is a point. An array of radii for one centre and one normal
-        is given as ``radius_squared=``.
+        A third argument with as many axes as the other two is a point. Pass an array of radii for a single centre and
+        normal as ``radius_squared=``.
         """
         return self._construct("circle", round_arguments("circle", (centre, normal, radius), radius_squared, 2))
 
     def plane(self, normal: Any, distance: Any = None, *others: Any) -> Any:
-        """The plane with a normal of any length but 0, at a distance from the origin along it; or through three points.
+        """Create a plane from a normal and a distance, through three points, or through a line and a point.
 
-        Or from the four coefficients of ``a x + b y + c z + d = 0``; or through a line and a point. Errors as in
-        `line`.
+        The normal may have any nonzero length; the distance from the origin is measured along it. The four coefficients
+        of ``a x + b y + c z + d = 0`` are also accepted. Errors as in `line`.
 
         Notes
         -----
-        Three points span ``a ^ b ^ c ^ einf``, whose `polarity` has the normal on whose side they turn clockwise.
+        Three points span ``a ^ b ^ c ^ einf``. Seen from the side to which the normal of its `polarity` points, the
+        three points are in clockwise order.
         """
         return self._construct("plane", given_of(normal, distance, *others))
 
     def rotor(self, axis: Any, angle: Any, centre: Any = None) -> Any:
-        """The versor that rotates about a line of any weight, by an angle in radians and the right-hand rule.
+        """Create the versor that rotates about a line by an angle in radians, by the right-hand rule.
 
-        Or about an axis of any length but 0 through `centre`, by default the origin.
+        The line may have any nonzero weight. Alternatively, `axis` is a direction of any nonzero length, and the axis
+        passes through `centre`, by default the origin.
         """
         return self._construct("rotor", given_of(axis, angle, centre))
 
     def motor(self, axis: Any, angle: Any, *shift: Any, distance: Any = None, translation: Any = None) -> Any:
-        """The screw motion about a line by an angle in radians, and along it by a distance, by default 0.
+        """Create the screw motion about a line by an angle, and along the line by a distance, by default 0.
 
         Parameters
         ----------
         axis
-            As in `rotor`; not of length 0.
+            As in `rotor`; must not have length 0.
         angle
             In radians.
         *shift
-            The distance, a number or an array of any shape; or x, y, z or a direction, a translation after the
-            rotation.
+            The distance, a number or an array of any shape; or a translation after the rotation, as x, y, z or as a
+            direction.
         distance, translation : optional
-            The same by name; coordinates of a translation along the last axis.
+            The same by name; the coordinates of a translation are along the last axis.
         """
         return self._construct("motor", (axis, angle, self._moved_by(shift, distance, translation)))
 
     def _line_of(self, name: str, coefficients: Any) -> Any:
-        # Direction and moment, which PGA3 has in e23, -e13, e12 and e01, e02, e03.
+        # In PGA3, the direction is (e23, -e13, e12) and the moment is (e01, e02, e03).
         e12, e13, e23, e01, e02, e03 = np.moveaxis(coefficients, -1, 0)
         line = self.of(_CGA3.LINE, np.stack([e03, -e02, e01, -e23, e13, -e12], -1))
         require_blade(name, line)
@@ -278,7 +287,7 @@ class SpaceConformal(Conformal):
         made = point ^ self._as_line(line)
         size = np.max(np.abs(line.values), axis=-1) * np.max(np.abs(point.values), axis=-1, initial=1.0)
         bad = np.max(np.abs(made.values), axis=-1) <= 8 * np.finfo(made.values.dtype).eps * size
-        return refuse(name, made, bad, "a point on the line", "one beside it")
+        return refuse(name, made, bad, "a point on the line", "a point off the line")
 
     def _circle(self, name: str, centre: Any, normal: Any, squared: Any) -> Any:
         return self._make(_CIRCLE, centre, unit(name, normal), squared)
@@ -296,7 +305,7 @@ class SpaceConformal(Conformal):
         return self._make(_SCREW, self._axis(name, self._as_line(line)), angle, distance)
 
     def _as_line(self, x: Any) -> Any:
-        """A line in its own layout, where it is known as a circle that has turned out to be flat."""
+        """Convert a circle that is flat to the layout of lines."""
         return x if x.layout == _CGA3.LINE else x.as_layout(_CGA3.LINE)
 
     def _along(self, line: Any) -> Any:

@@ -1,8 +1,8 @@
-"""What the constructors of the plane and of space take: one table for projective and for conformal algebra.
+"""Argument forms of the constructors of the plane and of space, in one table for projective and conformal algebra.
 
-Points and directions are objects or coordinates. Everything that is not in the table is refused by the constructor's
-name, and so is what does not exist: a line through a point and itself, a rotor about no axis. In an array such elements
-are not a number.
+Points and directions are objects or coordinates. Arguments that match no form raise an error with the name of the
+constructor. Degenerate objects, such as a line through two equal points or a rotor about a zero axis, raise an error
+too; in an array such elements are NaN.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ from .spaces import Space, numbers, stacked
 
 
 class Form(NamedTuple):
-    """One way to call a constructor."""
+    """A form in which a constructor can be called."""
 
     constructor: str
     takes: tuple[str, ...]
     """Roles of the arguments: ``point``, ``direction``, ``line``, ``number``, ``radius``, or ``coefficients``."""
     builder: str
-    """The method that is called with the arguments as their roles say: objects, arrays of numbers, squared radii."""
+    """The method that is called with the arguments converted to their roles: objects, arrays, squared radii."""
     dimension: int | None = None
     """2 for the plane, 3 for space, None for both."""
 
     def text(self) -> str:
-        """The call as it is written."""
+        """Return the call as it is written in code."""
         return f"{self.constructor}({', '.join(self.takes)})"
 
 
@@ -70,14 +70,14 @@ TABLE = (
     _form("motor", "direction number number", "_screw_along", 3),
     _form("motor", "direction number direction", "_turn_and_move", 3),
 )
-"""The first form that fits is taken; a space has the constructors that it has a method for."""
+"""The forms of all constructors; the first matching form is used. A space has those for which it defines a method."""
 
 COEFFICIENTS = {
     ("line", 2): ("a", "b", "c"),
     ("line", 3): ("e12", "e13", "e23", "e01", "e02", "e03"),
     ("plane", 3): ("a", "b", "c", "d"),
 }
-"""What the numbers of the form ``coefficients`` are called."""
+"""The names of the numbers in the form ``coefficients``."""
 
 
 @cache
@@ -86,32 +86,32 @@ def _forms(name: str, dimension: int) -> tuple[Form, ...]:
 
 
 class SquaredRadius(NamedTuple):
-    """A radius that was given by its square."""
+    """A radius that was specified by its square."""
 
     value: Any
 
 
 class Given(NamedTuple):
-    """An argument of a constructor: what it is, and the number of its axes, with that of coordinates."""
+    """An argument of a constructor: its kind, its value, and its number of axes including that of coordinates."""
 
     kind: str
     value: Any
     axes: int
 
     def text(self) -> str:
-        """For messages."""
+        """Return a description for error messages."""
         if self.kind != "numbers":
             return self.kind
         return f"numbers of shape {self.value.shape}" if self.axes else "a number"
 
 
 class Rigid(Space):
-    """An algebra with points, rotors and translators: what its spaces have in common."""
+    """Common base of the spaces of algebras with points, rotors and translators."""
 
     _names: tuple[str, ...]
     """The blades of a direction, in the order of coordinates."""
     _direction_layout: Layout
-    """That of the directions that are joined with points."""
+    """The layout of directions that are joined with points."""
 
     @property
     def _d(self) -> int:
@@ -122,51 +122,51 @@ class Rigid(Space):
         return self.point(np.zeros(self._d))
 
     def point(self, *coordinates: Any) -> Any:
-        """Points from coordinates, or an array with these along its last axis; points as they are."""
+        """Create points from coordinates, or from an array with these along its last axis; also accepts points."""
         if len(coordinates) == 1 and isinstance(coordinates[0], MultivectorArray):
             return self._object("point", self._given("point", coordinates[0]))
         return self.of(self.algebra.POINT, *coordinates)
 
     def line(self, *arguments: Any, direction: Any = None) -> Any:
-        """The line through two points, or from a point along a direction; or from coefficients.
+        """Create the line through two points, through a point along a direction, or from coefficients.
 
         Parameters
         ----------
         *arguments
-            Two points, each an object or coordinates. A point and a direction: an object, or beside an object for the
-            point also coordinates. Coefficients: in the plane those of ``a x + b y + c = 0``; in space the six of a
-            line of PGA3, ``e12 e13 e23 e01 e02 e03``.
+            One of three forms. Two points: objects or coordinates. A point and a direction: the direction is an object,
+            or coordinates if the point is an object. Coefficients: in the plane those of ``a x + b y + c = 0``; in
+            space the six of a line of PGA3, ``e12 e13 e23 e01 e02 e03``.
         direction : optional
-            Coordinates of the direction, beside coordinates of a point.
+            Coordinates of the direction if the point is given by coordinates.
 
         Raises
         ------
         LayoutError
-            When the points coincide or the direction is 0; in arrays such lines are not a number.
+            If the points coincide or the direction is 0; in arrays such lines are NaN.
         AlgebraError
-            When six coefficients are no line but a screw: the direction is to be orthogonal to the moment.
+            If six coefficients describe a screw instead of a line, whose direction is orthogonal to its moment.
         """
         if direction is not None:
             arguments = (*arguments, self._along_coordinates(direction))
         elif [isinstance(x, (MultivectorArray, Multivector)) for x in arguments] == [True, False]:
-            # Beside an object coordinates have always been a direction; beside coordinates they are a point.
+            # Coordinates after an object are a direction; coordinates after coordinates are a point.
             arguments = arguments[0], self._along_coordinates(arguments[1])
         return self._construct("line", arguments)
 
     def translator(self, *coordinates: Any) -> Any:
-        """The translator by coordinates, or by a direction."""
+        """Create the translator by coordinates or by a direction."""
         return self._construct("translator", (self._shift("translator", coordinates),))
 
     def random_motor(self, shape: int | tuple[int, ...] = (), spread: float = 1.0, generator: Any = None) -> Any:
-        """Random motors: all rotations are as likely, either sign of a motor is, and translations are normal.
+        """Generate random motors with uniform rotations and signs, and normally distributed translations.
 
         Parameters
         ----------
         shape : int or tuple of int
         spread : float
-            The standard deviation of each coordinate of the translation, which comes after the rotation.
+            The standard deviation of each coordinate of the translation, which follows the rotation.
         generator : optional
-            A `numpy.random.Generator`, or a seed of one.
+            A `numpy.random.Generator`, or a seed for one.
 
         Returns
         -------
@@ -183,14 +183,14 @@ class Rigid(Space):
         return self.translator(spread * random.normal(size=(*leading, d))) * rotor
 
     def _along_coordinates(self, x: Any) -> Any:
-        """The direction of a line."""
+        """Convert the direction of a line."""
         given = self._given("line", x)
         if not self._plays("direction", given, 0, 0):
             raise LayoutError("line", f"{given.text()} as direction", f"a direction, or {self._d} coordinates")
         return self._object("direction", given)
 
     def _moved_by(self, shift: tuple[Any, ...], distance: Any, translation: Any) -> Any:
-        """What a motor does after its rotation: a distance along its axis, or a direction."""
+        """Return the part of a motor after its rotation: a distance along its axis, or a translation."""
         found = [x for x in (distance, translation) if x is not None]
         if len(found) + bool(shift) > 1:
             raise LayoutError("motor", "more than one translation", "a distance, or a translation")
@@ -201,7 +201,7 @@ class Rigid(Space):
         return (*found, *shift, 0.0)[0]
 
     def _construct(self, name: str, arguments: Sequence[Any]) -> Any:
-        """What the first form of the table makes of these arguments."""
+        """Create an object by the first matching form of the table."""
         given = [self._given(name, each) for each in arguments]
         forms = _forms(name, self._d)
         for form in forms:
@@ -244,7 +244,7 @@ class Rigid(Space):
             is_coordinates = given.kind == "numbers" and given.axes > 0 and given.value.shape[-1] == self._d
             return given.kind == role or is_coordinates
         if role == "radius":
-            # Beside a point and a direction, what has as many axes as they is a third point, however long it is.
+            # In three arguments, a third one with as many axes as the others is a point, not an array of radii.
             is_number = given.kind == "numbers" and (count == 2 or given.axes < axes)
             return given.kind == "squared radius" or is_number
         return given.kind == ("numbers" if role == "number" else role)
@@ -262,7 +262,7 @@ class Rigid(Space):
         return parts
 
     def _object(self, role: str, given: Given) -> Any:
-        """A point or a direction: points of weight 1, directions in the layout in which they are joined."""
+        """Convert an argument to a point of weight 1, or to a direction in the layout in which it is joined."""
         if given.kind == "numbers":
             return getattr(self, role)(given.value)
         if given.kind != role:
@@ -275,27 +275,27 @@ class Rigid(Space):
         return wrap(layout, self._components(given.value))
 
     def _shift(self, name: str, coordinates: tuple[Any, ...]) -> Any:
-        """A translation, as a direction."""
+        """Convert a translation to a direction."""
         if len(coordinates) == 1 and isinstance(coordinates[0], MultivectorArray):
             return coordinates[0]
         return self.direction(stacked(name, self._names, coordinates))
 
     def _flat(self, name: str, *parts: Any) -> Any:
-        """The line or plane through points, or through one along a direction."""
+        """Create the line or plane through points, or through a point along a direction."""
         made = self._spanned(*parts)
         if all(self._kind(each) == "point" for each in parts):
             return self._independent(name, made, parts)
         is_zero = np.broadcast_to(np.all(parts[-1].values == 0, axis=-1), made.shape)
-        return refuse(name, made, is_zero, "a direction of length 0", "one of another length")
+        return refuse(name, made, is_zero, "a direction of length 0", "a nonzero direction")
 
     def _independent(self, name: str, made: Any, points: Sequence[Any]) -> Any:
-        """What is spanned by points, unless fewer of them span the same."""
+        """Return an object spanned by points, unless the points are degenerate."""
         bad = _is_degenerate(points, 8 * float(np.finfo(made.values.dtype).eps))
         words = ("coincide", "are on one line", "are in one plane")[len(points) - 2]
         return refuse(name, made, bad, f"points that {words}", f"points that span a {name.replace('_', ' ')}")
 
     def _axis(self, name: str, line: Any) -> Any:
-        """A line as an axis: a blade, and not at infinity; scaled to a direction of length about 1."""
+        """Check that a line can be an axis, a blade that is not at infinity, and scale its direction to about 1."""
         require_blade(name, line)
         weight = np.abs(self._along(line)).max(axis=-1)
         rounding = 8 * np.finfo(line.values.dtype).eps
@@ -304,7 +304,7 @@ class Rigid(Space):
         return refuse(name, scaled, bad, "an axis that is 0 or at infinity", "a line with a direction")
 
     def _turn_and_move(self, name: str, *parts: Any) -> Any:
-        """The rotation of the first arguments, then the translation by the last."""
+        """Create the rotation by the first arguments, followed by the translation by the last."""
         *turn, shift = parts
         is_line = self._d == 3 and self._kind(turn[0]) == "line"
         turned = (self._turn_about if is_line else self._turn)(name, *turn)
@@ -315,12 +315,12 @@ class Rigid(Space):
 
 
 def given_of(*arguments: Any) -> tuple[Any, ...]:
-    """The arguments that were given, without those that are None by default."""
+    """Return the arguments without defaults that are None."""
     return tuple(each for each in arguments if each is not None)
 
 
 def round_arguments(name: str, arguments: tuple[Any, ...], radius_squared: Any, least: int) -> tuple[Any, ...]:
-    """The arguments of a circle or sphere, of which `least` come before the radius, with that among them."""
+    """Return the arguments of a circle or sphere including its radius; `least` arguments precede the radius."""
     found = given_of(*arguments)
     if radius_squared is not None:
         if len(found) > least:
@@ -332,7 +332,7 @@ def round_arguments(name: str, arguments: tuple[Any, ...], radius_squared: Any, 
 
 
 def _is_degenerate(points: Sequence[Any], rounding: float) -> Any:
-    """Whether fewer points span the same: whether the height of their simplex is no more than rounding."""
+    """Whether points are degenerate: the height of their simplex is within rounding error."""
     is_single = not any(each.shape for each in points)
     first, *others = (each.values.tolist() if is_single else np.moveaxis(each.values, -1, 0) for each in points)
     largest = max if is_single else partial(reduce, np.maximum)

@@ -1,7 +1,7 @@
-"""What the operators and methods of numeric objects mean: one line of the kernel language each.
+"""Definitions of the operators and methods of numeric objects, one line of the kernel language each.
 
-The same text is compiled when an operation is first used and written into the spec by ``gac record``. In it ``ga`` is
-`gacompiler`, and ``{A}`` stands for the algebra.
+The text is compiled when an operation is first used, and ``gac record`` writes it into the spec. In it ``ga`` is
+`gacompiler`, and ``{A}`` is replaced by the algebra.
 """
 
 from __future__ import annotations
@@ -28,11 +28,12 @@ class Definition:
     text : str
         The result, in terms of the parameters.
     keeps : int, optional
-        The parameter whose layout the result has as well, where that can be proved.
+        Index of the parameter whose layout is also that of the result, if this can be proved.
     unit : callable, optional
-        Whether the result is a unit versor for parameters of these layouts, beyond what the compiler finds out itself.
+        Function that returns whether the result is a unit versor for parameters of given layouts, in addition to the
+        compiler's own analysis.
     algebra : Algebra, optional
-        The algebra of the result, where parameters may all be numbers.
+        The algebra of the result, if all parameters may be numbers.
     """
 
     name: str
@@ -43,11 +44,11 @@ class Definition:
     algebra: Algebra | None = None
 
     def expression(self, algebra: str) -> str:
-        """The text with the name that the algebra has where it stands."""
+        """Return the text with the name of the algebra inserted."""
         return self.text.replace("{A}", algebra)
 
     def function(self, algebra: Algebra) -> Callable[..., Any]:
-        """What a kernel of this operation calls with its arguments."""
+        """Return the function of a kernel for this operation."""
         import gacompiler
 
         source = f"lambda {', '.join(self.parameters)}: {self.expression('algebra')}"
@@ -55,7 +56,7 @@ class Definition:
 
 
 def _is_bivector(layouts: tuple[Layout, ...]) -> bool:
-    """Whether the first parameter has bivectors only, over so few vectors that their exponential has a closed form."""
+    """Whether the first parameter is a bivector in at most five dimensions, so that exp has a closed form."""
     (first, *_) = layouts
     return first.algebra.dimension <= 5 and {blade.bit_count() for blade in first.support} == {2}
 
@@ -70,7 +71,7 @@ def has_scalar_square(layout: Layout) -> bool:
 
 
 def is_never_negative(layout: Layout) -> bool:
-    """Whether the metric excludes ``x ~x < 0``: else ``x / norm(x)`` may have the square -1, and is no unit element."""
+    """Whether the metric excludes ``x ~x < 0``; otherwise ``x / norm(x)`` may have ``x ~x = -1`` and not be a unit."""
     return not norm_signs(layout.algebra, layout.support).negative
 
 
@@ -114,7 +115,7 @@ UNARY: Mapping[str, Definition] = {
     **{each.name: each for each in _TABLE if len(each.parameters) == 1},
     **{name: _definition(name, 1) for name in ("exp", "log", "sqrt")},
 }
-"""Operations of one object, by name; `normalize_of` gives that of a layout."""
+"""Operations of one object, by name; for normalization see `normalize_of`."""
 
 BINARY: Mapping[str, Definition] = {
     **{each.name: each for each in _TABLE if len(each.parameters) == 2},
@@ -131,16 +132,16 @@ NORMALIZE = Definition(
 NORMALIZE_STUDY = Definition(
     "normalize",
     ("a",),
-    # With s + p = a ~a and p p = 0, the inverse root is (1 - p / (2 s)) / sqrt(s); where s < 0, that of -a ~a.
+    # With s + p = a ~a and p p = 0, the inverse root is (1 - p / (2 s)) / sqrt(s); if s < 0, that of -a ~a.
     "a * (1 - (a * ~a).grade({G}) / (2 * ga.norm_squared(a))) / ga.norm(a)",
     unit=lambda layouts: is_never_negative(layouts[0]),
 )
-"""Onto the unit elements of projective space: motors on the Study quadric, lines orthogonal to their moment."""
+"""Normalization in projective space: motors satisfy the Study condition, lines are orthogonal to their moment."""
 
 
 @cache
 def normalize_of(layout: Layout) -> Definition:
-    """How an element of this layout is normalised: by its norm, and by its Study norm where that is a dual number."""
+    """Return the normalization for a layout: by the norm, or by the Study norm if ``x ~x`` is a dual number."""
     if not unit_by_study(layout):
         return NORMALIZE
     (grade,) = {blade.bit_count() for blade in _squared(layout) if blade}
@@ -149,11 +150,11 @@ def normalize_of(layout: Layout) -> Definition:
 
 @cache
 def grade_of(grades: tuple[int, ...]) -> Definition:
-    """The part of the given grades."""
+    """Return the operation that selects the given grades."""
     return _definition("grade_" + "_".join(map(str, grades)), 1, f"a.grade({', '.join(map(str, grades))})")
 
 
 @cache
 def power_of(exponent: int) -> Definition:
-    """A natural power, as one operation: the square of a vector is a number."""
+    """Return a natural power as a single operation, so that the square of a vector is known to be a number."""
     return _definition(f"power_{exponent}", 1, f"a ** {exponent}")

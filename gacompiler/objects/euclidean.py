@@ -1,4 +1,4 @@
-"""Vectors, rotors, quaternions and spacetime, made from what people have: coordinates, axes, angles, velocities."""
+"""Constructors of vectors, rotors, quaternions and boosts from coordinates, axes, angles and velocities."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ class Plane(Space):
     """The plane, G(2)."""
 
     def rotor(self, angle: Any) -> Any:
-        """The rotor by an angle in radians, from e1 towards e2."""
+        """Create the rotor by an angle in radians, from e1 towards e2."""
         return self._make(_ROTOR2, angle)
 
     def rotor_between(self, a: Any, b: Any) -> Any:
-        """The rotor by the smaller angle from the direction of `a` to that of `b`.
+        """Create the rotor by the smaller angle from the direction of `a` to that of `b`.
 
         Raises
         ------
         LayoutError
-            When they are opposite, or one is 0; in arrays such rotors are not a number.
+            If the vectors are opposite, or one is 0; in arrays such rotors are NaN.
         """
         return require_finite("rotor_between", self._make(_BETWEEN, a, b), (a, b), "opposite vectors, or a zero one")
 
@@ -46,21 +46,21 @@ class Room(Space):
     """Space, G(3)."""
 
     def rotor(self, axis: Any, angle: Any) -> Any:
-        """The rotor by an angle in radians about an axis of any length but 0, by the right-hand rule."""
+        """Create the rotor by an angle in radians about an axis of any nonzero length, by the right-hand rule."""
         return self._make(_ROTOR3, unit("rotor", self._directions("axis", "e1 e2 e3", (axis,))), angle)
 
     def rotor_between(self, a: Any, b: Any) -> Any:
-        """The rotor by the smaller angle from the direction of `a` to that of `b`.
+        """Create the rotor by the smaller angle from the direction of `a` to that of `b`.
 
         Raises
         ------
         LayoutError
-            When they are opposite, or one is 0; in arrays such rotors are not a number.
+            If the vectors are opposite, or one is 0; in arrays such rotors are NaN.
         """
         return require_finite("rotor_between", self._make(_BETWEEN, a, b), (a, b), "opposite vectors, or a zero one")
 
     def reflect(self, mirror: Any, x: Any) -> Any:
-        """The vectors `x` in mirrors with the normals `mirror`."""
+        """Reflect the vectors `x` in planes with the normals `mirror`."""
         return self._make(_REFLECTION, mirror, x)
 
 
@@ -72,20 +72,23 @@ class Quaternions(Space):
     """Hamilton's numbers: i, j and k are e1, e2 and e12."""
 
     def quaternion(self, *coefficients: Any) -> Any:
-        """Quaternions from w, x, y, z, or an array with these along its last axis."""
+        """Create quaternions from w, x, y, z, or an array with these along its last axis."""
         return wrap(_QUATERNIONS.QUATERNION, stacked("quaternion", ("w", "x", "y", "z"), coefficients))
 
     def rotation(self, axis: Any, angle: Any) -> Any:
-        """The unit quaternion by an angle in radians about an axis of any length but 0, by the right-hand rule."""
+        """Create the unit quaternion of a rotation by an angle in radians about an axis, by the right-hand rule.
+
+        The axis may have any nonzero length.
+        """
         made = self._make(_TURN, unit("rotation", self._imaginary("axis", (axis,))), angle)
         return wrap(_QUATERNIONS.UNIT_QUATERNION, made.values)
 
     def imaginary(self, *coordinates: Any) -> Any:
-        """Quaternions without a real part, from x, y, z: the vectors that quaternions rotate."""
+        """Create imaginary quaternions from x, y, z, which represent vectors in `rotate`."""
         return self._imaginary("imaginary", coordinates)
 
     def rotate(self, q: Any, v: Any) -> Any:
-        """The imaginary quaternions `v` rotated by the unit quaternions `q`."""
+        """Rotate the imaginary quaternions `v` by the unit quaternions `q`."""
         return self._make(_ROTATE, q, v)
 
     def _imaginary(self, what: str, coordinates: tuple[Any, ...]) -> Any:
@@ -104,15 +107,15 @@ class Spacetime(Space):
     """Spacetime, G(1, 3), with c = 1."""
 
     def rotor(self, axis: Any, angle: Any) -> Any:
-        """The rotor by an angle in radians about an axis in the space of g0, by the right-hand rule."""
+        """Create the rotor by an angle in radians about a spatial axis (g1, g2, g3), by the right-hand rule."""
         return self._make(_SPATIAL_ROTOR, unit("rotor", self._directions("axis", "g1 g2 g3", (axis,))), angle)
 
     def boost(self, *velocity: Any) -> Any:
-        """The boost that takes g0 to the velocity (x, y, z) of an observer, below 1."""
+        """Create the boost that maps g0 to the velocity of an observer with (x, y, z) below 1, the speed of light."""
         v = stacked("boost", ("x", "y", "z"), velocity)
         speed = np.sqrt(np.sum(v * v, axis=-1))
         if np.any(speed >= 1):
-            raise LayoutError("boost", f"a speed of {np.max(speed):.6g}", "less than 1, that of light")
+            raise LayoutError("boost", f"a speed of {np.max(speed):.6g}", "less than 1, the speed of light")
         rapidity = np.arctanh(speed)
         scale = np.divide(rapidity, speed, out=np.ones_like(speed), where=speed > 0)
         generator = self.of(_STA.layout("SPACE", "g10 g20 g30"), v * scale[..., None])

@@ -1,4 +1,4 @@
-"""The operations of the table as methods of numeric objects: one line for each."""
+"""The operations of the algebra as methods of numeric objects, one line for each."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ Method = TypeVar("Method", bound=Callable[..., Any])
 
 
 class Engine(NamedTuple):
-    """How operations are run, by the file that defines the objects, which are made of the methods here."""
+    """The functions that run operations, supplied by the file that defines the objects with these methods."""
 
     apply: Callable[..., Any]
-    """Of a definition and its operands."""
+    """Takes a definition and its operands."""
     role_type: Callable[..., Any]
-    """The type of the extension's object for a definition."""
+    """Returns the type of the extension's object for a definition."""
 
 
 _engine: list[Engine] = []
 
 
 def run_by(engine: Engine) -> None:
-    """Run the methods by `engine`."""
+    """Set the engine that runs the methods."""
     _engine[:] = [engine]
 
 
 def curried(definition: Definition) -> list[Callable[[Any], Any]]:
-    """An operation as the only entry of a list: a function of the first operand, replaced where a faster one is found.
+    """Return a list with one entry, the operation as a function of its first operand.
 
-    It gives the result, or where there are two operands a function of the second. What replaces it is an object of the
-    extension of generated modules, if that can be built.
+    The function returns the result or, if there are two operands, a function of the second. The entry is replaced by an
+    object of the extension of generated modules as soon as the extension is available.
     """
 
     def first(x: Any) -> Any:
@@ -81,7 +81,7 @@ def _named(method: Method, operation: Operation, operands: str) -> Method:
 
 
 class Operations:
-    """The operations of the table as methods; `normalize` is defined by each class."""
+    """The operations of the algebra as methods; `normalize` is defined by each class."""
 
     __slots__ = ()
 

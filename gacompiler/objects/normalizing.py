@@ -1,4 +1,4 @@
-"""Unit elements along given ones, and which have none: elements whose norm is zero, up to rounding."""
+"""Normalization of elements, and detection of elements whose norm is zero up to rounding."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from ..rings.polynomial import PolynomialRing
 from .elements import Elements
 
 SMALL, LARGE = 1e-200, 1e200
-"""Squared norms between these lose nothing to the smallest and the largest doubles."""
+"""Squared norms between these limits neither overflow nor lose precision by underflow."""
 ROUNDINGS = 4
-"""So many units of the last place, of the terms of a squared norm, are rounding."""
+"""Rounding error of a squared norm, in units in the last place of the sum of its terms' absolute values."""
 
 
 @cache
 def _squared_norm(layout: Layout) -> tuple[tuple[float, tuple[int, ...]], ...]:
-    """The terms of the scalar part of ``x ~x``: a number, and the places of the stored coefficients in the product."""
+    """Return the terms of the scalar part of ``x ~x``, each a factor and the indices of the stored coefficients."""
     ring = PolynomialRing()
     element = layout.element([ring.variable(f"x{k}") for k in range(layout.size)])
     polynomial = ring.lift(norm_squared(element).scalar)
@@ -30,7 +30,7 @@ def _squared_norm(layout: Layout) -> tuple[tuple[float, tuple[int, ...]], ...]:
 
 
 def _measured(layout: Layout, coefficients: Sequence[Any]) -> tuple[Any, Any]:
-    """The squared norm, and the sum of the sizes of its terms: of numbers, or of arrays one for each coefficient."""
+    """Return the squared norm and the sum of the absolute values of its terms, for numbers or arrays."""
     total: Any = 0.0
     size: Any = 0.0
     for factor, places in _squared_norm(layout):
@@ -42,7 +42,7 @@ def _measured(layout: Layout, coefficients: Sequence[Any]) -> tuple[Any, Any]:
 
 
 def _in_range(layout: Layout, values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """Elements along the given ones whose squares are neither too large nor too small for doubles."""
+    """Scale elements whose squares are too large or too small for doubles."""
     if layout.fixed or layout.implied:
         return values
     largest = np.max(np.abs(values), axis=-1, initial=0.0)
@@ -53,25 +53,25 @@ def _in_range(layout: Layout, values: np.ndarray[Any, Any]) -> np.ndarray[Any, A
 
 
 def normalized(x: Elements, run: Callable[[Any], Any], wrap: Callable[[Layout, Any], Any]) -> Any:
-    """`x` divided by its norm.
+    """Divide `x` by its norm.
 
     Parameters
     ----------
     x : MultivectorArray
     run : callable
-        The compiled quotient.
+        The compiled normalization.
     wrap : callable
-        Objects from a layout and coefficients.
+        Creates objects from a layout and coefficients.
 
     Returns
     -------
     MultivectorArray
-        Not a number where an element of an array is null.
+        The normalized elements; NaN for null elements of an array.
 
     Raises
     ------
     ZeroDivisorError
-        When `x` is a single null element.
+        If `x` is a single null element.
     """
     layout, values = x.layout, x.values
     if values.dtype.kind == "c":

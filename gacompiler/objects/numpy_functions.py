@@ -1,8 +1,8 @@
 """numpy's functions on multivectors.
 
-Functions that move, choose or add elements act on each coefficient alone, in a layout that holds the blades of all
-operands; universal functions are the operators and methods of multivectors. Every other function is refused by name:
-numpy would compute on the coefficients of one layout as if they were numbers.
+Functions that rearrange, select or add elements act on each coefficient separately, in a layout with the blades of all
+operands. Universal functions map to operators and methods of multivectors. All other functions raise `TypeError`,
+because numpy would treat coefficients as independent numbers.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from .operators import chosen_layout, layout_of
 
 _REMEDY = "use a method of multivectors, or their coefficients: x.values, x['e12']"
 _REFUSED = ("out", "dtype", "where", "initial", "prepend", "append", "casting", "returned", "subok")
-"""Keywords of numpy's functions that have no meaning here."""
+"""Keywords of numpy's functions that are not supported for multivectors."""
 
 
 class NumpyFunctions:
-    """A class of multivectors on which numpy's functions work; it says how they are made and read."""
+    """Base class of multivectors that support numpy's functions; subclasses define conversions to and from arrays."""
 
     __slots__ = ()
 
@@ -32,17 +32,17 @@ class NumpyFunctions:
 
     @staticmethod
     def _of_rows(layout: Layout, rows: Any) -> Any:
-        """Multivectors from their stored coefficients, or numbers, in the last axis."""
+        """Return multivectors, or numbers, from their stored coefficients along the last axis."""
         raise NotImplementedError
 
     @staticmethod
     def _values_of(where: str, operand: Any) -> tuple[Layout, np.ndarray[Any, Any]]:
-        """The layout and the stored coefficients of multivectors and numbers; of numbers without an axis of blades."""
+        """Return the layout and the stored coefficients of an operand; those of numbers have no axis of blades."""
         raise NotImplementedError
 
     @staticmethod
     def _operate(symbol: str, *operands: Any) -> Any:
-        """A Python operator on operands of which one is a multivector."""
+        """Apply a Python operator to operands that include a multivector."""
         raise NotImplementedError
 
     def __array_function__(self, function: Any, types: Any, args: Any, kwargs: Any) -> Any:
@@ -55,16 +55,16 @@ class NumpyFunctions:
 def array_function(
     kind: NumpyFunctions, function: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any]
 ) -> Any:
-    """What ``__array_function__`` gives: a function of numpy's interface on operands of which one is a multivector.
+    """Implement ``__array_function__``: apply a function of numpy to operands that include a multivector.
 
-    `kind` is one of the operands, for what its class knows of multivectors; so it is in what this calls.
+    `kind` is one of the operands; its class provides the conversions. The functions called here use it likewise.
 
     Raises
     ------
     TypeError
-        For functions and keywords that have no meaning for multivectors.
+        For functions and keywords that are not defined for multivectors.
     AlgebraError
-        When operands are of several algebras.
+        If operands belong to different algebras.
     """
     run = _TABLE.get(function)
     where = f"{function.__module__}.{function.__name__}".replace("numpy", "np", 1)
@@ -72,16 +72,16 @@ def array_function(
         raise TypeError(f"{where} is not defined for multivectors; {_REMEDY}")
     for name in _REFUSED:
         if name in kwargs:
-            raise TypeError(f"{where} of multivectors takes no argument {name!r}")
+            raise TypeError(f"{where} of multivectors does not accept the argument {name!r}")
     if not args:
-        raise TypeError(f"{where} of multivectors: give them as the first argument, not by name")
+        raise TypeError(f"{where} of multivectors: no positional argument; pass the multivectors by position")
     return run(kind, where, function, *args, **kwargs)
 
 
 def array_ufunc(
     kind: NumpyFunctions, ufunc: np.ufunc, method: str, inputs: Sequence[Any], kwargs: Mapping[str, Any]
 ) -> Any:
-    """What ``__array_ufunc__`` gives: a universal function on operands of which one is a multivector.
+    """Implement ``__array_ufunc__``: apply a universal function to operands that include a multivector.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def array_ufunc(
     if reduced is not None:
         return array_function(kind, reduced, inputs, {"axis": 0} | dict(kwargs))
     if kwargs:
-        raise TypeError(f"{where} of multivectors takes no argument {next(iter(kwargs))!r}; they cannot be changed")
+        raise TypeError(f"{where} of multivectors, which are immutable, does not accept {next(iter(kwargs))!r}")
     if method == "__call__" and ufunc in _OPERATORS:
         found = kind._operate(_OPERATORS[ufunc], *inputs)
         if found is not NotImplemented:
@@ -104,9 +104,9 @@ def array_ufunc(
 
 
 def _united(kind: NumpyFunctions, where: str, operands: Sequence[Any]) -> tuple[Layout, list[np.ndarray[Any, Any]]]:
-    """A layout for multivectors and numbers together, and the coefficients of each in it.
+    """Return a common layout of multivectors and numbers, and the coefficients of each in it.
 
-    It is their own if they have the same; that of unit elements if all are known to be such and it exists.
+    This is their own layout if it is the same for all, or a layout of unit elements if all are known to be units.
     """
     layouts, arrays = zip(*(kind._values_of(where, each) for each in operands), strict=True)
     if all(layout == layouts[0] for layout in layouts):
@@ -129,29 +129,29 @@ def _in_layout(kind: NumpyFunctions, layout: Layout, x: Any) -> np.ndarray[Any, 
 
 
 def _plain(layout: Layout) -> Layout:
-    """The layout of sums: what is known of elements need not hold for these."""
+    """Return the layout of sums, to which constraints on the elements do not apply."""
     known = layout.fixed or layout.implied or layout.has_relations
     return layout_of(layout.algebra, layout.support) if known else layout
 
 
 def _mean(layout: Layout) -> Layout:
-    """The layout of means: what is the same for all elements is so for their mean."""
+    """Return the layout of means, which have the same fixed coefficients as the elements."""
     return _plain(layout) if layout.implied or layout.has_relations else layout
 
 
 def _blade_by_blade(kind: NumpyFunctions, layout: Layout, columns: Sequence[Any]) -> Any:
-    """Multivectors from a result for each blade; results may be lists of arrays."""
+    """Return multivectors from one result for each blade; results may be lists of arrays."""
     if isinstance(columns[0], (list, tuple)):
         return [_blade_by_blade(kind, layout, each) for each in zip(*columns, strict=True)]
     return kind._of_rows(layout, np.stack(columns, -1))
 
 
 def _one(of: Callable[[Layout], Layout]) -> Any:
-    """A function of one operand, with the layout of the result."""
+    """Return the implementation for a function of one operand; `of` gives the layout of the result."""
 
     def run(kind: NumpyFunctions, where: str, function: Any, x: Any, *args: Any, **kwargs: Any) -> Any:
         if not isinstance(x, NumpyFunctions):
-            raise TypeError(f"{where}: multivectors as another argument than the first; {_REMEDY}")
+            raise TypeError(f"{where}: multivectors are supported as the first argument only; {_REMEDY}")
         layout = of(x.layout)
         values = x.values if layout == x.layout else _in_layout(kind, layout, x)
         columns = [function(values[..., k], *args, **kwargs) for k in range(layout.size)]
@@ -161,7 +161,7 @@ def _one(of: Callable[[Layout], Layout]) -> Any:
 
 
 def _list(kind: NumpyFunctions, where: str, function: Any, operands: Any, *args: Any, **kwargs: Any) -> Any:
-    """A function of a list of operands."""
+    """Apply a function of a list of operands."""
     operands = list(operands)
     layout, arrays = _united(kind, where, operands)
     columns = [function([a[..., k] for a in arrays], *args, **kwargs) for k in range(layout.size)]
@@ -189,7 +189,7 @@ def _broadcast_arrays(kind: NumpyFunctions, where: str, function: Any, *operands
 
 
 def _product(kind: NumpyFunctions, where: str, function: Any, x: Any, axis: int | None = None) -> Any:
-    """The geometric product of elements in their order."""
+    """Return the geometric product of elements in order."""
     if axis is None:
         x, axis = x.reshape(x.size), 0
     factors = list(np.moveaxis(x, axis, 0))
@@ -227,7 +227,7 @@ _REARRANGING = (
     np.atleast_2d, np.atleast_3d, np.delete, np.compress, np.resize, np.copy, np.split, np.array_split, np.hsplit,
     np.vsplit, np.dsplit, np.diagonal, np.round, np.around,
 )  # fmt: skip
-"""Functions that take elements as they are, or round what is stored of them."""
+"""Functions that rearrange elements, or round their stored coefficients."""
 
 _TABLE: Mapping[Any, Any] = {
     **{function: _one(lambda layout: layout) for function in _REARRANGING},

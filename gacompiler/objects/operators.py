@@ -1,9 +1,9 @@
-"""Operations on given layouts, compiled when they are first used and kept for as long as the program runs.
+"""Operations on given layouts, which are compiled on first use and cached until the program ends.
 
-The first use takes the compiler's own stages as far as they are quick: trace, rewrite, decide, and the cheapest of the
-ways in which the expression can be written. That is proved and runs at once, as text; a C compiler makes one small
-function of the same program meanwhile (`native.py`), which takes over when it is there. Once an operation has done as
-much work on arrays as would have paid for it, another process makes it as generated modules are (`modules.py`).
+The first use runs the fast stages of the compiler: trace, rewrite, decide, and the choice of the cheapest form of the
+expression. The result is proved and runs immediately as Python code. Meanwhile a C compiler builds one small function
+of the same program (`native.py`), which replaces the Python code when it is ready. After enough work on arrays to
+justify the cost, another process compiles the operation in the same manner as generated modules (`modules.py`).
 """
 
 from __future__ import annotations
@@ -46,21 +46,23 @@ from .modules import load_made, module_job
 from .native import Build, Native, is_wanted
 
 ENOUGH_WORK = 500_000_000
-"""Operations on numbers in arrays after which an operation is made as generated modules are: about what that takes."""
+"""Number of scalar operations on arrays after which an operation is compiled as a generated module, which takes about
+as long as this work."""
 
 FEW = 1000
-"""Elements that an operation with such functions computes so before it looks again whether its C is there."""
+"""Number of elements that an operation with transcendental functions computes in Python before it checks again whether
+the compiled function is ready."""
 
 MANY_OPERATIONS = 1000
-"""Operations above which an expression is computed as it is written: other ways take as long again to look at, and pay
-only where it is called so often that it is made as generated modules are."""
+"""Number of operations above which an expression is computed as written. Examining other forms would double the time,
+and pays off only for operations that are called so often that they are compiled as generated modules."""
 
 
 WORTH_A_PROOF = 0.75
-"""Another way to write an expression is proved where it has at most this part of the operations: that takes as long as
-all else."""
+"""Another form of an expression is used only if it has at most this fraction of the operations, because proving it
+takes as long as all other stages."""
 _CLEARLY = 1e-6
-"""A difference, of the largest coefficient, that is no rounding."""
+"""A difference, relative to the largest coefficient, that cannot be a rounding error."""
 
 
 class Operator:
@@ -70,7 +72,7 @@ class Operator:
     ----------
     definition : Definition
     kernel : Kernel
-        The same as a spec has it.
+        The operation as a kernel of a spec.
     result : Layout
     program : Program
     """
@@ -92,7 +94,7 @@ class Operator:
         self._work = 0
 
     def __call__(self, arrays: Sequence[np.ndarray[Any, Any]]) -> np.ndarray[Any, Any]:
-        """The result on arrays whose leading axes broadcast, blades last; a number has no axis of blades."""
+        """Compute the result on arrays with blades along the last axis (numbers have none); leading axes broadcast."""
         if self._module is not None and not any(a.dtype.kind == "c" for a in arrays):
             return np.asarray(self._module(*arrays))
         leadings = [a.shape[: a.ndim - len(shape)] for a, shape in zip(arrays, self._shapes, strict=True)]
@@ -113,11 +115,10 @@ class Operator:
 
     @property
     def state(self) -> str:
-        """Where the compiled function is.
+        """The state of the compiled function.
 
-        ``"ready"``; ``"running"``, while the C compiler makes it; ``"waiting"`` for a processor; ``"failed"``, where
-        the C compiler has refused it; ``"text"``, where there is no C compiler. In all states the operation can be
-        used.
+        ``"ready"``; ``"running"`` while the C compiler builds it; ``"waiting"`` for a processor; ``"failed"`` if the C
+        compiler reported an error; ``"text"`` if there is no C compiler. The operation can be used in all states.
         """
         if self.native is not None:
             return "ready"
@@ -127,26 +128,26 @@ class Operator:
 
     @property
     def native(self) -> Native | None:
-        """The compiled function if it is there by now; None without a compiler.
+        """The compiled function if it is ready, else None.
 
-        It is not waited for: whenever it comes, the numbers are the same.
+        This does not wait for it, because results are the same with and without it.
         """
         if self._native is None and self._build is not None:
             self._native = self._build.poll()
         return self._native
 
     def wait(self) -> Native | None:
-        """The compiled function, waited for; None without a compiler."""
+        """Wait for the compiled function and return it; None without a compiler."""
         if self._native is None and self._build is not None:
             self._native = self._build.wait()
         return self._native
 
     def _begin_module(self) -> None:
-        """Have it compiled as generated modules are, in the background; take what was made when it is there."""
+        """Start compiling the operation as a generated module in the background, or load the module if it is ready."""
         if self._module_job is None:
             try:
                 self._module_job = module_job(self)
-            except SpecError:  # another process cannot be told of it
+            except SpecError:  # the operation cannot be described to another process
                 self.build()
                 return
             QUEUE.add(self._module_job)
@@ -158,14 +159,14 @@ class Operator:
             QUEUE.start()
 
     def build(self) -> None:
-        """Compile it as generated modules are, for large arrays; wait for that."""
+        """Compile the operation as a generated module, for large arrays, and wait for the result."""
         if self._module is None and self.wait() is not None:
             self._module = compile(self.kernel, "c")
 
     def _in_turns(self, arrays: Sequence[np.ndarray[Any, Any]], leading: tuple[int, ...]) -> np.ndarray[Any, Any]:
-        """As text that computes what the C library does, a few elements at a time, until the compiled function comes.
+        """Compute in Python with the functions of the C library, in chunks, until the compiled function is ready.
 
-        Neither does this wait for a compiler, nor do the numbers depend on how fast it is.
+        This avoids waiting for the compiler, and the results do not depend on how fast it is.
         """
         n, shape = int(np.prod(leading)), self.program.results[0].shape
         flat = [np.broadcast_to(a, leading + s).reshape(n, *s) for a, s in zip(arrays, self._shapes, strict=True)]
@@ -202,7 +203,10 @@ class Operator:
             exec("\n".join(function_text(self.program)[0]), names)
             self._python[few] = names[self.program.name]
         if dtype.kind == "c" and not self.program.is_polynomial:
-            raise TypeError(f"{self.definition.name}: complex numbers; expected real ones, it is no polynomial")
+            raise TypeError(
+                f"{self.definition.name}: complex coefficients; expected real ones, since the operation is not "
+                "polynomial"
+            )
         parts = [
             np.moveaxis(a.astype(dtype, copy=False), -1, 0) if shape else a.astype(dtype, copy=False)
             for a, shape in zip(arrays, self._shapes, strict=True)
@@ -218,17 +222,17 @@ class Operator:
 
 _OPERATORS: dict[tuple[Definition, tuple[Layout, ...]], Operator] = {}
 _BY_IDENTITY: dict[tuple[int, ...], tuple[Operator, Definition, tuple[Layout, ...]]] = {}
-"""The same by the identities of what is asked for, which live as long as they are here: layouts are slow to compare."""
+"""The same by the identities of definition and layouts, because comparing layouts is slow; entries keep them alive."""
 _LOCK = threading.RLock()
 
 
 def operator_of(definition: Definition, layouts: tuple[Layout, ...]) -> Operator:
-    """The operation on these layouts, compiled if this is the first time.
+    """Return the operation on these layouts, compiling it on first use.
 
     Raises
     ------
     KernelError
-        When it has no meaning there: a function that the algebra does not have, a divisor that is no scalar.
+        If it is not defined for these layouts: the algebra lacks a function, or a divisor is not a scalar.
     """
     identity = (id(definition), *map(id, layouts))
     known = _BY_IDENTITY.get(identity)
@@ -243,22 +247,22 @@ def operator_of(definition: Definition, layouts: tuple[Layout, ...]) -> Operator
 
 
 def operators() -> tuple[Operator, ...]:
-    """Every operation that was used so far, in the order of first use."""
+    """Return all operations that were used so far, in the order of first use."""
     return tuple(_OPERATORS.values())
 
 
 def build() -> None:
-    """Compile every operation that was used so far as generated modules are, so that large arrays run at full speed.
+    """Compile all operations that were used so far as generated modules, so that large arrays run at full speed.
 
-    Without this an operation is compiled so when it has done enough work; each takes about a second, once: the results
-    are kept in the cache.
+    Otherwise an operation is compiled in this manner after enough work. Each takes about a second, once: the results
+    are stored in the cache.
     """
     for operator in list(_OPERATORS.values()):
         operator.build()
 
 
 def compiled(definition: Definition, layouts: tuple[Layout, ...]) -> Compilation:
-    """The quick stages of the compiler on an operation, with the layout of the result chosen as people mean it."""
+    """Run the fast stages of the compiler on an operation, and choose a named layout for the result if possible."""
     kernel = _kernel(definition, layouts)
     kept = None if definition.keeps is None else layouts[definition.keeps]
     if kept is not None and kept.implied and not _is_refuted(kernel, kept):
@@ -281,7 +285,7 @@ def compiled(definition: Definition, layouts: tuple[Layout, ...]) -> Compilation
 
 
 def _is_refuted(kernel: Kernel, layout: Layout) -> bool:
-    """Whether a result at one point is not of a layout: to find that out by failing to prove it takes long."""
+    """Whether a numeric sample shows that a result is not of a layout, which is faster than a failing proof."""
     for _, (value,) in samples(kernel, trace(kernel).expressions, Random(7), 1):
         found = {blade: float(x) for blade, x in value.terms.items()}
         stored = {slot.name: slot.sign * found.get(slot.blade, 0.0) for slot in layout.stored}
@@ -293,10 +297,10 @@ def _is_refuted(kernel: Kernel, layout: Layout) -> bool:
 
 
 def chosen_layout(layout: Layout, unit: bool) -> Layout:
-    """The layout that a result is given: of unit elements where it is known to be one, else one with a name.
+    """Return the layout for a result: one of unit elements if it is known to be one, else a named one if possible.
 
-    Coefficients that are the same for all results of this one operation are stored unless a layout with a name has
-    them: else sums of points would be of a new layout after every summand.
+    Coefficients that are constant for this operation are stored unless they are fixed in a named layout. Otherwise
+    sums of points would have a new layout after every summand.
     """
     if layout.is_scalar or layout.algebra == SCALARS:
         return layout
@@ -326,7 +330,7 @@ def _layout_of(algebra: Any, blades: frozenset[int]) -> Layout:
 
 
 def layout_of(algebra: Any, blades: Iterable[int]) -> Layout:
-    """The layout that stores these blades and knows nothing of them, by its name if the algebra has one."""
+    """Return the unconstrained layout that stores these blades, a named one if the algebra has it."""
     return _layout_of(algebra, frozenset(blades))
 
 
@@ -347,7 +351,7 @@ def _kernel(definition: Definition, layouts: tuple[Layout, ...]) -> Kernel:
 
 
 def _word(layout: Layout) -> str:
-    """A layout as part of a name."""
+    """Return the form of a layout's name that is used in names of kernels."""
     if layout.name.isidentifier() and not keyword.iskeyword(layout.name):
         return layout.name.lower()
     text = re.sub(r"\W+", "_", layout.name).strip("_")
@@ -361,7 +365,7 @@ def _decided(kernel: Kernel) -> tuple[Compilation, dict[str, tuple[Any, ...]]]:
 
 
 def _finished(record: Compilation, variants: dict[str, tuple[Any, ...]]) -> Compilation:
-    """The cheapest accurate of the ways to write the expression, proved where it is not the definition itself."""
+    """Choose the cheapest accurate form of the expression, and prove it if it is not the definition itself."""
     assert record.decision is not None
     (slots,), (layout,) = record.decision.slots, record.decision.layouts
     shape = () if layout.is_scalar else (layout.size,)

@@ -22,19 +22,19 @@ from .spaces import define, unit
 
 
 class Projective(Rigid):
-    """What the plane and space have in common."""
+    """Common base of the projective plane and projective space."""
 
     _weight: str
 
     def direction(self, *coordinates: Any) -> Any:
-        """Directions, points at infinity, from coordinates, or an array with these along its last axis."""
+        """Create directions (points at infinity) from coordinates, or an array with these along its last axis."""
         return self.of(self.algebra.DIRECTION, *coordinates)
 
     def coordinates(self, points: MultivectorArray) -> Any:
-        """Coordinates of points of any weight but 0, along the last axis."""
+        """Return the coordinates of points with nonzero weight, along the last axis."""
         w = np.asarray(points[self._weight])
         if np.any(w == 0):
-            raise LayoutError("coordinates", "a point at infinity", f"{self._weight} other than 0")
+            raise LayoutError("coordinates", "a point at infinity", f"a point with nonzero {self._weight}")
         return self._components(points) / w[..., None]
 
     def _components(self, x: Any) -> Any:
@@ -56,7 +56,7 @@ class Projective(Rigid):
 
 @cache
 def _kind_of(layout: Layout) -> str:
-    """What elements of a layout are; points may be at infinity."""
+    """Return the geometric kind of elements of a layout; points may be at infinity."""
     n, grades = layout.algebra.dimension, {blade.bit_count() for blade in layout.support}
     names = ("multivector", "line", "point") if n == 3 else ("multivector", "plane", "line", "point")
     grade = grades.pop() if len(grades) == 1 else 0
@@ -69,11 +69,11 @@ class PlaneProjective(Projective):
     _names, _weight, _direction_layout = ("e20", "e01"), "e12", _PGA2.DIRECTION
 
     def rotor(self, angle: Any, centre: Any = None) -> Any:
-        """The rotor by an angle in radians, counterclockwise, about a point, by default the origin."""
+        """Create the rotor by an angle in radians, counterclockwise, about a point, by default the origin."""
         return self._construct("rotor", (angle,) if centre is None else (angle, centre))
 
     def motor(self, angle: Any, *translation: Any) -> Any:
-        """The motor that rotates about the origin and then translates by x and y."""
+        """Create the motor that rotates about the origin by an angle in radians, and then translates by x and y."""
         return self._construct("motor", (angle, self._shift("motor", translation)) if translation else (angle,))
 
     def _line_of(self, name: str, coefficients: Any) -> Any:
@@ -93,44 +93,45 @@ class SpaceProjective(Projective):
     _names, _weight, _direction_layout = ("e032", "e013", "e021"), "e123", _PGA3.DIRECTION
 
     def plane(self, normal: Any, distance: Any = None, *others: Any) -> Any:
-        """The plane with a normal of any length but 0, at a distance from the origin along it; or through three points.
+        """Create a plane from a normal and a distance, through three points, or through a line and a point.
 
-        Or from the four coefficients of ``a x + b y + c z + d = 0``; or through a line and a point. Errors as in
-        `line`.
+        The normal may have any nonzero length; the distance from the origin is measured along it. The four coefficients
+        of ``a x + b y + c z + d = 0`` are also accepted. Errors as in `line`.
         """
         return self._construct("plane", given_of(normal, distance, *others))
 
     def rotor(self, axis: Any, angle: Any, centre: Any = None) -> Any:
-        """The motor that rotates about a line of any weight, by an angle in radians and the right-hand rule.
+        """Create the motor that rotates about a line by an angle in radians, by the right-hand rule.
 
-        Or about an axis of any length but 0 through `centre`, by default the origin.
+        The line may have any nonzero weight. Alternatively, `axis` is a direction of any nonzero length, and the axis
+        passes through `centre`, by default the origin.
         """
         return self._construct("rotor", given_of(axis, angle, centre))
 
     def motor(self, axis: Any, angle: Any, *shift: Any, distance: Any = None, translation: Any = None) -> Any:
-        """The screw motion about a line by an angle in radians, and along it by a distance, by default 0.
+        """Create the screw motion about a line by an angle, and along the line by a distance, by default 0.
 
         Parameters
         ----------
         axis
-            As in `rotor`; not of length 0, and no line at infinity.
+            As in `rotor`; must not have length 0 or be a line at infinity.
         angle
             In radians.
         *shift
-            The distance, a number or an array of any shape; or x, y, z or a direction, a translation after the
-            rotation.
+            The distance, a number or an array of any shape; or a translation after the rotation, as x, y, z or as a
+            direction.
         distance, translation : optional
-            The same by name; coordinates of a translation along the last axis.
+            The same by name; the coordinates of a translation are along the last axis.
         """
         return self._construct("motor", (axis, angle, self._moved_by(shift, distance, translation)))
 
     def motor_from_matrix(self, matrix: Any) -> Any:
-        """The motor of a rigid motion given as a 4 x 4 matrix, ``(..., 4, 4)``.
+        """Create the motor of a rigid motion from a 4 x 4 matrix, ``(..., 4, 4)``.
 
         Raises
         ------
         LayoutError
-            When the matrix is none of a rigid motion, to 1e-6.
+            If the matrix is not that of a rigid motion within 1e-6.
         """
         from scipy.spatial.transform import Rotation
 
@@ -140,7 +141,9 @@ class SpaceProjective(Projective):
         r = m[..., :3, :3]
         rigid = np.abs(r @ np.swapaxes(r, -1, -2) - np.eye(3)).max(initial=0.0) < 1e-6 and np.all(np.linalg.det(r) > 0)
         if not rigid or np.abs(m[..., 3, :] - [0, 0, 0, 1]).max(initial=0.0) > 1e-6:
-            raise LayoutError("motor_from_matrix", "a matrix of no rigid motion", "a rotation, a translation, 0 0 0 1")
+            raise LayoutError(
+                "motor_from_matrix", "a matrix that is not a rigid motion", "a rotation, a translation, and 0 0 0 1"
+            )
         q = Rotation.from_matrix(r.reshape(-1, 3, 3)).as_quat().reshape((*r.shape[:-2], 4))
         x, y, z, w = (q[..., k] for k in range(4))
         return self.translator(m[..., :3, 3]) * self.of(_PGA3.ROTOR, w, -z, y, -x)
@@ -148,7 +151,7 @@ class SpaceProjective(Projective):
     def _line_of(self, name: str, coefficients: Any) -> Any:
         line = self.of(_PGA3.LINE, coefficients)
         require_blade(name, line)
-        return refuse(name, line, np.all(coefficients == 0, axis=-1), "six coefficients 0", "a line")
+        return refuse(name, line, np.all(coefficients == 0, axis=-1), "six zero coefficients", "a line")
 
     def _plane_of(self, name: str, coefficients: Any) -> Any:
         made = self.of(_PGA3.PLANE, coefficients)
@@ -163,7 +166,7 @@ class SpaceProjective(Projective):
         made = line & point
         size = np.max(np.abs(line.values), axis=-1) * np.maximum(1.0, np.max(np.abs(point.values), axis=-1))
         bad = np.max(np.abs(made.values), axis=-1) <= 8 * np.finfo(made.values.dtype).eps * size
-        return refuse(name, made, bad, "a point on the line", "one beside it")
+        return refuse(name, made, bad, "a point on the line", "a point off the line")
 
     def _translator(self, name: str, shift: Any) -> Any:
         return self._make(_TRANSLATE3, shift)
@@ -185,7 +188,7 @@ class SpaceProjective(Projective):
         return np.stack(np.broadcast_arrays(*(np.asarray(line[name]) for name in ("e23", "e13", "e12"))), -1)
 
 
-# The ideal line or plane through a direction, from its coefficients: half the way, in planes orthogonal to it.
+# A translator is 1 plus a bivector at infinity that is orthogonal to the direction and has half its length.
 _TRANSLATE2 = define(
     "translator", "d",
     '1 + (d["e20"] * {A}.multivector({"e01": -1}) + d["e01"] * {A}.multivector({"e20": 1})) / 2',

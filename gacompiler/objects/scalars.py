@@ -1,6 +1,7 @@
-"""Floats with the methods of multivectors: what `arrays.Scalar`, the number that an operation gives, has of its own.
+"""Floats with the methods of multivectors: the base class of `arrays.Scalar`, the numbers returned by operations.
 
-What is written for multivectors then works where a product happens to be a number: ``(x * x).grade(0)``, ``~(x * x)``.
+With these methods, code for multivectors also works if a product happens to be a number: ``(x * x).grade(0)``,
+``~(x * x)``.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from .methods import Operations
 
 
 def _lifted(name: str) -> Any:
-    """A method of multivectors, called on the number as the only coefficient of one."""
+    """Return a method that converts the number to a multivector and calls the method of that name."""
 
     def method(self: ScalarMethods, *operands: Any, **options: Any) -> Any:
         return getattr(self.as_multivector(), name)(*operands, **options)
@@ -27,7 +28,7 @@ def _lifted(name: str) -> Any:
 
 
 def _of_floats(name: str) -> Any:
-    """An operator of floats, whose results are again of this class."""
+    """Return an operator of floats whose results are again of this class."""
     run = getattr(float, name)
 
     def method(self: ScalarMethods, *operands: Any) -> Any:
@@ -39,27 +40,27 @@ def _of_floats(name: str) -> Any:
 
 
 def _product(self: ScalarMethods, other: Any) -> Any:
-    """The outer and inner product of numbers: their product."""
+    """Return the outer or inner product of numbers, which is their product."""
     return type(self)(float.__mul__(self, other)) if isinstance(other, (int, float)) else NotImplemented
 
 
 def _without_algebra(name: str) -> Any:
     def method(self: ScalarMethods) -> Any:
         raise AlgebraError(
-            name, "a number, which is of no algebra", "a multivector",
+            name, "a number, which belongs to no algebra", "a multivector",
             "its dual in an algebra is the number times algebra.pseudoscalar",
         )  # fmt: skip
 
     method.__name__, method.__qualname__ = name, f"Scalar.{name}"
-    method.__doc__ = "An error: a number is of no algebra."
+    method.__doc__ = "Raise `AlgebraError`: a number belongs to no algebra."
     return method
 
 
 class ScalarMethods(Operations, float):
-    """A number with the methods of multivectors; its subclass says what a multivector is.
+    """A number with the methods of multivectors; its subclass defines the conversion to a multivector.
 
-    It is a float in every respect. ``+ - * /`` with numbers give numbers of this class, and with multivectors what the
-    operators of these give; ``^`` and ``|`` of two numbers are their product, and ``~`` is the number itself.
+    It is a float in every respect. ``+ - * /`` with numbers return numbers of this class; with multivectors they are
+    the operators of multivectors. ``^`` and ``|`` of two numbers are their product, and ``~`` is the number itself.
     """
 
     __slots__ = ()
@@ -76,21 +77,21 @@ class ScalarMethods(Operations, float):
         return np.array([float(self)])
 
     def in_algebra(self, algebra: Algebra) -> Any:
-        """The number as the only coefficient of a multivector of an algebra."""
+        """Return the number as the only coefficient of a multivector of an algebra."""
         raise NotImplementedError
 
     def as_multivector(self) -> Any:
-        """The number as the only coefficient of a multivector of no algebra, which takes part in operations of all."""
+        """Return the number as a multivector without an algebra, which can be combined with those of any algebra."""
         return self.in_algebra(SCALARS)
 
     def grade(self, *grades: int) -> Self:
-        """The number if 0 is one of the grades, else 0."""
+        """Return the number if 0 is one of the grades, else 0."""
         if not grades or not all(isinstance(k, int) and k >= 0 for k in grades):
-            raise AlgebraError("grade", f"grades {grades}", "whole numbers from 0, as in x.grade(2)")
+            raise AlgebraError("grade", f"grades {grades}", "nonnegative integers, as in x.grade(2)")
         return self if 0 in grades else type(self)(0.0)
 
     def as_layout(self, layout: Layout, *, tolerance: float = 1e-9, what: str = "") -> Any:
-        """As `MultivectorArray.as_layout`, in any algebra."""
+        """Convert to a layout of any algebra, as `MultivectorArray.as_layout` does."""
         return self.in_algebra(layout.algebra).as_layout(layout, tolerance=tolerance, what=what)
 
     def __invert__(self) -> Self:
@@ -98,7 +99,7 @@ class ScalarMethods(Operations, float):
 
     def __getitem__(self, name: str) -> float:
         if not isinstance(name, str):
-            raise TypeError('one number has no axes; ask for the coefficient, x["1"]')
+            raise TypeError('a number has no axes; index it by a blade, x["1"]')
         return float(self) if name == "1" else 0.0
 
     @property

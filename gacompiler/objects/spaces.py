@@ -1,4 +1,4 @@
-"""Making multivectors of any algebra: of coefficients, by the names of blades and layouts."""
+"""Constructors of multivectors for any algebra, from coefficients by the names of blades and layouts."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from .operators import layout_of
 class Space(Immutable):
     """An algebra with constructors of multivectors.
 
-    Basis blades are its attributes, in any spelling (``space.e12``), and so are the layouts of the algebra
-    (``space.MOTOR``), so that a space stands wherever kernels are declared.
+    Basis blades in any spelling (``space.e12``) and the layouts of the algebra (``space.MOTOR``) are attributes, so
+    that a space can be used instead of its algebra in declarations of kernels.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class Space(Immutable):
         self.algebra = algebra
 
     def __eq__(self, other: object) -> bool:
-        """Spaces are equal when they have the same constructors in the same algebra."""
+        """Whether two spaces have the same constructors in the same algebra."""
         return type(self) is type(other) and self.algebra == other.algebra
 
     def __hash__(self) -> int:
@@ -65,20 +65,20 @@ class Space(Immutable):
         return sorted({*object.__dir__(self), *self.algebra.layouts, *self.algebra.full.blades[1:]})
 
     def of(self, layout: Layout, *coefficients: Any) -> Any:
-        """Multivectors of a layout from its stored coefficients.
+        """Create multivectors of a layout from its stored coefficients.
 
         Parameters
         ----------
         layout : Layout
-            Of this algebra.
+            A layout of this algebra.
         *coefficients : array_like
-            One array with the blades along its last axis, or an array for each blade, which broadcast.
+            One array with the blades along its last axis, or an array for each blade; these broadcast.
 
         Raises
         ------
         LayoutError
-            When there are too few or too many, or a relation of the layout does not hold to 1e-9: a motor that is not
-            a unit motor.
+            If the number of coefficients is wrong, or a relation of the layout does not hold within 1e-9, for example
+            if a motor is not of unit norm.
         """
         if layout.algebra != self.algebra:
             raise AlgebraError("of", f"the layout {layout}", f"one of {self.algebra.name}")
@@ -88,9 +88,9 @@ class Space(Immutable):
         return of_rows(layout, values)
 
     def multivector(self, coefficients: Mapping[str, Any]) -> Any:
-        """Multivectors from numbers or arrays by the names of blades, ``{"1": 2, "e12": [0, 1]}``; arrays broadcast."""
+        """Create multivectors from numbers or arrays by blade, ``{"1": 2, "e12": [0, 1]}``; arrays broadcast."""
         if not coefficients:
-            raise LayoutError("multivector", "no coefficient", 'blades with their numbers, {"1": 2}')
+            raise LayoutError("multivector", "no coefficients", 'coefficients by blade, as in {"1": 2}')
         blades = {name: self.algebra.blade(name) for name in coefficients}
         layout = layout_of(self.algebra, {blade for _, blade in blades.values()})
         parts: dict[int, Any] = {}
@@ -100,26 +100,27 @@ class Space(Immutable):
         return of_rows(layout, values)
 
     def parse(self, text: str, layout: Layout | None = None) -> Any:
-        """Multivectors from text: a sum of blades in any spelling, or what was printed.
+        """Create multivectors from text: a sum of blades in any spelling, or printed multivectors.
 
         Parameters
         ----------
         text : str
-            ``1 + 2*e12 - 0.5e01``, ``[e1, 2 e2]``, or any form that `str`, `repr` and `format` give. The exponent of a
-            number has a sign, ``2e+12``: ``2e12`` is twice a blade.
+            ``1 + 2*e12 - 0.5e01``, ``[e1, 2 e2]``, or any output of `str`, `repr` and `format`. The exponent of a
+            number must have a sign, ``2e+12``; ``2e12`` is twice the blade ``e12``.
         layout : Layout, optional
-            What is meant. Left out, the one that `repr` has named, else one of the blades in the text.
+            The layout of the result. By default the layout named in the output of `repr`, else one with the blades in
+            the text.
 
         Returns
         -------
         MultivectorArray
-            A number where the text has no blade. `str` and `repr` print six digits, ``f"{x:.17g}"`` all; unit
-            elements of fewer digits are normalised.
+            A number if the text has no blade. `str` and `repr` print six digits, ``f"{x:.17g}"`` prints all; unit
+            elements with fewer digits are normalized.
 
         Raises
         ------
         AlgebraError, LayoutError
-            Where the text is none of these, or is not what the layout says, to 1e-5.
+            If the text has none of these forms, or does not match the layout within 1e-5.
 
         Examples
         --------
@@ -132,28 +133,28 @@ class Space(Immutable):
         return parse(self.algebra, text, layout)
 
     def vector(self, *coordinates: Any) -> Any:
-        """Vectors from a coordinate for each basis vector, or one array with the coordinates along its last axis."""
+        """Create vectors from one coordinate per basis vector, or an array with the coordinates along its last axis."""
         return self.of(layout_of(self.algebra, self.algebra.blades(1)), *coordinates)
 
     def bivector(self, *coordinates: Any) -> Any:
-        """Bivectors from a coordinate for each basis bivector, in the order of their bitmaps: e12 e13 e23 ..."""
+        """Create bivectors from one coordinate per basis bivector, in the order of their bitmaps: e12 e13 e23 ..."""
         return self.of(layout_of(self.algebra, self.algebra.blades(2)), *coordinates)
 
     def basis(self) -> tuple[Any, ...]:
-        """The basis vectors."""
+        """Return the basis vectors."""
         return tuple(getattr(self, name) for name in self.algebra.vectors)
 
     @property
     def pseudoscalar(self) -> Any:
-        """The unit pseudoscalar, as its name is spelled."""
+        """The unit pseudoscalar, with the orientation of its name."""
         return getattr(self, self.algebra.spelling(self.algebra.everything)[1])
 
     def _make(self, definition: Definition, *operands: Any) -> Any:
-        """What a constructor gives, also of numbers alone."""
+        """Apply a definition in this algebra, also to operands that are all numbers."""
         return apply(_in_algebra(definition, self.algebra), *operands)
 
     def _directions(self, what: str, names: str, coordinates: tuple[Any, ...]) -> Any:
-        """Multivectors with these blades from coordinates, or as they are given where they are multivectors."""
+        """Create multivectors with these blades from coordinates; multivectors are returned unchanged."""
         if len(coordinates) == 1 and isinstance(coordinates[0], MultivectorArray):
             return coordinates[0]
         layout = layout_of(self.algebra, {self.algebra.blade(name)[1] for name in names.split()})
@@ -161,7 +162,7 @@ class Space(Immutable):
 
 
 def define(name: str, parameters: str, text: str, *, unit: bool = False) -> Definition:
-    """A constructor as one line of the kernel language; with `unit` the result is a unit versor by its definition."""
+    """Define a constructor by one line of the kernel language; with `unit` its result is declared a unit versor."""
     return _defined(name, tuple(parameters.split()), " ".join(text.split()), unit)
 
 
@@ -180,7 +181,7 @@ def _always(layouts: tuple[Layout, ...]) -> bool:
 
 
 def unit(where: str, direction: Any) -> Any:
-    """Directions divided by their length, which may be any but 0."""
+    """Divide directions by their length, which must not be 0."""
     v = direction.values
     if v.dtype.kind == "c":
         return direction
@@ -189,27 +190,27 @@ def unit(where: str, direction: Any) -> Any:
     with np.errstate(all="ignore"):
         scaled = v / np.max(np.abs(v), axis=-1, keepdims=True, initial=0.0)
         made = wrap(direction.layout, scaled / np.sqrt(np.sum(scaled * scaled, axis=-1, keepdims=True)))
-    return refuse(where, made, np.all(v == 0, axis=-1), "an axis or normal of length 0", "one of another length")
+    return refuse(where, made, np.all(v == 0, axis=-1), "an axis or normal of length 0", "a nonzero one")
 
 
 def numbers(what: str, value: Any) -> np.ndarray[Any, Any]:
-    """A number or an array of real or complex numbers."""
+    """Convert a value to an array of real or complex numbers."""
     try:
         array = np.asarray(value)
     except ValueError as error:
-        raise LayoutError(what, f"no array of numbers ({error})", "numbers") from None
+        raise LayoutError(what, f"not an array of numbers ({error})", "numbers") from None
     if array.dtype.kind not in "fiubc":
         raise LayoutError(what, f"{type(value).__name__} of dtype {array.dtype}", "numbers")
     return array.astype(np.float64) if array.dtype.kind in "iub" else array
 
 
 def stacked(what: str, names: tuple[str, ...], coordinates: tuple[Any, ...]) -> np.ndarray[Any, Any]:
-    """Coordinates given one by one, or along the last axis of one array, as such an array."""
+    """Return coordinates, given one by one or as one array, as an array with coordinates along the last axis."""
     n = len(names)
     if len(coordinates) == 1 and (n > 1 or np.ndim(coordinates[0])):
         array = numbers(what, coordinates[0])
         if array.ndim and array.shape[-1] == n:
-            return array.copy()  # what is given may be changed later, multivectors may not
+            return array.copy()  # multivectors are immutable, but the caller may change the array later
         raise LayoutError(what, f"an array of shape {array.shape}", f"(..., {n}) with last axis {' '.join(names)}")
     if len(coordinates) != n:
         raise LayoutError(what, f"{len(coordinates)} coordinates", f"{n}: {' '.join(names)}")

@@ -216,9 +216,9 @@ def test_equality_and_pickles() -> None:
     assert m == m and m != ~m and hash(m) == hash(pickle.loads(pickle.dumps(m)))
     assert m != m * 1.0 and m.isclose(m * 1.0), "a motor and an even element are of two layouts"
     assert list(np.asarray(objects[2] == CGA3.point([[1, 1, 1], [2, 2, 2]]))) == [True, False]
-    with pytest.raises(TypeError, match="no hash"):
+    with pytest.raises(TypeError, match="not hashable"):
         hash(objects[2])
-    with pytest.raises(AttributeError, match="cannot be changed"):
+    with pytest.raises(AttributeError, match="immutable"):
         objects[2].layout = None
     with pytest.raises(ValueError, match="read-only"):
         objects[2].values[0] = 1
@@ -268,7 +268,7 @@ def test_making_multivectors_of_any_algebra() -> None:
         (lambda: PGA3.point(np.zeros((2, 3))) + PGA3.point(np.zeros((3, 3))), ValueError, "do not broadcast"),
         (lambda: PGA3.point(1, 2, 3)[0], TypeError, "has no axes"),
         (lambda: len(PGA3.point(1, 2, 3)), TypeError, "has no length"),
-        (lambda: bool(PGA3.point(1, 2, 3)), TypeError, "neither true nor false"),
+        (lambda: bool(PGA3.point(1, 2, 3)), TypeError, "truth value of a multivector is undefined"),
         (lambda: PGA3.point(1, 2, 3).e4, AttributeError, "no blade"),
         (lambda: PGA3.point(1, 2, 3) * "a", TypeError, "sequence"),
         (lambda: PGA3.e1 >> object(), TypeError, "multivectors"),

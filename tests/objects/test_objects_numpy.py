@@ -223,7 +223,7 @@ def test_numbers_keep_the_methods_of_multivectors() -> None:
             for found in (x + 1, 1 + x, x - 1, 1 - x, 2 * x, x * 2, x / 2, 2 / x, -x, +x, abs(x), x + x, x * x):
                 assert found.grade(0) == found
             for name in ("dual", "undual", "polarity"):
-                with pytest.raises(AlgebraError, match=f"{name}: a number, which is of no algebra"):
+                with pytest.raises(AlgebraError, match=f"{name}: a number, which belongs to no algebra"):
                     getattr(x, name)()
         for operator in operators():
             operator.wait()
