@@ -1,4 +1,4 @@
-"""Multivectors with numbers in them, for interactive use: every operation is compiled when it is first used.
+"""Numeric multivectors for interactive use; every operation is compiled when it is first used.
 
 >>> from gacompiler.objects import PGA3
 >>> m = PGA3.motor([0, 0, 1], 0.5, 2)

@@ -1,7 +1,7 @@
-"""Commands that make files while the program goes on: as many at a time as there are processors, the others in a queue.
+"""A queue of commands that create files in the background, with as many running at a time as there are processors.
 
-Threads start the commands and wait for them; nobody else does. They are daemons and end when nothing is left to do, and
-a command outlives the program, so that what was begun reaches the cache however short the program is.
+Daemon threads start the commands, wait for them, and end when the queue is empty. A running command continues after the
+program ends, so that its file reaches the cache however short the program is.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from ..errors import BackendError
 
 
 class Job:
-    """A file that a command makes.
+    """A file that is created by a command.
 
     Parameters
     ----------
     target : Path
-        Where the file belongs. The command puts it there in one step, or not at all.
+        The path of the file. The command creates the file atomically, or not at all.
     prepare : callable
-        Writes what the command reads, and gives the command. It is called right before that runs.
+        Writes the input of the command and returns the command. It is called immediately before the command runs.
 
     Attributes
     ----------
     failure : str
-        Why there is no file, where the command has failed; else empty.
+        The reason if the command has failed; else empty.
     """
 
     def __init__(self, target: Path, prepare: Callable[[], Sequence[str]]) -> None:
@@ -41,11 +41,11 @@ class Job:
 
     @property
     def is_done(self) -> bool:
-        """Whether the file is there."""
+        """Whether the file exists."""
         return self.target.exists()
 
     def run(self) -> None:
-        """Make the file, unless another process has done so in the meantime; wait for it."""
+        """Create the file and wait for it, unless another process has created it in the meantime."""
         try:
             self.failure = "" if self.is_done else self._run()
         except (OSError, ValueError, subprocess.SubprocessError) as error:
@@ -71,15 +71,17 @@ class Job:
         Raises
         ------
         BackendError
-            When it has failed.
+            If it has failed.
         """
         self._ended.wait()
         if self.failure:
-            raise BackendError("C compiler", f"it failed: {self.failure}", "a working one", "or set GAC_BACKEND=arrays")
+            raise BackendError(
+                "C compiler", f"it failed: {self.failure}", "a working compiler", "or set GAC_BACKEND=arrays"
+            )
 
 
 class Queue:
-    """Jobs in the order in which they came.
+    """A queue of jobs, in the order in which they were added.
 
     Attributes
     ----------
@@ -96,36 +98,36 @@ class Queue:
 
     @property
     def waiting(self) -> list[Job]:
-        """Jobs that have not begun."""
+        """Jobs that have not started."""
         with self._lock:
             return list(self._waiting)
 
     @property
     def running(self) -> list[Job]:
-        """Jobs whose commands run."""
+        """Jobs whose commands are running."""
         with self._lock:
             return list(self._running)
 
     def add(self, job: Job) -> None:
-        """Let a job begin as soon as there is room; this does not wait for anything."""
+        """Add a job, which starts as soon as a processor is free; return immediately."""
         with self._lock:
             self._waiting.append(job)
         self.start()
 
     def start(self) -> None:
-        """Begin what waits, where there is room: jobs begin by themselves but in a process that was forked."""
+        """Start a waiting job if a processor is free; callers need this only in forked processes."""
         with self._lock:
             if not self._waiting or self._workers >= processors():
                 return
             self._workers += 1
         try:
             threading.Thread(target=self._work, name="gacompiler-build", daemon=True).start()
-        except RuntimeError:  # no more threads, or the interpreter is about to end: a later call tries again
+        except RuntimeError:  # too many threads, or the interpreter is shutting down: a later call tries again
             with self._lock:
                 self._workers -= 1
 
     def finish(self, job: Job) -> None:
-        """Run a job now if it has not begun, and wait for it; errors as in `Job.wait`."""
+        """Run a job now if it has not started, and wait for it; errors as in `Job.wait`."""
         with self._lock:
             is_own = job in self._waiting
             if is_own:
@@ -147,7 +149,7 @@ class Queue:
                 self._running.remove(job)
 
     def _after_fork(self) -> None:
-        """In the child there are no threads: what they were doing waits again."""
+        """Return running jobs to the queue in a forked process, which does not inherit threads."""
         self._lock = threading.Lock()
         self._workers = 0
         self._waiting = deque([*self._running, *self._waiting])
@@ -155,4 +157,4 @@ class Queue:
 
 
 QUEUE = Queue()
-"""What this process has for the C compiler."""
+"""The jobs of this process for the C compiler."""

@@ -1,4 +1,4 @@
-"""What the C compiler has done for the operations of this process, and what it has yet to do."""
+"""Status of the compilation of operations in this process."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ class Builds(NamedTuple):
     Attributes
     ----------
     ready, running, waiting, failed, text : tuple of str
-        Names of operations, in the order of first use. Among those that run is ``"extension"`` while the extension that
-        holds single objects is built, which happens once; until then these are arrays of numpy.
+        Names of operations, in the order of first use. While the extension that stores single objects is being built,
+        which happens once, `running` contains ``"extension"``; until then single objects are numpy arrays.
     """
 
     ready: tuple[str, ...]
@@ -26,14 +26,14 @@ class Builds(NamedTuple):
 
     @property
     def pending(self) -> int:
-        """How many are not compiled yet but will be, by themselves."""
+        """The number of operations that are not compiled yet but will be, automatically."""
         return len(self.running) + len(self.waiting)
 
 
 def builds() -> Builds:
-    """What the C compiler has done so far, and what it has yet to do.
+    """Return the status of all operations that were used so far.
 
-    It works in the background: this does not wait for it, and nothing has to be called for it to go on.
+    Compilation runs in the background; this function does not wait for it, and does not have to be called for it.
 
     Returns
     -------

@@ -41,24 +41,24 @@ def draw(
     Parameters
     ----------
     *objects : MultivectorArray
-        Blades: points, directions, lines, planes, point pairs, circles, spheres; an array of points is a cloud.
-        Vectors of conformal algebras are drawn as the round or flat that they are the dual of.
+        Blades: points, directions, lines, planes, point pairs, circles, spheres. An array of points is drawn as a
+        cloud. Vectors of conformal algebras are drawn as their dual rounds or flats.
     labels, colours : sequence of str, optional
-        One for each object; colours as matplotlib has them.
+        One for each object; colours as in matplotlib.
     limits : optional
-        Low and high for all axes, ``(-2, 2)``, or for each; by default all points and rounds are seen.
+        Lower and upper limit for all axes, ``(-2, 2)``, or for each axis. By default all points and rounds are visible.
     ax : matplotlib.axes.Axes, optional
-        Where to draw, of the projection ``3d`` for space; by default a new figure.
+        The axes to draw in, with the projection ``3d`` for space; by default those of a new figure.
 
     Returns
     -------
     matplotlib.axes.Axes
-        Imaginary rounds are dashed, with the radius that is the root of minus its square.
+        Imaginary rounds are dashed; the square of their drawn radius is minus the squared radius.
 
     Raises
     ------
     AlgebraError
-        When an object has no picture: a motor, a screw, a plane at infinity.
+        If an object cannot be drawn: a motor, a screw, a plane at infinity.
 
     Examples
     --------

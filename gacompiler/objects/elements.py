@@ -1,4 +1,4 @@
-"""What functions on numeric objects read of them: `MultivectorArray`, which uses these functions."""
+"""Protocol of numeric objects for functions that `MultivectorArray` uses, and that therefore cannot import it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Elements(Protocol):
 
     @property
     def values(self) -> np.ndarray[Any, Any]:
-        """The stored coefficients, in the last axis."""
+        """The stored coefficients, along the last axis."""
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -30,7 +30,7 @@ class Elements(Protocol):
         """The number of axes of `shape`."""
 
     def reshape(self, *shape: Any) -> Self:
-        """The same elements in another shape."""
+        """Return the same elements in another shape."""
 
     def __len__(self) -> int: ...
 

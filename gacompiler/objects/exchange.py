@@ -1,4 +1,4 @@
-"""Objects in files, and as those of other libraries: clifford and kingdon."""
+"""Storage of objects in files, and conversion to and from other libraries: clifford and kingdon."""
 
 from __future__ import annotations
 
@@ -30,18 +30,20 @@ Matrix = np.ndarray[Any, Any]
 
 
 def save(path: str | os.PathLike[str], **objects: Any) -> None:
-    """Write multivectors, and numbers, under names.
+    """Write named multivectors and numbers to a file.
 
     Parameters
     ----------
     path : path
-        Ends in ``.json``, text that other programs can read, or in ``.npz``, numpy's own, for large batches.
+        The suffix selects the format: ``.json``, text that other programs can read, or ``.npz``, the format of numpy,
+        for large batches.
     **objects : multivectors of any shape, numbers or arrays of real numbers
 
     Raises
     ------
     LayoutError, ValueError, BackendError
-        For another ending or another kind of object, and where the file cannot be written. None is left half-written.
+        If the suffix or the type of an object is not supported, or the file cannot be written. An incomplete file is
+        never left behind.
     """
     target = Path(path)
     described, arrays = {}, {}
@@ -72,12 +74,16 @@ def save(path: str | os.PathLike[str], **objects: Any) -> None:
 
 
 def load(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """What `save` wrote: objects by their names, in the layouts that they had.
+    """Read a file written by `save` and return its objects by name, with their layouts.
 
     Raises
     ------
     LayoutError, ValueError
-        Where the file is not one of `save`. Nothing in it is run.
+        If the file was not written by `save`.
+
+    Notes
+    -----
+    The file cannot contain code, so that reading an untrusted file is safe.
     """
     source = Path(path)
     try:
@@ -93,7 +99,7 @@ def load(path: str | os.PathLike[str]) -> dict[str, Any]:
                 described = {name: (each, file[f"values.{name}"]) for name, each in about.items()}
         return {name: _restored(about, values) for name, (about, values) in described.items()}
     except (KeyError, TypeError, AttributeError, json.JSONDecodeError, zipfile.BadZipFile) as error:
-        raise ValueError(f"{source}: not a file of objects ({error}); expected one that save() wrote") from error
+        raise ValueError(f"{source}: not a file of objects ({error}); expected a file written by save()") from error
 
 
 def _restored(about: Mapping[str, Any], values: Matrix) -> Any:
@@ -104,7 +110,7 @@ def _restored(about: Mapping[str, Any], values: Matrix) -> Any:
 
 def _ending(path: Path) -> str:
     if path.suffix not in (".json", ".npz"):
-        raise ValueError(f"{path}: ends in {path.suffix or 'nothing'!r}; expected .json or .npz")
+        raise ValueError(f"{path}: suffix {path.suffix!r}; expected .json or .npz")
     return path.suffix
 
 
@@ -112,23 +118,25 @@ def _ending(path: Path) -> str:
 
 
 def to_clifford(x: MultivectorArray, layout: Any) -> Any:
-    """The same in a layout of clifford: a `clifford.MultiVector`, or an array of them of the shape of `x`.
+    """Convert multivectors to a layout of clifford.
 
     Parameters
     ----------
     x : MultivectorArray
     layout : clifford.Layout
-        Of the same signature. Vectors go to vectors of the same square in their order; a null pair, such as
-        ``e0, einf`` of conformal space, goes to ``(e- - e+) / 2, e- + e+``, as clifford's own ``eo, einf``.
+        A layout with the same signature. Vectors are mapped to vectors with the same square, in order. A null pair,
+        such as ``e0, einf`` of conformal space, is mapped to ``(e- - e+) / 2, e- + e+``, which are clifford's
+        ``eo, einf``.
 
     Returns
     -------
     clifford.MultiVector or array of them
+        With the shape of `x`.
 
     Raises
     ------
     AlgebraError
-        For another signature, or an algebra whose basis is neither orthogonal nor of null pairs.
+        If the signature differs, or the basis of the algebra does not consist of orthogonal vectors and null pairs.
     """
     values = dense_of(x) @ change_of_basis(x.algebra, _signature(layout.sig), True)[:, _places(layout)]
     found = np.empty(x.shape, object)
@@ -138,18 +146,18 @@ def to_clifford(x: MultivectorArray, layout: Any) -> Any:
 
 
 def from_clifford(algebra: Algebra | Space, found: Any) -> Any:
-    """A multivector of clifford, or an array of them, in an algebra of the same signature.
+    """Convert multivectors of clifford to an algebra with the same signature.
 
     Parameters
     ----------
     algebra : Algebra or Space
-        Such as ``CGA3`` of the objects.
+        For example ``CGA3`` of `gacompiler.objects`.
     found : clifford.MultiVector or array of them
 
     Returns
     -------
     MultivectorArray
-        It stores the blades that occur; `as_layout` makes it a sphere, say.
+        Multivectors that store the blades that occur; `as_layout` converts them to spheres, for example.
     """
     owner = algebra_of(algebra)
     one = hasattr(found, "layout")
@@ -164,18 +172,18 @@ def from_clifford(algebra: Algebra | Space, found: Any) -> Any:
 
 
 def to_kingdon(x: MultivectorArray, algebra: Any) -> Any:
-    """The same in an algebra of kingdon, whose coefficients are numbers or arrays of the shape of `x`.
+    """Convert multivectors to an algebra of kingdon.
 
     Parameters
     ----------
     x : MultivectorArray
     algebra : kingdon.Algebra
-        Of the same signature; vectors go to vectors as in `to_clifford`.
+        An algebra with the same signature; vectors are mapped as in `to_clifford`.
 
     Returns
     -------
     kingdon.MultiVector
-        Of the blades that occur.
+        A multivector with the blades that occur. Coefficients are numbers or arrays with the shape of `x`.
     """
     values = dense_of(x) @ change_of_basis(x.algebra, _signature(algebra.signature), True)
     keys = [k for k in range(values.shape[-1]) if values[..., k].any()] or [0]
@@ -183,7 +191,7 @@ def to_kingdon(x: MultivectorArray, algebra: Any) -> Any:
 
 
 def from_kingdon(algebra: Algebra | Space, found: Any) -> Any:
-    """A multivector of kingdon in an algebra of the same signature; as `from_clifford`."""
+    """Convert a multivector of kingdon to an algebra with the same signature; see `from_clifford`."""
     owner = algebra_of(algebra)
     parts = np.broadcast_arrays(*(np.asarray(value, float) for value in found.values()))
     values = np.zeros((*parts[0].shape, 1 << owner.dimension))
@@ -193,7 +201,7 @@ def from_kingdon(algebra: Algebra | Space, found: Any) -> Any:
 
 
 def algebra_of(algebra: Algebra | Space) -> Algebra:
-    """The algebra of a space, or itself."""
+    """Return the algebra of a space; an algebra is returned unchanged."""
     return algebra.algebra if isinstance(algebra, Space) else algebra
 
 
@@ -202,13 +210,13 @@ def _signature(squares: Sequence[Any]) -> tuple[int, ...]:
 
 
 def _places(layout: Any) -> list[int]:
-    """The bitmaps of clifford's blades, in its order."""
+    """Return the bitmaps of clifford's blades, in its order."""
     names = [blade[0] for blade in layout.bladeTupList if len(blade) == 1]
     return [sum(1 << names.index(name) for name in blade) for blade in layout.bladeTupList]
 
 
 def dense_of(x: MultivectorArray) -> Matrix:
-    """All coefficients, each in the place of its bitmap."""
+    """Return all coefficients, each at the index given by the bitmap of its blade."""
     full = x.algebra.full
     values = np.asarray(x.as_layout(full).values)
     dense = np.zeros((*x.shape, 1 << x.algebra.dimension), values.dtype)
@@ -218,14 +226,17 @@ def dense_of(x: MultivectorArray) -> Matrix:
 
 
 def of_dense(algebra: Algebra, dense: Matrix) -> Any:
-    """Multivectors from all coefficients, as `dense_of` gives them; with the blades that are not 0 everywhere."""
+    """Create multivectors from the result of `dense_of`, with the blades that are not 0 everywhere."""
     layout = layout_of(algebra, [k for k in range(dense.shape[-1]) if dense[..., k].any()] or [0])
     return of_rows(layout, np.stack([dense[..., slot.blade] * slot.sign for slot in layout.stored], -1))
 
 
 @cache
 def change_of_basis(algebra: Algebra, signature: tuple[int, ...], there: bool) -> Matrix:
-    """What takes a row of coefficients to those over orthogonal vectors of these squares, or back."""
+    """Return the matrix that converts rows of coefficients to those for orthogonal vectors of these squares, or back.
+
+    If `there` is true, the matrix converts from `algebra` to the orthogonal vectors.
+    """
     target = Algebra("orthogonal", [f"v{k}_" for k in range(len(signature))], list(signature))
     forth, back = _images(algebra, target)
     own, images = (algebra, forth) if there else (target, back)
@@ -242,7 +253,7 @@ def change_of_basis(algebra: Algebra, signature: tuple[int, ...], there: bool) -
 
 
 def _images(algebra: Algebra, target: Algebra) -> tuple[list[Multivector], list[Multivector]]:
-    """Where the vectors of an algebra go, and where those of the orthogonal one come from."""
+    """Return the images of an algebra's vectors in the orthogonal algebra, and the images of the inverse map."""
     free: dict[int, list[int]] = {1: [], -1: [], 0: []}
     for k in range(target.dimension):
         free[int(target.gram[k][k])].append(k)
@@ -254,7 +265,7 @@ def _images(algebra: Algebra, target: Algebra) -> tuple[list[Multivector], list[
         if any(k in pair for pair in pairs):
             continue
         if any(gram[k][j] for j in range(size) if j != k):
-            raise AlgebraError(str(algebra), "a basis that is oblique", "orthogonal vectors and null pairs")
+            raise AlgebraError(str(algebra), "an oblique basis", "orthogonal vectors and null pairs")
         place = _taken(free, gram[k][k], algebra, target)
         forth[k], back[place] = other(place), own(k)
     for k, j in pairs:

@@ -1,7 +1,7 @@
-"""Exponentials over many blades, by products of objects: one kernel of it would be a million operations.
+"""Exponentials with many blades, computed by products of objects; a single kernel would need a million operations.
 
-The method is that of `gacompiler.frontend.scaling`, Taylor's polynomial and squarings whose first ones compute in two
-parts; here the number of squarings follows the arguments, so that it has no largest one.
+The method is that of `gacompiler.frontend.scaling`: a Taylor polynomial followed by squarings, the first of which use
+double-word arithmetic. Here the number of squarings depends on the arguments, so that these can be arbitrarily large.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from ..frontend.scaling import HEAD, PLAIN, SCALED, TAYLOR, weights
 from .elements import Elements
 
 MOST_VECTORS = 5
-"""In algebras of no more vectors every exponential is one kernel."""
+"""Dimension of an algebra up to which every exponential is one kernel."""
 LARGEST = 32
-"""The number of coefficients of an exponential up to which it is one kernel."""
+"""Number of coefficients up to which an exponential is one kernel."""
 _MOST = 1100
-"""Squarings beyond this many are those of numbers that no double is."""
+"""Largest number of squarings for arguments that are doubles."""
 
 
 @cache
 def layout_of_exponential(layout: Layout) -> Layout | None:
-    """The layout of exponentials that are made by products; None where they are one kernel."""
+    """Return the layout of exponentials that are computed by products; None if they are one kernel."""
     vectors, blades = 0, sorted(layout.support)
     for blade in blades:
         vectors |= blade
@@ -38,14 +38,14 @@ def layout_of_exponential(layout: Layout) -> Layout | None:
 
 @cache
 def _weights(layout: Layout) -> tuple[tuple[str, float], ...]:
-    """The blades of a layout but 1, and what makes a sum of squares at least that of the norm of their product."""
+    """Return weights of the blades other than 1 for which the weighted sum of squares bounds the norm of products."""
     algebra, blades = layout.algebra, sorted(layout.support - {0})
     found = zip(blades, weights(algebra, blades), strict=True)
     return tuple((algebra.spelling(blade)[1], float(weight)) for blade, weight in found)
 
 
 def exponential(x: Elements, whole: Layout, wrap: Callable[[Layout, Any], Any]) -> Any:
-    """``exp(x)`` in a layout that is closed under products."""
+    """Compute ``exp(x)`` in a layout that is closed under products."""
     start = np.stack([np.broadcast_to(x[name], x.shape) for name in whole.blades], -1).astype(float)
     scalar = whole.blades.index("1")
     factor = np.exp(start[..., scalar])
@@ -77,7 +77,7 @@ def exponential(x: Elements, whole: Layout, wrap: Callable[[Layout, Any], Any]) 
 
 
 def _beyond_first(x: Any, product: Callable[[Any, Any], Any], scalar: int) -> Any:
-    """``exp(x) - 1 - x``, by Horner's rule in the product."""
+    """Compute ``exp(x) - 1 - x`` by Horner's rule."""
     one = np.zeros(x.shape[-1])
     one[scalar] = 1
     found = np.broadcast_to(float(TAYLOR[-1]) * one, x.shape)
@@ -87,6 +87,6 @@ def _beyond_first(x: Any, product: Callable[[Any, Any], Any], scalar: int) -> An
 
 
 def _head(x: Any) -> Any:
-    """The first twenty binary places of all coefficients: the same multiples for all of an element."""
+    """Round coefficients to about twenty bits, with the same unit for all coefficients of an element."""
     shift = float(HEAD) * np.max(np.abs(x), axis=-1, keepdims=True)
     return (x + shift) - shift

@@ -1,13 +1,14 @@
-"""Objects as those of ganja.js, and scenes for its viewers.
+"""Conversion to and from multivectors of ganja.js, and scenes for its viewers.
 
-ganja.js numbers basis vectors from ``e0`` where one squares to zero and from ``e1`` elsewhere: those that square to 0
-first, to 1 next, to -1 last. Its coefficients are by grade, and in the order of these numbers within one: for PGA3
+ganja.js numbers basis vectors from ``e0`` if one of them squares to zero, else from ``e1``: first those with square 0,
+then those with square 1, then those with square -1. Its coefficients are ordered by grade, and within a grade by these
+numbers. For PGA3 the order is
 
     1, e0, e1, e2, e3, e01, e02, e03, e12, e13, e23, e012, e013, e023, e123, e0123
 
-and for CGA3 ``1, e1, ... e5, e12, ... e45, e123, ... e12345``, where ``e0`` and ``einf`` here are ``(e5 - e4) / 2`` and
-``e4 + e5``. Another order or orientation can be given as `basis`, as ganja.js takes it: the modules that it generates
-for other languages have `GENERATED_PGA3`.
+and for CGA3 ``1, e1, ... e5, e12, ... e45, e123, ... e12345``; ``e0`` and ``einf`` of this package are
+``(e5 - e4) / 2`` and ``e4 + e5``. Another order or orientation can be passed as `basis`, as in ganja.js: the modules
+that it generates for other languages use `GENERATED_PGA3`.
 """
 
 from __future__ import annotations
@@ -33,11 +34,11 @@ GENERATED_PGA3 = "1 e0 e1 e2 e3 e01 e02 e03 e12 e31 e23 e021 e013 e032 e123 e012
 """The order of the modules for PGA3 that ganja.js generates in C++, Python and other languages."""
 
 _NULL = 1e-9
-"""Vectors are points where their square is at most this part of its terms."""
+"""Vectors are points if their square is at most this fraction of the sum of its terms' absolute values."""
 
 
 def ganja_basis(algebra: Algebra | Space) -> tuple[str, ...]:
-    """The names of ganja.js for its coefficients, in their order.
+    """Return the names of coefficients in ganja.js, in order.
 
     Parameters
     ----------
@@ -49,13 +50,13 @@ def ganja_basis(algebra: Algebra | Space) -> tuple[str, ...]:
 
 
 def to_ganja(x: MultivectorArray, basis: str | Sequence[str] | None = None) -> Matrix:
-    """The coefficients that ganja.js has for multivectors.
+    """Convert multivectors to coefficients of ganja.js.
 
     Parameters
     ----------
     x : MultivectorArray
     basis : str or sequence of str, optional
-        The blades, where they are others than `ganja_basis` has.
+        The blades, by default those of `ganja_basis`.
 
     Returns
     -------
@@ -64,7 +65,7 @@ def to_ganja(x: MultivectorArray, basis: str | Sequence[str] | None = None) -> M
     Raises
     ------
     AlgebraError
-        Where the basis vectors are neither orthogonal with squares 0, 1, -1 nor null pairs, or `basis` is no basis.
+        If the basis vectors are neither orthogonal with squares 0, 1, -1 nor null pairs, or `basis` is not a basis.
     """
     places, signs = _order(x.algebra, basis)
     return np.asarray(
@@ -73,12 +74,12 @@ def to_ganja(x: MultivectorArray, basis: str | Sequence[str] | None = None) -> M
 
 
 def from_ganja(algebra: Algebra | Space, coefficients: Any, basis: str | Sequence[str] | None = None) -> Any:
-    """Multivectors from coefficients of ganja.js, ``(..., 2**n)``; they store the blades that occur.
+    """Create multivectors from coefficients of ganja.js, ``(..., 2**n)``; they store the blades that occur.
 
     Raises
     ------
     AlgebraError, LayoutError
-        As `to_ganja`, and where coefficients are not as many as the algebra has.
+        As in `to_ganja`, and if the number of coefficients is not that of the algebra.
     """
     owner = algebra_of(algebra)
     given = np.asarray(coefficients, float)
@@ -96,23 +97,23 @@ def save_ganja(
     labels: Sequence[str] | None = None,
     colours: Sequence[str] | None = None,
 ) -> None:
-    """Write a scene for the viewers of ganja.js: a list of colours, elements and labels, as ``graph`` takes it.
+    """Write a scene for the viewers of ganja.js: a list of colours, elements and labels, as expected by ``graph``.
 
     Parameters
     ----------
     path : path
-        A file of JSON. Colours are numbers, elements lists of coefficients by `ganja_basis`, labels text after the
-        element that they belong to: the last, of an array.
+        A JSON file. Colours are numbers, elements are lists of coefficients in the order of `ganja_basis`, and labels
+        are strings after their element; the label of an array follows its last element.
     *objects : MultivectorArray
-        Blades of one of PGA2, CGA2, PGA3, CGA3, as `draw` takes them; of an array, every element. Vectors of conformal
-        algebras that are not null stand for what they are the dual of, as in `draw`, and are written so.
+        Blades of one of PGA2, CGA2, PGA3, CGA3, as in `draw`; all elements of an array are written. Vectors of
+        conformal algebras that are not null are replaced by their duals, as in `draw`.
     labels, colours : sequence of str, optional
-        One for each object; colours as ``#1f77b4`` or as matplotlib names them.
+        One for each object; colours as ``#1f77b4`` or as named by matplotlib.
 
     Raises
     ------
     AlgebraError, LayoutError, BackendError
-        Where an object has no picture, algebras differ, labels or colours are not as many, or the file cannot be
+        If an object cannot be drawn, algebras differ, the number of labels or colours is wrong, or the file cannot be
         written.
     """
     if not objects:
@@ -136,7 +137,7 @@ def save_ganja(
 
 
 def _elements(x: MultivectorArray) -> Matrix:
-    """What ganja is given of every element: vectors of conformal algebras as points, or what they are dual to."""
+    """Return the coefficients of all elements; conformal vectors that are not points are replaced by their duals."""
     bits = [slot.blade for slot in x.layout.stored]
     if not x.algebra.null_pairs or any(bit.bit_count() != 1 for bit in bits):
         return to_ganja(x)
@@ -159,7 +160,7 @@ def _colour(name: str) -> int:
 
 
 def _signature(algebra: Algebra) -> tuple[Any, ...]:
-    """The squares of ganja's basis vectors: 0, then 1, then -1."""
+    """Return the squares of ganja's basis vectors: 0, then 1, then -1."""
     paired = {k for pair in algebra.null_pairs for k in pair}
     squares = [algebra.gram[k][k] for k in range(algebra.dimension) if k not in paired]
     if not {0, 1, -1}.issuperset(squares):
@@ -176,7 +177,7 @@ def _target(algebra: Algebra) -> Algebra:
 
 
 def _order(algebra: Algebra, basis: str | Sequence[str] | None) -> tuple[list[int], Matrix]:
-    """The bitmaps and the orientations of ganja's coefficients."""
+    """Return the bitmaps and the orientations of ganja's coefficients."""
     target = _target(algebra)
     names = basis.split() if isinstance(basis, str) else basis or ganja_basis(algebra)
     blades = [target.blade(name) for name in names]

@@ -1,4 +1,4 @@
-"""The functions that the text of an operation calls: numpy's, and the C library's on numpy's arrays."""
+"""The functions that an operation calls in Python: numpy's, and those of the C library applied to numpy arrays."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ NUMPY: dict[str, Callable[..., Any]] = {
     "equal": lambda a, b: (a == b) * 1.0,
     "select": lambda condition, a, b: np.where(condition != 0, a, b),
 }
-"""The free names of a program's text."""
+"""The free names in the text of a program."""
 
 
 def _of_library(function: Callable[..., float], at_zero: float = nan) -> Callable[..., Any]:
-    """A function of the C library on arrays of doubles, number by number: what the compiled function calls."""
+    """Return a function on arrays of doubles that calls the C library for each number, as compiled functions do."""
 
     def one(*numbers: float) -> float:
         try:
@@ -51,4 +51,4 @@ LIBRARY = NUMPY | {
     "exp": _of_library(math.exp),
     "log": _of_library(math.log, -inf),
 }
-"""The same, to the bit as in C; slow on arrays."""
+"""The same functions with results that are bitwise equal to those of C; slow on arrays."""

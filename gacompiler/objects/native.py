@@ -1,8 +1,8 @@
-"""An operation as machine code, soon: one small C function, compiled in some 30 ms and kept in the cache.
+"""Compilation of an operation as one small C function, which takes about 30 ms and is cached.
 
-A generated module has vectorised loops in two precisions, which take a compiler a second. Interactive use wants the
-first result soon, so an operation starts as its plain function and a plain loop; `operators.py` says when it becomes
-more.
+A generated module has vectorised loops in two precisions, which take about a second to compile. Interactive use needs
+the first result sooner, so an operation starts as a plain function and a plain loop; `operators.py` decides when it is
+compiled as a generated module.
 """
 
 from __future__ import annotations
@@ -59,28 +59,28 @@ class Native(NamedTuple):
     """Addresses of an operation's functions."""
 
     element: int
-    """A pointer for each argument and the result."""
+    """Function on one element; takes a pointer for each argument and for the result."""
     marked: int
-    """Of one operand: as `element`, behind a pointer that is not used."""
+    """As `element`, with an unused pointer as additional first parameter."""
     left: int
-    """A copy of the first operand, behind a pointer that is not used."""
+    """Function that copies the first operand; its first parameter is an unused pointer."""
     loop: Callable[..., None]
-    """A number of elements, then a pointer and a step in bytes for each argument and the result."""
+    """Loop; takes a number of elements, then a pointer and a step in bytes for each argument and for the result."""
     library: Any
 
 
 def is_wanted() -> bool:
-    """Whether C may run operations: not where GAC_BACKEND asks for something else."""
+    """Whether operations may be compiled by C: a compiler exists, and GAC_BACKEND selects no other backend."""
     return os.environ.get("GAC_BACKEND", "") in ("", "c") and find_compiler() is not None
 
 
 class Build:
-    """The making of a program's functions: from the cache, or by the C compiler while the program goes on.
+    """The build of a program's functions, which are taken from the cache or compiled in the background.
 
     Attributes
     ----------
     job : Job
-        What the compiler makes; see `QUEUE` for what waits and what runs.
+        The job of the compiler; `QUEUE` has the waiting and running jobs.
     """
 
     def __init__(self, program: Program) -> None:
@@ -102,12 +102,12 @@ class Build:
         return "waiting" if self.job in QUEUE.waiting else "running"
 
     def poll(self) -> Native | None:
-        """The functions if they are there by now; None where they are not, or where the compiler has failed.
+        """Return the functions if they are ready; None if they are not, or if the compiler has failed.
 
         Warns
         -----
         RuntimeWarning
-            When the compiler has failed.
+            If the compiler has failed.
         """
         if self.job.is_done:
             return _loaded(self._program, self.job.target)
@@ -115,18 +115,18 @@ class Build:
         if self.job.failure and not self._was_reported:
             self._was_reported = True
             warnings.warn(
-                f"the C compiler failed: {self.job.failure}; operations run as text, see gacompiler.objects.builds()",
+                f"the C compiler failed: {self.job.failure}; operations run in Python, see gacompiler.objects.builds()",
                 RuntimeWarning, stacklevel=2,
             )  # fmt: skip
         return None
 
     def wait(self) -> Native:
-        """The functions, as soon as they are there.
+        """Wait for the functions and return them.
 
         Raises
         ------
         BackendError
-            When the compiler fails.
+            If the compiler fails.
         """
         if not self.job.is_done:
             QUEUE.finish(self.job)
@@ -139,11 +139,11 @@ if "$@" "$scratch.c" -o "$scratch.so" -lm; then mv -f "$scratch.so" "$library"; 
 rm -f "$scratch.c" "$scratch.so"
 exit $status
 """
-"""A shell moves the library to its place, so that it gets there even where the program has ended in the meantime."""
+"""A shell script moves the library to its destination, so that this happens even if the program has ended meanwhile."""
 
 
 def _prepared(target: Path, text: str, command: tuple[str, ...]) -> list[str]:
-    """The command that compiles a text, which lies beside the library that it becomes."""
+    """Write the source file next to the future library, and return the command that compiles it."""
     handle, source = tempfile.mkstemp(dir=target.parent, prefix=f".{target.stem}.", suffix=".c")
     with os.fdopen(handle, "w") as stream:
         stream.write(text)
@@ -151,7 +151,7 @@ def _prepared(target: Path, text: str, command: tuple[str, ...]) -> list[str]:
 
 
 def _target(text: str, command: tuple[str, ...]) -> Path:
-    """Where the library of a text belongs."""
+    """Return the path of the library for a text."""
     digest = hashlib.sha256("\0".join([text, *command]).encode()).hexdigest()[:24]
     return own_folder() / f"{digest}.so"
 
@@ -171,7 +171,7 @@ def _address(library: Any, name: str) -> int:
 
 
 def c_text(program: Program) -> str:
-    """The C of an operation: its function as in generated modules, and ways to call it."""
+    """Return the C code of an operation: its function as in generated modules, and functions that call it."""
     n = len(program.arguments)
     pointers = ", ".join(f"const double *a{k}" for k in range(n))
     call = ", ".join(f"{'' if argument.shape else '*'}a{k}" for k, argument in enumerate(program.arguments))
@@ -202,7 +202,7 @@ def c_text(program: Program) -> str:
 
 @cache
 def own_folder() -> Path:
-    """The part of the cache that operations have."""
+    """Return the cache folder of operations."""
     return cache_part("objects")
 
 
@@ -212,7 +212,7 @@ sys.path[:] = sys.argv[2:]
 from pathlib import Path
 from gacompiler.backends.build import build_extension
 if build_extension(Path(sys.argv[1])) is None:
-    sys.exit("Python's headers are not there")
+    sys.exit("the Python headers are not installed")
 """
 
 
@@ -222,9 +222,9 @@ class _Extension:
     Attributes
     ----------
     found : module or None
-        None where it is not there, or not yet.
+        The extension; None if it is not available (yet).
     is_settled : bool
-        Whether that remains so.
+        Whether `found` is final.
     """
 
     def __init__(self) -> None:
@@ -233,7 +233,7 @@ class _Extension:
         self._job: Job | None = None
 
     def look(self) -> None:
-        """Load it from beside the generated modules or from the cache; have it built into the cache otherwise."""
+        """Load the extension from the folder of generated modules or from the cache, or start building it."""
         if self._job is None:
             beside = extension_path(generated_folder())
             if not is_wanted() or beside.exists():
@@ -258,9 +258,9 @@ _EXTENSION = _Extension()
 
 
 def extension() -> Any:
-    """The extension that runs functions on the coefficients of single objects; None where it is not there, or not yet.
+    """Return the extension that runs functions on the coefficients of single objects; None if not available (yet).
 
-    Where no module has it, it is built once, in the background; it takes a second. Objects are arrays until then.
+    If no module has built it, it is built once, in the background, which takes a second. Until then objects are arrays.
     """
     if not _EXTENSION.is_settled:
         _EXTENSION.look()
@@ -268,6 +268,6 @@ def extension() -> Any:
 
 
 def extension_is_settled() -> bool:
-    """Whether `extension` gives the same from now on."""
+    """Whether the result of `extension` is final."""
     extension()
     return _EXTENSION.is_settled

@@ -1,4 +1,4 @@
-"""Numeric objects from text: what `str`, `repr` and `format` of them give, and sums of blades as people write them."""
+"""Parser for numeric objects: the output of `str`, `repr` and `format`, and handwritten sums of blades."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .arrays import MultivectorArray, of_rows
 from .operators import layout_of
 
 PRINTED = 1e-5
-"""How far coefficients that were printed with six digits may be from what a layout says of them."""
+"""Tolerance for the constraints of a layout on coefficients that were printed with six digits."""
 
 _SIGNS = re.compile(r"[+-](?:\s*[+-])*")
 _NUMBER = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]\d+)?|(?:inf|nan)\b")
@@ -29,7 +29,7 @@ Sum = dict[int, Any]
 
 
 def parse(algebra: Algebra, text: str, layout: Layout | None = None) -> Any:
-    """Multivectors from text: see `Space.parse`."""
+    """Create multivectors from text; see `Space.parse`."""
     if not isinstance(text, str):
         raise AlgebraError("parse", f"an object of type {type(text).__name__}", 'text, such as "1 + 2 e12"')
     if layout is not None and layout.algebra != algebra:
@@ -47,7 +47,7 @@ def parse(algebra: Algebra, text: str, layout: Layout | None = None) -> Any:
         raise reader.error("+, - or the end")
     shape = tuple(map(int, re.findall(r"\d+", head[3]))) if head and head[3] else (len(sums),) * is_array
     if prod(shape) != len(sums):
-        raise AlgebraError("parse", f"{len(sums)} multivectors", f"{prod(shape)}, as the shape {shape} says")
+        raise AlgebraError("parse", f"{len(sums)} multivectors", f"{prod(shape)} for the shape {shape}")
     blades = {blade for each in sums for blade in each} | (layout.support if layout else set())
     own = layout_of(algebra, blades or {0})
     values = np.array([[each.get(slot.blade, 0.0) * slot.sign for slot in own.stored] for each in sums])
@@ -60,7 +60,8 @@ def _in_layout(found: MultivectorArray, layout: Layout) -> Any:
     try:
         return found.as_layout(layout, what="parse")
     except LayoutError:
-        # Printing rounds coefficients, and so what follows from several of them; it makes no blade and no weight.
+        # Printing rounds coefficients, so relations between them hold only approximately. Coefficients that the layout
+        # does not store are not affected by rounding, and deviations in them are errors.
         fixed = {slot.blade: float(value) * slot.sign for slot, value in layout.fixed}
         known = {slot.blade for slot in layout.stored} | {slot.blade for slot, _ in layout.implied}
         values = np.asarray(found.values)
@@ -73,20 +74,20 @@ def _in_layout(found: MultivectorArray, layout: Layout) -> Any:
 
 
 class _Reader:
-    """A text, and how far it is read."""
+    """A text and the current position in it."""
 
     def __init__(self, algebra: Algebra, text: str) -> None:
         self.algebra, self.text, self.place = algebra, text, 0
 
     def next(self) -> str:
-        """The next character that is no space; empty at the end."""
+        """Skip whitespace and return the next character, without consuming it; empty at the end."""
         found = _SPACE.match(self.text, self.place)
         assert found is not None
         self.place = found.end()
         return self.text[self.place : self.place + 1]
 
     def take(self, pattern: re.Pattern[str]) -> re.Match[str] | None:
-        """What a pattern finds here; it is passed."""
+        """Match a pattern at the current position, and consume the match."""
         self.next()
         found = pattern.match(self.text, self.place)
         self.place = found.end() if found else self.place
@@ -98,7 +99,7 @@ class _Reader:
         self.place += 1
 
     def error(self, expected: str, found: str = "", remedy: str = "") -> AlgebraError:
-        """What was expected here, and what stands here."""
+        """Return an error with the text that was found and expected at the current position."""
         words = self.text[self.place :].split(maxsplit=1)
         found = found or (repr(words[0][:20]) if words else "the end")
         where = f"parse: character {self.place + 1} of {self.text[:60]!r}"
@@ -122,7 +123,7 @@ class _Reader:
                 self.expect(",")
                 self.next()
             if self.text.startswith("...", self.place):
-                raise self.error("all elements, of which long arrays print a few", remedy="use save() and load()")
+                raise self.error("all elements; long arrays are abbreviated by print", remedy="use save() and load()")
             found.append(self.sum())
         self.place += 1
         return found
@@ -139,7 +140,7 @@ class _Reader:
                 return found
 
     def term(self) -> tuple[int, Any]:
-        """The blade and the coefficient of ``2.5``, ``e12``, ``2.5 e12``, ``2.5*e12`` or ``2.5e12``."""
+        """Parse ``2.5``, ``e12``, ``2.5 e12``, ``2.5*e12`` or ``2.5e12`` to a blade and a coefficient."""
         pair = self.take(_COMPLEX)
         number = None if pair else self.take(_NUMBER)
         times = self.next() == "*" and (pair or number)
@@ -155,7 +156,7 @@ class _Reader:
                 sign, blade = self.algebra.blade(name[0])
             except AlgebraError as error:
                 self.place = start
-                remedy = "the exponent of a number has a sign, 2e+12" if number else ""
+                remedy = "write the exponent of a number with a sign, 2e+12" if number else ""
                 raise self.error(error.expected, f"{name[0]!r}, not a blade of {self.algebra.name}", remedy) from None
         try:
             value = complex(pair[0]) if pair else float(number[0]) if number else 1.0

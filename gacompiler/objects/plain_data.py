@@ -1,4 +1,4 @@
-"""Layouts and algebras as plain data, so that files can name them."""
+"""Conversion of layouts and algebras to and from plain data that can be stored in files."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ _KNOWN = ("full", "even", "UNIT_EVEN")
 
 
 def packed(layout: Layout) -> tuple[Any, Any]:
-    """The algebra and the layout as names and numbers.
+    """Convert the algebra and the layout to names and numbers.
 
     Raises
     ------
     LayoutError
-        For a layout that is made of functions and has no name in the catalog.
+        If the layout is defined by functions and has no name in the catalog.
     """
     algebra = layout.algebra
     whole: Any = algebra.name
@@ -39,7 +39,7 @@ def packed(layout: Layout) -> tuple[Any, Any]:
 
 
 def unpacked(algebra: Any, layout: Any, values: np.ndarray[Any, Any]) -> Any:
-    """Multivectors from what `packed` gave and their coefficients."""
+    """Create multivectors from the result of `packed` and their coefficients."""
     from .arrays import wrap
 
     if isinstance(algebra, str):

@@ -1,4 +1,4 @@
-"""Numeric objects as text and as LaTeX, with the names of their blades."""
+"""Formatting of numeric objects as text and as LaTeX, with the names of their blades."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ import numpy as np
 from .elements import Elements
 
 SHOWN = 6
-"""Elements of an array that are printed; of longer ones the first and the last half of these."""
+"""The largest number of elements of an array that are printed; longer arrays are abbreviated to the first and last."""
 
 _SIX_DIGITS = ".6g"
 
 
 def text_of(x: Elements, form: str = _SIX_DIGITS) -> str:
-    """One multivector as a sum of blades, an array as a list of such; numbers as `form` says."""
+    """Format a multivector as a sum of blades, an array as a list of sums; `form` is the format of numbers."""
     if not x.shape:
         return _sum(terms_of(x), "{} {}", form)
     return "[" + ",\n ".join("..." if each is None else text_of(each, form) for each in _some(x)) + "]"
 
 
 def repr_of(x: Elements) -> str:
-    """As `text_of`, with the layout and the shape."""
+    """Format as `text_of` does, with the layout and the shape."""
     if not x.shape:
         return f"{x.layout}({text_of(x)})"
     return f"{x.layout} of shape {x.shape}:\n{text_of(x)}"
 
 
 def latex_of(x: Elements) -> str:
-    """As `text_of`, in LaTeX."""
+    """Format as `text_of` does, in LaTeX."""
     if not x.shape:
         return f"${_latex(x)}$"
     lines = [r"& \vdots" if each is None else f"& {_latex(each)}" for each in _some(x)]
@@ -39,7 +39,7 @@ def latex_of(x: Elements) -> str:
 
 
 def terms_of(x: Elements) -> list[tuple[str, Any]]:
-    """The blades of one multivector with their coefficients, stored ones and others, by grade; zeros are left out."""
+    """Return the nonzero coefficients of a multivector by blade, stored and other ones, ordered by grade."""
     layout = x.layout
     slots = (*layout.stored, *(slot for slot, _ in layout.fixed), *(slot for slot, _ in layout.implied))
     ordered = sorted(slots, key=lambda slot: (slot.blade.bit_count(), slot.blade)) if layout.implied else slots
@@ -74,7 +74,7 @@ def _latex(x: Elements) -> str:
 
 
 def _blade(name: str) -> str:
-    """``e12inf`` as ``\\mathbf{e}_{12\\infty}``."""
+    """Format ``e12inf`` as ``\\mathbf{e}_{12\\infty}``."""
     if name == "1":
         return name
     parts = []

@@ -1,6 +1,7 @@
-"""What a program used, as a spec: ``gac record``.
+"""Recording of the operations that a program uses as a spec: ``gac record``.
 
-The program runs in a process of its own, where nothing is compiled yet, so that what is compiled is what it used.
+The program runs in a separate process, in which initially no operation is compiled, so that all compiled operations are
+those that the program uses.
 """
 
 from __future__ import annotations
@@ -20,19 +21,19 @@ from .spec_text import spec_text
 
 
 def record(script: Path, arguments: Sequence[str] = (), python: str = sys.executable) -> str:
-    """Run a program and give the spec of the kernels that it used, in the order of their first use.
+    """Run a program and return the spec of the kernels that it used, in the order of their first use.
 
     Parameters
     ----------
     script : Path
-        A Python file; it runs as if it were called by its name, with what it prints on standard error.
+        A Python file, which runs as the main program; its output is redirected to standard error.
     arguments : sequence of str
-        What it finds in ``sys.argv[1:]``.
+        Command-line arguments, ``sys.argv[1:]``.
 
     Raises
     ------
     SpecError
-        When there is no such file, the program fails, or it used no kernel.
+        If the file does not exist, the program fails, or it used no kernel.
     """
     if not script.is_file():
         raise SpecError(str(script), "no such file", "a Python program that uses gacompiler.objects")
@@ -41,10 +42,10 @@ def record(script: Path, arguments: Sequence[str] = (), python: str = sys.execut
         command = [python, "-m", __name__, str(result), str(script), *arguments]
         run = subprocess.run(command, stdout=sys.stderr.fileno() if _has_file(sys.stderr) else subprocess.DEVNULL)
         if not result.is_file():
-            raise SpecError(str(script), f"it ended with status {run.returncode} before it was done")
+            raise SpecError(str(script), f"it ended with status {run.returncode} before recording was complete")
         found = json.loads(result.read_text())
     if found["failure"]:
-        raise SpecError(found["where"], found["failure"], remedy="mend the program, then record it again")
+        raise SpecError(found["where"], found["failure"], remedy="fix the program, then record it again")
     if not found["spec"]:
         raise SpecError(
             str(script), "it used no kernel", "operations on multivectors of gacompiler.objects",
@@ -62,7 +63,7 @@ def _has_file(stream: object) -> bool:
 
 
 def _main(result: str, script: str, *arguments: str) -> None:
-    """In the process of its own: run the program, and leave the spec or what went wrong in a file."""
+    """Run the program in the separate process, and write the spec or the error to a file."""
     sys.argv = [script, *arguments]
     sys.path[0] = str(Path(script).resolve().parent)
     found = {"spec": "", "failure": "", "where": script}

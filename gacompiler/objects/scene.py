@@ -1,4 +1,4 @@
-"""Objects of projective and conformal algebras as shapes: what a picture shows, in coordinates."""
+"""Geometric shapes, in coordinates, of objects of projective and conformal algebras, for drawing."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Plane:
 
 @dataclass(frozen=True, slots=True)
 class PointPair:
-    """Two points at a distance from a centre along a unit vector; imaginary ones are drawn where real ones would be."""
+    """Two points at a distance from a centre along a unit vector; imaginary pairs are drawn like real ones."""
 
     centre: Vectors
     direction: Vectors
@@ -63,7 +63,7 @@ class PointPair:
 
 @dataclass(frozen=True, slots=True)
 class Circle:
-    """A circle, in space in the plane of a unit normal; None in the plane."""
+    """A circle; in space with the unit normal of its plane, which is None in two dimensions."""
 
     centre: Vectors
     normal: Vectors | None
@@ -85,7 +85,7 @@ Shape = Points | Arrow | Line | Plane | PointPair | Circle | Sphere
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """An object of a scene: its shapes, and how they are to look."""
+    """An object of a scene: its shapes, label and colour."""
 
     shapes: tuple[Shape, ...]
     label: str
@@ -94,14 +94,14 @@ class Item:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """What is drawn, in a box of ``(d, 2)`` limits."""
+    """The items to be drawn, and the ``(d, 2)`` limits of the axes."""
 
     items: tuple[Item, ...]
     limits: Vectors
 
     @property
     def dimension(self) -> int:
-        """2 or 3."""
+        """The dimension, 2 or 3."""
         return len(self.limits)
 
 
@@ -114,14 +114,14 @@ def scene_of(
     colours: Sequence[str] | None = None,
     limits: Any = None,
 ) -> Scene:
-    """Objects as a scene.
+    """Convert objects to a scene.
 
     Raises
     ------
     AlgebraError
-        When there is nothing to draw, an object has no picture (a motor, a screw), or algebras differ in dimension.
+        If there are no objects, an object cannot be drawn (a motor, a screw), or the dimensions of algebras differ.
     LayoutError
-        When labels, colours or limits are not as many as they should be.
+        If the number of labels, colours or limits is wrong.
     """
     if not objects:
         raise AlgebraError("draw", "no object", "at least one")
@@ -136,18 +136,20 @@ def scene_of(
         label = labels[k] if labels is not None else ""
         items.append(Item(shapes, label, colours[k] if colours is not None else COLOURS[k % len(COLOURS)]))
     if len(dimensions) > 1:
-        raise AlgebraError("draw", "objects of the plane and of space", "one of them", "draw them apart")
+        raise AlgebraError(
+            "draw", "objects of the plane and of space", "objects of one dimension", "draw them separately"
+        )
     (d,) = dimensions
     return Scene(tuple(items), _limits(items, d) if limits is None else _given(limits, d))
 
 
 def shapes_of(x: Any) -> list[Shape]:
-    """The shapes of a blade, or of each in an array; zeros are left out.
+    """Return the shapes of a blade, or of each blade in an array; zeros are omitted.
 
     Raises
     ------
     AlgebraError
-        When it is no blade, or not of PGA2, PGA3, CGA2 or CGA3.
+        If `x` is not a blade, or not of PGA2, PGA3, CGA2 or CGA3.
     """
     if not isinstance(x, MultivectorArray) or x.algebra not in _DIMENSIONS:
         what = x.algebra.name if isinstance(x, MultivectorArray) else type(x).__name__
@@ -156,7 +158,7 @@ def shapes_of(x: Any) -> list[Shape]:
     if len(grades) != 1 or grades[0] in (0, x.algebra.dimension):
         raise AlgebraError(
             "draw", f"a {x.layout} of grades {grades}", "a point, line, plane or round",
-            "draw what it moves; the axis of a motor is .log()",
+            "draw the objects that it moves; the axis of a motor is .log()",
         )  # fmt: skip
     require_blade("draw", x)
     cloud = _cloud(x)
@@ -170,7 +172,7 @@ def shapes_of(x: Any) -> list[Shape]:
 
 
 def _cloud(x: Any) -> Points | None:
-    """Points that all have a place because of their layout, at once."""
+    """Return points whose layout guarantees that they are finite as one cloud; None for other objects."""
     names = {PGA2: "e20 e01", PGA3: "e032 e013 e021", CGA2: "e1 e2", CGA3: "e1 e2 e3"}[x.algebra].split()
     if x.layout != x.algebra.POINT:
         return None
@@ -178,7 +180,7 @@ def _cloud(x: Any) -> Points | None:
 
 
 def _gathered(shapes: Iterable[Shape]) -> list[Shape]:
-    """All points as one cloud, and the rest."""
+    """Merge all points into one cloud, followed by the other shapes."""
     found = list(shapes)
     places = [shape.places for shape in found if isinstance(shape, Points)]
     rest: list[Shape] = [shape for shape in found if not isinstance(shape, Points)]
@@ -217,7 +219,7 @@ def _conformal(x: Any, grade: int) -> Shape:
     space: Conformal = _ROOM if d == 3 else _PLANE
     names = "e1 e2 e3" if d == 3 else "e1 e2"
     if grade == 1:
-        return _conformal(x.polarity(), d + 1)  # a vector is the dual of the round or flat that is meant
+        return _conformal(x.polarity(), d + 1)  # a vector represents the round or flat that is its dual
     if space.is_flat(x):
         if grade == 2:
             return Points(_named(x, " ".join(f"{name}inf" for name in names.split()))[None] / x["e0inf"])
@@ -253,12 +255,12 @@ def _named(x: Any, names: str) -> Vectors:
 def _length(what: str, vector: Vectors) -> float:
     size = float(np.linalg.norm(vector))
     if size == 0:
-        raise AlgebraError("draw", f"a {what} at infinity", "one that can be seen")
+        raise AlgebraError("draw", f"a {what} at infinity", f"a finite {what}")
     return size
 
 
 def _extent(shape: Shape) -> Vectors:
-    """Points that the picture is to contain."""
+    """Return points that the picture should contain."""
     match shape:
         case Points(places):
             return places
@@ -296,7 +298,7 @@ def _given(limits: Any, d: int) -> Vectors:
 
 
 def clipped(line: Line, limits: Vectors) -> Vectors | None:
-    """The two ends of a line in a box, ``(2, d)``; None where it passes by."""
+    """Return the two end points of a line in a box, ``(2, d)``; None if it does not intersect the box."""
     low, high = -np.inf, np.inf
     for p, v, (a, b) in zip(line.point, line.direction, limits, strict=True):
         if abs(v) < 1e-12:
@@ -309,7 +311,7 @@ def clipped(line: Line, limits: Vectors) -> Vectors | None:
 
 
 def polygon(plane: Plane, limits: Vectors) -> Vectors | None:
-    """The corners of a plane in a box, in order; None where it passes by."""
+    """Return the corners of a plane in a box, in order; None if it does not intersect the box."""
     corners = np.array([[x[i] for x, i in zip(limits, (k & 1, k >> 1 & 1, k >> 2), strict=True)] for k in range(8)])
     edges = [(a, a | 1 << axis) for a in range(8) for axis in range(3) if not a >> axis & 1]
     found = []
@@ -326,30 +328,30 @@ def polygon(plane: Plane, limits: Vectors) -> Vectors | None:
 
 
 def across(normal: Vectors) -> tuple[Vectors, Vectors]:
-    """Two unit vectors that make a right-handed frame with a unit normal."""
+    """Return two unit vectors that form a right-handed frame with a unit normal."""
     u = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
     u /= np.linalg.norm(u)
     return u, np.cross(normal, u)
 
 
 def round_of(circle: Circle, n: int = 97) -> Vectors:
-    """Points on a circle of space, the first again at the end."""
+    """Return points on a circle in space; the last point is equal to the first."""
     assert circle.normal is not None
     u, v = across(circle.normal)
-    turn = np.linspace(0, 2 * np.pi, n)[:, None]
-    return circle.centre + circle.radius * (np.cos(turn) * u + np.sin(turn) * v)
+    angle = np.linspace(0, 2 * np.pi, n)[:, None]
+    return circle.centre + circle.radius * (np.cos(angle) * u + np.sin(angle) * v)
 
 
 def net_of(sphere: Sphere, n: int = 25) -> tuple[Vectors, Vectors, Vectors]:
-    """x, y and z of a net of points on a sphere."""
-    turn, height = np.meshgrid(np.linspace(0, 2 * np.pi, n), np.linspace(0, np.pi, (n + 1) // 2))
-    unit = np.stack([np.cos(turn) * np.sin(height), np.sin(turn) * np.sin(height), np.cos(height)])
+    """Return x, y and z of a grid of points on a sphere."""
+    azimuth, polar = np.meshgrid(np.linspace(0, 2 * np.pi, n), np.linspace(0, np.pi, (n + 1) // 2))
+    unit = np.stack([np.cos(azimuth) * np.sin(polar), np.sin(azimuth) * np.sin(polar), np.cos(polar)])
     x, y, z = sphere.centre[:, None, None] + sphere.radius * unit
     return x, y, z
 
 
 def anchor(shape: Shape, limits: Vectors) -> Vectors:
-    """Where a label stands."""
+    """Return the position of a label."""
     match shape:
         case Points(places):
             return places[0]

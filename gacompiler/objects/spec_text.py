@@ -1,4 +1,4 @@
-"""The text of a spec whose kernels are operations on objects."""
+"""Generation of the text of a spec whose kernels are operations on objects."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ _WIDTH = 116
 
 
 class Operation(Protocol):
-    """What is written of an operation: `Operator`, whose modules are made from the text."""
+    """The properties of an operation that are written to a spec; implemented by `Operator`."""
 
     @property
     def definition(self) -> Definition:
-        """The line of the kernel language."""
+        """The definition, a line of the kernel language."""
 
     @property
     def result(self) -> Layout:
-        """The layout of its result."""
+        """The layout of the result."""
 
     @property
     def kernel(self) -> Kernel:
-        """The kernel of that line on layouts."""
+        """The kernel of the definition on given layouts."""
 
 
 def spec_text(name: str, used: Sequence[Operation]) -> str:
-    """The text of a spec with these operators as kernels; it depends on nothing else."""
+    """Return the text of a spec with these operations as kernels; it depends on nothing else."""
     algebras: dict[Algebra, str] = {}
     layouts: dict[Layout, str] = {}
     definitions: list[str] = []
@@ -49,7 +49,7 @@ def spec_text(name: str, used: Sequence[Operation]) -> str:
     body = "\n\n\n".join(kernels.values())
     is_scalar = any(re.search(r"\bSCALAR\b", text) for text in kernels.values())
     public = ", ".join([*(["SCALAR"] if is_scalar else []), *(["Algebra"] if len(catalog) < len(algebras) else [])])
-    lines = [f'"""What {name} uses."""', "", *(["import gacompiler as ga"] if "ga." in body else [])]
+    lines = [f'"""Operations used by {name}."""', "", *(["import gacompiler as ga"] if "ga." in body else [])]
     lines.append(f"from gacompiler import {public + ', ' if public else ''}kernel")
     lines += [f"from gacompiler.algebra.catalog import {', '.join(catalog)}"] if catalog else []
     lines += ["", *definitions] if definitions else []
@@ -105,7 +105,7 @@ def _algebra_of(operator: Operation) -> Algebra:
 
 
 def _algebra(algebra: Algebra, algebras: dict[Algebra, str], definitions: list[str]) -> str:
-    """The name of an algebra in the spec, with its definition where it is none of the catalog."""
+    """Return the name of an algebra in the spec, and add its definition if it is not in the catalog."""
     if algebra == SCALARS:
         return "SCALARS"
     if algebra not in algebras:
@@ -122,7 +122,7 @@ def _algebra(algebra: Algebra, algebras: dict[Algebra, str], definitions: list[s
 
 
 def _layout(layout: Layout, algebras: dict[Algebra, str], layouts: dict[Layout, str], definitions: list[str]) -> str:
-    """A layout in the spec: by the name it has in its algebra, or defined."""
+    """Return the text of a layout in the spec: its name in the algebra, or that of an added definition."""
     if layout.is_scalar:
         return "SCALAR"
     algebra = _algebra(layout.algebra, algebras, definitions)
@@ -134,7 +134,7 @@ def _layout(layout: Layout, algebras: dict[Algebra, str], layouts: dict[Layout, 
     if layout not in layouts:
         if layout.implied or layout.user_relations is not None:
             raise SpecError(
-                f"layout {layout}", "functions cannot be written down", "a layout of the catalog, or of blades"
+                f"layout {layout}", "functions cannot be written as text", "a layout of the catalog, or of blades"
             )
         word = _identifier(layout.name).upper()
         if layout.name.startswith("("):

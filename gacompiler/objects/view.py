@@ -1,4 +1,4 @@
-"""Pictures that can be turned and zoomed, with plotly: in a notebook, or as one HTML file that needs nothing else."""
+"""Interactive pictures with plotly, in a notebook or as a self-contained HTML file."""
 
 from __future__ import annotations
 
@@ -37,24 +37,24 @@ def view(
     limits: Any = None,
     file: str | Path | None = None,
 ) -> Any:
-    """An interactive picture of objects, as `draw` has them.
+    """Create an interactive picture of objects with plotly.
 
     Parameters
     ----------
     *objects, labels, colours, limits
-        As in `draw`; colours as web pages have them.
+        As in `draw`; colours are CSS colours.
     file : path, optional
-        Where to write it as an HTML file that needs no network.
+        Write the picture to this HTML file, which can be viewed without a network connection.
 
     Returns
     -------
     plotly.graph_objects.Figure
-        A notebook shows it.
+        The figure, which a notebook displays.
 
     Raises
     ------
     BackendError
-        When plotly is not installed, or the file cannot be written.
+        If plotly is not installed, or the file cannot be written.
     """
     try:
         graph_objects = importlib.import_module("plotly.graph_objects")
@@ -96,7 +96,7 @@ def _coordinates(places: Any) -> dict[str, Any]:
 
 
 def _trace(shape: Shape, item: Item, scene: Scene) -> tuple[str, dict[str, Any]] | None:
-    """The kind of a plotly trace and its arguments."""
+    """Return the kind of a plotly trace and its arguments; None if the shape is outside the limits."""
     scatter = "Scatter3d" if scene.dimension == 3 else "Scatter"
 
     def lines(places: Any, imaginary: bool = False, mode: str = "lines") -> tuple[str, dict[str, Any]]:
@@ -115,8 +115,8 @@ def _trace(shape: Shape, item: Item, scene: Scene) -> tuple[str, dict[str, Any]]
         case PointPair(centre, direction, radius, imaginary):
             return lines(centre + np.outer([-radius, radius], direction), imaginary, "lines+markers")
         case Circle(centre, None, radius, imaginary):
-            turn = np.linspace(0, 2 * np.pi, 97)
-            return lines(centre + radius * np.stack([np.cos(turn), np.sin(turn)], -1), imaginary)
+            angle = np.linspace(0, 2 * np.pi, 97)
+            return lines(centre + radius * np.stack([np.cos(angle), np.sin(angle)], -1), imaginary)
         case Circle():
             return lines(round_of(shape), shape.is_imaginary)
         case Sphere():

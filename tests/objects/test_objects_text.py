@@ -84,7 +84,7 @@ def test_motors_of_six_digits_are_unit_motors() -> None:
 REFUSED: dict[str, tuple[type[GacError], str]] = {
     "": (AlgebraError, "character 1 of '': the end; expected a number or a blade"),
     "1 +": (AlgebraError, "character 4 of .*the end"),
-    "2e5": (AlgebraError, "character 2 .*'e5', not a blade of PGA3.*exponent of a number has a sign"),
+    "2e5": (AlgebraError, "character 2 .*'e5', not a blade of PGA3.*exponent of a number with a sign"),
     "e1 + x2": (AlgebraError, "character 6 .*'x2', not a blade"),
     "e12 e13": (AlgebraError, r"character 5 .*'e13'; expected \+, -"),
     "2 *": (AlgebraError, "character 4 .*expected a blade"),

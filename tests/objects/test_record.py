@@ -100,7 +100,7 @@ def test_the_text_depends_on_the_program_alone(recorded: tuple[Path, dict[str, A
     assert again.read_text() == spec.read_text()
     text = spec.read_text()
     assert text.startswith(
-        '"""What arm.py uses."""\n\nimport gacompiler as ga\nfrom gacompiler import SCALAR, Algebra, kernel\n'
+        '"""Operations used by arm.py."""\n\nimport gacompiler as ga\nfrom gacompiler import SCALAR, Algebra, kernel\n'
     )
     assert not re.search(r"/tmp|[^\S\n]\n", text) and max(map(len, text.splitlines())) <= 120
     assert not list(spec.parent.glob(".*")), "nothing half written is left"
