@@ -665,7 +665,7 @@ _OPERATORS: dict[tuple[str, int], Callable[..., Any]] = {
 }  # fmt: skip
 
 
-def _was_early(x: _Array) -> bool:
+def _predates_extension(x: _Array) -> bool:
     """Whether this is a single multivector that was created before the extension was available."""
     values = x.values
     is_single = values.ndim == 1 and values.dtype == np.float64 and not x.layout.is_scalar
@@ -673,13 +673,13 @@ def _was_early(x: _Array) -> bool:
 
 
 def _as_single(x: Any) -> Any:
-    return wrap(x.layout, x.values) if type(x) is _Array and _was_early(x) else x
+    return wrap(x.layout, x.values) if type(x) is _Array and _predates_extension(x) else x
 
 
 def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
     """Apply a Python operator to operands that include a multivector, and bind it to the types of single ones."""
     first, second = type(a), type(b)
-    if (first is _Array and _was_early(a)) or (second is _Array and _was_early(b)):
+    if (first is _Array and _predates_extension(a)) or (second is _Array and _predates_extension(b)):
         return _OPERATORS[symbol, 1 if b is _ABSENT else 2](*(_as_single(x) for x in (a, b) if x is not _ABSENT))
     if symbol in ("()", ">>"):
         role = _roles.get(first)

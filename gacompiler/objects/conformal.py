@@ -188,12 +188,12 @@ class PlaneConformal(Conformal):
     def _line_of(self, name: str, coefficients: Any) -> Any:
         return self._hyperplane(name, coefficients)
 
-    def _turn(self, name: str, angle: Any, centre: Any = None) -> Any:
-        turned = self._make(_ROTOR2, angle)
+    def _rotate(self, name: str, angle: Any, centre: Any = None) -> Any:
+        rotated = self._make(_ROTOR2, angle)
         if centre is None:
-            return turned
+            return rotated
         moved = self.translator(self.coordinates(centre))
-        return moved * turned * ~moved
+        return moved * rotated * ~moved
 
 
 class SpaceConformal(Conformal):
@@ -292,13 +292,13 @@ class SpaceConformal(Conformal):
     def _circle(self, name: str, centre: Any, normal: Any, squared: Any) -> Any:
         return self._make(_CIRCLE, centre, unit(name, normal), squared)
 
-    def _turn(self, name: str, axis: Any, angle: Any, centre: Any = None) -> Any:
-        turned = unit(name, axis)
+    def _rotate(self, name: str, axis: Any, angle: Any, centre: Any = None) -> Any:
+        rotated = unit(name, axis)
         if centre is None:
-            return self._make(_ROTOR3, turned, angle)
-        return self._make(_ROTATE, self._spanned(centre, turned), angle)
+            return self._make(_ROTOR3, rotated, angle)
+        return self._make(_ROTATE, self._spanned(centre, rotated), angle)
 
-    def _turn_about(self, name: str, line: Any, angle: Any) -> Any:
+    def _rotate_about(self, name: str, line: Any, angle: Any) -> Any:
         return self._make(_ROTATE, self._axis(name, self._as_line(line)), angle)
 
     def _screw(self, name: str, line: Any, angle: Any, distance: Any) -> Any:

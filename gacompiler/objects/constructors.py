@@ -58,17 +58,17 @@ TABLE = (
     _form("circle", "point point point", "_round"),
     _form("sphere", "point radius", "_ball", 3),
     _form("sphere", "point point point point", "_round", 3),
-    _form("rotor", "number", "_turn", 2),
-    _form("rotor", "number point", "_turn", 2),
-    _form("rotor", "line number", "_turn_about", 3),
-    _form("rotor", "direction number", "_turn", 3),
-    _form("rotor", "direction number point", "_turn", 3),
-    _form("motor", "number", "_turn", 2),
-    _form("motor", "number direction", "_turn_and_move", 2),
+    _form("rotor", "number", "_rotate", 2),
+    _form("rotor", "number point", "_rotate", 2),
+    _form("rotor", "line number", "_rotate_about", 3),
+    _form("rotor", "direction number", "_rotate", 3),
+    _form("rotor", "direction number point", "_rotate", 3),
+    _form("motor", "number", "_rotate", 2),
+    _form("motor", "number direction", "_rotate_and_translate", 2),
     _form("motor", "line number number", "_screw", 3),
-    _form("motor", "line number direction", "_turn_and_move", 3),
+    _form("motor", "line number direction", "_rotate_and_translate", 3),
     _form("motor", "direction number number", "_screw_along", 3),
-    _form("motor", "direction number direction", "_turn_and_move", 3),
+    _form("motor", "direction number direction", "_rotate_and_translate", 3),
 )
 """The forms of all constructors; the first matching form is used. A space has those for which it defines a method."""
 
@@ -303,12 +303,12 @@ class Rigid(Space):
         scaled = wrap(line.layout, line.values / np.where(weight > 0, weight, 1.0)[..., None])
         return refuse(name, scaled, bad, "an axis that is 0 or at infinity", "a line with a direction")
 
-    def _turn_and_move(self, name: str, *parts: Any) -> Any:
+    def _rotate_and_translate(self, name: str, *parts: Any) -> Any:
         """Create the rotation by the first arguments, followed by the translation by the last."""
-        *turn, shift = parts
-        is_line = self._d == 3 and self._kind(turn[0]) == "line"
-        turned = (self._turn_about if is_line else self._turn)(name, *turn)
-        return self._translator(name, shift) * turned
+        *rotation, shift = parts
+        is_line = self._d == 3 and self._kind(rotation[0]) == "line"
+        rotated = (self._rotate_about if is_line else self._rotate)(name, *rotation)
+        return self._translator(name, shift) * rotated
 
     def _screw_along(self, name: str, axis: Any, angle: Any, distance: Any) -> Any:
         return self._screw(name, self._spanned(self._origin, axis), angle, distance)

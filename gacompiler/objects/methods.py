@@ -42,16 +42,16 @@ def curried(definition: Definition) -> list[Callable[[Any], Any]]:
         if extension() is not None:
             run[0] = _engine[0].role_type(definition, None)()
         elif extension_is_settled():
-            run[0] = partial(_in_turn, definition)
+            run[0] = partial(_apply_curried, definition)
         else:
-            return _in_turn(definition, x)
+            return _apply_curried(definition, x)
         return run[0](x)
 
     run: list[Callable[[Any], Any]] = [first]
     return run
 
 
-def _in_turn(definition: Definition, x: Any) -> Any:
+def _apply_curried(definition: Definition, x: Any) -> Any:
     apply = _engine[0].apply
     return apply(definition, x) if len(definition.parameters) == 1 else lambda y: apply(definition, x, y)
 

@@ -106,8 +106,8 @@ class Operator:
         is_double = not any(a.dtype != np.float64 for a in arrays)
         found = self.native if is_double else None
         if found is None:
-            in_turns = is_double and not self._is_exact and self.state in ("waiting", "running")
-            return (self._in_turns if in_turns else self._in_python)(arrays, leading)
+            in_chunks = is_double and not self._is_exact and self.state in ("waiting", "running")
+            return (self._in_chunks if in_chunks else self._in_python)(arrays, leading)
         self._work += self._operations * int(np.prod(leading))
         if self._work > ENOUGH_WORK:
             self._begin_module()
@@ -163,7 +163,7 @@ class Operator:
         if self._module is None and self.wait() is not None:
             self._module = compile(self.kernel, "c")
 
-    def _in_turns(self, arrays: Sequence[np.ndarray[Any, Any]], leading: tuple[int, ...]) -> np.ndarray[Any, Any]:
+    def _in_chunks(self, arrays: Sequence[np.ndarray[Any, Any]], leading: tuple[int, ...]) -> np.ndarray[Any, Any]:
         """Compute in Python with the functions of the C library, in chunks, until the compiled function is ready.
 
         This avoids waiting for the compiler, and the results do not depend on how fast it is.

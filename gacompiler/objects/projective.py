@@ -83,7 +83,7 @@ class PlaneProjective(Projective):
     def _translator(self, name: str, shift: Any) -> Any:
         return self._make(_TRANSLATE2, shift)
 
-    def _turn(self, name: str, angle: Any, centre: Any = None) -> Any:
+    def _rotate(self, name: str, angle: Any, centre: Any = None) -> Any:
         return self._make(_ROTATE2, self._origin if centre is None else centre, angle)
 
 
@@ -171,11 +171,11 @@ class SpaceProjective(Projective):
     def _translator(self, name: str, shift: Any) -> Any:
         return self._make(_TRANSLATE3, shift)
 
-    def _turn(self, name: str, axis: Any, angle: Any, centre: Any = None) -> Any:
+    def _rotate(self, name: str, axis: Any, angle: Any, centre: Any = None) -> Any:
         line = (self._origin if centre is None else centre) & unit(name, axis)
         return self._make(_ROTATE3, self._make(normalize_of(line.layout), line), angle)
 
-    def _turn_about(self, name: str, line: Any, angle: Any) -> Any:
+    def _rotate_about(self, name: str, line: Any, angle: Any) -> Any:
         return self._make(_ROTATE3, self._unit_line(name, line), angle)
 
     def _screw(self, name: str, line: Any, angle: Any, distance: Any) -> Any:

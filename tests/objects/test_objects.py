@@ -199,7 +199,7 @@ def test_projections() -> None:
     assert x.project(plane).isclose(VGA3.vector(1, 2, 0)) and x.project(VGA3.vector(0, 2, 0)).isclose(2 * VGA3.e2)
     with pytest.raises(AlgebraError, match="norm is 0"):
         CGA3.einf.project(CGA3.einf)
-    with pytest.raises(AlgebraError, match="no blade"):
+    with pytest.raises(AlgebraError, match="not a blade"):
         PGA3.point(1, 2, 3).project(PGA3.of(PGA3.LINE, 1, 2, 3, 4, 5, 6))
 
 
@@ -261,7 +261,7 @@ def test_making_multivectors_of_any_algebra() -> None:
         (lambda: PGA3.point("a", 1, 2), LayoutError, "expected numbers"),
         (lambda: PGA3.of(PGA3.MOTOR, range(8)), LayoutError, "x ~x - 1 = .* normalize"),
         (lambda: PGA3.of(CGA3.POINT, 1, 2, 3), AlgebraError, "expected one of PGA3"),
-        (lambda: PGA3.line(1, 2, 3, 4, 5, 6), AlgebraError, "no blade"),
+        (lambda: PGA3.line(1, 2, 3, 4, 5, 6), AlgebraError, "not a blade"),
         (lambda: (2 * PGA3.motor([0, 0, 1], 1.0)).log(), LayoutError, "normalize"),
         (lambda: PGA3.e1.polarity(), AlgebraError, "degenerate"),
         (lambda: PGA3.e1.grade(9), AlgebraError, "from 0 to 4"),

@@ -163,7 +163,7 @@ def test_boosts() -> None:
         (lambda: PGA3.coordinates(PGA3.direction(1, 2, 3)), LayoutError, "infinity"),
         (lambda: PGA3.motor_from_matrix(np.ones((4, 4))), LayoutError, "not a rigid motion"),
         (lambda: PGA3.motor_from_matrix(np.ones((3, 4))), LayoutError, "4, 4"),
-        (lambda: PGA3.rotor(PGA3.of(PGA3.LINE, 1, 2, 3, 4, 5, 6), 1.0), AlgebraError, "no blade"),
+        (lambda: PGA3.rotor(PGA3.of(PGA3.LINE, 1, 2, 3, 4, 5, 6), 1.0), AlgebraError, "not a blade"),
         (lambda: PGA3.line(PGA3.point(1, 2, 3)), LayoutError, "objects to join"),
     ],
 )
