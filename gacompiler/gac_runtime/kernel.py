@@ -355,7 +355,7 @@ class Kernel(Call):  # type: ignore[misc]
 
     @property
     def element_address(self) -> int:
-        """Address of the compiled function on one element of doubles; 0 if there is none, or none yet."""
+        """Address of the compiled function on one element of doubles; 0 if it does not exist (yet)."""
         is_there = self._settings.backend == "c" and FLOAT64 in self._loops and self.definition.inputs
         return self._settings.library.address(f"{self.name}_f64") if is_there else 0
 

@@ -131,13 +131,14 @@ def move_block(back: int, table: Any, arrays: Any, steps: Any, kinds: Any, rows:
 
 
 def run_batch(table: Any, arrays: Any, sizes: Any, steps: Any) -> int:
-    """A kernel over a batch: at once where its loop reads and writes where the parts lie, else in blocks of rows.
+    """Run a kernel over a batch: in one call if its loop can use all parts in place, else in blocks of rows.
 
-    `table` has the numbers of arguments, of parts and of strides in an element; then the size of each part, its number
-    of axes and its lengths; then forms, of which the last is the kernel itself: the arguments that stay, as bits, the
-    least number of elements, how many numbers are prepared, and the loops over rows and over elements in C order.
+    `table` has the numbers of arguments, of parts and of strides in an element. Then follow, for each part, its size,
+    its number of axes and its lengths. Then follow the forms, the last of which is the kernel itself: the constant
+    arguments as a bit mask, the least number of elements, the number of prepared values, and the loops over rows and
+    over elements in C order.
 
-    Returns `DONE`, or the place in the table of a loop that has to be compiled first; 0 where an error ended it.
+    Return `DONE`, or the index in the table of a loop that has to be compiled first; 0 after an error.
     """
     n_inputs, n_parts, n_cores, size = table[0], table[1], table[2], sizes[0]
     at, first, still, ordered = HEAD, n_parts, 0, True
@@ -162,14 +163,14 @@ def run_batch(table: Any, arrays: Any, sizes: Any, steps: Any) -> int:
         return place
     for p in range(n_parts):
         in_place = in_place and (steps[p] == _w or size == 1 or (p < N_FLAGS and hoisted >> p & 1 == 1))
-    # Elements before the first whose result starts a line: a vector stored across two lines takes twice the time.
+    # Number of elements before the first whose result starts a cache line: stores across two lines take twice the time.
     head = 0
     if size >= LEAST_ALIGNED and not in_order and steps[n_inputs] == _w:
         head = (-arrays[n_inputs] & (LINE - 1)) // _w
     if (in_order or in_place) and hoisted == 0 and head == 0:
         _call(run, size, _at(arrays, 0), _at(steps, n_parts))
         return DONE
-    # Where the parts are and what is prepared, where their rows are, how they get there, and the strides in an element.
+    # Addresses of parts and prepared numbers, addresses of rows, how parts are passed, and strides within an element.
     local = np.empty(3 * n_parts + 1 + n_cores, np.intp)
     prepared = np.empty(n_prepared + 1, _real)
     starts, rows, kinds, cores = local, local[n_parts + 1 :], local[2 * n_parts + 1 :], local[3 * n_parts + 1 :]
@@ -186,7 +187,7 @@ def run_batch(table: Any, arrays: Any, sizes: Any, steps: Any) -> int:
             for p in range(n_parts):
                 starts[p] += head * steps[p]
         _call(run, size - head, _place(starts), _place(cores))
-        # numba frees an array after its last use, and these are used by their addresses until here.
+        # numba frees an array after its last use, but these are used through their addresses up to here.
         local[0] = prepared[0]
         return DONE
     total, n_bytes, at = 0, 0, HEAD
