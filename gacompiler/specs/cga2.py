@@ -1,16 +1,16 @@
 """Conformal geometry of the plane in G(3,1) with the null basis ``e0, einf`` and ``einf . e0 = -1``.
 
-The point at x is ``x + e0 + x**2/2 einf``; two coordinates are stored. Point pairs are ``a ^ b``, circles
-``a ^ b ^ c``, lines ``a ^ b ^ einf``. A *dual* circle is the vector ``c - r**2/2 einf`` of its centre c and radius r,
-a *dual* line ``n + d einf`` for the line ``n . x = d``. `polarity`, multiplication by ``e012inf**-1``, takes one to a
-multiple of the other. The normal of a line is its direction turned by a right angle, counterclockwise.
+The point at x is ``x + e0 + x**2/2 einf``; its two coordinates are stored. Point pairs are ``a ^ b``, circles ``a ^ b ^
+c``, lines ``a ^ b ^ einf``. A *dual* circle is the vector ``c - r**2/2 einf`` of its centre c and radius r, and a
+*dual* line is ``n + d einf`` for the line ``n . x = d``. `polarity`, multiplication by ``e012inf**-1``, takes one to a
+multiple of the other. The normal of a line is its direction rotated counter-clockwise by a right angle.
 
-A `kind` is 1 for what is real, 0 for what is tangent (of radius 0), -1 for what is imaginary, 2 for what is flat,
-parallel or concentric, 3 where two objects are the same. It is decided with a tolerance, 1e-12 of the squares of radii
-and distances from the origin that enter; `radius_squared` of a result says the same without one.
+A `kind` is 1 for real, 0 for tangent (of radius 0), -1 for imaginary, 2 for flat, parallel or concentric, and 3 for
+coinciding objects. It is determined with a tolerance of 1e-12 relative to the squares of the radii and of the distances
+from the origin; `radius_squared` of a result gives the same information without a tolerance.
 
-Even versors move everything by ``v x ~v``: the rotor ``exp(-angle/2 e12)``, the translator ``1 - t einf/2``, the
-dilator ``exp(log(scale)/2 e0inf)``, the transversor ``1 + b e0``. Angles are in radians, counterclockwise.
+Even versors transform every element by ``v x ~v``: the rotor ``exp(-angle/2 e12)``, the translator ``1 - t einf/2``,
+the dilator ``exp(log(scale)/2 e0inf)``, the transversor ``1 + b e0``. Angles are in radians, counter-clockwise.
 """
 
 import gacompiler as ga
@@ -58,7 +58,7 @@ def _cross(a, b):
 
 
 def _left(a):
-    """A vector turned by a right angle, counterclockwise."""
+    """Return a vector rotated counter-clockwise by a right angle."""
     return a["e1"] * E2 - a["e2"] * E1
 
 
@@ -67,7 +67,7 @@ def _line(direction, moment):
 
 
 def _line_parts(line):
-    """Unit direction, unit normal to the left, distance from the origin along the normal."""
+    """Return unit direction, unit normal on the left, and distance from the origin along the normal."""
     direction = space.line_direction(line)
     length = length_of(direction)
     return direction / length, _left(direction) / length, -line["e12inf"] / length
@@ -83,7 +83,7 @@ def _moved_squared(circle):
     return circle["e10inf"] ** 2 + circle["e20inf"] ** 2
 
 
-# Products, involutions and duals of any two elements.
+# Products, involutions and duals of general elements.
 
 geometric_product = PRODUCTS.geometric_product
 outer_product = PRODUCTS.outer_product
@@ -111,39 +111,39 @@ flat_point_from_point = POINTS.flat_point_from_point
 point_from_flat_point = POINTS.point_from_flat_point
 
 
-# Flats and rounds, in direct and dual form; a negative squared radius is that of an imaginary round.
+# Flats and rounds, in direct and dual form. Imaginary rounds have a negative squared radius.
 
 line_from_points = LINES_AND_ROUNDS.line_from_points.documented(
-    "The line ``a ^ b ^ einf`` from `a` to `b`; its square is minus their squared distance."
+    "Construct the line ``a ^ b ^ einf`` from `a` to `b`; its square is minus their squared distance."
 )
 line_from_point_direction = LINES_AND_ROUNDS.line_from_point_direction
 
 
 @kernel(normal=COORDINATES, distance=SCALAR, returns=LINE)
 def line_from_normal(normal, distance):
-    """The line of all x with ``normal . x = distance``, with that normal on its left."""
+    """Construct the line of all x with ``normal . x = distance``, with that normal on its left."""
     return _line(-_left(space.vector(normal)), -distance)
 
 
 @kernel(p=POINT, normal=COORDINATES, returns=LINE)
 def line_from_point_normal(p, normal):
-    """The line through `p` orthogonal to a vector, which is to its left."""
+    """Construct the line through `p` orthogonal to a vector, which is on its left."""
     return _line(-_left(space.vector(normal)), -dot(p, space.vector(normal)))
 
 
 @kernel(a=POINT, b=POINT, returns=DUAL_LINE)
 def bisector_line(a, b):
-    """The dual line of all points as far from `a` as from `b`: the difference ``b - a``, its normal towards `b`."""
+    """Compute the dual line equidistant from `a` and `b`: the difference ``b - a``, with the normal towards `b`."""
     return b - a
 
 
 @kernel(normal=COORDINATES, distance=SCALAR, returns=DUAL_LINE)
 def dual_line_from_normal(normal, distance):
-    """The dual line ``normal + distance einf``: all x with ``normal . x = distance``."""
+    """Construct the dual line ``normal + distance einf`` of all x with ``normal . x = distance``."""
     return space.vector(normal) + distance * EINF
 
 
-line_polarity = LINES_AND_ROUNDS.line_polarity.documented("The dual line of a line, with the normal to its left.")
+line_polarity = LINES_AND_ROUNDS.line_polarity.documented("Compute the dual of a line, with the normal on its left.")
 line_from_dual = LINES_AND_ROUNDS.line_from_dual
 circle_from_line = LINES_AND_ROUNDS.circle_from_line
 point_pair_from_points = LINES_AND_ROUNDS.point_pair_from_points
@@ -153,64 +153,64 @@ circle_from_points = LINES_AND_ROUNDS.circle_from_points
 
 @kernel(centre=POINT, radius=SCALAR, returns=VECTOR)
 def dual_circle_from_centre(centre, radius):
-    """The dual circle ``centre - radius**2/2 einf``."""
+    """Construct the dual circle ``centre - radius**2/2 einf``."""
     return centre - radius * radius / 2 * EINF
 
 
 @kernel(centre=POINT, p=POINT, returns=VECTOR)
 def dual_circle_through_point(centre, p):
-    """The dual circle with a centre and a point on it."""
+    """Construct the dual circle with a given centre through a point."""
     return centre + ga.scalar_product(centre, p) * EINF
 
 
 @kernel(centre=POINT, radius=SCALAR, returns=CIRCLE)
 def circle_from_centre(centre, radius):
-    """The circle whose polarity is the dual circle ``centre - radius**2/2 einf``."""
+    """Construct the circle with the polarity ``centre - radius**2/2 einf``, a dual circle."""
     return (centre - radius * radius / 2 * EINF) * PSEUDOSCALAR
 
 
 @kernel(centre=POINT, radius_squared=SCALAR, returns=CIRCLE)
 def circle_from_centre_radius_squared(centre, radius_squared):
-    """The circle, imaginary for a negative squared radius, about a centre."""
+    """Construct the circle about a centre with a squared radius; imaginary if that is negative."""
     return (centre - radius_squared / 2 * EINF) * PSEUDOSCALAR
 
 
-circle_polarity = LINES_AND_ROUNDS.circle_polarity.documented("The dual circle of a circle, with a weight.")
+circle_polarity = LINES_AND_ROUNDS.circle_polarity.documented("Compute the dual of a circle, with a weight.")
 circle_from_dual = LINES_AND_ROUNDS.circle_from_dual
 
 
 @kernel(circle=CIRCLE, p=POINT, returns=LINE)
 def tangent_line_of_circle(circle, p):
-    """The line that touches a circle in a point of it."""
+    """Compute the tangent line of a circle at one of its points."""
     return ga.left_contraction(p, circle) ^ EINF
 
 
-# What objects are made of.
+# Parameters of objects.
 
 
 @kernel(line=LINE, returns=COORDINATES)
 def line_direction(line):
-    """The direction of a line, of the length that its coefficients have; the normal is to the left of it."""
+    """Compute the direction of a line, unnormalised; the normal is on its left."""
     return space.components(space.line_direction(line))
 
 
 @kernel(line=LINE, returns=(COORDINATES, SCALAR))
 def line_to_normal(line):
-    """The unit normal of a line, on its left, and its distance from the origin along it: ``normal . x = distance``."""
+    """Extract the unit normal of a line, on its left, and its distance from the origin: ``normal . x = distance``."""
     _, normal, distance = _line_parts(line)
     return space.components(normal), distance
 
 
 @kernel(line=LINE, returns=POINT)
 def line_support(line):
-    """The point of a line that is nearest to the origin."""
+    """Compute the point of a line that is nearest to the origin."""
     _, normal, distance = _line_parts(line)
     return space.at(distance * normal)
 
 
 @kernel(circle=CIRCLE, returns=POINT)
 def circle_centre(circle):
-    """The centre of a circle. A line has none: division by 0."""
+    """Compute the centre of a circle. A line has none: division by 0."""
     return space.normalized(ga.polarity(circle))
 
 
@@ -219,19 +219,19 @@ circle_radius_squared = LINES_AND_ROUNDS.circle_radius_squared
 
 @kernel(s=VECTOR)
 def dual_circle_radius_squared(s):
-    """The squared radius of a dual circle of any weight but 0, negative for an imaginary one."""
+    """Compute the squared radius of a dual circle of any nonzero weight, negative for an imaginary one."""
     return dot(s, s) / space.weight(s) ** 2
 
 
 @kernel(circle=CIRCLE)
 def circle_weight(circle):
-    """The weight of a circle, whose sign is its orientation: twice the signed area for three points."""
+    """Compute the weight of a circle. For three points it is twice the signed area; its sign is the orientation."""
     return space.weight(ga.polarity(circle))
 
 
 @kernel(circle=CIRCLE)
 def circle_kind(circle):
-    """1 for a real circle, 0 for a point, -1 for an imaginary circle, 2 for a line."""
+    """Classify a circle: 1 real circle, 0 point, -1 imaginary circle, 2 line."""
     return kind_of_round(circle["e120"] ** 2, _moved_squared(circle), dot(circle, circle))
 
 
@@ -241,7 +241,7 @@ point_pair_radius_squared = LINES_AND_ROUNDS.point_pair_radius_squared
 
 @kernel(pair=POINT_PAIR, returns=(POINT, POINT))
 def point_pair_points(pair):
-    """The two points of a pair, for ``a ^ b`` first `a` and then `b`. Not numbers where the pair is imaginary."""
+    """Extract the two points of a pair, for ``a ^ b`` first `a` and then `b`. They are NaN if the pair is imaginary."""
     a, b = _pair_ends(pair)
     return space.at(a), space.at(b)
 
@@ -253,13 +253,13 @@ point_pair_line = LINES_AND_ROUNDS.point_pair_line
 
 @kernel(pair=POINT_PAIR, returns=VECTOR)
 def point_pair_surround_circle(pair):
-    """The dual circle of weight 1 of which a point pair is a diameter."""
+    """Compute the dual circle of weight 1 of which a point pair is a diameter."""
     return space.centre(pair) - space.radius_squared(pair) / 2 * EINF
 
 
 @kernel(pair=POINT_PAIR)
 def point_pair_kind(pair):
-    """1 for two points, 0 for a double one (a tangent vector), -1 for an imaginary pair, 2 for a flat point."""
+    """Classify a point pair: 1 two points, 0 a double point (a tangent vector), -1 imaginary, 2 a flat point."""
     direction = space.pair_direction(pair)
     return kind_of_round(dot(direction, direction), pair["e12"] ** 2 + pair["e0inf"] ** 2, dot(pair, pair))
 
@@ -269,14 +269,14 @@ def point_pair_kind(pair):
 
 @kernel(p=POINT, line=LINE)
 def signed_distance_point_line(p, line):
-    """The distance of a point to a line, positive on its left."""
+    """Compute the distance from a point to a line, positive on the left of the line."""
     _, normal, distance = _line_parts(line)
     return dot(p, normal) - distance
 
 
 @kernel(p=POINT, circle=CIRCLE)
 def signed_distance_point_circle(p, circle):
-    """The distance of a point to a circle, negative inside; not a number for an imaginary one."""
+    """Compute the distance from a point to a circle, negative inside; NaN for an imaginary circle."""
     centre, square = space.sphere_parts(circle)
     return length_of(space.coordinates(p) - centre) - ga.sqrt(square)
 
@@ -286,36 +286,36 @@ power_of_point = POINTS.power_of_point
 
 @kernel(a=LINE, b=LINE)
 def signed_distance_lines(a, b):
-    """How far the line `b` is from the line `a`, parallel to it, along the normal of `a`; 0 for others."""
+    """Compute the signed distance from the line `a` to the line `b` along the normal of `a`; 0 unless parallel."""
     (d, _, p), (e, _, q) = _line_parts(a), _line_parts(b)
     return ga.select(ga.absolute(_cross(d, e)) <= NEARLY_ZERO, ga.select(dot(d, e) < 0, -q, q) - p, 0)
 
 
 @kernel(line=LINE, circle=CIRCLE)
 def distance_line_circle(line, circle):
-    """The distance of a line to a circle: 0 where they meet."""
+    """Compute the distance between a line and a circle; 0 if they meet."""
     (_, normal, distance), (centre, square) = _line_parts(line), space.sphere_parts(circle)
     return ga.maximum(0, ga.absolute(dot(centre, normal) - distance) - ga.sqrt(square))
 
 
 @kernel(a=CIRCLE, b=CIRCLE)
 def distance_circles(a, b):
-    """The distance of two circles: 0 where they meet; one may be inside the other."""
+    """Compute the distance between two circles, which may be nested; 0 if they meet."""
     return distance_of_spheres(*space.sphere_parts(a), *space.sphere_parts(b))
 
 
 @kernel(line=LINE, other=LINE)
 def angle_between_lines(line, other):
-    """The angle from the direction of `line` to that of `other`, counterclockwise, in (-pi, pi]."""
+    """Compute the counter-clockwise angle from the direction of `line` to that of `other`, in (-pi, pi]."""
     d, e = space.line_direction(line), space.line_direction(other)
     return ga.atan2(_cross(d, e), dot(d, e))
 
 
 inversive_distance = POINTS.inversive_distance.documented(
-    """The inversive distance ``-a . b / (|a| |b|)`` of two dual circles or dual lines, which conformal maps keep.
+    """Compute the inversive distance ``-a . b / (|a| |b|)`` of dual circles or lines, a conformal invariant.
 
-    Of circles with centres at the distance d, ``(d**2 - r**2 - s**2) / (2 r s)``: 1 where they touch from outside, -1
-    from inside. The sign of a weight counts.
+    For circles with centres at the distance d it is ``(d**2 - r**2 - s**2) / (2 r s)``: 1 if they touch from outside,
+    -1 from inside. The signs of the weights matter.
     """
 )
 inner_product_of_point_pairs = LINES_AND_ROUNDS.inner_product_of_point_pairs
@@ -323,7 +323,7 @@ inner_product_of_point_pairs = LINES_AND_ROUNDS.inner_product_of_point_pairs
 
 @kernel(a=VECTOR, b=VECTOR)
 def angle_between_dual_circles(a, b):
-    """The angle of the radii of two dual circles, or of normals, where they meet; not a number where they do not."""
+    """Compute the angle between the radii of two dual circles, or between normals, where they meet; otherwise NaN."""
     return ga.acos(dot(a, b) / ga.sqrt(dot(a, a) * dot(b, b)))
 
 
@@ -332,14 +332,14 @@ def angle_between_dual_circles(a, b):
 
 @kernel(p=POINT, line=LINE, returns=POINT)
 def project_point_on_line(p, line):
-    """The foot of a point on a line."""
+    """Project a point orthogonally onto a line."""
     _, normal, distance = _line_parts(line)
     return space.at(space.coordinates(p) - (dot(p, normal) - distance) * normal)
 
 
 @kernel(p=POINT, circle=CIRCLE, returns=POINT)
 def project_point_on_circle(p, circle):
-    """The nearest point of a circle. For the centre, all are as near: not a number."""
+    """Compute the point of a circle nearest to a point; NaN for the centre, where it is not unique."""
     centre, square = space.sphere_parts(circle)
     away = space.coordinates(p) - centre
     return space.at(centre + ga.sqrt(square) / length_of(away) * away)
@@ -347,7 +347,7 @@ def project_point_on_circle(p, circle):
 
 @kernel(p=POINT, line=DUAL_LINE, returns=POINT)
 def reflect_point(p, line):
-    """The mirror image of a point in a dual line, whose normal may have any length but 0."""
+    """Reflect a point in a dual line, whose normal may have any nonzero length."""
     return space.normalized(-(line * p * line))
 
 
@@ -356,36 +356,39 @@ def reflect_point(p, line):
 
 @kernel(a=LINE, b=LINE, returns=POINT)
 def meet_lines(a, b):
-    """The point in which two lines meet; division by 0 where they are parallel."""
+    """Compute the point in which two lines meet; division by 0 if they are parallel."""
     flat = a & b
     return space.point(*(flat[name] / flat["e0inf"] for name in ("e1inf", "e2inf")))
 
 
 @kernel(line=LINE, circle=CIRCLE)
 def meet_line_circle(line, circle):
-    """The pair of points in which a line meets a circle, imaginary where it does not."""
+    """Compute the point pair in which a line meets a circle, imaginary if they do not meet."""
     return line & circle
 
 
 @kernel(a=CIRCLE, b=CIRCLE)
 def meet_circles(a, b):
-    """The pair of points in which two circles meet, imaginary where they do not."""
+    """Compute the point pair in which two circles meet, imaginary if they do not meet."""
     return a & b
 
 
-# Kinds of meets. What two objects have in common is a blade whose coefficients have degree 1, 2 and 3 in lengths; each
-# is 0 up to a tolerance relative to the sizes of what it is computed from.
+# Kinds of meets. The meet of two objects is a blade whose coefficients have degree 1, 2 and 3 in lengths. Each is
+# treated as 0 up to a tolerance relative to the sizes of its operands.
 
 
 def _sizes_of_vector(s):
-    """Squared sizes of a dual circle's coefficients of degree 0, 1 and 2, those of degree 1 with its radius."""
+    """Return the squared sizes of a dual circle's coefficients of degree 0, 1 and 2; its radius counts as degree 1."""
     return s["e0"] ** 2, s["e1"] ** 2 + s["e2"] ** 2 + 2 * ga.absolute(s["e0"] * s["einf"]), s["einf"] ** 2
 
 
 @kernel(a=VECTOR, b=VECTOR)
 def meet_dual_circles_kind(a, b):
-    """How two dual circles or dual lines meet, in a pair of points or a point. 1: they do; 0: they touch; -1: they do
-    not; 2: concentric circles or parallel lines; 3: the same, of any weights."""
+    """Classify the intersection of two dual circles or dual lines.
+
+    1: they meet; 0: they touch; -1: they do not meet; 2: concentric circles or parallel lines; 3: the same object, with
+    any weights.
+    """
     sizes, others = _sizes_of_vector(a), _sizes_of_vector(b)
     first = sizes[0] * others[1] + sizes[1] * others[0]
     middle = sizes[1] * others[1] + sizes[0] * others[2] + sizes[2] * others[0]
@@ -404,7 +407,7 @@ def meet_dual_circles_kind(a, b):
 
 @kernel(p=POINT, d=COORDINATES, circle=CIRCLE)
 def hit_ray_circle(p, d, circle):
-    """The least `t`, at least 0, for which ``p + t d`` is on a circle, from either side; not a number if there is none.
+    """Compute the least nonnegative `t` for which ``p + t d`` is on a circle, from either side; NaN if there is none.
 
     No digits are lost for a small circle that is far away.
     """
@@ -413,23 +416,25 @@ def hit_ray_circle(p, d, circle):
 
 # Versors.
 
-rotor_from_angle = ROTATIONS.rotor_from_angle.documented("The rotation about the origin, counterclockwise.")
+rotor_from_angle = ROTATIONS.rotor_from_angle.documented(
+    "Construct the counter-clockwise rotation about the origin by an angle in radians."
+)
 
 
 @kernel(r=ROTOR)
 def rotor_to_angle(r):
-    """The angle of a rotor, in (-2 pi, 2 pi]; `r` and ``-r``, the same rotation, differ by a whole turn."""
+    """Compute the angle of a rotor, in (-2 pi, 2 pi]; `r` and ``-r``, the same rotation, differ by a full turn."""
     return 2 * ga.atan2(-r["e12"], r["1"])
 
 
 @kernel(p=POINT, angle=SCALAR, returns=MOTOR)
 def motor_from_point(p, angle):
-    """The rotation about a point, counterclockwise."""
+    """Construct the counter-clockwise rotation about a point by an angle."""
     return ga.cos(angle / 2) - ga.sin(angle / 2) * _turn_about(space.coordinates(p))
 
 
 def _turn_about(p):
-    """Half a turn about a point, clockwise."""
+    """Return a clockwise half turn about a point."""
     return E1 * E2 - (_left(p) ^ EINF)
 
 
@@ -440,12 +445,12 @@ transversor_from_vector = VERSORS.transversor_from_vector
 motor_from_rotor_translation = VERSORS.motor_from_rotor_translation
 motor_to_rotor_translation = VERSORS.motor_to_rotor_translation
 motor_to_matrix = VERSORS.motor_to_matrix.documented(
-    "The homogeneous 3 x 3 matrix of a unit motor, which acts on columns (x, y, 1)."
+    "Compute the homogeneous 3 x 3 matrix of a unit motor, which acts on columns (x, y, 1)."
 )
 motor_product = MOTORS.motor_product
 motor_inverse = MOTORS.motor_inverse
 motor_exponential = MOTORS.motor_exponential.documented(
-    "``exp(b)`` of the bivector of a rigid motion: a rotation about any point, or a translation. Smooth everywhere."
+    "Compute ``exp(b)`` of a bivector: a rotation about any point, or a translation. Smooth everywhere."
 )
 motor_logarithm = MOTORS.motor_logarithm
 motor_square_root = MOTORS.motor_square_root
@@ -478,14 +483,14 @@ invert_circle = CONFORMAL_MAPS.invert_circle
 invert_point = CONFORMAL_MAPS.invert_point
 
 
-# Versors between two objects of one kind: the square root of their ratio. Nearly opposite ones are turned over first.
+# Versors between two objects of one kind: the square root of their ratio. Nearly opposite objects are reversed first.
 
 
 @kernel(a=LINE, b=LINE, returns=MOTOR)
 def motor_between_lines(a, b):
-    """The motor that takes the line `a` to the line `b` along with its direction; it exists for every pair.
+    """Compute the motor that takes the line `a` to the line `b`, including its direction; it exists for every pair.
 
-    It turns about their common point or translates across parallel ones; nearly opposite lines are turned over first.
+    It rotates about their common point, or translates between parallel lines. Nearly opposite lines are reversed first.
     """
     _, normal, distance = _line_parts(a)
     return versor_between(unit_blade(a), unit_blade(b), _turn_about(distance * normal))
@@ -493,10 +498,10 @@ def motor_between_lines(a, b):
 
 @kernel(a=CIRCLE, b=CIRCLE, returns=UNIT_EVEN)
 def versor_between_circles(a, b):
-    """The versor that takes the real circle `a` to the real circle `b` along with the signs of their weights.
+    """Compute the versor that takes the real circle `a` to the real circle `b`, including the signs of the weights.
 
-    Of circles apart from each other, with weights of one sign, `a` is turned inside out by an inversion and
-    a reflection first. Not a number for imaginary circles and for those of radius 0.
+    If the circles are separate and have weights of the same sign, `a` is first turned inside out by an inversion and a
+    reflection. The result is NaN for imaginary circles and for circles of radius 0.
     """
     one, two = unit_blade(a), unit_blade(b)
     centre, _ = space.sphere_parts(a)
@@ -508,9 +513,9 @@ def versor_between_circles(a, b):
 
 @kernel(a=POINT_PAIR, b=POINT_PAIR, returns=UNIT_EVEN)
 def versor_between_point_pairs(a, b):
-    """The versor that takes the point pair `a` to `b`, the first point to the first.
+    """Compute the versor that takes the point pair `a` to `b`, the first point to the first.
 
-    The root of the ratio ``b a**-1``. Not a number where one is real and the other imaginary.
+    It is the square root of the ratio ``b a**-1``, and NaN if one pair is real and the other imaginary.
     """
     wrong = dot(a, a) * dot(b, b) <= 0
     return undefined_where(
@@ -520,10 +525,10 @@ def versor_between_point_pairs(a, b):
 
 @kernel(a=POINT, b=POINT, n=COORDINATES, m=COORDINATES, scale=SCALAR, returns=UNIT_EVEN)
 def similarity_between_rounds(a, b, n, m, scale):
-    """The versor that turns, scales and translates a round into another of its kind, and nothing else.
+    """Compute the versor that rotates, scales and translates a round into another one of the same kind.
 
-    From the centre `a` to the centre `b`, by the rotation from the unit direction `n` of a point pair to `m` (the same
-    of both for circles), and by the ratio `scale` of the radii, positive.
+    It takes the centre `a` to the centre `b`, the unit direction `n` of a point pair to `m` (use equal directions for
+    circles), and scales by the positive ratio `scale` of the radii.
     """
     n, m = space.vector(n), space.vector(m)
     rotor = versor_between(n, m, E1 * E2)

@@ -1,11 +1,11 @@
-"""The Euclidean plane by plane-based geometric algebra G(2,0,1): points, lines and rigid motions.
+"""Plane-based geometric algebra G(2,0,1) of the Euclidean plane: points, lines and rigid motions.
 
-Lines are vectors: ``a e1 + b e2 + c e0`` is the line ``a x + b y + c = 0``. Points are bivectors:
-``x e20 + y e01 + e12``. Without the term ``e12`` that is a direction, which translations leave alone.
+Lines are vectors: ``a e1 + b e2 + c e0`` is the line ``a x + b y + c = 0``. Points are bivectors: ``x e20 + y e01 +
+e12``. A bivector without the term ``e12`` is a direction, which is invariant under translations.
 
-A motor ``m`` moves everything by the same product ``m x ~m``. ``exp(-angle/2 p)`` turns about the point ``p`` from x
-towards y, and ``1 + (y e20 - x e01)/2`` translates by (x, y). ``m n`` does ``n`` first. ``m`` and ``-m`` are the same
-motion. Angles are in radians; lengths are in the units of the coordinates.
+A motor ``m`` moves every element by the same product ``m x ~m``. The motor ``exp(-angle/2 p)`` rotates about the point
+``p`` from x towards y, and ``1 + (y e20 - x e01)/2`` translates by (x, y). The product ``m n`` applies ``n`` first.
+``m`` and ``-m`` represent the same motion. Angles are in radians; lengths are in the units of the coordinates.
 """
 
 from fractions import Fraction
@@ -31,7 +31,7 @@ VECTOR, MATRIX = array(SCALAR, 2), array(SCALAR, 3, 3)
 ORIGIN = PGA2.multivector({"e12": 1})
 AXES = tuple(PGA2.multivector({name: 1}) for name in ("e20", "e01"))
 PARALLEL = Fraction(1, 10**24)
-"""Squared sines up to this are rounding."""
+"""Squared sines up to this value are treated as rounding errors."""
 NEARLY_OPPOSITE = Fraction(1, 10**4)
 
 
@@ -56,7 +56,7 @@ POINTS_AND_LINES, MOTORS = points_and_lines(PGA2), motors(PGA2, BIVECTOR, motion
 MOTIONS, TWISTS = motions(PGA2, _translator), twists(PGA2, BIVECTOR)
 
 
-# Products, involutions and duals of any two elements.
+# Products, involutions and duals of general elements.
 
 geometric_product = PRODUCTS.geometric_product
 outer_product = PRODUCTS.outer_product
@@ -74,17 +74,17 @@ norm = PRODUCTS.norm
 
 @kernel(b=BIVECTOR, returns=POINT)
 def point_from_bivector(b):
-    """The point with weight 1 of a bivector. The weight, the coefficient of e12, must not be 0."""
+    """Scale a bivector to the point of weight 1. The weight, the coefficient of e12, must not be 0."""
     return b / b["e12"]
 
 
 normalize_line = POINTS_AND_LINES.normalize_line.documented(
-    "The line divided by the length of its normal, which must not be 0."
+    "Divide a line by the length of its normal, which must not be 0."
 )
 join_points = POINTS_AND_LINES.join_points.documented(
-    """The line from `a` to `b`, its normal a quarter turn to the left; its norm is their distance.
+    """Compute the line from `a` to `b`, with the normal on its left; its norm is their distance.
 
-    It is 0 where the points are the same.
+    It is 0 if the points coincide.
     """
 )
 join_point_direction = POINTS_AND_LINES.join_point_direction
@@ -92,16 +92,16 @@ join_point_direction = POINTS_AND_LINES.join_point_direction
 
 @kernel(line=LINE, other=LINE)
 def meet_lines(line, other):
-    """The point, with a weight, in which two lines meet. The weight is the sine of the angle from `line` to `other`.
+    """Compute the weighted point in which two lines meet. The weight is the sine of the angle from `line` to `other`.
 
-    Parallel lines meet in a direction (weight 0); a line with itself gives 0.
+    Parallel lines meet in a direction (weight 0). The result is 0 if the lines coincide.
     """
     return line ^ other
 
 
 @kernel(p=POINT, line=LINE)
 def line_orthogonal_to_line(p, line):
-    """The line through the point `p` along the normal of the line; of the same norm."""
+    """Compute the line through the point `p` along the normal of a line, with the same norm."""
     return ga.inner_product(p, line)
 
 
@@ -111,100 +111,101 @@ distance_points = POINTS_AND_LINES.distance_points
 
 @kernel(p=POINT, line=UNIT_LINE)
 def signed_distance_point_line(p, line):
-    """The distance of a point to a normalised line, positive on the side of the normal."""
+    """Compute the distance from a point to a normalised line, positive on the side of the normal."""
     return p & line
 
 
 @kernel(a=POINT, b=POINT, c=POINT)
 def signed_area(a, b, c):
-    """Twice the area of a triangle, positive where its corners are counter-clockwise."""
+    """Compute twice the signed area of a triangle, positive if its vertices are in counter-clockwise order."""
     return a & b & c
 
 
 @kernel(line=LINE, other=LINE)
 def angle_between_lines(line, other):
-    """The angle from the normal of `line` to that of `other`, in (-pi, pi], positive from x towards y."""
+    """Compute the angle from the normal of `line` to that of `other`, in (-pi, pi], positive from x towards y."""
     return ga.atan2((line ^ other)["e12"], ga.scalar_product(line, other))
 
 
 @kernel(p=POINT, line=LINE)
 def project_point_on_line(p, line):
-    """The point of the line, of any norm but 0, that is nearest to the point `p`."""
+    """Project the point `p` orthogonally onto a line of any nonzero norm."""
     return ga.inner_product(p, line) * ga.inverse(line)
 
 
 @kernel(p=POINT, line=UNIT_LINE)
 def project_point_on_unit_line(p, line):
-    """The point of the normalised line that is nearest to the point `p`."""
+    """Project the point `p` orthogonally onto a normalised line."""
     return ga.inner_product(p, line) * line
 
 
 @kernel(p=POINT, line=UNIT_LINE)
 def reflect_point(p, line):
-    """The mirror image of the point `p` in the normalised line."""
+    """Reflect the point `p` in a normalised line."""
     return -(line * p * line)
 
 
-# Numbers into lines, and back.
+# Conversion of coordinates to lines, and back.
 
 
 @kernel(normal=DIRECTION, distance=SCALAR, returns=LINE)
 def line_from_normal(normal, distance):
-    """The line ``normal . x = distance``; for a normal of length 1, that is its signed distance from the origin."""
+    """Construct the line ``normal . x = distance``; for a unit normal, the signed distance from the origin."""
     return _line(coordinates(normal), -distance)
 
 
 @kernel(p=POINT, normal=DIRECTION, returns=LINE)
 def line_from_point_normal(p, normal):
-    """The line through the point `p` with a normal, whose length is its norm."""
+    """Construct the line through the point `p` with a given normal; the norm of the line is the normal's length."""
     n = coordinates(normal)
     return _line(n, -dot(coordinates(p), n))
 
 
 @kernel(line=LINE, returns=(DIRECTION, SCALAR))
 def line_to_normal(line):
-    """The unit normal of a line, and its signed distance from the origin along it: ``normal . x = distance``."""
+    """Extract the unit normal of a line and its signed distance from the origin: ``normal . x = distance``."""
     length = ga.sqrt(line["e1"] * line["e1"] + line["e2"] * line["e2"])
     return _bivector([line["e1"] / length, line["e2"] / length]), -line["e0"] / length
 
 
 @kernel(line=LINE, returns=DIRECTION)
 def line_direction(line):
-    """The direction of a line, of its norm; the normal is a quarter turn to the left of it."""
+    """Compute the direction of a line, with the norm of the line; the normal is a quarter turn to its left."""
     return _bivector([line["e2"], -line["e1"]])
 
 
 @kernel(line=LINE, returns=POINT)
 def line_support(line):
-    """The point of a line, of any norm but 0, that is nearest to the origin."""
+    """Compute the point of a line, of any nonzero norm, that is nearest to the origin."""
     return ga.inner_product(ORIGIN, line) * ga.inverse(line)
 
 
 @kernel(line=UNIT_LINE, t=SCALAR, returns=POINT)
 def point_on_line(line, t):
-    """The point of a normalised line at the signed distance `t` from its support point, along its direction."""
+    """Compute the point of a normalised line at the signed distance `t` from its support point, along its direction."""
     return ga.inner_product(ORIGIN, line) * line + t * _bivector([line["e2"], -line["e1"]])
 
 
 @kernel(p=POINT, line=UNIT_LINE, returns=SCALAR)
 def position_along_line(p, line):
-    """The `t` of the point of a normalised line that is nearest to `p`, as in `point_on_line`."""
+    """Compute the parameter `t`, as in `point_on_line`, of the point of a normalised line nearest to `p`."""
     x, y = coordinates(p)
     return x * line["e2"] - y * line["e1"]
 
 
 @kernel(a=POINT, b=POINT, returns=LINE)
 def bisector_line(a, b):
-    """The line of the points as far from `a` as from `b`, its normal ``b - a``; 0 where they are the same."""
+    """Compute the line equidistant from `a` and `b`, with normal ``b - a``; 0 if the points coincide."""
     difference = coordinates(b - a)
     return _line(difference, -dot(difference, coordinates(a + b)) / 2)
 
 
 @kernel(a=UNIT_LINE, b=UNIT_LINE, returns=(LINE, LINE))
 def bisectors_of_lines(a, b):
-    """The lines of equal and of opposite signed distances from two normalised lines: ``a - b`` and ``a + b``.
+    """Compute the bisector lines ``a - b`` and ``a + b`` of two normalised lines.
 
-    Of parallel lines one is the line half way, the other the line at infinity; it is 0 where they coincide.
+    They contain the points of equal and of opposite signed distances. For parallel lines, one is the line halfway
+    between them and the other is the line at infinity; for coinciding lines, one is 0.
     """
     return a - b, a + b
 
@@ -217,9 +218,9 @@ midpoint = POINTS_AND_LINES.midpoint
 
 @kernel(a=UNIT_LINE, b=UNIT_LINE, returns=SCALAR)
 def signed_distance_lines(a, b):
-    """How far the normalised line `b` is from the normalised line `a` along the normal of `a`.
+    """Compute the signed distance from the normalised line `a` to the normalised line `b` along the normal of `a`.
 
-    It is 0 where they meet: where the sine of the angle is more than 1e-12.
+    It is 0 if they meet, that is, if the sine of the angle is more than 1e-12.
     """
     sine = (a ^ b)["e12"]
     same = ga.select(ga.scalar_product(a, b) < 0, -1, 1)
@@ -228,9 +229,9 @@ def signed_distance_lines(a, b):
 
 @kernel(a=UNIT_LINE, b=UNIT_LINE, distance=SCALAR, sine=SCALAR, returns=SCALAR)
 def relation_of_lines(a, b, distance, sine):
-    """How two normalised lines lie: 0 the same, 1 parallel, 2 they meet in a point.
+    """Classify the relative position of two normalised lines: 0 coincident, 1 parallel, 2 intersecting.
 
-    Distances up to `distance`, and angles with a sine up to `sine`, count as 0. Directions may be opposite.
+    Distances up to `distance`, and angles with a sine up to `sine`, count as 0. The directions may be opposite.
     """
     same = ga.select(ga.scalar_product(a, b) < 0, -1, 1)
     off = distance < ga.absolute(a["e0"] - same * b["e0"])
@@ -239,10 +240,11 @@ def relation_of_lines(a, b, distance, sine):
 
 @kernel(a=UNIT_LINE, b=UNIT_LINE, c=UNIT_LINE, distance=SCALAR, sine=SCALAR, returns=SCALAR)
 def relation_of_three_lines(a, b, c, distance, sine):
-    """What three normalised lines have in common: 0 a line, 1 nothing, all parallel, 2 a point, 3 nothing.
+    """Classify the intersection of three normalised lines: 0 a line, 1 or 3 empty, 2 a point.
 
-    With 3 they enclose a triangle, or two of them are parallel. Distances up to `distance`, of the third line to the
-    point of the two that meet most squarely, and angles with a sine up to `sine`, count as 0.
+    With 1 all lines are parallel. With 3 they enclose a triangle, or two of them are parallel. Distances up to
+    `distance`, measured from the third line to the intersection of the two lines with the largest sine, and angles with
+    a sine up to `sine`, count as 0.
     """
     ab, bc, ca = a ^ b, b ^ c, c ^ a
     sines = [ga.absolute(x["e12"]) for x in (ab, bc, ca)]
@@ -255,40 +257,40 @@ def relation_of_three_lines(a, b, c, distance, sine):
 
 @kernel(line=LINE, p=POINT, returns=LINE)
 def project_line_on_point(line, p):
-    """The line through the point `p` that is parallel to a line, of the same norm."""
+    """Compute the line through the point `p` that is parallel to a line, with the same norm."""
     n = [line["e1"], line["e2"]]
     return _line(n, -dot(coordinates(p), n))
 
 
 @kernel(p=POINT, line=UNIT_LINE, returns=DIRECTION)
 def reject_point_from_line(p, line):
-    """The direction from the nearest point of the normalised line to the point `p`."""
+    """Compute the direction from the nearest point of a normalised line to the point `p`."""
     return (p ^ line) * line
 
 
 @kernel(a=LINE, line=UNIT_LINE, returns=LINE)
 def reflect_line(a, line):
-    """The mirror image of the line `a` in a normalised line: its points and its normal are mirrored."""
+    """Reflect the line `a` in a normalised line: its points and its normal are reflected."""
     return -(line * a * line)
 
 
 @kernel(a=POINT, p=POINT, returns=POINT)
 def reflect_point_in_point(a, p):
-    """The point opposite to `a` with `p` in the middle: a half turn about `p`."""
+    """Reflect the point `a` in the point `p`, the midpoint of `a` and the result: a half turn about `p`."""
     return p * a * ~p
 
 
 @kernel(line=LINE, p=POINT, returns=LINE)
 def reflect_line_in_point(line, p):
-    """The line after a half turn about the point `p`."""
+    """Rotate a line by a half turn about the point `p`."""
     return p * line * ~p
 
 
 @kernel(a=POINT, b=POINT, c=POINT, returns=SCALAR)
 def collinearity_residual(a, b, c):
-    """The smallest height of a triangle, positive where its corners are counter-clockwise.
+    """Compute the smallest height of a triangle, positive if its vertices are in counter-clockwise order.
 
-    It is 0 where three points lie on a line, and where points coincide.
+    It is 0 if three points are collinear or if points coincide.
     """
     longest = ga.maximum(ga.norm_squared(a & b), ga.maximum(ga.norm_squared(b & c), ga.norm_squared(c & a)))
     return (a & b & c) / ga.sqrt(ga.select(longest <= 0, 1, longest))
@@ -296,21 +298,23 @@ def collinearity_residual(a, b, c):
 
 @kernel(p=POINT, line=UNIT_LINE, returns=MOTOR)
 def motor_from_flag(p, line):
-    """The motor that takes the origin to the point `p`, and the x axis to the line through `p`, in its direction."""
+    """Compute the motor that takes the origin to the point `p` and the x axis to a line through `p`, with its
+    direction.
+    """
     return _translator(coordinates(p)) * _rotor_of_direction(line["e2"], -line["e1"])
 
 
 @kernel(m=MOTOR, returns=(POINT, LINE))
 def flag_from_motor(m):
-    """The flag of origin and x axis moved by the unit motor `m`: a point on a line."""
+    """Move the flag of origin and x axis, a point on a line, by the unit motor `m`."""
     return m * ORIGIN * ~m, m * PGA2.multivector({"e2": 1}) * ~m
 
 
 @kernel(p=POINT, d=DIRECTION, line=LINE, returns=(SCALAR, POINT))
 def hit_ray_line(p, d, line):
-    """The `t` for which ``p + t d`` is on the line, of any norm but 0, and that point.
+    """Compute the `t` for which ``p + t d`` is on a line of any nonzero norm, and that point.
 
-    The ray hits where ``t >= 0``. Where they are parallel `t` is infinite, or NaN if the ray lies in the line.
+    The ray hits the line if ``t >= 0``. If they are parallel, `t` is infinite, or NaN if the ray lies in the line.
     """
     t = -(p & line) / (d & line)
     return t, p + t * d
@@ -318,9 +322,9 @@ def hit_ray_line(p, d, line):
 
 @kernel(p=POINT, d=DIRECTION, a=POINT, b=POINT, returns=(SCALAR, SCALAR))
 def hit_ray_segment(p, d, a, b):
-    """`t` and `s` for which ``p + t d`` is ``a + s (b - a)``: the ray hits where ``t >= 0`` and ``0 <= s <= 1``.
+    """Compute `t` and `s` with ``p + t d = a + s (b - a)``: the ray hits if ``t >= 0`` and ``0 <= s <= 1``.
 
-    Nothing is finite where they are parallel.
+    No result is finite if they are parallel.
     """
     line, ray = a & b, p & d
     along = d & line
@@ -336,7 +340,7 @@ motor_inverse = MOTORS.motor_inverse
 
 @kernel(x=EVEN, returns=MOTOR)
 def normalize_motor(x):
-    """The unit motor of an even element. The rotational part, of 1 and e12, must not be 0."""
+    """Normalise an even element to a unit motor. The rotational part, of 1 and e12, must not be 0."""
     return ga.normalize(x)
 
 
@@ -348,7 +352,7 @@ move_point_back = MOTIONS.move_point_back
 
 @kernel(angle=SCALAR, returns=ROTOR)
 def rotor_from_angle(angle):
-    """The rotation about the origin by an angle in radians, from x towards y."""
+    """Construct the rotation about the origin by an angle in radians, from x towards y."""
     return _rotor(angle)
 
 
@@ -357,19 +361,19 @@ translator_from_vector = MOTIONS.translator_from_vector
 
 @kernel(p=POINT, angle=SCALAR, returns=MOTOR)
 def motor_from_point(p, angle):
-    """The rotation about a point by an angle in radians, from x towards y: ``exp(-angle/2 p)``."""
+    """Construct the rotation about a point by an angle in radians, from x towards y: ``exp(-angle/2 p)``."""
     return ga.cos(angle / 2) - ga.sin(angle / 2) * p
 
 
 @kernel(angle=SCALAR, v=VECTOR, returns=MOTOR)
 def motor_from_angle_translation(angle, v):
-    """The motor that turns about the origin by an angle and then translates by the vector `v`."""
+    """Construct the motor that rotates about the origin by an angle and then translates by the vector `v`."""
     return _translator(v) * _rotor(angle)
 
 
 @kernel(m=MOTOR, returns=(SCALAR, VECTOR))
 def motor_to_angle_translation(m):
-    """Angle in [-pi, pi] and translation of a unit motor: what `motor_from_angle_translation` puts together."""
+    """Extract the angle in [-pi, pi] and the translation of a unit motor: inverse of `motor_from_angle_translation`."""
     flipped = m["1"] < 0
     angle = 2 * ga.atan2(ga.select(flipped, m["e12"], -m["e12"]), ga.absolute(m["1"]))
     return angle, coordinates(m * ORIGIN * ~m)
@@ -377,26 +381,26 @@ def motor_to_angle_translation(m):
 
 @kernel(m=MOTOR, returns=MATRIX)
 def motor_to_matrix(m):
-    """The homogeneous 3 x 3 matrix of a unit motor, which acts on columns (x, y, 1)."""
+    """Compute the homogeneous 3 x 3 matrix of a unit motor, which acts on columns (x, y, 1)."""
     columns = [coordinates(m * axis * ~m) for axis in AXES] + [coordinates(m * ORIGIN * ~m)]
     return (*zip(*columns, strict=True), (0, 0, 1))
 
 
 @kernel(matrix=MATRIX, returns=MOTOR)
 def motor_from_matrix(matrix):
-    """The motor, with scalar part not negative, of a homogeneous 3 x 3 matrix of a rigid motion.
+    """Convert a homogeneous 3 x 3 matrix of a rigid motion to the motor with nonnegative scalar part.
 
-    The last row is not looked at. Where the rest is no rotation, the nearest rotation is taken.
+    The last row is not read. If the rest is not a rotation, the nearest rotation is used.
     """
     cosine, sine = matrix[0][0] + matrix[1][1], matrix[1][0] - matrix[0][1]
     return _translator([matrix[0][2], matrix[1][2]]) * _rotor_of_direction(cosine, sine)
 
 
 motor_exponential = MOTORS.motor_exponential.documented(
-    "``exp(b)`` of any bivector; ``exp(-angle/2 p)`` turns about the point p. Smooth at 0 and for translations."
+    "Compute ``exp(b)`` of a bivector; ``exp(-angle/2 p)`` rotates about the point p. Smooth at 0 and for translations."
 )
 motor_logarithm = MOTORS.motor_logarithm.documented(
-    "The bivector of least angle whose exponential is `m` or `-m`, the same motion; also of pure translations."
+    "Compute the bivector of least angle with exponential `m` or `-m`, the same motion; also for pure translations."
 )
 motor_square_root = MOTORS.motor_square_root
 motor_power = MOTORS.motor_power
@@ -411,10 +415,10 @@ translator_between_points = MOTIONS.translator_between_points
 
 @kernel(a=LINE, b=LINE, returns=MOTOR)
 def motor_between_lines(a, b):
-    """The motor that takes the normalised line `a` to `b`: a rotation about their meet, or a translation.
+    """Compute the motor that takes the normalised line `a` to `b`: a rotation about their meet, or a translation.
 
-    Where the normals are opposite to within 0.01 radians, it is the product of two reflections instead: in the middle
-    of `a` and the reversed `b`, and in a line orthogonal to `b`.
+    If the normals are opposite to within 0.01 radians, the motor is instead the product of two reflections: in the
+    bisector of `a` and the reversed `b`, and in a line orthogonal to `b`.
     """
     squared = ga.norm_squared(a + b)
     opposite = squared < NEARLY_OPPOSITE
@@ -430,17 +434,17 @@ motor_relative = MOTIONS.motor_relative
 
 @kernel(a=MOTOR, b=MOTOR, t=SCALAR, returns=MOTOR)
 def blend_motors(a, b, t):
-    """``(1 - t) a + t b`` as a unit motor, or with ``-b`` where that is nearer: the way of NLERP, without angles."""
+    """Normalise ``(1 - t) a + t b``, or with ``-b`` if that is nearer, to a unit motor (NLERP)."""
     near = ga.select(ga.scalar_product(a, ~b) < 0, -t, t)
     return ga.normalize((1 - t) * a + near * b)
 
 
 @kernel(m=MOTOR, returns=(BIVECTOR, SCALAR))
 def motor_to_point(m):
-    """The centre of a unit motor, with a weight, and its angle in [0, pi]: the least exponent is -angle/2 times it.
+    """Decompose a unit motor into its weighted centre and its angle in [0, pi]: ``exp(-angle/2 centre)``.
 
-    A rotation has a point with weight 1 or -1, for turns from y to x. Of a translation the angle is 0 and the centre
-    is the direction a quarter turn to the right of the way, as long as the way.
+    For a rotation the centre is a point with weight 1, or with weight -1 if the rotation is from y to x. For a
+    translation the angle is 0 and the centre is the translation vector rotated by a quarter turn to the right.
     """
     b = -2 * ga.log(m)
     angle = ga.absolute(b["e12"])
@@ -454,42 +458,42 @@ motor_to_twist = TWISTS.motor_to_twist
 
 @kernel(w=SCALAR, v=VECTOR, returns=BIVECTOR)
 def twist_from_velocities(w, v):
-    """The twist of an angular velocity, from x towards y, and the velocity of the point that is at the origin."""
+    """Construct a twist from an angular velocity, from x towards y, and the velocity of the point at the origin."""
     return ga.assemble(PGA2, {"e12": w, "e20": -v[1], "e01": v[0]})
 
 
 @kernel(twist=BIVECTOR, returns=(SCALAR, VECTOR))
 def twist_to_velocities(twist):
-    """Angular velocity of a twist, from x towards y, and the velocity of the point that is at the origin."""
+    """Extract the angular velocity of a twist, from x towards y, and the velocity of the point at the origin."""
     return twist["e12"], (twist["e01"], -twist["e20"])
 
 
 motor_derivative = TWISTS.motor_derivative
 twist_from_motor_derivative = TWISTS.twist_from_motor_derivative
 motor_to_adjoint = TWISTS.motor_to_adjoint.documented(
-    "The 3 x 3 matrix of a unit motor on twists: on columns of their coefficients e12 e20 e01."
+    "Compute the 3 x 3 matrix by which a unit motor acts on the coefficients e12 e20 e01 of twists."
 )
 
 
 even_inverse = MOTIONS.even_inverse.documented(
-    "The inverse of an even element. Its rotational part, of 1 and e12, must not be 0."
+    "Compute the inverse of an even element. The rotational part, of 1 and e12, must not be 0."
 )
 
 
 @kernel(z=VECTOR, returns=ROTOR)
 def rotor_from_complex(z):
-    """The rotation by the angle of the complex number ``z[0] + z[1] i``, of any length but 0."""
+    """Construct the rotation by the angle of the nonzero complex number ``z[0] + z[1] i``."""
     return _rotor_of_direction(z[0], z[1])
 
 
 @kernel(r=ROTOR, returns=VECTOR)
 def rotor_to_complex(r):
-    """The complex number of length 1, as real and imaginary part, whose angle is that of the rotation."""
+    """Convert a rotor to the complex number of length 1, as real and imaginary part, with the angle of the rotation."""
     return r["1"] * r["1"] - r["e12"] * r["e12"], -2 * r["1"] * r["e12"]
 
 
 def _rotor_of_direction(cosine, sine):
-    """The rotor, with scalar part not negative, of the angle of (cosine, sine), of any length but 0."""
+    """Return the rotor, with nonnegative scalar part, of the angle of (cosine, sine), of any nonzero length."""
     length = ga.sqrt(cosine * cosine + sine * sine)
     sharp, left = cosine >= 0, ga.select(sine < 0, -1, 1)
     w = ga.select(sharp, length + cosine, left * sine)

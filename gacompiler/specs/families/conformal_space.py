@@ -1,4 +1,4 @@
-"""What definitions in conformal geometry are made of: points, rounds and versors of any dimension."""
+"""Building blocks of definitions in conformal geometry: points, rounds and versors of any dimension."""
 
 from fractions import Fraction
 from functools import reduce
@@ -7,9 +7,9 @@ from operator import add, sub
 import gacompiler as ga
 
 NEARLY_ZERO = Fraction(1, 10**12)
-"""Squares up to this, relative to those that enter, are rounding."""
+"""Squares up to this value, relative to the squares of the operands, are treated as rounding errors."""
 NEARLY_OPPOSITE = Fraction(-9, 10)
-"""Cosines less than this are those of objects that are turned over first."""
+"""Objects with a cosine less than this value are nearly opposite: one of them is reversed first."""
 
 
 class ConformalSpace:
@@ -33,59 +33,59 @@ class ConformalSpace:
         self.algebra, self.axes, self.names = algebra, tuple(axes), algebra.vectors[:-2]
 
     def vector(self, x):
-        """The Euclidean vector of coordinates."""
+        """Return the Euclidean vector with the given coordinates."""
         return reduce(add, (number * axis for number, axis in zip(x, self.axes, strict=True)))
 
     def point(self, *x):
-        """The point at coordinates."""
+        """Return the point at the given coordinates."""
         square = reduce(add, (number * number for number in x))
         return self.vector(x) + self.e0 + square / 2 * self.einf
 
     def at(self, x):
-        """The point at a Euclidean vector."""
+        """Return the point at a Euclidean vector."""
         return self.point(*self.components(x))
 
     def components(self, x):
-        """The coordinates of a vector or point, a tuple of numbers."""
+        """Return the coordinates of a vector or point, a tuple of numbers."""
         return tuple(x[name] for name in self.names)
 
     def coordinates(self, x):
-        """The Euclidean part of a vector or point."""
+        """Return the Euclidean part of a vector or point."""
         return self.vector(self.components(x))
 
     def weight(self, x):
-        """What is 1 for a normalised vector: the coefficient of e0."""
+        """Return the coefficient of e0, which is 1 for a normalised vector."""
         return -ga.scalar_product(self.einf, x)
 
     def normalized(self, x):
-        """The point with weight 1 of a null vector."""
+        """Return the point with weight 1 of a null vector."""
         weight = self.weight(x)
         return self.point(*(number / weight for number in self.components(x)))
 
     def centre(self, x):
-        """Centre of a round: the point at infinity reflected in it."""
+        """Return the centre of a round: the point at infinity reflected in it."""
         return self.normalized((x * self.einf * x).grade(1))
 
     def radius_squared(self, x):
-        """Squared radius of a round, negative for an imaginary one."""
+        """Return the squared radius of a round, negative for an imaginary one."""
         carrier = ga.left_contraction(self.einf, x)
         return ga.scalar_product(x, ga.grade_involution(x)) / ga.scalar_product(carrier, carrier)
 
     def sphere_parts(self, x):
-        """Centre and squared radius of a round of the highest dimension, a circle of the plane or a sphere."""
+        """Return centre and squared radius of a round of highest dimension, a circle of the plane or a sphere."""
         return self.coordinates(self.normalized(ga.polarity(x))), self.radius_squared(x)
 
     def pair(self, centre, direction, radius_squared):
-        """From ``centre - radius direction`` to ``centre + radius direction``."""
+        """Return the point pair from ``centre - radius direction`` to ``centre + radius direction``."""
         middle = self.at(centre) + radius_squared / 2 * self.einf
         return middle ^ (direction + dot(centre, direction) * self.einf)
 
     def pair_direction(self, pair):
-        """The direction of a point pair, from the first point to the second, of the length that is its weight."""
+        """Return the direction of a point pair, from the first point to the second, with the length of its weight."""
         return self._against(pair, "0")
 
     def line_direction(self, line):
-        """The direction of a line, of the length that its coefficients have."""
+        """Return the direction of a line, unnormalised, as its coefficients contain it."""
         return self._against(line, "0inf")
 
     def _against(self, x, ending):
@@ -94,32 +94,32 @@ class ConformalSpace:
         return reduce(sub, parts, -first * self.axes[0])
 
     def translator(self, t):
-        """The translation by a Euclidean vector."""
+        """Return the translation by a Euclidean vector."""
         return 1 - t * self.einf / 2
 
     def dilator(self, scale):
-        """The dilation about the origin by a positive factor."""
+        """Return the dilation about the origin by a positive factor."""
         return (1 + scale + (scale - 1) * (self.e0 ^ self.einf)) / (2 * ga.sqrt(scale))
 
 
 def dot(a, b):
-    """The inner product of two vectors."""
+    """Return the inner product of two vectors."""
     return ga.scalar_product(a, b)
 
 
 def length_of(a):
-    """The length of a Euclidean vector."""
+    """Return the length of a Euclidean vector."""
     return ga.sqrt(dot(a, a))
 
 
 def distance_of_spheres(p, r, q, s):
-    """The distance of two circles of the plane or spheres, by centres and squared radii: 0 where they meet."""
+    """Return the distance between two spheres or circles of the plane, 0 if they meet, from centres and squared radii."""
     distance, r, s = length_of(q - p), ga.sqrt(r), ga.sqrt(s)
     return ga.maximum(0, ga.maximum(distance - r - s, ga.absolute(r - s) - distance))
 
 
 def hit_ray(p, d, centre, square):
-    """The least `t`, at least 0, for which ``p + t d`` is on a circle of the plane or a sphere, or not a number."""
+    """Return the least nonnegative `t` for which ``p + t d`` is on a circle of the plane or a sphere, or NaN."""
     towards, along = centre - p, dot(d, d)
     middle = dot(towards, d) / along
     beside = towards - middle * d
@@ -129,34 +129,38 @@ def hit_ray(p, d, centre, square):
 
 
 def undefined_where(wrong, x):
-    """`x`, not a number where `wrong`."""
+    """Return `x`, or NaN where `wrong`."""
     return x * ga.sqrt(ga.select(wrong, -1, 1))
 
 
 def vanishes(square, size):
-    """Whether a square is 0 up to a tolerance relative to `size`, a square as well."""
+    """Return whether a square is 0 up to a tolerance relative to `size`, which is a square as well."""
     return square <= NEARLY_ZERO**2 * size
 
 
 def sign_of(value, size):
-    """1, 0 or -1; 0 up to a tolerance relative to `size`, not a number where `value` is none."""
+    """Return 1, 0 or -1; 0 up to a tolerance relative to `size`, NaN if `value` is NaN."""
     tolerance = NEARLY_ZERO * size
     small = ga.select(ga.absolute(value) <= tolerance, 0, ga.sqrt(ga.select(value < 0, -1, value)))
     return ga.select(value > tolerance, 1, ga.select(value < -tolerance, -1, small))
 
 
 def kind_of_round(weight_squared, moved_squared, square):
-    """`square` is the weight's square times that of the radius, `moved_squared` times that of the centre."""
+    """Return the kind of a round.
+
+    `square` is the square of the weight times the squared radius, `moved_squared` the square of the weight times that
+    of the distance of the centre from the origin.
+    """
     return ga.select(vanishes(weight_squared, moved_squared), 2, sign_of(square, moved_squared))
 
 
 def unit_blade(x):
-    """A blade divided by the root of its square's absolute value."""
+    """Return a blade divided by the root of the absolute value of its square."""
     return x / ga.sqrt(ga.absolute(ga.scalar_product(x, x)))
 
 
 def inverse_square_root(s):
-    """``s**(-1/2)`` of a scalar and a 4-vector: of what a versor's sum with 1 is off from a unit one."""
+    """Return ``s**(-1/2)`` of the sum of a scalar and a 4-vector, the normalising factor of an even element."""
     scalar, four = s.grade(0), s.grade(4)
     number = scalar["1"]
     root = ga.sqrt(number * number - ga.scalar_product(four, four))
@@ -164,9 +168,9 @@ def inverse_square_root(s):
 
 
 def versor_between(a, b, turn):
-    """The versor from `a` to `b`, unit ones of one kind, where `turn` takes `a` to ``-a``.
+    """Return the versor from `a` to `b`, unit objects of the same kind, where `turn` takes `a` to ``-a``.
 
-    It is the square root of their ratio ``b a**-1``; nearly opposite ones are turned over first.
+    It is the square root of the ratio ``b a**-1``; nearly opposite objects are reversed first.
     """
     square = ga.scalar_product(a, a)
     ratio = b * a / square
@@ -176,6 +180,6 @@ def versor_between(a, b, turn):
 
 
 def _half_way(ratio):
-    """The versor half way to a ratio ``b a**-1`` of objects, which takes `a` to `b`."""
+    """Return the versor that takes `a` to `b`, the square root of the ratio ``b a**-1``."""
     sum_ = 1 + ratio
     return sum_ * inverse_square_root(2 + ratio + ~ratio)

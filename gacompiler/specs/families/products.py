@@ -1,15 +1,15 @@
-"""Products, involutions and duals of any two elements."""
+"""Products, involutions and duals of general elements."""
 
 import gacompiler as ga
 from gacompiler import Family
 
 
 def products(algebra, even=None, **notes):
-    """The products of an algebra, and what else is defined for all its elements.
+    """Declare the products of an algebra and other operations on all its elements.
 
-    `even` is the layout of even elements, where it is not that of every algebra. Docstrings of `outer_product`,
-    `regressive_product`, `even_product`, `dual` and `norm` go on with the note of that name; `versor` says what the
-    algebra calls its even versors.
+    `even` is the layout of even elements, if it differs from the default of the algebra. The notes are appended to the
+    docstrings of `outer_product`, `regressive_product`, `even_product`, `dual` and `norm`; `versor` is the name of even
+    versors in the algebra.
     """
     words = {"outer_product": "", "regressive_product": "", "even_product": "", "dual": "", "norm": "", "versor": ""}
     family = Family("products", **words | notes, pseudoscalar=algebra.spelling(algebra.everything)[1])
@@ -17,72 +17,72 @@ def products(algebra, even=None, **notes):
 
     @family.kernel(a=FULL, b=FULL)
     def geometric_product(a, b):
-        """The geometric product ``a b`` of any two elements."""
+        """Compute the geometric product ``a b`` of two elements."""
         return a * b
 
     @family.kernel(a=FULL, b=FULL)
     def outer_product(a, b):
-        """The outer product ``a ^ b`` of any two elements{outer_product}."""
+        """Compute the outer product ``a ^ b`` of two elements{outer_product}."""
         return a ^ b
 
     @family.kernel(a=FULL, b=FULL)
     def regressive_product(a, b):
-        """The regressive product ``a & b`` of any two elements{regressive_product}."""
+        """Compute the regressive product ``a & b`` of two elements{regressive_product}."""
         return a & b
 
     @family.kernel(a=FULL, b=FULL)
     def inner_product(a, b):
-        """The inner product of any two elements: of grades p and q, the part of grade \\|p - q\\| of ``a b``."""
+        """Compute the inner product of two elements: for grades p and q, the part of grade \\|p - q\\| of ``a b``."""
         return ga.inner_product(a, b)
 
     @family.kernel(a=EVEN, b=EVEN)
     def even_product(a, b):
-        """The geometric product of two even elements{even_product}."""
+        """Compute the geometric product of two even elements{even_product}."""
         return a * b
 
     @family.kernel(a=FULL)
     def reverse(a):
-        """The reverse ``~a`` of any element: the order of vectors in every product turned round."""
+        """Compute the reverse ``~a`` of an element: the order of the vectors in every product is reversed."""
         return ~a
 
     @family.kernel(a=EVEN)
     def even_reverse(a):
-        """The reverse of an even element: the inverse of a unit {versor}."""
+        """Compute the reverse of an even element: the inverse of a unit {versor}."""
         return ~a
 
     @family.kernel(a=FULL)
     def grade_involution(a):
-        """Any element with its odd part negated."""
+        """Negate the odd part of an element."""
         return ga.grade_involution(a)
 
     @family.kernel(a=FULL)
     def clifford_conjugate(a):
-        """The reverse of the grade involution of any element."""
+        """Compute the reverse of the grade involution of an element."""
         return ga.clifford_conjugate(a)
 
     @family.kernel(a=FULL)
     def dual(a):
-        """The right complement of any element{dual}: ``b ^ dual(b) = {pseudoscalar}`` for basis blades."""
+        """Compute the right complement of an element{dual}: ``b ^ dual(b) = {pseudoscalar}`` for basis blades."""
         return ga.dual(a)
 
     @family.kernel(a=FULL)
     def undual(a):
-        """The inverse of `dual`."""
+        """Compute the inverse of `dual`."""
         return ga.undual(a)
 
     @family.kernel(a=FULL)
     def polarity(a):
-        """The metric dual ``a {pseudoscalar}**-1``."""
+        """Compute the metric dual ``a {pseudoscalar}**-1``."""
         return ga.polarity(a)
 
     @family.kernel(a=FULL)
     def norm(a):
-        """The norm ``sqrt(<a ~a>)`` of any element{norm}."""
+        """Compute the norm ``sqrt(<a ~a>)`` of an element{norm}."""
         return ga.norm(a)
 
     @family.kernel(a=FULL)
     def inverse(a):
-        """The inverse of any element that has one."""
+        """Compute the inverse of an element, if it has one."""
         return ga.inverse(a)
 
     return family

@@ -1,4 +1,4 @@
-"""Rotations of space as rotors, quaternions and matrices, and those of the plane by their angles."""
+"""Rotations of space as rotors, quaternions and matrices, and rotations of the plane by angles."""
 
 from fractions import Fraction
 
@@ -6,26 +6,26 @@ import gacompiler as ga
 from gacompiler import SCALAR, Family, array
 
 NEARLY_OPPOSITE = Fraction(1, 10**8)
-"""Squares of sums of unit vectors less than this are those of nearly opposite ones."""
+"""Unit vectors are nearly opposite if the square of their sum is less than this value."""
 ROUNDING = Fraction(1, 10**28)
-"""Squares less than this are rounding."""
+"""Squares less than this value are treated as rounding errors."""
 
 
 def coordinates(v):
-    """The coordinates of a vector of G(3)."""
+    """Return the coordinates of a vector of G(3)."""
     return v["e1"], v["e2"], v["e3"]
 
 
 def choose(condition, these, those):
-    """These numbers where a condition holds, else those."""
+    """Return the numbers `these` where a condition holds, else `those`."""
     return tuple(ga.select(condition, a, b) for a, b in zip(these, those, strict=True))
 
 
 def quaternion_of_matrix(t):
-    """The quaternion (w, x, y, z), with w not negative, of a rotation matrix.
+    """Return the quaternion (w, x, y, z), with nonnegative w, of a rotation matrix.
 
-    Rows of the matrix ``4 q q^T`` of the quaternion q; the one with the largest diagonal entry is normalised (Shepperd,
-    *J. Guidance and Control* 1:223, 1978).
+    The row of the matrix ``4 q q^T`` of the quaternion q with the largest diagonal entry is normalised (Shepperd, *J.
+    Guidance and Control* 1:223, 1978).
     """
     x, y, z = t[2][1] - t[1][2], t[0][2] - t[2][0], t[1][0] - t[0][1]
     xy, xz, yz = t[0][1] + t[1][0], t[0][2] + t[2][0], t[1][2] + t[2][1]
@@ -39,10 +39,10 @@ def quaternion_of_matrix(t):
 
 
 def rotor_between(a, b):
-    """The rotor in G(3) of the smallest rotation that takes the direction of a vector to that of another.
+    """Return the rotor in G(3) of the smallest rotation that takes the direction of one vector to that of another.
 
-    It is ``1 + b a`` for unit vectors, normalised. Where they are nearly opposite, it is the product of two
-    reflections: along ``a - b``, and along a vector orthogonal to `b` that is in the plane of both, if there is one.
+    It is ``1 + b a`` for unit vectors, normalised. If they are nearly opposite, it is the product of two reflections:
+    along ``a - b``, and along a vector orthogonal to `b` that is in the plane of both, if that plane is defined.
     """
     axes = a.algebra.basis()
     a, b = ga.normalize(a), ga.normalize(b)
@@ -58,49 +58,49 @@ def rotor_between(a, b):
 
 
 def rotations_of_space(algebra, rotor, axes, components):
-    """Rotors of space as quaternions and matrices.
+    """Declare conversions of rotors of space to quaternions and matrices.
 
-    `rotor` gives that of the four numbers of a quaternion; `components` gives the three coordinates of one of the
-    `axes` after a rotation.
+    `rotor` constructs a rotor from the four numbers of a quaternion; `components` extracts the three coordinates of one
+    of the `axes` after a rotation.
     """
     family = Family("rotations of space")
     ROTOR, QUATERNION, MATRIX = algebra.ROTOR, array(SCALAR, 4), array(SCALAR, 3, 3)
 
     @family.kernel(q=QUATERNION, returns=ROTOR)
     def rotor_from_quaternion(q):
-        """The rotor of a unit quaternion (w, x, y, z), scalar first: ``w - x e23 + y e13 - z e12``."""
+        """Convert a unit quaternion (w, x, y, z), scalar first, to a rotor: ``w - x e23 + y e13 - z e12``."""
         return rotor(*q)
 
     @family.kernel(r=ROTOR, returns=QUATERNION)
     def rotor_to_quaternion(r):
-        """The unit quaternion (w, x, y, z), scalar first, of a rotor."""
+        """Convert a rotor to a unit quaternion (w, x, y, z), scalar first."""
         return r["1"], -r["e23"], r["e13"], -r["e12"]
 
     @family.kernel(matrix=MATRIX, returns=ROTOR)
     def rotor_from_matrix(matrix):
-        """The rotor of a 3 x 3 rotation matrix, the one of two whose scalar part is not negative.
+        """Convert a 3 x 3 rotation matrix to the rotor with nonnegative scalar part.
 
-        All rotations, half turns among them, are equally accurate, and the result is a unit rotor also where the matrix
-        is orthogonal only nearly. At an exact half turn both signs are right.
+        All rotations, including half turns, are equally accurate, and the result is a unit rotor even if the matrix is
+        only nearly orthogonal. At an exact half turn both signs are correct.
         """
         return rotor(*quaternion_of_matrix(matrix))
 
     @family.kernel(r=ROTOR, returns=MATRIX)
     def rotor_to_matrix(r):
-        """The 3 x 3 matrix of a rotor, which acts on columns (x, y, z)."""
+        """Compute the 3 x 3 matrix of a rotor, which acts on columns (x, y, z)."""
         return tuple(zip(*(components(r * axis * ~r) for axis in axes), strict=True))
 
     return family
 
 
 def rotations_of_the_plane(algebra):
-    """Rotors of the plane by their angles."""
+    """Declare rotors of the plane from angles."""
     family = Family("rotations of the plane")
     e1, e2 = algebra.basis()[:2]
 
     @family.kernel(angle=SCALAR, returns=algebra.ROTOR)
     def rotor_from_angle(angle):
-        """The rotation by an angle in radians, from e1 towards e2."""
+        """Construct the rotation by an angle in radians, from e1 towards e2."""
         return ga.cos(angle / 2) - ga.sin(angle / 2) * e1 * e2
 
     return family
