@@ -416,9 +416,7 @@ def hit_ray_circle(p, d, circle):
 
 # Versors.
 
-rotor_from_angle = ROTATIONS.rotor_from_angle.documented(
-    "Construct the counter-clockwise rotation about the origin by an angle in radians."
-)
+rotor_from_angle = ROTATIONS.rotor_from_angle.documented("Construct the counter-clockwise rotation about the origin.")
 
 
 @kernel(r=ROTOR)

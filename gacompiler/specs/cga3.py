@@ -1,18 +1,18 @@
 """Conformal geometry of space in G(4,1) with the null basis ``e0, einf`` and ``einf . e0 = -1``.
 
 The point at x is ``x + e0 + x**2/2 einf``; three coordinates are stored, the other two are known. Rounds and flats are
-outer products of points: point pairs of 2, circles of 3, spheres of 4; lines are ``a ^ b ^ einf`` and planes
-``a ^ b ^ c ^ einf``. A *dual* sphere is the vector ``c - r**2/2 einf`` of its centre c and radius r, a *dual* plane is
-``n + d einf`` for the plane ``n . x = d``. `polarity`, multiplication by ``e0123inf**-1``, takes a sphere or plane to a
+outer products of points: point pairs of 2, circles of 3, spheres of 4; lines are ``a ^ b ^ einf`` and planes ``a ^ b ^
+c ^ einf``. A *dual* sphere is the vector ``c - r**2/2 einf`` of its centre c and radius r, and a *dual* plane is ``n +
+d einf`` for the plane ``n . x = d``. `polarity`, multiplication by ``e0123inf**-1``, takes a sphere or plane to a
 multiple of its dual.
 
-A `kind` is 1 for what is real, 0 for what is tangent (of radius 0), -1 for what is imaginary, 2 for what is flat,
-parallel or concentric, 3 where two objects are the same. It is decided with a tolerance, 1e-12 of the squares of radii
-and distances from the origin that enter; `radius_squared` of a result says the same without one.
+A `kind` is 1 for real, 0 for tangent (of radius 0), -1 for imaginary, 2 for flat, parallel or concentric, and 3 for
+coinciding objects. It is determined with a tolerance of 1e-12 relative to the squares of the radii and of the distances
+from the origin; `radius_squared` of a result gives the same information without a tolerance.
 
-Even versors move everything by ``v x ~v``: the rotor ``exp(-angle/2 B)``, the translator ``1 - t einf/2``, the dilator
-``exp(log(scale)/2 e0inf)``. A motor has rotation and translation; its eight coefficients are, in order, those of the
-same motor in G(3,0,1). Angles are in radians; lengths are in the units of the coordinates.
+Even versors transform every element by ``v x ~v``: the rotor ``exp(-angle/2 B)``, the translator ``1 - t einf/2``, the
+dilator ``exp(log(scale)/2 e0inf)``. A motor combines rotation and translation; its eight coefficients are, in order,
+those of the same motor in G(3,0,1). Angles are in radians; lengths are in the units of the coordinates.
 """
 
 from fractions import Fraction
@@ -64,13 +64,13 @@ def _cross(a, b):
 
 
 def _perpendicular(n):
-    """A unit vector orthogonal to `n`: to the axis of least coordinate as well."""
+    """Return a unit vector orthogonal to `n` and to the coordinate axis of its smallest component."""
     x, y, z = (n[name] * n[name] for name in AXES)
     axis = ga.select(x <= ga.minimum(y, z), E1, ga.select(y <= z, E2, E3))
     return ga.normalize(_cross(n, axis))
 
 
-# Flats and rounds by vectors: direction and moment, normal and distance, centre and squared radius.
+# Flats and rounds from vectors: direction and moment, normal and distance, centre and squared radius.
 
 
 def _line(direction, moment):
@@ -86,7 +86,7 @@ def _line_through(p, direction):
 
 
 def _line_parts(line):
-    """Unit direction and the point nearest to the origin."""
+    """Return the unit direction of a line and its point nearest to the origin."""
     direction, moment = space.line_direction(line), _line_moment(line)
     square = dot(direction, direction)
     return direction / ga.sqrt(square), _cross(direction, moment) / square
@@ -101,14 +101,14 @@ def _plane_normal(plane):
 
 
 def _plane_parts(plane):
-    """Unit normal and the distance from the origin along it."""
+    """Return the unit normal of a plane and its distance from the origin along the normal."""
     normal = _plane_normal(plane)
     length = length_of(normal)
     return normal / length, plane["e123inf"] / length
 
 
 def _circle(centre, normal, radius_squared):
-    """Right-handed about the normal."""
+    """Return a circle that is right-handed about the normal."""
     return -((space.at(centre) - radius_squared / 2 * EINF) ^ (normal + dot(centre, normal) * EINF)) * PSEUDOSCALAR
 
 
@@ -117,12 +117,12 @@ def _circle_normal(circle):
 
 
 def _circle_parts(circle):
-    """Centre, unit normal, squared radius."""
+    """Return centre, unit normal and squared radius of a circle."""
     return space.coordinates(space.centre(circle)), ga.normalize(_circle_normal(circle)), space.radius_squared(circle)
 
 
 def _circle_frame(circle):
-    """Centre, radius, and a right-handed orthonormal frame whose last vector is the normal."""
+    """Return centre, radius, and a right-handed orthonormal frame with the normal as its last vector."""
     centre, normal, square = _circle_parts(circle)
     u = _perpendicular(normal)
     return centre, ga.sqrt(square), u, _cross(normal, u), normal
@@ -139,7 +139,7 @@ def _sphere_sign(sphere):
     return sign_of(-dot(sphere, sphere), _moved_squared(sphere))
 
 
-# Products, involutions and duals of any two elements.
+# Products, involutions and duals of general elements.
 
 geometric_product = PRODUCTS.geometric_product
 outer_product = PRODUCTS.outer_product
@@ -168,13 +168,13 @@ power_of_point = POINTS.power_of_point
 
 @kernel(p=POINT, plane=DUAL_PLANE)
 def signed_distance_point_plane(p, plane):
-    """The distance of a point to a dual plane, positive on the side of its normal, which may have any length but 0."""
+    """Compute the distance from a point to a dual plane of any nonzero norm, positive on the side of its normal."""
     return ga.scalar_product(p, plane) / ga.norm(plane)
 
 
 @kernel(p=POINT, line=LINE)
 def distance_point_line(p, line):
-    """The distance of a point to a line, whose square may be any but 0."""
+    """Compute the distance from a point to a line, whose square may be any nonzero number."""
     return ga.sqrt(ga.norm_squared(p ^ line) / ga.norm_squared(line))
 
 
@@ -186,21 +186,21 @@ circle_from_points = LINES_AND_ROUNDS.circle_from_points
 
 @kernel(a=POINT, b=POINT, c=POINT, d=POINT)
 def sphere_from_points(a, b, c, d):
-    """The sphere ``a ^ b ^ c ^ d`` through four points; a plane where they are in one, 0 where they are on a circle."""
+    """Construct the sphere ``a ^ b ^ c ^ d``; a plane if the points are coplanar, 0 if they are on a circle."""
     return a ^ b ^ c ^ d
 
 
 line_from_points = LINES_AND_ROUNDS.line_from_points.documented(
-    "The line ``a ^ b ^ einf`` from `a` to `b`; its square is their squared distance."
+    "Construct the line ``a ^ b ^ einf`` from `a` to `b`; its square is their squared distance."
 )
 line_from_point_direction = LINES_AND_ROUNDS.line_from_point_direction.documented(
-    "The line through the point `p` along the direction `d`; its square is that of `d`."
+    "Construct the line through the point `p` along the direction `d`; its square is that of `d`."
 )
 
 
 @kernel(a=POINT, b=POINT, c=POINT)
 def plane_from_points(a, b, c):
-    """The plane ``a ^ b ^ c ^ einf``; its square is minus the square of twice the triangle's area.
+    """Construct the plane ``a ^ b ^ c ^ einf``; its square is minus the square of twice the triangle's area.
 
     Its polarity is the dual plane with the normal ``-(b - a) x (c - a)``.
     """
@@ -209,61 +209,61 @@ def plane_from_points(a, b, c):
 
 @kernel(centre=POINT, radius=SCALAR, returns=VECTOR)
 def dual_sphere_from_centre(centre, radius):
-    """The dual sphere ``centre - radius**2/2 einf``."""
+    """Construct the dual sphere ``centre - radius**2/2 einf``."""
     return centre - radius * radius / 2 * EINF
 
 
 @kernel(centre=POINT, p=POINT, returns=VECTOR)
 def dual_sphere_through_point(centre, p):
-    """The dual sphere with a centre and a point on it."""
+    """Construct the dual sphere with a given centre through a point."""
     return centre + ga.scalar_product(centre, p) * EINF
 
 
 @kernel(centre=POINT, radius=SCALAR, returns=SPHERE)
 def sphere_from_centre(centre, radius):
-    """The sphere whose polarity is the dual sphere ``centre - radius**2/2 einf``."""
+    """Construct the sphere with the polarity ``centre - radius**2/2 einf``, a dual sphere."""
     return (centre - radius * radius / 2 * EINF) * CGA3.pseudoscalar
 
 
 @kernel(normal=COORDINATES, distance=SCALAR)
 def dual_plane_from_normal(normal, distance):
-    """The dual plane ``normal + distance einf``: all x with ``normal . x = distance``."""
+    """Construct the dual plane ``normal + distance einf`` of all x with ``normal . x = distance``."""
     return space.vector(normal) + distance * EINF
 
 
 @kernel(a=POINT, b=POINT)
 def bisector_plane(a, b):
-    """The dual plane of all points as far from `a` as from `b`: the difference ``b - a``, its normal towards `b`."""
+    """Compute the dual plane equidistant from `a` and `b`: the difference ``b - a``, with the normal towards `b`."""
     return b - a
 
 
 @kernel(sphere=SPHERE)
 def sphere_polarity(sphere):
-    """The dual sphere of a sphere, with a weight."""
+    """Compute the dual of a sphere, with a weight."""
     return ga.polarity(sphere)
 
 
 @kernel(plane=PLANE)
 def plane_polarity(plane):
-    """The dual plane of a plane: for ``a ^ b ^ c ^ einf``, with the normal ``-(b - a) x (c - a)``."""
+    """Compute the dual of a plane; for ``a ^ b ^ c ^ einf`` the normal is ``-(b - a) x (c - a)``."""
     return ga.polarity(plane)
 
 
 @kernel(sphere=SPHERE, returns=POINT)
 def sphere_centre(sphere):
-    """The centre of a sphere. A plane has none: division by 0."""
+    """Compute the centre of a sphere. A plane has none: division by 0."""
     return space.normalized(ga.polarity(sphere))
 
 
 @kernel(sphere=SPHERE)
 def sphere_radius_squared(sphere):
-    """The squared radius of a sphere, negative for an imaginary one. A plane has none: division by 0."""
+    """Compute the squared radius of a sphere, negative for an imaginary one. A plane has none: division by 0."""
     return space.radius_squared(sphere)
 
 
 @kernel(circle=CIRCLE, returns=POINT)
 def circle_centre(circle):
-    """The centre of a circle. A line has none: division by 0."""
+    """Compute the centre of a circle. A line has none: division by 0."""
     return space.centre(circle)
 
 
@@ -272,13 +272,13 @@ circle_radius_squared = LINES_AND_ROUNDS.circle_radius_squared
 
 @kernel(circle=CIRCLE)
 def circle_plane(circle):
-    """The plane of a circle: ``circle ^ einf``."""
+    """Compute the plane of a circle: ``circle ^ einf``."""
     return circle ^ EINF
 
 
 @kernel(circle=CIRCLE)
 def circle_axis(circle):
-    """The line through the centre of a circle, orthogonal to its plane."""
+    """Compute the axis of a circle: the line through its centre orthogonal to its plane."""
     return ga.polarity(circle) ^ EINF
 
 
@@ -288,7 +288,7 @@ point_pair_radius_squared = LINES_AND_ROUNDS.point_pair_radius_squared
 
 @kernel(pair=POINT_PAIR, returns=(POINT, POINT))
 def point_pair_points(pair):
-    """The two points of a pair, for ``a ^ b`` first `a` and then `b`. Not numbers where the pair is imaginary."""
+    """Extract the two points of a pair, for ``a ^ b`` first `a` and then `b`. They are NaN if the pair is imaginary."""
     root = ga.sqrt(ga.scalar_product(pair, pair))
     carrier = ga.left_contraction(EINF, pair)
     return space.normalized((pair - root) * carrier), space.normalized((pair + root) * carrier)
@@ -299,54 +299,54 @@ def point_pair_points(pair):
 
 @kernel(a=SPHERE, b=SPHERE)
 def meet_spheres(a, b):
-    """The circle in which two spheres meet, imaginary where they do not meet; no circle if concentric."""
+    """Compute the circle in which two spheres meet, imaginary if they do not meet; not a circle if concentric."""
     return a & b
 
 
 @kernel(sphere=SPHERE, plane=PLANE)
 def meet_sphere_plane(sphere, plane):
-    """The circle in which a sphere meets a plane, imaginary (negative squared radius) where it does not."""
+    """Compute the circle in which a sphere meets a plane, imaginary (negative squared radius) if they do not meet."""
     return sphere & plane
 
 
 @kernel(a=SPHERE, b=SPHERE, c=SPHERE)
 def meet_three_spheres(a, b, c):
-    """The pair of points that three spheres have in common, imaginary where they have none."""
+    """Compute the point pair in which three spheres meet, imaginary if they have no common point."""
     return a & b & c
 
 
 @kernel(line=LINE, sphere=SPHERE)
 def meet_line_sphere(line, sphere):
-    """The pair of points in which a line meets a sphere, imaginary where it does not."""
+    """Compute the point pair in which a line meets a sphere, imaginary if they do not meet."""
     return line & sphere
 
 
 @kernel(circle=CIRCLE, plane=PLANE)
 def meet_circle_plane(circle, plane):
-    """The pair of points in which a circle meets a plane, imaginary where it does not."""
+    """Compute the point pair in which a circle meets a plane, imaginary if they do not meet."""
     return circle & plane
 
 
 @kernel(circle=CIRCLE, sphere=SPHERE)
 def meet_circle_sphere(circle, sphere):
-    """The pair of points in which a circle meets a sphere, imaginary where it does not."""
+    """Compute the point pair in which a circle meets a sphere, imaginary if they do not meet."""
     return circle & sphere
 
 
 @kernel(a=PLANE, b=PLANE)
 def meet_planes(a, b):
-    """The line in which two planes meet."""
+    """Compute the line in which two planes meet."""
     return a & b
 
 
 @kernel(line=LINE, plane=PLANE, returns=POINT)
 def meet_line_plane(line, plane):
-    """The point in which a line meets a plane; division by 0 where they are parallel."""
+    """Compute the point in which a line meets a plane; division by 0 if they are parallel."""
     flat = line & plane
     return space.point(*(flat[name] / flat["e0inf"] for name in ("e1inf", "e2inf", "e3inf")))
 
 
-# Flats by points and directions, in direct and dual form.
+# Flats from points and directions, in direct and dual form.
 
 flat_point_from_point = POINTS.flat_point_from_point
 point_from_flat_point = POINTS.point_from_flat_point
@@ -354,51 +354,53 @@ point_from_flat_point = POINTS.point_from_flat_point
 
 @kernel(d=COORDINATES, m=COORDINATES, returns=LINE)
 def line_from_direction_moment(d, m):
-    """The line of Pluecker coordinates `d`, its direction, and `m`, its moment ``p x d`` for all p on it."""
+    """Construct a line from its Pluecker coordinates: direction `d` and moment `m`, ``p x d`` for all p on it."""
     return _line(space.vector(d), space.vector(m))
 
 
 @kernel(line=LINE, returns=(COORDINATES, COORDINATES))
 def line_to_direction_moment(line):
-    """Direction and moment of a line, its Pluecker coordinates, with the length that its coefficients have."""
+    """Extract the direction and the moment of a line, its Pluecker coordinates, without normalisation."""
     return space.components(space.line_direction(line)), space.components(_line_moment(line))
 
 
 @kernel(normal=COORDINATES, distance=SCALAR, returns=PLANE)
 def plane_from_normal(normal, distance):
-    """The plane of all x with ``normal . x = distance``."""
+    """Construct the plane of all x with ``normal . x = distance``."""
     return _plane(space.vector(normal), distance)
 
 
 @kernel(plane=PLANE, returns=(COORDINATES, SCALAR))
 def plane_to_normal(plane):
-    """The unit normal of a plane, of that through a, b, c along ``(b - a) x (c - a)``, and its distance from the origin
-    along it."""
+    """Extract the unit normal of a plane and its signed distance from the origin along the normal.
+
+    The normal of the plane through a, b, c is along ``(b - a) x (c - a)``.
+    """
     normal, distance = _plane_parts(plane)
     return space.components(normal), distance
 
 
 @kernel(p=POINT, normal=COORDINATES, returns=PLANE)
 def plane_from_point_normal(p, normal):
-    """The plane through `p` orthogonal to a vector."""
+    """Construct the plane through `p` orthogonal to a vector."""
     return _plane(space.vector(normal), dot(p, space.vector(normal)))
 
 
 @kernel(p=POINT, line=LINE, returns=PLANE)
 def join_point_line(p, line):
-    """The plane through a point and a line; 0 where the point is on the line."""
+    """Compute the plane through a point and a line; 0 if the point is on the line."""
     return p ^ line
 
 
 line_polarity = LINES_AND_ROUNDS.line_polarity.documented(
-    "The dual line, a bivector: along the unit direction d, with the square -1, twice the generator of rotations."
+    "Compute the dual of a line, a bivector; for a unit direction its square is -1, and half of it generates rotations."
 )
 line_from_dual = LINES_AND_ROUNDS.line_from_dual
 
 
 @kernel(dual=DUAL_PLANE, returns=PLANE)
 def plane_from_dual(dual):
-    """The plane whose polarity is given; its normal is the opposite one."""
+    """Construct the plane with the given polarity; its normal is opposite to that of the dual."""
     return dual * PSEUDOSCALAR
 
 
@@ -407,96 +409,96 @@ circle_from_line = LINES_AND_ROUNDS.circle_from_line
 
 @kernel(plane=PLANE, returns=SPHERE)
 def sphere_from_plane(plane):
-    """A plane as the sphere that it is, all five coefficients, for what is written for spheres."""
+    """Convert a plane to a sphere with all five coefficients, for functions of spheres."""
     return plane
 
 
 @kernel(dual=VECTOR, returns=SPHERE)
 def sphere_from_dual(dual):
-    """The sphere whose polarity is given."""
+    """Construct the sphere with the given polarity."""
     return dual * PSEUDOSCALAR
 
 
 circle_from_dual = LINES_AND_ROUNDS.circle_from_dual.documented(
-    "The circle whose polarity is given: of two dual spheres, ``a ^ b`` gives that in which they meet."
+    "Construct the circle with the given polarity; ``a ^ b`` of two dual spheres gives their circle of intersection."
 )
 
 
 @kernel(dual=CIRCLE, returns=POINT_PAIR)
 def point_pair_from_dual(dual):
-    """The point pair whose polarity is given: of three dual spheres, ``a ^ b ^ c`` gives what they have in common."""
+    """Construct the point pair with the given polarity; ``a ^ b ^ c`` of three dual spheres gives their meet."""
     return dual * PSEUDOSCALAR
 
 
-circle_polarity = LINES_AND_ROUNDS.circle_polarity.documented("The dual circle, a bivector.")
+circle_polarity = LINES_AND_ROUNDS.circle_polarity.documented("Compute the dual of a circle, a bivector.")
 
 
 @kernel(pair=POINT_PAIR, returns=CIRCLE)
 def point_pair_polarity(pair):
-    """The dual of a point pair, a trivector."""
+    """Compute the dual of a point pair, a trivector."""
     return ga.polarity(pair)
 
 
-# Rounds by centres and radii; a negative squared radius is that of an imaginary round, 0 that of a tangent one.
+# Rounds from centres and radii. The squared radius is negative for an imaginary round and 0 for a tangent one.
 
 point_pair_from_centre = LINES_AND_ROUNDS.point_pair_from_centre
 
 
 @kernel(centre=POINT, normal=COORDINATES, radius_squared=SCALAR, returns=CIRCLE)
 def circle_from_centre(centre, normal, radius_squared):
-    """The circle about a centre, orthogonal to a normal of any length but 0 and right-handed about it."""
+    """Construct the circle about a centre that is right-handed about a normal of any nonzero length."""
     return _circle(space.coordinates(centre), space.vector(normal), radius_squared)
 
 
 @kernel(centre=POINT, radius_squared=SCALAR, returns=SPHERE)
 def sphere_from_centre_radius_squared(centre, radius_squared):
-    """The sphere, imaginary for a negative squared radius, whose polarity is ``centre - radius_squared/2 einf``."""
+    """Construct the sphere with polarity ``centre - radius_squared/2 einf``; imaginary if `radius_squared` < 0."""
     return (centre - radius_squared / 2 * EINF) * PSEUDOSCALAR
 
 
 @kernel(a=VECTOR, b=VECTOR, returns=CIRCLE)
 def circle_from_dual_spheres(a, b):
-    """The circle in which two dual spheres meet; a line for two dual planes."""
+    """Compute the circle in which two dual spheres meet; a line for two dual planes."""
     return -(a ^ b) * PSEUDOSCALAR
 
 
 @kernel(sphere=SPHERE, p=POINT, returns=PLANE)
 def tangent_plane_of_sphere(sphere, p):
-    """The plane that touches a sphere in a point of it."""
+    """Compute the tangent plane of a sphere at one of its points."""
     return ga.left_contraction(p, sphere) ^ EINF
 
 
-# What objects are made of.
+# Parameters of objects.
 
 
 @kernel(plane=PLANE, returns=POINT)
 def plane_support(plane):
-    """The point of a plane that is nearest to the origin."""
+    """Compute the point of a plane that is nearest to the origin."""
     normal = _plane_normal(plane)
     return space.at(plane["e123inf"] / dot(normal, normal) * normal)
 
 
 @kernel(line=LINE, returns=POINT)
 def line_support(line):
-    """The point of a line that is nearest to the origin."""
+    """Compute the point of a line that is nearest to the origin."""
     return space.at(_line_parts(line)[1])
 
 
 @kernel(circle=CIRCLE, returns=COORDINATES)
 def circle_normal(circle):
-    """The unit normal of a circle, about which it is right-handed."""
+    """Compute the unit normal about which a circle is right-handed."""
     return space.components(ga.normalize(_circle_normal(circle)))
 
 
 @kernel(circle=CIRCLE)
 def circle_weight(circle):
-    """The length of the normal that the coefficients of a circle contain: for three points, twice their area."""
+    """Compute the weight of a circle, the length of its unnormalised normal: for three points, twice their area."""
     return length_of(_circle_normal(circle))
 
 
 @kernel(circle=CIRCLE, returns=VECTOR)
 def circle_surround_sphere(circle):
-    """The dual sphere with the centre and the radius of a circle, of weight 1."""
+    """Compute the dual sphere of weight 1 with the centre and the radius of a circle."""
     return space.centre(circle) - space.radius_squared(circle) / 2 * EINF
 
 
@@ -507,25 +509,25 @@ point_pair_line = LINES_AND_ROUNDS.point_pair_line
 
 @kernel(pair=POINT_PAIR, returns=VECTOR)
 def point_pair_surround_sphere(pair):
-    """The dual sphere of weight 1 of which a point pair is a diameter."""
+    """Compute the dual sphere of weight 1 of which a point pair is a diameter."""
     return space.centre(pair) - space.radius_squared(pair) / 2 * EINF
 
 
 @kernel(sphere=SPHERE)
 def sphere_weight(sphere):
-    """The weight of a sphere, whose sign is its orientation: minus six times the volume for four points."""
+    """Compute the weight of a sphere; its sign is the orientation. For four points it is minus six times the volume."""
     return space.weight(ga.polarity(sphere))
 
 
 @kernel(s=VECTOR)
 def dual_sphere_radius_squared(s):
-    """The squared radius of a dual sphere of any weight but 0, negative for an imaginary one."""
+    """Compute the squared radius of a dual sphere of any nonzero weight, negative for an imaginary one."""
     return dot(s, s) / space.weight(s) ** 2
 
 
 @kernel(pair=POINT_PAIR)
 def point_pair_kind(pair):
-    """1 for two points, 0 for a double one (a tangent vector), -1 for an imaginary pair, 2 for a flat point."""
+    """Classify a point pair: 1 two points, 0 a double point (a tangent vector), -1 imaginary, 2 a flat point."""
     carrier = ga.left_contraction(EINF, pair)
     inner = pair["e12"] ** 2 + pair["e13"] ** 2 + pair["e23"] ** 2 + pair["e0inf"] ** 2
     direction = space.coordinates(carrier)
@@ -534,7 +536,7 @@ def point_pair_kind(pair):
 
 @kernel(circle=CIRCLE)
 def circle_kind(circle):
-    """1 for a real circle, 0 for one of radius 0, -1 for an imaginary one, 2 for a line."""
+    """Classify a circle: 1 real, 0 of radius 0, -1 imaginary, 2 a line."""
     normal = _circle_normal(circle)
     moved = sum(circle[name] ** 2 for name in ("e123", "e10inf", "e20inf", "e30inf"))
     return kind_of_round(dot(normal, normal), moved, dot(circle, circle))
@@ -542,22 +544,22 @@ def circle_kind(circle):
 
 @kernel(sphere=SPHERE)
 def sphere_kind(sphere):
-    """1 for a real sphere, 0 for a point, -1 for an imaginary sphere, 2 for a plane."""
+    """Classify a sphere: 1 real, 0 a point, -1 imaginary, 2 a plane."""
     return kind_of_round(sphere["e1230"] ** 2, _moved_squared(sphere), -dot(sphere, sphere))
 
 
-# Distances, in the units of the coordinates; of points, lines and circles to others, the least of any two points.
+# Distances, in the units of the coordinates: the minimum over all pairs of points of the two objects.
 
 
 @kernel(p=POINT, sphere=SPHERE)
 def signed_distance_point_sphere(p, sphere):
-    """The distance of a point to a sphere, negative inside; not a number for an imaginary one."""
+    """Compute the distance from a point to a sphere, negative inside; NaN for an imaginary sphere."""
     centre, square = space.sphere_parts(sphere)
     return length_of(space.coordinates(p) - centre) - ga.sqrt(square)
 
 
 def _to_circle(p, centre, normal):
-    """Height above the plane of a circle, the vector in that plane from its centre, its length."""
+    """Return the height above the plane of a circle, the in-plane vector from its centre, and the vector's length."""
     away = p - centre
     height = dot(away, normal)
     inside = away - height * normal
@@ -566,7 +568,7 @@ def _to_circle(p, centre, normal):
 
 @kernel(p=POINT, circle=CIRCLE)
 def distance_point_circle(p, circle):
-    """The distance of a point to a circle; not a number for an imaginary one."""
+    """Compute the distance from a point to a circle; NaN for an imaginary circle."""
     centre, normal, square = _circle_parts(circle)
     height, _, length = _to_circle(space.coordinates(p), centre, normal)
     gap = length - ga.sqrt(square)
@@ -574,7 +576,7 @@ def distance_point_circle(p, circle):
 
 
 def _parts_of_lines(a, b):
-    """Directions, support points, the vector product of the directions, its square, whether they are parallel."""
+    """Return directions, support points, the directions' cross product and its square, and whether they are parallel."""
     (d, p), (e, q) = _line_parts(a), _line_parts(b)
     across = _cross(d, e)
     square = dot(across, across)
@@ -583,7 +585,7 @@ def _parts_of_lines(a, b):
 
 @kernel(a=LINE, b=LINE)
 def distance_lines(a, b):
-    """The distance of two lines, parallel ones too."""
+    """Compute the distance between two lines, including parallel lines."""
     (d, m), (e, k) = ((space.line_direction(line), _line_moment(line)) for line in (a, b))
     across, first, second = _cross(d, e), dot(d, d), dot(e, e)
     square = dot(across, across)
@@ -595,14 +597,14 @@ def distance_lines(a, b):
 
 @kernel(line=LINE, plane=PLANE)
 def signed_distance_line_plane(line, plane):
-    """The distance of a line to a plane that is parallel to it, positive on the side of the normal; else 0."""
+    """Compute the signed distance from a plane to a parallel line, positive on the normal's side; otherwise 0."""
     (direction, point), (normal, distance) = _line_parts(line), _plane_parts(plane)
     return ga.select(ga.absolute(dot(direction, normal)) <= NEARLY_ZERO, dot(point, normal) - distance, 0)
 
 
 @kernel(a=PLANE, b=PLANE)
 def signed_distance_planes(a, b):
-    """How far the plane `b` is from a plane `a` parallel to it, along the normal of `a`; else 0."""
+    """Compute the signed distance from the plane `a` to a parallel plane `b` along the normal of `a`; otherwise 0."""
     (n, distance), (m, other) = _plane_parts(a), _plane_parts(b)
     across = _cross(n, m)
     along = ga.select(dot(n, m) < 0, -other, other)
@@ -616,7 +618,7 @@ def _point_to_line(p, direction, support):
 
 @kernel(line=LINE, sphere=SPHERE)
 def distance_line_sphere(line, sphere):
-    """The distance of a line to a sphere: 0 where they meet."""
+    """Compute the distance between a line and a sphere; 0 if they meet."""
     direction, (centre, square) = space.line_direction(line), space.sphere_parts(sphere)
     moment = _cross(centre, direction) - _line_moment(line)
     return ga.maximum(0, ga.sqrt(dot(moment, moment) / dot(direction, direction)) - ga.sqrt(square))
@@ -624,7 +626,7 @@ def distance_line_sphere(line, sphere):
 
 @kernel(plane=PLANE, circle=CIRCLE)
 def distance_plane_circle(plane, circle):
-    """The distance of a plane to a circle: 0 where they meet."""
+    """Compute the distance between a plane and a circle; 0 if they meet."""
     (normal, distance), (centre, axis, square) = _plane_parts(plane), _circle_parts(circle)
     height = ga.absolute(dot(centre, normal) - distance)
     return ga.maximum(0, height - ga.sqrt(square) * length_of(_cross(axis, normal)))
@@ -632,14 +634,14 @@ def distance_plane_circle(plane, circle):
 
 @kernel(plane=PLANE, sphere=SPHERE)
 def distance_plane_sphere(plane, sphere):
-    """The distance of a plane to a sphere: 0 where they meet."""
+    """Compute the distance between a plane and a sphere; 0 if they meet."""
     (normal, distance), (centre, square) = _plane_parts(plane), space.sphere_parts(sphere)
     return ga.maximum(0, ga.absolute(dot(centre, normal) - distance) - ga.sqrt(square))
 
 
 @kernel(circle=CIRCLE, sphere=SPHERE)
 def distance_circle_sphere(circle, sphere):
-    """The distance of a circle to the surface of a sphere: 0 where they meet."""
+    """Compute the distance between a circle and the surface of a sphere; 0 if they meet."""
     (centre, normal, square), (middle, other) = _circle_parts(circle), space.sphere_parts(sphere)
     height, _, length = _to_circle(middle, centre, normal)
     radius, ball = ga.sqrt(square), ga.sqrt(other)
@@ -649,16 +651,16 @@ def distance_circle_sphere(circle, sphere):
 
 @kernel(a=SPHERE, b=SPHERE)
 def distance_spheres(a, b):
-    """The distance of two spheres: 0 where they meet; one may be inside the other."""
+    """Compute the distance between two spheres, which may be nested; 0 if they meet."""
     return distance_of_spheres(*space.sphere_parts(a), *space.sphere_parts(b))
 
 
 def _nearest_on_circle_to_line(line, circle):
-    """The point of a circle that is nearest to a line, and that of the line.
+    """Return the point of a circle that is nearest to a line, and the corresponding point of the line.
 
-    In the frame u, v of the circle's plane with v orthogonal to the line the point is ``c + r (C u + S v)``, and
-    ``-2 (A C + B S) - e C**2`` is to be least. Signs of C and S are those of A and B, and half an angle later
-    ``B t**4 + 2 (A - e) t**3 + 2 (A + e) t - B`` has one root in [0, 1]: -B at 0, 4 A at 1.
+    In the frame u, v of the circle's plane with v orthogonal to the line, the point is ``c + r (C u + S v)``, and ``-2
+    (A C + B S) - e C**2`` is minimised. C and S have the signs of A and B. In terms of the tangent t of half the angle,
+    ``B t**4 + 2 (A - e) t**3 + 2 (A + e) t - B`` has one root in [0, 1]: the polynomial is -B at 0 and 4 A at 1.
     """
     (d, q), (centre, normal, square) = _line_parts(line), _circle_parts(circle)
     radius = ga.sqrt(square)
@@ -689,7 +691,7 @@ def _nearest_on_circle_to_line(line, circle):
     return point, point - _point_to_line(point, d, q)
 
 
-# Angles in [0, pi], and what conformal maps leave alone.
+# Angles in [0, pi], and conformal invariants.
 
 
 def _angle(a, b):
@@ -698,59 +700,60 @@ def _angle(a, b):
 
 @kernel(a=COORDINATES, b=COORDINATES)
 def angle_between_directions(a, b):
-    """The angle of two vectors of any length but 0: directions of lines and point pairs, normals of planes and circles.
+    """Compute the angle between two vectors of any nonzero length, such as directions of lines or normals of circles.
 
-    Accurate where it is small and where it is nearly pi.
+    Small angles and angles near pi are accurate.
     """
     return _angle(space.vector(a), space.vector(b))
 
 
 @kernel(a=LINE, b=LINE)
 def angle_between_lines(a, b):
-    """The angle of the directions of two lines."""
+    """Compute the angle between the directions of two lines."""
     return _angle(space.line_direction(a), space.line_direction(b))
 
 
 @kernel(a=PLANE, b=PLANE)
 def angle_between_planes(a, b):
-    """The angle of the normals of two planes."""
+    """Compute the angle between the normals of two planes."""
     return _angle(_plane_normal(a), _plane_normal(b))
 
 
 @kernel(line=LINE, plane=PLANE)
 def signed_angle_line_plane(line, plane):
-    """The angle of a line to a plane, in [-pi/2, pi/2], positive along the normal."""
+    """Compute the angle between a line and a plane, in [-pi/2, pi/2], positive along the normal."""
     d, n = space.line_direction(line), _plane_normal(plane)
     return ga.atan2(dot(d, n), length_of(_cross(d, n)))
 
 
 @kernel(a=CIRCLE, b=CIRCLE)
 def angle_between_circles(a, b):
-    """The angle of the normals of two circles."""
+    """Compute the angle between the normals of two circles."""
     return _angle(_circle_normal(a), _circle_normal(b))
 
 
 inversive_distance = POINTS.inversive_distance.documented(
-    """The inversive distance ``-a . b / (|a| |b|)`` of two dual spheres or dual planes, which conformal maps keep.
+    """Compute the inversive distance ``-a . b / (|a| |b|)`` of dual spheres or planes, a conformal invariant.
 
-    Of spheres with centres at the distance d, ``(d**2 - r**2 - s**2) / (2 r s)``: -cos of the angle between radii
-    where they meet, 1 where they touch from outside, -1 from inside, larger where they are apart. The sign of
-    a weight counts. Of a sphere and a plane, the distance from centre to plane over the radius.
+    For spheres with centres at the distance d it is ``(d**2 - r**2 - s**2) / (2 r s)``: minus the cosine of the angle
+    between the radii if they meet, 1 if they touch from outside, -1 from inside, larger if they are separate. The signs
+    of the weights matter. For a sphere and a plane it is the distance from centre to plane divided by the radius.
     """
 )
 
 
 @kernel(a=VECTOR, b=VECTOR)
 def angle_between_dual_spheres(a, b):
-    """The angle of the radii of two dual spheres, or of normals, where they meet; not a number where they do not."""
+    """Compute the angle between the radii of two dual spheres, or between normals, where they meet; otherwise NaN."""
     return ga.acos(dot(a, b) / ga.sqrt(dot(a, a) * dot(b, b)))
 
 
 @kernel(a=CIRCLE, b=CIRCLE)
 def inner_product_of_circles(a, b):
-    """The inner product of two circles or lines: its square is that of `a` times that of `b` times ``cos**2``.
+    """Compute the inner product of two circles or lines.
 
-    The angle is that of their senses where they meet twice, the same in both points; conformal maps keep it.
+    Its square is the square of `a` times the square of `b` times ``cos**2`` of an angle: if the circles meet twice, of
+    the angle between their orientations, equal in both points. The angle is a conformal invariant.
     """
     return ga.scalar_product(a, b)
 
@@ -760,10 +763,10 @@ inner_product_of_point_pairs = LINES_AND_ROUNDS.inner_product_of_point_pairs
 
 @kernel(circle=CIRCLE, s=VECTOR)
 def conformal_sine_circle_sphere(circle, s):
-    """The sine of the angle at which a circle or line crosses a dual sphere or plane.
+    """Compute the sine of the angle at which a circle or line crosses a dual sphere or plane.
 
-    ``|s ^ circle*| / (|s| |circle|)``, which conformal maps keep: 0 where the circle is on the sphere, and where they
-    do not meet; `meet_circle_dual_sphere_kind` tells which.
+    ``|s ^ circle*| / (|s| |circle|)`` is a conformal invariant. It is 0 if the circle lies on the sphere, and if they
+    do not meet; `meet_circle_dual_sphere_kind` distinguishes these cases.
     """
     joint = s ^ ga.polarity(circle)
     joint_squared = -ga.scalar_product(joint, joint)
@@ -775,9 +778,9 @@ def conformal_sine_circle_sphere(circle, s):
 
 @kernel(a=LINE, b=LINE, returns=(POINT, POINT))
 def closest_points_of_lines(a, b):
-    """The points of two lines that are nearest to each other, ends of their common perpendicular.
+    """Compute the closest points of two lines, the ends of their common perpendicular.
 
-    Of parallel lines, the point of `a` nearest to the origin and its foot on `b`.
+    For parallel lines, these are the point of `a` nearest to the origin and its projection on `b`.
     """
     d, p, e, q, across, square, parallel = _parts_of_lines(a, b)
     along = dot(_cross(q - p, e), across) / ga.select(parallel, 1, square)
@@ -787,21 +790,21 @@ def closest_points_of_lines(a, b):
 
 @kernel(line=LINE, circle=CIRCLE, returns=(POINT, POINT))
 def closest_points_line_circle(line, circle):
-    """The points of a line and of a circle that are nearest to each other; one pair where there are several."""
+    """Compute the closest points of a line and a circle; one pair if there are several."""
     on_circle, on_line = _nearest_on_circle_to_line(line, circle)
     return space.at(on_line), space.at(on_circle)
 
 
 @kernel(p=POINT, plane=PLANE, returns=POINT)
 def project_point_on_plane(p, plane):
-    """The foot of a point on a plane."""
+    """Project a point orthogonally onto a plane."""
     normal, distance = _plane_parts(plane)
     return space.at(space.coordinates(p) - (dot(p, normal) - distance) * normal)
 
 
 @kernel(p=POINT, line=LINE, returns=POINT)
 def project_point_on_line(p, line):
-    """The foot of a point on a line."""
+    """Project a point orthogonally onto a line."""
     direction = space.line_direction(line)
     moment = _line_moment(line) - _cross(space.coordinates(p), direction)
     return space.at(space.coordinates(p) + _cross(direction, moment) / dot(direction, direction))
@@ -809,7 +812,7 @@ def project_point_on_line(p, line):
 
 @kernel(p=POINT, sphere=SPHERE, returns=POINT)
 def project_point_on_sphere(p, sphere):
-    """The nearest point of a sphere. For the centre, all are as near: not a number."""
+    """Compute the point of a sphere nearest to a point; NaN for the centre, where it is not unique."""
     centre, square = space.sphere_parts(sphere)
     away = space.coordinates(p) - centre
     return space.at(centre + ga.sqrt(square) / length_of(away) * away)
@@ -817,7 +820,7 @@ def project_point_on_sphere(p, sphere):
 
 @kernel(p=POINT, circle=CIRCLE, returns=POINT)
 def project_point_on_circle(p, circle):
-    """The nearest point of a circle. For points of its axis, all are as near: not a number."""
+    """Compute the point of a circle nearest to a point; NaN on its axis, where it is not unique."""
     centre, normal, square = _circle_parts(circle)
     _, inside, length = _to_circle(space.coordinates(p), centre, normal)
     return space.at(centre + ga.sqrt(square) / length * inside)
@@ -825,12 +828,14 @@ def project_point_on_circle(p, circle):
 
 @kernel(circle=CIRCLE, s=VECTOR)
 def project_circle_on_sphere(circle, s):
-    """The circle ``(circle . S) S**-1`` in a sphere or plane, given by its dual `s`, that is orthogonal to a sphere
-    through the given one and orthogonal to it."""
+    """Project a circle onto a sphere or plane with the dual `s`: ``(circle . S) S**-1``.
+
+    The result is orthogonal to a sphere that passes through the given circle and is orthogonal to `s`.
+    """
     return (circle - (s ^ ga.left_contraction(s, circle)) / dot(s, s)).grade(3)
 
 
-# Inversions in spheres and reflections in planes. Objects keep their weight and turn with their sense.
+# Inversions in spheres and reflections in planes. Weights are preserved; orientations are transformed, too.
 
 invert_vector = CONFORMAL_MAPS.invert_vector
 invert_point_pair = CONFORMAL_MAPS.invert_point_pair
@@ -839,31 +844,31 @@ invert_circle = CONFORMAL_MAPS.invert_circle
 
 @kernel(x=SPHERE, s=VECTOR)
 def invert_sphere(x, s):
-    """A sphere inverted in a dual sphere or mirrored in a dual plane: ``s x s**-1``."""
+    """Invert a sphere in a dual sphere or reflect it in a dual plane: ``s x s**-1``."""
     return s * x * s / dot(s, s)
 
 
-# Meets of what needs more than the regressive product, and the kinds of all.
+# Meets that need more than the regressive product, and the kinds of all meets.
 
 
 @kernel(p=PLANE, q=PLANE, r=PLANE, returns=POINT)
 def meet_three_planes(p, q, r):
-    """The point that three planes have in common; division by 0 where there is none or more than one."""
+    """Compute the point in which three planes meet; division by 0 unless there is exactly one."""
     flat = p & q & r
     return space.point(*(flat[name] / flat["e0inf"] for name in ("e1inf", "e2inf", "e3inf")))
 
 
 @kernel(line=LINE, circle=CIRCLE)
 def meet_line_circle(line, circle):
-    """The point pair in which a line in the plane of a circle meets it: that on the sphere about the circle."""
+    """Compute the point pair in which a line meets a coplanar circle, using the sphere about the circle."""
     return line & ((space.centre(circle) - space.radius_squared(circle) / 2 * EINF) * PSEUDOSCALAR)
 
 
 @kernel(a=CIRCLE, b=CIRCLE)
 def meet_circles(a, b):
-    """The point pair that two circles on one sphere, or in one plane, have in common, imaginary where there is none.
+    """Compute the point pair in which two circles on one sphere or in one plane meet, imaginary if they do not meet.
 
-    Of circles in different planes, what `a` has in common with the plane of `b`.
+    For circles in different planes, it is the meet of `a` with the plane of `b`.
     """
     n, m = ga.normalize(_circle_normal(a)), ga.normalize(_circle_normal(b))
     across = _cross(n, m)
@@ -871,8 +876,8 @@ def meet_circles(a, b):
     return a & ga.select(dot(across, across) <= NEARLY_ZERO**2, around, b ^ EINF)
 
 
-# Kinds of meets. What two objects have in common is a blade whose coefficients have degree 1, 2 and 3 in lengths; each
-# is 0 up to a tolerance relative to the sizes of what it is computed from.
+# Kinds of meets. The meet of two objects is a blade whose coefficients have degree 1, 2 and 3 in lengths. Each is
+# treated as 0 up to a tolerance relative to the sizes of its operands.
 
 
 def _sum_of_squares(x, names):
@@ -880,7 +885,7 @@ def _sum_of_squares(x, names):
 
 
 def _sizes_of_vector(s):
-    """Squared sizes of a dual sphere's coefficients of degree 0, 1 and 2, those of degree 1 with its radius."""
+    """Return the squared sizes of a dual sphere's coefficients of degree 0, 1 and 2; its radius counts as degree 1."""
     return s["e0"] ** 2, _sum_of_squares(s, "e1 e2 e3") + 2 * ga.absolute(s["e0"] * s["einf"]), s["einf"] ** 2
 
 
@@ -894,7 +899,7 @@ def _sizes_of_circle(circle):
 
 
 def _sizes_of_meet(a, b):
-    """Squared sizes of the coefficients of degree 1, 2 and 3 in products of what has these sizes."""
+    """Return the squared sizes of the coefficients of degree 1, 2 and 3 of the meet of objects of these sizes."""
     one, two, three = a[0] * b[1] + a[1] * b[0], a[1] * b[1], a[1] * b[2] + a[2] * b[1]
     return one, two + a[0] * b[2] + a[2] * b[0], three
 
@@ -904,13 +909,13 @@ def _both(a, b):
 
 
 def _sign_of_square(value, parts, sizes):
-    """The sign of the square of a blade with these squared coefficients of degree 1, 2 and 3."""
+    """Return the sign of the square of a blade with these squared coefficients of degree 1, 2 and 3."""
     known = parts[0] * sizes[2] + parts[1] * sizes[1] + parts[2] * sizes[0]
     return sign_of(value, 4 * ga.sqrt(known + NEARLY_ZERO**2 * (sizes[0] * sizes[2] + sizes[1] * sizes[1])))
 
 
 def _sign_of_pencil(a, b, product, sizes):
-    """The sign of ``a**2 b**2 - (a . b)**2`` for two squares and the inner product; the last size is squared."""
+    """Return the sign of ``a**2 b**2 - (a . b)**2`` for two squares and the inner product; the last size is squared."""
     one, two, mixed = sizes[0], sizes[1], ga.sqrt(sizes[2])
     size = one * ga.absolute(b) + two * ga.absolute(a) + mixed * (2 * ga.absolute(product) + NEARLY_ZERO * mixed)
     return sign_of(a * b - product * product, size)
@@ -918,8 +923,11 @@ def _sign_of_pencil(a, b, product, sizes):
 
 @kernel(a=VECTOR, b=VECTOR)
 def meet_dual_spheres_kind(a, b):
-    """How two dual spheres or dual planes meet, in a circle or line. 1: they do; 0: they touch; -1: they do not;
-    2: concentric spheres or parallel planes; 3: the same, of any weights."""
+    """Classify the intersection of two dual spheres or dual planes, a circle or line.
+
+    1: they meet; 0: they touch; -1: they do not meet; 2: concentric spheres or parallel planes; 3: the same object,
+    with any weights.
+    """
     sizes, others = _sizes_of_vector(a), _sizes_of_vector(b)
     both = _sizes_of_meet(sizes, others)
     (v, w), (x, y) = (space.coordinates(a), space.coordinates(b)), (a["e0"], b["e0"])
@@ -933,8 +941,11 @@ def meet_dual_spheres_kind(a, b):
 
 @kernel(circle=CIRCLE, s=VECTOR)
 def meet_circle_dual_sphere_kind(circle, s):
-    """How a circle or line meets a dual sphere or dual plane, in a pair of points. 1: it does; 0: it touches; -1: it
-    does not; 2: parallel, or the plane of the circle is cut in one about the same centre; 3: it lies there."""
+    """Classify the intersection of a circle or line with a dual sphere or dual plane, a point pair.
+
+    1: they meet; 0: they touch; -1: they do not meet; 2: parallel, or the sphere cuts the plane of the circle in a
+    concentric circle; 3: the circle lies on the sphere or plane.
+    """
     sizes = _sizes_of_meet(_sizes_of_circle(circle), _sizes_of_vector(s))
     pair = ga.left_contraction(s, circle)
     weight, inner = _sum_of_squares(pair, "e10 e20 e30"), _sum_of_squares(pair, "e12 e13 e23 e0inf")
@@ -947,8 +958,11 @@ def meet_circle_dual_sphere_kind(circle, s):
 
 @kernel(a=CIRCLE, b=CIRCLE)
 def meet_circles_kind(a, b):
-    """How two circles or lines meet. 1: in two points, lines in one and at infinity; 0: in one; -1: in none;
-    2: parallel lines, or circles in one plane about one centre; 3: the same, in either sense."""
+    """Classify the intersection of two circles or lines.
+
+    1: two points, for lines one point and infinity; 0: one point; -1: no point; 2: parallel lines, or concentric
+    circles in one plane; 3: the same object, with either orientation.
+    """
     sizes, others = _sizes_of_circle(a), _sizes_of_circle(b)
     both = _sizes_of_meet(sizes, others)
     joint = ga.polarity(a) ^ ga.polarity(b)
@@ -976,16 +990,20 @@ def meet_circles_kind(a, b):
 
 @kernel(circle=CIRCLE, angle=SCALAR, returns=POINT)
 def point_on_circle(circle, angle):
-    """The point of a real circle at an angle about its normal, from the ray that is orthogonal to the normal and to the
-    coordinate axis farthest from it."""
+    """Compute the point of a real circle at an angle about its normal.
+
+    The angle is measured from the ray that is orthogonal to the normal and to the coordinate axis farthest from it.
+    """
     centre, radius, u, v, _ = _circle_frame(circle)
     return space.at(centre + radius * (ga.cos(angle) * u + ga.sin(angle) * v))
 
 
 @kernel(a=CIRCLE, b=CIRCLE, returns=(SCALAR, array(SCALAR, 3, 3)))
 def circle_relative_to_circle(a, b):
-    """The radius of `b`, and a 3 x 3 matrix that takes ``(1, cos angle, sin angle)`` of `point_on_circle` on `a` to its
-    coordinates in the frame of `b`: from its centre, two in its plane, the first along its own angle 0, and the height.
+    """Compute the radius of `b`, and a matrix that maps the angle of a point on `a` to coordinates in the frame of `b`.
+
+    The 3 x 3 matrix acts on ``(1, cos angle, sin angle)`` of `point_on_circle` for `a`. The coordinates are taken from
+    the centre of `b`: two in its plane, the first along its own angle 0, and the height.
     """
     p, r, u, v, _ = _circle_frame(a)
     q, s, *axes = _circle_frame(b)
@@ -995,10 +1013,11 @@ def circle_relative_to_circle(a, b):
 
 @kernel(curve=array(SCALAR, 3, 3), radius=SCALAR, angle=SCALAR, returns=(SCALAR, SCALAR, SCALAR))
 def distance_to_circle(curve, radius, angle):
-    """Half the squared distance of a point of one circle to another circle, with its first and second derivative.
+    """Compute half the squared distance from a point of one circle to another, with first and second derivative.
 
-    It is ``(h**2 + (l - r)**2) / 2`` by the height h over the plane of that circle and the distance l from its axis.
-    `curve` and `radius` are what `circle_relative_to_circle` gives; derivatives are by the angle of the point.
+    It is ``(h**2 + (l - r)**2) / 2``, where h is the height above the plane of the other circle and l the distance from
+    its axis. `curve` and `radius` are returned by `circle_relative_to_circle`; the derivatives are with respect to the
+    angle of the point.
     """
     sine, cosine = ga.sin(angle), ga.cos(angle)
     # The point from the centre of its circle is the negative of the second derivative.
@@ -1029,10 +1048,11 @@ class _Nearest(NamedTuple):
     returns=(array(SCALAR, "n"), array(SCALAR, "n")),
 )  # fmt: skip
 def least_distances_to_circle(curve, radius, angles, span):
-    """The angles of least distances near to some angles, and half the squares of the distances, by Newton's method.
+    """Compute the angles of least distances near given angles, and half the squared distances, by Newton's method.
 
-    Steps are `span` at most, and shorter where one does not help. Quadratic convergence needs some five of them,
-    circles that touch in one curve more, and there are 40 at most; `curve` is of size 1.
+    Steps have at most the length `span`, and are shortened if they do not reduce the distance. Quadratic convergence
+    takes about five steps, circles that touch along a curve take more; the maximum is 40. `curve` must be scaled to
+    size 1.
     """
     rounding = Fraction(1, 10**16)
 
@@ -1064,7 +1084,7 @@ def least_distances_to_circle(curve, radius, angles, span):
 
 @kernel(p=POINT, d=COORDINATES, sphere=SPHERE)
 def hit_ray_sphere(p, d, sphere):
-    """The least `t`, at least 0, for which ``p + t d`` is on a sphere, from either side; not a number if there is none.
+    """Compute the least nonnegative `t` for which ``p + t d`` is on a sphere, from either side; NaN if there is none.
 
     No digits are lost for a small sphere that is far away.
     """
@@ -1079,7 +1099,7 @@ motor_inverse = MOTORS.motor_inverse
 
 @kernel(axis=COORDINATES, angle=SCALAR, returns=ROTOR)
 def rotor_from_axis_angle(axis, angle):
-    """The rotation about an axis through the origin, right-handed. The axis may have any length but 0."""
+    """Construct the right-handed rotation about an axis through the origin of any nonzero length."""
     axis = space.vector(axis)
     return ga.cos(angle / 2) - ga.sin(angle / 2) / ga.norm(axis) * axis * E1 * E2 * E3
 
@@ -1091,12 +1111,12 @@ motor_from_rotor_translation = VERSORS.motor_from_rotor_translation
 
 @kernel(line=LINE, angle=SCALAR, returns=MOTOR)
 def motor_from_line(line, angle):
-    """The right-handed rotation about a line, whose square may be any but 0."""
+    """Construct the right-handed rotation about a line, whose square may be any nonzero number."""
     return ga.cos(angle / 2) + ga.sin(angle / 2) / ga.sqrt(ga.scalar_product(line, line)) * ga.polarity(line)
 
 
 motor_exponential = MOTORS.motor_exponential.documented(
-    "``exp(b)`` of the bivector of a rigid motion: rotation, translation or screw. Smooth everywhere."
+    "Compute ``exp(b)`` of the bivector of a rigid motion: rotation, translation or screw. Smooth everywhere."
 )
 motor_logarithm = MOTORS.motor_logarithm
 motor_square_root = MOTORS.motor_square_root
@@ -1104,15 +1124,16 @@ motor_power = MOTORS.motor_power
 interpolate_motors = MOTORS.interpolate_motors
 versor_exponential = VERSORS.versor_exponential
 versor_logarithm = VERSORS.versor_logarithm.documented(
-    """The bivector of least angles whose exponential is the unit versor `v` or `-v`, the same conformal map.
+    """Compute the bivector of least angles with exponential `v` or `-v`, the same conformal map.
 
-    Every one has a logarithm. Where the scalar part is 0, at half turns, the two signs are equally near and the result
-    jumps; half turns in two planes at once (`v` is a 4-vector) have many logarithms, and the result is not a number.
+    Every unit versor has such a logarithm. At half turns, where the scalar part is 0, the two signs are equally near
+    and the result is discontinuous. Half turns in two planes at once (`v` is a 4-vector) have many logarithms, and the
+    result is NaN.
     """
 )
 versor_square_root = VERSORS.versor_square_root
 motor_to_matrix = VERSORS.motor_to_matrix.documented(
-    "The homogeneous 4 x 4 matrix of a unit motor, which acts on columns (x, y, z, 1)."
+    "Compute the homogeneous 4 x 4 matrix of a unit motor, which acts on columns (x, y, z, 1)."
 )
 move_point = MOTORS.move_point
 rotate_point = CONFORMAL_MAPS.rotate_point
@@ -1126,13 +1147,13 @@ move_circle = CONFORMAL_MAPS.move_circle
 
 @kernel(m=MOTOR, x=PLANE)
 def move_plane(m, x):
-    """A plane moved by the unit motor `m`: ``m x ~m``."""
+    """Move a plane by the unit motor `m`: ``m x ~m``."""
     return m * x * ~m
 
 
 @kernel(m=MOTOR, x=SPHERE)
 def move_sphere(m, x):
-    """A sphere moved by the unit motor `m`: ``m x ~m``."""
+    """Move a sphere by the unit motor `m`: ``m x ~m``."""
     return m * x * ~m
 
 
@@ -1141,7 +1162,7 @@ transform_vector = CONFORMAL_MAPS.transform_vector
 
 @kernel(p=POINT, plane=DUAL_PLANE, returns=POINT)
 def reflect_point(p, plane):
-    """The mirror image of a point in a dual plane, whose normal may have any length but 0."""
+    """Reflect a point in a dual plane, whose normal may have any nonzero length."""
     return space.normalized(-(plane * p * plane))
 
 
@@ -1161,19 +1182,19 @@ translator_between_points = VERSORS.translator_between_points
 versor_decomposition = VERSORS.versor_decomposition
 
 
-# Versors between two objects of one kind: the square root of their ratio. Nearly opposite ones are turned over first.
+# Versors between two objects of one kind: the square root of their ratio. Nearly opposite objects are reversed first.
 
 
 def _half_turn(point, direction):
-    """About the line through a point along a unit direction."""
+    """Return the half turn about the line through a point along a unit direction."""
     return ga.polarity(_line_through(point, direction))
 
 
 @kernel(a=LINE, b=LINE, returns=MOTOR)
 def motor_between_lines(a, b):
-    """The motor that takes the line `a` to the line `b` along with its direction; it exists for every pair.
+    """Compute the motor that takes the line `a` to the line `b`, including its direction; it exists for every pair.
 
-    It turns about the common perpendicular and moves along it; nearly opposite lines are turned over first.
+    It rotates about the common perpendicular and translates along it. Nearly opposite lines are reversed first.
     """
     d, p = _line_parts(a)
     return versor_between(unit_blade(a), unit_blade(b), _half_turn(p, _perpendicular(d)))
@@ -1181,10 +1202,10 @@ def motor_between_lines(a, b):
 
 @kernel(a=PLANE, b=PLANE, returns=MOTOR)
 def motor_between_planes(a, b):
-    """The motor that takes the plane `a` to the plane `b` along with its normal; it exists for every pair.
+    """Compute the motor that takes the plane `a` to the plane `b`, including its normal; it exists for every pair.
 
-    It turns about the line in which they meet, or translates along the normal of parallel ones; nearly opposite ones
-    are turned over first.
+    It rotates about the line in which they meet, or translates along the common normal of parallel planes. Nearly
+    opposite planes are reversed first.
     """
     n, distance = _plane_parts(a)
     return versor_between(unit_blade(a), unit_blade(b), _half_turn(distance * n, _perpendicular(n)))
@@ -1192,10 +1213,10 @@ def motor_between_planes(a, b):
 
 @kernel(a=SPHERE, b=SPHERE, returns=UNIT_EVEN)
 def versor_between_spheres(a, b):
-    """The versor that takes the sphere `a` to `b` along with the signs of their weights.
+    """Compute the versor that takes the sphere `a` to `b`, including the signs of the weights.
 
-    Both are real, or both imaginary with weights of one sign, else the result is not a number. Of real spheres apart
-    from each other, with weights of one sign, `a` is turned inside out by an inversion and a reflection first.
+    Both must be real, or both imaginary with weights of the same sign; otherwise the result is NaN. If real spheres are
+    separate and have weights of the same sign, `a` is first turned inside out by an inversion and a reflection.
     """
     one, two = unit_blade(a), unit_blade(b)
     centre, _ = space.sphere_parts(a)
@@ -1209,12 +1230,11 @@ def versor_between_spheres(a, b):
 
 @kernel(a=CIRCLE, b=CIRCLE, returns=UNIT_EVEN)
 def versor_between_circles(a, b):
-    """The versor that takes the circle `a` to the circle `b` along with its sense, lines among them as `b`.
+    """Compute the versor that takes the circle `a` to the circle or line `b`, including its orientation.
 
-    The root of the ratio ``b a**-1``, which turns or scales the least; point pairs and their polarities have the same
-    one. Not a number where `a` is a line, where one is
-    real and the other imaginary, and for circles linked so that ``b a**-1`` is a 4-vector, such as a circle and its
-    axis.
+    It is the square root of the ratio ``b a**-1``, which rotates or scales the least. Point pairs have the same versor
+    as their polarities. The result is NaN if `a` is a line, if one circle is real and the other imaginary, and for
+    circles linked so that ``b a**-1`` is a 4-vector, such as a circle and its axis.
     """
     centre, normal, _ = _circle_parts(a)
     wrong = ga.scalar_product(a, a) * ga.scalar_product(b, b) <= 0
@@ -1225,11 +1245,12 @@ def versor_between_circles(a, b):
 
 @kernel(a=POINT, b=POINT, n=COORDINATES, m=COORDINATES, scale=SCALAR, returns=UNIT_EVEN)
 def similarity_between_rounds(a, b, n, m, scale):
-    """The versor that turns, scales and translates a round into another of its kind, and nothing else.
+    """Compute the versor that rotates, scales and translates a round into another one of the same kind.
 
-    From the centre `a` to the centre `b`, from the unit direction or normal `n` to `m` (the same of both for spheres),
-    and by the ratio `scale` of the radii, positive. The rotation is the smaller one; where the cosine of `n` and `m` is
-    below -0.9, that from ``-n`` to `m` after a half turn about a line orthogonal to `n`.
+    It takes the centre `a` to the centre `b`, the unit direction or normal `n` to `m` (use equal directions for
+    spheres), and scales by the positive ratio `scale` of the radii. The rotation is the smaller one; if the cosine
+    between `n` and `m` is below -0.9, it is the rotation from ``-n`` to `m` after a half turn about a line orthogonal
+    to `n`.
     """
     n, m = space.vector(n), space.vector(m)
     rotor = versor_between(n, m, _perpendicular(n) * SPACE)
@@ -1237,16 +1258,16 @@ def similarity_between_rounds(a, b, n, m, scale):
     return space.translator(space.coordinates(b)) * rotor * space.dilator(scale) * back
 
 
-# Versors on every kind of object.
+# Action of versors on every kind of object.
 
 transform_point = CONFORMAL_MAPS.transform_point
 transform_point_pair = CONFORMAL_MAPS.transform_point_pair.documented(
-    "A point pair, dual circle or dual line transformed by any unit even versor: ``v x ~v``."
+    "Transform a point pair, dual circle or dual line by a unit even versor: ``v x ~v``."
 )
 transform_circle = CONFORMAL_MAPS.transform_circle
 
 
 @kernel(v=UNIT_EVEN, x=SPHERE)
 def transform_sphere(v, x):
-    """A sphere transformed by any unit even versor: ``v x ~v``."""
+    """Transform a sphere by a unit even versor: ``v x ~v``."""
     return v * x * ~v

@@ -298,9 +298,7 @@ def collinearity_residual(a, b, c):
 
 @kernel(p=POINT, line=UNIT_LINE, returns=MOTOR)
 def motor_from_flag(p, line):
-    """Compute the motor that takes the origin to the point `p` and the x axis to a line through `p`, with its
-    direction.
-    """
+    """Compute the motor that takes the origin to the point `p` and the x axis to a directed line through `p`."""
     return _translator(coordinates(p)) * _rotor_of_direction(line["e2"], -line["e1"])
 
 

@@ -1,9 +1,9 @@
 """Quaternions (w, x, y, z), scalar first, as the even elements of G(3): ``i = e32, j = e13, k = e21``.
 
-``i i = j j = k k = i j k = -1``. The unit quaternion ``cos(angle/2) + sin(angle/2) (x i + y j + z k)`` turns vectors by
-the right-hand rule about the unit vector (x, y, z) and acts by ``q v ~q``; ``p q`` does ``q`` first; ``q`` and ``-q``
-are the same rotation. Angles are in radians. Kernels that need a unit quaternion say so; the others take any. Those for
-Fourier transforms and local phases are here too, because they use the same layouts.
+``i i = j j = k k = i j k = -1``. The unit quaternion ``cos(angle/2) + sin(angle/2) (x i + y j + z k)`` rotates vectors
+by the right-hand rule about the unit vector (x, y, z) and acts by ``q v ~q``; ``p q`` applies ``q`` first; ``q`` and
+``-q`` represent the same rotation. Angles are in radians. Kernels that require a unit quaternion say so; the others
+accept any quaternion. Kernels for Fourier transforms and local phases are included because they use the same layouts.
 """
 
 import gacompiler as ga
@@ -26,91 +26,93 @@ def _quaternion(w, x, y, z):
 
 @kernel(p=QUATERNION, q=QUATERNION, returns=QUATERNION)
 def product(p, q):
-    """The product ``p q`` of any two quaternions; as rotations, `q` is done first."""
+    """Compute the product ``p q`` of two quaternions; as rotations, `q` is applied first."""
     return p * q
 
 
 @kernel(p=QUATERNION, q=QUATERNION, r=QUATERNION, returns=QUATERNION)
 def product_of_three(p, q, r):
-    """The product ``p q r`` of any three quaternions."""
+    """Compute the product ``p q r`` of three quaternions."""
     return p * q * r
 
 
 @kernel(q=QUATERNION, returns=QUATERNION)
 def conjugate(q):
-    """The quaternion with i, j and k negated: the inverse of a unit quaternion."""
+    """Negate i, j and k of a quaternion: the inverse of a unit quaternion."""
     return ~q
 
 
 @kernel(q=QUATERNION)
 def norm(q):
-    """The norm ``sqrt(w**2 + x**2 + y**2 + z**2)``."""
+    """Compute the norm ``sqrt(w**2 + x**2 + y**2 + z**2)``."""
     return ga.norm(q)
 
 
 @kernel(q=QUATERNION, returns=QUATERNION)
 def inverse(q):
-    """The inverse of any quaternion but 0."""
+    """Compute the inverse of a nonzero quaternion."""
     return ga.inverse(q)
 
 
 @kernel(q=QUATERNION, returns=UNIT_QUATERNION)
 def normalize(q):
-    """The quaternion divided by its norm, which must not be 0."""
+    """Divide a quaternion by its norm, which must not be 0."""
     return ga.normalize(q)
 
 
 @kernel(q=UNIT_QUATERNION, v=VECTOR)
 def rotate_vector(q, v):
-    """The vector turned by the unit quaternion: ``q v ~q``."""
+    """Rotate a vector by a unit quaternion: ``q v ~q``."""
     return q * v * ~q
 
 
 @kernel(q=UNIT_QUATERNION, v=VECTOR)
 def rotate_vector_back(q, v):
-    """The vector turned by the inverse of the unit quaternion: ``~q v q``."""
+    """Rotate a vector by the inverse of a unit quaternion: ``~q v q``."""
     return ~q * v * q
 
 
 @kernel(q=UNIT_QUATERNION, returns=MATRIX)
 def to_matrix(q):
-    """The 3 x 3 rotation matrix of a unit quaternion, which acts on columns."""
+    """Compute the 3 x 3 rotation matrix of a unit quaternion, which acts on columns."""
     return tuple(zip(*(coordinates(q * axis * ~q) for axis in AXES), strict=True))
 
 
 @kernel(matrix=MATRIX, returns=UNIT_QUATERNION)
 def from_matrix(matrix):
-    """The unit quaternion of a rotation matrix, the one of two whose scalar part is not negative.
+    """Convert a 3 x 3 rotation matrix to the unit quaternion with nonnegative scalar part.
 
-    The largest of the four squares of the coefficients, which is at least 1/4, says which row of their products is
-    divided by its length (Shepperd, *J. Guidance and Control* 1:223, 1978), so that all rotations, half turns among
-    them, are equally accurate and the result has norm 1 also where the matrix is orthogonal only nearly. At an exact
-    half turn both signs are right.
+    The largest squared coefficient, which is at least 1/4, selects the row of coefficient products that is normalised
+    (Shepperd, *J. Guidance and Control* 1:223, 1978). All rotations, including half turns, are therefore equally
+    accurate, and the result has norm 1 even if the matrix is only nearly orthogonal. At an exact half turn both signs
+    are correct.
     """
     return _quaternion(*quaternion_of_matrix(matrix))
 
 
 @kernel(axis=VECTOR, angle=SCALAR, returns=UNIT_QUATERNION)
 def from_axis_angle(axis, angle):
-    """The rotation about an axis, right-handed, in radians. The axis may have any length but 0."""
+    """Construct the right-handed rotation, in radians, about an axis of any nonzero length."""
     return ga.cos(angle / 2) - ga.sin(angle / 2) / ga.norm(axis) * ga.dual(axis)
 
 
 @kernel(v=VECTOR, returns=UNIT_QUATERNION)
 def from_rotation_vector(v):
-    """The rotation about `v` by its length in radians; smooth where the vector is 0."""
+    """Construct the rotation about `v` by its length in radians; smooth at 0."""
     return ga.exp(-ga.dual(v) / 2)
 
 
 @kernel(q=UNIT_QUATERNION)
 def to_rotation_vector(q):
-    """Axis times angle of a unit quaternion, the angle in [0, pi]. At half turns the two signs are equally near."""
+    """Compute the rotation vector of a unit quaternion, axis times angle in [0, pi]; the sign is ambiguous at half
+    turns.
+    """
     return -2 * ga.dual(ga.log(q))
 
 
 @kernel(roll=SCALAR, pitch=SCALAR, yaw=SCALAR, returns=UNIT_QUATERNION)
 def from_roll_pitch_yaw(roll, pitch, yaw):
-    """Turn about x by `roll`, then about the fixed y by `pitch`, then about the fixed z by `yaw`."""
+    """Construct the rotation about x by `roll`, then about the fixed y by `pitch`, then about the fixed z by `yaw`."""
     turn_x = _quaternion(ga.cos(roll / 2), ga.sin(roll / 2), 0, 0)
     turn_y = _quaternion(ga.cos(pitch / 2), 0, ga.sin(pitch / 2), 0)
     turn_z = _quaternion(ga.cos(yaw / 2), 0, 0, ga.sin(yaw / 2))
@@ -119,32 +121,33 @@ def from_roll_pitch_yaw(roll, pitch, yaw):
 
 @kernel(a=VECTOR, b=VECTOR, returns=UNIT_QUATERNION)
 def between_vectors(a, b):
-    """The smallest rotation that takes the direction of `a` to that of `b`, both of any length but 0.
+    """Compute the smallest rotation that takes the direction of `a` to that of `b`, both nonzero.
 
-    It is ``1 + b a`` for unit vectors, normalised. Where they are opposite to within 1e-4 radians, it is the product
-    of two reflections instead: along ``a - b``, which takes `a` to `b` however ill-defined their plane is, and along
-    a vector orthogonal to `b`, in the plane of `a` and `b` as long as they have one. So exactly opposite vectors give
-    a half turn about some axis orthogonal to them.
+    It is ``1 + b a`` for unit vectors, normalised. If they are opposite to within 1e-4 radians, it is instead the
+    product of two reflections: along ``a - b``, which takes `a` to `b` however ill-conditioned their plane is, and
+    along a vector orthogonal to `b` in the plane of `a` and `b`, if that plane is defined. Exactly opposite vectors
+    thus give a half turn about some axis orthogonal to them.
     """
     return rotor_between(a, b)
 
 
 @kernel(p=UNIT_QUATERNION, q=UNIT_QUATERNION)
 def angle_between(p, q):
-    """The angle of the rotation from `p` to `q` or `-q`, in [0, pi], accurate also near 0."""
+    """Compute the angle of the rotation from `p` to `q` or `-q`, in [0, pi], accurate also near 0."""
     difference = ~p * q
     return 2 * ga.atan2(ga.norm(difference.grade(2)), ga.absolute(difference["1"]))
 
 
 @kernel(q=QUATERNION, returns=QUATERNION)
 def exponential(q):
-    """``exp(q)`` of any quaternion: ``exp(w) (cos u + v sin(u)/u)`` with the vector part v and its norm u."""
+    """Compute ``exp(q) = exp(w) (cos u + v sin(u)/u)`` of a quaternion with vector part v of norm u."""
     return ga.exp(q)
 
 
 @kernel(q=QUATERNION, returns=QUATERNION)
 def logarithm(q):
-    """The principal logarithm of any quaternion but 0: ``log |q|`` plus the angle in [0, pi] along the vector part.
+    """Compute the principal logarithm of a nonzero quaternion: ``log |q|`` plus the angle in [0, pi] along its vector
+    part.
 
     A negative number has no vector part; its angle pi is taken along i.
     """
@@ -153,19 +156,21 @@ def logarithm(q):
 
 @kernel(q=QUATERNION, returns=QUATERNION)
 def square_root(q):
-    """The principal square root of any quaternion: its scalar part is not negative; that of -1 is i."""
+    """Compute the principal square root of a quaternion: its scalar part is nonnegative; the root of -1 is i."""
     return ga.sqrt(q, along=UNIT_I)
 
 
 @kernel(q=QUATERNION, t=SCALAR, returns=QUATERNION)
 def power(q, t):
-    """``exp(t log(q))`` of any quaternion but 0, with the principal logarithm."""
+    """Compute ``exp(t log(q))`` of a nonzero quaternion, with the principal logarithm."""
     return ga.power(q, t, along=UNIT_I)
 
 
 @kernel(p=UNIT_QUATERNION, q=UNIT_QUATERNION, t=SCALAR, returns=UNIT_QUATERNION)
 def slerp(p, q, t):
-    """The rotation that is `p` at ``t = 0`` and `q` (or `-q`) at ``t = 1``, at constant speed along the short way."""
+    """Interpolate between the rotations `p` (``t = 0``) and `q` or `-q` (``t = 1``), at constant speed by the smaller
+    angle.
+    """
     return ga.interpolate(p, q, t)
 
 
@@ -182,40 +187,40 @@ def _unpacked(z_plus, z_minus):
 
 @kernel(q=QUATERNION, returns=(COMPLEX, COMPLEX))
 def pack_two_sided(q):
-    """The two complex numbers that stand for a quaternion in the two-sided Fourier transform, real parts first.
+    """Extract the two complex numbers that represent a quaternion in the two-sided Fourier transform, real parts first.
 
-    ``q = (z_plus (1 + k) + z_minus (1 - k)) / 2`` with ``z_plus = (w + z) + i (x - y)`` and
-    ``z_minus = (w - z) + i (x + y)``. Then ``exp(-i s) q exp(-j t)`` multiplies ``z_plus`` by ``exp(-i (s - t))`` and
-    ``z_minus`` by ``exp(-i (s + t))``, so that one complex transform of each gives that of the quaternion.
+    ``q = (z_plus (1 + k) + z_minus (1 - k)) / 2`` with ``z_plus = (w + z) + i (x - y)`` and ``z_minus = (w - z) + i (x
+    + y)``. Then ``exp(-i s) q exp(-j t)`` multiplies ``z_plus`` by ``exp(-i (s - t))`` and ``z_minus`` by ``exp(-i (s +
+    t))``, so that one complex transform of each gives the transform of the quaternion.
     """
     return _packed(q)
 
 
 @kernel(z_plus=COMPLEX, z_minus=COMPLEX, returns=QUATERNION)
 def unpack_two_sided(z_plus, z_minus):
-    """The quaternion of two complex numbers, real parts first: the inverse of `pack_two_sided`."""
+    """Construct a quaternion from two complex numbers, real parts first: the inverse of `pack_two_sided`."""
     return _unpacked(z_plus, z_minus)
 
 
 @kernel(p=QUATERNION, q=QUATERNION, r=QUATERNION, returns=(COMPLEX, COMPLEX))
 def pack_turned(p, q, r):
-    """The two complex numbers of ``p q r``, as of `pack_two_sided`."""
+    """Extract the two complex numbers of ``p q r``, as defined in `pack_two_sided`."""
     return _packed(p * q * r)
 
 
 @kernel(z_plus=COMPLEX, z_minus=COMPLEX, p=QUATERNION, r=QUATERNION, returns=QUATERNION)
 def unpack_turned(z_plus, z_minus, p, r):
-    """The product ``p q r`` with the quaternion q of two complex numbers, as of `unpack_two_sided`."""
+    """Compute the product ``p q r``, with the quaternion q given by two complex numbers as in `unpack_two_sided`."""
     return p * _unpacked(z_plus, z_minus) * r
 
 
 @kernel(w=COMPLEX, mirrored=COMPLEX, mu=VECTOR, nu=VECTOR, returns=QUATERNION)
 def unpack_real(w, mirrored, mu, nu):
-    """The two-sided Fourier transform of a real image at (u, v), by its complex ones at (u, v) and (-u, v).
+    """Compute the two-sided Fourier transform of a real image at (u, v) from the complex ones at (u, v) and (-u, v).
 
-    mu and nu are the axes, unit vectors for the imaginary quaternions of the same coordinates. With the cosine and
-    sine sums of the image it is ``CC - mu SC - nu CS + mu nu SS``; ``-nu`` for nu gives the value at (u, -v). Complex
-    numbers have their real part first.
+    `mu` and `nu` are the axes, unit vectors for the imaginary quaternions of the same coordinates. With the cosine and
+    sine sums of the image the result is ``CC - mu SC - nu CS + mu nu SS``; ``-nu`` instead of nu gives the value at (u,
+    -v). Complex numbers have their real part first.
     """
     mu, nu = -ga.dual(mu), -ga.dual(nu)
     even, odd = (w[0] + mirrored[0]) / 2, (w[0] - mirrored[0]) / 2
@@ -224,9 +229,9 @@ def unpack_real(w, mirrored, mu, nu):
 
 @kernel(q=QUATERNION, mu=VECTOR, nu=VECTOR, returns=COMPLEX)
 def pack_real(q, mu, nu):
-    """The complex Fourier transform of a real image at (u, v), by its two-sided one there: `unpack_real` turned round.
+    """Compute the complex Fourier transform of a real image at (u, v) from the two-sided one: inverse of `unpack_real`.
 
-    The axes may be equal, but not opposite: the precision falls as they come near to that.
+    The axes may be equal, but not opposite; the precision decreases as they approach opposite directions.
     """
     mu, nu = -ga.dual(mu), -ga.dual(nu)
     both = mu * nu
@@ -236,11 +241,11 @@ def pack_real(q, mu, nu):
 
 @kernel(q=QUATERNION, returns=(SCALAR, SCALAR, SCALAR, SCALAR, SCALAR))
 def to_phases(q):
-    """Norm, phi, theta and psi of ``q = norm exp(i phi) exp(k psi) exp(j theta)``, and the cosine of 2 psi.
+    """Compute norm, phi, theta and psi of ``q = norm exp(i phi) exp(k psi) exp(j theta)``, and the cosine of 2 psi.
 
     phi is in [-pi, pi], theta in [-pi/2, pi/2], psi in [-pi/4, pi/4] (Buelow, *Hypercomplex spectral signal
-    representations*, 1999). Where ``cos(2 psi)`` is 0, only the sum or the difference of phi and theta is
-    known; theta is computed from phi, so that the product is always `q`. All are 0, the cosine 1, where `q` is 0.
+    representations*, 1999). If ``cos(2 psi)`` is 0, only the sum or the difference of phi and theta is determined;
+    theta is computed from phi, so that the product is always `q`. For ``q = 0`` all are 0 and the cosine is 1.
     """
     a, b, c, d = (q[name] for name in QUATERNION.blades)
     size = ga.norm(q)
@@ -260,7 +265,7 @@ def to_phases(q):
 
 @kernel(size=SCALAR, phi=SCALAR, theta=SCALAR, psi=SCALAR, returns=QUATERNION)
 def from_phases(size, phi, theta, psi):
-    """The quaternion ``size exp(i phi) exp(k psi) exp(j theta)``."""
+    """Construct the quaternion ``size exp(i phi) exp(k psi) exp(j theta)``."""
     turn_i = _quaternion(ga.cos(phi), ga.sin(phi), 0, 0)
     turn_k = _quaternion(ga.cos(psi), 0, 0, ga.sin(psi))
     return size * turn_i * turn_k * _quaternion(ga.cos(theta), 0, ga.sin(theta), 0)

@@ -1,7 +1,7 @@
 """Vectors and rotations of the plane in the geometric algebra G(2); its even elements are the complex numbers.
 
-The rotor ``exp(-angle/2 e12)``, stored as (scalar, e12), turns from ``e1`` towards ``e2`` and acts by ``r v ~r``.
-``r`` and ``-r`` are the same rotation. Angles are in radians.
+The rotor ``exp(-angle/2 e12)``, stored as (scalar, e12), rotates from ``e1`` towards ``e2`` and acts by ``r v ~r``.
+``r`` and ``-r`` represent the same rotation. Angles are in radians.
 """
 
 import gacompiler as ga
@@ -20,7 +20,7 @@ ROTATIONS = rotations_of_the_plane(VGA2)
 
 
 def _rotor(cosine, sine):
-    """The rotor, scalar part not negative, by the angle of the direction (cosine, sine), of any length but 0."""
+    """Return the rotor, with nonnegative scalar part, of the angle of (cosine, sine), of any nonzero length."""
     length = ga.sqrt(cosine * cosine + sine * sine)
     sharp, left = cosine >= 0, ga.select(sine < 0, -1, 1)
     w = ga.select(sharp, length + cosine, left * sine)
@@ -32,7 +32,7 @@ geometric_product = PRODUCTS.geometric_product
 outer_product = PRODUCTS.outer_product
 regressive_product = PRODUCTS.regressive_product
 inner_product = PRODUCTS.inner_product
-reverse = PRODUCTS.reverse.documented("The reverse ``~a`` of any element.")
+reverse = PRODUCTS.reverse.documented("Compute the reverse ``~a`` of an element.")
 dual = PRODUCTS.dual
 norm = PRODUCTS.norm
 inverse = PRODUCTS.inverse
@@ -42,13 +42,13 @@ dot_product = VECTORS.dot_product
 
 @kernel(a=VECTOR, b=VECTOR)
 def signed_area(a, b):
-    """The signed area of the parallelogram of two vectors, positive where `b` is on the left of `a`."""
+    """Compute the signed area of the parallelogram of two vectors, positive if `b` is on the left of `a`."""
     return (a ^ b)["e12"]
 
 
 @kernel(v=VECTOR)
 def quarter_turn(v):
-    """The vector turned from e1 towards e2 by a right angle: its dual."""
+    """Rotate a vector from e1 towards e2 by a right angle: its dual."""
     return ga.dual(v)
 
 
@@ -57,15 +57,15 @@ normalize_vector = VECTORS.normalize_vector
 
 @kernel(a=VECTOR, b=VECTOR)
 def angle_between_vectors(a, b):
-    """The angle from `a` to `b`, both of any length but 0, in (-pi, pi], positive from e1 towards e2."""
+    """Compute the angle from `a` to `b`, both nonzero, in (-pi, pi], positive from e1 towards e2."""
     return ga.atan2((a ^ b)["e12"], ga.scalar_product(a, b))
 
 
 project_vector_on_vector = VECTORS.project_vector_on_vector
 reflect_vector = VECTORS.reflect_vector
-rotor_product = ROTORS.rotor_product.documented("The rotor that does both rotations, whose order is all the same.")
+rotor_product = ROTORS.rotor_product.documented("Compose two rotors; they commute.")
 even_product = PRODUCTS.even_product.documented(
-    "The product of two even elements: of two complex numbers, real part first."
+    "Compute the product of two even elements: of two complex numbers, real part first."
 )
 rotor_inverse = ROTORS.rotor_inverse
 normalize_rotor = ROTORS.normalize_rotor
@@ -78,16 +78,16 @@ rotor_from_angle = ROTATIONS.rotor_from_angle
 
 @kernel(r=ROTOR)
 def rotor_to_angle(r):
-    """The angle of a unit rotor, in [-pi, pi]; `r` and `-r` give the same."""
+    """Compute the angle of a unit rotor, in [-pi, pi], equal for `r` and `-r`."""
     flipped = r["1"] < 0
     return 2 * ga.atan2(ga.select(flipped, r["e12"], -r["e12"]), ga.absolute(r["1"]))
 
 
 rotor_exponential = ROTORS.rotor_exponential.documented(
-    "``exp(b)`` of any bivector; ``exp(-angle/2 e12)`` turns from e1 towards e2."
+    "Compute ``exp(b)`` of a bivector; ``exp(-angle/2 e12)`` rotates from e1 towards e2."
 )
 rotor_logarithm = ROTORS.rotor_logarithm.documented(
-    "The bivector of least angle, in [-pi/2, pi/2], whose exponential is `r` or `-r`, the same rotation."
+    "Compute the bivector of least angle, in [-pi/2, pi/2], with exponential `r` or `-r`, the same rotation."
 )
 rotor_square_root = ROTORS.rotor_square_root
 rotor_power = ROTORS.rotor_power
@@ -96,41 +96,41 @@ interpolate_rotors = ROTORS.interpolate_rotors
 
 @kernel(x=EVEN)
 def even_exponential(x):
-    """``exp(x)`` of any even element, a complex number with the real part first."""
+    """Compute ``exp(x)`` of an even element, a complex number with the real part first."""
     return ga.exp(x)
 
 
 @kernel(x=EVEN)
 def even_logarithm(x):
-    """The principal logarithm of any even element but 0, a complex number: its angle is in [-pi, pi]."""
+    """Compute the principal logarithm of a nonzero even element, a complex number: its angle is in [-pi, pi]."""
     return ga.log(x)
 
 
 @kernel(x=EVEN)
 def even_square_root(x):
-    """The principal square root of any even element, a complex number: its real part is not negative."""
+    """Compute the principal square root of an even element, a complex number: its real part is nonnegative."""
     return ga.sqrt(x)
 
 
 @kernel(a=VECTOR, b=VECTOR, returns=ROTOR)
 def rotor_between_vectors(a, b):
-    """The rotor that takes the direction of `a` to that of `b` the short way, both of any length but 0.
+    """Compute the rotor that takes the direction of `a` to that of `b` by the smaller angle, both nonzero.
 
-    Opposite vectors are turned by half a turn from e1 towards e2.
+    For opposite vectors it is a half turn from e1 towards e2.
     """
     return _rotor(ga.scalar_product(a, b), (a ^ b)["e12"])
 
 
 @kernel(r=ROTOR, returns=MATRIX)
 def rotor_to_matrix(r):
-    """The 2 x 2 matrix of a unit rotor, which acts on columns."""
+    """Compute the 2 x 2 matrix of a unit rotor, which acts on columns."""
     x, y = r * E1 * ~r, r * E2 * ~r
     return (x["e1"], y["e1"]), (x["e2"], y["e2"])
 
 
 @kernel(matrix=MATRIX, returns=ROTOR)
 def rotor_from_matrix(matrix):
-    """The rotor, with scalar part not negative, of a 2 x 2 rotation matrix; of the nearest rotation of any other."""
+    """Convert a 2 x 2 rotation matrix, or the rotation nearest to a matrix, to the rotor with nonnegative scalar part."""
     return _rotor(matrix[0][0] + matrix[1][1], matrix[1][0] - matrix[0][1])
 
 
@@ -139,15 +139,15 @@ def rotor_from_matrix(matrix):
 
 @kernel(a=FULL, returns=(COMPLEX, COMPLEX))
 def pack_field(a):
-    """The two complex numbers ``z = x + i y`` of ``a = z_0 + e1 z_1`` with ``i = e12``, real parts first.
+    """Extract the two complex numbers ``z = x + i y`` of ``a = z_0 + e1 z_1`` with ``i = e12``, real parts first.
 
-    Multiplying `a` from the right by ``exp(e12 s)`` multiplies both by ``exp(i s)``; from the left, it divides the
-    second one by it.
+    Multiplication of `a` from the right by ``exp(e12 s)`` multiplies both by ``exp(i s)``; multiplication from the left
+    multiplies the first and divides the second.
     """
     return (a["1"], a["e12"]), (a["e1"], a["e2"])
 
 
 @kernel(even=COMPLEX, odd=COMPLEX, returns=FULL)
 def unpack_field(even, odd):
-    """The element of two complex numbers, real parts first: the inverse of `pack_field`."""
+    """Construct an element from two complex numbers, real parts first: the inverse of `pack_field`."""
     return ga.assemble(VGA2, {"1": even[0], "e12": even[1], "e1": odd[0], "e2": odd[1]})

@@ -1,8 +1,8 @@
 """Vectors, planes through the origin and rotations of space in the geometric algebra G(3).
 
-A bivector ``B12 e12 + B13 e13 + B23 e23`` is an oriented piece of plane. The rotor ``exp(-angle/2 B)`` of a unit
-bivector turns in that plane, from ``e1`` towards ``e2`` for ``e12``, and acts by ``r v ~r``. ``r s`` does ``s`` first,
-and ``r`` and ``-r`` are the same rotation. Angles are in radians.
+A bivector ``B12 e12 + B13 e13 + B23 e23`` is an oriented plane element. The rotor ``exp(-angle/2 B)`` of a unit
+bivector rotates in its plane, from ``e1`` towards ``e2`` for ``e12``, and acts by ``r v ~r``. The product ``r s``
+applies ``s`` first, and ``r`` and ``-r`` represent the same rotation. Angles are in radians.
 """
 
 import gacompiler as ga
@@ -19,21 +19,21 @@ AXES = VGA3.basis()
 PRODUCTS = products(
     VGA3,
     EVEN,
-    regressive_product=": the meet of subspaces that together span space",
+    regressive_product=": the meet of subspaces that together span the whole space",
     even_product=", which need not be rotors",
 )
 VECTORS, ROTORS = vectors(VGA3, hyperplane="plane"), rotors(VGA3)
 
 
 def _rotor(w, x, y, z):
-    """The rotor whose quaternion is ``w + x i + y j + z k``."""
+    """Return the rotor of the quaternion ``w + x i + y j + z k``."""
     return ga.assemble(VGA3, {"1": w, "e12": -z, "e13": y, "e23": -x})
 
 
 ROTATIONS = rotations_of_space(VGA3, _rotor, AXES, coordinates)
 
 
-# Products, involutions and duals of any two elements.
+# Products, involutions and duals of general elements.
 
 geometric_product = PRODUCTS.geometric_product
 outer_product = PRODUCTS.outer_product
@@ -52,43 +52,43 @@ inverse = PRODUCTS.inverse
 vector_product = VECTORS.vector_product
 dot_product = VECTORS.dot_product
 wedge_vectors = VECTORS.wedge_vectors.documented(
-    "The bivector ``a ^ b`` of the parallelogram of two vectors; 0 where they are parallel."
+    "Compute the bivector ``a ^ b`` of the parallelogram of two vectors; 0 if they are parallel."
 )
 
 
 @kernel(a=VECTOR, b=VECTOR)
 def cross_product(a, b):
-    """The vector orthogonal to two vectors by the right-hand rule: the dual of ``a ^ b``."""
+    """Compute the cross product, orthogonal to two vectors by the right-hand rule: the dual of ``a ^ b``."""
     return ga.undual(a ^ b)
 
 
 @kernel(a=VECTOR, b=VECTOR, c=VECTOR)
 def triple_product(a, b, c):
-    """The signed volume of the parallelepiped of three vectors: the determinant of their matrix."""
+    """Compute the signed volume of the parallelepiped of three vectors: the determinant of their matrix."""
     return ga.undual(a ^ b ^ c)
 
 
 @kernel(v=VECTOR)
 def dual_vector(v):
-    """The bivector of the plane orthogonal to a vector, right-handed about it: that of e3 is e12."""
+    """Compute the bivector of the plane orthogonal to a vector, right-handed about it; for e3 it is e12."""
     return ga.dual(v)
 
 
 @kernel(b=BIVECTOR)
 def dual_bivector(b):
-    """The vector orthogonal to the plane of a bivector, right-handed: that of e12 is e3."""
+    """Compute the vector orthogonal to the plane of a bivector, right-handed; for e12 it is e3."""
     return ga.dual(b)
 
 
 @kernel(v=VECTOR)
 def vector_norm(v):
-    """The length of a vector."""
+    """Compute the length of a vector."""
     return ga.norm(v)
 
 
 @kernel(b=BIVECTOR)
 def bivector_norm(b):
-    """The area of a bivector."""
+    """Compute the area of a bivector."""
     return ga.norm(b)
 
 
@@ -97,7 +97,7 @@ normalize_vector = VECTORS.normalize_vector
 
 @kernel(a=VECTOR, b=VECTOR)
 def angle_between_vectors(a, b):
-    """The angle between two vectors of any length but 0, in [0, pi], accurate also near 0 and pi."""
+    """Compute the angle between two nonzero vectors, in [0, pi], accurate also near 0 and pi."""
     return ga.atan2(ga.norm(a ^ b), ga.scalar_product(a, b))
 
 
@@ -106,7 +106,7 @@ project_vector_on_vector = VECTORS.project_vector_on_vector
 
 @kernel(v=VECTOR, b=BIVECTOR)
 def project_vector_on_plane(v, b):
-    """The part of `v` in the plane of the bivector `b`, which must not be 0."""
+    """Project `v` onto the plane of the bivector `b`, which must not be 0."""
     return ga.left_contraction(v, b) * ~b / ga.norm_squared(b)
 
 
@@ -115,7 +115,7 @@ reflect_vector = VECTORS.reflect_vector
 
 @kernel(a=BIVECTOR, b=BIVECTOR)
 def bivector_commutator(a, b):
-    """The commutator ``(a b - b a) / 2`` of two bivectors: the Lie bracket of the rotation group."""
+    """Compute the commutator ``(a b - b a) / 2`` of two bivectors: the Lie bracket of the rotation group."""
     return ga.commutator(a, b)
 
 
@@ -131,30 +131,30 @@ rotate_vector_back = ROTORS.rotate_vector_back
 
 @kernel(r=ROTOR, b=BIVECTOR)
 def rotate_bivector(r, b):
-    """The bivector turned by the unit rotor: ``r b ~r``."""
+    """Rotate a bivector by a unit rotor: ``r b ~r``."""
     return r * b * ~r
 
 
 @kernel(axis=VECTOR, angle=SCALAR, returns=ROTOR)
 def rotor_from_axis_angle(axis, angle):
-    """The rotation about an axis, right-handed, in radians. The axis may have any length but 0."""
+    """Construct the right-handed rotation, in radians, about an axis of any nonzero length."""
     return ga.cos(angle / 2) - ga.sin(angle / 2) / ga.norm(axis) * ga.dual(axis)
 
 
 @kernel(v=VECTOR, returns=ROTOR)
 def rotor_from_rotation_vector(v):
-    """The rotation about `v` by its length in radians; smooth where the vector is 0."""
+    """Construct the rotation about `v` by its length in radians; smooth at 0."""
     return ga.exp(-ga.dual(v) / 2)
 
 
 @kernel(r=ROTOR)
 def rotor_to_rotation_vector(r):
-    """Axis times angle of a unit rotor, the angle in [0, pi]. At half turns the two signs are equally near."""
+    """Compute the rotation vector of a unit rotor, axis times angle in [0, pi]; its sign is ambiguous at half turns."""
     return -2 * ga.dual(ga.log(r))
 
 
 rotor_exponential = ROTORS.rotor_exponential.documented(
-    "``exp(b)`` of any bivector; ``exp(-angle/2 B)`` turns in the plane of the unit bivector B. Smooth at 0."
+    "Compute ``exp(b)`` of a bivector; ``exp(-angle/2 B)`` rotates in the plane of the unit bivector B. Smooth at 0."
 )
 rotor_logarithm = ROTORS.rotor_logarithm
 rotor_square_root = ROTORS.rotor_square_root
@@ -164,19 +164,19 @@ interpolate_rotors = ROTORS.interpolate_rotors
 
 @kernel(a=VECTOR, b=VECTOR, returns=ROTOR)
 def rotor_between_vectors(a, b):
-    """The rotor of the smallest rotation that takes the direction of `a` to that of `b`, both of any length but 0.
+    """Compute the rotor of the smallest rotation that takes the direction of `a` to that of `b`, both nonzero.
 
-    It is ``1 + b a`` for unit vectors, normalised. Where they are opposite to within 1e-4 radians, it is the product
-    of two reflections instead: along ``a - b``, which takes `a` to `b` however ill-defined their plane is, and along
-    a vector orthogonal to `b`, in the plane of `a` and `b` as long as they have one. So exactly opposite vectors give
-    a half turn about some axis orthogonal to them.
+    It is ``1 + b a`` for unit vectors, normalised. If they are opposite to within 1e-4 radians, it is instead the
+    product of two reflections: along ``a - b``, which takes `a` to `b` however ill-conditioned their plane is, and
+    along a vector orthogonal to `b` in the plane of `a` and `b`, if that plane is defined. Exactly opposite vectors
+    thus give a half turn about some axis orthogonal to them.
     """
     return rotor_between(a, b)
 
 
 @kernel(roll=SCALAR, pitch=SCALAR, yaw=SCALAR, returns=ROTOR)
 def rotor_from_roll_pitch_yaw(roll, pitch, yaw):
-    """Turn about x by `roll`, then about the fixed y by `pitch`, then about the fixed z by `yaw`."""
+    """Construct the rotation about x by `roll`, then about the fixed y by `pitch`, then about the fixed z by `yaw`."""
     turn_x = _rotor(ga.cos(roll / 2), ga.sin(roll / 2), 0, 0)
     turn_y = _rotor(ga.cos(pitch / 2), 0, ga.sin(pitch / 2), 0)
     turn_z = _rotor(ga.cos(yaw / 2), 0, 0, ga.sin(yaw / 2))
@@ -185,14 +185,16 @@ def rotor_from_roll_pitch_yaw(roll, pitch, yaw):
 
 rotor_from_quaternion = ROTATIONS.rotor_from_quaternion
 rotor_to_quaternion = ROTATIONS.rotor_to_quaternion
-rotor_to_matrix = ROTATIONS.rotor_to_matrix.documented("The 3 x 3 matrix of a unit rotor, which acts on columns.")
+rotor_to_matrix = ROTATIONS.rotor_to_matrix.documented(
+    "Compute the 3 x 3 matrix of a unit rotor, which acts on columns."
+)
 rotor_from_matrix = ROTATIONS.rotor_from_matrix.documented(
-    """The rotor of a rotation matrix, the one of two whose scalar part is not negative.
+    """Convert a 3 x 3 rotation matrix to the rotor with nonnegative scalar part.
 
-    The largest of the four squares of the quaternion's coefficients, which is at least 1/4, says which row of
-    products of coefficients is divided by its length (Shepperd, *J. Guidance and Control* 1:223, 1978), so that all
-    rotations, half turns among them, are equally accurate and the result is a unit rotor also where the matrix is
-    orthogonal only nearly. At an exact half turn both signs are right.
+    The largest squared coefficient of the quaternion, which is at least 1/4, selects the row of coefficient products
+    that is normalised (Shepperd, *J. Guidance and Control* 1:223, 1978). All rotations, including half turns, are
+    therefore equally accurate, and the result is a unit rotor even if the matrix is only nearly orthogonal. At an exact
+    half turn both signs are correct.
     """
 )
 
@@ -202,15 +204,15 @@ rotor_from_matrix = ROTATIONS.rotor_from_matrix.documented(
 
 @kernel(a=FULL, returns=(COMPLEX, COMPLEX, COMPLEX, COMPLEX))
 def pack_field(a):
-    """The complex numbers of ``a = z_0 + z_1 e1 + z_2 e2 + z_3 e3`` with ``z = x + e123 y``, real parts first.
+    """Extract the complex numbers of ``a = z_0 + z_1 e1 + z_2 e2 + z_3 e3`` with ``z = x + e123 y``, real parts first.
 
-    e123 commutes with everything, so that multiplying by ``exp(e123 s)`` multiplies all four by ``exp(i s)``.
+    e123 commutes with every element, so that multiplication by ``exp(e123 s)`` multiplies all four by ``exp(i s)``.
     """
     return (a["1"], a["e123"]), (a["e1"], a["e23"]), (a["e2"], -a["e13"]), (a["e3"], a["e12"])
 
 
 @kernel(z0=COMPLEX, z1=COMPLEX, z2=COMPLEX, z3=COMPLEX, returns=FULL)
 def unpack_field(z0, z1, z2, z3):
-    """The element of four complex numbers, real parts first: the inverse of `pack_field`."""
+    """Construct an element from four complex numbers, real parts first: the inverse of `pack_field`."""
     numbers = (z[0] + z[1] * VGA3.pseudoscalar for z in (z0, z1, z2, z3))
     return sum(z * axis for z, axis in zip(numbers, (1, *AXES), strict=True))

@@ -29,7 +29,10 @@ def points(space, *, coordinates, coefficients, sphere):
 
     @family.kernel(x=array(SCALAR, len(space.axes)), returns=VECTOR)
     def embed_point(x):
-        """Construct the point at {coordinates} coordinates with {coefficients} coefficients: ``x + e0 + x**2/2 einf``."""
+        """Construct the point at {coordinates} coordinates, with all {coefficients} coefficients stored.
+
+        It is ``x + e0 + x**2/2 einf``.
+        """
         return space.point(*x)
 
     @family.kernel(x=VECTOR, returns=POINT)

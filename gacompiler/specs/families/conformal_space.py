@@ -113,7 +113,7 @@ def length_of(a):
 
 
 def distance_of_spheres(p, r, q, s):
-    """Return the distance between two spheres or circles of the plane, 0 if they meet, from centres and squared radii."""
+    """Return the distance between two spheres or circles, 0 if they meet, from their centres and squared radii."""
     distance, r, s = length_of(q - p), ga.sqrt(r), ga.sqrt(s)
     return ga.maximum(0, ga.maximum(distance - r - s, ga.absolute(r - s) - distance))
 
