@@ -1,13 +1,13 @@
-"""Inverse kinematics of serial arms in plane-based geometric algebra G(3,0,1): which angles take one thing to another.
+"""Inverse kinematics of serial arms in plane-based geometric algebra G(3,0,1), from geometric subproblems.
 
-Every joint is the rotation about a line, or the translation along it. A point that the joints behind do not move gives
-the first angles, a line the next, a plane the last: the rendezvous method (Bayro-Corrochano, *Geometric Computing*,
-2010, 11.4). Each step is an equation ``a cos(q) + b sin(q) = c``, whose coefficients are joins and products of points,
-lines and planes, and which has two solutions.
+Every joint is a rotation about a line or a translation along it. A point that is invariant under the distal joints
+determines the first angles, a line the next, a plane the last: the rendezvous method (Bayro-Corrochano, *Geometric
+Computing*, 2010, 11.4). Each step is an equation ``a cos(q) + b sin(q) = c``, whose coefficients are joins and products
+of points, lines and planes, and which has two solutions.
 
-With each pair comes its discriminant ``1 - c**2 / (a**2 + b**2)``, the squared sine of half the angle between the two:
-negative, down to -1, where there is none, when both are the angle that comes nearest; 0 where they coincide, or where
-every angle is as good. Angles are in radians, in [-pi, pi].
+Each pair of solutions is returned with its discriminant ``1 - c**2 / (a**2 + b**2)``, the squared sine of half the
+angle between the two. It is negative, down to -1, if there is no solution; then both are the angle with the least
+error. It is 0 if the solutions coincide, or if all angles are equally good. Angles are in radians, in [-pi, pi].
 """
 
 from fractions import Fraction
@@ -25,36 +25,36 @@ ORIGIN = PGA3.multivector({"e123": 1})
 PAIR, PROFILE = array(SCALAR, 2), array(SCALAR, 2, 3)
 BRANCHES = array(SCALAR, 2, 3)
 TINY = Fraction(1, 10**24)
-"""Squared lengths up to this are rounding."""
+"""Squared lengths up to this value are treated as rounding errors."""
 
 ON_AXIS = Fraction(1, 10**14)
-"""Squared sines of angles up to this are found to few digits only."""
+"""Squared sines up to this value determine an angle to a few digits only."""
 
 
 def _dot(a, b):
-    """The inner product of the directions of two lines."""
+    """Return the inner product of the directions of two lines."""
     return ga.scalar_product(a, ~b)
 
 
 def _inner(a, b):
-    """The inner product of two directions."""
+    """Return the inner product of two directions."""
     return sum(x * y for x, y in zip(coordinates(a), coordinates(b), strict=True))
 
 
 def _circle(line, p):
-    """Centre, radius and tangent of the circle of `p` about a line: ``centre + cos(q) radius + sin(q) tangent``."""
+    """Return centre, radius and tangent of the circle of `p`: ``centre + cos(q) radius + sin(q) tangent``."""
     centre = foot_on_unit_line(p, line)
     return centre, p - centre, ga.commutator(p, line)
 
 
 def _line_circle(line, x):
-    """The same for the direction of a line `x`."""
+    """Return the same decomposition for the direction of a line `x`."""
     centre = _dot(line, x) * line
     return centre, x - centre, ga.commutator(x, line)
 
 
 def _unit(cosine, sine):
-    """Cosine and sine of the angle of two numbers; of nothing, of the angle 0."""
+    """Return cosine and sine of the angle of a pair of numbers; of the angle 0 if both are 0."""
     length = ga.sqrt(cosine * cosine + sine * sine)
     nothing = length <= 0
     safe = ga.select(nothing, 1, length)
@@ -62,7 +62,7 @@ def _unit(cosine, sine):
 
 
 def _angles(a, b, c):
-    """Unnormalised (cosine, sine) of both solutions of ``a cos + b sin = c``, and the discriminant."""
+    """Return unnormalised (cosine, sine) of both solutions of ``a cos + b sin = c``, and the discriminant."""
     size = a * a + b * b
     gap = size - c * c
     root = ga.sqrt(ga.maximum(gap, 0))
@@ -72,25 +72,25 @@ def _angles(a, b, c):
 
 
 def _line_turn(line, x, y):
-    """Unnormalised (cosine, sine) of the angle about a line from the direction of the line `x` to that of `y`."""
-    # By the parts across the line, so that nothing cancels where they are small.
+    """Return unnormalised (cosine, sine) of the angle about a line from the direction of `x` to that of `y`."""
+    # From the components orthogonal to the line, to avoid cancellation if they are small.
     u, v = ga.commutator(x, line), ga.commutator(y, line)
     return _dot(u, v), _dot(line, ga.commutator(v, u))
 
 
 def _line_turned(line, x, unit):
-    """The direction of the line `x` turned about a line by an angle of (cosine, sine)."""
+    """Return the direction of the line `x` rotated about a line by an angle given as (cosine, sine)."""
     centre, radius, tangent = _line_circle(line, x)
     return centre + unit[0] * radius + unit[1] * tangent
 
 
 def _back(unit):
-    """The opposite angle."""
+    """Return the opposite angle."""
     return unit[0], -unit[1]
 
 
 def _plane_turn(line, p, q):
-    """Unnormalised (cosine, sine) of the angle about a line from the plane `p` through it to `q`."""
+    """Return unnormalised (cosine, sine) of the angle about a line from the plane `p` through it to `q`."""
     return ga.scalar_product(p, q), _dot(p ^ q, line)
 
 
@@ -100,17 +100,17 @@ def _angle(turn):
 
 @kernel(a=SCALAR, b=SCALAR, c=SCALAR, returns=(PAIR, SCALAR))
 def turns_of_sum(a, b, c):
-    """Both angles q with ``a cos(q) + b sin(q) = c``, and the discriminant."""
+    """Solve ``a cos(q) + b sin(q) = c``: both angles q, and the discriminant."""
     first, second, discriminant = _angles(a, b, c)
     return (_angle(first), _angle(second)), discriminant
 
 
 @kernel(known=PROFILE, wanted=PROFILE, returns=(array(SCALAR, 4, 2), array(SCALAR, 4)))
 def turns_of_two_sums(known, wanted):
-    """The angles (p, q) of two equations ``a cos(p) + b sin(p) + c = d cos(q) + e sin(q) + f``, the first without q.
+    """Solve two equations ``a cos(p) + b sin(p) + c = d cos(q) + e sin(q) + f``, the first without q.
 
-    Rows of `known` are (a, b, c), of `wanted` (d, e, f). Returns four branches, of each p both of q in turn, and of
-    each the smaller discriminant.
+    The rows of `known` are (a, b, c), the rows of `wanted` are (d, e, f). Returns the angles (p, q) of four branches,
+    for each p both values of q in turn, and for each branch the smaller discriminant.
     """
     (a, b, c), (x, y, z) = known
     *first, gap = _angles(a, b, wanted[0][2] - c)
@@ -125,9 +125,10 @@ def turns_of_two_sums(known, wanted):
 
 @kernel(a=SCALAR, b=SCALAR, c=SCALAR, returns=(PAIR, SCALAR))
 def slides_of_quadratic(a, b, c):
-    """Both slides t with ``a t**2 + b t + c = 0``, ascending, and the discriminant ``1 - 4 a c / b**2``, scaled.
+    """Solve ``a t**2 + b t + c = 0``: both slides t, ascending, and a scaled discriminant.
 
-    Where that is negative, both are where the polynomial is nearest to 0. Where `a` is 0, both are the one root.
+    The discriminant is ``1 - 4 a c / b**2``, scaled. If it is negative, both results are the minimiser of the absolute
+    value of the polynomial. If `a` is 0, both are the single root.
     """
     (low, high), _, number = ga.quadratic_roots(a, b, c)
     size = b * b + ga.absolute(4 * a * c)
@@ -137,11 +138,11 @@ def slides_of_quadratic(a, b, c):
 
 @kernel(p=array(SCALAR, 2, 2), s=PAIR, returns=(array(SCALAR, 4), array(SCALAR, 4)))
 def turns_of_ellipse(p, s):
-    """The angles at which an ellipse ``p (cos(q), sin(q)) + s`` meets the unit circle, at most four.
+    """Compute the angles, at most four, at which an ellipse ``p (cos(q), sin(q)) + s`` meets the unit circle.
 
-    By the quartic in the tangent of half the angle from a direction that is far from all solutions.
+    They are found from the quartic in the tangent of half the angle, measured from a direction far from all solutions.
 
-    Returns the angles, and of each the imaginary part of its tangent: 0 where it is real.
+    Returns the angles, and for each the imaginary part of its tangent, which is 0 if the angle is real.
     """
     (a, b), (c, d) = p
     x, y = s
@@ -172,26 +173,26 @@ def turns_of_ellipse(p, s):
 
 @kernel(line=UNIT_LINE, a=POINT, b=POINT, returns=SCALAR)
 def turn_between_points(line, a, b):
-    """The angle about a normalised line from the half plane of the point `a` to that of `b`; 0 for points on it."""
+    """Compute the angle about a normalised line from the point `a` to the point `b`; 0 for points on the line."""
     return _angle(_plane_turn(line, a & line, b & line))
 
 
 @kernel(line=UNIT_LINE, p=POINT, q=SCALAR, returns=POINT)
 def turned_point(line, p, q):
-    """The point `p` turned about a normalised line by an angle."""
+    """Rotate the point `p` about a normalised line by an angle."""
     centre, radius, tangent = _circle(line, p)
     return centre + ga.cos(q) * radius + ga.sin(q) * tangent
 
 
 @kernel(line=UNIT_LINE, a=LINE, b=LINE, returns=SCALAR)
 def turn_between_lines(line, a, b):
-    """The angle about a normalised line from the direction of the line `a` to that of `b`, as seen along it."""
+    """Compute the angle about a normalised line from the direction of `a` to that of `b`, as seen along it."""
     return _angle(_line_turn(line, a, b))
 
 
 @kernel(line=UNIT_LINE, p=POINT, plane=PLANE, returns=(PAIR, SCALAR))
 def turns_to_plane(line, p, plane):
-    """Both angles about a normalised line that take the point `p` into a plane, and the discriminant."""
+    """Compute both angles about a normalised line that take the point `p` into a plane, and the discriminant."""
     centre, radius, tangent = _circle(line, p)
     first, second, discriminant = _angles(plane & radius, plane & tangent, -(plane & centre))
     return (_angle(first), _angle(second)), discriminant
@@ -199,7 +200,7 @@ def turns_to_plane(line, p, plane):
 
 @kernel(line=UNIT_LINE, p=POINT, centre=POINT, distance=SCALAR, returns=(PAIR, SCALAR))
 def turns_to_sphere(line, p, centre, distance):
-    """Both angles about a normalised line that take the point `p` to a distance from a centre, and the discriminant."""
+    """Compute both angles about a normalised line that take `p` to a distance from a centre, and the discriminant."""
     middle, radius, tangent = _circle(line, p)
     away = middle - centre
     first, second, discriminant = _angles(
@@ -212,9 +213,10 @@ def turns_to_sphere(line, p, centre, distance):
 
 @kernel(axis=UNIT_LINE, base=POINT, line=UNIT_LINE, p=POINT, returns=PROFILE)
 def circle_profile(axis, base, line, p):
-    """What a turn about an axis leaves of the circle of the point `p` about a line: height and squared distance.
+    """Compute height and squared distance of the point `p` on its circle about a line, invariant about an axis.
 
-    Both from the point `base` of the axis, as numbers (a, b, c) with ``a cos(q) + b sin(q) + c``.
+    Both are measured from the point `base` of the axis, and given as numbers (a, b, c) with ``a cos(q) + b sin(q) +
+    c``.
     """
     centre, radius, tangent = _circle(line, p)
     up, away = direction_of_line(axis), centre - base
@@ -226,14 +228,17 @@ def circle_profile(axis, base, line, p):
 
 @kernel(axis=UNIT_LINE, base=POINT, line=UNIT_LINE, p=POINT, returns=PROFILE)
 def segment_profile(axis, base, line, p):
-    """The same of the point `p` as it slides along a line: numbers (a, b, c) with ``a t**2 + b t + c``."""
+    """Compute height and squared distance, as in `circle_profile`, of the point `p` sliding along a line.
+
+    The numbers are (a, b, c) with ``a t**2 + b t + c``.
+    """
     along, up, away = direction_of_line(line), direction_of_line(axis), p - base
     return (0, _inner(along, up), _inner(away, up)), (1, 2 * _inner(away, along), _inner(away, away))
 
 
 @kernel(first=DIRECTION, second=DIRECTION, line=UNIT_LINE, p=POINT, returns=PROFILE)
 def circle_shadow(first, second, line, p):
-    """Two coordinates of the circle of the point `p` about a line: (a, b, c) with ``a cos(q) + b sin(q) + c``."""
+    """Compute two coordinates of `p` on its circle about a line: (a, b, c) with ``a cos(q) + b sin(q) + c``."""
     centre, radius, tangent = _circle(line, p)
     away = centre - ORIGIN
     return tuple(tuple(_inner(x, d) for x in (radius, tangent, away)) for d in (first, second))
@@ -241,16 +246,17 @@ def circle_shadow(first, second, line, p):
 
 @kernel(first=DIRECTION, second=DIRECTION, line=UNIT_LINE, p=POINT, returns=PROFILE)
 def segment_shadow(first, second, line, p):
-    """Two coordinates of the point `p` as it slides along a line: numbers (0, b, c) with ``b t + c``."""
+    """Compute two coordinates of the point `p` sliding along a line: numbers (0, b, c) with ``b t + c``."""
     along, away = direction_of_line(line), p - ORIGIN
     return tuple((0, _inner(along, d), _inner(away, d)) for d in (first, second))
 
 
 @kernel(first=UNIT_LINE, second=UNIT_LINE, a=LINE, b=LINE, returns=(PAIR, PAIR, SCALAR))
 def turns_about_two_axes(first, second, a, b):
-    """The angles about two axes, the second done first, that turn the direction of the line `a` to that of `b`.
+    """Compute the angles about two axes that rotate the direction of the line `a` to that of `b`.
 
-    Returns both branches (angle about the first axis, angle about the second), and the discriminant.
+    The rotation about the second axis is applied first. Returns both branches (angle about the first axis, angle about
+    the second), and the discriminant.
     """
     centre, radius, tangent = _line_circle(second, a)
     *solutions, discriminant = _angles(_dot(first, radius), _dot(first, tangent), _dot(first, b) - _dot(first, centre))
@@ -264,10 +270,11 @@ def turns_about_two_axes(first, second, a, b):
 
 @kernel(first=UNIT_LINE, second=UNIT_LINE, third=UNIT_LINE, m=MOTOR, returns=(BRANCHES, SCALAR))
 def wrist_turns(first, second, third, m):
-    """The angles about three axes through a point, the third done first, whose product is the rotation `m` about it.
+    """Compute the angles about three axes through a point whose rotations compose to the rotation `m`.
 
-    The line of the third axis, which its own turn leaves alone, gives the angles of the first and second; the plane of
-    second and third axis gives that of the third. Returns both branches as rows, and the discriminant.
+    The rotation about the third axis is applied first. The line of the third axis, which is invariant under its own
+    rotation, determines the angles of the first and second; the plane of second and third axis determines the angle of
+    the third. Returns both branches as rows, and the discriminant.
     """
     goal = m * third * ~m
     centre, radius, tangent = _line_circle(second, third)
@@ -278,7 +285,7 @@ def wrist_turns(first, second, third, m):
     for solution, side in zip(solutions, (1, -1), strict=True):
         cosine, sine = _unit(*solution)
         x, onward = centre + cosine * radius + sine * tangent, cosine * tangent - sine * radius
-        # Where it is on the first axis to rounding, it leaves it this way.
+        # If it is on the first axis up to rounding, use its direction of motion instead.
         on_axis = ga.norm_squared(ga.commutator(x, first)) <= ON_AXIS
         turn = _line_turn(first, ga.select(on_axis, side * onward, x), goal)
         unit = _unit(*turn)
@@ -290,10 +297,10 @@ def wrist_turns(first, second, third, m):
 
 @kernel(first=UNIT_LINE, second=UNIT_LINE, third=UNIT_LINE, m=MOTOR, returns=(BRANCHES, SCALAR))
 def planar_turns(first, second, third, m):
-    """The angles about three parallel axes, the third done first, whose product is the motion `m` of their plane.
+    """Compute the angles about three parallel axes whose rotations compose to the planar motion `m`.
 
-    A point of the third axis gives the first two, and a direction their sum with the last.
-    Returns both branches as rows, and the discriminant.
+    The rotation about the third axis is applied first. A point of the third axis determines the first two angles, and a
+    direction the sum of all three. Returns both branches as rows, and the discriminant.
     """
     p = foot_on_unit_line(ORIGIN, third)
     goal = (m * p * ~m) & first
@@ -316,12 +323,12 @@ def planar_turns(first, second, third, m):
 
 
 def _less(turn, other):
-    """The difference of two angles, all as unnormalised (cosine, sine)."""
+    """Return the difference of two angles, all as unnormalised (cosine, sine)."""
     return turn[0] * other[0] + turn[1] * other[1], turn[1] * other[0] - turn[0] * other[1]
 
 
 def _cross(a, b):
-    """The vector product of two directions."""
+    """Return the cross product of two directions."""
     x, y = coordinates(a), coordinates(b)
     names = ("e032", "e013", "e021")
     return ga.assemble(PGA3, {names[k]: x[k - 2] * y[k - 1] - x[k - 1] * y[k - 2] for k in range(3)})
@@ -329,9 +336,9 @@ def _cross(a, b):
 
 @kernel(shoulder=POINT, wrist=POINT, hinge=LINE, returns=MOTOR)
 def elbow_frame(shoulder, wrist, hinge):
-    """The frame at the shoulder with x to the wrist and the direction of the hinge in its plane of x and y, above x.
+    """Compute the frame at the shoulder with x towards the wrist and the hinge's direction in its xy plane, y > 0.
 
-    Not a number where that direction is along x, or the wrist is on the shoulder.
+    The result is NaN if that direction is along x, or if the wrist coincides with the shoulder.
     """
     line = ga.normalize(shoulder & wrist)
     return pga3.motor_from_flag(shoulder, line, ga.normalize(line & direction_of_line(hinge)))
@@ -339,16 +346,16 @@ def elbow_frame(shoulder, wrist, hinge):
 
 @kernel(first=UNIT_LINE, second=UNIT_LINE, third=UNIT_LINE, q=array(SCALAR, 3), returns=MOTOR)
 def motion_of_three_turns(first, second, third, q):
-    """The motor of turns by three angles about three lines, the third done first."""
+    """Compose the rotations by three angles about three lines, the third applied first."""
     turn = pga3.motor_from_line
     return turn(first, q[0]) * turn(second, q[1]) * turn(third, q[2])
 
 
 @kernel(m=MOTOR, n=MOTOR, goal=MOTOR, size=SCALAR, returns=SCALAR)
 def distance_to_goal(m, n, goal, size):
-    """How far the motor ``m n`` is from a goal or its negative: the largest difference of coefficients.
+    """Compute the largest difference between coefficients of the motor ``m n`` and a goal or its negative.
 
-    Those of the translation are in units of half of `size`.
+    Coefficients of the translation are in units of half of `size`.
     """
     made = m * n
     near, far = [], []
@@ -361,9 +368,10 @@ def distance_to_goal(m, n, goal, size):
 
 @kernel(p=POINT, line=LINE, returns=array(SCALAR, 14))
 def point_and_tangent(p, line):
-    """The conformal point of `p`, and the tangent there along a line: numbers that motions change linearly.
+    """Compute the conformal point of `p` and its tangent along a line: numbers that motions transform linearly.
 
-    Coefficients e1, e2, e3, einf of ``P = e0 + p + p^2/2 einf``, then the bivector of `P` and the direction at it.
+    The result contains the coefficients e1, e2, e3, einf of ``P = e0 + p + p^2/2 einf``, then the bivector of `P` and
+    the direction at it.
     """
     x, d = coordinates(p), coordinates(direction_of_line(line))
     names = ("e1", "e2", "e3")
@@ -373,31 +381,31 @@ def point_and_tangent(p, line):
     return (*(point[name] for name in (*names, "einf")), *(tangent[name] for name in CGA3.POINT_PAIR.blades))
 
 
-# What a motor takes to what is linear in the motor: null vectors of these matrices are the motors that do.
+# Conditions that a motor takes one object to another are linear in the motor: null vectors of these matrices.
 
 
 ODD = (*PLANE.blades, "e123", *DIRECTION.blades)
 
 
 def _constraint(a, b, blades):
-    """The matrix of ``x -> x a - b x`` on the coefficients of a motor."""
+    """Return the matrix of ``x -> x a - b x`` on the coefficients of a motor."""
     columns = [x * a - b * x for x in (PGA3.multivector({name: 1}) for name in MOTOR.blades)]
     return tuple(tuple(column[name] for column in columns) for name in blades)
 
 
 @kernel(a=POINT, b=POINT, returns=array(SCALAR, 8, 8))
 def constraint_of_points(a, b):
-    """The matrix of ``x -> x a - b x``: its null vectors are the motors that take the point `a` to `b`."""
+    """Compute the matrix of ``x -> x a - b x``: its null vectors are the motors that take the point `a` to `b`."""
     return _constraint(a, b, ODD)
 
 
 @kernel(a=LINE, b=LINE, returns=array(SCALAR, 8, 8))
 def constraint_of_lines(a, b):
-    """The matrix of ``x -> x a - b x``: its null vectors are the motors that take the line `a` to `b`."""
+    """Compute the matrix of ``x -> x a - b x``: its null vectors are the motors that take the line `a` to `b`."""
     return _constraint(a, b, MOTOR.blades)
 
 
 @kernel(a=PLANE, b=PLANE, returns=array(SCALAR, 8, 8))
 def constraint_of_planes(a, b):
-    """The matrix of ``x -> x a - b x``: its null vectors are the motors that take the plane `a` to `b`."""
+    """Compute the matrix of ``x -> x a - b x``: its null vectors are the motors that take the plane `a` to `b`."""
     return _constraint(a, b, ODD)

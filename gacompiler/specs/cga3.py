@@ -576,7 +576,10 @@ def distance_point_circle(p, circle):
 
 
 def _parts_of_lines(a, b):
-    """Return directions, support points, the directions' cross product and its square, and whether they are parallel."""
+    """Return directions, support points, the cross product of the directions and its square, and a flag.
+
+    The flag is true if the lines are parallel.
+    """
     (d, p), (e, q) = _line_parts(a), _line_parts(b)
     across = _cross(d, e)
     square = dot(across, across)

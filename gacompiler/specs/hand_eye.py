@@ -1,12 +1,12 @@
-"""How a camera sits on a hand, by unit motors of G(3,0,1): ``a x = x b`` and ``a x = z b``.
+"""Hand-eye calibration by unit motors of G(3,0,1): ``a x = x b`` and ``a x = z b``.
 
-A pose ``a`` takes the frame of the hand to that of its base, ``b`` the frame of the camera to that of what it looks
-at, and ``x`` the frame of the camera to that of the hand; ``z`` takes the frame of what is looked at to the base.
-Motors have the signs that make the scalar part of a misfit positive. Coefficients with e0 are half of lengths.
+A pose ``a`` takes the frame of the hand to that of its base, ``b`` the frame of the camera to that of the target, and
+``x`` the frame of the camera to that of the hand; ``z`` takes the frame of the target to that of the base. Motors have
+the signs that make the scalar part of a misfit positive. Coefficients with e0 are half of lengths.
 
-Kernels of one motion or pose come first, then sums over all of them and the steps of Gauss and Newton. Conditions are
-1 where they hold and 0 elsewhere; the product of two is that both hold. All are in one file because a file makes a
-module.
+Kernels of one motion or pose come first, then sums over all of them and the Gauss-Newton steps. Conditions are 1 if
+they hold and 0 otherwise; the product of two conditions is their conjunction. All kernels are in one file because a
+file makes a module.
 """
 
 from fractions import Fraction
@@ -27,19 +27,19 @@ FAR_BLADES = tuple(name for name in MOTOR.blades if name not in ROTOR_BLADES)
 TINY = Fraction(1, 10**60)
 NEVER_ZERO = Fraction(1, 10**300)
 DAMPING = Fraction(1, 10**14)
-"""What pivots are increased by, as a part of the trace."""
+"""Increment of the pivots, relative to the trace."""
 SMALL, FINITE = Fraction(1, 2**1000), 2**60
-"""Numbers are finite whose absolute values times the first are at most the second, however many are added."""
+"""Numbers count as finite if the sum of their absolute values times SMALL is at most FINITE."""
 STEPS = 6
-"""So many steps of Gauss and Newton are taken at most to fit motions."""
+"""Maximal number of Gauss-Newton steps for fitting motions."""
 
 
 @kernel(u=EVEN, v=EVEN, returns=MOTOR)
 def null_motor(u, v):
-    """The unit motor, of the plane of two even elements, of the direction whose rotational part is largest.
+    """Compute the unit motor in the plane of two even elements with the largest rotational part.
 
-    Where the elements are orthonormal and span X and its product with the pseudoscalar, that is X. Its scalar part is
-    not negative.
+    If the elements are orthonormal and span X and its product with the pseudoscalar, the result is X. Its scalar part
+    is nonnegative.
     """
 
     def inner(a, b):
@@ -60,12 +60,12 @@ def null_motor(u, v):
 
 @kernel(a=MOTOR, b=MOTOR, returns=(SCALAR, SCALAR))
 def screw_misfit(a, b):
-    """By how much two motions differ that should be conjugate: the same screw about different lines.
+    """Compute the difference between two motions that should be conjugate: the same screw about different lines.
 
     Returns ``sin((alpha - beta) / 2)`` of their angles, and half the difference of their translations along the axis,
-    each multiplied by the sine of half the angle. Both vanish where ``a x = x b`` for some motor x (the screw
-    congruence theorem; Chen, CVPR 1991). Signs of the motors do not matter, nor the sense of the pitch, which that of
-    a motor decides where it turns by half a turn.
+    each multiplied by the sine of half the angle. Both vanish if ``a x = x b`` for some motor x (the screw congruence
+    theorem; Chen, CVPR 1991). The signs of the motors do not matter, nor does the sign of the pitch, which for a half
+    turn depends on the sign of the motor.
     """
     sines = [ga.sqrt(sum(m[name] * m[name] for name in ROTOR_BLADES[1:])) for m in (a, b)]
     cosines, pitches = ([ga.select(m[name] < 0, -m[name], m[name]) for m in (a, b)] for name in ("1", "e0123"))
@@ -74,15 +74,15 @@ def screw_misfit(a, b):
 
 @kernel(a=MOTOR, b=MOTOR, x=MOTOR, returns=BIVECTOR)
 def misfit(a, b, x):
-    """The bivector part of ``~(x b) a x``: half of the rotation, and of the translation, that are left, negative."""
+    """Compute the bivector part of ``~(x b) a x``: minus half of the residual rotation and translation."""
     return (~b * (~x * a * x)).grade(2)
 
 
 @kernel(a=MOTOR, b=MOTOR, x=MOTOR, z=MOTOR, frame=MOTOR, returns=BIVECTOR)
 def misfit_of_poses(a, b, x, z, frame):
-    """The bivector part of ``~(z b) a x``, seen from a frame: half of the motion that is left, negative.
+    """Compute the bivector part of ``~(z b) a x`` relative to a frame: minus half of the residual motion.
 
-    `frame` takes that frame to the camera's; a translation is that of the frame's origin.
+    `frame` takes that frame to the camera's; translations are those of the frame's origin.
     """
     return (~frame * (~b * (~z * (a * x))) * frame).grade(2)
 
@@ -92,7 +92,7 @@ _OF_POSES = [jacobian(misfit_of_poses, name, "right") for name in ("x", "z")]
 
 
 def _rows(value, matrices):
-    """Rows of derivatives with the value behind them: of the rotation, and of the translation."""
+    """Return the rows of derivatives, followed by the value: those of the rotation, and those of the translation."""
     # Tangents are along e12 e13 e23 e10 e20 e30, the coefficients of a bivector those of e01 e02 e03.
     signs = (1, 1, 1, -1, -1, -1)
     rows = [
@@ -104,9 +104,9 @@ def _rows(value, matrices):
 
 @kernel(a=MOTOR, b=MOTOR, x=MOTOR, returns=(array(SCALAR, 3, 7), array(SCALAR, 3, 7)))
 def misfit_equations(a, b, x):
-    """Derivatives of `misfit` by the coefficients of B in ``x exp(B)``, and the misfit in the last column.
+    """Compute the derivatives of `misfit` by the coefficients of B in ``x exp(B)``, with the misfit as last column.
 
-    Of the rotation, e12 e13 e23, and of the translation, e01 e02 e03.
+    The rows are those of the rotation, e12 e13 e23, and of the translation, e01 e02 e03.
     """
     ((value, by_x),) = (each.function(a, b, x) for each in _OF_MOTIONS)
     return _rows(value, [by_x])
@@ -114,15 +114,15 @@ def misfit_equations(a, b, x):
 
 @kernel(a=MOTOR, b=MOTOR, x=MOTOR, z=MOTOR, frame=MOTOR, returns=(array(SCALAR, 3, 13), array(SCALAR, 3, 13)))
 def misfit_of_poses_equations(a, b, x, z, frame):
-    """Derivatives of `misfit_of_poses` by B and C in ``x exp(B)`` and ``z exp(C)``, and the misfit in the last column.
+    """Compute the derivatives of `misfit_of_poses` by B and C in ``x exp(B)`` and ``z exp(C)``.
 
-    Of the rotation, e12 e13 e23, and of the translation, e01 e02 e03.
+    The last column is the misfit. The rows are those of the rotation, e12 e13 e23, and of the translation, e01 e02 e03.
     """
     (value, by_x), (_, by_z) = (each.function(a, b, x, z, frame) for each in _OF_POSES)
     return _rows(value, [by_x, by_z])
 
 
-# What is given.
+# Input data.
 
 
 def _length_squared(values):
@@ -134,7 +134,7 @@ def _part(motor, blades):
 
 
 def _rotor_product(m, n):
-    """The scalar product of the rotational parts of two motors."""
+    """Return the scalar product of the rotational parts of two motors."""
     return sum(x * y for x, y in zip(_part(m, ROTOR_BLADES), _part(n, ROTOR_BLADES), strict=True))
 
 
@@ -143,7 +143,7 @@ def _are_finite(values):
 
 
 def _farthest(motors, found):
-    """The largest of a number and of the absolute values, if finite, of the coefficients of motors with e0."""
+    """Return the maximum of a number and of the finite absolute values of the coefficients of motors with e0."""
     for m in motors:
         for x in _part(m, FAR_BLADES):
             found = ga.select(_are_finite([x]) * (absolute(x) > found), absolute(x), found)
@@ -152,9 +152,9 @@ def _farthest(motors, found):
 
 @kernel(a=MOTORS, b=MOTORS, rounding=SCALAR)
 def first_not_unit(a, b, rounding):
-    """The first row of `a`, or else of `b` behind these, that is finite and not a unit motor, or -1.
+    """Find the first row of `a`, or else of `b` after these, that is finite and not a unit motor; -1 if none.
 
-    Translations are judged by the largest of both: what is below `rounding` may be rounding of others.
+    Translations are compared with the largest of both: what is below `rounding` may be a rounding error of others.
     """
 
     largest = fold(lambda found, m, n: _farthest((m, n), found), 0, a, b)
@@ -176,7 +176,7 @@ def first_not_unit(a, b, rounding):
 
 @kernel(poses=array(MOTOR, "n"), first=index("m", into="n"), second=index("m", into="n"), returns=array(MOTOR, "m"))
 def motions_between(poses, first, second):
-    """The motions between pairs of poses."""
+    """Compute the motions between pairs of poses."""
     return each(lambda before, after: ~before * after, gather(poses, first), gather(poses, second))
 
 
@@ -185,9 +185,9 @@ def motions_between(poses, first, second):
     bound=SCALAR,
 )  # fmt: skip
 def motions_close(motions, first, second, third, bound):
-    """Whether the third of three motions is, up to sign, the inverse of the first times the second, for all triples.
+    """Test, for all triples, whether the third motion is, up to sign, the inverse of the first times the second.
 
-    Rotations to within the bound, translations to within that part of the largest.
+    The tolerance is `bound` for rotations, and `bound` relative to the largest translation for translations.
     """
     far = fold(lambda found, m: _farthest((m,), found), 0, motions)
 
@@ -206,9 +206,9 @@ def motions_close(motions, first, second, third, bound):
 
 @kernel(a=array(MOTOR, "n"), b=array(MOTOR, "n"), rounding=SCALAR, returns=(array(SCALAR, "n", 2), SCALAR, SCALAR))
 def screws(a, b, rounding):
-    """`screw_misfit` of all motions, whether none of them turns, and the mean square of lengths of their translations.
+    """Compute `screw_misfit` of all motions, whether none of them rotates, and the mean square of translations.
 
-    A motion does not turn if it does so by no more than `rounding`, in radians.
+    A motion counts as not rotating if its angle is at most `rounding`, in radians.
     """
     count, far, turning = total(
         lambda m, n: (
@@ -227,7 +227,7 @@ def _is_still(motor, rounding):
 
 
 class Scaled(NamedTuple):
-    """Motors in the unit of length in which their coefficients with e0 have size 1, `b` with the sign of `a`."""
+    """Motors in the unit of length in which their coefficients with e0 have size 1, with `b` in the sign of `a`."""
 
     a: Any
     b: Any
@@ -237,7 +237,7 @@ class Scaled(NamedTuple):
 
 
 def _in_own_lengths(a, b):
-    """Where a number is not finite, motors that do not move."""
+    """Scale motors to their own unit of length; return the identity for all if a number is not finite."""
 
     def sums(m, n):
         numbers = [*_part(m, MOTOR.blades), *_part(n, MOTOR.blades)]
@@ -266,25 +266,25 @@ def _in_own_lengths(a, b):
     returns=(MOTORS, MOTORS, NUMBERS, SCALAR, SCALAR, array(SCALAR, 2), SCALAR, SCALAR, array(SCALAR, 8, 8)),
 )  # fmt: skip
 def equations_of_motions(a, b, half_turn, same_axis):
-    """Motions in their own unit of length, and the sum of ``E^T E`` for the matrices E of ``a x - x b``.
+    """Scale motions to their own unit of length, and sum ``E^T E`` for the matrices E of ``a x - x b``.
 
-    ``a x = x b`` leaves the scalar and the pseudoscalar part alone, which gives `b` its sign. Next to half turns noise
-    may turn it: those motions are left to the others where these are enough, and are not `clear`.
+    ``a x = x b`` preserves the scalar and the pseudoscalar part, which determines the sign of `b`. Near half turns noise
+    may reverse the sign: these motions are excluded if the others are sufficient, and are not `clear`.
 
     Returns
     -------
     a, b
-        Scaled by the unit, and with the sign.
+        The motions scaled by the unit, with consistent signs.
     clear
-        Which of them are in the sum.
+        Flags of the motions that are included in the sum.
     unit
         The root mean square of coefficients with e0.
     finite
-        Whether all numbers are finite; if not, all motions are those that do not move.
+        Whether all numbers are finite; if not, all motions are the identity.
     axes
-        The sum of squares of sines of half the angles, and that of their parts along the common direction of the axes.
+        The sum of squared sines of half the angles, and that of their components along the common direction of the axes.
     parallel
-        Whether these differ by at most the part `same_axis` squared, or no motion turns by more than that.
+        Whether these differ by at most the fraction `same_axis` squared, or no motion rotates by more than that.
     is_regular
         Whether all numbers are finite, and all motions clear.
     equations
@@ -309,7 +309,7 @@ def equations_of_motions(a, b, half_turn, same_axis):
     size = table[0][0] + table[1][1] + table[2][2]
     along = ga.eigenvalues_symmetric(table)[2]
     square = same_axis * same_axis
-    # Rounding leaves a spread to motions about one axis, which a smaller part would miss.
+    # Rounding errors spread the axes of motions about one axis; a smaller fraction would not detect them.
     rounding = Fraction(1, 2**47)
     parallel = ga.maximum(4 * size <= motions.count * square, size - along <= ga.maximum(square, rounding) * size)
     is_regular = motions.finite * (motions.count <= total(lambda used: used, clear))
@@ -318,27 +318,27 @@ def equations_of_motions(a, b, half_turn, same_axis):
 
 
 def _triangle(rows):
-    """The upper triangle of the sum of products of rows with themselves, in one sequence."""
+    """Return the upper triangle of the sum of products of rows with themselves, in one sequence."""
     width = range(len(rows[0]))
     return tuple(sum(row[j] * row[k] for row in rows) for j in width for k in width if j <= k)
 
 
 def _square(triangle, size):
-    """The rows of a symmetric matrix from its upper triangle."""
+    """Return the rows of a symmetric matrix from its upper triangle."""
     entries = iter(triangle)
     upper = {(j, k): next(entries) for j in range(size) for k in range(j, size)}
     return [[upper[min(j, k), max(j, k)] for k in range(size)] for j in range(size)]
 
 
-# Steps that fit motions.
+# Gauss-Newton steps for motions.
 
 
 class Descent(NamedTuple):
-    """A motor that steps lead to."""
+    """The state of the iteration for a motor."""
 
     motor: Any
     turn: Any
-    """The sum of squares of rotations that are left, before the last step."""
+    """The sum of squares of residual rotations, before the last step."""
     shift: Any
     parallel: Any
     steps: Any
@@ -346,7 +346,7 @@ class Descent(NamedTuple):
 
 
 def _misfits(a, b, x):
-    """The misfits of motions, and where they began, with the sums of squares of translations of both."""
+    """Return the misfits of motions, at their ends and at their starts, with the sums of squared translations of both."""
     rest = each(lambda m, n: misfit.function(m, n, x), a, b)
     before = each(lambda n, line: n * line * ~n, b, rest)
     shifts = total(
@@ -357,7 +357,10 @@ def _misfits(a, b, x):
 
 @kernel(a=array(MOTOR, "n"), b=array(MOTOR, "n"), x=MOTOR, returns=array(SCALAR, 2))
 def misfit_of_motions(a, b, x):
-    """The root mean squares of rotations and translations that are left, at the end where translations are less."""
+    """Compute the root mean squares of residual rotations and translations.
+
+    The translations are taken at the end of the motions at which they are smaller.
+    """
     rest, before, (after_square, before_square) = _misfits(a, b, x)
     count, *turns = total(
         lambda *lines: (1, *(_length_squared(_part(line, BIVECTOR.blades[:3])) for line in lines)), rest, before
@@ -376,30 +379,31 @@ def misfit_of_motions(a, b, x):
 def fitted_to_motions(
     a, b, clear, first, second, unit, axes, parallel, most, least_change, rounding, open_angle
 ):  # fmt: skip
-    """The motor from the last two singular vectors, after steps of Gauss and Newton.
+    """Fit a motor to motions by Gauss-Newton steps, starting from the last two singular vectors.
 
     Parameters
     ----------
     a, b, clear, unit, axes, parallel
-        As `equations_of_motions` gives them.
+        As returned by `equations_of_motions`.
     first, second
         Orthonormal elements that span the motor and its product with the pseudoscalar.
     most
-        How many steps may be taken, up to 6.
+        Maximal number of steps, up to 6.
     least_change, rounding
-        It is the last step where less than that part of the sum of squares would go, or the sum is not above this.
+        Iteration stops if the predicted relative decrease of the sum of squares is at most `least_change`, or if the mean
+        square is at most `rounding`.
     open_angle
-        Axes are parallel where noise leaves a rotation about them open by more than this angle.
+        Axes count as parallel if the noise leaves a rotation about them uncertain by more than this angle.
 
     Returns
     -------
     motor
-        In the unit of length of the caller, its scalar part not negative.
+        In the unit of length of the caller, with nonnegative scalar part.
     residual
-        The root mean squares of rotations and translations that are left.
+        The root mean squares of residual rotations and translations.
     parallel
     largest
-        The largest sine of half an angle of a motion.
+        The largest sine of half the angle of a motion.
     """
     count = total(lambda _: 1, a)
     start = null_motor.function(first, second)
@@ -410,7 +414,7 @@ def fitted_to_motions(
     b = each(signed, a, b, clear)
     _, _, (after_square, before_square) = _misfits(a, b, start)
     back = before_square < after_square
-    # Noise is of the end where it is least: from there motions are their inverses.
+    # The noise is assigned to the end at which it is least; seen from there, the motions are inverted.
     one, two = each(lambda m, n: (ga.select(back, ~m, m), ga.select(back, ~n, n)), a, b)
     open_square = ga.maximum(1 / (open_angle * open_angle), 6 * count)
 
@@ -443,21 +447,21 @@ def fitted_to_motions(
     return ga.assemble(PGA3, motor), roots, found.parallel, ga.sqrt(sine)
 
 
-# Steps that fit poses, whose noise is unknown.
+# Gauss-Newton steps for poses, whose noise is unknown.
 
 
 @kernel(a=MOTORS, b=MOTORS, x=EVEN, returns=(MOTORS, MOTORS, EVEN, EVEN, SCALAR, SCALAR))
 def start_of_poses(a, b, x):
-    """Poses in their own unit of length, `x` in it, and the mean ``z`` of ``a x ~b``, from where steps begin.
+    """Scale poses and `x` to their own unit of length, and compute the mean ``z`` of ``a x ~b`` as a start.
 
     Returns
     -------
     a, b, x, z
-        The signs of `b` make all ``a x ~b`` alike.
+        The signs of `b` are chosen so that all ``a x ~b`` agree.
     unit
         The root mean square of coefficients with e0.
     finite
-        Whether all numbers are finite; if not, nothing moves.
+        Whether all numbers are finite; if not, all motors are the identity.
     """
     poses = _in_own_lengths(a, b)
     numbers = {name: x[name] / (1 if name in ROTOR_BLADES else poses.unit) for name in MOTOR.blades}
@@ -477,9 +481,10 @@ def start_of_poses(a, b, x):
 
 @kernel(motions=array(BIVECTOR, "n"), returns=VECTOR)
 def still_point(motions):
-    """The point that small motions of a frame, as bivectors, move least in all.
+    """Compute the point that small motions of a frame, given as bivectors, displace least in total.
 
-    Near the origin where motions say little: as much as if each had a translation for a point as far as the unit.
+    It is regularised towards the origin: the weight is as if each motion had a translation for a point at unit
+    distance.
     """
 
     def sums(motion):
@@ -500,7 +505,7 @@ def still_point(motions):
     returns=(POSE_ROWS, POSE_ROWS, POINT, array(POINT, "n")),
 )  # fmt: skip
 def rows_of_poses(a, b, x, z, place):
-    """The rows of `misfit_of_poses_equations` in the frame of the camera, and two points there.
+    """Compute the rows of `misfit_of_poses_equations` in the frame of the camera, and two points there.
 
     Returns
     -------
@@ -508,7 +513,7 @@ def rows_of_poses(a, b, x, z, place):
     hand
         The origin of the hand.
     seen
-        `place`, a point of what is looked at.
+        `place`, a point of the target.
     """
     turns, shifts = each(lambda m, n: misfit_of_poses_equations.function(m, n, x, z, ONE), a, b)
     return turns, shifts, ~x * PGA3.multivector({"e123": 1}) * x, each(lambda n: ~n * place * n, b)
@@ -516,13 +521,13 @@ def rows_of_poses(a, b, x, z, place):
 
 @kernel(x=MOTOR, z=MOTOR, step=array(SCALAR, 2, 6), returns=(MOTOR, MOTOR))
 def moved(x, z, step):
-    """The motors ``x exp(B)`` and ``z exp(C)``, of which `misfit_of_poses_equations` has derivatives by B and C."""
+    """Compute the motors ``x exp(B)`` and ``z exp(C)``, the parameters of `misfit_of_poses_equations`."""
     b, c = (ga.assemble(PGA3, dict(zip(BIVECTOR.blades, row, strict=True))) for row in step)
     return x * ga.exp(b), z * ga.exp(c)
 
 
 class Noise(NamedTuple):
-    """The variances of rotations of the hand, of those of the camera, and of translations."""
+    """The variances of rotations of the hand, of rotations of the camera, and of translations."""
 
     hand: Any
     camera: Any
@@ -530,35 +535,35 @@ class Noise(NamedTuple):
 
     @property
     def turn(self):
-        """That of what remains of rotations."""
+        """The variance of residual rotations."""
         return self.hand + self.camera
 
 
 def _at_point(point, turn):
-    """The translation e01 e02 e03, at a point, of a rotation about the origin, e12 e13 e23."""
+    """Return the translation e01 e02 e03, at a point, of a rotation about the origin, e12 e13 e23."""
     (x, y, z), (p, q, r) = point, turn
     return -y * p - z * q, x * p - z * r, x * q + y * r
 
 
 def _about_point(point, shift):
-    """The transpose of `_at_point`, as a function of the translation."""
+    """Return the transpose of `_at_point`, as a function of the translation."""
     (x, y, z), (u, v, w) = point, shift
     return x * v - y * u, x * w - z * u, y * w - z * v
 
 
 def _seen_from(hand, seen, noise):
-    """The way from one origin to the other, and where rotations and translations have nothing in common."""
+    """Return the displacement between the origins, and the point at which rotations and translations are uncorrelated."""
     arm = [s - h for s, h in zip(seen, hand, strict=True)]
     return arm, [h + noise.camera / noise.turn * x for h, x in zip(hand, arm, strict=True)]
 
 
 def _moved_to(point, turn, shift):
-    """A translation at a point, from that of the origin."""
+    """Return a translation at a point from that at the origin."""
     return tuple(x + y for x, y in zip(shift, _at_point(point, turn), strict=True))
 
 
 def _across(arm, noise):
-    """The weight of translations across the arm, which both rotations move."""
+    """Return the weight of translations orthogonal to the arm, which both rotations affect."""
     return 1 / (noise.shift + noise.hand * noise.camera / noise.turn * _length_squared(arm))
 
 
@@ -571,7 +576,7 @@ _ROWS = {"turns": POSE_ROWS, "shifts": POSE_ROWS, "hand": VECTOR, "seen": array(
 
 @kernel(**_ROWS, variances=VECTOR)
 def weighed_squares(turns, shifts, hand, seen, variances):
-    """The sum of squares of what remains, in the last columns, weighed by the inverse of its covariance."""
+    """Compute the sum of squared residuals, in the last columns, weighted by the inverse of their covariance."""
     noise = Noise(*variances)
 
     def square(turn_rows, shift_rows, place):
@@ -591,33 +596,34 @@ def weighed_squares(turns, shifts, hand, seen, variances):
     returns=(array(SCALAR, 12), SCALAR, VECTOR, SCALAR, VECTOR, array(SCALAR, 2)),
 )  # fmt: skip
 def likely_step(turns, shifts, hand, seen, variances, is_first, damping):
-    """The step of Gauss and Newton to the poses that are most likely, and new variances.
+    """Compute the Gauss-Newton step towards the most likely poses, and new variances.
 
-    Noise turns the hand about its origin, and the camera about what it looks at; translations have noise of their own.
-    Each variance is multiplied by its part of the sum of squares over what is expected of that, with as many unknowns
-    (restricted maximum likelihood); what is 0 stays 0.
+    In the noise model, the hand rotates about its origin and the camera about the target; translations have noise of
+    their own. Each variance is multiplied by the ratio of its part of the sum of squares to the expected part, given the
+    number of unknowns (restricted maximum likelihood); a variance of 0 remains 0.
 
     Parameters
     ----------
     turns, shifts, hand, seen
-        As `rows_of_poses` gives them.
+        As returned by `rows_of_poses`.
     variances
-        Of rotations of the hand, of those of the camera, and of translations.
+        Variances of rotations of the hand, of rotations of the camera, and of translations.
     is_first
         Whether only ratios of the variances are known.
     damping
-        For each of the twelve unknowns what its pivot is increased by, as a part of the trace.
+        The increment of the pivot of each of the twelve unknowns, relative to the trace.
 
     Returns
     -------
     step
-        0 where sums are not finite.
+        The step, 0 if the sums are not finite.
     goes_on
-        Whether they are finite, and the step or the change of the variances is not small, or it is the first step.
+        Whether the sums are finite and either it is the first step, or the step or the change of the variances is not
+        small.
     used
-        The variances that the step is of.
+        The variances on which the step is based.
     cost
-        The weighed sum of squares before the step.
+        The weighted sum of squares before the step.
     found
         The new variances.
     squares
@@ -638,7 +644,7 @@ def likely_step(turns, shifts, hand, seen, variances, is_first, damping):
     noise = Noise(noise.hand, noise.camera, ga.maximum(shift, Fraction(1, 10**6) * (noise.turn + shift)))
 
     def centred(p, q, place):
-        """The rows of translations there; whitened by their variance across the arm, and along it."""
+        """Return the rows of translations at the centre, and the whitening weights across the arm and along it."""
         arm, centre = _seen_from(hand, place, noise)
         turned, shifted = zip(*p, strict=True), zip(*q, strict=True)
         columns = [_moved_to(centre, turn, shift) for turn, shift in zip(turned, shifted, strict=True)]
@@ -647,9 +653,9 @@ def likely_step(turns, shifts, hand, seen, variances, is_first, damping):
     rows, arms, weights = each(centred, turns, shifts, seen)
 
     def by_cause(p, q, arm, across):
-        """Whitened rows as a rotation of the hand, one of the camera, and a translation see them.
+        """Return whitened rows with respect to a rotation of the hand, a rotation of the camera, and a translation.
 
-        The sums of their squares, each times its variance, make the normal equations.
+        The sums of their squares, each times its variance, are the normal equations.
         """
         along = (1 / noise.shift - across) / ga.maximum(_length_squared(arm), TINY)
         columns = list(zip(*q, strict=True))
@@ -671,9 +677,9 @@ def likely_step(turns, shifts, hand, seen, variances, is_first, damping):
     trace, cost = sum(symmetric[k][k] for k in range(12)), symmetric[12][12]
 
     def swept(entries, damped):
-        """The sweep operator (Goodnight 1979) on the first unknown, which then becomes the last of them.
+        """Apply the sweep operator (Goodnight 1979) to the first unknown, which then becomes the last.
 
-        After all of them the negative inverse is there, and the solution of the equations in the last column.
+        After all sweeps the matrix contains the negative inverse, and the last column the solution of the equations.
         """
         matrix = _square(entries, 13)
         pivot = 1 / (matrix[0][0] + damped * trace + NEVER_ZERO)
@@ -701,7 +707,7 @@ def likely_step(turns, shifts, hand, seen, variances, is_first, damping):
         part = _square(entries, 13)
         explained = sum(after[j] * part[j][k] * after[k] for j in range(13) for k in range(13))
         expected = own + sum(inverse[j][k] * part[j][k] for j in range(12) for k in range(12))
-        # What is left free of unknowns is rounding for a few poses that others do not check.
+        # For few poses without redundancy, the degrees of freedom that remain are rounding errors.
         enough = expected > Fraction(1, 10**9)
         found.append(ga.select(enough, variance * explained / ga.select(enough, expected, 1), variance))
     smallest = Fraction(1, 10**6) * sum(found) + Fraction(1, 10**32)
@@ -719,6 +725,6 @@ def likely_step(turns, shifts, hand, seen, variances, is_first, damping):
 
 
 def _is_near(a, b):
-    """Whether two positive numbers differ by less than a tenth of their size, by their logarithms."""
+    """Return whether two positive numbers differ by less than a tenth of their size, by their logarithms."""
     bound = Fraction(11051709180756477, 10**16)  # exp(1 / 10)
     return (a < bound * b) * (b < bound * a)

@@ -23,32 +23,32 @@ def _bracket(a, b, c):
 
 @kernel(a=VECTOR, b=VECTOR, c=VECTOR)
 def bracket(a, b, c):
-    """The determinant of three points, or of three lines, as rows; 0 where they are on a line, or meet in a point."""
+    """Compute the determinant of three points, or of three lines, as rows; 0 if they are collinear, or concurrent."""
     return _bracket(a, b, c)
 
 
 @kernel(a=VECTOR, b=VECTOR, returns=VECTOR)
 def join_points(a, b):
-    """The line of two points; the point in which two lines meet. 0 where both are the same."""
+    """Compute the line through two points, or the point in which two lines meet; 0 if they coincide."""
     return ga.undual(a ^ b)
 
 
 @kernel(matrix=MATRIX, pixel=PIXEL, returns=PIXEL)
 def transform_point(matrix, pixel):
-    """A point of the plane under a homography; division by 0 where its image is at infinity."""
+    """Transform a point of the plane by a homography; division by 0 if its image is at infinity."""
     x, y, w = (row[0] * pixel[0] + row[1] * pixel[1] + row[2] for row in matrix)
     return x / w, y / w
 
 
 @kernel(matrix=array(VECTOR, 3), returns=array(VECTOR, 3))
 def line_homography(matrix):
-    """The matrix for lines of the homography of points whose rows are given: its outermorphism, the cofactors."""
+    """Compute the matrix for lines of a homography of points given by its rows: its outermorphism, the cofactors."""
     return tuple(ga.undual(matrix[k] ^ matrix[m]) for k, m in NEXT)
 
 
 @kernel(pixel=PIXEL, partner=PIXEL, returns=array(SCALAR, 2, 9))
 def homography_equations(pixel, partner):
-    """The coefficients of the entries of a homography H, row after row, in two entries of ``x' x H x = 0``."""
+    """Compute the coefficients of a homography H, row by row, in two entries of the equation ``x' x H x = 0``."""
     x, (u, v) = (*pixel, 1), partner
     nothing = (0, 0, 0)
     return (*nothing, *(-a for a in x), *(v * a for a in x)), (*x, *nothing, *(-u * a for a in x))
@@ -56,7 +56,7 @@ def homography_equations(pixel, partner):
 
 @kernel(points=array(SCALAR, 4, 2))
 def cross_ratio_on_line(points):
-    """The cross-ratio {0, 1; 2, 3} of four points (x, w) of a line."""
+    """Compute the cross-ratio {0, 1; 2, 3} of four points (x, w) of a line."""
 
     def bracket_of(i, j):
         return points[i][0] * points[j][1] - points[j][0] * points[i][1]
@@ -66,7 +66,7 @@ def cross_ratio_on_line(points):
 
 @kernel(points=array(VECTOR, 5))
 def cross_ratio_of_lines(points):
-    """The cross-ratio {1, 2; 3, 4} of the lines through point 0 and one of the other four points each."""
+    """Compute the cross-ratio {1, 2; 3, 4} of the lines that join point 0 with each of the other four points."""
 
     def bracket_of(i, j):
         return _bracket(points[0], points[i], points[j])
@@ -76,10 +76,10 @@ def cross_ratio_of_lines(points):
 
 @kernel(a=INVARIANTS, b=INVARIANTS, deviations_a=INVARIANTS, deviations_b=INVARIANTS, variance=SCALAR, floor=SCALAR)
 def unlikeness(a, b, deviations_a, deviations_b, variance, floor):
-    """Minus twice the logarithm of how likely two sets of five invariants are those of the same points.
+    """Compute minus twice the log-likelihood that two sets of five invariants are those of the same points.
 
-    It is the sum of squares of differences by their noise, and of the logarithms of the variances of that noise:
-    `variance` times squared deviations, those by noise of 1, and `floor`.
+    It is the sum of the squared differences divided by their noise variances and of the logarithms of these variances:
+    `variance` times the squared deviations, which are those for noise of 1, plus `floor`.
     """
     total, product = 0, 1
     for x, y, p, q in zip(a, b, deviations_a, deviations_b, strict=True):
@@ -90,9 +90,9 @@ def unlikeness(a, b, deviations_a, deviations_b, variance, floor):
 
 @kernel(points=array(VECTOR, 5), returns=CONIC)
 def conic_from_points(points):
-    """The conic of five points: all x with ``[acx] [bdx] [ade] [bce] = [adx] [bcx] [ace] [bde]``.
+    """Compute the conic through five points: all x with ``[acx] [bdx] [ade] [bce] = [adx] [bcx] [ace] [bde]``.
 
-    All six numbers are 0 where four points are on a line or two are the same: then there are many conics.
+    All six numbers are 0 if four points are collinear or two coincide; then the conic is not unique.
     """
     a, b, c, d, e = points
     rows = [[ga.undual(p ^ q)[name] for name in NAMES] for p, q in ((a, c), (b, d), (a, d), (b, c))]
@@ -109,7 +109,7 @@ def conic_from_points(points):
 
 @kernel(points=array(VECTOR, 6))
 def pascal_bracket(points):
-    """The bracket of the three points in which opposite sides of a hexagon meet; 0 where it is on a conic (Pascal)."""
+    """Compute the bracket of the intersections of opposite sides of a hexagon; 0 if it is on a conic (Pascal)."""
     a, b, c, d, e, f = points
 
     def meet(p, q, r, s):
@@ -120,9 +120,10 @@ def pascal_bracket(points):
 
 @kernel(homography=MATRIX, returns=array(SCALAR, 2, 6))
 def circular_point_equations(homography):
-    """The real and imaginary part of the equation of a conic at the image of a circular point, for its six numbers.
+    """Compute the real and imaginary part of a conic's equation at the image of a circular point.
 
-    A homography from a plane to its image takes the circular point (1, i, 0) to ``h1 + i h2``.
+    The results are the coefficients of the six numbers of the conic. A homography from a plane to its image takes the
+    circular point (1, i, 0) to ``h1 + i h2``.
     """
     a, b = ([row[k] for row in homography] for k in (0, 1))
 

@@ -1,8 +1,8 @@
 """Projective space and cameras in the exterior algebra of homogeneous coordinates.
 
-Points are (x, y, z, w). The three rows of a camera's 3 x 4 matrix are planes through its centre, written as vectors;
-lines are outer products of two of these, and a bracket, the outer product of four, is a determinant. Image points are
-(x, y) in the units that the camera's matrix gives, pixels as a rule; image lines ``a x + b y + c = 0`` are (a, b, c).
+Points are (x, y, z, w). The three rows of a camera's 3 x 4 matrix are planes through its centre, represented as
+vectors; lines are outer products of two of these, and a bracket, the outer product of four, is a determinant. Image
+points are (x, y) in the units of the camera's matrix, usually pixels; image lines ``a x + b y + c = 0`` are (a, b, c).
 """
 
 import gacompiler as ga
@@ -28,53 +28,53 @@ def _epipolar_line(fundamental, pixel):
 
 @kernel(a=VECTOR, b=VECTOR, c=VECTOR, d=VECTOR)
 def bracket(a, b, c, d):
-    """The determinant of four points, or of four planes, as rows; 0 where they are in one plane, or meet in a point."""
+    """Compute the determinant of four points, or four planes, as rows; 0 if coplanar, or if they share a point."""
     return (a ^ b ^ c ^ d)["e1234"]
 
 
 @kernel(a=VECTOR, b=VECTOR, returns=BIVECTOR)
 def join_points(a, b):
-    """The line of two points: its six Pluecker coordinates ``a ^ b``."""
+    """Compute the line through two points: its six Pluecker coordinates ``a ^ b``."""
     return a ^ b
 
 
 @kernel(a=VECTOR, b=VECTOR, c=VECTOR, returns=VECTOR)
 def join_three_points(a, b, c):
-    """The plane (n, d) of three points, all x with ``n . x + d = 0``; the point in which three planes meet."""
+    """Compute the plane (n, d) through three points, ``n . x + d = 0``, or the point in which three planes meet."""
     return ga.undual(a ^ b ^ c)
 
 
 @kernel(camera=CAMERA, place=PLACE, returns=PIXEL)
 def project_point(camera, place):
-    """The image of a point of space; division by 0 where it is in the plane of the camera's centre."""
+    """Project a point of space to the image; division by 0 in the plane through the camera's centre."""
     x, y, w = (ga.scalar_product(row, _homogeneous(place)) for row in camera)
     return x / w, y / w
 
 
 @kernel(camera=CAMERA, point=VECTOR, returns=array(SCALAR, 3))
 def project_homogeneous_point(camera, point):
-    """The homogeneous image of a homogeneous point of space; the third entry of a camera with scale 1 is its depth."""
+    """Project a homogeneous point to the homogeneous image; with a camera of scale 1 the third entry is its depth."""
     return tuple(ga.scalar_product(row, point) for row in camera)
 
 
 @kernel(camera=CAMERA, returns=VECTOR)
 def camera_centre(camera):
-    """The centre of a camera, homogeneous: the point in which its three planes meet."""
+    """Compute the homogeneous centre of a camera: the point in which its three planes meet."""
     return ga.undual(camera[0] ^ camera[1] ^ camera[2])
 
 
 @kernel(camera=CAMERA, pixel=PIXEL, returns=BIVECTOR)
 def back_project_pixel(camera, pixel):
-    """The line of sight of a pixel: the outer product ``p ^ q`` of two planes that meet in it."""
+    """Compute the line of sight of a pixel: the outer product ``p ^ q`` of two planes that contain it."""
     return (camera[0] - pixel[0] * camera[2]) ^ (camera[1] - pixel[1] * camera[2])
 
 
 @kernel(first=CAMERA, second=CAMERA, returns=MATRIX)
 def fundamental_matrix_from_cameras(first, second):
-    """The matrix F with ``x' F x = 0`` for the images x in the first and x' in the second camera of every point.
+    """Compute the matrix F with ``x' F x = 0`` for the images x and x' of every point in the first and second camera.
 
     Its entry (i, j) is the bracket of the two rows of the first camera other than j and the two of the second other
-    than i, both in cyclic order: it says whether a line of sight of either camera meets one of the other.
+    than i, both in cyclic order. It is 0 if the corresponding lines of sight of the two cameras meet.
     """
     of_first = [first[k] ^ first[m] for k, m in NEXT]
     of_second = [second[k] ^ second[m] for k, m in NEXT]
@@ -83,27 +83,27 @@ def fundamental_matrix_from_cameras(first, second):
 
 @kernel(first=CAMERA, second=CAMERA, returns=array(SCALAR, 3))
 def epipole_from_cameras(first, second):
-    """The homogeneous image in the second camera of the centre of the first."""
+    """Compute the homogeneous image of the first camera's centre in the second camera."""
     centre = ga.undual(first[0] ^ first[1] ^ first[2])
     return tuple(ga.scalar_product(row, centre) for row in second)
 
 
 @kernel(fundamental=MATRIX, pixel=PIXEL, returns=LINE)
 def epipolar_line(fundamental, pixel):
-    """The line (a, b, c) of the second image on which the partner of a pixel of the first lies: ``F (x, y, 1)``."""
+    """Compute the line (a, b, c) in the second image that corresponds to a pixel of the first: ``F (x, y, 1)``."""
     return _epipolar_line(fundamental, pixel)
 
 
 @kernel(fundamental=MATRIX, pixel=PIXEL, partner=PIXEL)
 def distance_to_epipolar_line(fundamental, pixel, partner):
-    """The signed distance of a pixel of the second image to the epipolar line of one of the first."""
+    """Compute the signed distance from a pixel of the second image to the epipolar line of a pixel of the first."""
     a, b, c = _epipolar_line(fundamental, pixel)
     return (a * partner[0] + b * partner[1] + c) / ga.sqrt(a * a + b * b)
 
 
 @kernel(fundamental=MATRIX, pixel=PIXEL, partner=PIXEL)
 def sampson_distance(fundamental, pixel, partner):
-    """The distance of a pair of pixels to the nearest pair that fits F, to first order (Sampson's), signed."""
+    """Compute the signed first-order (Sampson) distance from a pair of pixels to the nearest pair consistent with F."""
     a, b, c = _epipolar_line(fundamental, pixel)
     d, e, _ = _epipolar_line(tuple(zip(*fundamental, strict=True)), partner)
     return (a * partner[0] + b * partner[1] + c) / ga.sqrt(a * a + b * b + d * d + e * e)
@@ -111,10 +111,10 @@ def sampson_distance(fundamental, pixel, partner):
 
 @kernel(first=CAMERA, second=CAMERA, pixel=PIXEL, partner=PIXEL, returns=VECTOR)
 def triangulate(first, second, pixel, partner):
-    """The homogeneous point of a pixel's line of sight whose image in the second camera is nearest to the partner.
+    """Compute the homogeneous point on a pixel's line of sight with the second image nearest to the partner.
 
     It is the meet of the line of sight with the plane that the second camera sees as the line through the partner
-    orthogonal to the epipolar line. All is 0 where the line of sight goes through the second camera's centre.
+    orthogonal to the epipolar line. The result is 0 if the line of sight passes through the second camera's centre.
     """
     sight = (first[0] - pixel[0] * first[2]) ^ (first[1] - pixel[1] * first[2])
     epipolar_x, epipolar_y = ((sight ^ second[k] ^ second[m])["e1234"] for k, m in NEXT[:2])
@@ -127,32 +127,35 @@ def triangulate(first, second, pixel, partner):
 
 @kernel(centre=VECTOR, first=VECTOR, second=VECTOR, third=VECTOR, returns=CAMERA)
 def camera_from_image_basis(centre, first, second, third):
-    """The camera with a centre whose image plane has the basis of three points: row 0 is the plane of the last two."""
+    """Construct the camera with a given centre and three basis points of the image plane.
+
+    Row 0 is the plane through the centre and the last two points.
+    """
     basis = (first, second, third)
     return tuple(ga.undual(centre ^ basis[k] ^ basis[m]) for k, m in NEXT)
 
 
 @kernel(camera=CAMERA, returns=array(BIVECTOR, 3))
 def line_projection(camera):
-    """The 3 x 6 matrix of a camera for lines: it takes Pluecker coordinates to the image line (a, b, c)."""
+    """Compute the 3 x 6 matrix of a camera that maps Pluecker coordinates to the image line (a, b, c)."""
     return tuple(camera[k] ^ camera[m] for k, m in NEXT)
 
 
 @kernel(camera=CAMERA, line=BIVECTOR, returns=LINE)
 def project_line(camera, line):
-    """The image line (a, b, c) of a line of space; 0 where it goes through the camera's centre."""
+    """Project a line of space to the image line (a, b, c); 0 if it passes through the camera's centre."""
     return tuple(ga.scalar_product(camera[k] ^ camera[m], ~line) for k, m in NEXT)
 
 
 @kernel(line=BIVECTOR, plane=VECTOR, returns=VECTOR)
 def meet_line_plane(line, plane):
-    """The point in which a line meets a plane (n, d); 0 where the line is in the plane."""
+    """Compute the point in which a line meets a plane (n, d); 0 if the line lies in the plane."""
     return ga.left_contraction(plane, line)
 
 
 @kernel(a=BIVECTOR, b=BIVECTOR)
 def meet_lines(a, b):
-    """The outer product of two lines: 0 where they meet."""
+    """Compute the outer product of two lines, which is 0 if they meet."""
     return (a ^ b)["e1234"]
 
 
@@ -165,10 +168,10 @@ def _product(point, tensor, second, third):
 
 @kernel(first=CAMERA, second=CAMERA, third=CAMERA, returns=array(SCALAR, 3, 3, 3))
 def trifocal_tensor_from_cameras(first, second, third):
-    """The tensor T with ``x_i l'_j l''_k T_ijk = 0`` for a point x and lines l', l'' through its partners.
+    """Compute the tensor T with ``x_i l'_j l''_k T_ijk = 0`` for a point x and lines l', l'' through its partners.
 
     Entry (i, j, k) is the bracket of the two rows of the first camera other than i, in cyclic order, row j of the
-    second and row k of the third: whether a line of sight and two planes of sight meet.
+    second and row k of the third. It is 0 if a line of sight and two planes of sight meet.
     """
     sights = [first[k] ^ first[m] for k, m in NEXT]
     return tuple(tuple(tuple((sight ^ b ^ c)["e1234"] for c in third) for b in second) for sight in sights)
@@ -176,9 +179,9 @@ def trifocal_tensor_from_cameras(first, second, third):
 
 @kernel(first=CAMERA, second=CAMERA, third=CAMERA, fourth=CAMERA, returns=array(SCALAR, 3, 3, 3, 3))
 def quadrifocal_tensor_from_cameras(first, second, third, fourth):
-    """The tensor Q with ``l_i l'_j l''_k l'''_m Q_ijkm = 0`` for lines through images of the same point.
+    """Compute the tensor Q with ``l_i l'_j l''_k l'''_m Q_ijkm = 0`` for lines through images of the same point.
 
-    Entry (i, j, k, m) is the bracket of row i, j, k and m of the four cameras.
+    Entry (i, j, k, m) is the bracket of rows i, j, k and m of the four cameras.
     """
     lines, others = [[a ^ b for b in second] for a in first], [[c ^ d for d in fourth] for c in third]
     return tuple(
@@ -189,20 +192,23 @@ def quadrifocal_tensor_from_cameras(first, second, third, fourth):
 
 @kernel(tensor=array(SCALAR, 3, 3, 3), pixel=PIXEL, line=LINE, returns=array(SCALAR, 3))
 def transfer_point(tensor, pixel, line):
-    """The homogeneous image in the third view of a pixel of the first and a line of the second through its partner."""
+    """Compute the homogeneous image in the third view from a pixel of the first and a line of the second.
+
+    The line passes through the partner of the pixel.
+    """
     x = (*pixel, 1)
     return tuple(sum(x[i] * line[j] * tensor[i][j][k] for i in range(3) for j in range(3)) for k in range(3))
 
 
 @kernel(tensor=array(SCALAR, 3, 3, 3), second=LINE, third=LINE, returns=LINE)
 def transfer_line(tensor, second, third):
-    """The line of the first view of a line of space whose images in the second and third are given."""
+    """Compute the line in the first view of a line of space from its images in the second and third view."""
     return tuple(sum(second[j] * third[k] * tensor[i][j][k] for j in range(3) for k in range(3)) for i in range(3))
 
 
 @kernel(tensor=array(SCALAR, 3, 3, 3, 3), first=LINE, second=LINE, third=LINE, returns=array(SCALAR, 3))
 def transfer_lines(tensor, first, second, third):
-    """The homogeneous image in the fourth view of the point in which three planes of sight meet."""
+    """Compute the homogeneous image in the fourth view of the point in which three planes of sight meet."""
     pairs = [[first[i] * second[j] for j in range(3)] for i in range(3)]
     inner = [
         [sum(pairs[i][j] * tensor[i][j][k][m] for i in range(3) for j in range(3)) for m in range(3)] for k in range(3)
@@ -215,13 +221,13 @@ def transfer_lines(tensor, first, second, third):
 
 @kernel(pixel=PIXEL, partner=PIXEL, returns=array(SCALAR, 9))
 def epipolar_equation(pixel, partner):
-    """The coefficients of the entries of F, row after row, in ``x' F x``."""
+    """Compute the coefficients of the entries of F, row by row, in ``x' F x``."""
     return tuple(b * a for b in (*partner, 1) for a in (*pixel, 1))
 
 
 @kernel(fundamental=MATRIX, pixel=PIXEL, partner=PIXEL, returns=MATRIX)
 def sampson_distance_gradient(fundamental, pixel, partner):
-    """The derivatives of `sampson_distance` by the entries of F."""
+    """Compute the derivatives of `sampson_distance` with respect to the entries of F."""
     x, y = (*pixel, 1), (*partner, 1)
     line = _epipolar_line(fundamental, pixel)
     back = _epipolar_line(tuple(zip(*fundamental, strict=True)), partner)
@@ -236,7 +242,7 @@ def sampson_distance_gradient(fundamental, pixel, partner):
 
 @kernel(fundamental=MATRIX, epipole=array(SCALAR, 3), pixel=PIXEL, partner=PIXEL)
 def depth_ratio(fundamental, epipole, pixel, partner):
-    """The projective depth of a partner by that of its pixel, up to one number for all points of both views.
+    """Compute the projective depth of a partner divided by that of its pixel, up to a factor common to all points.
 
     With the epipole e of the second view it is ``(e x x') . F x / (e x x')**2``.
     """
@@ -248,9 +254,9 @@ def depth_ratio(fundamental, epipole, pixel, partner):
 
 @kernel(place=PLACE, returns=array(SCALAR, 2, 6))
 def image_derivative(place):
-    """How the image (x/z, y/z) of a point in the camera's frame turns and shifts with it.
+    """Compute the derivatives of the image (x/z, y/z) of a point in the camera's frame.
 
-    The first three columns are by a small rotation vector, the last three by a translation of the point.
+    The first three columns are with respect to a small rotation vector, the last three to a translation of the point.
     """
     x, y, z = place
     w = 1 / z
@@ -262,13 +268,13 @@ def image_derivative(place):
 
 
 _EDGES = ((0, (1, 2)), (1, (0, 2)), (2, (0, 1)))
-"""Each coordinate by the fourth is a cross-ratio about the edge of the two others."""
+"""Each coordinate divided by the fourth is a cross-ratio about the edge of the two others."""
 
 
 def _ratios(value):
-    """Coordinate k over coordinate 3 of point 5 in the frame of points 0 to 4, by brackets ``value(i, j, k, m)``.
+    """Yield coordinate k over coordinate 3 of point 5 in the frame of points 0 to 4, by brackets ``value(i, j, k, m)``.
 
-    The brackets are split in pairs so that each pair occurs above and below.
+    The brackets are split in pairs so that each pair occurs in the numerator and in the denominator.
     """
     for a, (p, q) in _EDGES:
         above = value(5, p, q, 3) * value(a, q, p, 4)
@@ -277,7 +283,7 @@ def _ratios(value):
 
 @kernel(points=array(VECTOR, 6), returns=array(SCALAR, 3))
 def invariants_of_points(points):
-    """Three projective invariants of six points: the last one's coordinates in the frame of the first five.
+    """Compute three projective invariants of six points: the last one's coordinates in the frame of the first five.
 
     Each is a cross-ratio of four planes about an edge of the tetrahedron of the first four points.
     """
@@ -293,7 +299,7 @@ def invariants_of_points(points):
 
 @kernel(points=array(VECTOR, 6))
 def cross_ratio_of_planes(points):
-    """The cross-ratio {2, 3; 4, 5} of the planes through points 0 and 1, and one of the other four points each."""
+    """Compute the cross-ratio {2, 3; 4, 5} of the planes through points 0 and 1 and each of the other four points."""
     axis = points[0] ^ points[1]
 
     def bracket_of(i, j):
@@ -307,7 +313,7 @@ def _cross(a, b):
 
 
 def _joins(pixels):
-    """The line of two of several image points, computed once."""
+    """Return a function that computes the line through two of several image points, each once."""
     found = {}
 
     def line(i, j):
@@ -319,7 +325,7 @@ def _joins(pixels):
 
 
 def _crossings(line):
-    """The point in which two joins cross, computed once."""
+    """Return a function that computes the point in which two joins cross, each once."""
     found = {}
 
     def point(*pairs):
@@ -332,7 +338,7 @@ def _crossings(line):
 
 @kernel(fundamental=MATRIX, pixels=array(SCALAR, 6, 2), partners=array(SCALAR, 6, 2), returns=array(SCALAR, 3))
 def invariants_of_two_views(fundamental, pixels, partners):
-    """`invariants_of_points` from two views with fundamental matrix F.
+    """Compute `invariants_of_points` from two views with fundamental matrix F.
 
     A bracket [ijkm] is, up to brackets of the centres with i, j and with k, m, the form ``x' F x`` of the points in
     which the joins of i, j and of k, m cross; the factors cancel.
@@ -356,10 +362,10 @@ def invariants_of_two_views(fundamental, pixels, partners):
     returns=array(SCALAR, 3),
 )
 def invariants_of_three_views(tensor, second, third, pixels, partners, others):
-    """`invariants_of_points` from three views with trifocal tensor T.
+    """Compute `invariants_of_points` from three views with trifocal tensor T.
 
-    `second` and `third` are the images there of the first centre: brackets of them with the joins take the place that
-    those of the centres have.
+    `second` and `third` are the images of the first centre in these views: their brackets with the joins replace the
+    brackets of the centres.
     """
     one, two, three = _crossings(_joins(pixels)), _joins(partners), _joins(others)
 

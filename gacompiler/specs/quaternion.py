@@ -104,9 +104,7 @@ def from_rotation_vector(v):
 
 @kernel(q=UNIT_QUATERNION)
 def to_rotation_vector(q):
-    """Compute the rotation vector of a unit quaternion, axis times angle in [0, pi]; the sign is ambiguous at half
-    turns.
-    """
+    """Compute the rotation vector of a unit quaternion, axis times angle in [0, pi]; ambiguous at half turns."""
     return -2 * ga.dual(ga.log(q))
 
 
@@ -146,10 +144,10 @@ def exponential(q):
 
 @kernel(q=QUATERNION, returns=QUATERNION)
 def logarithm(q):
-    """Compute the principal logarithm of a nonzero quaternion: ``log |q|`` plus the angle in [0, pi] along its vector
-    part.
+    """Compute the principal logarithm of a nonzero quaternion.
 
-    A negative number has no vector part; its angle pi is taken along i.
+    It is ``log |q|`` plus the angle in [0, pi] along the vector part. A negative number has no vector part; its angle
+    pi is taken along i.
     """
     return ga.log(q, along=UNIT_I)
 
@@ -168,8 +166,9 @@ def power(q, t):
 
 @kernel(p=UNIT_QUATERNION, q=UNIT_QUATERNION, t=SCALAR, returns=UNIT_QUATERNION)
 def slerp(p, q, t):
-    """Interpolate between the rotations `p` (``t = 0``) and `q` or `-q` (``t = 1``), at constant speed by the smaller
-    angle.
+    """Interpolate between the rotations `p` (``t = 0``) and `q` or `-q` (``t = 1``) at constant speed.
+
+    The rotation from one to the other is by the smaller angle.
     """
     return ga.interpolate(p, q, t)
 

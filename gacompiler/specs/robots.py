@@ -1,21 +1,21 @@
 """Kinematics and dynamics of any robot: loops over the table of its joints, in link frames and in the base frame.
 
-A robot is a tree of joints in an order in which parents come first. The frame of a joint lies in its link, with the
-origin on the joint's axis; where all variables are 0, it is parallel to the base frame. At position x of the joint its
+A robot is a tree of joints, ordered so that parents come first. The frame of a joint is fixed to its link, with the
+origin on the joint's axis; if all variables are 0, it is parallel to the base frame. At position x of the joint its
 pose in the frame of the parent is the translator of `place` times ``exp(-x / 2 axis)``: the axis of a revolute joint is
-a line through the origin, that of a prismatic one a line at infinity, and both are the joint's twist at unit speed.
-Twists are lines, and so are momenta and wrenches; ``twist & wrench`` is a power.
+a line through the origin, that of a prismatic joint a line at infinity, and both are the joint's twist at unit speed.
+Twists, momenta and wrenches are lines; ``twist & wrench`` is a power.
 
-Tables, all shared by the configurations of a batch:
+Tables, shared by all configurations of a batch:
 
     parents     the joint that carries each joint, -1 for the base
-    variables   the variable that each joint follows: ``x = ratio q[variable] + offset``
+    variables   the variable of each joint: ``x = ratio q[variable] + offset``
     ratios, offsets
-    places      the origin of the frame in that of the parent where x is 0
+    places      the origin of the frame in that of the parent at x = 0
     screws      the twist of the joint at unit speed in its own frame
     turns       1 for a revolute joint, 0 for a prismatic one
     inertias    mass, mass times centre, and the tensor about the frame's origin, xx xy xz yy yz zz, in the link's frame
-    armature    inertia of the rotor of the motor, seen at the joint
+    armature    inertia of the motor's rotor, reflected to the joint
 """
 
 from fractions import Fraction
@@ -55,18 +55,18 @@ BODIES = array(SCALAR, "n", 10, shared=True)
 
 _NO_LINE = PGA3.multivector({})
 NO_INERTIA = Fraction(1, 2**44)
-"""The part of an inertia's terms that may be left by rounding, 6e-14."""
+"""The relative size of rounding errors in the terms of an inertia, 6e-14."""
 
 
 class Pose(NamedTuple):
-    """A frame in another one: its rotor, and the coordinates of its origin."""
+    """A frame relative to another: its rotor, and the coordinates of its origin."""
 
     rotor: Any
     place: Any
 
 
 class Motion(NamedTuple):
-    """How a link moves, in its own frame: its twist, and the rate of that."""
+    """The motion of a link in its own frame: its twist, and the twist's rate of change."""
 
     twist: Any
     rate: Any
@@ -105,30 +105,30 @@ def _minus(a, b):
 
 
 def _rotated(rotor, vector):
-    """A vector, rotated."""
+    """Rotate a vector."""
     return _direction(sandwich(rotor, _line(vector, (0, 0, 0))))
 
 
 def to_parent(pose, line):
-    """A line of a frame in that of the parent."""
+    """Transform a line from a frame to the frame of the parent."""
     turned = sandwich(pose.rotor, line)
     direction = _direction(turned)
     return _line(direction, _plus(_moment(turned), _cross(pose.place, direction)))
 
 
 def _to_child(pose, line):
-    """A line of the parent's frame in this one."""
+    """Transform a line from the parent's frame to this one."""
     direction = _direction(line)
     return sandwich(~pose.rotor, _line(direction, _minus(_moment(line), _cross(pose.place, direction))))
 
 
 def _after(pose, own):
-    """The pose of a frame in the base, from that of its parent in the base and its own in the parent."""
+    """Compose the pose of the parent in the base frame with the pose of a frame in the parent."""
     return Pose(pose.rotor * own.rotor, _plus(pose.place, _rotated(pose.rotor, own.place)))
 
 
 def _motor(pose):
-    """The motor of a pose: its translation after its rotation."""
+    """Convert a pose to a motor: its translation after its rotation."""
     x, y, z = pose.place
     return assemble(PGA3, {"1": 1, "e01": -x / 2, "e02": -y / 2, "e03": -z / 2}) * pose.rotor
 
@@ -137,7 +137,7 @@ def _motor(pose):
 
 
 def _pose(q, ratio, offset, place, screw, turn):
-    """The pose of a joint's frame in that of its parent."""
+    """Compute the pose of a joint's frame in that of its parent."""
     x = ratio * q + offset
     half = turn * x / 2
     axis = _line(_direction(screw), (0, 0, 0))
@@ -145,7 +145,7 @@ def _pose(q, ratio, offset, place, screw, turn):
 
 
 def momentum_of(inertia, twist):
-    """The momentum of a body that moves with a twist, a line like a wrench."""
+    """Compute the momentum of a body from its inertia and twist, a line like a wrench."""
     mass, hx, hy, hz, xx, xy, xz, yy, yz, zz = inertia
     h, w, v = (hx, hy, hz), _direction(twist), _moment(twist)
     force = _plus(tuple(mass * x for x in v), _cross(w, h))
@@ -154,20 +154,20 @@ def momentum_of(inertia, twist):
 
 
 def _first_moment(inertia, pose):
-    """Mass, and mass times centre in the frame that the pose is in."""
+    """Compute the mass, and the mass times the centre in the reference frame of the pose."""
     mass, *h = inertia[:4]
     return mass, _plus(_rotated(pose.rotor, h), tuple(mass * x for x in pose.place))
 
 
 def placed(inertia, pose):
-    """An inertia about the origin of a frame, as one about the origin of the frame that the pose is in."""
+    """Transform an inertia about the origin of a frame to the origin of the reference frame of the pose."""
     mass, hx, hy, hz, xx, xy, xz, yy, yz, zz = inertia
     columns = [_rotated(pose.rotor, axis) for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
     rows = list(zip(*columns, strict=True))
     h = tuple(_dot(row, (hx, hy, hz)) for row in rows)
     half = [[_dot(row, column) for row in rows] for column in ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))]
     p, moved = pose.place, _plus(h, tuple(mass * x for x in pose.place))
-    # About the new origin: |p|^2 E - p p^T for the mass, and the same for the mixed terms of p and h.
+    # About the new origin: |p|^2 E - p p^T for the mass, and likewise for the mixed terms of p and h.
     middle = tuple((x + y) / 2 for x, y in zip(h, moved, strict=True))
     trace = 2 * _dot(p, middle)
 
@@ -189,22 +189,22 @@ JOINTS = {
 
 
 def own_poses(q, variables, ratios, offsets, places, screws, turns):
-    """The pose of each joint's frame in that of its parent."""
+    """Compute the pose of each joint's frame in that of its parent."""
     return each(_pose, gather(q, variables), ratios, offsets, places, screws, turns)
 
 
 def _in_base(own, parents):
-    """The poses of the joints' frames in the base frame, from those in the frames of their parents."""
+    """Compute the poses of the joints' frames in the base frame from those in the frames of their parents."""
     return scan(_after, Pose(1, (0, 0, 0)), own, parents=parents)
 
 
 def _upwards(gravity):
-    """The rate of the twist of the base: gravity counts as an acceleration upwards."""
+    """Return the rate of change of the base's twist: gravity is treated as an upward acceleration."""
     return _line((0, 0, 0), tuple(-g for g in gravity))
 
 
 def _motions(own, parents, screws, speeds, rates, ratios, gravity):
-    """The motions of the links, each in its own frame."""
+    """Compute the motions of the links, each in its own frame."""
 
     def outward(carrier, pose, axis, speed, rate, ratio):
         own_twist = ratio * speed * axis
@@ -215,13 +215,13 @@ def _motions(own, parents, screws, speeds, rates, ratios, gravity):
 
 
 def _inertial_wrench(inertia, motion):
-    """The wrench that a body needs to move so: the rate of its momentum."""
+    """Compute the wrench required for a motion of a body: the rate of change of its momentum."""
     return momentum_of(inertia, motion.rate) + commutator(momentum_of(inertia, motion.twist), motion.twist)
 
 
 @kernel(q=VALUES, parents=PARENTS, **JOINTS, home_rotors=ROTORS, home_places=VECTORS, returns=array(MOTOR, "n"))
 def forward_all(q, parents, variables, ratios, offsets, places, screws, turns, home_rotors, home_places):
-    """The motors of frames that the links carry, in the base frame.
+    """Compute the motors of frames carried by the links, in the base frame.
 
     `home_rotors` and `home_places` are their poses in the frames of the joints.
     """
@@ -233,10 +233,10 @@ def forward_all(q, parents, variables, ratios, offsets, places, screws, turns, h
 
 @kernel(q=VALUES, **JOINTS, tool=MOTOR)
 def forward(q, variables, ratios, offsets, places, screws, turns, tool):
-    """The motor of the end effector in the base frame.
+    """Compute the motor of the end effector in the base frame.
 
-    The tables are those of the joints from the base to the end effector, and `tool` is the motor of the end effector in
-    the frame of the last one.
+    The tables contain the joints from the base to the end effector, and `tool` is the motor of the end effector in the
+    frame of the last joint.
     """
 
     def after(pose, *joint):
@@ -248,10 +248,10 @@ def forward(q, variables, ratios, offsets, places, screws, turns, tool):
 
 @kernel(q=VALUES, **JOINTS, tip=VECTOR, returns=array(SCALAR, "m", 6))
 def jacobian(q, variables, ratios, offsets, places, screws, turns, tip):
-    """Angular and linear velocities of the end effector for unit rates of the variables.
+    """Compute the angular and linear velocities of the end effector for unit rates of the variables.
 
-    The tables are those of the joints from the base to the end effector, and `tip` is the origin of the end effector in
-    the frame of the last one.
+    The tables contain the joints from the base to the end effector, and `tip` is the origin of the end effector in the
+    frame of the last joint.
     """
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = scan(_after, Pose(1, (0, 0, 0)), own)
@@ -269,7 +269,7 @@ def jacobian(q, variables, ratios, offsets, places, screws, turns, tip):
 
 @kernel(q=VALUES, **JOINTS, tip=VECTOR, qd=VALUES, returns=array(SCALAR, "m", 6))
 def jacobian_rate(q, variables, ratios, offsets, places, screws, turns, tip, qd):
-    """The rate of change of `jacobian` while the variables change at the rates `qd`."""
+    """Compute the time derivative of `jacobian` for the rates `qd` of the variables."""
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = scan(_after, Pose(1, (0, 0, 0)), own)
     last = fold(lambda _, pose: pose, Pose(1, (0, 0, 0)), poses)
@@ -295,7 +295,7 @@ def jacobian_rate(q, variables, ratios, offsets, places, screws, turns, tip, qd)
 
 @kernel(q=VALUES, parents=PARENTS, **JOINTS, returns=array(LINE, "n"))
 def twists_of_joints(q, parents, variables, ratios, offsets, places, screws, turns):
-    """The twists of the joints at unit speed, as lines in the base frame."""
+    """Compute the twists of the joints at unit speed, as lines in the base frame."""
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = _in_base(own, parents)
     return each(to_parent, poses, screws)
@@ -310,11 +310,11 @@ def mass_matrix(
     q, parents, variables, ratios, offsets, places, screws, turns, inertias,
     lower, upper, rows, columns, mirrored, factors, armature,
 ):  # fmt: skip
-    """The matrix of the kinetic energy, by composite bodies (Walker and Orin 1982).
+    """Compute the joint-space mass matrix by the composite rigid body algorithm (Walker and Orin 1982).
 
-    The last seven tables list pairs of a joint `lower` and a joint `upper` that carries it or is it: the variables
-    `rows` of the lower one and `columns` of the upper one; `mirrored`, which is `rows` again, or -1 where the joints
-    are the same; the product of the ratios of both joints, and the inertia of the rotor where they are the same.
+    The last seven tables list pairs of a joint `lower` and a joint `upper` that carries it or is the same joint: the
+    variables `rows` of the lower joint and `columns` of the upper joint; `mirrored`, which equals `rows`, or -1 if the
+    joints are the same; the product of the ratios of both joints; and the rotor inertia if the joints are the same.
     """
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = _in_base(own, parents)
@@ -333,9 +333,9 @@ def mass_matrix(
 def forward_dynamics(
     q, parents, variables, ratios, offsets, places, screws, turns, qd, tau, inertias, armature, gravity
 ):
-    """The accelerations under forces of the joints, by articulated bodies (Featherstone 1983).
+    """Compute the joint accelerations from joint forces by the articulated body algorithm (Featherstone 1983).
 
-    Each joint has a variable of its own. NaN where a joint moves nothing that has inertia.
+    Each joint must have its own variable. The result is NaN if a joint moves no inertia.
     """
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = _in_base(own, parents)
@@ -346,12 +346,12 @@ def forward_dynamics(
     def inward(carried, pose, body, axis, twist, speed, force, ratio, rotor):
         outer, wrench = carried
         own_body = placed(body, pose)
-        felt = _felt(outer, own_body, axis, rotor)
+        apparent = _apparent(outer, own_body, axis, rotor)
         wrench = wrench + commutator(momentum_of(own_body, twist), twist)
         rest = force / ratio - (axis & wrench)
         drag = speed * commutator(axis, twist)
-        passed = wrench + _articulated(felt.left.inertia, drag) + (rest * felt.size) * felt.momentum
-        return (felt.left, passed), (felt.momentum, felt.size, rest, drag)
+        passed = wrench + _articulated(apparent.left.inertia, drag) + (rest * apparent.size) * apparent.momentum
+        return (apparent.left, passed), (apparent.momentum, apparent.size, rest, drag)
 
     joints = (poses, inertias, axes, twists, speeds, gather(tau, variables), ratios, armature)
     _, (momenta, sizes, rests, drags) = accumulate(inward, (_NOTHING, _NO_LINE), *joints, parents=parents, keep=True)
@@ -368,15 +368,15 @@ def forward_dynamics(
 
 
 class Articulated(NamedTuple):
-    """A body and all that it carries on free joints: its inertia, and the sizes of the terms that were summed."""
+    """Articulated inertia of a body and its freely moving descendants, with the sizes of the terms that were summed."""
 
     inertia: Any
     mass: Any
     spread: Any
 
 
-class Felt(NamedTuple):
-    """What is felt at a joint: the momentum of unit speed, the inverse of its inertia, and what is left without it."""
+class Apparent(NamedTuple):
+    """Apparent inertia at a joint: momentum at unit speed, inverse inertia, and the remaining articulated body."""
 
     momentum: Any
     size: Any
@@ -386,22 +386,22 @@ class Felt(NamedTuple):
 _NOTHING = Articulated((0,) * 21, 0, 0)
 
 
-def _felt(carried, body, axis, rotor):
-    """What is felt at a joint that carries a body, with what the body carries."""
+def _apparent(carried, body, axis, rotor):
+    """Compute the apparent inertia at a joint that carries a body and its descendants."""
     inertia = _plus(carried.inertia, _as_matrices(body))
     momentum = _articulated(inertia, axis)
-    felt = (axis & momentum) + rotor
-    # What is felt at the joint is a sum that may cancel. Where it is no more than rounding of its terms, or NaN, `size`
-    # is 0 / 0.
+    apparent = (axis & momentum) + rotor
+    # The apparent inertia at the joint is a sum that may cancel. If it is not larger than the rounding errors of its
+    # terms, or NaN, `size` is 0 / 0.
     mass, spread = carried.mass + body[0], carried.spread + body[4] + body[7] + body[9]
     w, v = _direction(axis), _moment(axis)
-    moves = absolute(felt) > NO_INERTIA * absolute(spread * _dot(w, w) + mass * _dot(v, v) + rotor)
-    size = select(moves, 1, 0) / select(moves, felt, 0)
-    return Felt(momentum, size, Articulated(_without(inertia, momentum, size), mass, spread))
+    moves = absolute(apparent) > NO_INERTIA * absolute(spread * _dot(w, w) + mass * _dot(v, v) + rotor)
+    size = select(moves, 1, 0) / select(moves, apparent, 0)
+    return Apparent(momentum, size, Articulated(_without(inertia, momentum, size), mass, spread))
 
 
 def _as_matrices(inertia):
-    """An inertia as the blocks of its symmetric matrix on twists: angular 6, mixed 9, linear 6."""
+    """Return an inertia as the blocks of its symmetric matrix on twists: angular 6, mixed 9, linear 6."""
     mass, hx, hy, hz, xx, xy, xz, yy, yz, zz = inertia
     return (xx, xy, xz, yy, yz, zz, 0, -hz, hy, hz, 0, -hx, -hy, hx, 0, mass, 0, 0, mass, 0, mass)
 
@@ -412,7 +412,7 @@ def _symmetric(numbers):
 
 
 def _articulated(inertia, twist):
-    """The momentum of an articulated body."""
+    """Compute the momentum of an articulated body."""
     angular, mixed, linear = _symmetric(inertia[:6]), inertia[6:15], _symmetric(inertia[15:])
     rows = mixed[:3], mixed[3:6], mixed[6:]
     w, v = _direction(twist), _moment(twist)
@@ -422,7 +422,7 @@ def _articulated(inertia, twist):
 
 
 def _without(inertia, momentum, size):
-    """An articulated inertia less the square of a momentum: what is felt through a joint that moves freely."""
+    """Subtract a momentum's square from an articulated inertia: the apparent inertia across a free joint."""
     f, m = _direction(momentum), _moment(momentum)
     sf, sm = tuple(size * x for x in f), tuple(size * x for x in m)
     pairs = [(i, j) for i in range(3) for j in range(i, 3)]
@@ -445,28 +445,28 @@ def inverse_mass_matrix(
     q, parents, variables, ratios, offsets, places, screws, turns, inertias, armature,
     below, carriers, is_own, before, joints, pairs, is_carrier, factors, rows, columns, mirrored,
 ):  # fmt: skip
-    """The inverse of `mass_matrix`, by articulated bodies: accelerations under a unit force of each joint.
+    """Compute the inverse of `mass_matrix` by articulated bodies: accelerations under a unit force of each joint.
 
-    Each joint has a variable of its own. NaN for the tree of a joint that moves nothing that has inertia.
+    Each joint must have its own variable. The result is NaN for the tree of a joint that moves no inertia.
 
-    The three tables over p list each pair of a pushed joint and of a joint that carries it or is it: the pair before,
-    whose joint is carried by this one (-1 if the joint is the pushed one), the joint, and whether it is the pushed one.
-    The first pair is joint 0 with itself. The others, over r, list each pair of a pushed joint and of a moved joint of
-    the same tree that does not come after it: the pair of the moved joint's parent, or -1; the moved joint; the pair
-    over p of the same joints, where the moved one carries the pushed one (`is_carrier` is 1), else any; the inverse of
-    the product of their ratios; the variables of the moved and of the pushed joint; and `mirrored`, which is `columns`
-    again, or -1 where the joints are the same.
+    The three tables over p list each pair of a pushed joint and a joint that carries it or is the same joint: the
+    preceding pair, whose joint is carried by this one (-1 if the joint is the pushed one), the joint, and whether it is
+    the pushed one. The first pair is joint 0 with itself. The other tables, over r, list each pair of a pushed joint
+    and a moved joint of the same tree that does not come after it: the pair of the moved joint's parent, or -1; the
+    moved joint; the pair over p of the same joints if the moved joint carries the pushed one (`is_carrier` is 1),
+    otherwise any pair; the inverse of the product of their ratios; the variables of the moved and of the pushed joint;
+    and `mirrored`, which equals `columns`, or -1 if the joints are the same.
     """
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = _in_base(own, parents)
     axes = each(to_parent, poses, screws)
 
     def inward(carried, pose, body, axis, rotor):
-        felt = _felt(carried, placed(body, pose), axis, rotor)
-        return felt.left, (felt.momentum, felt.size)
+        apparent = _apparent(carried, placed(body, pose), axis, rotor)
+        return apparent.left, (apparent.momentum, apparent.size)
 
-    felt = accumulate(inward, _NOTHING, poses, inertias, axes, armature, parents=parents, keep=True)
-    momenta, sizes = felt[1]
+    apparent = accumulate(inward, _NOTHING, poses, inertias, axes, armature, parents=parents, keep=True)
+    momenta, sizes = apparent[1]
 
     def push(carried, axis, momentum, size, is_pushed):
         wrench, _ = carried
@@ -491,7 +491,10 @@ def inverse_mass_matrix(
 def inverse_dynamics(
     q, parents, variables, ratios, offsets, places, screws, turns, qd, qdd, inertias, armature, gravity
 ):
-    """The forces and torques of the joints that give accelerations, by Newton and Euler (Luh, Walker and Paul 1980)."""
+    """Compute the joint forces for given accelerations by Newton-Euler recursion (Luh, Walker and Paul 1980).
+
+    The forces of revolute joints are torques.
+    """
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
 
     def inward(carried, motion, pose, inertia, axis):
@@ -509,7 +512,7 @@ def inverse_dynamics(
 
 @kernel(q=VALUES, parents=PARENTS, **JOINTS, inertias=BODIES, gravity=VECTOR)
 def gravity_forces(q, parents, variables, ratios, offsets, places, screws, turns, inertias, gravity):
-    """The forces and torques of the joints that hold the robot still."""
+    """Compute the joint forces and torques that hold the robot at rest."""
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = _in_base(own, parents)
 
@@ -528,7 +531,7 @@ def gravity_forces(q, parents, variables, ratios, offsets, places, screws, turns
 
 @kernel(q=VALUES, parents=PARENTS, **JOINTS, qd=VALUES, inertias=BODIES, armature=NUMBERS)
 def kinetic_energy(q, parents, variables, ratios, offsets, places, screws, turns, qd, inertias, armature):
-    """The energy of motion, that of the motors' rotors included."""
+    """Compute the kinetic energy, including that of the motors' rotors."""
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
 
     def outward(carrier, pose, axis, speed, ratio):
@@ -545,7 +548,7 @@ def kinetic_energy(q, parents, variables, ratios, offsets, places, screws, turns
 
 @kernel(q=VALUES, parents=PARENTS, **JOINTS, inertias=BODIES, gravity=VECTOR)
 def potential_energy(q, parents, variables, ratios, offsets, places, screws, turns, inertias, gravity):
-    """The energy of height, which is 0 where all centres of mass are at the origin."""
+    """Compute the potential energy, which is 0 if all centres of mass are at the origin."""
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = _in_base(own, parents)
     return total(lambda inertia, pose: -_dot(gravity, _first_moment(inertia, pose)[1]), inertias, poses)
@@ -553,7 +556,7 @@ def potential_energy(q, parents, variables, ratios, offsets, places, screws, tur
 
 @kernel(q=VALUES, parents=PARENTS, **JOINTS, inertias=BODIES)
 def centre_of_mass(q, parents, variables, ratios, offsets, places, screws, turns, inertias):
-    """The mass of what moves, and its centre of mass in the base frame."""
+    """Compute the mass of the moving links and their centre of mass in the base frame."""
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = _in_base(own, parents)
 
@@ -565,9 +568,9 @@ def centre_of_mass(q, parents, variables, ratios, offsets, places, screws, turns
 
 @kernel(q=VALUES, parents=PARENTS, **JOINTS, inertias=BODIES, returns=(array(SCALAR, "m", 6), VECTOR))
 def centroidal_momentum_matrix(q, parents, variables, ratios, offsets, places, screws, turns, inertias):
-    """Momenta about the centre of mass for unit rates of the variables, and the centre of mass.
+    """Compute the momenta about the centre of mass for unit rates of the variables, and the centre of mass.
 
-    A row is an angular momentum about the centre of mass, then a linear momentum.
+    A row contains an angular momentum about the centre of mass, then a linear momentum.
     """
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = _in_base(own, parents)
@@ -585,11 +588,11 @@ def centroidal_momentum_matrix(q, parents, variables, ratios, offsets, places, s
     return scatter(each(column, composite, poses, screws, ratios), variables, q), centre
 
 
-# Derivatives of the forces.
+# Derivatives of the joint forces.
 
 
 class Change(NamedTuple):
-    """How a link moves, and how its joint's axis does, in the base frame."""
+    """The motion of a link and of its joint's axis, in the base frame."""
 
     twist: Any
     rate: Any
@@ -598,7 +601,7 @@ class Change(NamedTuple):
 
 
 class Composite(NamedTuple):
-    """Sums over what a joint carries: inertia, angular map of the Coriolis terms, linear momentum, wrench."""
+    """Sums over the bodies that a joint carries: inertia, angular Coriolis map, linear momentum, wrench."""
 
     inertia: Any
     turning: Any
@@ -607,7 +610,7 @@ class Composite(NamedTuple):
 
 
 class Covectors(NamedTuple):
-    """What the axes of other joints are joined with, for derivatives of the forces."""
+    """The covectors that are joined with the axes of other joints to obtain derivatives of the forces."""
 
     of_carriers: Any
     momentum: Any
@@ -616,7 +619,7 @@ class Covectors(NamedTuple):
 
 
 class Entries(NamedTuple):
-    """What a pair of joints has in the matrices: the upper joint's row (above), and the lower joint's (below)."""
+    """The matrix entries of a pair of joints: in the upper joint's row (above) and in the lower joint's (below)."""
 
     above_by_q: Any
     below_by_q: Any
@@ -640,13 +643,14 @@ def inverse_dynamics_derivatives(
     q, parents, variables, ratios, offsets, places, screws, turns, qd, qdd, inertias, gravity,
     lower, upper, lower_variables, upper_variables, is_strict,
 ):  # fmt: skip
-    """Derivatives of the forces of the joints by the variables and by their rates, two matrices.
+    """Compute the derivatives of the joint forces with respect to the variables and to their rates, two matrices.
 
-    The last five tables list pairs of a joint `lower` and a joint `upper` that carries it or is it: their variables,
-    and whether the joints are different, 1 or 0. Armatures are left out, since they do not depend on either.
+    The last five tables list pairs of a joint `lower` and a joint `upper` that carries it or is the same joint: their
+    variables, and 1 if the joints are different, otherwise 0. Armatures are omitted, since their forces depend on
+    neither.
 
-    Formulas of Singh, Russo and Wensing (*IEEE Robotics and Autom. Letters* 7:1635, 2022), whose Coriolis map of a body
-    has an angular part only: ``B w = (2 w x P, N w)``.
+    The formulas are those of Singh, Russo and Wensing (*IEEE Robotics and Autom. Letters* 7:1635, 2022), whose Coriolis
+    map of a body has an angular part only: ``B w = (2 w x P, N w)``.
     """
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = _in_base(own, parents)
@@ -722,7 +726,7 @@ def coriolis_matrix(
     q, parents, variables, ratios, offsets, places, screws, turns, qd, inertias,
     lower, upper, lower_variables, upper_variables, is_strict,
 ):  # fmt: skip
-    """The matrix of Christoffel's symbols, half the derivative of the Coriolis forces by the rates.
+    """Compute the Coriolis matrix of Christoffel symbols: half the derivative of the Coriolis forces by the rates.
 
     The last five tables are those of `inverse_dynamics_derivatives`.
     """
@@ -768,21 +772,21 @@ def coriolis_matrix(
 
 
 def _coriolis(turning, p, twist):
-    """Twice the Coriolis map of bodies on a twist, a wrench."""
+    """Return twice the Coriolis map of bodies applied to a twist, a wrench."""
     w = _direction(twist)
     rows = turning[:3], turning[3:6], turning[6:]
     return _line(tuple(2 * x for x in _cross(w, p)), tuple(_dot(row, w) for row in rows))
 
 
 def _coriolis_transposed(turning, p, twist):
-    """The transposed map; only its angular part, with which angular velocities are multiplied."""
+    """Return the transposed map; only the angular part, which multiplies angular velocities."""
     columns = turning[::3], turning[1::3], turning[2::3]
     w, v = _direction(twist), _moment(twist)
     return _plus(tuple(_dot(column, w) for column in columns), tuple(2 * x for x in _cross(p, v)))
 
 
 def _turning(inertia, twist):
-    """The angular part of the Coriolis map of a body, a matrix: ``w -> -2 W x (S w) - 2 h x (V x w)``.
+    """Return the angular part of the Coriolis map of a body, a matrix: ``w -> -2 W x (S w) - 2 h x (V x w)``.
 
     S are the second moments, and W and V the angular and linear parts of the body's twist.
     """
@@ -808,9 +812,9 @@ def _turning(inertia, twist):
 def torque_regressor(
     q, parents, variables, ratios, offsets, places, screws, turns, qd, qdd, gravity, lower, upper, upper_variables
 ):
-    """The matrix that gives the forces of the joints from the inertias: ``tau = sum(regressor * inertias)``.
+    """Compute the regressor of the joint forces, ``tau = sum(regressor * inertias)``.
 
-    Inertias are those of the table, ten numbers a joint; forces of armatures are left out.
+    The inertias are those of the table, ten numbers per joint; forces of armatures are omitted.
     """
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = _in_base(own, parents)
@@ -819,7 +823,7 @@ def torque_regressor(
     motions = _motions(own, parents, screws, gather(qd, variables), gather(qdd, variables), ratios, gravity)
 
     def entry(axis, pose, motion, ratio):
-        # The wrench is linear in the inertia; its power on the axis, seen in the link's frame.
+        # The wrench is linear in the inertia; this is its power on the axis, in the link's frame.
         seen = _to_child(pose, axis)
         units = [tuple(int(k == i) for i in range(10)) for k in range(10)]
         return tuple(ratio * (seen & _inertial_wrench(unit, motion)) for unit in units)

@@ -1,9 +1,10 @@
 """Spacetime algebra G(1,3): vectors, fields and Lorentz transformations, with ``g0**2 = 1`` and ``c = 1``.
 
-A bivector ``E1 g10 + E2 g20 + E3 g30 - B3 g12 + B2 g13 - B1 g23`` is the electromagnetic field ``E + I B``, with
-``I = g0123`` and the relative vectors ``gk g0`` of the observer g0. A rotor acts on everything by ``r x ~r``:
-``exp(rapidity/2 gk0)`` boosts g0 along gk, and ``exp(angle/2 g12)`` turns g1 towards g2. ``r s`` does ``s`` first, and
-``r`` and ``-r`` are the same transformation. Angles are in radians, velocities are fractions of the speed of light.
+A bivector ``E1 g10 + E2 g20 + E3 g30 - B3 g12 + B2 g13 - B1 g23`` is the electromagnetic field ``E + I B``, with ``I =
+g0123`` and the relative vectors ``gk g0`` of the observer g0. A rotor transforms every element by ``r x ~r``:
+``exp(rapidity/2 gk0)`` boosts g0 along gk, and ``exp(angle/2 g12)`` rotates g1 towards g2. The product ``r s`` applies
+``s`` first, and ``r`` and ``-r`` represent the same transformation. Angles are in radians, velocities are fractions of
+the speed of light.
 """
 
 import gacompiler as ga
@@ -21,12 +22,12 @@ VECTORS, ROTORS = vectors(STA), rotors(STA)
 
 
 def _relative(x):
-    """The relative vector ``x1 g10 + x2 g20 + x3 g30``."""
+    """Return the relative vector ``x1 g10 + x2 g20 + x3 g30``."""
     return ga.assemble(STA, {"g10": x[0], "g20": x[1], "g30": x[2]})
 
 
 def _unit(x):
-    """``x (x ~x)**(-1/2)`` by the principal root of the complex number ``x ~x = s + p I``, of positive real part."""
+    """Return ``x (x ~x)**(-1/2)``, with the root of positive real part of the complex number ``x ~x = s + p I``."""
     square = x * ~x
     s, p = square["1"], square["g0123"]
     size = ga.sqrt(s * s + p * p)
@@ -34,7 +35,7 @@ def _unit(x):
     return x * (real - p / (2 * real) * STA.pseudoscalar) / size
 
 
-# Products, involutions and duals of any two elements.
+# Products, involutions and duals of general elements.
 
 geometric_product = PRODUCTS.geometric_product
 outer_product = PRODUCTS.outer_product
@@ -51,28 +52,28 @@ even_reverse = PRODUCTS.even_reverse
 # Vectors.
 
 vector_product = VECTORS.vector_product.documented(
-    "The geometric product of two vectors: their interval plus the bivector ``a ^ b``."
+    "Compute the geometric product of two vectors: their inner product plus the bivector ``a ^ b``."
 )
-dot_product = VECTORS.dot_product.documented("The inner product of two vectors: ``a0 b0 - a1 b1 - a2 b2 - a3 b3``.")
+dot_product = VECTORS.dot_product.documented("Compute the inner product ``a0 b0 - a1 b1 - a2 b2 - a3 b3``.")
 wedge_vectors = VECTORS.wedge_vectors
 
 
 @kernel(v=VECTOR)
 def interval(v):
-    """The square of a vector: positive if timelike, negative if spacelike, 0 if lightlike."""
+    """Compute the square of a vector: positive if timelike, negative if spacelike, 0 if lightlike."""
     return v * v
 
 
 @kernel(v=VECTOR, returns=(SCALAR, RELATIVE))
 def spacetime_split(v):
-    """Time and position of a vector for the observer g0: scalar and relative vector of ``v g0``."""
+    """Split a vector into time and position for the observer g0: scalar and relative vector of ``v g0``."""
     split = v * G0
     return split["1"], (split["g10"], split["g20"], split["g30"])
 
 
 @kernel(velocity=RELATIVE)
 def proper_velocity(velocity):
-    """The proper velocity ``(1 + v) g0 / sqrt(1 - v**2)`` of a velocity slower than light."""
+    """Compute the proper velocity ``(1 + v) g0 / sqrt(1 - v**2)`` of a velocity slower than light."""
     x, y, z = velocity
     return (G0 + x * G1 + y * G2 + z * G3) / ga.sqrt(1 - x * x - y * y - z * z)
 
@@ -85,28 +86,28 @@ rotor_inverse = ROTORS.rotor_inverse
 
 @kernel(x=EVEN, returns=ROTOR)
 def normalize_rotor(x):
-    """The unit rotor of an even element: ``x (x ~x)**(-1/2)`` with the principal root of ``x ~x = s + p I``.
+    """Normalise an even element to a unit rotor: ``x (x ~x)**(-1/2)``, principal root of ``x ~x = s + p I``.
 
-    Undefined where ``x ~x`` is 0 or a negative number.
+    Undefined if ``x ~x`` is 0 or a negative number.
     """
     return _unit(x)
 
 
 @kernel(r=ROTOR, v=VECTOR)
 def transform_vector(r, v):
-    """The vector transformed by the unit rotor: ``r v ~r``."""
+    """Transform a vector by a unit rotor: ``r v ~r``."""
     return r * v * ~r
 
 
 @kernel(r=ROTOR, f=BIVECTOR)
 def transform_bivector(r, f):
-    """The bivector, such as a field, transformed by the unit rotor: ``r f ~r``."""
+    """Transform a bivector, such as a field, by a unit rotor: ``r f ~r``."""
     return r * f * ~r
 
 
 @kernel(direction=RELATIVE, rapidity=SCALAR, returns=ROTOR)
 def boost_from_rapidity(direction, rapidity):
-    """The boost along a direction, of any length but 0: g0 goes to the proper velocity of speed ``tanh(rapidity)``."""
+    """Construct the boost along a nonzero direction that gives g0 the speed ``tanh(rapidity)``."""
     x, y, z = direction
     grown, shrunk = ga.exp(rapidity / 2), ga.exp(-rapidity / 2)
     factor = (grown - shrunk) / 2 / ga.sqrt(x * x + y * y + z * z)
@@ -115,7 +116,10 @@ def boost_from_rapidity(direction, rapidity):
 
 @kernel(velocity=RELATIVE, returns=ROTOR)
 def boost_from_velocity(velocity):
-    """The boost of g0 to a velocity slower than light: ``1 + u g0``, normalised, with the proper velocity u."""
+    """Construct the boost of g0 to a velocity slower than light: ``1 + u g0``, normalised.
+
+    u is the proper velocity.
+    """
     x, y, z = velocity
     gamma = 1 / ga.sqrt(1 - x * x - y * y - z * z)
     return (1 + gamma + gamma * _relative(velocity)) / ga.sqrt(2 * (1 + gamma))
@@ -123,48 +127,49 @@ def boost_from_velocity(velocity):
 
 @kernel(a=VECTOR, b=VECTOR, returns=ROTOR)
 def boost_between_velocities(a, b):
-    """The boost in the plane of two proper velocities that takes `a` to `b`: ``1 + b a``, normalised."""
+    """Compute the boost in the plane of two proper velocities that takes `a` to `b`: ``1 + b a``, normalised."""
     return (1 + b * a) / ga.sqrt(2 * (1 + ga.scalar_product(a, b)))
 
 
 @kernel(axis=RELATIVE, angle=SCALAR, returns=ROTOR)
 def rotor_from_axis_angle(axis, angle):
-    """The rotation of space about an axis, right-handed, in radians. The axis may have any length but 0."""
+    """Construct the right-handed rotation of space, in radians, about an axis of any nonzero length."""
     x, y, z = axis
     factor = ga.sin(angle / 2) / ga.sqrt(x * x + y * y + z * z)
     return ga.cos(angle / 2) - factor * STA.pseudoscalar * _relative(axis)
 
 
 rotor_exponential = ROTORS.rotor_exponential.documented(
-    """``exp(b)`` of any bivector: rotation, boost, null rotation or a rotation and a boost in commuting planes.
+    """Compute ``exp(b)`` of a bivector: rotation, boost, null rotation, or rotation and boost in commuting planes.
 
-    A rapidity of up to 1400 stays finite; errors are a few units of the last place of the largest coefficient.
+    Rapidities of up to 1400 do not overflow; errors are a few units in the last place of the largest coefficient.
     """
 )
 rotor_logarithm = ROTORS.rotor_logarithm.documented(
-    """The bivector of least angle whose exponential is `r` or `-r`, the same transformation; every rotor has one.
+    """Compute the bivector of least angle with exponential `r` or `-r`, the same transformation.
 
-    Rotations, boosts and null rotations are no exceptions. At half turns, where the scalar part is 0, the two signs
-    are equally near and the result jumps.
+    Every rotor has such a logarithm, including rotations, boosts and null rotations. At half turns, where the scalar
+    part is 0, the two signs are equally near and the result is discontinuous.
     """
 )
 rotor_square_root = ROTORS.rotor_square_root.documented(
-    "The rotor that, done twice, is `r` or `-r`, by the smaller angle; a half turn's sign decides its sense."
+    "Compute the square root of `r` or `-r`, by the smaller angle; a half turn's sign decides."
 )
 rotor_power = ROTORS.rotor_power.documented(
-    """The part `t` of the transformation of `r`: ``exp(t log(r))``, of ``-r`` where its scalar part is negative.
+    """Compute the power ``exp(t log(r))`` of a rotor, or of ``-r`` if the scalar part is negative.
 
-    Any real `t`: 0 gives the identity, 1 the transformation itself, -1 its inverse. At half turns the sense jumps.
+    `t` is any real number: 0 gives the identity, 1 the transformation itself, -1 its inverse. The result is
+    discontinuous at half turns.
     """
 )
 interpolate_rotors = ROTORS.interpolate_rotors.documented(
-    "The transformation that is `a` at ``t = 0`` and `b` (or `-b`) at ``t = 1``, at constant generator."
+    "Interpolate between `a` (``t = 0``) and `b` or `-b` (``t = 1``) with a constant generator."
 )
 
 
 @kernel(r=ROTOR, returns=array(SCALAR, 4, 4))
 def rotor_to_matrix(r):
-    """The 4 x 4 Lorentz matrix of a unit rotor, which acts on columns (t, x, y, z)."""
+    """Compute the 4 x 4 Lorentz matrix of a unit rotor, which acts on columns (t, x, y, z)."""
     columns = [r * axis * ~r for axis in (G0, G1, G2, G3)]
     return tuple(tuple(column[name] for column in columns) for name in ("g0", "g1", "g2", "g3"))
 
@@ -174,51 +179,51 @@ def rotor_to_matrix(r):
 
 @kernel(e=RELATIVE, b=RELATIVE)
 def field_from_electric_magnetic(e, b):
-    """The field ``E + I B`` of the electric and magnetic field that the observer g0 measures."""
+    """Construct the field ``E + I B`` from the electric and magnetic field measured by the observer g0."""
     return _relative(e) + STA.pseudoscalar * _relative(b)
 
 
 @kernel(f=BIVECTOR, returns=(RELATIVE, RELATIVE))
 def field_to_electric_magnetic(f):
-    """The electric and the magnetic field that the observer g0 measures."""
+    """Extract the electric and the magnetic field measured by the observer g0."""
     return (f["g10"], f["g20"], f["g30"]), (-f["g23"], f["g13"], -f["g12"])
 
 
 @kernel(f=BIVECTOR, returns=(SCALAR, SCALAR))
 def field_invariants(f):
-    """What all observers agree on: ``E**2 - B**2`` and ``E . B``, from ``F F = E**2 - B**2 + 2 I E . B``."""
+    """Compute the invariants ``E**2 - B**2`` and ``E . B`` of a field, from ``F F = E**2 - B**2 + 2 I E . B``."""
     square = f * f
     return square["1"], square["g0123"] / 2
 
 
 @kernel(f=BIVECTOR, u=VECTOR)
 def lorentz_force(f, u):
-    """The rate of change of momentum of a unit charge of proper velocity `u` in the field `f`: ``F . u``."""
+    """Compute the rate of change of momentum of a unit charge of proper velocity `u` in the field `f`: ``F . u``."""
     return ga.right_contraction(f, u)
 
 
 @kernel(f=BIVECTOR, n=VECTOR)
 def field_stress_energy(f, n):
-    """The flux ``-F n F / 2`` of energy and momentum through the hypersurface of normal `n`.
+    """Compute the flux ``-F n F / 2`` of energy and momentum through the hypersurface with normal `n`.
 
-    For ``n = g0``: energy density ``(E**2 + B**2)/2`` and Poynting vector ``E x B``.
+    For ``n = g0`` it contains the energy density ``(E**2 + B**2)/2`` and the Poynting vector ``E x B``.
     """
     return -(f * n * f) / 2
 
 
 @kernel(psi=EVEN)
 def dirac_current(psi):
-    """The current ``psi g0 ~psi`` of a spinor."""
+    """Compute the current ``psi g0 ~psi`` of a spinor."""
     return psi * G0 * ~psi
 
 
 @kernel(psi=EVEN)
 def dirac_spin(psi):
-    """The spin vector ``psi g3 ~psi`` of a spinor."""
+    """Compute the spin vector ``psi g3 ~psi`` of a spinor."""
     return psi * G3 * ~psi
 
 
-# Fields of space-time with the opposite signature, G(3,1): e4 is the time, of square -1 as the volume e123 is.
+# Fields of spacetime with the opposite signature, G(3,1): e4 is the time, with square -1 like the volume e123.
 
 SPACETIME = orthogonal(3, 1, name="SPACETIME")
 FIELD, COMPLEX = array(SCALAR, 16), array(SCALAR, 2)
@@ -228,22 +233,24 @@ VOLUME = SPACE[0] * SPACE[1] * SPACE[2]
 
 
 def _quaternion_basis(blade):
-    """``b``, ``b e123``, ``e4 b`` and ``e4 b e123``: what e4 from the left and e123 from the right make of a blade."""
+    """Return ``b``, ``b e123``, ``e4 b`` and ``e4 b e123``: the products of a blade with e4 on the left and e123 on the
+    right.
+    """
     return blade, blade * VOLUME, TIME * blade, TIME * blade * VOLUME
 
 
 def _coordinate(f, blade):
-    """The coefficient that `f` has along plus or minus a basis blade."""
+    """Return the coefficient of `f` along plus or minus a basis blade."""
     ((bitmap, sign),) = blade.terms.items()
     return sign * f[SPACETIME.full.blades.index(SPACETIME.spelling(bitmap)[1])]
 
 
 @kernel(f=FIELD, returns=(COMPLEX,) * 8)
 def pack_spacetime(f):
-    """The eight complex numbers of an element of G(3,1), by blades of rising grade; real parts first.
+    """Extract the eight complex numbers of an element of G(3,1), by blades of increasing grade; real parts first.
 
-    The first four stand for ``(f + e4 f e123)/2``, the last four for ``(f - e4 f e123)/2``. The transform
-    ``exp(-e4 s) f exp(-e123 t)`` multiplies the first by ``exp(-i (t - s))`` and the others by ``exp(-i (t + s))``.
+    The first four represent ``(f + e4 f e123)/2``, the last four ``(f - e4 f e123)/2``. The transform ``exp(-e4 s) f
+    exp(-e123 t)`` multiplies the first by ``exp(-i (t - s))`` and the others by ``exp(-i (t + s))``.
     """
     plus, minus = [], []
     for blade in (ONE, *SPACE):
@@ -255,7 +262,7 @@ def pack_spacetime(f):
 
 @kernel(p0=COMPLEX, p1=COMPLEX, p2=COMPLEX, p3=COMPLEX, m0=COMPLEX, m1=COMPLEX, m2=COMPLEX, m3=COMPLEX, returns=FIELD)
 def unpack_spacetime(p0, p1, p2, p3, m0, m1, m2, m3):
-    """The element of G(3,1) of eight complex numbers: the inverse of `pack_spacetime`."""
+    """Construct an element of G(3,1) from eight complex numbers: the inverse of `pack_spacetime`."""
     f = SPACETIME.multivector({})
     for blade, plus, minus in zip((ONE, *SPACE), (p0, p1, p2, p3), (m0, m1, m2, m3), strict=True):
         blades = _quaternion_basis(blade)

@@ -130,7 +130,7 @@ def rotor_to_matrix(r):
 
 @kernel(matrix=MATRIX, returns=ROTOR)
 def rotor_from_matrix(matrix):
-    """Convert a 2 x 2 rotation matrix, or the rotation nearest to a matrix, to the rotor with nonnegative scalar part."""
+    """Convert a 2 x 2 matrix to the rotor, with nonnegative scalar part, of the nearest rotation."""
     return _rotor(matrix[0][0] + matrix[1][1], matrix[1][0] - matrix[0][1])
 
 

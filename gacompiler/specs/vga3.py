@@ -185,9 +185,7 @@ def rotor_from_roll_pitch_yaw(roll, pitch, yaw):
 
 rotor_from_quaternion = ROTATIONS.rotor_from_quaternion
 rotor_to_quaternion = ROTATIONS.rotor_to_quaternion
-rotor_to_matrix = ROTATIONS.rotor_to_matrix.documented(
-    "Compute the 3 x 3 matrix of a unit rotor, which acts on columns."
-)
+rotor_to_matrix = ROTATIONS.rotor_to_matrix.documented("Compute the 3 x 3 matrix of a unit rotor, acting on columns.")
 rotor_from_matrix = ROTATIONS.rotor_from_matrix.documented(
     """Convert a 3 x 3 rotation matrix to the rotor with nonnegative scalar part.
 
