@@ -1,6 +1,6 @@
 """Filters of signals and images, one result at a time.
 
-The numbers that a filter sees are its window: views of one array, shifted by one place each, so that nothing is copied.
+The input of a filter is its window: views of one array, each shifted by one place, so that nothing is copied.
 """
 
 from gacompiler import SCALAR, array, kernel
@@ -19,12 +19,12 @@ def _sum(weights, numbers):
 
 
 def _even(window):
-    """The middle number, and sums of those before and behind it."""
+    """Return the middle number, and the sums of the numbers before and after it."""
     return [window[REACH], *(window[REACH - k] + window[REACH + k] for k in range(1, REACH + 1))]
 
 
 def _odd(window):
-    """Differences of numbers before and behind the middle one."""
+    """Return the differences of the numbers before and after the middle one."""
     return [window[REACH - k] - window[REACH + k] for k in range(1, REACH + 1)]
 
 
@@ -38,19 +38,19 @@ def _antisymmetric(taps, window):
 
 @kernel(window=WINDOW, taps=WINDOW, returns=SCALAR)
 def symmetric_filter(window, taps):
-    """Convolution with the symmetric part of taps."""
+    """Convolve with the symmetric part of the taps."""
     return _symmetric(taps, window)
 
 
 @kernel(window=WINDOW, taps=array(SCALAR, 2, WIDTH), returns=PAIR)
 def even_and_odd_filter(window, taps):
-    """Convolutions with the symmetric part of some taps, and with the antisymmetric part of others."""
+    """Convolve with the symmetric part of the first taps and with the antisymmetric part of the second taps."""
     return _symmetric(taps[0], window), _antisymmetric(taps[1], window)
 
 
 @kernel(window=WINDOW, taps=array(SCALAR, 3, WIDTH), returns=array(SCALAR, 3))
 def three_filters(window, taps):
-    """Convolutions with the symmetric part, the antisymmetric part and the symmetric part of three rows of taps."""
+    """Convolve with the symmetric, the antisymmetric and the symmetric part of three rows of taps."""
     return _symmetric(taps[0], window), _antisymmetric(taps[1], window), _symmetric(taps[2], window)
 
 
@@ -64,61 +64,61 @@ def _merged(low, high, taps):
 
 @kernel(window=array(SCALAR, 2), taps=array(SCALAR, 2, 2), returns=PAIR)
 def split_2(window, taps):
-    """Two filters of 2 taps."""
+    """Apply two filters of 2 taps."""
     return _split(window, taps)
 
 
 @kernel(window=array(SCALAR, 4), taps=array(SCALAR, 2, 4), returns=PAIR)
 def split_4(window, taps):
-    """Two filters of 4 taps."""
+    """Apply two filters of 4 taps."""
     return _split(window, taps)
 
 
 @kernel(window=array(SCALAR, 6), taps=array(SCALAR, 2, 6), returns=PAIR)
 def split_6(window, taps):
-    """Two filters of 6 taps."""
+    """Apply two filters of 6 taps."""
     return _split(window, taps)
 
 
 @kernel(window=array(SCALAR, 8), taps=array(SCALAR, 2, 8), returns=PAIR)
 def split_8(window, taps):
-    """Two filters of 8 taps."""
+    """Apply two filters of 8 taps."""
     return _split(window, taps)
 
 
 @kernel(sums=PAIR, window=array(SCALAR, 8), taps=array(SCALAR, 2, 8), returns=PAIR)
 def split_8_more(sums, window, taps):
-    """Eight more taps of two filters."""
+    """Add eight more taps of two filters to their sums."""
     first, second = _split(window, taps)
     return sums[0] + first, sums[1] + second
 
 
 @kernel(low=array(SCALAR, 1), high=array(SCALAR, 1), taps=array(SCALAR, 2, 2, 1), returns=PAIR)
 def merge_1(low, high, taps):
-    """Two neighbours of the sum of two bands, each filtered by every other of 2 taps."""
+    """Compute two adjacent samples of the sum of two bands, each filtered by every other one of 2 taps."""
     return _merged(low, high, taps)
 
 
 @kernel(low=array(SCALAR, 2), high=array(SCALAR, 2), taps=array(SCALAR, 2, 2, 2), returns=PAIR)
 def merge_2(low, high, taps):
-    """Two neighbours of the sum of two bands, each filtered by every other of 4 taps."""
+    """Compute two adjacent samples of the sum of two bands, each filtered by every other one of 4 taps."""
     return _merged(low, high, taps)
 
 
 @kernel(low=array(SCALAR, 3), high=array(SCALAR, 3), taps=array(SCALAR, 2, 2, 3), returns=PAIR)
 def merge_3(low, high, taps):
-    """Two neighbours of the sum of two bands, each filtered by every other of 6 taps."""
+    """Compute two adjacent samples of the sum of two bands, each filtered by every other one of 6 taps."""
     return _merged(low, high, taps)
 
 
 @kernel(low=array(SCALAR, 4), high=array(SCALAR, 4), taps=array(SCALAR, 2, 2, 4), returns=PAIR)
 def merge_4(low, high, taps):
-    """Two neighbours of the sum of two bands, each filtered by every other of 8 taps."""
+    """Compute two adjacent samples of the sum of two bands, each filtered by every other one of 8 taps."""
     return _merged(low, high, taps)
 
 
 @kernel(sums=PAIR, low=array(SCALAR, 4), high=array(SCALAR, 4), taps=array(SCALAR, 2, 2, 4), returns=PAIR)
 def merge_4_more(sums, low, high, taps):
-    """Four more numbers of each band."""
+    """Add four more numbers of each band to the sums."""
     first, second = _merged(low, high, taps)
     return sums[0] + first, sums[1] + second

@@ -268,8 +268,8 @@ def _in_own_lengths(a, b):
 def equations_of_motions(a, b, half_turn, same_axis):
     """Scale motions to their own unit of length, and sum ``E^T E`` for the matrices E of ``a x - x b``.
 
-    ``a x = x b`` preserves the scalar and the pseudoscalar part, which determines the sign of `b`. Near half turns noise
-    may reverse the sign: these motions are excluded if the others are sufficient, and are not `clear`.
+    ``a x = x b`` preserves the scalar and the pseudoscalar part, which determines the sign of `b`. Near half turns
+    noise may reverse the sign: these motions are excluded if the others are sufficient, and are not `clear`.
 
     Returns
     -------
@@ -282,7 +282,7 @@ def equations_of_motions(a, b, half_turn, same_axis):
     finite
         Whether all numbers are finite; if not, all motions are the identity.
     axes
-        The sum of squared sines of half the angles, and that of their components along the common direction of the axes.
+        The sum of squared sines of half the angles, and that of their components along the common axis direction.
     parallel
         Whether these differ by at most the fraction `same_axis` squared, or no motion rotates by more than that.
     is_regular
@@ -346,7 +346,7 @@ class Descent(NamedTuple):
 
 
 def _misfits(a, b, x):
-    """Return the misfits of motions, at their ends and at their starts, with the sums of squared translations of both."""
+    """Return the misfits of motions at their ends and at their starts, and the sums of squared translations."""
     rest = each(lambda m, n: misfit.function(m, n, x), a, b)
     before = each(lambda n, line: n * line * ~n, b, rest)
     shifts = total(
@@ -390,8 +390,8 @@ def fitted_to_motions(
     most
         Maximal number of steps, up to 6.
     least_change, rounding
-        Iteration stops if the predicted relative decrease of the sum of squares is at most `least_change`, or if the mean
-        square is at most `rounding`.
+        Iteration stops if the predicted relative decrease of the sum of squares is at most `least_change`, or if the
+        mean square is at most `rounding`.
     open_angle
         Axes count as parallel if the noise leaves a rotation about them uncertain by more than this angle.
 
@@ -552,7 +552,7 @@ def _about_point(point, shift):
 
 
 def _seen_from(hand, seen, noise):
-    """Return the displacement between the origins, and the point at which rotations and translations are uncorrelated."""
+    """Return the displacement between the origins, and the point where rotation and translation are uncorrelated."""
     arm = [s - h for s, h in zip(seen, hand, strict=True)]
     return arm, [h + noise.camera / noise.turn * x for h, x in zip(hand, arm, strict=True)]
 
@@ -599,8 +599,8 @@ def likely_step(turns, shifts, hand, seen, variances, is_first, damping):
     """Compute the Gauss-Newton step towards the most likely poses, and new variances.
 
     In the noise model, the hand rotates about its origin and the camera about the target; translations have noise of
-    their own. Each variance is multiplied by the ratio of its part of the sum of squares to the expected part, given the
-    number of unknowns (restricted maximum likelihood); a variance of 0 remains 0.
+    their own. Each variance is multiplied by the ratio of its part of the sum of squares to the expected part, given
+    the number of unknowns (restricted maximum likelihood); a variance of 0 remains 0.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""Images, one pixel at a time: optical flow from the phases of complex bands, medians, and samples between pixels.
+"""Image operations, one pixel at a time: optical flow from the phases of complex bands, medians, interpolation.
 
-The bands of a pixel are eight numbers: a quaternion, and the complex numbers of two waves, as `algorithms.wavelets`
-computes them. Lengths are in pixels, phases in radians.
+The bands of a pixel are eight numbers: a quaternion, and the complex numbers of two waves, as computed by
+`algorithms.wavelets`. Lengths are in pixels, phases in radians.
 """
 
 import gacompiler as ga
@@ -17,7 +17,7 @@ def _change_of_phase(a, b):
 
 
 def _planes(bands):
-    """The complex bands of a quaternionic one and of two waves."""
+    """Return the complex bands of a quaternionic band and of two waves."""
     w, x, y, z, *waves = bands
     return (w + z, x - y), (w - z, x + y), tuple(waves[:2]), tuple(waves[2:])
 
@@ -56,10 +56,10 @@ def phase_equations(first, derivatives, second, floor):
 
 @kernel(sums=EQUATIONS, ridge=SCALAR, returns=array(SCALAR, 3))
 def solve_motion(sums, ridge):
-    """The motion u, v of normal equations as in `phase_equations`, and how well it is known, from 0 to 1.
+    """Solve normal equations as in `phase_equations` for the motion u, v, with a confidence from 0 to 1.
 
-    `ridge`, positive, is added to the diagonal, so that the motion is 0 where there are no equations. With the smaller
-    eigenvalue e of the matrix and the sum r of squares that are left, the third result is ``e / (e + r + ridge)``.
+    `ridge`, positive, is added to the diagonal, so that the motion is 0 without equations. With the smaller eigenvalue
+    e of the matrix and the residual sum of squares r, the confidence is ``e / (e + r + ridge)``.
     """
     xx, xy, yy, x, y, square = sums
     half, across = (xx - yy) / 2, xy
@@ -84,11 +84,11 @@ def solve_motion(sums, ridge):
     returns=STEP,
 )
 def relaxation_step(sums, before, motion, west, east, north, south, stiffness, noise):
-    """What `relaxed_motion` takes at a pixel: one step of iteratively reweighted least squares for a smooth motion.
+    """Compute the coefficients of `relaxed_motion` at a pixel: a step of iteratively reweighted least squares.
 
-    `sums` are those of `phase_equations` for what is added to the motion `before`. Their weight is
-    ``noise[0] / (1 + noise[1] r)`` with the squared residual r that the present motion leaves; that of the difference d
-    to a neighbour is ``stiffness / sqrt(1 + noise[2] |d|^2)``. Where no weight is above 0, the motion is 0.
+    `sums` are those of `phase_equations` for the increment of the motion `before`. Their weight is ``noise[0] / (1 +
+    noise[1] r)`` with the squared residual r of the present motion; the weight of the difference d to a neighbour is
+    ``stiffness / sqrt(1 + noise[2] |d|^2)``. If no weight is positive, the motion is 0.
     """
     xx, xy, yy, bx, by, square = sums
     u, v = motion[0] - before[0], motion[1] - before[1]
@@ -111,7 +111,7 @@ def relaxation_step(sums, before, motion, west, east, north, south, stiffness, n
 
 @kernel(motion=MOTION, west=MOTION, east=MOTION, north=MOTION, south=MOTION, step=STEP, returns=MOTION)
 def relaxed_motion(motion, west, east, north, south, step):
-    """The motion of a pixel after one step of successive overrelaxation; `step` is that of `relaxation_step`."""
+    """Compute the motion of a pixel after a step of successive overrelaxation; `step` is that of `relaxation_step`."""
     keep, a, b, c, x, y, *sides = step
     for neighbour, side in zip((west, east, north, south), sides, strict=True):
         x, y = x + side * neighbour[0], y + side * neighbour[1]
@@ -122,7 +122,7 @@ TABLE = array(SCALAR, "m", 4, shared=True)
 
 
 def _cubic_weights(t):
-    """The cubic B-spline at t + 1, t, t - 1 and t - 2."""
+    """Return the cubic B-spline at t + 1, t, t - 1 and t - 2."""
     s = 1 - t
     before, after = s * s * s / 6, t * t * t / 6
     return before, (4 - t * t * (6 - 3 * t)) / 6, (4 - s * s * (6 - 3 * s)) / 6, after
@@ -138,9 +138,9 @@ def _cubic_weights(t):
     y=array(SCALAR, "n"),
 )
 def cubic_samples(first, second, third, fourth, place, x, y):
-    """An image between its pixels, x and y from 0 to 1 behind the second of four columns and rows.
+    """Interpolate an image by cubic splines, x and y from 0 to 1 after the second of four columns and rows.
 
-    Tables have four neighbours of the coefficients of its cubic spline for each place, of as many rows.
+    The tables contain four neighbours of the spline coefficients for each place, one table for each row.
     """
 
     def sample(x, y, *numbers):
@@ -161,9 +161,9 @@ def cubic_samples(first, second, third, fourth, place, x, y):
     returns=array(SCALAR, "n", 2),
 )
 def motion_samples(upper, lower, place, x, y):
-    """A field of motions between its pixels, x and y from 0 to 1 behind the first of two columns and rows.
+    """Interpolate a field of motions linearly, x and y from 0 to 1 after the first of two columns and rows.
 
-    Tables have u of two neighbours and v of both for each place, of the first row and of the second one.
+    The tables contain u of two neighbours and v of both for each place, one table for each row.
     """
 
     def sample(x, y, *numbers):
@@ -174,7 +174,7 @@ def motion_samples(upper, lower, place, x, y):
 
 
 def _merge_exchange(size):
-    """Pairs of places to compare and exchange so that numbers are sorted.
+    """Return pairs of places to compare and exchange in order to sort numbers.
 
     Batcher's merge exchange (Knuth, *The Art of Computer Programming* 3, 5.2.2 M).
     """
@@ -192,11 +192,11 @@ def _merge_exchange(size):
 
 
 def _median_network():
-    """Pairs of 5 x 5 places, row after row, after whose exchanges the median is in the middle one.
+    """Return pairs of 5 x 5 places, row by row, after whose exchanges the median is in the middle.
 
     Columns are sorted, then rows; then most numbers have more than 12 others that are not larger, or not smaller, and
-    the median is that of the rest. Pairs that never change anything are left out: by all cases of zeros and ones with
-    sorted columns (Knuth, 5.3.4 Z), one bit each.
+    the median is that of the rest. Pairs that never change anything are removed, by testing all cases of zeros and ones
+    with sorted columns (Knuth, 5.3.4 Z), one bit each.
     """
     sort = _merge_exchange(5)
     rest = [5 * i + j for i in range(5) for j in range(5) if max((i + 1) * (j + 1), (5 - i) * (5 - j)) <= 13]
@@ -217,7 +217,7 @@ def _median_network():
 
 @kernel(pixels=array(SCALAR, 5, 5))
 def median_of_25(pixels):
-    """The median of 5 x 5 numbers, which make a field of motions smooth without moving its jumps."""
+    """Compute the median of 5 x 5 numbers, which smooths a field of motions and preserves its discontinuities."""
     values = [number for row in pixels for number in row]
     for i, j in _median_network():
         a, b = values[i], values[j]

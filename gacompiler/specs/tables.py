@@ -1,4 +1,4 @@
-"""Products of coefficients whose terms are listed in tables: of any dimension and grade, and minors of matrices."""
+"""Products of coefficients with terms listed in tables, for any dimension and grade, and minors of matrices."""
 
 from gacompiler import SCALAR, array, each, gather, index, kernel, scatter
 
@@ -14,6 +14,6 @@ from gacompiler import SCALAR, array, each, gather, index, kernel, scatter
     returns=array(SCALAR, "r"),
 )
 def product_by_table(a, b, left, right, sign, target, zero):
-    """The sum of terms ``sign a[left] b[right]``, each added to the coefficient `target`; `zero` holds zeros."""
+    """Sum the terms ``sign a[left] b[right]`` into the coefficients `target`; `zero` contains zeros."""
     terms = each(lambda factor, x, y: factor * x * y, sign, gather(a, left), gather(b, right))
     return scatter(terms, target, zero)
