@@ -1,4 +1,4 @@
-"""Gaalop's language, CLUScript, as a second way to write kernels."""
+"""Gaalop's language CLUScript as an alternative input language for kernels."""
 
 from .dialects import NAMES, dialect
 from .script import Drawn, Script, load_script, read_script

@@ -1,4 +1,4 @@
-"""The macros of a script, and what may be called."""
+"""The macros of a script, and checks of calls."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ Macros = Mapping[tuple[str, int], Macro]
 
 
 def macros_of(script: str, statements: Sequence[Statement]) -> dict[tuple[str, int], Macro]:
-    """The macros that statements define.
+    """Return the macros that the statements define.
 
     Raises
     ------
     ScriptError
-        Where one is defined twice.
+        If a macro is defined twice.
     """
     found: dict[tuple[str, int], Macro] = {}
     for statement in statements:
@@ -27,19 +27,19 @@ def macros_of(script: str, statements: Sequence[Statement]) -> dict[tuple[str, i
             key = (statement.name, statement.arity)
             if key in found:
                 first = found[key].place
-                what = f"macro {statement.name} of {statement.arity} arguments is defined in line {first.line} already"
+                what = f"macro {statement.name} of {statement.arity} arguments is already defined in line {first.line}"
                 raise ScriptError(script, statement.place, what, remedy="rename one of them")
             found[key] = statement
     return found
 
 
 def check_calls(script: str, macros: Macros, statements: Sequence[Statement], dialect: Dialect) -> None:
-    """Refuse calls of what there is not, and macros that call themselves.
+    """Raise an error for calls of undefined functions and for recursive macros.
 
     Raises
     ------
     ScriptError
-        Where such a call stands.
+        At such a call.
     """
     calls: dict[tuple[str, int], list[Call]] = {key: [] for key in macros}
     for key, macro in macros.items():
@@ -106,4 +106,4 @@ def _check(script: str, call: Call, macros: Macros, dialect: Dialect) -> None:
     names = sorted({*(each for each, _ in (*macros, *dialect.macros)), *known})
     near = get_close_matches(name, names, 1)
     hint = f"did you mean {near[0]}?" if near else f"{dialect.algebra.name} has {' '.join(names)}"
-    raise ScriptError(script, call.place, f"no macro and no function {name}", "a macro that is defined", hint)
+    raise ScriptError(script, call.place, f"no macro or function named {name}", "a defined macro", hint)

@@ -1,7 +1,7 @@
 """Algebras by base change, in the five lines of Gaalop's ``definition.csv``.
 
-The basis that is printed, the orthogonal vectors in it, the orthogonal basis, the squares of that, and the printed
-vectors in the orthogonal ones::
+The lines contain the printed basis, the orthogonal vectors in terms of it, the orthogonal basis, its squares, and the
+printed vectors in terms of the orthogonal ones::
 
     1,e1,e2,e3,einf,e0
     ep=0.5*einf-e0,em=0.5*einf+e0
@@ -9,7 +9,7 @@ vectors in the orthogonal ones::
     e1=1,e2=1,e3=1,ep=1,em=-1
     e0=0.5*em-0.5*ep,einf=em+ep
 
-Lines 2 and 5 are empty where the bases are the same.
+Lines 2 and 5 are empty if the bases are the same.
 """
 
 from __future__ import annotations
@@ -29,21 +29,21 @@ LARGEST_DENOMINATOR = 1000
 
 
 def read_definition(text: str, name: str, where: str) -> tuple[Algebra, dict[str, Multivector]]:
-    """The algebra of a definition, over the printed basis, and the orthogonal vectors that it names besides.
+    """Return the algebra of a definition, over the printed basis, and the further orthogonal vectors that it names.
 
     Parameters
     ----------
     text : str
         The five lines.
     name : str
-        What to call the algebra.
+        Name of the algebra.
     where : str
-        What messages call the text.
+        Name of the text in error messages.
 
     Raises
     ------
     SpecError
-        When the text is not of that form, naming the line.
+        If the text does not have this form; the message names the line.
     """
     lines = [line.strip() for line in text.strip("\n").splitlines()]
     lines += [""] * (5 - len(lines))
@@ -110,6 +110,6 @@ def _sum(text: str, names: list[str], where: str) -> dict[str, Fraction]:
 
 
 def _near(value: Fraction) -> Fraction:
-    """The simple number that decimals of roots come close to."""
+    """Return the simple number nearest to a decimal approximation of a root."""
     simple = value.limit_denominator(LARGEST_DENOMINATOR)
     return simple if abs(simple - value) < Fraction(1, 10**9) else value

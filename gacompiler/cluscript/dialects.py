@@ -1,4 +1,4 @@
-"""Algebras as scripts know them: by Gaalop's names, by the catalog's, or by a definition of one's own."""
+"""Algebras available to scripts: by Gaalop's names, by names of the catalog, or from a user's definition."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .macros.quadrics import conics, quadrics
 
 @dataclass(frozen=True)
 class Dialect:
-    """An algebra with what scripts may use in it.
+    """An algebra with the names that scripts may use in it.
 
     Attributes
     ----------
@@ -34,9 +34,9 @@ class Dialect:
     macros : mapping
         Macros by name and number of arguments.
     source : str
-        Text of macros of a user's definition; empty otherwise.
+        Text of the macros of a user's definition; empty otherwise.
     where : str
-        What messages call that text.
+        Name of that text in error messages.
     """
 
     algebra: Algebra
@@ -83,12 +83,12 @@ NAMES = tuple(name for name in _GAALOP if name != "sta0")
 
 
 def fitting(chosen: Dialect, names: set[str]) -> Dialect:
-    """The dialect for a script that uses some names: in space-time, time is ``e1``, or ``e0`` where there is one."""
+    """Return the dialect that fits the names in a script: in spacetime, time is ``e1``, or ``e0`` if it is used."""
     return _named("sta0") if chosen is _known.get("sta") and "e0" in names else chosen
 
 
 def dialect(algebra: str | Path | Algebra) -> Dialect:
-    """The dialect of an algebra.
+    """Return the dialect of an algebra.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def dialect(algebra: str | Path | Algebra) -> Dialect:
     Raises
     ------
     SpecError
-        When there is no such algebra or definition.
+        If the algebra or the definition does not exist.
     """
     if isinstance(algebra, Algebra):
         known = next((name for name, row in _GAALOP.items() if row[0] == algebra), None)
@@ -136,7 +136,7 @@ def _vectors(algebra: Algebra) -> dict[str, Multivector]:
 
 
 def _combination(vectors: Mapping[str, Multivector], text: str) -> Any:
-    """``1/2 einf - e0``."""
+    """Return a linear combination such as ``1/2 einf - e0``."""
     words = text.split()
     if len(words) == 1:
         return vectors[words[0]]
@@ -145,7 +145,7 @@ def _combination(vectors: Mapping[str, Multivector], text: str) -> Any:
 
 
 def _defined(path: Path) -> Dialect:
-    """A user's algebra: ``definition.csv``, and ``macros.clu`` beside it if there is one."""
+    """Return a user's algebra: ``definition.csv``, and ``macros.clu`` in the same folder if it exists."""
     file = path / "definition.csv" if path.is_dir() else path
     if not file.is_file():
         raise SpecError(str(file), "no such file", "a definition of an algebra in five lines")

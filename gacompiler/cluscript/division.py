@@ -1,4 +1,4 @@
-"""``a / b`` of multivectors: times the inverse of ``b``, by the cheapest formula that is exact for it."""
+"""``a / b`` of multivectors: multiplication by the inverse of ``b``, computed by the cheapest exact formula."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..ir.scalar import Graph
 
 
 def zero_divisors(divisors: Sequence[Expression]) -> list[bool]:
-    """Which scalars and vectors of some, arguments of divisions before what needs them, are zero for every input."""
+    """Return the scalars and vectors among the arguments of divisions that are zero for every input."""
     found, graph, memory = [], Graph(), dict[Expression, Multivector]()
     for divisor in divisors:
         checked = divisor if divisor.is_scalar else norm_squared(divisor)
@@ -43,15 +43,15 @@ _KEEPS = (
 
 
 def quotient(a: Any, b: Any) -> Any:
-    """``a b**-1``.
+    """Return ``a b**-1``.
 
-    Of blades, versors and their multiples the inverse is ``~b / (b ~b)``. Of other elements over up to five basis
-    vectors it is the whole inverse; over more, ``~b`` over the scalar part of ``b ~b``, as in Gaalop.
+    The inverse of blades, versors and their multiples is ``~b / (b ~b)``. For other elements over up to five basis
+    vectors it is the full inverse; over more, ``~b`` divided by the scalar part of ``b ~b``, as in Gaalop.
 
     Raises
     ------
     ZeroDivisorError
-        When `b` has no inverse, as far as its form tells.
+        If the form of `b` shows that it has no inverse.
     """
     if isinstance(b, (int, Fraction)) and b == 0:
         raise ZeroDivisorError("division", "a division by zero", "a divisor other than zero")
@@ -70,7 +70,7 @@ def quotient(a: Any, b: Any) -> Any:
 
 
 def _is_blade_or_versor(b: Expression) -> bool:
-    """Whether ``b ~b`` is a scalar, as far as the way it is built tells.
+    """Return whether the construction of `b` shows that ``b ~b`` is a scalar.
 
     Products of versors are versors; inner and outer products, and duals, of blades are blades.
     """
@@ -99,6 +99,6 @@ def _is_blade_or_versor(b: Expression) -> bool:
 
 
 def _is_dual(node: Expression) -> bool:
-    """Whether a product has a pseudoscalar as one factor."""
+    """Return whether a product has a pseudoscalar as one factor."""
     everything = {node.algebra.everything}
     return node.operation is Operation.GEOMETRIC_PRODUCT and any(set(x.blades) == everything for x in node.arguments)

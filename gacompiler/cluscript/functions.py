@@ -1,4 +1,4 @@
-"""The functions of the language; their names are read without regard to capitals, as in Gaalop."""
+"""The functions of the language; their names are case-insensitive, as in Gaalop."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .values import acos, atan2, cos, length, lifted, log, of_scalars, scalar_pa
 
 
 def _exponential(value: Any) -> Any:
-    """Of a scalar; of a multiple of one blade, whose square has a known sign; of any other multivector."""
+    """Return the exponential of a scalar, a multiple of one blade with known square, or any multivector."""
     element = lifted(value)
     if element.is_scalar or len(element.blades) != 1:
         return functions.exp(element)
@@ -45,9 +45,7 @@ def _of_number(function: Callable[[Any], Any], name: str) -> Callable[[Any], Any
     def of_number(value: Any) -> Any:
         number = scalar_part(value)
         if not isinstance(number, (int, Fraction)):
-            raise KernelError(
-                name, f"{name} of {number}, which only a call decides", "a number", "kernels have no steps"
-            )
+            raise KernelError(name, f"{name} of {number}, which is known only at run time", "a constant number")
         return function(number)
 
     return of_number

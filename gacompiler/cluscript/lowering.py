@@ -1,4 +1,4 @@
-"""From syntax to expressions: what the statements of a script mean in its algebra, for whatever its inputs are."""
+"""Lowering of the syntax tree to expressions: the meaning of a script's statements in its algebra, for any inputs."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ OPERATIONS = {
 
 
 class Drawing(NamedTuple):
-    """An object that is to be drawn: its name, its value, and what was set before it."""
+    """An object to be drawn: its name, its value, and the preceding settings."""
 
     name: str
     value: Any
@@ -54,17 +54,17 @@ class Drawing(NamedTuple):
 
 @dataclass
 class Meaning:
-    """What a script computes.
+    """The results of a script.
 
     Attributes
     ----------
     values : dict
-        Global variables, and outputs of macros by the names they get.
+        Global variables, and outputs of macros by their external names.
     outputs : list of str
         Marked with ``?``, in order.
     drawings : list of Drawing
     inputs : dict of str to Place
-        Free identifiers and where they first stand.
+        Free identifiers and the places of their first use.
     background : tuple, optional
     evaluated : list of str
         Marked with ``!``.
@@ -80,7 +80,7 @@ class Meaning:
 
 @dataclass
 class _Frame:
-    """The inside of a macro that is expanded."""
+    """The scope of a macro that is being expanded."""
 
     macro: Macro
     arguments: Sequence[Any]
@@ -90,19 +90,19 @@ class _Frame:
 
 
 class Lowering:
-    """Runs statements once, on values of any kind.
+    """Evaluation of statements, once, on values of any kind.
 
     Parameters
     ----------
     script : str
-        What messages call it.
+        Name of the script in error messages.
     dialect : Dialect
     macros : mapping
-        Those of the script, before those of the dialect.
+        Macros of the script, which take precedence over those of the dialect.
     normalize_from : Place, optional
-        Outputs that are assigned after it are divided by their length.
+        Outputs assigned after this place are divided by their length.
     variable : callable
-        Gives the value of an input by its name.
+        Returns the value of an input by its name.
     assigned : set of str
         Names that the script assigns anywhere.
     """
@@ -126,7 +126,7 @@ class Lowering:
         self.meaning = Meaning()
 
     def run(self, statements: Sequence[Statement]) -> Meaning:
-        """The meaning of a script's statements."""
+        """Return the meaning of a script's statements."""
         for statement in statements:
             match statement:
                 case Assignment():
@@ -174,7 +174,7 @@ class Lowering:
             self.meaning.evaluated.append(outer)
 
     def _name_outside(self, name: str, frame: _Frame) -> str:
-        """The name that a macro's local variable has outside: ``macro_Motor_t``, ``macro_Motor_t1``, ..."""
+        """Return the external name of a macro's local variable: ``macro_Motor_t``, ``macro_Motor_t1``, ..."""
         if name not in frame.names:
             stem = f"macro_{frame.macro.name}_{name}"
             count = self._counts[stem] = self._counts.get(stem, -1) + 1
@@ -182,7 +182,7 @@ class Lowering:
         return frame.names[name]
 
     def _is_read(self, name: str, frame: _Frame | None) -> Place | None:
-        """Where a name was read before it had a value of its own."""
+        """Return the place at which a name was read before it was assigned."""
         return frame.read.get(name) if frame is not None else self.meaning.inputs.get(name)
 
     def _may_be_assigned(self, target: Name, frame: _Frame | None) -> None:
@@ -197,14 +197,15 @@ class Lowering:
             first = self._places.get(name)
             where = f" in line {first.line}" if frame is None and first else ""
             raise self._fail(
-                target.place, f"{name} has a value already{where}", "a new name", "variables do not change"
+                target.place, f"{name} was already assigned{where}", "a new name", "variables cannot be reassigned"
             )
         place = self._is_read(name, frame)
         if place is not None:
-            raise self._fail(target.place, f"{name} was read in line {place.line}, before it is assigned", "a new name")
+            found = f"{name} was read in line {place.line}, before it was assigned"
+            raise self._fail(target.place, found, "a new name")
 
     def _guarded(self, place: Place, function: Callable[[], Any]) -> Any:
-        """A value, with the place of the script in errors."""
+        """Return a value, adding the place in the script to errors."""
         try:
             value = function()
             self._refuse_large(value, place)
@@ -217,10 +218,10 @@ class Lowering:
             raise self._fail(place, "a division by zero", "a divisor other than zero") from error
 
     def _refuse_large(self, value: Any, place: Place) -> None:
-        """Exact numbers grow with every product; beyond the doubles they would be of no use."""
+        """Refuse exact numbers beyond the range of doubles, since they grow with every product."""
         numbers = value.terms.values() if isinstance(value, Multivector) else (value,)
         if any(isinstance(each, (int, Fraction)) and not is_representable(each) for each in numbers):
-            raise self._fail(place, "a number that no double holds", "numbers up to 1.8e308")
+            raise self._fail(place, "a number out of the range of doubles", "numbers up to 1.8e308")
 
     def _value(self, node: Node, frame: _Frame | None) -> Any:
         match node:
@@ -288,7 +289,7 @@ class Lowering:
         return self._variable(name)
 
     def _blade(self, name: str) -> Multivector | None:
-        """``e12`` as ``e1 ^ e2``; a name of one basis vector is no blade."""
+        """Return ``e12`` as ``e1 ^ e2``; a name of one basis vector is not a blade."""
         if not name.startswith(tuple({vector[0] for vector in self._dialect.algebra.vectors})):
             return None
         try:
@@ -305,7 +306,7 @@ class Lowering:
         if key in self._dialect.macros:
             return self._guarded(place, lambda: self._dialect.macros[key](*exact))
         if name == "Dual":
-            what = f"a dual, and {self._dialect.algebra.name} has no macro Dual"
+            what = f"a dual, but {self._dialect.algebra.name} has no macro Dual"
             raise self._fail(place, what, "Dual = { _P(1) * ... }", "define it")
         return self._guarded(place, lambda: FUNCTIONS[name.lower()][1](*exact))
 
@@ -321,7 +322,7 @@ class Lowering:
         value, blade = (self._value(each, frame) for each in node.arguments)
         terms = {0: blade} if not isinstance(blade, (Expression, Multivector)) else getattr(blade, "terms", {})
         if len(terms) != 1 or next(iter(terms.values())) not in (1, -1):
-            raise self._fail(node.place, "a coefficient of what is no basis blade", "coefficient(x, e1^e2)")
+            raise self._fail(node.place, "a coefficient of what is not a basis blade", "coefficient(x, e1^e2)")
         ((bitmap, sign),) = terms.items()
         if isinstance(value, (Expression, Multivector)) and (bitmap == 0 or value.algebra != SCALARS):
             found = self._guarded(node.place, lambda: value[bitmap])

@@ -1,6 +1,6 @@
-"""From the words of a script to its syntax tree.
+"""Parser from the tokens of a script to its syntax tree.
 
-Priorities are those of Gaalop's grammar, from the loosest: ``+``, ``-``, ``*``, ``/``, ``.``, ``^``, then the prefixes.
+Precedence follows Gaalop's grammar, from the loosest: ``+``, ``-``, ``*``, ``/``, ``.``, ``^``, then the prefixes.
 """
 
 from __future__ import annotations
@@ -42,12 +42,12 @@ _NO_OPERATORS = ("%", "==", "!=", "<=", ">=", "<", ">", "&&", "||", "!!", "!", "
 
 
 def parse(script: str, tokens: Sequence[Token]) -> tuple[Statement, ...]:
-    """The statements of a script.
+    """Return the statements of a script.
 
     Raises
     ------
     ScriptError
-        Where something stands that the language does not have.
+        At syntax that is not part of the language.
     """
     reader = _Reader(script, tokens)
     statements: list[Statement] = []
@@ -57,7 +57,7 @@ def parse(script: str, tokens: Sequence[Token]) -> tuple[Statement, ...]:
 
 
 class _Reader:
-    """Goes through the tokens once, from left to right."""
+    """A reader that passes through the tokens once, from left to right."""
 
     def __init__(self, script: str, tokens: Sequence[Token]) -> None:
         self._script, self._tokens, self._at = script, tokens, 0
@@ -65,11 +65,11 @@ class _Reader:
 
     @property
     def token(self) -> Token:
-        """The one that is next."""
+        """The next token."""
         return self._tokens[self._at]
 
     def fail(self, place: Place, found: str, expected: str = "", remedy: str = "") -> ScriptError:
-        """An error to raise."""
+        """Return an error to raise."""
         return ScriptError(self._script, place, found, expected, remedy)
 
     def _is(self, text: str) -> bool:
@@ -91,7 +91,7 @@ class _Reader:
         return token.kind == "symbol" and token.text == text
 
     def statement(self) -> list[Statement]:
-        """One statement; none for a lone semicolon."""
+        """Parse one statement; return None for a lone semicolon."""
         token = self.token
         if self._is(";"):
             self._next()
@@ -119,7 +119,7 @@ class _Reader:
         return [self._assignment()]
 
     def _drawing(self) -> Statement | None:
-        """``:Red;``, ``:Color(...);``, ``:IPNS`` or ``:DefVarsN3();``."""
+        """Parse ``:Red;``, ``:Color(...);``, ``:IPNS`` or ``:DefVarsN3();``."""
         place, name = self.token.place, self._tokens[self._at + 1].text
         plain = name.removeprefix("N3_")
         if name == "Color" and self._peek("(", 2):
@@ -159,9 +159,9 @@ class _Reader:
         name = self._next()
         self._at += 2
         if self._arguments is not None:
-            raise self.fail(name.place, f"macro {name.text} inside a macro", "macros side by side")
+            raise self.fail(name.place, f"macro {name.text} inside a macro", "macros that are not nested")
         if name.text.startswith("::") or name.text in (*COLOURS, *NULL_SPACES, "Color", "_P"):
-            raise self.fail(name.place, f"{name.text} cannot name a macro", "another name")
+            raise self.fail(name.place, f"{name.text} is not a valid macro name", "another name")
         self._arguments = []
         body: list[Assignment] = []
         value = None
@@ -188,7 +188,7 @@ class _Reader:
         return Macro(name.text, arity, tuple(body), value, name.place)
 
     def _begins_value(self) -> bool:
-        """Whether what comes is the value of a macro, and not an assignment or a mark."""
+        """Return whether the next tokens are the value of a macro rather than an assignment or a mark."""
         if self._is("?") or self._is(":") or self._is("!") or self._is(";"):
             return False
         if self.token.kind == "name" and self.token.text in (*CONTROL, *UNSUPPORTED):
@@ -196,7 +196,7 @@ class _Reader:
         return not (self.token.kind == "name" and self._peek("="))
 
     def _is_operand(self) -> bool:
-        """Whether the next token begins an expression and could not go on with one."""
+        """Return whether the next token begins an expression and cannot continue one."""
         return self.token.kind in ("name", "number")
 
     def _assignment(self) -> Assignment:
@@ -269,7 +269,8 @@ class _Reader:
         token = self._next()
         if token.kind == "number":
             if token.value is None:
-                raise self.fail(token.place, f"{token.text[:20]}, which no double holds", "a number up to 1.8e308")
+                found = f"{token.text[:20]}, which is out of the range of doubles"
+                raise self.fail(token.place, found, "a number up to 1.8e308")
             return Number(token.value, token.place)
         if token.kind == "symbol" and token.text == "(":
             inner = self._expression()

@@ -1,4 +1,4 @@
-"""What the lines ``#pragma ...`` of a script say."""
+"""The ``#pragma ...`` lines of a script."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ KNOWN = ("output", "onlyEvaluate", "in2out", "range", "segments", "triangles", "
 
 @dataclass(frozen=True, slots=True)
 class OutputBlades:
-    """``output m e1 e1^e2``: these coefficients of m, all of them where none are named."""
+    """``output m e1 e1^e2``: the requested coefficients of m, or all if none are named."""
 
     name: str
     blades: tuple[str, ...]
@@ -22,7 +22,7 @@ class OutputBlades:
 
 @dataclass(frozen=True, slots=True)
 class Returned:
-    """``return a, b typed T as expression``: how another language packs results; kept, not used."""
+    """``return a, b typed T as expression``: how another language packs the results; stored, but not used."""
 
     names: tuple[str, ...]
     type: str
@@ -52,12 +52,12 @@ _OUTPUT = re.compile(r"(?:\{([^}]*)\}|([\w$]+))\s*(.*)")
 
 
 def read_pragmas(script: str, directives: Sequence[Directive]) -> Pragmas:
-    """The pragmas of a script.
+    """Return the pragmas of a script.
 
     Raises
     ------
     ScriptError
-        Where one is unknown or not of its form.
+        If a pragma is unknown or malformed.
     """
     found = Pragmas()
     for directive in directives:
@@ -105,7 +105,7 @@ def _read(script: str, directive: Directive, found: Pragmas) -> None:
         found.returns.append(Returned(_listed(match[1]), match[2], match[3]))
     elif name == "normalize":
         if rest:
-            raise fail("#pragma normalize, and no more")
+            raise fail("#pragma normalize without arguments")
         found.normalize_from = found.normalize_from or place
     elif name in ("unroll", "count"):
         raise ScriptError(script, place, f"#pragma {name}: scripts have no loops")

@@ -1,4 +1,4 @@
-"""A script as a kernel: read, traced, ready for every pass and backend."""
+"""Scripts as kernels: read, traced, and ready for every pass and backend."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ class Drawn:
     ----------
     name : str
     value : Multivector or Expression
-        A multivector of numbers after `Script.draw`, an expression before.
+        A multivector of numbers after `Script.draw`, before that an expression.
     colour : tuple, optional
-        Red, green, blue and alpha, in [0, 1]; None where the script sets none.
+        Red, green, blue and alpha, in [0, 1]; None if the script does not set a colour.
     null_space : str, optional
-        ``IPNS`` or ``OPNS``, where the script says how it is meant.
+        ``IPNS`` or ``OPNS``, if the script specifies it.
     """
 
     name: str
@@ -64,20 +64,20 @@ class Script(Kernel):
     ----------
     name : str
     inputs, outputs : tuple of str
-        Names of arguments and results, in order.
+        Names of the arguments and results, in order.
     algebra : Algebra
     drawn : tuple of Drawn
-        What it draws, in order.
+        The drawn objects, in order.
     background : tuple, optional
         Red, green, blue, alpha.
     ranges : dict of str to (float, float)
-        What ``#pragma range`` says of inputs.
+        The ranges of inputs given by ``#pragma range``.
     segments, triangles : tuple of tuples of str
-        Names of points to be joined.
+        Names of points to be connected.
     evaluated : tuple of str
-        Marked with ``!``, or by ``#pragma onlyEvaluate``. The optimiser decides itself what it keeps.
+        Variables marked with ``!`` or by ``#pragma onlyEvaluate``. The optimiser decides independently what it keeps.
     insertions, returned
-        What is meant for Gaalop's own targets: kept, not used.
+        Directives for Gaalop's own targets: stored, but not used.
     """
 
     inputs: tuple[str, ...] = ()
@@ -102,11 +102,11 @@ class Script(Kernel):
 
     @property
     def where(self) -> str:
-        """The script, for messages."""
+        """The name of the script in error messages."""
         return f"{self.file}: script {self.name}"
 
     def place_of(self, error: BaseException) -> str:
-        """Nothing: errors of scripts say themselves where they are."""
+        """Return nothing: errors of scripts contain their own place."""
         return ""
 
     def __call__(self, /, *arguments: Any, **named: Any) -> Any:
@@ -114,14 +114,14 @@ class Script(Kernel):
         return self.function(*(names[name] for name in self.inputs))
 
     def multivectors(self, /, **values: Any) -> Any:
-        """The results by the algebra layer: a named tuple of multivectors, exact where the values are."""
+        """Evaluate the results with the algebra layer: a named tuple of multivectors, exact if the values are."""
         expressions = self.function(*(parameter.symbols() for parameter in self.parameters))
         found = self._evaluated(expressions, values)
         kind: Any = namedtuple(f"{self.name}_multivectors", self.outputs)  # type: ignore[misc]
         return kind(*found)
 
     def draw(self, /, **values: Any) -> list[Drawn]:
-        """What is drawn, for these inputs: multivectors and colours of numbers."""
+        """Return the drawn objects for given inputs, with numerical multivectors and colours."""
         found = []
         for each in self.drawn:
             (value,) = self._evaluated([lift(each.value)], values)
@@ -160,17 +160,17 @@ def read_script(text: str, algebra: str | Path | Algebra | None = None, name: st
     Raises
     ------
     ScriptError
-        Where the script cannot be read: it knows `line` and `column`.
+        If the script cannot be read; it contains `line` and `column`.
     SpecError
-        When there is no such algebra.
+        If the algebra does not exist.
     """
     where = file or name
     try:
         return _read(text, algebra, name, where)
     except RecursionError:
-        found = "brackets, signs or macros inside each other, too many of them"
+        found = "too many nested brackets, signs or macros"
         raise ScriptError(
-            where, Place(1, 1), found, "some hundred at most", "give intermediate results names"
+            where, Place(1, 1), found, "at most some hundred", "assign intermediate results to names"
         ) from None
 
 
@@ -263,7 +263,7 @@ def _script(
 
 @dataclass(frozen=True, slots=True)
 class _OnlyDrawn:
-    """The function of a script that has pictures and no results: an error that says so."""
+    """The function of a script that has drawings and no results: it raises an error to that effect."""
 
     where: str
     names: str
@@ -276,7 +276,7 @@ class _OnlyDrawn:
 def _signature(
     where: str, signature: tuple[tuple[str, ...], tuple[str, ...], Place], inputs: list[str], outputs: list[str]
 ) -> tuple[list[str], list[str]]:
-    """The order that ``#pragma in2out`` gives, which must name all."""
+    """Return the order of names given by ``#pragma in2out``, which must name all."""
     place = signature[2]
     for what, given, found in (("inputs", signature[0], inputs), ("outputs", signature[1], outputs)):
         if sorted(given) != sorted(found):
@@ -287,7 +287,7 @@ def _signature(
 
 
 def _restricted(where: str, algebra: Algebra, value: Any, pragmas: Sequence[OutputBlades]) -> tuple[Any, Layout | None]:
-    """A result, and its layout where ``#pragma output`` says which blades it has."""
+    """Return a result, with its layout if ``#pragma output`` specifies its blades."""
     if not pragmas:
         return value, None
     names = [blade for pragma in pragmas for blade in pragma.blades]
@@ -307,7 +307,7 @@ def _numbers(colour: tuple[Any, ...] | None) -> tuple[Any, ...] | None:
 
 
 def _legal(written: str, taken: set[str]) -> str:
-    """A name of Python that is as near to one of the script as possible."""
+    """Return a valid Python name as close as possible to a name of the script."""
     name = written.replace("$", "_") or "_"
     name = name if not name.startswith("_") else "v" + name
     while keyword.iskeyword(name) or name in RESERVED or name in taken:
@@ -316,12 +316,12 @@ def _legal(written: str, taken: set[str]) -> str:
 
 
 def load_script(path: Path, algebra: str | None) -> Script:
-    """Read a file with a script; its function is named after it.
+    """Read a file with a script; its function is named after the file.
 
     Raises
     ------
     SpecError
-        When the file is missing or its name cannot name a function.
+        If the file does not exist or its name is not a valid function name.
     """
     if not path.is_file():
         raise SpecError(str(path), "no such file", "a script")

@@ -1,4 +1,4 @@
-"""The syntax tree of a script: immutable, every node with its place."""
+"""The syntax tree of a script: immutable nodes, each with its place."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .tokens import Place
 
 @dataclass(frozen=True, slots=True)
 class Number:
-    """A literal, exactly."""
+    """An exact literal."""
 
     value: Fraction
     place: Place
@@ -19,7 +19,7 @@ class Number:
 
 @dataclass(frozen=True, slots=True)
 class Name:
-    """An identifier; `is_global` where ``::`` stands before it."""
+    """An identifier; `is_global` if it is preceded by ``::``."""
 
     text: str
     place: Place
@@ -28,7 +28,7 @@ class Name:
 
 @dataclass(frozen=True, slots=True)
 class Argument:
-    """``_P(1)``, an argument of the macro it stands in."""
+    """``_P(1)``, an argument of the enclosing macro."""
 
     index: int
     place: Place
@@ -45,7 +45,7 @@ class Unary:
 
 @dataclass(frozen=True, slots=True)
 class Binary:
-    """Two operands and ``+ - * / ^ .`` between them, at whose place it is."""
+    """Two operands with one of the operators ``+ - * / ^ .``, at the place of the operator."""
 
     operator: str
     left: Node
@@ -55,7 +55,7 @@ class Binary:
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """A function or a macro with its arguments."""
+    """A call of a function or a macro with its arguments."""
 
     name: str
     arguments: tuple[Node, ...]
@@ -66,7 +66,7 @@ Node = Number | Name | Argument | Unary | Binary | Call
 
 
 class Mark(Enum):
-    """What stands before an assignment or a name."""
+    """The mark before an assignment or a name."""
 
     NONE = ""
     OUTPUT = "?"
@@ -106,7 +106,7 @@ class Colour:
 
 @dataclass(frozen=True, slots=True)
 class NullSpace:
-    """``:IPNS;`` or ``:OPNS;``: how what is drawn from here on is meant."""
+    """``:IPNS;`` or ``:OPNS;``: the interpretation of objects drawn from here on."""
 
     name: str
     place: Place
@@ -114,7 +114,7 @@ class NullSpace:
 
 @dataclass(frozen=True, slots=True)
 class Declaration:
-    """``DefVarsN3();`` of older scripts: the algebra they are written for."""
+    """``DefVarsN3();`` of older scripts: the algebra for which they are written."""
 
     name: str
     place: Place

@@ -1,4 +1,4 @@
-"""The words of a script, with their places."""
+"""The tokens of a script, with their places."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from ..errors import SpecError
 
 
 class Place(NamedTuple):
-    """Where something stands in a script: line and column, from 1 on."""
+    """A position in a script: line and column, counted from 1."""
 
     line: int
     column: int
 
 
 class ScriptError(SpecError):
-    """A script that cannot be read, with the place of its fault.
+    """A script that cannot be read, with the place of the error.
 
     Attributes
     ----------
     line, column : int
-        From 1 on.
+        Counted from 1.
     """
 
     def __init__(self, script: str, place: Place, found: str, expected: str = "", remedy: str = "") -> None:
@@ -34,7 +34,7 @@ class ScriptError(SpecError):
 
 @dataclass(frozen=True, slots=True)
 class Token:
-    """One word: ``name``, ``number``, ``string``, ``symbol`` or ``end``."""
+    """One token: ``name``, ``number``, ``string``, ``symbol`` or ``end``."""
 
     kind: str
     text: str
@@ -42,7 +42,7 @@ class Token:
 
     @property
     def value(self) -> Fraction | None:
-        """What a number says, exactly; None where no double holds it."""
+        """Return the exact value of a number; None if it is out of the range of doubles."""
         text = self.text.rstrip("fdFD")
         _, _, exponent = text.lower().partition("e")
         if len(text) > _LONGEST_NUMBER or abs(int(exponent or 0)) > _LONGEST_NUMBER:
@@ -79,18 +79,18 @@ _DIRECTIVE = re.compile(r"[ \t]*(?://)?#(?P<word>\w*)[ \t]*(?P<rest>.*)")
 
 
 def words(script: str, text: str) -> tuple[list[Token], list[Directive]]:
-    """The tokens of a script, with one for its end, and its directives.
+    """Return the tokens of a script, including one for its end, and its directives.
 
     Parameters
     ----------
     script : str
-        What messages call it.
+        Name of the script in error messages.
     text : str
 
     Raises
     ------
     ScriptError
-        At a character that begins nothing, or a comment that does not end.
+        At a character that begins no token, or a comment that does not end.
     """
     tokens: list[Token] = []
     directives: list[Directive] = []

@@ -1,4 +1,4 @@
-"""Functions of numbers in scripts. Exact numbers are lifted to expressions, which decide later how roots are taken."""
+"""Functions of numbers in scripts. Exact numbers are lifted to expressions, so that roots are evaluated later."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from ..frontend.expression import Expression, lift
 
 
 def lifted(value: Any) -> Any:
-    """Exact numbers and constant multivectors as expressions; all else as it is."""
+    """Return exact numbers and constant multivectors as expressions, and all other values unchanged."""
     return lift(value) if isinstance(value, (int, Fraction, Multivector)) else value
 
 
 def scalar_part(value: Any) -> Any:
-    """The coefficient of 1, which is what functions of numbers take of a multivector, as in Gaalop.
+    """Return the coefficient of 1, to which functions of numbers reduce a multivector, as in Gaalop.
 
     Raises
     ------
     KernelError
-        When there is none.
+        If there is no such coefficient.
     """
     if not isinstance(value, (Expression, Multivector)) or (isinstance(value, Expression) and value.is_scalar):
         return value
@@ -34,7 +34,7 @@ def scalar_part(value: Any) -> Any:
 
 
 def of_scalars(function: Callable[..., Any]) -> Callable[..., Any]:
-    """A function of numbers, for whatever a script gives it."""
+    """Wrap a function of numbers so that it accepts any value of a script."""
     return lambda *values: function(*(lifted(scalar_part(value)) for value in values))
 
 
@@ -48,12 +48,12 @@ DOMAINS: dict[str, Callable[[Any], bool]] = {
 
 
 def within_domain(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-    """A function of a number, which refuses exact numbers for which it has no real value."""
+    """Wrap a function of a number so that it refuses exact numbers outside its real domain."""
 
     def checked(x: Any) -> Any:
         number = x.data.scalar if isinstance(x, Expression) and x.operation is Operation.CONSTANT else x
         if isinstance(number, (int, Fraction)) and not DOMAINS[name](number):
-            raise KernelError(name, f"{name}({number}), which is no real number", "a number where it is defined")
+            raise KernelError(name, f"{name}({number}), which is not a real number", "a number where it is defined")
         return function(x)
 
     return of_scalars(checked)
@@ -69,7 +69,7 @@ absolute = of_scalars(operations.absolute)
 
 
 def length(value: Any) -> Any:
-    """``abs(m)``: the root of the absolute value of the scalar part of ``m ~m``."""
+    """Compute ``abs(m)``: the root of the absolute value of the scalar part of ``m ~m``."""
     if not isinstance(value, (Expression, Multivector)) or (isinstance(value, Expression) and value.is_scalar):
         return absolute(value)
     square = operations.norm_squared(value)

@@ -1,1 +1,1 @@
-"""What geometric algebras are made of: matrix algebras, groups of versors, Lie algebras of bivectors, null cones."""
+"""The structure of geometric algebras: matrix algebras, groups of versors, Lie algebras of bivectors, null cones."""

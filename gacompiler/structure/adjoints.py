@@ -1,9 +1,9 @@
-"""Involutions of an algebra as operations on its matrices: what reversion does to a matrix.
+"""Involutions of an algebra as operations on its matrices, such as the effect of reversion on a matrix.
 
 Basis vectors have matrices with one unit in each row, so that the adjoint (transposed, with conjugate entries) of a
-vector is its inverse: plus or minus itself. Reversion and Clifford conjugation are that adjoint between a blade and its
-inverse; where such a blade is missing, for odd dimensions, complex entries stay as they are, or halves change places
-(Porteous 1995, ch. 17; Lounesto 2001, ch. 18).
+vector is its inverse: plus or minus itself. Reversion and Clifford conjugation are that adjoint, conjugated by a blade.
+If no such blade exists, for odd dimensions, complex entries are not conjugated, or the halves are exchanged (Porteous
+1995, ch. 17; Lounesto 2001, ch. 18).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ MEANINGS: Mapping[str, Callable[[Multivector], Multivector]] = {
 
 @dataclass(frozen=True, slots=True)
 class MatrixInvolution:
-    """``X -> S f(X) S**-1`` with ``f`` made of exchanges that need no number.
+    """``X -> S f(X) S**-1``, where ``f`` is composed of transposition, conjugation and exchange of halves.
 
     Attributes
     ----------
@@ -36,11 +36,11 @@ class MatrixInvolution:
     similarity : Multivector
         The blade ``S``.
     is_transposed : bool
-        Of rows and columns: reversion and Clifford conjugation, which reverse products.
+        Whether rows and columns are exchanged: reversion and Clifford conjugation, which reverse products.
     is_conjugated : bool
         Whether i, j and k change their signs.
     is_swapped : bool
-        Whether the halves change places.
+        Whether the halves are exchanged.
     """
 
     representation: Representation
@@ -50,7 +50,7 @@ class MatrixInvolution:
     is_swapped: bool
 
     def __call__(self, matrices: Matrices) -> Matrices:
-        """The matrices of the involution of an element, from its matrices."""
+        """Return the matrices of the involution of an element, from its matrices."""
         representation = self.representation
         left = representation.matrix(self.similarity)
         right = representation.matrix(inverse(self.similarity))
@@ -58,7 +58,7 @@ class MatrixInvolution:
         return representation.product(representation.product(left, inner), right)
 
     def __str__(self) -> str:
-        """The formula, ``S`` given by its blade."""
+        """Return the formula, with ``S`` given by its blade."""
         inner = "X" + ("^T" if self.is_transposed else "")
         inner = f"conj({inner})" if self.is_conjugated else inner
         inner = f"swap({inner})" if self.is_swapped else inner
@@ -66,12 +66,12 @@ class MatrixInvolution:
 
 
 def matrix_involution(representation: Representation, name: str) -> MatrixInvolution:
-    """What an involution does to matrices.
+    """Return the operation on matrices that corresponds to an involution.
 
     Parameters
     ----------
     representation : Representation
-        Of an orthogonal basis that is not degenerate.
+        With an orthogonal, nondegenerate basis.
     name : {"reverse", "grade_involution", "clifford_conjugate"}
 
     Raises
@@ -114,9 +114,9 @@ def _exchanged(matrices: Matrices, transposed: bool, conjugated: bool, swapped: 
 
 
 def _similarity(signs: list[int]) -> int | None:
-    """The blade between which and its inverse every basis vector gets its sign: ``S e S**-1 = sign e``.
+    """Return the blade by which conjugation gives every basis vector its sign: ``S e S**-1 = sign e``.
 
-    A vector anticommutes with an even blade that has it, and with an odd one that has it not.
+    A vector anticommutes with an even blade that contains it, and with an odd blade that does not.
     """
     minus = sum(1 << k for k, sign in enumerate(signs) if sign < 0)
     plus = (1 << len(signs)) - 1 ^ minus

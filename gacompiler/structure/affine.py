@@ -42,41 +42,41 @@ class AffineSpace:
         self.algebra = null_cones(n + 1)
 
     def point(self, coordinates: Sequence[Any]) -> Multivector:
-        """``x + w_(n+1)``: a point of weight 1."""
+        """Return the point ``x + w_(n+1)`` of weight 1."""
         return self._vector(coordinates, 1)
 
     def direction(self, coordinates: Sequence[Any]) -> Multivector:
-        """A point at infinity, of weight 0."""
+        """Return a point at infinity, of weight 0."""
         return self._vector(coordinates, 0)
 
     def coordinates(self, point: Multivector) -> tuple[Any, ...]:
-        """The coordinates of a point of any weight but 0."""
+        """Return the coordinates of a point of any nonzero weight."""
         weight = point[1 << self.n]
         if weight == 0:
             raise AlgebraError("coordinates of a point", "weight 0", "a finite point", "it is a direction")
         return tuple(divide(point[1 << k], weight) for k in range(self.n))
 
     def versor(self, matrix: Sequence[Sequence[Any]], translation: Sequence[Any]) -> Multivector:
-        """The versor of ``x -> A x + t``, from the homogeneous matrix; exact, of norm ``det A``."""
+        """Return the versor of ``x -> A x + t`` from the homogeneous matrix; exact, of norm ``det A``."""
         rows = [[*row, t] for row, t in zip(matrix, translation, strict=True)]
         return versor_of_linear_map([*rows, [0] * self.n + [1]])
 
     def translator(self, translation: Sequence[Any]) -> Multivector:
-        """``exp(t ^ v_(n+1) / 2) = 1 + t ^ v_(n+1) / 2``: the versor of ``x -> x + t``."""
+        """Return ``exp(t ^ v_(n+1) / 2) = 1 + t ^ v_(n+1) / 2``, the versor of ``x -> x + t``."""
         infinite = self.algebra.basis()[2 * self.n + 1]
         return 1 + (self.direction(translation) ^ infinite).map(lambda value: scale(value, Fraction(1, 2)))
 
     def move(self, versor: Multivector, x: Multivector) -> Multivector:
-        """``K x K**-1``: points, lines and all other blades of points."""
+        """Return ``K x K**-1``, for points, lines and all other blades of points."""
         return versor * x * inverse(versor)
 
     def affine_algebra(self) -> LieAlgebra:
-        """aff(n): the ``n**2 + n`` bivectors ``w_i ^ v_j`` whose homogeneous matrix has no last row."""
+        """Return aff(n): the ``n**2 + n`` bivectors ``w_i ^ v_j`` whose homogeneous matrix has a zero last row."""
         n = self.n
         return LieAlgebra(self.algebra, tuple(self._unit(i, j) for i in range(n) for j in range(n + 1)))
 
     def euclidean_algebra(self) -> LieAlgebra:
-        """se(n): rotations ``w_i ^ v_j - w_j ^ v_i`` and translations ``w_i ^ v_(n+1)``."""
+        """Return se(n): rotations ``w_i ^ v_j - w_j ^ v_i`` and translations ``w_i ^ v_(n+1)``."""
         n = self.n
         rotations = [self._unit(i, j) - self._unit(j, i) for i in range(n) for j in range(i + 1, n)]
         return LieAlgebra(self.algebra, (*rotations, *(self._unit(i, n) for i in range(n))))
@@ -118,66 +118,69 @@ class Horosphere:
         *self.vectors, self.e, self.ebar = self.algebra.basis()
 
     def vector(self, coordinates: Sequence[Any]) -> Multivector:
-        """A vector of the space itself."""
+        """Return a vector of the space itself."""
         if len(coordinates) != self.n:
             raise AlgebraError("vector of the horosphere", f"{len(coordinates)} coordinates", f"{self.n}")
         return Multivector(self.algebra, {1 << k: x for k, x in enumerate(coordinates)})
 
     def affine(self, coordinates: Sequence[Any]) -> Multivector:
-        """``x_h = x + e``."""
+        """Return the affine point ``x_h = x + e``."""
         return self.vector(coordinates) + self.e
 
     def conformal(self, coordinates: Sequence[Any]) -> Multivector:
-        """``x_c = x + e - x**2 / 2 ebar``: null, with ``x_c . ebar = 1`` and ``x_c . y_c = -(x - y)**2 / 2``."""
+        """Return ``x_c = x + e - x**2 / 2 ebar``: null, with ``x_c . ebar = 1`` and ``x_c . y_c = -(x - y)**2 / 2``."""
         return self.lift(self.affine(coordinates))
 
     def lift(self, affine: Multivector) -> Multivector:
-        """``x_c = x_h ebar x_h / 2``."""
+        """Return ``x_c = x_h ebar x_h / 2``."""
         return (affine * self.ebar * affine).map(lambda value: scale(value, Fraction(1, 2))).grade(1)
 
     def drop(self, x: Multivector) -> Multivector:
-        """The affine part of points and blades: without ``ebar``."""
+        """Return the affine part of points and blades, without ``ebar``."""
         return x.keep(lambda blade: not blade >> self.n + 1 & 1)
 
     def coordinates(self, point: Multivector) -> tuple[Any, ...]:
-        """The coordinates of an affine or conformal point of any weight but 0."""
+        """Return the coordinates of an affine or conformal point of any nonzero weight."""
         weight = point[1 << self.n]
         if weight == 0:
             raise AlgebraError("coordinates of a point", "weight 0", "a finite point", "it is a direction")
         return tuple(divide(point[1 << k], weight) for k in range(self.n))
 
     def translator(self, translation: Sequence[Any]) -> Multivector:
-        """``1 + t ebar / 2``: moves ``x_c`` to the point of ``x + t``."""
+        """Return ``1 + t ebar / 2``, which moves ``x_c`` to the point of ``x + t``."""
         return 1 + (self.vector(translation) * self.ebar).map(lambda value: scale(value, Fraction(1, 2)))
 
     def move(self, versor: Multivector, flat: Multivector) -> Multivector:
-        """A flat moved by a rotor, a translator or a product of such, as affine blade again."""
+        """Move a flat by a rotor, a translator or a product of these; the result is an affine blade."""
         return self.drop(sandwich(versor, flat))
 
     def flat(self, *points: Sequence[Any]) -> Multivector:
-        """The flat through some points: point, line, plane and so on; zero where they depend on each other."""
+        """Return the flat through some points: point, line, plane and so on; zero if they are dependent."""
         blade = self.algebra.scalar(1)
         for point in points:
             blade = blade ^ self.affine(point)
         return blade
 
     def direction(self, flat: Multivector) -> Multivector:
-        """``ebar . A``: the blade of the directions of a flat, 1 for a point; zero at infinity."""
+        """Return ``ebar . A``: the blade of the directions of a flat, 1 for a point; zero at infinity."""
         return self.ebar.product("left_contraction", flat)
 
     def support(self, flat: Multivector) -> Multivector:
-        """The affine point of a flat that is nearest to the origin: ``<A D**-1>`` of grade 1, `D` its direction."""
+        """Return the affine point of a flat that is nearest to the origin.
+
+        It is the part of grade 1 of ``A D**-1``, where `D` is the direction.
+        """
         direction = self.direction(flat)
         if not significant(direction, TOLERANCE, like=flat).terms:
             raise AlgebraError("support of a flat", "a flat at infinity", "a finite one")
         return (flat * inverse(direction)).grade(1)
 
     def directed_distance(self, a: Multivector, b: Multivector) -> Multivector:
-        """The vector from the flat `a` to the flat `b` that is orthogonal to both; zero where they meet.
+        """Return the vector from the flat `a` to the flat `b` that is orthogonal to both; zero if they meet.
 
-        For flats whose directions are independent it is ``ebar . (A ^ B) / (D_A ^ D_B)``, up to sign. That is 0 / 0 for
-        parallel ones, so what is taken is the difference of supports without its part in the join of the directions,
-        the same for all pairs. Directions must not be null.
+        For flats with independent directions it is ``ebar . (A ^ B) / (D_A ^ D_B)``, up to sign. Since that is 0 / 0
+        for parallel flats, the method uses, for all pairs, the difference of the supports minus its component in the
+        join of the directions. Directions must not be null.
         """
         difference = self.support(b) - self.support(a)
         span = join(self.direction(a), self.direction(b))
@@ -186,21 +189,24 @@ class Horosphere:
         return (difference ^ span) * inverse(span)
 
     def lies_on(self, a: Multivector, b: Multivector, tolerance: float = TOLERANCE) -> bool:
-        """Whether the flat `a` is part of the flat `b`: all its points are. Exact where they are."""
+        """Return whether the flat `a` is contained in the flat `b`. Exact if both are."""
         return all(not significant(x ^ b, tolerance, like=_bound(x, b)).terms for x in spanning_vectors(a, tolerance))
 
     def is_flag(self, *flats: Multivector) -> bool:
-        """Whether each flat lies on the next: point on line on plane."""
+        """Return whether each flat lies on the next: point on line on plane."""
         return all(self.lies_on(a, b) for a, b in pairwise(flats))
 
     def meet(self, a: Multivector, b: Multivector) -> tuple[Multivector, bool]:
-        """What two flats share, and whether it is finite: parallel flats share directions alone. Metric-free."""
+        """Return the common part of two flats, and whether it is finite.
+
+        Parallel flats share only directions. No metric is used.
+        """
         shared = join_and_meet(a, b)[1]
         direction = self.direction(shared)
         return shared, bool(significant(direction, TOLERANCE, like=shared).terms)
 
 
 def _bound(a: Multivector, b: Multivector) -> Multivector:
-    """A scalar as large as the largest coefficients of two elements together."""
+    """Return a scalar as large as the largest coefficients of two elements together."""
     one, two = (max((abs(value) for value in x.terms.values()), default=0) for x in (a, b))
     return a.lift(one * two)

@@ -23,10 +23,10 @@ Blocks = Any
 def matrix_product(
     algebra: Algebra, factors: Sequence[Terms], chosen: Sequence[Level], possible: Iterable[int]
 ) -> dict[int, Any]:
-    """The geometric product of sums of blades, from left to right, through the levels of a plan.
+    """Return the geometric product of sums of blades, from left to right, through the levels of a plan.
 
     Only the `possible` blades are formed: sums that cancel for every element (odd blades in a product of even ones) do
-    not cancel by their form.
+    not cancel symbolically.
     """
     blocks = to_blocks(chosen, factors[0])
     for factor in factors[1:]:
@@ -45,9 +45,9 @@ def matrix_product(
 
 
 def _entries(chosen: Sequence[Level], wanted: Sequence[int]) -> dict[int, tuple[tuple[int, ...], int, Rational]]:
-    """Blades that are the only ones in some entry of a block: the path to the block, the blade of C, the factor.
+    """Return the blades that are alone in some entry of a block: the path to the block, the blade of C, the factor.
 
-    A vector that was turned by a rotor need not be collected from blocks that say the same twice.
+    A vector rotated by a rotor need not be collected from redundant blocks.
     """
     contained: dict[tuple[tuple[int, ...], int], list[tuple[int, Rational]]] = {}
     for blade in wanted:
@@ -63,7 +63,7 @@ def _entries(chosen: Sequence[Level], wanted: Sequence[int]) -> dict[int, tuple[
 
 
 def leaves(blocks: Blocks) -> Iterator[tuple[tuple[int, ...], Terms]]:
-    """What no level takes apart, with the numbers of the blocks that lead there."""
+    """Return the elements that no level decomposes, with the numbers of their blocks."""
     if not isinstance(blocks, tuple):
         yield (), blocks
         return
@@ -80,7 +80,7 @@ def _at(blocks: Blocks, path: Sequence[int]) -> Terms:
 
 
 def to_blocks(chosen: Sequence[Level], terms: Terms) -> Blocks:
-    """The blocks of an element, by one level after the other."""
+    """Return the blocks of an element, applying one level after the other."""
     if not chosen:
         return terms
     level = chosen[0]
@@ -115,7 +115,7 @@ def _multiply(algebra: Algebra, chosen: Sequence[Level], a: Blocks, b: Blocks) -
 
 
 def _three_products(multiply: Callable[[Blocks, Blocks], Blocks], a: Blocks, b: Blocks) -> Blocks:
-    """``(p + z q) (r + z s)`` with ``z z = -1``: ``p r - q s``, and ``(p + q) (r + s) - p r - q s``."""
+    """Return ``(p + z q) (r + z s)`` with ``z z = -1``: ``p r - q s``, and ``(p + q) (r + s) - p r - q s``."""
     (p, q), (r, s) = a, b
     if not (_is_empty(p) or _is_empty(q) or _is_empty(r) or _is_empty(s)):
         first, last = multiply(p, r), multiply(q, s)
@@ -134,7 +134,7 @@ def _sum(a: Blocks, b: Blocks, factor: int = 1) -> Blocks:
 
 
 def from_blocks(chosen: Sequence[Level], blocks: Blocks) -> tuple[dict[int, Any], Mapping[int, Rational]]:
-    """Coefficients, and the factors that they still lack."""
+    """Return coefficients, and their remaining scale factors."""
     if not chosen:
         return dict(blocks), _Ones()
     level = chosen[0]

@@ -1,4 +1,4 @@
-"""Exponentials in any algebra, and what products of exponentials are: the Baker-Campbell-Hausdorff series."""
+"""Exponentials in any algebra, and products of exponentials: the Baker-Campbell-Hausdorff series."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _TERMS = 18
 
 
 def exponential(x: Multivector) -> Multivector:
-    """``1 + x + x x / 2 + ...``.
+    """Compute ``1 + x + x x / 2 + ...``.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def exponential(x: Multivector) -> Multivector:
     Returns
     -------
     Multivector
-        Exact where `x` is exact and some power of it vanishes (translators, transvections); floats otherwise, by
+        Exact if `x` is exact and some power of it vanishes (translators, transvections); floats otherwise, by
         scaling and squaring of matrices, with a relative error of about 1e-15 times the norm of `x`.
     """
     if all(is_exact(value) for value in x.terms.values()):
@@ -45,7 +45,7 @@ def exponential(x: Multivector) -> Multivector:
 
 
 def matrix_exponential(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The exponential of a square matrix by its Taylor series, after scaling and before squaring."""
+    """Compute the exponential of a square matrix by its Taylor series, with scaling and squaring."""
     norm = float(np.abs(matrix).sum(axis=0).max(initial=0.0))
     if not np.isfinite(norm):
         raise AlgebraError("exponential", "coefficients that are not finite", "finite numbers")
@@ -60,12 +60,12 @@ def matrix_exponential(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def product_of_exponentials(a: Multivector, b: Multivector, order: int = 4) -> Multivector:
-    """``log(exp(a) exp(b))`` up to brackets of `order` factors: a bivector where `a` and `b` are.
+    """Compute ``log(exp(a) exp(b))`` up to brackets of `order` factors: a bivector if `a` and `b` are.
 
     Parameters
     ----------
     a, b : Multivector
-        Small; what is left out has `order` + 1 factors.
+        Small; omitted terms have `order` + 1 factors.
     order : {1, 2, 3, 4}
 
     Raises

@@ -1,6 +1,6 @@
 """Finite groups of versors: the binary polyhedral groups, the rotations of cubes, reflections in roots.
 
-A finite group of rotations has twice as many rotors; all products of a few of them are all of them (Coxeter, *Regular
+A finite group of rotations has twice as many rotors; they are generated as products of a few of them (Coxeter, *Regular
 Polytopes*, 1973; Conway & Smith, *On Quaternions and Octonions*, 2003).
 """
 
@@ -23,19 +23,19 @@ _HALF = Fraction(1, 2)
 
 
 def generated_group(generators: Sequence[Multivector], largest: int = 10_000) -> tuple[Multivector, ...]:
-    """All products of some invertible elements, exactly; 1 first, shorter products before longer ones.
+    """Return all products of some invertible elements, exactly; 1 first, shorter products before longer ones.
 
     Parameters
     ----------
     generators : sequence of Multivector
         Of one algebra, with exact coefficients: integers, fractions or `QuadraticNumber`.
     largest : int
-        Number of elements.
+        Maximal number of elements.
 
     Raises
     ------
     AlgebraError
-        For no generator, for coefficients that are floats, where equality means little, and where there are more
+        For no generator, for floating-point coefficients, which cannot be compared exactly, and if there are more
         products than `largest`.
     """
     if not generators:
@@ -61,7 +61,7 @@ def _key(x: Multivector) -> frozenset[tuple[int, Coefficient]]:
 
 
 def polyhedral_group(name: str) -> tuple[Multivector, ...]:
-    """The rotors of a regular polyhedron in G(3): 24 of the tetrahedron, 48 of the cube, 120 of the icosahedron.
+    """Return the rotors of a regular polyhedron in G(3): 24 of the tetrahedron, 48 of the cube, 120 of the icosahedron.
 
     Parameters
     ----------
@@ -87,17 +87,20 @@ def polyhedral_group(name: str) -> tuple[Multivector, ...]:
 
 
 def cube_group(n: int, algebra: Algebra | None = None) -> tuple[Multivector, ...]:
-    """The ``2**n n!`` rotors of the cube in `n` dimensions: 48 in three, 384 in four. Exact, over ``sqrt(2)``."""
+    """Return the ``2**n n!`` rotors of the cube in `n` dimensions: 48 in three, 384 in four.
+
+    They are exact, over ``sqrt(2)``.
+    """
     vectors = (algebra or orthogonal(n)).basis()
     half_root = QuadraticNumber.root(2) * _HALF
     return generated_group([(1 + a * b) * half_root for a, b in pairwise(vectors)])
 
 
 def reflection_group(roots: Sequence[Multivector]) -> tuple[Multivector, ...]:
-    """The versors of all products of reflections in some unit vectors: a double cover in Pin.
+    """Return the versors of all products of reflections in some unit vectors: a double cover in Pin.
 
-    Twice the order of the Coxeter group of simple roots, where the group is finite.
+    If the group is finite, it has twice the order of the Coxeter group of the simple roots.
     """
     if any(x.grades != (1,) or x * x not in (1, -1) for x in roots):
-        raise AlgebraError("reflection_group", "roots that are no unit vectors", "vectors that square to +1 or -1")
+        raise AlgebraError("reflection_group", "roots that are not unit vectors", "vectors that square to +1 or -1")
     return generated_group(roots)

@@ -38,12 +38,12 @@ _OUTSIDE = 1e-9
 
 @cache
 def null_cones(n: int) -> Algebra:
-    """G(n, n) in a basis of null pairs, the same object each time."""
+    """Return G(n, n) in a basis of null pairs, the same object each time."""
     return null_pairs(n)
 
 
 def orthonormal_frame(n: int) -> tuple[tuple[Multivector, ...], tuple[Multivector, ...]]:
-    """The vectors ``s_i = w_i + v_i / 2`` of square +1 and ``t_i = w_i - v_i / 2`` of square -1 of G(n, n)."""
+    """Return the vectors ``s_i = w_i + v_i / 2`` of square +1 and ``t_i = w_i - v_i / 2`` of square -1 of G(n, n)."""
     vectors = null_cones(n).basis()
     half = Fraction(1, 2)
     pairs = list(zip(vectors[:n], vectors[n:], strict=True))
@@ -51,9 +51,9 @@ def orthonormal_frame(n: int) -> tuple[tuple[Multivector, ...], tuple[Multivecto
 
 
 def bivector_of_linear_map(matrix: Sequence[Sequence[Any]]) -> Multivector:
-    """The bivector ``sum a_ij w_i ^ v_j`` of a matrix, any ring: ``B x w_k`` is its column `k` on the ``w``.
+    """Return the bivector ``sum a_ij w_i ^ v_j`` of a matrix over any ring: ``B x w_k`` is its column `k` on the ``w``.
 
-    Commutator products of bivectors are commutators of matrices: ``B_A x B_C`` belongs to ``A C - C A``.
+    Commutator products of bivectors are commutators of matrices: ``B_A x B_C`` corresponds to ``A C - C A``.
     """
     n = _square(matrix)
     terms = {1 << i | 1 << n + j: _own(matrix[i][j]) for i in range(n) for j in range(n)}
@@ -61,12 +61,12 @@ def bivector_of_linear_map(matrix: Sequence[Sequence[Any]]) -> Multivector:
 
 
 def linear_map_of_bivector(bivector: Multivector) -> NDArray[Any]:
-    """The matrix of a bivector of gl(n), shape (n, n), dtype object: the inverse of `bivector_of_linear_map`.
+    """Return the matrix of a bivector of gl(n), shape (n, n), dtype object: inverse of `bivector_of_linear_map`.
 
     Raises
     ------
     AlgebraError
-        For another algebra, and for a bivector with parts that no matrix has, such as ``w_1 ^ w_2``.
+        For another algebra, and for a bivector with terms that correspond to no matrix, such as ``w_1 ^ w_2``.
     """
     n = _pairs(bivector.algebra)
     found = np.array([[bivector[1 << i | 1 << n + j] for j in range(n)] for i in range(n)], dtype=object)
@@ -76,18 +76,18 @@ def linear_map_of_bivector(bivector: Multivector) -> NDArray[Any]:
 
 
 def general_linear_algebra(n: int) -> LieAlgebra:
-    """gl(n): the ``n**2`` bivectors ``w_i ^ v_j``, row by row."""
+    """Return gl(n): the ``n**2`` bivectors ``w_i ^ v_j``, row by row."""
     return LieAlgebra(null_cones(n), tuple(_unit(n, i, j) for i in range(n) for j in range(n)))
 
 
 def special_linear_algebra(n: int) -> LieAlgebra:
-    """sl(n): those whose matrix has no trace."""
+    """Return sl(n): the bivectors of traceless matrices."""
     off = [_unit(n, i, j) for i in range(n) for j in range(n) if i != j]
     return LieAlgebra(null_cones(n), (*off, *(_unit(n, i, i) - _unit(n, i + 1, i + 1) for i in range(n - 1))))
 
 
 def orthogonal_subalgebra(squares: Sequence[int]) -> LieAlgebra:
-    """so(p, q) within gl(n): the matrices that are skew in a metric of squares +1 and -1."""
+    """Return so(p, q) within gl(n): the matrices that are skew in a metric of squares +1 and -1."""
     n = len(squares)
     return LieAlgebra(
         null_cones(n),
@@ -96,25 +96,25 @@ def orthogonal_subalgebra(squares: Sequence[int]) -> LieAlgebra:
 
 
 def versor_of_linear_map(matrix: Sequence[Sequence[Any]] | ArrayLike, normalized: bool = False) -> Multivector:
-    """The versor of G(n, n) that moves the ``w`` by a matrix ``T``: ``K w_k K**-1`` is the column `k` of `T`.
+    """Return the versor of G(n, n) that moves the ``w`` by a matrix ``T``: ``K w_k K**-1`` is the column `k` of `T`.
 
     Parameters
     ----------
     matrix : (n, n)
-        With an inverse. Exact where its entries are integers or fractions.
+        Invertible. The result is exact if the entries are integers or fractions.
     normalized : bool
         Divide by ``sqrt(|det T|)``, as floats, so that ``K ~K`` is +1 or -1.
 
     Returns
     -------
     Multivector
-        Even, with ``K ~K = det T``, and a homomorphism: the versor of a product is the product of the versors. Where
-        ``det T < 0`` the norm is negative: such a `K` is no exponential of a bivector, and needs nothing else.
+        Even, with ``K ~K = det T``. The map is a homomorphism: the versor of a product is the product of the versors.
+        If ``det T < 0`` the norm is negative, and `K` is not the exponential of a bivector.
 
     Raises
     ------
     AlgebraError
-        For a matrix that is not square, or without inverse.
+        For a matrix that is not square or not invertible.
     """
     entries = [[_own(value) for value in row] for row in np.asarray(matrix, dtype=object)]
     n = _square(entries)
@@ -134,7 +134,7 @@ def versor_of_linear_map(matrix: Sequence[Sequence[Any]] | ArrayLike, normalized
 
 
 def versor_coefficients(matrices: ArrayLike) -> Floats:
-    """The coefficients of versors of many matrices at once, not normalised.
+    """Return the coefficients of the versors of many matrices at once, not normalised.
 
     Parameters
     ----------
@@ -154,22 +154,22 @@ def versor_coefficients(matrices: ArrayLike) -> Floats:
 
 
 def versor_blades(n: int) -> tuple[int, ...]:
-    """The bitmaps of the blades that versors of linear maps have: as many ``w`` as ``v``."""
+    """Return the bitmaps of the blades in versors of linear maps: as many ``w`` as ``v``."""
     return _index_sets(n)[0]
 
 
 def linear_map_of_versor(versor: Multivector) -> NDArray[Any]:
-    """The matrix, shape (n, n), dtype object, by which a versor moves the ``w``; exact where the versor is.
+    """Return the matrix, shape (n, n), dtype object, by which a versor moves the ``w``; exact if the versor is.
 
     Raises
     ------
     AlgebraError
-        For an element that is no versor, and for versors that mix the two null cones.
+        For an element that is not a versor, and for versors that mix the two null cones.
     """
     n = _pairs(versor.algebra)
     action = membership(versor).action
     if action is None:
-        raise AlgebraError("linear_map_of_versor", "an element that is no versor", "a product of invertible vectors")
+        raise AlgebraError("linear_map_of_versor", "an element that is not a versor", "a product of invertible vectors")
     found = np.array(action, dtype=object)
     size = max(abs(value) for value in found.flat)
     exactly = all(is_exact(value) for value in versor.terms.values())
@@ -179,9 +179,9 @@ def linear_map_of_versor(versor: Multivector) -> NDArray[Any]:
 
 
 def polar_versors(matrix: ArrayLike) -> tuple[Multivector, Multivector]:
-    """Versors of a rotation (or reflection) ``Q`` and of a symmetric positive stretch ``S`` with ``T = Q S``.
+    """Return versors of a rotation or reflection ``Q`` and a symmetric positive stretch ``S`` with ``T = Q S``.
 
-    Normalised, as floats: by the singular values of `T`.
+    They are normalised floats, computed from the singular values of `T`.
     """
     left, values, right = np.linalg.svd(np.asarray(matrix, dtype=float))
     return (
@@ -192,7 +192,7 @@ def polar_versors(matrix: ArrayLike) -> tuple[Multivector, Multivector]:
 
 @cache
 def _index_sets(n: int) -> tuple[tuple[int, ...], NDArray[np.int64]]:
-    """For the sets I and J of one size: the blade ``w_I ^ v_J``, and the rows of (T + 1, T - 1) of its determinant.
+    """Return, for sets I and J of one size, ``w_I ^ v_J`` and the rows of (T + 1, T - 1) of its determinant.
 
     Rows J of ``T + 1`` are replaced by rows I of ``T - 1``.
     """
@@ -210,7 +210,7 @@ def _index_sets(n: int) -> tuple[tuple[int, ...], NDArray[np.int64]]:
 
 @cache
 def _signs(n: int) -> Floats:
-    """``2**-n`` times the sign of sorting ``w v w v ...`` into ``w w ... v v ...``."""
+    """Return ``2**-n`` times the sign of sorting ``w v w v ...`` into ``w w ... v v ...``."""
     sizes = [blade.bit_count() // 2 for blade in _index_sets(n)[0]]
     return np.array([(-1) ** (k * (k - 1) // 2) / 2.0**n for k in sizes])
 
@@ -264,5 +264,5 @@ def _pairs(algebra: Algebra) -> int:
 
 
 def _own(value: Any) -> Any:
-    """Numbers of numpy as Python's."""
+    """Convert NumPy numbers to Python numbers."""
     return value.item() if isinstance(value, np.generic) else value

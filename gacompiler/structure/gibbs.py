@@ -1,7 +1,7 @@
-"""Gibbs' vector algebra in words of geometric algebra: a dictionary whose entries compute.
+"""A dictionary from Gibbs' vector algebra to geometric algebra whose entries can be evaluated.
 
 The cross product is the polar vector of a plane: ``a x b = -I (a ^ b)`` (Hestenes, *New Foundations for Classical
-Mechanics*, 1999, ch. 2). Functions take and return triples of numbers, exactly where these are exact.
+Mechanics*, 1999, ch. 2). Functions accept and return triples of numbers, and are exact for exact input.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ class Entry:
     theirs : str
         The formula in the other language.
     ours : str
-        The same in geometric algebra.
+        The same formula in geometric algebra.
     function : callable
-        Computes it by geometric algebra.
+        The computation by geometric algebra.
     """
 
     name: str
@@ -42,24 +42,24 @@ class Entry:
     function: Callable[..., Any]
 
     def __call__(self, *arguments: Any) -> Any:
-        """Compute it."""
+        """Evaluate the entry."""
         return self.function(*arguments)
 
 
 def table(dictionary: Mapping[str, Entry]) -> list[list[str]]:
-    """A dictionary as rows of text: name, formula there, formula here."""
+    """Return a dictionary as rows of text: name, formula there, formula here."""
     return [[entry.name, entry.theirs, entry.ours] for entry in dictionary.values()]
 
 
 def vector(triple: Triple) -> Multivector:
-    """A triple as a vector of G(3)."""
+    """Convert a triple to a vector of G(3)."""
     if len(triple) != 3:
         raise AlgebraError("vector of Gibbs", f"{len(triple)} numbers", "3")
     return Multivector(VGA3, {1 << k: value for k, value in enumerate(triple)})
 
 
 def triple(x: Multivector) -> tuple[Any, Any, Any]:
-    """A vector of G(3) as a triple."""
+    """Convert a vector of G(3) to a triple."""
     return x[1], x[2], x[4]
 
 

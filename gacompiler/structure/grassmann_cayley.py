@@ -29,12 +29,12 @@ Polynomial = Mapping[Monomial, int | Fraction]
 
 @cache
 def exterior_algebra(n: int) -> Algebra:
-    """The Grassmann algebra of `n` dimensions: all squares are zero, so that the geometric product is the outer one."""
+    """Return the Grassmann algebra of `n` dimensions, whose geometric product is the outer product."""
     return orthogonal(0, 0, n, f"L({n})")
 
 
 def extensor(*points: Sequence[Any]) -> Multivector:
-    """The outer product of points, each `n` numbers: their join, zero where they are dependent."""
+    """Return the outer product of points, each `n` numbers: their join, zero if they are dependent."""
     if not points or any(len(point) != len(points[0]) for point in points):
         raise AlgebraError("extensor", "no point, or points of different lengths", "vectors of n numbers each")
     algebra = exterior_algebra(len(points[0]))
@@ -45,17 +45,17 @@ def extensor(*points: Sequence[Any]) -> Multivector:
 
 
 def bracket(*points: Sequence[Any]) -> Any:
-    """``[a b ... ]``, the determinant of `n` points of `n` numbers, exactly."""
+    """Return ``[a b ... ]``, the exact determinant of `n` points of `n` numbers."""
     if not points or len(points) != len(points[0]):
         raise AlgebraError("bracket", f"{len(points)} points of {len(points[0]) if points else 0} numbers", "n of n")
     return extensor(*points)[(1 << len(points)) - 1]
 
 
 def shuffle_product(a: Sequence[Sequence[Any]], b: Sequence[Sequence[Any]]) -> Multivector:
-    """The meet of two extensors given by their points, as a sum over the shuffles of the points of `a`.
+    """Return the meet of two extensors given by their points, as a sum over the shuffles of the points of `a`.
 
-    With `j` and `k` points in `n` dimensions: the sum of ``sign [a_1 .. a_(n-k) b_1 .. b_k] a_(n-k+1) ^ .. ^ a_j`` over
-    all ways to take ``n - k`` of the points of `a`; zero for ``j + k < n``. It is the regressive product ``A & B``.
+    With `j` and `k` points in `n` dimensions it is the sum of ``sign [a_1 .. a_(n-k) b_1 .. b_k] a_(n-k+1) ^ .. ^ a_j``
+    over all choices of ``n - k`` of the points of `a`; zero for ``j + k < n``. It is the regressive product ``A & B``.
     """
     n, j, k = len(a[0]), len(a), len(b)
     algebra = exterior_algebra(n)
@@ -82,7 +82,7 @@ def _intersection(a: Multivector, b: Multivector) -> Multivector:
 
 
 def _coordinates(x: Sequence[Any], *frame: Sequence[Any]) -> tuple[Fraction, ...]:
-    """Cramer's rule: ``x`` as a sum of the points of a frame, one bracket over another each."""
+    """Return ``x`` as a linear combination of the points of a frame by Cramer's rule, with quotients of brackets."""
     whole = Fraction(bracket(*frame))
     return tuple(Fraction(bracket(*frame[:k], x, *frame[k + 1 :])) / whole for k in range(len(frame)))
 
@@ -106,16 +106,16 @@ GRASSMANN_CAYLEY: Mapping[str, Entry] = _named((
 
 
 def straighten(polynomial: Polynomial) -> dict[Monomial, int | Fraction]:
-    """A sum of products of brackets in its one normal form: by standard tableaux, so equal sums become equal.
+    """Return the normal form, by standard tableaux, of a sum of products of brackets; equal sums become identical.
 
-    Letters within brackets and brackets within products are sorted; where a letter of a bracket exceeds the one below,
-    van der Waerden's syzygy replaces the two brackets by others that are closer to standard. All relations of brackets
+    Letters within brackets and brackets within products are sorted; if a letter of a bracket exceeds the one below, van
+    der Waerden's syzygy replaces the two brackets by others that are closer to standard. All relations of brackets
     follow from this (Sturmfels 2008, theorem 3.1.7).
 
     Parameters
     ----------
     polynomial : mapping
-        ``{(("a", "b", "c"), ("d", "e", "f")): 1}`` is ``[a b c] [d e f]``; letters of any kind that has an order.
+        ``{(("a", "b", "c"), ("d", "e", "f")): 1}`` is ``[a b c] [d e f]``; letters of any ordered type.
 
     Raises
     ------
@@ -145,10 +145,11 @@ def straighten(polynomial: Polynomial) -> dict[Monomial, int | Fraction]:
 def van_der_waerden(
     first: Sequence[Any], second: Sequence[Any], column: int
 ) -> list[tuple[int, tuple[Any, ...], tuple[Any, ...]]]:
-    """The syzygy of two brackets: signs and pairs of brackets whose products sum to zero, the given pair first.
+    """Return the syzygy of two brackets: signs and pairs of brackets whose products sum to zero, the given pair first.
 
-    The letters of the first from `column` on and those of the second up to it, one more than a bracket has, are dealt
-    out in all ways: antisymmetric in ``n + 1`` vectors of `n` dimensions, the sum vanishes.
+    The letters of the first bracket from `column` on and those of the second up to it, one more than a bracket has, are
+    distributed in all possible ways: the sum is antisymmetric in ``n + 1`` vectors of `n` dimensions, and hence
+    vanishes.
     """
     letters = [*first[column:], *second[: column + 1]]
     n_first = len(first) - column
@@ -170,7 +171,7 @@ def _violation(monomial: Monomial) -> tuple[int, int] | None:
 
 
 def _add(total: dict[Monomial, int | Fraction], monomial: Sequence[Sequence[Any]], value: int | Fraction) -> None:
-    """Add a product of brackets, letters and brackets sorted; nothing for a letter twice in one bracket."""
+    """Add a product of brackets with sorted letters and brackets; it is zero if a bracket repeats a letter."""
     rows = []
     for row in monomial:
         if len(set(row)) < len(row):

@@ -1,8 +1,8 @@
-"""The groups of Lipschitz, Pin and Spin: who is a member, what members do to vectors, and who does what.
+"""The Lipschitz, Pin and Spin groups: membership, action on vectors, and versors of isometries.
 
 A member of the Lipschitz group is an invertible `x`, even or odd, with ``grade_involution(x) v x**-1`` a vector for
-every vector `v`. Its spinor norm is the number ``x ~x``; Pin has the members of norm +1 and -1, Spin the even ones of
-these, Spin+ the even ones of norm +1 (Porteous 1995, ch. 16; Lounesto 2001, ch. 17).
+every vector `v`. Its spinor norm is the number ``x ~x``; Pin contains the members of norm +1 and -1, Spin the even
+elements of Pin, Spin+ the even elements of norm +1 (Porteous 1995, ch. 16; Lounesto 2001, ch. 17).
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ Matrix = tuple[tuple[Any, ...], ...]
 
 @dataclass(frozen=True, slots=True)
 class Membership:
-    """What `membership` finds.
+    """The result of `membership`.
 
     Attributes
     ----------
     is_lipschitz : bool
-        Whether the element is a versor: a product of vectors that have inverses.
+        Whether the element is a versor: a product of invertible vectors.
     is_pin, is_spin, is_spin_plus : bool
         Whether it belongs to these groups, each of which contains the next.
     spinor_norm : coefficient or None
@@ -50,15 +50,15 @@ _OUTSIDE = Membership(False, False, False, False)
 
 
 def membership(x: Multivector, tolerance: float = TOLERANCE) -> Membership:
-    """To which of the groups Lipschitz, Pin, Spin and Spin+ an element belongs.
+    """Determine to which of the groups Lipschitz, Pin, Spin and Spin+ an element belongs.
 
     Parameters
     ----------
     x : Multivector
-        Any coefficients that can be divided; any metric.
+        With coefficients of any field, in any metric.
     tolerance : float
-        What counts as zero, of the square of the element's length, and as a norm of 1, where coefficients are not
-        exact. Exact ones decide exactly.
+        Tolerance for zero, relative to the square of the element's length, and for a norm of 1, if coefficients are not
+        exact. It is not used for exact coefficients.
     """
     parities = {k & 1 for k in significant(x, tolerance).grades}
     if len(parities) != 1:
@@ -83,12 +83,12 @@ def membership(x: Multivector, tolerance: float = TOLERANCE) -> Membership:
 
 
 def spinor_norm(x: Multivector, tolerance: float = TOLERANCE) -> Coefficient:
-    """The number ``x ~x`` of a versor.
+    """Return the number ``x ~x`` of a versor.
 
     Raises
     ------
     AlgebraError
-        For an element that is no versor.
+        For an element that is not a versor.
     """
     found = membership(x, tolerance)
     if not found.is_lipschitz:
@@ -97,28 +97,29 @@ def spinor_norm(x: Multivector, tolerance: float = TOLERANCE) -> Coefficient:
 
 
 def versor_of_isometry(algebra: Algebra, matrix: Sequence[Sequence[Coefficient]]) -> Multivector:
-    """A versor whose action is an orthogonal matrix, a product of vectors (Cartan-Dieudonné): exact where that is.
+    """Return a versor whose action is an orthogonal matrix, a product of vectors; exact if the matrix is.
 
-    One vector of an orthogonal basis is put in its place after the other: by a reflection in the difference to its
-    image, or, where that is null or short, by reflections in the sum and in the vector itself.
+    By the theorem of Cartan and Dieudonné, the vectors of an orthogonal basis are mapped to their images one after the
+    other: by a reflection in the difference to the image, or, if that is null or short, by reflections in the sum and
+    in the vector itself.
 
     Parameters
     ----------
     algebra : Algebra
-        Of any metric that is not degenerate, in any basis.
+        Of any nondegenerate metric, in any basis.
     matrix : sequence of rows
-        Keeps the Gram matrix; the images of basis vectors are its columns.
+        Preserves the Gram matrix; the images of basis vectors are its columns.
 
     Returns
     -------
     Multivector
-        Not normalised: of rational matrices the coefficients are rational. Unit vectors, hence a member of Pin, where
-        the matrix holds floats.
+        Not normalised for rational matrices, so that the coefficients are rational. A product of unit vectors,
+        hence a member of Pin, if the matrix contains floats.
 
     Raises
     ------
     AlgebraError
-        For a matrix that does not keep inner products, and in degenerate metrics.
+        For a matrix that does not preserve inner products, and in degenerate metrics.
     """
     rows, squares = orthogonal_basis(algebra.gram)
     n = algebra.dimension
@@ -146,7 +147,7 @@ def versor_of_isometry(algebra: Algebra, matrix: Sequence[Sequence[Coefficient]]
 
 
 def _own(value: Any) -> Coefficient:
-    """Numbers of numpy as Python's."""
+    """Convert NumPy numbers to Python numbers."""
     return value.item() if hasattr(value, "item") and not is_exact(value) else value
 
 
@@ -175,7 +176,7 @@ def _check_isometry(algebra: Algebra, matrix: Sequence[Sequence[Coefficient]], e
                 raise AlgebraError(
                     f"versor_of_isometry in {algebra.name}",
                     f"images of {algebra.vectors[i]} and {algebra.vectors[j]} with inner product {found}",
-                    f"{algebra.gram[i][j]}, as the vectors have",
+                    f"{algebra.gram[i][j]}, the inner product of the vectors",
                 )
 
 

@@ -1,4 +1,4 @@
-"""The centre, idempotents and minimal left ideals of an algebra: where spinors live.
+"""The centre, idempotents and minimal left ideals of an algebra, the spaces of spinors.
 
 A primitive idempotent is a product of factors ``(1 + g) / 2`` of commuting blades ``g`` that square to 1 (Lounesto
 2001, ch. 17). Its left ideal is a column of the matrices, so the algebra acts on it as on columns of numbers.
@@ -21,9 +21,10 @@ from .representation import Representation
 
 
 def centre(algebra: Algebra) -> tuple[Multivector, ...]:
-    """A basis of the elements that commute with all: 1, and with it the pseudoscalar for an odd number of vectors.
+    """Return a basis of the elements that commute with all: 1, and the pseudoscalar for an odd number of vectors.
 
-    In a degenerate metric also the even blades of the vectors orthogonal to all. Any basis, exactly.
+    In a degenerate metric the centre also contains the even blades of the vectors orthogonal to all vectors. The result
+    is exact, in any basis.
     """
     rows, squares = orthogonal_basis(algebra.gram)
     vectors = [Multivector(algebra, {1 << k: x for k, x in enumerate(row)}) for row in rows]
@@ -48,10 +49,10 @@ def _product(start: Multivector, vectors: list[Multivector], chosen: list[int]) 
 
 
 def primitive_idempotents(representation: Representation) -> tuple[Multivector, ...]:
-    """Idempotents that annihilate each other, sum to 1 and are not sums of others: the diagonal unit matrices.
+    """Return idempotents that annihilate each other, sum to 1 and are not sums of others: the diagonal unit matrices.
 
-    Exact. With a graded degenerate part behind pairs of matrices (``2K`` with p + q odd) each is split once more by the
-    blade that squares to 1 and that no level could use.
+    They are exact. With a graded degenerate part of pairs of matrices (``2K`` with p + q odd) each is split once more
+    by the blade that squares to 1 and that no level could use.
     """
     halves, size, _, _ = representation.shape
     found = []
@@ -68,12 +69,12 @@ def primitive_idempotents(representation: Representation) -> tuple[Multivector, 
 
 
 def idempotent_factors(idempotent: Multivector) -> tuple[Multivector, ...]:
-    """Commuting blades ``g`` with signs such that an idempotent is the product of all ``(1 + g) / 2``.
+    """Return commuting blades ``g`` with signs such that an idempotent is the product of all ``(1 + g) / 2``.
 
     Raises
     ------
     AlgebraError
-        For an element that is no such product; in null bases idempotents are not.
+        For an element that is not such a product, such as idempotents in null bases.
     """
     product, factors = idempotent.lift(1), []
     for blade in sorted(idempotent.terms, key=lambda blade: (blade.bit_count(), blade)):
@@ -88,7 +89,7 @@ def idempotent_factors(idempotent: Multivector) -> tuple[Multivector, ...]:
 
 
 def _root_of_one(representation: Representation) -> Multivector | None:
-    """A blade among the units of the entries that squares to 1."""
+    """Return a blade among the units of the entries that squares to 1."""
     algebra = representation.algebra
     for blade, _ in representation.numbers.units[1:]:
         if algebra.blade_product(blade, blade) == {0: 1}:
@@ -103,19 +104,19 @@ class LeftIdeal:
     ----------
     representation : Representation
     column : int
-        Which of the idempotents, columns of the first half first.
+        Number of the idempotent, columns of the first half first.
 
     Attributes
     ----------
     representation : Representation
     idempotent : Multivector
     basis : tuple of Multivector
-        Of the ideal over the reals: of the column, entry by entry and unit by unit.
+        Basis of the ideal over the reals: of the column, entry by entry and unit by unit.
 
     Raises
     ------
     AlgebraError
-        For a column that is not there, and with a degenerate part, where columns are not minimal.
+        For a column that does not exist, and with a degenerate part, for which columns are not minimal.
     """
 
     def __init__(self, representation: Representation, column: int = 0) -> None:
@@ -135,13 +136,13 @@ class LeftIdeal:
         self.basis = tuple(self.spinor(unit) for unit in units)
 
     def spinor(self, column: NDArray[Any]) -> Multivector:
-        """The element of the ideal with a column of numbers, shape (size, parts)."""
+        """Return the element of the ideal with a column of numbers, shape (size, parts)."""
         matrices = np.zeros(self.representation.shape, dtype=np.asarray(column).dtype)
         matrices[self._half, :, self._column] = column
         return self.representation.element(matrices)
 
     def column(self, spinor: Multivector) -> NDArray[Any]:
-        """The column of numbers, shape (size, parts), of an element of the ideal.
+        """Return the column of numbers, shape (size, parts), of an element of the ideal.
 
         Raises
         ------
@@ -154,7 +155,7 @@ class LeftIdeal:
         if np.any(matrices != 0):
             raise AlgebraError(
                 f"column of a spinor of {self.representation.algebra.name}",
-                "an element outside of the ideal",
+                "an element outside the ideal",
                 "x with x f = x, f the idempotent",
                 "multiply it by the idempotent from the right",
             )

@@ -1,8 +1,8 @@
-"""Isomorphisms between geometric algebras: what generators become, exactly.
+"""Isomorphisms between geometric algebras, given by exact images of the generators.
 
-All are given by blades of the target that anticommute and have the squares of the source's vectors (Lounesto 2001,
-ch. 16; Porteous 1995, ch. 15). Where the target is larger, the rest of it is a factor of 2 x 2 matrices or quaternions
-that commutes with the image: ``G(p + 1, q + 1) = G(p, q) (x) R(2)``, and so on to the period of eight.
+All are given by blades of the target that anticommute and have the squares of the source's vectors (Lounesto 2001, ch.
+16; Porteous 1995, ch. 15). If the target is larger, the remaining factor consists of 2 x 2 matrices or quaternions that
+commute with the image: ``G(p + 1, q + 1) = G(p, q) (x) R(2)``, and so on up to the period of eight.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from ..errors import AlgebraError
 
 @dataclass(frozen=True)
 class Isomorphism:
-    """A map of algebras, one to one onto the elements that `factor` leaves.
+    """An injective homomorphism of algebras onto the elements that commute with `factor`.
 
     Attributes
     ----------
     source, target : Algebra
     images : tuple of Multivector
-        Of the source's basis vectors: plus or minus blades of the target.
+        Images of the source's basis vectors: plus or minus blades of the target.
     factor : tuple of Multivector
-        Anticommuting elements of the target that commute with every image; none where the image is everything, or the
-        even elements.
+        Anticommuting elements of the target that commute with every image; empty if the image is the whole algebra or
+        its even elements.
     factor_name : str
-        What they generate: ``R(2)``, ``H``, ``R(16)``, or nothing.
+        The algebra that they generate: ``R(2)``, ``H``, ``R(16)``, or an empty string.
     """
 
     source: Algebra
@@ -41,7 +41,7 @@ class Isomorphism:
     factor_name: str = ""
 
     def __call__(self, x: Multivector) -> Multivector:
-        """The image of an element: sums to sums and products to products."""
+        """Return the image of an element: sums map to sums and products to products."""
         if x.algebra != self.source:
             raise AlgebraError(
                 f"isomorphism of {self.source.name}", f"an element of {x.algebra.name}", f"one of {self.source.name}"
@@ -53,12 +53,12 @@ class Isomorphism:
         return Multivector(self.target, terms)
 
     def inverse(self, y: Multivector) -> Multivector:
-        """The element with this image.
+        """Return the element with a given image.
 
         Raises
         ------
         AlgebraError
-            For an element that is no image.
+            For an element outside the image.
         """
         terms: dict[int, object] = {}
         for blade, value in y.terms.items():
@@ -74,7 +74,7 @@ class Isomorphism:
 
     @cached_property
     def _blades(self) -> Mapping[int, tuple[int, Rational]]:
-        """Where every blade of the source goes, and its sign."""
+        """Return the image of every blade of the source, with its sign."""
         found: dict[int, tuple[int, Rational]] = {0: (0, 1)}
         for blade in range(1, 1 << self.source.dimension):
             k = blade.bit_length() - 1
@@ -90,7 +90,7 @@ class Isomorphism:
 
 
 def even_isomorphism(p: int, q: int = 0, r: int = 0) -> Isomorphism:
-    """``G(q, p - 1, r)``, or ``G(p, q - 1, r)`` where `p` is 0, onto the even elements of ``G(p, q, r)``."""
+    """Return ``G(q, p - 1, r)``, or ``G(p, q - 1, r)`` if `p` is 0, onto the even elements of ``G(p, q, r)``."""
     if p + q == 0:
         raise AlgebraError(f"even elements of G({p}, {q}, {r})", "no vector that has an inverse", "p + q > 0")
     target = orthogonal(p, q, r)
@@ -104,7 +104,7 @@ def even_isomorphism(p: int, q: int = 0, r: int = 0) -> Isomorphism:
 
 
 def add_hyperbolic_plane(p: int, q: int = 0) -> Isomorphism:
-    """``G(p + 1, q + 1) = G(p, q) (x) R(2)``."""
+    """Return ``G(p + 1, q + 1) = G(p, q) (x) R(2)``."""
     target = orthogonal(p + 1, q + 1)
     *positive, a = target.basis()[: p + 1]
     *negative, b = target.basis()[p + 1 :]
@@ -112,21 +112,21 @@ def add_hyperbolic_plane(p: int, q: int = 0) -> Isomorphism:
 
 
 def add_positive_plane(p: int, q: int = 0) -> Isomorphism:
-    """``G(p + 2, q) = G(q, p) (x) R(2)``: the signature is exchanged."""
+    """Return ``G(p + 2, q) = G(q, p) (x) R(2)``: the signature is exchanged."""
     target = orthogonal(p + 2, q)
     *positive, a, b = target.basis()[: p + 2]
     return _beside(orthogonal(q, p), target, [*target.basis()[p + 2 :], *positive], a, b, "R(2)")
 
 
 def add_negative_plane(p: int, q: int = 0) -> Isomorphism:
-    """``G(p, q + 2) = G(q, p) (x) H``: the signature is exchanged."""
+    """Return ``G(p, q + 2) = G(q, p) (x) H``: the signature is exchanged."""
     target = orthogonal(p, q + 2)
     *negative, a, b = target.basis()[p:]
     return _beside(orthogonal(q, p), target, [*negative, *target.basis()[:p]], a, b, "H")
 
 
 def exchange(p: int, q: int = 0) -> Isomorphism:
-    """``G(p, q) = G(q + 1, p - 1)`` for ``p > 0``: all vectors but one times that one."""
+    """Return ``G(p, q) = G(q + 1, p - 1)`` for ``p > 0``: all vectors but one times that one."""
     if p < 1:
         raise AlgebraError(f"exchange in G({p}, {q})", "no vector with square +1", "p > 0")
     target = orthogonal(p, q)
@@ -136,7 +136,7 @@ def exchange(p: int, q: int = 0) -> Isomorphism:
 
 
 def shift_four(p: int, q: int = 0) -> Isomorphism:
-    """``G(p, q + 4) = G(p + 4, q)``: four vectors times their product change the signs of their squares."""
+    """Return ``G(p, q + 4) = G(p + 4, q)``: four vectors times their product change the signs of their squares."""
     target = orthogonal(p, q + 4)
     *negative, a, b, c, d = target.basis()[p:]
     product = a * b * c * d
@@ -145,7 +145,10 @@ def shift_four(p: int, q: int = 0) -> Isomorphism:
 
 
 def add_eight(p: int, q: int = 0, positive: bool = True) -> Isomorphism:
-    """``G(p + 8, q) = G(p, q) (x) R(16) = G(p, q + 8)``: the period of eight. The vectors added generate the factor."""
+    """Return ``G(p + 8, q) = G(p, q) (x) R(16) = G(p, q + 8)``: the period of eight.
+
+    The added vectors generate the factor.
+    """
     target = orthogonal(p + 8, q) if positive else orthogonal(p, q + 8)
     first, last = (p, p + 8) if positive else (p + q, p + q + 8)
     added = target.basis()[first:last]
@@ -160,12 +163,12 @@ def add_eight(p: int, q: int = 0, positive: bool = True) -> Isomorphism:
 def _beside(
     source: Algebra, target: Algebra, others: Sequence[Multivector], a: Multivector, b: Multivector, name: str
 ) -> Isomorphism:
-    """The vectors that are left times the plane of two: they then commute with both."""
+    """Return the remaining vectors times the plane of two vectors, which then commute with both."""
     return _checked(Isomorphism(source, target, tuple(x * (a * b) for x in others), (a, b), name))
 
 
 def _checked(found: Isomorphism) -> Isomorphism:
-    """The isomorphism, after its relations were looked at: ``f_i f_j + f_j f_i = 2 g_ij``, and the factor commutes."""
+    """Return the isomorphism after checking its relations: ``f_i f_j + f_j f_i = 2 g_ij``, and the factor commutes."""
     gram = found.source.gram
     for i, x in enumerate(found.images):
         for j, y in enumerate(found.images[: i + 1]):

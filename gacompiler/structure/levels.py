@@ -1,14 +1,14 @@
-"""Geometric algebras as algebras of matrices: which levels of matrices, halves and complex numbers there are.
+"""Geometric algebras as matrix algebras: decomposition into levels of matrices, halves and complex numbers.
 
-The one place that finds matrices from blades: the optimiser multiplies large products through them
-(`gacompiler.passes.matrices`), and `gacompiler.structure.representation` makes generators of them.
+This is the only module that derives matrices from blades: the optimiser multiplies large products through them
+(`gacompiler.passes.matrices`), and `gacompiler.structure.representation` computes the matrices of generators from them.
 
 Two anticommuting blades that square to 1 (or a null pair of vectors) generate the real 2 x 2 matrices. Every element is
 a 2 x 2 matrix over the blades that commute with both: Cl = M2(R) (x) C, where C is again spanned by blades, and so on
-(Lounesto, *Clifford Algebras and Spinors*, 2001, ch. 16; Porteous 1995). A blade that commutes with everything and
-squares to 1 splits an algebra in two halves that do not see each other.
+(Lounesto, *Clifford Algebras and Spinors*, 2001, ch. 16; Porteous 1995). A blade that commutes with all elements and
+squares to 1 splits an algebra into two independent halves.
 
-What counts is the algebra that the factors generate: even elements have matrices of their own.
+The relevant algebra is the one that the factors generate: even elements have matrices of their own.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ COMPLEX_SIZES = range(16, 65)
 
 @dataclass(frozen=True)
 class Kind:
-    """How the parts of an element make up its blocks, and how blocks multiply.
+    """The composition of blocks from the parts of an element, and the multiplication of blocks.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class Kind:
     duals : tuple of rows
         Part ``j`` is the sum of the blocks times row ``j``, up to `scales`.
     scales : tuple of numbers
-        Factors that recovering still lacks.
+        Remaining factors for the recovery.
     """
 
     entries: tuple[Row, ...]
@@ -52,7 +52,7 @@ class Kind:
 
 @dataclass(frozen=True)
 class Level:
-    """One factor M2(R), or one splitting in halves: where every blade belongs.
+    """One factor M2(R), or one splitting into halves, with the place of every blade.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ COMPLEX = Kind(((1, 0), (0, 1)), (), ((1, 0), (0, 1)), (1, 1))
 
 
 def _null_pair(g: Rational, half: Rational) -> Kind:
-    """Parts of 1, u, v and their outer product, of which u and v are null and ``u v + v u = g``."""
+    """Return the parts of 1, u, v and their outer product, where u and v are null and ``u v + v u = g``."""
     return Kind(
         ((1, 0, 0, -half), (0, 0, g, 0), (0, 1, 0, 0), (1, 0, 0, half)),
         MATRIX,
@@ -92,10 +92,10 @@ def _null_pair(g: Rational, half: Rational) -> Kind:
 
 @cache
 def tower(algebra: Algebra) -> tuple[tuple[Level, ...], frozenset[int]]:
-    """All levels of the whole algebra, one after the other, and the blades that no level takes apart.
+    """Return all levels of the whole algebra in order, and the blades that no level decomposes.
 
-    These span the real or complex numbers or the quaternions where the metric is not degenerate. Levels need blades
-    that multiply to blades: an orthogonal basis, or null pairs; there are none otherwise.
+    These span the real numbers, the complex numbers or the quaternions if the metric is not degenerate. Levels require
+    blades whose products are blades, that is, an orthogonal basis or null pairs; otherwise there are no levels.
     """
     everything = frozenset(algebra.blades())
     levels = _levels(algebra, (everything,), everything)
@@ -104,11 +104,11 @@ def tower(algebra: Algebra) -> tuple[tuple[Level, ...], frozenset[int]]:
 
 @cache
 def plans(algebra: Algebra, *factors: frozenset[int]) -> tuple[tuple[Level, ...], ...]:
-    """Ways to see products of factors with these blades as products of matrices, each by one level after the other.
+    """Return decompositions of products of factors with given blades into products of matrices.
 
-    The first is that of the algebra that the factors generate; it is empty where blades do not multiply to blades, or
-    where nothing is gained. Null pairs need the whole algebra. A central blade that squares to -1 makes numbers
-    complex, which three products multiply.
+    Each plan applies one level after the other. The first plan is for the algebra that the factors generate; it is
+    empty if products of blades are not blades, or if nothing is gained. Null pairs need the whole algebra. A central
+    blade that squares to -1 makes the numbers complex; they are multiplied with three products.
     """
     if algebra.dimension > LARGEST_DIMENSION:
         return ()
@@ -129,7 +129,7 @@ def plans(algebra: Algebra, *factors: frozenset[int]) -> tuple[tuple[Level, ...]
 
 @cache
 def _generated(algebra: Algebra, blades: frozenset[int]) -> frozenset[int]:
-    """The blades of all products of some blades."""
+    """Return the blades of all products of some blades."""
     found, new = {0}, {0}
     while new:
         reached = {c for a in new for b in blades for c in algebra.blade_product(a, b)}
@@ -168,7 +168,7 @@ def _levels(algebra: Algebra, factors: tuple[frozenset[int], ...], space: frozen
 def _next_level(
     algebra: Algebra, factors: Sequence[frozenset[int]], space: frozenset[int]
 ) -> tuple[Level, frozenset[int]] | None:
-    """A level without null pairs, and the blades that are left."""
+    """Return a level without null pairs, and the remaining blades."""
     ones = _of_square(algebra, space, 1)
     centre = _central(algebra, ones, space)
     if centre is not None:
@@ -183,18 +183,18 @@ def _next_level(
 
 
 def _of_square(algebra: Algebra, space: frozenset[int], square: int) -> list[int]:
-    """The blades with this square, but 1 itself, by grade."""
+    """Return the blades with a given square, except 1 itself, by grade."""
     ordered = sorted(space, key=lambda blade: (blade.bit_count(), blade))
     return [blade for blade in ordered if blade and algebra.blade_product(blade, blade) == {0: square}]
 
 
 def _central(algebra: Algebra, blades: Iterable[int], space: frozenset[int]) -> int | None:
-    """The first of some blades that commutes with all of `space`."""
+    """Return the first of some blades that commutes with all of `space`."""
     return next((z for z in blades if all(_commute(algebra, z, blade) for blade in space)), None)
 
 
 def _splits(algebra: Algebra, space: frozenset[int], centre: int, kind: Kind) -> Iterator[tuple[Level, frozenset[int]]]:
-    """Levels of a central blade, and the blades without one of its vectors, the last one first."""
+    """Return levels of a central blade, and the blades without one of its vectors, the last one first."""
     for k in reversed(range(centre.bit_length())):
         if centre >> k & 1:
             inside = frozenset(blade for blade in space if not blade >> k & 1)
@@ -206,9 +206,9 @@ def _splits(algebra: Algebra, space: frozenset[int], centre: int, kind: Kind) ->
 def _involutions(
     algebra: Algebra, factors: Sequence[frozenset[int]], ones: Sequence[int], space: frozenset[int]
 ) -> tuple[int, int] | None:
-    """Two blades that square to 1 and anticommute; the first, which is diagonal, commutes with the most of a factor.
+    """Return two anticommuting blades that square to 1; the first, diagonal one commutes with the most of a factor.
 
-    Blocks beside the diagonal then stay empty.
+    Off-diagonal blocks are then empty.
     """
     sparse = [factor for factor in factors if len(factor) < len(space)]
 

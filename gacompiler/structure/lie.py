@@ -1,8 +1,8 @@
 """Lie algebras of bivectors: closed under the commutator product, with structure constants and Killing form.
 
-The bracket is the commutator product ``A x B = (A B - B A) / 2``, so that ``v -> A x v`` is a representation: half of
-the commutator, which the half angles of rotors take back (Doran, Hestenes, Sommen & Van Acker, *J. Math. Phys.* 34,
-1993). All is exact over the rationals.
+The bracket is the commutator product ``A x B = (A B - B A) / 2``, so that ``v -> A x v`` is a representation. It is
+half of the commutator, in accordance with the half angles of rotors (Doran, Hestenes, Sommen & Van Acker, *J. Math.
+Phys.* 34, 1993). All results are exact over the rationals.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ class LieAlgebra:
     Attributes
     ----------
     algebra : Algebra
-        In which the elements live.
+        The algebra of the elements.
     basis : tuple of Multivector
         Linearly independent, with rational coefficients.
 
     Raises
     ------
     AlgebraError
-        For a basis that is dependent, or whose brackets it does not span.
+        For a basis that is linearly dependent, or does not span its brackets.
     """
 
     algebra: Algebra
@@ -49,7 +49,7 @@ class LieAlgebra:
 
     def __post_init__(self) -> None:
         if _rank(self._rows) < len(self.basis):
-            raise AlgebraError(f"Lie algebra in {self.algebra.name}", "elements that depend on each other", "a basis")
+            raise AlgebraError(f"Lie algebra in {self.algebra.name}", "linearly dependent elements", "a basis")
         self.structure_constants  # noqa: B018 - raises where brackets lead out of the space
 
     @property
@@ -67,18 +67,18 @@ class LieAlgebra:
 
     @cached_property
     def _solver(self) -> tuple[list[int], list[list[Fraction]]]:
-        """Places of blades whose coefficients tell the coordinates, and the matrix that does."""
+        """Return the blades whose coefficients determine the coordinates, and the matrix that computes them."""
         pivots = _pivots(self._rows)
         square = [[row[k] for k in pivots] for row in self._rows]
         return pivots, _inverse(square)
 
     def coordinates(self, x: Multivector) -> tuple[Any, ...]:
-        """The coordinates of an element of the space, exact where it is.
+        """Return the coordinates of an element of the space, exact if the element is.
 
         Raises
         ------
         AlgebraError
-            For an element outside; of floats up to 1e-9 of the largest coefficient.
+            For an element outside the space; floats are compared to 1e-9 of the largest coefficient.
         """
         pivots, solver = self._solver
         values = [x[self._blades[k]] for k in pivots]
@@ -93,12 +93,12 @@ class LieAlgebra:
         return tuple(exact(value) if isinstance(value, Fraction) else value for value in found)
 
     def element(self, coordinates: Sequence[Any]) -> Multivector:
-        """The element with these coordinates."""
+        """Return the element with given coordinates."""
         return sum_of(self.algebra, (x * value for x, value in zip(self.basis, coordinates, strict=True)))
 
     @cached_property
     def structure_constants(self) -> Exact:
-        """Shape (m, m, m): ``basis[i] x basis[j]`` is the sum of ``c[i, j, k] basis[k]``; exact."""
+        """The constants, shape (m, m, m): ``basis[i] x basis[j]`` is the sum of ``c[i, j, k] basis[k]``; exact."""
         m = self.dimension
         found = np.zeros((m, m, m), dtype=object)
         for i, a in enumerate(self.basis):
@@ -108,13 +108,13 @@ class LieAlgebra:
         return found
 
     def adjoint(self, x: Multivector) -> Exact:
-        """The matrix, shape (m, m), of ``y -> x x y`` on coordinates as columns."""
+        """Return the matrix, shape (m, m), of ``y -> x x y`` on coordinates as columns."""
         coordinates = np.array(self.coordinates(x), dtype=object)
         return np.tensordot(coordinates, self.structure_constants, 1).T
 
     @cached_property
     def killing_form(self) -> Exact:
-        """The trace of ``ad(a) ad(b)``, shape (m, m): exact."""
+        """The trace of ``ad(a) ad(b)``, shape (m, m), exact."""
         c = self.structure_constants
         m = self.dimension
         flat = c.reshape(m, m * m)
@@ -124,13 +124,13 @@ class LieAlgebra:
 
     @cached_property
     def killing_signature(self) -> tuple[int, int, int]:
-        """Numbers of positive, negative and vanishing squares of the Killing form."""
+        """The numbers of positive, negative and vanishing squares of the Killing form."""
         _, squares = orthogonal_basis([[Fraction(x) for x in row] for row in self.killing_form.tolist()])
         return sum(x > 0 for x in squares), sum(x < 0 for x in squares), sum(x == 0 for x in squares)
 
     @property
     def is_semisimple(self) -> bool:
-        """Whether the Killing form is not degenerate (Cartan's criterion)."""
+        """Whether the Killing form is nondegenerate (Cartan's criterion)."""
         return self.killing_signature[2] == 0
 
     @property
@@ -140,18 +140,18 @@ class LieAlgebra:
 
     @cached_property
     def centre(self) -> tuple[Multivector, ...]:
-        """A basis of the elements that commute with all of the space."""
+        """Return a basis of the elements that commute with all of the space."""
         m = self.dimension
         rows = self.structure_constants.reshape(m, m * m).T.tolist()
         return tuple(self.element(row) for row in _kernel([[Fraction(x) for x in row] for row in rows], m))
 
     @cached_property
     def derived(self) -> LieAlgebra:
-        """The span of all brackets."""
+        """Return the span of all brackets."""
         return LieAlgebra(self.algebra, independent(commutator(a, b) for a in self.basis for b in self.basis))
 
     def commutant(self, *elements: Multivector) -> LieAlgebra:
-        """The elements of the space that commute with all given ones."""
+        """Return the elements of the space that commute with all given ones."""
         if not elements:
             return self
         brackets = [[commutator(x, y) for x in self.basis] for y in elements]
@@ -164,12 +164,12 @@ class LieAlgebra:
 
 
 def bivector_algebra(algebra: Algebra) -> LieAlgebra:
-    """All bivectors of an algebra: the Lie algebra of its Spin group, ``so(p, q)``, in any metric."""
+    """Return all bivectors of an algebra: the Lie algebra of its Spin group, ``so(p, q)``, in any metric."""
     return LieAlgebra(algebra, tuple(Multivector(algebra, {blade: 1}) for blade in algebra.blades(2)))
 
 
 def generated_lie_algebra(generators: Sequence[Multivector], largest: int = 500) -> LieAlgebra:
-    """The smallest Lie algebra that holds some elements: their brackets, the brackets of these, and so on.
+    """Return the smallest Lie algebra that contains some elements: their brackets, the brackets of these, and so on.
 
     Raises
     ------
@@ -189,7 +189,7 @@ def generated_lie_algebra(generators: Sequence[Multivector], largest: int = 500)
 
 
 def independent(elements: Iterable[Multivector]) -> tuple[Multivector, ...]:
-    """Those of some elements that do not depend on the ones before: a basis of their span, exactly."""
+    """Return the elements that do not depend linearly on preceding ones: a basis of their span, exactly."""
     kept: list[Multivector] = []
     reduced: list[tuple[int, dict[int, Fraction]]] = []
     for x in elements:
@@ -211,7 +211,7 @@ def independent(elements: Iterable[Multivector]) -> tuple[Multivector, ...]:
 
 
 def vector_matrix(bivector: Multivector) -> Exact:
-    """The matrix, shape (n, n), of ``v -> B x v`` on vectors; images of basis vectors are its columns.
+    """Return the matrix, shape (n, n), of ``v -> B x v`` on vectors; images of basis vectors are its columns.
 
     The versor ``exp(B / 2)`` moves vectors by the exponential of this matrix.
     """
@@ -222,7 +222,7 @@ def vector_matrix(bivector: Multivector) -> Exact:
 
 
 def bivector_of_matrix(algebra: Algebra, matrix: Sequence[Sequence[Any]]) -> Multivector:
-    """The bivector `B` with ``B x v`` the image of `v` under a matrix: the inverse of `vector_matrix`.
+    """Return the bivector `B` with ``B x v`` the image of `v` under a matrix: the inverse of `vector_matrix`.
 
     Raises
     ------
@@ -257,7 +257,7 @@ def _rank(rows: Sequence[Sequence[Fraction]]) -> int:
 
 
 def _echelon(rows: Sequence[Sequence[Fraction]]) -> tuple[list[list[Fraction]], list[int]]:
-    """The reduced echelon form, and the columns of its pivots."""
+    """Return the reduced echelon form, and the columns of its pivots."""
     work = [list(row) for row in rows]
     pivots: list[int] = []
     for column in range(len(work[0]) if work else 0):
@@ -277,7 +277,7 @@ def _echelon(rows: Sequence[Sequence[Fraction]]) -> tuple[list[list[Fraction]], 
 
 
 def _kernel(rows: Sequence[Sequence[Fraction]], n: int) -> list[list[Fraction]]:
-    """A basis of the columns that some rows of length `n` annihilate."""
+    """Return a basis of the columns that some rows of length `n` annihilate."""
     work, pivots = _echelon(rows)
     found = []
     for free in (k for k in range(n) if k not in pivots):

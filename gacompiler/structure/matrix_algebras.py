@@ -1,8 +1,8 @@
-"""Which algebra of matrices a geometric algebra is: the classification of Cartan, Bott and Atiyah.
+"""The matrix algebra of a geometric algebra: the classification of Cartan, Bott and Atiyah.
 
 ``G(p, q)`` is the algebra of square matrices over the real numbers R, the complex numbers C or the quaternions H, or of
-pairs of such, and which it is follows from ``p - q`` modulo 8 (Atiyah, Bott & Shapiro, *Topology* 3, 1964; Porteous,
-*Clifford Algebras and the Classical Groups*, 1995, ch. 15; Lounesto, *Clifford Algebras and Spinors*, 2001, ch. 16).
+pairs of these, as determined by ``p - q`` modulo 8 (Atiyah, Bott & Shapiro, *Topology* 3, 1964; Porteous, *Clifford
+Algebras and the Classical Groups*, 1995, ch. 15; Lounesto, *Clifford Algebras and Spinors*, 2001, ch. 16).
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ class MatrixAlgebra:
     Attributes
     ----------
     numbers : {"R", "C", "H"}
-        What the entries are.
+        Division algebra of the entries.
     size : int
-        Of the matrices.
+        Number of rows of the matrices.
     halves : {1, 2}
-        Two for pairs of matrices, which multiply one by one.
+        Two for pairs of matrices, which are multiplied separately.
     grassmann : int
         Number of vectors of the Grassmann algebra, the degenerate part.
     is_graded : bool
-        Whether odd elements of the two factors anticommute, which only shows where both have some that no matrix can
-        make commute: in ``p + q`` odd with a degenerate part.
+        Whether odd elements of the two factors anticommute. This makes a difference only for odd ``p + q`` with
+        a degenerate part.
     """
 
     numbers: str
@@ -47,20 +47,20 @@ class MatrixAlgebra:
 
     @property
     def dimension(self) -> int:
-        """Over the real numbers."""
+        """The dimension over the real numbers."""
         return self.halves * self.size**2 * DIMENSIONS[self.numbers] << self.grassmann
 
     @property
     def real_size(self) -> int:
-        """Of one real matrix made of the entries' parts, pairs as blocks on the diagonal.
+        """The size of one real matrix composed of the entries' parts, with pairs as diagonal blocks.
 
-        The smallest that tells all elements apart where the metric is not degenerate. A degenerate part multiplies it
-        by ``2**grassmann``, as it acts on itself.
+        It is the smallest faithful representation if the metric is not degenerate. A degenerate part multiplies it by
+        ``2**grassmann``, as it acts on itself.
         """
         return self.halves * self.size * DIMENSIONS[self.numbers] << self.grassmann
 
     def __str__(self) -> str:
-        """``R(4)``, ``2H(2)``, ``C``; with a degenerate part ``H(2) ⊗ Λ(1)``, or with ``⊗̂`` where it is graded."""
+        """Return ``R(4)``, ``2H(2)``, ``C``; with a degenerate part ``H(2) ⊗ Λ(1)``, or with ``⊗̂`` if it is graded."""
         text = f"{self.halves if self.halves > 1 else ''}{self.numbers}{f'({self.size})' if self.size > 1 else ''}"
         if self.grassmann:
             text += f" {'⊗̂' if self.is_graded else '⊗'} Λ({self.grassmann})"
@@ -68,19 +68,19 @@ class MatrixAlgebra:
 
 
 def matrix_algebra(p: int, q: int = 0, r: int = 0) -> MatrixAlgebra:
-    """The algebra of matrices that ``G(p, q, r)`` is.
+    """Return the matrix algebra that is isomorphic to ``G(p, q, r)``.
 
     Parameters
     ----------
     p, q, r : int
-        Numbers of basis vectors with square +1, -1 and 0; any, 0 too.
+        Numbers of basis vectors with square +1, -1 and 0; nonnegative.
 
     Returns
     -------
     MatrixAlgebra
         For ``r = 0`` isomorphic as an algebra. With a degenerate part its tensor product with the Grassmann algebra of
-        `r` vectors; the plain one for ``p + q`` even, since then the null vectors times the pseudoscalar of the others
-        commute with these, else the graded one.
+        `r` vectors: the ordinary one for even ``p + q``, since then the null vectors times the pseudoscalar of the
+        others commute with these, otherwise the graded one.
 
     Examples
     --------
@@ -94,15 +94,15 @@ def matrix_algebra(p: int, q: int = 0, r: int = 0) -> MatrixAlgebra:
 
 
 def even_subalgebra(p: int, q: int = 0, r: int = 0) -> MatrixAlgebra:
-    """The algebra of matrices that the even elements of ``G(p, q, r)`` are.
+    """Return the matrix algebra of the even elements of ``G(p, q, r)``.
 
-    They are ``G(q, p - 1, r)``, as well as ``G(p, q - 1, r)``, whichever is there: products of all vectors with one
-    that has an inverse generate them (`gacompiler.structure.isomorphisms.even_isomorphism`).
+    They are isomorphic to ``G(q, p - 1, r)`` and to ``G(p, q - 1, r)``, if these exist: products of all vectors with
+    one invertible vector generate them (`gacompiler.structure.isomorphisms.even_isomorphism`).
 
     Raises
     ------
     AlgebraError
-        For ``p = q = 0 < r``, where all vectors are null: half a Grassmann algebra, which is no matrix algebra.
+        For ``p = q = 0 < r``, where all vectors are null: half a Grassmann algebra, which is not a matrix algebra.
     """
     _check(p, q, r)
     if p:
@@ -117,13 +117,13 @@ def even_subalgebra(p: int, q: int = 0, r: int = 0) -> MatrixAlgebra:
 
 
 def complex_matrix_algebra(n: int) -> MatrixAlgebra:
-    """The complex geometric algebra of `n` vectors, whose signature does not matter: ``C(k)`` or ``2C(k)``."""
+    """Return the complex geometric algebra of `n` vectors, whatever the signature: ``C(k)`` or ``2C(k)``."""
     _check(n, 0, 0)
     return MatrixAlgebra("C", 1 << (n // 2), 1 + (n & 1))
 
 
 def tensor_product(a: MatrixAlgebra, b: MatrixAlgebra) -> MatrixAlgebra:
-    """The plain tensor product over the reals, in which the elements of both factors commute.
+    """Return the ordinary tensor product over the reals, in which the elements of both factors commute.
 
     ``K (x) R = K``, ``C (x) C = 2C``, ``C (x) H = C(2)``, ``H (x) H = R(4)``; sizes multiply.
 
@@ -144,7 +144,7 @@ def tensor_product(a: MatrixAlgebra, b: MatrixAlgebra) -> MatrixAlgebra:
 
 
 def signature(algebra: Algebra) -> tuple[int, int, int]:
-    """The numbers ``(p, q, r)`` of an algebra, whatever its basis: exact, from its Gram matrix (Sylvester's law)."""
+    """Return the numbers ``(p, q, r)`` of an algebra in any basis, exactly, from its Gram matrix (Sylvester's law)."""
     squares = orthogonal_basis(algebra.gram)[1]
     return sum(x > 0 for x in squares), sum(x < 0 for x in squares), sum(x == 0 for x in squares)
 
@@ -152,7 +152,10 @@ def signature(algebra: Algebra) -> tuple[int, int, int]:
 def orthogonal_basis(
     gram: Sequence[Sequence[Rational]],
 ) -> tuple[tuple[tuple[Fraction, ...], ...], tuple[Fraction, ...]]:
-    """Rational vectors that are orthogonal under a Gram matrix, one a row, and their squares (Lagrange's reduction)."""
+    """Return rational vectors, as rows, that are orthogonal under a Gram matrix, and their squares.
+
+    Uses Lagrange reduction.
+    """
     n = len(gram)
     rows = [[Fraction(int(i == j)) for j in range(n)] for i in range(n)]
     chosen: list[list[Fraction]] = []
@@ -178,7 +181,7 @@ def orthogonal_basis(
 
 
 def without_grassmann(algebra: MatrixAlgebra) -> MatrixAlgebra:
-    """The factor of matrices alone."""
+    """The matrix factor alone."""
     return replace(algebra, grassmann=0, is_graded=False)
 
 

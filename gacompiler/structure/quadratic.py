@@ -18,7 +18,7 @@ class QuadraticNumber:
     ----------
     a, b : Fraction
     d : int
-        Positive and no square, the same for all numbers that meet.
+        Positive and not a square, the same for all operands.
 
     Examples
     --------
@@ -33,18 +33,18 @@ class QuadraticNumber:
 
     @classmethod
     def root(cls, d: int) -> QuadraticNumber:
-        """``sqrt(d)``."""
+        """Return ``sqrt(d)``."""
         return cls(Fraction(0), Fraction(1), d)
 
     @property
     def is_zero(self) -> bool:
-        """Whether it is 0."""
+        """Return whether the number is 0."""
         return not self.a and not self.b
 
     def _of(self, other: Any) -> QuadraticNumber | None:
         if isinstance(other, QuadraticNumber):
             if other.d != self.d:
-                raise AlgebraError("quadratic number", f"sqrt({other.d}) beside sqrt({self.d})", "one root for all")
+                raise AlgebraError("quadratic number", f"sqrt({other.d}) and sqrt({self.d})", "the same root")
             return other
         return QuadraticNumber(Fraction(other), Fraction(0), self.d) if isinstance(other, (int, Fraction)) else None
 
@@ -94,7 +94,7 @@ class QuadraticNumber:
         return -self if self < 0 else self
 
     def __lt__(self, other: Any) -> bool:
-        """Exact: the signs of the parts, or their squares, decide."""
+        """Compare exactly, by the signs of the parts or their squares."""
         o = self._of(other)
         if o is None:
             return NotImplemented

@@ -1,7 +1,7 @@
 """Elements as matrices over the reals, the complex numbers or the quaternions, exactly.
 
-The levels that `gacompiler.structure.levels` finds in the blades say where every coefficient goes. Entries keep their
-real, complex or quaternion parts apart on a last axis, so that integers and fractions stay exact.
+The levels that `gacompiler.structure.levels` derives from the blades determine the place of every coefficient. The
+real, complex or quaternion parts of the entries are stored along a last axis, so that integers and fractions are exact.
 """
 
 from __future__ import annotations
@@ -32,15 +32,15 @@ LARGEST_DIMENSION = 12
 
 @dataclass(frozen=True, slots=True)
 class Numbers:
-    """What the entries of matrices are: sums of units.
+    """The number system of the matrix entries: sums of units.
 
     Attributes
     ----------
     units : tuple of pairs
-        Blade and sign of every unit: 1; 1 and i; 1, i, j and k with ``i j = k``; with a degenerate part more.
+        Blade and sign of every unit: 1; 1 and i; 1, i, j and k with ``i j = k``; more with a degenerate part.
     names : tuple of str
     products : tuple of tuples
-        ``products[a][b]`` are the pairs (unit, factor) that the units `a` and `b` multiply to.
+        ``products[a][b]`` are the pairs (unit, factor) of the product of the units `a` and `b`.
     """
 
     units: tuple[tuple[int, Rational], ...]
@@ -60,14 +60,14 @@ class Representation:
     ----------
     algebra : Algebra
     kind : MatrixAlgebra
-        Which matrices.
+        The matrix algebra.
     numbers : Numbers
-        What their entries are.
+        The number system of the entries.
 
     Raises
     ------
     AlgebraError
-        For a basis whose blades do not multiply to blades, and squares other than these.
+        For a basis in which products of blades are not blades, and for other squares.
 
     Examples
     --------
@@ -93,11 +93,11 @@ class Representation:
 
     @property
     def shape(self) -> tuple[int, int, int, int]:
-        """Of the matrices of an element: halves, rows, columns, parts of an entry."""
+        """The shape of the matrices of an element: halves, rows, columns, parts of an entry."""
         return self._halves, self._size, self._size, len(self.numbers.units)
 
     def matrix(self, x: Multivector) -> Matrices:
-        """The matrices of an element, shape (halves, size, size, parts); exact where `x` is."""
+        """Return the matrices of an element, shape (halves, size, size, parts); exact if `x` is."""
         found = np.zeros(self.shape, dtype=object)
         for path, terms in leaves(to_blocks(self._levels, x.terms)):
             place = self._position(path)
@@ -107,7 +107,7 @@ class Representation:
         return _narrowed(found)
 
     def element(self, matrices: Matrices) -> Multivector:
-        """The element that has these matrices: the inverse of `matrix`."""
+        """Return the element with given matrices: the inverse of `matrix`."""
         matrices = np.asarray(matrices)
         if matrices.shape != self.shape:
             raise AlgebraError(
@@ -123,7 +123,7 @@ class Representation:
         return tuple(self.matrix(vector) for vector in self.algebra.basis())
 
     def product(self, a: Matrices, b: Matrices) -> Matrices:
-        """The product of matrices, entries multiplied as the numbers they are."""
+        """Return the product of matrices, with entries multiplied in their number system."""
         found = 0 * (a + b)
         for j, row in enumerate(self.numbers.products):
             for k, terms in enumerate(row):
@@ -139,7 +139,7 @@ class Representation:
         return self.matrix(self.algebra.scalar(1))
 
     def real(self, matrices: Matrices) -> Matrices:
-        """One real matrix: every entry as the matrix of its multiplication, pairs as blocks on the diagonal.
+        """Return one real matrix: every entry as the matrix of its multiplication, pairs as diagonal blocks.
 
         Shape (size, size) with `MatrixAlgebra.real_size`: twice the rows for complex numbers, four times for
         quaternions.
@@ -154,20 +154,20 @@ class Representation:
         return found.reshape(halves * size * parts, -1)
 
     def from_real(self, matrix: Matrices) -> Matrices:
-        """The matrices whose `real` matrix this is; what such a matrix says twice is read once."""
+        """Return the matrices with a given `real` matrix; redundant entries are read once."""
         halves, size, _, parts = self.shape
         blocks = np.asarray(matrix).reshape(halves, size, parts, halves, size, parts)
         return np.stack([blocks[half, :, :, half, :, 0].swapaxes(1, 2) for half in range(halves)])
 
     def complex(self, matrices: Matrices) -> NDArray[np.complex128]:
-        """Complex matrices, shape (halves, size, size), twice that size for quaternions, whose units are Pauli's.
+        """Return complex matrices, shape (halves, size, size), of twice that size for quaternions.
 
-        ``1, i, j, k`` become ``1, i s3, i s2, i s1``: exact for integers up to 2**53.
+        ``1, i, j, k`` become ``1, i s3, i s2, i s1`` with Pauli matrices: exact for integers up to 2**53.
 
         Raises
         ------
         AlgebraError
-            With a degenerate part, whose entries are no complex numbers.
+            With a degenerate part, whose entries are not complex numbers.
         """
         parts = np.asarray(matrices, dtype=float)
         if self.kind.grassmann:
@@ -201,15 +201,15 @@ class Representation:
 
 @cache
 def representation(algebra: Algebra) -> Representation:
-    """The matrices of an algebra, found once."""
+    """Return the matrices of an algebra, computed once."""
     return Representation(algebra)
 
 
 def complex_generators(n: int) -> NDArray[np.complex128]:
-    """Matrices of `n` vectors of square +1 that generate the complex geometric algebra.
+    """Return matrices of `n` vectors of square +1 that generate the complex geometric algebra.
 
     Shape (n, halves, size, size), with ``2**(n // 2)`` rows and two halves for odd `n`; entries 0, 1, -1, i and -i.
-    They are those of G(k, k) or G(k + 1, k), which are real, times i where the square is -1.
+    They are the real matrices of G(k, k) or G(k + 1, k), times i for vectors of square -1.
     """
     if not 0 <= n <= LARGEST_DIMENSION:
         raise AlgebraError("complex_generators", f"{n} vectors", f"0 to {LARGEST_DIMENSION}")
@@ -221,14 +221,14 @@ def complex_generators(n: int) -> NDArray[np.complex128]:
 
 
 def _narrowed(found: Matrices) -> Matrices:
-    """Numbers of numpy where entries are floats or complex numbers; exact ones stay Python's."""
+    """Return NumPy numeric arrays if entries are floats or complex numbers; exact entries remain Python numbers."""
     if all(is_exact(value) for value in found.flat):
         return found
     return found.astype(complex if any(isinstance(value, complex) for value in found.flat) else float)
 
 
 def _numbers(algebra: Algebra, rest: frozenset[int], kind: MatrixAlgebra) -> Numbers:
-    """The blades that no level takes apart as units, 1 first; i, j, k with ``i j = k`` where these are all."""
+    """Return the blades that no level decomposes as units, 1 first; i, j, k with ``i j = k`` if these are all."""
     blades = sorted(rest, key=lambda blade: (blade.bit_count(), blade))
     squares = [algebra.blade_product(blade, blade).get(0, 0) for blade in blades]
     if any(abs(square) not in (0, 1) for square in squares) or any(
@@ -236,9 +236,9 @@ def _numbers(algebra: Algebra, rest: frozenset[int], kind: MatrixAlgebra) -> Num
     ):
         raise AlgebraError(
             f"matrices of {algebra.name}",
-            "basis vectors whose squares or products are not those of a basis known to the tower",
+            "basis vectors with unsupported squares or inner products",
             "squares +1, -1 and 0, orthogonal or in null pairs",
-            "use orthogonal(p, q, r) with the numbers that signature() finds",
+            "use orthogonal(p, q, r) with the numbers returned by signature()",
         )
     units: list[tuple[int, Rational]] = [(blade, 1) for blade in blades]
     names = [algebra.spelling(blade)[1] for blade in blades]

@@ -1,4 +1,4 @@
-"""The classification of one algebra as text: what `gac classify` prints."""
+"""The classification of an algebra as text, the output of `gac classify`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .representation import LARGEST_DIMENSION, Matrices, Numbers, Representation
 
 
 def summary(p: int, q: int = 0, r: int = 0) -> dict[str, str]:
-    """What ``G(p, q, r)`` is, line by line; without what needs matrices above 12 vectors."""
+    """Return the classification of ``G(p, q, r)`` by topic, without entries from matrices above 12 vectors."""
     n = p + q + r
     kind = matrix_algebra(p, q, r)
     found = {
@@ -45,7 +45,7 @@ def summary(p: int, q: int = 0, r: int = 0) -> dict[str, str]:
 
 
 def generator_rows(representation: Representation) -> list[list[str]]:
-    """The matrices of the basis vectors as rows of text: name, square, and one row of the matrices."""
+    """Return the matrices of the basis vectors as rows of text: name, square, and one row of the matrices."""
     rows: list[list[str]] = []
     for name, vector, matrices in zip(
         representation.algebra.vectors, representation.algebra.basis(), representation.generators, strict=True
@@ -57,7 +57,7 @@ def generator_rows(representation: Representation) -> list[list[str]]:
 
 
 def matrix_lines(numbers: Numbers, matrices: Matrices) -> list[str]:
-    """Matrices as lines of text, a dot for zero, halves beside each other."""
+    """Return matrices as lines of text, with a dot for zero and the halves side by side."""
     cells = [[[_entry(numbers, entry) for entry in row] for row in half] for half in matrices.tolist()]
     width = max(len(cell) for half in cells for row in half for cell in row)
     halves = [[" ".join(cell.rjust(width) for cell in row) for row in half] for half in cells]
@@ -89,7 +89,7 @@ def _name(p: int, q: int, r: int) -> str:
 
 
 def _same(p: int, q: int, r: int) -> str:
-    """The other signatures with the same number of vectors that make the same algebra."""
+    """Return the other signatures with the same number of vectors and an isomorphic algebra."""
     kind = matrix_algebra(p, q, r)
     others = [(k, p + q - k, r) for k in range(p + q, -1, -1) if k != p]
     return " ".join(_name(*other) for other in others if matrix_algebra(*other) == kind) or "none"

@@ -1,8 +1,8 @@
-"""Complex structures: U(n) and SU(n) as the rotors of G(2n) that leave a bivector as it is.
+"""Complex structures: U(n) and SU(n) as the rotors of G(2n) that leave a bivector invariant.
 
 A vector of ``n`` complex numbers is the vector ``sum x_k e_k + y_k f_k`` of 2n real ones, with ``f_k = e_(n+k)``. The
-bivector ``J = sum e_k f_k`` multiplies by i: ``v x J``. What commutes with it is unitary (Doran, Hestenes, Sommen & Van
-Acker, *J. Math. Phys.* 34, 1993).
+bivector ``J = sum e_k f_k`` represents multiplication by i: ``v x J``. Elements that commute with it are unitary
+(Doran, Hestenes, Sommen & Van Acker, *J. Math. Phys.* 34, 1993).
 """
 
 from __future__ import annotations
@@ -29,17 +29,17 @@ _TOLERANCE = 1e-9
 
 @cache
 def complex_space(n: int) -> Algebra:
-    """G(2n): the real vectors of `n` complex numbers."""
+    """Return G(2n), which contains the real vectors of `n` complex numbers."""
     return orthogonal(2 * n)
 
 
 def complex_structure(n: int) -> Multivector:
-    """The bivector ``J``, the sum of all ``e_k f_k``."""
+    """Return the bivector ``J``, the sum of all ``e_k f_k``."""
     return sum_of(complex_space(n), (_bivector(n, k, n + k) for k in range(n)))
 
 
 def vector_of_complex(numbers: Sequence[Any] | ArrayLike) -> Multivector:
-    """The vector of complex numbers."""
+    """Convert complex numbers to a vector."""
     z = np.asarray(numbers, dtype=complex)
     n = len(z)
     values = [*z.real.tolist(), *z.imag.tolist()]
@@ -47,20 +47,20 @@ def vector_of_complex(numbers: Sequence[Any] | ArrayLike) -> Multivector:
 
 
 def complex_of_vector(vector: Multivector) -> Complex:
-    """The complex numbers of a vector."""
+    """Convert a vector to complex numbers."""
     n = _half(vector.algebra)
     return np.array([complex(float(vector[1 << k]), float(vector[1 << n + k])) for k in range(n)])
 
 
 def times_i(vector: Multivector) -> Multivector:
-    """The vector of i times the complex numbers: ``v x J``."""
+    """Return the vector of i times the complex numbers: ``v x J``."""
     return commutator(vector, complex_structure(_half(vector.algebra)))
 
 
 def hermitian_product(a: Multivector, b: Multivector) -> tuple[Any, Any]:
-    """Real and imaginary part of ``a . b + i (a ^ b) . J``, exactly.
+    """Return the real and imaginary part of ``a . b + i (a ^ b) . J``, exactly.
 
-    In complex numbers the sum of ``a_k`` times the conjugate of ``b_k``.
+    In complex numbers it is the sum of ``a_k`` times the conjugate of ``b_k``.
     """
     n = _half(a.algebra)
     bivector = (a ^ b).product("scalar_product", complex_structure(n))
@@ -68,7 +68,7 @@ def hermitian_product(a: Multivector, b: Multivector) -> tuple[Any, Any]:
 
 
 def unitary_algebra(n: int) -> LieAlgebra:
-    """u(n): the ``n**2`` bivectors that commute with ``J``.
+    """Return u(n): the ``n**2`` bivectors that commute with ``J``.
 
     ``e_j e_k + f_j f_k`` and ``e_j f_k - f_j e_k`` for ``j < k``, and ``e_k f_k``.
     """
@@ -79,14 +79,14 @@ def unitary_algebra(n: int) -> LieAlgebra:
 
 
 def special_unitary_algebra(n: int) -> LieAlgebra:
-    """su(n): the ``n**2 - 1`` of these whose product with ``J`` has no scalar part: matrices without trace."""
+    """Return su(n): the ``n**2 - 1`` of these whose product with ``J`` has no scalar part, with traceless matrices."""
     basis = unitary_algebra(n).basis
     steps = [a - b for a, b in zip(basis[-n:], basis[1 - n :], strict=False)] if n > 1 else []
     return LieAlgebra(complex_space(n), (*basis[: n * n - n], *steps))
 
 
 def skew_hermitian_of_bivector(bivector: Multivector) -> Complex:
-    """The complex matrix, shape (n, n), of ``v -> B x v``; ``exp(B / 2)`` then moves by its exponential.
+    """Return the complex matrix, shape (n, n), of ``v -> B x v``; ``exp(B / 2)`` acts by its exponential.
 
     Raises
     ------
@@ -97,19 +97,19 @@ def skew_hermitian_of_bivector(bivector: Multivector) -> Complex:
 
 
 def bivector_of_skew_hermitian(matrix: ArrayLike) -> Multivector:
-    """The bivector of a matrix with ``M^H = -M``: the inverse of `skew_hermitian_of_bivector`.
+    """Return the bivector of a matrix with ``M^H = -M``: the inverse of `skew_hermitian_of_bivector`.
 
     Raises
     ------
     AlgebraError
-        For another matrix.
+        For a matrix that is not skew-Hermitian.
     """
     real = real_matrix(matrix)
     return bivector_of_matrix(complex_space(len(real) // 2), real.tolist())
 
 
 def rotor_of_unitary(matrix: ArrayLike) -> Multivector:
-    """A rotor of G(2n) that moves vectors by a unitary matrix; minus it does the same.
+    """Return a rotor of G(2n) that moves vectors by a unitary matrix; its negative does the same.
 
     Raises
     ------
@@ -121,21 +121,21 @@ def rotor_of_unitary(matrix: ArrayLike) -> Multivector:
 
 
 def unitary_of_rotor(rotor: Multivector) -> Complex:
-    """The unitary matrix of a rotor.
+    """Return the unitary matrix of a rotor.
 
     Raises
     ------
     AlgebraError
-        For an element that is no versor, or one that does not leave ``J`` as it is.
+        For an element that is not a versor, or does not leave ``J`` invariant.
     """
     action = membership(rotor).action
     if action is None:
-        raise AlgebraError("unitary_of_rotor", "an element that is no versor", "a rotor")
+        raise AlgebraError("unitary_of_rotor", "an element that is not a versor", "a rotor")
     return _complex_matrix(np.array(action, dtype=float), "unitary_of_rotor")
 
 
 def real_matrix(matrix: ArrayLike) -> NDArray[np.float64]:
-    """A complex matrix (n, n) as the real one (2n, 2n) on ``(x, y)``: ``[[Re, -Im], [Im, Re]]``."""
+    """Return a complex matrix (n, n) as the real one (2n, 2n) on ``(x, y)``: ``[[Re, -Im], [Im, Re]]``."""
     m = np.asarray(matrix, dtype=complex)
     if m.ndim != 2 or m.shape[0] != m.shape[1]:
         raise AlgebraError("complex matrix", f"shape {m.shape}", "a square matrix")
@@ -151,7 +151,7 @@ def _complex_matrix(real: NDArray[np.float64], where: str) -> Complex:
 
 
 def _bivector(n: int, j: int, k: int) -> Multivector:
-    """``e_j e_k`` of the 2n vectors, whichever comes first."""
+    """Return ``e_j e_k`` of the 2n vectors for any order of the indices."""
     sign = 1 if j < k else -1
     return Multivector(complex_space(n), {1 << j | 1 << k: sign})
 

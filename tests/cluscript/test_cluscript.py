@@ -823,7 +823,7 @@ def test_the_command_line(tmp_path: Path) -> None:
     assert done.exit_code == 1 and "--algebra" in done.output
     path.write_text("?q = createPiont(x, 0, 0);")
     done = runner.invoke(main, ["generate", str(path), "--algebra", "cga3", "-o", out])
-    assert done.exit_code == 1 and "moved.clu:1:6: no macro and no function createPiont" in done.output
+    assert done.exit_code == 1 and "moved.clu:1:6: no macro or function named createPiont" in done.output
 
 
 def test_the_page_runs() -> None:

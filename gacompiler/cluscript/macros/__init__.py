@@ -1,4 +1,4 @@
-"""The usual macros of each named algebra, as functions on multivectors and expressions.
+"""The standard macros of each named algebra, as functions of multivectors and expressions.
 
-A table maps name and number of arguments to a function. Scripts may replace any of them.
+A table maps a name and a number of arguments to a function. Scripts may redefine any of them.
 """

@@ -1,4 +1,4 @@
-"""What the tables of macros share."""
+"""Shared helpers of the tables of macros."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ HALF = Fraction(1, 2)
 
 
 def basis(algebra: Algebra) -> dict[str, Multivector]:
-    """The basis vectors by name."""
+    """Return the basis vectors by name."""
     return dict(zip(algebra.vectors, algebra.basis(), strict=True))
 
 
 def wedge(*factors: Any) -> Any:
-    """The outer product of all."""
+    """Return the outer product of all arguments."""
     result = factors[0]
     for factor in factors[1:]:
         result = outer_product(result, factor)
@@ -33,12 +33,12 @@ def wedge(*factors: Any) -> Any:
 
 
 def dot(a: Any, b: Any) -> Any:
-    """``a . b`` of scripts: zero where one factor is a scalar."""
+    """Return ``a . b`` as defined in scripts: zero if one factor is a scalar."""
     return hestenes_product(a, b)
 
 
 def total(*terms: Any) -> Any:
-    """The sum of all."""
+    """Return the sum of all arguments."""
     result = terms[0]
     for term in terms[1:]:
         result = result + term
@@ -46,20 +46,20 @@ def total(*terms: Any) -> Any:
 
 
 def length(*components: Any) -> Any:
-    """The root of the sum of squares."""
+    """Return the root of the sum of squares."""
     return sqrt(total(*(component * component for component in components)))
 
 
 def combination(vectors: list[Multivector], components: tuple[Any, ...]) -> Any:
-    """The sum of vectors times components."""
+    """Return the sum of vectors times components."""
     return total(*(component * vector for component, vector in zip(components, vectors, strict=True)))
 
 
 def part(x: Any, name: str) -> Any:
-    """The coefficient of a blade other than 1, of a multivector or a number."""
+    """Return the coefficient of a blade other than 1, of a multivector or a number."""
     return x[name] if isinstance(x, (Expression, Multivector)) and x.algebra != SCALARS else Fraction(0)
 
 
 def times(factor: Any) -> Function:
-    """The macro that multiplies its argument by `factor` from the right: a dual."""
+    """Return the macro that multiplies its argument by `factor` from the right: a dual."""
     return lambda x: x * factor

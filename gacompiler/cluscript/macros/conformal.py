@@ -12,7 +12,7 @@ from .common import HALF, Table, basis, combination, dot, length, times, total, 
 
 
 def conformal(algebra: Algebra) -> Table:
-    """Macros of cga, and with two Euclidean vectors those of cra."""
+    """Return the macros of cga, or with two Euclidean vectors those of cra."""
     e = basis(algebra)
     e0, einf = e["e0"], e["einf"]
     flat = [vector for name, vector in e.items() if name not in ("e0", "einf")]
@@ -24,7 +24,7 @@ def conformal(algebra: Algebra) -> Table:
         return combination(flat, components) + HALF * square * einf + e0
 
     def points_of(pair: Any, sign: int) -> Any:
-        """A point of an outer product of spheres: ``(d +- sqrt|p . p|) / (einf . d)``, d the dual of p."""
+        """Return a point of an outer product of spheres: ``(d +- sqrt|p . p|) / (einf . d)``, d the dual of p."""
         other = dual(pair)
         root = sqrt(absolute(dot(pair, pair)))
         return quotient(other + sign * root, dot(einf, other))
@@ -65,7 +65,7 @@ def _in_plane(point: Any, dual: Any, e0: Any) -> dict[tuple[str, int], Any]:
         return quotient(other + sign * sqrt(dot(other, other)), dot(e0, other))
 
     return {
-        # Viewers work in space: a third coordinate is taken, and not used.
+        # Viewers work in space: a third coordinate is accepted, but not used.
         ("VecN3", 3): lambda x, y, z: point(x, y) + 0 * z,
         ("createPoint", 3): lambda x, y, z: point(x, y) + 0 * z,
         ("extractPoint1", 1): lambda pair: points_of(pair, 1),

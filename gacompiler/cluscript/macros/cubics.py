@@ -12,7 +12,7 @@ from .common import HALF, Table, basis, combination, wedge
 
 
 def cubics(algebra: Algebra) -> Table:
-    """Macros of ccga: seven null pairs for the monomials of degree 2 and 3."""
+    """Return the macros of ccga: seven null pairs for the monomials of degree 2 and 3."""
     e = basis(algebra)
     e1, e2 = e["e1"], e["e2"]
     near, far = [e[f"eo{k}"] for k in range(1, 8)], [e[f"ei{k}"] for k in range(1, 8)]
@@ -39,7 +39,7 @@ def cubics(algebra: Algebra) -> Table:
         return lambda: value
 
     return {(name, 0): constant(value) for name, value in constants.items()} | {
-        # Viewers work in space: a third coordinate is taken, and not used.
+        # Viewers work in space: a third coordinate is accepted, but not used.
         ("createPoint", 3): lambda x, y, z: point(x, y) + 0 * z,
         ("createPoint", 2): point,
         ("Dual", 1): lambda x: -(x * everything),

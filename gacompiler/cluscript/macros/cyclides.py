@@ -66,7 +66,7 @@ class _Copy:
 
 
 def cyclides(algebra: Algebra) -> Table:
-    """Macros of dcga."""
+    """Return the macros of dcga."""
     e = basis(algebra)
     first = _Copy([e["e1"], e["e2"], e["e3"]], e["eo1"], e["ei1"])
     second = _Copy([e["e6"], e["e7"], e["e8"]], e["eo2"], e["ei2"])
@@ -75,7 +75,7 @@ def cyclides(algebra: Algebra) -> Table:
 
 
 def _operators(a: _Copy, b: _Copy) -> dict[str, Any]:
-    """The operators by their monomials: x, xx, xy, xt2 (x times the square of the distance), 1, t2, t4."""
+    """Return the operators by their monomials: x, xx, xy, xt2 (x times the square of the distance), 1, t2, t4."""
     t = {"1": -wedge(a.infinity, b.infinity), "t4": -4 * wedge(a.origin, b.origin)}
     t["t2"] = wedge(b.origin, a.infinity) + wedge(b.infinity, a.origin)
     for name, u, v in zip(AXES, a.flat, b.flat, strict=True):
@@ -119,7 +119,7 @@ def _constants(t: dict[str, Any], a: _Copy, b: _Copy) -> Table:
 
 
 def _both(name: str, arity: int, a: Callable[..., Any], b: Callable[..., Any], whole: str = "") -> Table:
-    """Macros of one copy, of the other, and of their outer product."""
+    """Return the macros of one copy, of the other, and of their outer product."""
     return {
         (f"CGA1_{name}", arity): a,
         (f"CGA2_{name}", arity): b,

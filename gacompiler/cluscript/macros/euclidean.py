@@ -11,7 +11,7 @@ from .common import HALF, Table, basis, combination, length, times, wedge
 
 
 def euclidean(algebra: Algebra) -> Table:
-    """``Dual(x) = x / I`` with ``I`` the product of all basis vectors; in three dimensions VecE3 and RotorE3."""
+    """Return ``Dual(x) = x / I``, ``I`` the product of all basis vectors; for three dimensions also VecE3, RotorE3."""
     vectors = list(basis(algebra).values())
     table = {("Dual", 1): times(inverse(wedge(*vectors)))}
     if len(vectors) == 3:
@@ -27,5 +27,5 @@ def euclidean(algebra: Algebra) -> Table:
 
 
 def space_time(algebra: Algebra) -> Table:
-    """``Dual(x) = x / I``."""
+    """Return ``Dual(x) = x / I``."""
     return {("Dual", 1): times(inverse(wedge(*basis(algebra).values())))}

@@ -55,7 +55,7 @@ def _shared(algebra: Algebra, pairs: Sequence[tuple[str, str]]) -> dict[tuple[st
 
 
 def plane(algebra: Algebra) -> Table:
-    """Macros of 2dpga; lines are vectors, points bivectors."""
+    """Return the macros of 2dpga; lines are vectors, points bivectors."""
     e = basis(algebra)
     e0, e1, e2 = e["e0"], e["e1"], e["e2"]
     blades = [wedge(e2, e0), wedge(e0, e1)]
@@ -65,7 +65,7 @@ def plane(algebra: Algebra) -> Table:
 
 
 def space(algebra: Algebra) -> Table:
-    """Macros of 3dpga; planes are vectors, lines bivectors, points trivectors."""
+    """Return the macros of 3dpga; planes are vectors, lines bivectors, points trivectors."""
     e = basis(algebra)
     e0, e1, e2, e3 = e["e0"], e["e1"], e["e2"], e["e3"]
     directions = [wedge(e0, e3, e2), wedge(e0, e1, e3), wedge(e0, e2, e1)]

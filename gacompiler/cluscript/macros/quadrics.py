@@ -18,7 +18,7 @@ DEGREE = 180
 
 
 def quadrics(algebra: Algebra) -> Table:
-    """Macros of qga: every Euclidean axis has a null pair of its own."""
+    """Return the macros of qga: every Euclidean axis has a null pair of its own."""
     e = basis(algebra)
     flat = [e["e1"], e["e2"], e["e3"]]
     far, near = [e["einfx"], e["einfy"], e["einfz"]], [e["e0x"], e["e0y"], e["e0z"]]
@@ -28,7 +28,7 @@ def quadrics(algebra: Algebra) -> Table:
         return combination(flat, (x, y, z)) + HALF * combination(far, (x * x, y * y, z * z)) + e0
 
     def quadric(weights: tuple[Any, ...], centre: tuple[Any, ...], constant: Any) -> Any:
-        """The zeros of ``sum w (x - c)**2 - constant``."""
+        """Return the zero set of ``sum w (x - c)**2 - constant``."""
         inner = total(*(w * c * c for w, c in zip(weights, centre, strict=True))) - constant
         moved = tuple(w * c for w, c in zip(weights, centre, strict=True))
         k = len(weights)
@@ -53,7 +53,7 @@ def quadrics(algebra: Algebra) -> Table:
 
 
 def conics(algebra: Algebra) -> Table:
-    """Macros of gac: the three null pairs stand for x**2 + y**2, x**2 - y**2 and x y."""
+    """Return the macros of gac: the three null pairs represent x**2 + y**2, x**2 - y**2 and x y."""
     e = basis(algebra)
     e1, e2 = e["e1"], e["e2"]
     near, far = [e["e0p"], e["e0m"], e["e0c"]], [e["einfp"], e["einfm"], e["einfc"]]
@@ -100,5 +100,5 @@ def _conic_point(e: dict[str, Any], x: Any, y: Any) -> Any:
 
 
 def pi() -> Any:
-    """The number, as an expression: what computes it decides how exactly."""
+    """Return the number pi as an expression, so that its precision is chosen at evaluation."""
     return acos(-1)
