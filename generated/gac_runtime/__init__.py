@@ -1,4 +1,4 @@
-"""What generated modules run on: kernels, layouts and values. It needs numpy, and numba only where no C is compiled.
+"""Runtime of generated modules: kernels, layouts and values. It requires numpy, and numba only if no C is compiled.
 
-This folder is copied beside generated modules; a module that is copied elsewhere needs it there.
+This folder is copied next to generated modules; a module that is moved to another folder needs a copy there.
 """

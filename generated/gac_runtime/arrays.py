@@ -1,4 +1,4 @@
-"""Arguments and batches: which elements there are, where they lie, and what overlaps."""
+"""Arrays of kernel calls: conversion of arguments, shapes and strides of batches, and overlaps in memory."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
 
 
 def as_array(definition: Definition, name: str, value: Any) -> np.ndarray[Any, Any]:
-    """An argument of a kernel as an array of numbers that it takes.
+    """Convert an argument of a kernel to an array of a supported dtype.
 
-    Integers and truth values are cast as numpy's functions cast them: to the smallest type that holds them all.
+    Integers and booleans are cast as numpy's functions cast them, to the smallest floating-point type that holds them.
     """
     given = isinstance(value, (np.ndarray, np.generic))
     try:
@@ -35,7 +35,7 @@ def as_array(definition: Definition, name: str, value: Any) -> np.ndarray[Any, A
 
 
 def leading_shape(definition: Definition, operands: list[Any]) -> tuple[int, ...]:
-    """The shape of the batch that arguments make together."""
+    """Return the shape of the batch to which the arguments broadcast."""
     shapes = [
         operand.shape[: operand.ndim - len(shape)] for operand, shape in zip(operands, definition.shapes, strict=True)
     ]
@@ -54,7 +54,7 @@ def leading_shape(definition: Definition, operands: list[Any]) -> tuple[int, ...
 
 
 def checked_outs(definition: Definition, out: Any, leading: tuple[int, ...], dtype: np.dtype[Any]) -> list[Any] | None:
-    """What a caller gave to be written, one array for each result; None where nothing was given."""
+    """Check the argument `out` and return one array for each result; None if `out` is None."""
     if out is None:
         return None
     outs = [out] if len(definition.outputs) == 1 and not isinstance(out, tuple) else out
@@ -78,16 +78,17 @@ def checked_outs(definition: Definition, out: Any, leading: tuple[int, ...], dty
 
 
 def usable(array: Any, dtype: np.dtype[Any]) -> Any:
-    """An array as it is, or a copy of that type whose numbers are aligned."""
+    """Return the array itself, or a copy of dtype `dtype` with aligned memory if required."""
     if array.dtype is dtype and array.flags.aligned:
         return array
     return np.require(array, dtype, "A")
 
 
 def overlaps(array: Any, out: Any, n_axes: int) -> bool:
-    """Whether writing an output would change an element of an argument that is still to be read.
+    """Whether writing an output could change an element of an argument before it is read.
 
-    It may be where the argument is, if that has all axes of the batch: `n_axes` with those of its elements.
+    An output in the same memory as the argument is safe if the argument has all `n_axes` axes: those of the batch and
+    those of its elements.
     """
     return np.may_share_memory(array, out) and not (
         array.ndim == n_axes
@@ -98,7 +99,7 @@ def overlaps(array: Any, out: Any, n_axes: int) -> bool:
 
 
 def steps_of(array: Any, leading: tuple[int, ...], shape: tuple[int, ...]) -> tuple[int, ...]:
-    """Bytes from element to element along each leading axis, then along the axes of one element."""
+    """Return the strides in bytes along each leading axis of the batch, then along the axes of one element."""
     strides: tuple[int, ...] = array.strides
     missing = len(leading) + len(shape) - len(strides)
     if not missing and array.shape[: len(leading)] == leading:
@@ -110,7 +111,7 @@ def steps_of(array: Any, leading: tuple[int, ...], shape: tuple[int, ...]) -> tu
 
 
 def coalesced(leading: tuple[int, ...], steps: list[tuple[int, ...]]) -> tuple[list[int], list[tuple[int, ...]]]:
-    """The fewest loops over the same elements: neighbouring axes become one where every array allows it."""
+    """Merge neighbouring axes where the strides of every array allow it, and return the fewest loops over a batch."""
     depth = len(leading)
     if depth == 1:
         return list(leading), steps
@@ -131,7 +132,7 @@ def coalesced(leading: tuple[int, ...], steps: list[tuple[int, ...]]) -> tuple[l
 
 
 def outer_offsets(sizes: list[int], steps: list[tuple[int, ...]], inner: int) -> list[list[int]]:
-    """Where the inner loop starts in every array, once for each turn of the outer loops."""
+    """Return the offsets at which the inner loop starts in each array, for each iteration of the outer loops."""
     outer = [axis for axis in range(len(sizes)) if axis != inner]
     return [
         [sum(step[axis] * turn for axis, turn in zip(outer, turns, strict=True)) for step in steps]
@@ -140,18 +141,18 @@ def outer_offsets(sizes: list[int], steps: list[tuple[int, ...]], inner: int) ->
 
 
 def address_of(array: Any) -> int:
-    """Where the first element is."""
+    """Return the address of the first element."""
     return int(array.__array_interface__["data"][0])
 
 
 def as_returned(results: list[Any]) -> Any:
-    """Results as a call gives them: one or a tuple, and numbers where there is no axis."""
+    """Return results in the form of a call: one array or a tuple; arrays without axes become numbers."""
     results = [result if result.ndim else result[()] for result in results]
     return results[0] if len(results) == 1 else tuple(results)
 
 
 def parsed_signature(signature: str) -> list[list[tuple[int, ...]]] | None:
-    """The shapes of arguments, of which there may be none, and of results in ``(8),(3,3),()->(3)``; else None."""
+    """Return the shapes of arguments (possibly none) and of results in ``(8),(3,3),()->(3)``; None if malformed."""
     shape = r"\((?:[1-9]\d*(?:,[1-9]\d*)*)?\)"
     text = signature.replace(" ", "")
     if not re.fullmatch(f"(?:{shape}(?:,{shape})*)?->{shape}(?:,{shape})*", text):

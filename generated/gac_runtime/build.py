@@ -1,11 +1,12 @@
-"""Compile generated C files into the libraries that their modules load, each on its own and only once.
+"""Compile generated C files into the libraries that their modules load; each file is compiled separately and once.
 
-The runtime (``gac_runtime.c``) is compiled into object files that the user's cache keeps. A module's file is compiled
-alone and linked with them into ``_build`` beside it, or into the cache where that folder cannot be written. Nothing is
-half-written: files are made under a temporary name and renamed, and a lock keeps two processes from building the same.
+The runtime (``gac_runtime.c``) is compiled into object files, which are stored in the user's cache. The C file of a
+module is compiled and linked with them into ``_build`` next to it, or into the cache if that folder is not writable.
+Files are never incomplete: they are written under a temporary name and renamed, and a lock prevents two processes from
+building the same file.
 
-It ships with generated modules and imports nothing of the compiler. Keys, locks and commands depend on each other, so
-they are one file.
+This file ships with generated modules and imports nothing from the compiler. Keys, locks and commands depend on each
+other, so they are in one file.
 """
 
 from __future__ import annotations
@@ -53,13 +54,13 @@ COMPILERS = ("cc", "gcc", "clang")
 Progress = Callable[[Path], None]
 
 STEM = "calls"
-"""The name of the extension; its file has a digest besides."""
+"""The name of the extension, to which its file name adds a digest."""
 
 _SMALL = 40_000
-"""A text of fewer characters is compiled in one go; others once for each precision, side by side."""
+"""Number of characters from which a file is compiled separately for each precision, in parallel."""
 
 _PATIENCE = 1.0
-"""Seconds after which a line says what is being built."""
+"""Seconds after which a message about the build is printed."""
 
 
 class BuildError(RuntimeProblem):
@@ -67,12 +68,12 @@ class BuildError(RuntimeProblem):
 
 
 def is_wanted() -> bool:
-    """Whether GAC_BACKEND leaves it open what runs kernels, or asks for C."""
+    """Whether GAC_BACKEND is unset or selects C."""
     return os.environ.get("GAC_BACKEND", "") in ("", "c")
 
 
 def find_compiler() -> tuple[str, ...] | None:
-    """The command of the C compiler: ``$CC`` if set, else the first of cc, gcc, clang that is there."""
+    """Return the command of the C compiler: ``$CC`` if set, else the first of cc, gcc, clang that is installed."""
     wanted = shlex.split(os.environ.get("CC", ""))
     if wanted:
         return tuple(wanted) if shutil.which(wanted[0]) else None
@@ -80,12 +81,12 @@ def find_compiler() -> tuple[str, ...] | None:
 
 
 def no_compiler() -> str:
-    """Why `find_compiler` finds none, in words."""
+    """Return a message that explains why `find_compiler` returned None."""
     wanted = os.environ.get("CC", "").strip()
     if wanted:
-        return f"no C compiler: $CC is {wanted!r}, which is no program on the PATH; set it to one, or unset it"
+        return f"no C compiler: $CC is {wanted!r}, which is not a program on the PATH; set it to one, or unset it"
     names = ", ".join(COMPILERS)
-    return f"no C compiler: $CC is not set and none of {names} is on the PATH; install one, or run on numba as it is"
+    return f"no C compiler: $CC is not set and none of {names} is on the PATH; install one, or continue with numba"
 
 
 @cache
@@ -94,22 +95,22 @@ def _version(compiler: tuple[str, ...]) -> str:
 
 
 def compiler_flags(compiler: tuple[str, ...]) -> tuple[str, ...]:
-    """`FLAGS` and those of the optimiser, of which gcc takes its own."""
+    """Return `FLAGS` and the optimisation flags for the compiler."""
     return (*FLAGS, *(GCC_FLAGS if "Free Software Foundation" in _version(compiler) else OTHER_FLAGS))
 
 
 def processors() -> int:
-    """How many processors this process may use."""
+    """Return the number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-# Where things are.
+# Locations of files.
 
 
 def runtime_folder(c_file: Path) -> Path:
-    """The runtime that a module is compiled with: the one beside it, or the one that this file is part of.
+    """Return the folder of the runtime with which a module is compiled: the one next to it, or that of this file.
 
-    For a C file that has the runtime in it that is its own folder, which has no other.
+    For a C file that contains the runtime, this is the folder of the C file, which has no separate runtime.
     """
     if STANDALONE in _read(c_file):
         return c_file.parent
@@ -130,30 +131,32 @@ def _read(path: Path) -> str:
 
 
 def library_name(module: str, c_text: str, runtime: Path | None = None, level: int = PORTABLE) -> str:
-    """The file name of a library: it changes with the text, the runtime and the flags, so it is never stale."""
+    """Return the file name of a library, which depends on the text, the runtime and the flags and is never stale."""
     return library_file(library_label(module, c_text), runtime or Path(__file__).parent, level)
 
 
 def library_path(c_file: Path, level: int | None = None) -> Path:
-    """Where the library of a C file belongs, beside it; for this machine, or for those of a level."""
+    """Return the path next to a C file for its library, for this machine or for machines of a given level."""
     level = machine_level() if level is None else level
     return c_file.parent / FOLDER / library_name(c_file.stem, _read(c_file), runtime_folder(c_file), level)
 
 
 def library_beside(c_file: Path) -> Path | None:
-    """The library beside a C file that this machine can load, if one is built."""
+    """Return the built library next to a C file that this machine can load; None if there is none."""
     names = library_files(library_label(c_file.stem, _read(c_file)), runtime_folder(c_file))
     places = (c_file.parent / FOLDER / name for name in names)
     return next((path for path in places if path.exists()), None)
 
 
 def cached_path(c_file: Path) -> Path | None:
-    """Where the library of a C file belongs in the user's cache; None without a compiler, on whose version it depends.
+    """Return the path in the user's cache for the library of a C file; None without a compiler.
+
+    The path depends on the version of the compiler.
 
     Raises
     ------
     CacheError
-        When the cache cannot be used, or not safely.
+        If the cache cannot be used, or not safely.
     """
     compiler = find_compiler()
     if compiler is None:
@@ -163,7 +166,7 @@ def cached_path(c_file: Path) -> Path | None:
 
 
 def built_library(c_file: Path) -> Path | None:
-    """The library of a C file if it is built, beside the file or in the user's cache."""
+    """Return the built library of a C file, next to the file or in the user's cache; None if it is not built."""
     beside = library_beside(c_file)
     if beside is not None:
         return beside
@@ -175,7 +178,7 @@ def built_library(c_file: Path) -> Path | None:
 
 
 def _is_open(folder: Path) -> bool:
-    """Whether a library may be built into a folder: it can be written, and not by everybody."""
+    """Whether a library may be built in a folder: it is writable, but not by all users."""
     while not folder.exists() and folder != folder.parent:
         folder = folder.parent
     return os.access(folder, os.W_OK) and not (os.name == "posix" and folder.stat().st_mode & stat.S_IWOTH)
@@ -185,28 +188,28 @@ def _is_open(folder: Path) -> bool:
 
 
 def build_module(c_file: Path) -> Path | None:
-    """The library of a generated C file, which is built if it is not there.
+    """Return the library of a generated C file, after building it if necessary.
 
     Parameters
     ----------
     c_file : Path
-        Its header is beside it, and the runtime, or that of this file is taken.
+        The C file, with its header in the same folder. The runtime is the one next to it, or that of this file.
 
     Returns
     -------
     Path or None
-        The library, beside the file or in the user's cache; None where it is not built and there is no compiler.
+        The library, next to the file or in the user's cache; None if it is not built and there is no compiler.
 
     Raises
     ------
     BuildError
-        When the compiler fails.
+        If the compiler fails.
     CacheError
-        When the folder of the file cannot be written, or by everybody, and the cache cannot be used either.
+        If the folder of the file is not writable, or writable by all users, and the cache cannot be used either.
 
     Notes
     -----
-    A line on stderr says what is being built when that takes more than a second.
+    If the build takes more than a second, a message is printed to stderr.
     """
     found = built_library(c_file)
     if found is not None or find_compiler() is None:
@@ -228,10 +231,10 @@ def build_modules(
     portable: bool = False,
     progress: Progress = lambda library: None,
 ) -> list[Path | None]:
-    """The libraries of many C files beside them, built on all processors where they are not there; see `build_module`.
+    """Return the libraries of several C files next to them, building missing ones in parallel; see `build_module`.
 
-    They are for machines like this one, or portable: then every machine accepts them. The extension that calls kernels
-    is built beside them, if the headers of Python are there.
+    The libraries are for machines of this level, or for all machines if `portable` is true. The extension that calls
+    kernels is built next to them if the Python headers are installed.
     """
     level = PORTABLE if portable else machine_level()
     targets = [library_path(c_file, level) for c_file in c_files]
@@ -248,25 +251,25 @@ def build_modules(
 
 
 def build(targets: dict[Path, Path], progress: Progress = lambda library: None, level: int | None = None) -> None:
-    """Compile files in parallel, the longest first, link each with the runtime and move it to its place.
+    """Compile files in parallel, the longest first, link each with the runtime and move it to its destination.
 
     Parameters
     ----------
     targets : dict of Path to Path
         The library of each file.
     progress : callable
-        Called with each library when it is in its place.
+        Called with each library when it is finished.
     level : int, optional
-        The level of the machines that the libraries are for: `PORTABLE`, or by default that of this machine.
+        The level of the target machines; `PORTABLE` for all machines, by default the level of this machine.
 
     Raises
     ------
     BuildError
-        When one fails; the others are built.
+        If one of the files fails; the others are still built.
     """
     compiler = find_compiler()
     if compiler is None:
-        raise BuildError("C compiler", no_compiler(), "one that can be run")
+        raise BuildError("C compiler", no_compiler(), "an installed C compiler")
     level = machine_level() if level is None else level
     scratch: dict[Path, Path] = {}
     try:
@@ -281,7 +284,7 @@ def build(targets: dict[Path, Path], progress: Progress = lambda library: None, 
         missing = Counter(source for _, source, _ in jobs)
         failures: list[BuildError] = []
         with ThreadPoolExecutor(processors()) as threads:
-            # The runtime comes first: every library waits for it.
+            # The runtime comes first because every library depends on it.
             runtimes = {}
             for source, folder in scratch.items():
                 runtime = runtime_folder(source)
@@ -327,15 +330,15 @@ def _link(compiler: tuple[str, ...], objects: Sequence[Path], library: Path, sou
 
 
 def _compile(compiler: tuple[str, ...], level: int, source: Path, target: Path, runtime: Path) -> list[str]:
-    """The command that compiles a file for the precision that its target is named after, or for both."""
+    """Return the command that compiles a file for the precision in the name of its target, or for both."""
     only = f"-DONLY_{target.stem.rpartition('-')[2].upper()}"
-    # "gac_runtime/gac_runtime.h" is found in the folder of the file, or else where this file's own package is.
+    # "gac_runtime/gac_runtime.h" is searched in the folder of the C file, then in the folder of the runtime's package.
     flags = (*compiler_flags(compiler), *LEVEL_FLAGS[level])
     return [*compiler, *flags, f"-I{runtime.parent}", only, "-c", str(source), "-o", str(target)]
 
 
 def _runtime_object(compiler: tuple[str, ...], level: int, runtime: Path, half: str, scratch: Path) -> Path:
-    """The runtime for one precision, from the user's cache; or made there, or in `scratch` where there is no cache."""
+    """Return the compiled runtime for one precision, in the user's cache or, without a usable cache, in `scratch`."""
     key = digest(
         *_texts(runtime, RUNTIME_FILES), _version(compiler), *compiler, *compiler_flags(compiler), *LEVEL_FLAGS[level]
     )
@@ -360,16 +363,16 @@ def _runtime_object(compiler: tuple[str, ...], level: int, runtime: Path, half: 
 # The extension.
 
 _extensions: dict[str, Path] = {}
-"""What this process has built, by file name: another folder gets a copy."""
+"""Extensions built by this process, by file name; other folders get a copy."""
 
 
 def build_extension(folder: Path) -> Path | None:
-    """Compile the extension for modules in `folder` unless it is there.
+    """Compile the extension for modules in `folder` unless it exists.
 
     Returns
     -------
     Path or None
-        None where this Python has no headers, or where there is no compiler.
+        The extension; None if the Python headers or a compiler are missing.
     """
     include, target, compiler = Path(sysconfig.get_path("include")), extension_path(folder), find_compiler()
     source = Path(__file__).with_name(EXTENSION_FILE)
@@ -407,14 +410,14 @@ def _scratch(stem: str, folder: Path) -> Path:
         return Path(tempfile.mkdtemp(prefix=f".{stem}-", dir=folder))
     except OSError as error:
         raise BuildError(
-            str(folder), error.strerror or str(error), "a folder that can be written", "choose another with -o"
+            str(folder), error.strerror or str(error), "a writable folder", "choose another with -o"
         ) from error
 
 
 def _remove_stale(target: Path, pattern: str, current: str | None = None) -> None:
-    """Remove what an earlier text was built into; the names of all that is built from it match `pattern`.
+    """Remove files that were built from earlier texts, whose names match `pattern`.
 
-    What begins with `current` is built from the same text, for other machines.
+    Files whose names begin with `current` are kept: they are built from the same text for other machines.
     """
     for path in target.parent.iterdir():
         is_current = path.name.startswith(current) if current else path == target
@@ -424,7 +427,7 @@ def _remove_stale(target: Path, pattern: str, current: str | None = None) -> Non
 
 @contextlib.contextmanager
 def _lock(name: str) -> Iterator[None]:
-    """Keep other processes from building the same; where there are no locks, whoever comes last replaces the file."""
+    """Prevent other processes from building the same file; without lock support, the last process replaces the file."""
     try:
         import fcntl
 
@@ -433,7 +436,7 @@ def _lock(name: str) -> Iterator[None]:
         yield
         return
     try:
-        # The lock goes with the process, however that ends.
+        # The operating system releases the lock when the process ends, however it ends.
         fcntl.flock(handle, fcntl.LOCK_EX)
         yield
     finally:
@@ -442,7 +445,7 @@ def _lock(name: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _announced(name: str) -> Iterator[None]:
-    """Say on stderr what is being built if that takes long."""
+    """Print a message about the build to stderr if it takes long."""
     timer = threading.Timer(_PATIENCE, print, [f"gac: building {name} (once)"], {"file": sys.stderr, "flush": True})
     timer.daemon = True
     timer.start()
@@ -462,7 +465,7 @@ def _run(command: list[str]) -> subprocess.CompletedProcess[str]:
 def _check(command: list[str], run: subprocess.CompletedProcess[str], c_file: Path) -> None:
     if run.returncode == 0:
         return
-    # gcc's last line, "collect2: error: ld returned 1", only says that the linker said something above.
+    # gcc's last line, "collect2: error: ld returned 1", only refers to messages of the linker above it.
     lines = [line for line in run.stderr.splitlines() if line.strip() and not line.startswith("collect2:")]
     telling = (line for line in lines if re.search(r"error|multiple definition|undefined|cannot find|No space", line))
     first = next(telling, lines[0] if lines else f"status {run.returncode}")

@@ -1,4 +1,4 @@
-"""The user's folder for what is compiled where modules are in a folder that cannot be written."""
+"""The user's cache, which holds compiled files of modules whose folders are not writable."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ class RuntimeProblem(Exception):
 
 
 class CacheError(RuntimeProblem):
-    """A cache that cannot be used, or not safely."""
+    """A cache folder that cannot be used, or not safely."""
 
 
 def cache_folder(part: str = "") -> Path:
-    """The user's cache, or a folder in it, which nobody else can write; it is made if it is not there.
+    """Return the user's cache folder, or a folder in it, which is created if necessary and not writable by others.
 
-    It is ``$GAC_CACHE``, or ``gacompiler`` under ``$XDG_CACHE_HOME`` or ``~/.cache``.
+    The folder is ``$GAC_CACHE``, or ``gacompiler`` under ``$XDG_CACHE_HOME`` or ``~/.cache``.
 
     Raises
     ------
     CacheError
-        When it cannot be made, belongs to somebody else, or can be written by others.
+        If it cannot be created, belongs to another user, or can be written by others.
     """
     chosen = os.environ.get("GAC_CACHE")
     try:
@@ -43,14 +43,14 @@ def cache_folder(part: str = "") -> Path:
     for each in (folder, folder / part):
         reason = refusal(each)
         if reason:
-            expected = "a folder that you can write, and nobody else"
+            expected = "a folder that only you can write to"
             remedy = f"set GAC_CACHE to another one, or run `chmod 700 {each}` if you trust what is in it"
             raise CacheError(str(each), reason, expected, remedy)
     return folder / part
 
 
 def refusal(folder: Path) -> str:
-    """Why nothing may be loaded from a folder, which is made where it is missing; empty where it may."""
+    """Return the reason why files in a folder, which is created if necessary, cannot be trusted; empty if they can."""
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         own, link = folder.stat(), folder.lstat()
@@ -59,9 +59,9 @@ def refusal(folder: Path) -> str:
     except OSError as error:
         return f"it cannot be used: {error.strerror}"
     if not os.access(folder, os.R_OK | os.W_OK | os.X_OK):
-        return "it cannot be written"
+        return "it is not writable"
     if not hasattr(os, "geteuid"):
-        return ""  # Windows, where modes say nothing, and users' folders are their own
+        return ""  # Windows, where modes carry no information and users' folders are private
     user = os.geteuid()
     if own.st_uid != user or link.st_uid not in (user, 0):
         return "it belongs to another user"

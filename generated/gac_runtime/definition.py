@@ -1,4 +1,4 @@
-"""What a kernel is, as the parts of the runtime hand it to each other."""
+"""The definition of a kernel, as it is passed between the parts of the runtime."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing import Any
 from .layout import Layout
 
 INTERFACE = 1
-"""Modules and runtime must have the same number. It grows when modules of earlier versions would not run."""
+"""Version of the interface between modules and runtime, incremented by incompatible changes; both must be equal."""
 
 Shape = tuple[int, ...]
 
 COUNTS = ("mul", "add", "div", "sqrt", "call", "choice", "fma")
-"""The operations that a cost counts, in the order in which it lists them."""
+"""The operations that are counted in a cost, in order."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,14 +25,14 @@ class Form:
     same: tuple[str, ...]
     """The arguments that are the same."""
     least: int
-    """The least number of elements for which it takes fewer operations."""
+    """The smallest number of elements for which the form takes fewer operations."""
     n_prepared: int
-    """How many numbers the first step prepares for the second."""
+    """The number of values that the first step prepares for the second."""
     prepare: Callable[..., Any]
     apply: Callable[..., Any]
     once: str
     each: str
-    """The operations of both steps, for readers."""
+    """The operation counts of both steps, as text for documentation."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,10 +44,10 @@ class Definition:
     inputs: Sequence[tuple[str, Shape]]
     outputs: Sequence[tuple[str, Shape]]
     layouts: Mapping[str, Layout]
-    """By the name of an argument or a result."""
+    """Layouts by name of argument or result."""
     cost: Mapping[str, int]
     is_generated: bool = True
-    """Whether numba may keep its machine code on disk, under the name of the function."""
+    """Whether numba may cache its machine code on disk under the name of the function."""
     forms: list[Form] = field(default_factory=list)
 
     @property
@@ -62,28 +62,28 @@ class Definition:
 
     @property
     def signature(self) -> str:
-        """As a generalised ufunc has it: ``(8),(3)->(3)``."""
+        """The signature in the form of a generalised ufunc, ``(8),(3)->(3)``."""
         parts = (self.shapes, self.out_shapes)
         return "->".join(",".join(f"({','.join(map(str, shape))})" for shape in shapes) for shapes in parts)
 
     def blades(self, name: str) -> str:
-        """The blades of an argument or a result, at the end of an error message."""
+        """Return the blades of an argument or a result, as the end of an error message."""
         layout = self.layouts.get(name)
         return f" with last axis {' '.join(layout.blades)}" if layout is not None and layout.blades else ""
 
     @property
     def is_polynomial(self) -> bool:
-        """Whether it has ring operations only, so that complex numbers make sense."""
+        """Whether the kernel has ring operations only, so that it is defined for complex numbers."""
         return self.is_generated and not any(self.cost[name] for name in ("div", "sqrt", "call", "choice"))
 
     @property
     def work(self) -> int:
-        """Bytes of one element in doubles, and its operations as so many bytes: what decides about threads."""
+        """The work for one element, which decides about threads: its bytes as doubles, and four for each operation."""
         return 8 * sum(map(math.prod, (*self.shapes, *self.out_shapes))) + 4 * sum(self.cost.values())
 
 
 def counted(cost: str) -> dict[str, int]:
-    """The counts in ``21 mul, 18 add``; operations that are not in it are not needed."""
+    """Parse the counts in ``21 mul, 18 add``; operations that are not listed have count 0."""
     found = dict.fromkeys(COUNTS, 0)
     for item in cost.split(", ") if cost else ():
         count, name = item.split()
@@ -92,12 +92,12 @@ def counted(cost: str) -> dict[str, int]:
 
 
 def result_names(count: int) -> list[str]:
-    """The names of results that have no others."""
+    """Return the default names of results."""
     return ["out"] if count == 1 else [f"out_{k}" for k in range(count)]
 
 
 def shapes_in(signature: str) -> list[list[tuple[int, ...]]]:
-    """The shapes in a signature that is known to be right."""
+    """Return the shapes in a signature that is known to be well-formed."""
     return [
         [tuple(int(size) for size in shape.split(",") if size) for shape in part[1:-1].split("),(")] if part else []
         for part in signature.split("->")

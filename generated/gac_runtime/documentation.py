@@ -1,4 +1,4 @@
-"""The numpydoc text of a kernel, made from its record when somebody asks for it."""
+"""Numpydoc docstrings of kernels, generated on request from their definitions."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ _WIDTH = 110
 
 @dataclass(frozen=True, slots=True)
 class Facts:
-    """What readers are told about a kernel besides its shapes and layouts."""
+    """The documented facts about a kernel besides its shapes and layouts."""
 
     cost: str
     """``21 mul, 18 add``"""
     assumes: tuple[str, ...] = ()
     """Relations of the arguments: ``m ~m = 1``."""
     error: str = ""
-    """The measured error, ``1.5 ulp, 64 inputs``; empty where none was measured."""
+    """The measured error, ``1.5 ulp, 64 inputs``; empty if it was not measured."""
 
 
 def docstring(definition: Definition, layouts: Mapping[str, Layout], facts: Facts) -> str:
-    """The text of a kernel: what it does, its arguments and results, its cost and its error."""
+    """Return the docstring of a kernel: summary, arguments, results, cost and error."""
     lines = [*_summary(definition), "", "Parameters", "----------"]
     for name, shape in definition.inputs:
         lines += [f"{name} : array_like, {shape_text(shape)}", *_described(layouts.get(name))]
     kind = "tuple of arrays" if len(definition.outputs) > 1 else "array"
-    lines += [f"out : {kind}, optional", "    Where to write; may be an argument.", "", "Returns", "-------"]
+    lines += [f"out : {kind}, optional", "    Array for the result; may be an argument.", "", "Returns", "-------"]
     for name, shape in definition.outputs:
         lines += [f"{name} : array, {shape_text(shape)}", *_described(layouts.get(name))]
     lines += ["", "Notes", "-----"]
@@ -39,7 +39,7 @@ def docstring(definition: Definition, layouts: Mapping[str, Layout], facts: Fact
     for sentence in sentences(facts, forms):
         lines += textwrap.wrap(sentence, _WIDTH, break_on_hyphens=False)
     names = ", ".join(name for name, _ in definition.inputs)
-    return "\n".join([*lines, f"Inside numba: ``{definition.name}.jit({names})``, of arrays and tuples.", ""])
+    return "\n".join([*lines, f"Call within numba: ``{definition.name}.jit({names})``, with arrays or tuples.", ""])
 
 
 def _summary(definition: Definition) -> list[str]:
@@ -47,9 +47,9 @@ def _summary(definition: Definition) -> list[str]:
 
 
 def sentences(facts: Facts, forms: Iterable[tuple[Sequence[str], int, str, str]]) -> list[str]:
-    """What is assumed, what it costs, also in its forms, and how accurate it is, a sentence each.
+    """Return one sentence each for the assumptions, the cost, the cost of each form, and the error.
 
-    Forms are by the fields `same`, `least`, `once` and `each` of `Form`.
+    Forms are given by the fields `same`, `least`, `once` and `each` of `Form`.
     """
     found = []
     if facts.assumes:
@@ -62,19 +62,19 @@ def sentences(facts: Facts, forms: Iterable[tuple[Sequence[str], int, str, str]]
 
 
 def _form_sentence(same: Sequence[str], least: int, once: str, each: str) -> str:
-    """What a form costs."""
+    """Return a sentence for the cost of a form."""
     names = " and ".join(f"`{name}`" for name in same)
     verb = "is" if len(same) == 1 else "are"
-    return f"Where {names} {verb} the same for {least} elements or more: {once} once, then {each} for each element."
+    return f"If {names} {verb} the same for {least} or more elements: {once} once, then {each} for each element."
 
 
 def shape_text(shape: Shape) -> str:
-    """The shape of a part of a batch as readers know it: ``(..., 8)``."""
+    """Return the shape of an argument or result as it is documented, ``(..., 8)``."""
     return f"({', '.join(['...', *map(str, shape)])})"
 
 
 def layout_text(name: str, blades: Sequence[str], fixed: Sequence[tuple[str, str]], unit: bool) -> str:
-    """A layout as a sentence; the arguments are fields of `Layout`."""
+    """Describe a layout in one sentence; the arguments are fields of `Layout`."""
     if not blades:
         return f"{name}."
     text = f"{name}: {', '.join(blades)}"

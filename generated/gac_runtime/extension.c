@@ -1,8 +1,8 @@
-/* From Python to a kernel as short as a call can be: on one element, on a batch, with loops, and values with operators.
+/* Fast calls from Python to kernels: on one element, on a batch, with loops, and by the operators of values.
 
-   One extension serves every generated module beside it. It knows no kernel: modules hand it the addresses of theirs.
-   Whatever it does not recognise at once (other types, shapes, orders, wrong arguments) it leaves to the module's
-   Python, which says what is wrong. */
+   One extension is shared by all generated modules of a folder. It contains no kernels: modules pass it the addresses
+   of theirs. Arguments that it does not support (other dtypes, shapes, memory orders, wrong arguments) are passed to
+   the Python code of the module, which converts them or reports the error. */
 
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
@@ -16,12 +16,12 @@
 
 typedef void (*Function)(void);
 
-/* How a kernel is called: it takes every array as a pointer and every number by value. */
+/* Calls a kernel, which takes every array as a pointer and every number by value. */
 typedef void (*Invoke)(Function function, double *const *arrays, const double *numbers);
 
-/* A call through a pointer of the right type, for every order of at most four arrays (a) and numbers (n) before one or
-   two results (r): C has no call whose parameters are known only when it runs. One element of a kernel with more goes
-   through its loop. */
+/* Calls through a pointer of the right type, for every order of at most four arrays (a) and numbers (n) before one or
+   two results (r), since C has no calls whose parameters are known only at run time. Kernels with more parameters run
+   single elements through their loop. */
 #define IN const double *
 #define NUMBER double
 #define OUT double *
@@ -104,7 +104,7 @@ static const struct {
 #undef INVOKER
 };
 
-/* What numpy promises about arrays (ndarraytypes.h), so that building this needs no numpy. `prepare` checks it. */
+/* The stable layout of numpy arrays (ndarraytypes.h), so that building this needs no numpy. `prepare` verifies it. */
 typedef struct {
     PyObject_HEAD
     char *data;
@@ -134,14 +134,14 @@ typedef PyObject *(*NewArray)(
     int flags, PyObject *like
 );
 
-/* A number of numpy in single precision. Its doubles begin like Python's numbers, which they inherit. */
+/* A numpy scalar in single precision. Double-precision scalars inherit from float and have its layout. */
 typedef struct {
     PyObject_HEAD
     float value;
 } Single;
 
 static PyTypeObject *array_type, *number_type, *single_type;
-/* The numbers beside values of objects: a subclass of float that adds methods and no data. NULL without one. */
+/* The class of numbers that operators of values return: a subclass of float without additional data; may be NULL. */
 static PyTypeObject *scalar_type;
 static PyObject *double_type, *float_type;
 static NewArray new_array;
@@ -170,7 +170,7 @@ enum { BINARY(SYMBOL) SYMBOL_call, UNARY(SYMBOL) N_SYMBOLS };
 static const Py_ssize_t N_OPERANDS[] = {BINARY(TWO_OPERANDS) 2, UNARY(ONE_OPERAND)};
 static PyObject *symbols[N_SYMBOLS];
 
-/* Arguments that are taken as they are: numbers, and arrays of one shape in C order. */
+/* Arguments that need no conversion: numbers, and arrays of one shape in C order. */
 
 static inline int is_number(PyObject *object, double *number)
 {
@@ -195,7 +195,7 @@ static inline int is_single(PyObject *object, double *number)
     return 1;
 }
 
-/* Numbers as kernels return them. */
+/* Numbers as results of kernels. */
 
 static PyObject *new_number(double x)
 {
@@ -218,7 +218,8 @@ typedef struct {
     Py_ssize_t axes[MAX_AXES];
 } Shape;
 
-/* `double_type` or `float_type` where the array's is that: itself, or a copy such as unpickled arrays have; or NULL. */
+/* `double_type` or `float_type` if the dtype of the array is equal to it, else NULL. The dtype object may be a copy, as
+   for unpickled arrays. */
 static inline PyObject *real_type(const Array *array)
 {
     PyObject *dtype = array->dtype;
@@ -242,25 +243,25 @@ static inline int is_dense(PyObject *object, const Shape *shape, int flags)
     return 1;
 }
 
-/* Values: the coefficients of one element, inside the object. */
+/* Values: objects that contain the coefficients of one element. */
 
 typedef struct Kind Kind;
 
 typedef struct {
     Function function;
-    Kind *result; /* NULL where the result is a number: of `scalar_type` where that is set, else a float. */
+    Kind *result; /* NULL if the result is a number: of `scalar_type` if that is set, else a float. */
     int swapped;
     int is_scalar;
 } Operation;
 
-/* Room of values that are gone is kept for the next: of so many of each kind, as loops leave them behind. */
+/* Memory of up to MOST_SPARE deallocated values of each kind is reused for new ones, which speeds up loops. */
 #ifdef Py_GIL_DISABLED
 enum { MOST_SPARE = 0, SPARE_ROOM = 1 };
 #else
 enum { MOST_SPARE = 8, SPARE_ROOM = MOST_SPARE };
 #endif
 
-/* A layout as values of one type have it. Kinds of one module share `operate`, the module's way to do it in Python. */
+/* The layout of values of one type. Kinds of one module share `operate`, the module's fallback in Python. */
 struct Kind {
     PyTypeObject *type;
     Py_ssize_t size;
@@ -321,7 +322,9 @@ static Kind *kind_of(PyTypeObject *type)
     PyObject *capsule = type->tp_dict == NULL ? NULL : PyDict_GetItemWithError(type->tp_dict, word_kind);
     if (capsule == NULL) {
         if (!PyErr_Occurred())
-            PyErr_Format(PyExc_TypeError, "%s has no coefficients; use a type with a layout", type->tp_name);
+            PyErr_Format(
+                PyExc_TypeError, "%s has no layout and cannot be instantiated; use a type with a layout", type->tp_name
+            );
         return NULL;
     }
     return PyCapsule_GetPointer(capsule, "Kind");
@@ -353,7 +356,7 @@ static int fill(Value *value, PyObject *const *args, Py_ssize_t n)
     PyObject *array = PyObject_CallFunctionObjArgs(kind->coefficients, (PyObject *)kind->type, tuple, NULL);
     Py_DECREF(tuple);
     if (array != NULL && !copied(value, array))
-        PyErr_SetString(PyExc_SystemError, "the coefficients of a value are no array of its size");
+        PyErr_SetString(PyExc_SystemError, "the coefficients of a value are not an array of its size");
     Py_XDECREF(array);
     return PyErr_Occurred() ? -1 : 0;
 }
@@ -387,14 +390,14 @@ static PyObject *value_new(PyTypeObject *type, PyObject *args, PyObject *names)
 
 /* Operators. */
 
-/* The kind of numbers beside values, NULL without one: a float is then an operand as values of this kind are. */
+/* The kind that floats have in operations with values; NULL if there is none. */
 static Kind *number_kind;
 
 PyDoc_STRVAR(
     set_number_doc,
     "set_number(type, scalar)\n--\n\n"
-    "Take Python's numbers for values of this type where they stand beside values of its module.\n\n"
-    "Numbers that operators give may be of the class `scalar`, a subclass of float without data of its own."
+    "Treat Python numbers as values of this type in operations with values of its module.\n\n"
+    "Operators that return numbers use the class `scalar`, a subclass of float without additional data."
 );
 
 static PyObject *set_number(PyObject *Py_UNUSED(module), PyObject *args)
@@ -406,7 +409,9 @@ static PyObject *set_number(PyObject *Py_UNUSED(module), PyObject *args)
     if (kind == NULL)
         return NULL;
     if (!PyType_IsSubtype(scalar, &PyFloat_Type) || scalar->tp_basicsize != PyFloat_Type.tp_basicsize)
-        return PyErr_Format(PyExc_TypeError, "%s is no subclass of float, or has data of its own", scalar->tp_name);
+        return PyErr_Format(
+            PyExc_TypeError, "%s: expected a subclass of float without additional data", scalar->tp_name
+        );
     number_kind = kind;
     Py_XSETREF(scalar_type, (PyTypeObject *)Py_NewRef((PyObject *)scalar));
     Py_RETURN_NONE;
@@ -420,7 +425,7 @@ static PyObject *new_scalar(double x)
     return number;
 }
 
-/* The kind of an operand, and its coefficients; NULL for what is no value and no number. */
+/* The kind of an operand, and its coefficients; NULL if it is neither a value nor a number. */
 static inline const Kind *operand(PyObject *object, const double **x, double *number)
 {
     if (is_value(object)) {
@@ -524,7 +529,7 @@ static Py_hash_t value_hash(PyObject *self)
     if (tuple == NULL)
         return -1;
     for (Py_ssize_t k = 0; k < Py_SIZE(self); k++) {
-        /* The hash of a nan is that of the object, but a value makes new objects of its coefficients every time. */
+        /* The hash of a nan depends on the identity of its object, but a value creates new objects on every access. */
         const double x = ((Value *)self)->x[k];
         PyObject *number = PyFloat_FromDouble(x == x ? x : 0);
         if (number == NULL) {
@@ -552,7 +557,7 @@ static int value_buffer(PyObject *self, Py_buffer *view, int flags)
     static Py_ssize_t stride = sizeof(double);
     view->obj = NULL;
     if (flags & PyBUF_WRITABLE) {
-        PyErr_SetString(PyExc_BufferError, "a value cannot be changed");
+        PyErr_SetString(PyExc_BufferError, "a value is immutable; expected a read-only buffer request");
         return -1;
     }
     view->obj = Py_NewRef(self);
@@ -585,7 +590,7 @@ static void free_kind(PyObject *capsule)
 PyDoc_STRVAR(
     adopt_doc,
     "_adopt(index, names, operate, coefficients)\n--\n\n"
-    "Make this class the type of values with a coefficient for each name, the `index`-th of its module."
+    "Make this class a type of values with a coefficient for each name; `index` is its number in the module."
 );
 
 static PyObject *value_adopt(PyObject *cls, PyObject *args)
@@ -610,7 +615,7 @@ static PyObject *value_adopt(PyObject *cls, PyObject *args)
     Py_XDECREF(capsule);
     for (Py_ssize_t k = 0; k < size && !failed; k++) {
         PyMemberDef *field = &kind->fields[k];
-        /* The name lives as long as the tuple, which the class keeps in its layout. */
+        /* The name lives as long as the tuple, which is kept alive by the layout of the class. */
         field->name = PyUnicode_AsUTF8(PyTuple_GET_ITEM(names, k));
         field->type = T_DOUBLE;
         field->offset = (Py_ssize_t)(offsetof(Value, x) + (size_t)k * sizeof(double));
@@ -636,8 +641,8 @@ static PyObject *value_adopt(PyObject *cls, PyObject *args)
 PyDoc_STRVAR(
     bind_operator_doc,
     "bind_operator(symbol, operands, result, address, swapped)\n--\n\n"
-    "Let an operator on values of these types run the kernel at an address; the result is of a type of values, of the\n"
-    "class of numbers that `set_number` has set, or a float where that is None."
+    "Let an operator on values of these types run the kernel at an address. `result` is a type of values, the class\n"
+    "of numbers passed to `set_number`, or None for float."
 );
 
 static PyObject *bind_operator(PyObject *Py_UNUSED(module), PyObject *args)
@@ -713,38 +718,38 @@ static PyType_Spec value_spec = {
     value_slots,
 };
 
-/* Batches: what a call on arrays with leading axes hands to the loop of its library. */
+/* Batches: the arguments of a library's loop for a call on arrays with leading axes. */
 
 typedef void (*Loop)(char **starts, const intptr_t *dimensions, const intptr_t *steps);
 
-/* What runs the loops of kernels under numba, from the table of one; DONE, or not. */
+/* Runs the loops of a kernel compiled by numba, described by its table; returns DONE on success. */
 #define DONE -1
 typedef intptr_t (*Driver)(const void *table, char **starts, const intptr_t *dimensions, const intptr_t *steps);
 
-/* How a kernel is run over batches of one type: by its loop, or by a driver, or not yet. */
+/* The implementation of a kernel for batches of one dtype: a loop, a driver, or none yet. */
 typedef struct {
     Loop loop;
     Driver driver;
     const void *table;
 } Way;
 
-/* A kernel: what its calls are checked against, and how they are run. */
+/* A kernel: the expected arguments of its calls, and its implementations. */
 typedef struct {
     PyObject_HEAD
     vectorcallfunc vectorcall;
-    Function function; /* On one element of doubles; NULL where only a loop does it. */
+    Function function; /* For one element of doubles; NULL if there is only a loop. */
     Invoke invoke;
-    Way ways[2]; /* Of doubles and of floats. */
-    Py_ssize_t most; /* Larger batches of one row may be worth threads, */
-    PyObject *settings; /* of which a module says how many; borrowed, since the kernel holds its module. */
-    Py_ssize_t patience; /* Larger batches let other threads of Python run meanwhile. */
+    Way ways[2]; /* For doubles and for floats. */
+    Py_ssize_t most; /* Larger batches of one row may run on several threads. */
+    PyObject *settings; /* Contains the number of threads; borrowed, since the kernel holds its module. */
+    Py_ssize_t patience; /* Larger batches release the GIL. */
     int n_inputs; /* 0 until the kernel can be run. */
     int n_outputs;
     Shape shapes[MAX_ARRAYS];
-    intptr_t steps[MAX_ARRAYS * (1 + MAX_AXES)]; /* Of one element in C order. */
+    intptr_t steps[MAX_ARRAYS * (1 + MAX_AXES)]; /* Strides of one element in C order. */
 } Call;
 
-/* Whether that was done. */
+/* Runs a batch, and returns whether that succeeded. */
 static inline int go(const Way *way, char **starts, const intptr_t *dimensions, const intptr_t *steps)
 {
     if (way->loop == NULL)
@@ -761,27 +766,27 @@ typedef union {
 typedef struct {
     PyObject *dtype;
     Py_ssize_t width; /* Bytes of one number. */
-    int n_axes; /* Those before the axes of an element. */
+    int n_axes; /* Number of leading axes. */
     Py_ssize_t axes[MAX_LEADING + MAX_AXES]; /* The last of them end at MAX_LEADING. */
     Number numbers[MAX_ARRAYS];
     char *starts[MAX_ARRAYS];
-    intptr_t strides[MAX_ARRAYS][MAX_LEADING]; /* From element to element, along the last `n_axes`. */
-    intptr_t steps[MAX_ARRAYS * (1 + MAX_AXES)]; /* From element to element of a row, and then inside of elements. */
+    intptr_t strides[MAX_ARRAYS][MAX_LEADING]; /* Strides between elements, along the last `n_axes`. */
+    intptr_t steps[MAX_ARRAYS * (1 + MAX_AXES)]; /* Strides between elements of a row, then within elements. */
     intptr_t *inner;
 } Batch;
 
-/* Axes as a loop runs over them, the innermost first. */
+/* Axes of nested loops over a batch, the innermost first. */
 typedef struct {
     int n_axes;
     Py_ssize_t lengths[MAX_LEADING];
     intptr_t strides[MAX_ARRAYS][MAX_LEADING];
 } Rows;
 
-/* Rows of at least so many elements are not exchanged for longer ones that lie apart. */
+/* A row of at least this many elements is not replaced by a longer one with larger strides. */
 #define LONG_ROW 64
 
-/* Whether an array ends in the axes of an element, and begins with axes that go with those of the batch, by numpy's
-   rules: these are made wider by it. */
+/* Whether the last axes of an array are those of an element, and its leading axes broadcast with those of the batch by
+   numpy's rules. The axes of the batch are updated. */
 static int take_axes(Batch *batch, const Array *array, const Shape *shape)
 {
     const int n_axes = array->n_axes - shape->n_axes;
@@ -802,7 +807,7 @@ static int take_axes(Batch *batch, const Array *array, const Shape *shape)
     return 1;
 }
 
-/* Where an array is; along axes that it has not, or of length 1, it is the same. */
+/* Sets the address and strides of an array; strides are 0 along axes that are missing or have length 1. */
 static void take_array(Batch *batch, int p, const Array *array, const Shape *shape)
 {
     const int n_axes = array->n_axes - shape->n_axes;
@@ -823,7 +828,7 @@ static void take_once(Batch *batch, int p, char *start)
         batch->strides[p][MAX_LEADING - 1 - k] = 0;
 }
 
-/* The axes of a batch, neighbours as one where all arrays have them so. */
+/* Computes the axes of a batch, with neighbouring axes merged if the strides of all arrays allow it. */
 static void take_rows(const Batch *batch, int n_arrays, Rows *rows)
 {
     rows->n_axes = 0;
@@ -857,7 +862,7 @@ static void take_rows(const Batch *batch, int n_arrays, Rows *rows)
     }
 }
 
-/* Where the bytes of an array begin and end. */
+/* Computes the first and last address of an array. */
 static void bounds(const Array *array, Py_ssize_t width, char **first, char **last)
 {
     *first = array->data;
@@ -868,8 +873,8 @@ static void bounds(const Array *array, Py_ssize_t width, char **first, char **la
     }
 }
 
-/* Whether a result may be written where it belongs: no input is there, unless it is the very same array, whose elements
-   are then read before they are replaced. */
+/* Whether a result may be written in place: no input overlaps with it, except an input that is the same array, whose
+   elements are read before they are overwritten. */
 static int is_apart(const Array *out, int n_leading, const Call *call, PyObject *const *inputs, Py_ssize_t width)
 {
     char *first, *last, *begin, *end;
@@ -910,7 +915,7 @@ static int take_inputs(Batch *batch, const Call *call, PyObject *const *args)
         if (Py_TYPE(input) == array_type) {
             take_array(batch, k, (const Array *)input, shape);
         } else if (!shape->n_axes && (is_number(input, &number) || is_single(input, &number))) {
-            /* Python's numbers take the type of the arrays; numpy's have their own. */
+            /* Python numbers take the dtype of the arrays; numpy scalars have their own. */
             if (batch->dtype == double_type)
                 batch->numbers[k].f64 = number;
             else if (Py_TYPE(input) != number_type)
@@ -929,7 +934,7 @@ static int take_inputs(Batch *batch, const Call *call, PyObject *const *args)
     return 1;
 }
 
-/* Whether a result may be written to an array: it has the axes of the batch, and no input is where it is. */
+/* Whether a result may be written to an array: it has the axes of the batch, and no input overlaps with it. */
 static int take_out(Batch *batch, const Call *call, PyObject *const *args, PyObject *out)
 {
     const Array *array = (const Array *)out;
@@ -957,10 +962,10 @@ static PyObject *new_result(Batch *batch, const Shape *shape)
     );
 }
 
-/* Whether that was done; else nothing was. */
+/* Runs the batch; if it returns 0, nothing was written. */
 static int run(const Call *call, Batch *batch, Py_ssize_t size)
 {
-    const Way way = call->ways[batch->dtype == float_type]; /* Others may bind while this thread has no lock. */
+    const Way way = call->ways[batch->dtype == float_type]; /* Others may bind without the GIL. */
     const int n_arrays = call->n_inputs + call->n_outputs;
     Py_ssize_t places[MAX_LEADING] = {0};
     Rows rows;
@@ -971,7 +976,7 @@ static int run(const Call *call, Batch *batch, Py_ssize_t size)
     PyThreadState *state = size > call->patience ? PyEval_SaveThread() : NULL;
     int done = 1;
     for (int k = 0; k < rows.n_axes || k == 0;) {
-        /* Rows are alike, so that only the first can lack its loop. */
+        /* All rows use the same loop, so that it can be missing only for the first. */
         done = go(&way, batch->starts, dimensions, batch->steps);
         if (!done)
             break;
@@ -989,7 +994,7 @@ static int run(const Call *call, Batch *batch, Py_ssize_t size)
     return done;
 }
 
-/* What a call gives back: the only result, or a tuple of all; where not all is done, nothing is kept. */
+/* The return value of a call: the only result, or a tuple of all results. If the call failed, results are released. */
 static inline PyObject *returned(PyObject **made, int n, int done)
 {
     if (n == 1 && done)
@@ -1004,14 +1009,14 @@ static inline PyObject *returned(PyObject **made, int n, int done)
     return tuple;
 }
 
-/* Whether batches run on one thread: as long as the module's `num_threads` is 1. */
+/* Whether batches run on one thread: the module's `num_threads` is 1. */
 static int is_one_thread(PyObject *settings)
 {
     PyObject *number = settings == NULL ? NULL : PyDict_GetItemWithError(settings, word_num_threads);
     return number != NULL && PyLong_CheckExact(number) && PyLong_AsLong(number) == 1;
 }
 
-/* The results of a batch, row by row; NULL without an error where that is not all that there is to do. */
+/* The results of a batch, row by row; NULL without an error if the call has to be handled in Python. */
 static PyObject *call_on_batch(const Call *call, PyObject *const *args, PyObject *out)
 {
     Batch batch;
@@ -1060,7 +1065,7 @@ static PyObject *call_on_batch(const Call *call, PyObject *const *args, PyObject
     return returned(made, call->n_outputs, done);
 }
 
-/* Calls: what a kernel object inherits. */
+/* Calls: the base class of kernel objects. */
 
 static PyObject *call_in_python(PyObject *self, PyObject *const *args, size_t nargsf, PyObject *names)
 {
@@ -1084,7 +1089,8 @@ static PyObject *new_dense(const Shape *shape)
     return new_array(array_type, Py_NewRef(double_type), shape->n_axes, shape->axes, NULL, NULL, 0, NULL);
 }
 
-/* Whether the kernel was run on one element of doubles: its arrays, those of its results, and its numbers. */
+/* Runs the kernel on one element of doubles, given its arrays, those of its results, and its numbers. Returns whether
+   it was run. */
 static inline int apply(const Call *call, double **arrays, double *numbers)
 {
     if (call->function != NULL) {
@@ -1100,7 +1106,7 @@ static inline int apply(const Call *call, double **arrays, double *numbers)
     return go(&call->ways[0], starts, dimensions, call->steps);
 }
 
-/* One element of doubles in C order; NULL without an error where the arguments are something else. */
+/* The results for one element of doubles in C order; NULL without an error for other arguments. */
 static PyObject *call_on_element(const Call *call, PyObject *const *args, PyObject *out)
 {
     double *arrays[MAX_ARRAYS];
@@ -1195,8 +1201,8 @@ static int read_shape(PyObject *tuple, Shape *shape)
 PyDoc_STRVAR(
     bind_doc,
     "_bind(inputs, outputs, function, ways, most, patience, settings)\n--\n\n"
-    "Run the kernel from its addresses on elements of these shapes from now on; False where it has too many.\n"
-    "Ways are, for doubles and for floats, a loop, or a driver and its table; what is 0 is not there."
+    "Let calls on elements of these shapes run the kernel at these addresses. Return False if it has too many arrays.\n"
+    "`ways` has, for doubles and for floats, a loop, or a driver and its table; missing addresses are 0."
 );
 
 static PyObject *call_bind(PyObject *self, PyObject *args)
@@ -1249,7 +1255,7 @@ static PyObject *call_bind(PyObject *self, PyObject *args)
 
 PyDoc_STRVAR(
     adopt_call_doc,
-    "_adopt()\n--\n\nLet objects of this class be called the short way; Python 3.12 does it without being asked."
+    "_adopt()\n--\n\nEnable vectorcall for objects of this class; Python 3.12 and later do so by themselves."
 );
 
 static PyObject *call_adopt(PyObject *cls, PyObject *Py_UNUSED(args))
@@ -1281,7 +1287,7 @@ static PyMemberDef call_members[] = {
 };
 
 static PyType_Slot call_slots[] = {
-    {Py_tp_doc, "A kernel that is called on one element, or on a batch that one loop does."},
+    {Py_tp_doc, "A kernel that is called on one element or on a batch."},
     {Py_tp_new, call_new},
     {Py_tp_dealloc, call_dealloc},
     {Py_tp_call, PyVectorcall_Call},
@@ -1298,7 +1304,7 @@ static PyType_Spec call_spec = {
     call_slots,
 };
 
-/* Kernels with loops: the lengths of their arrays are found when they are called. */
+/* Kernels with loops: the lengths of their arrays are inferred in each call. */
 
 #define MAX_LENGTHS 8
 #define MAX_GIVEN 40 /* Arguments and results. */
@@ -1307,58 +1313,58 @@ static PyType_Spec call_spec = {
 #define MAX_FEW 512
 #define MAX_OPERATIONS 16
 
-/* Elements of one type, as C and numba compile them; not 0 where memory is missing. */
+/* A loop over elements of one dtype, compiled by C or numba; nonzero if memory cannot be allocated. */
 typedef int (*RowsFunction)(const intptr_t *lengths, char **starts, const intptr_t *steps, intptr_t count);
 
 /* An array of a kernel with loops; an axis is a number, or -1 - k for the length k. */
 typedef struct {
     int n_axes;
     Py_ssize_t axes[MAX_TABLE_AXES];
-    int is_index; /* An index table, whose rows are -1 (or 0) or more, and rows of the length `into`, */
-    int into;
-    int least;
-    int earlier; /* and come before their own, if this is set. */
+    int is_index; /* Whether this is an index table. */
+    int into; /* The length that limits its entries. */
+    int least; /* The smallest valid entry, -1 or 0. */
+    int earlier; /* Whether each entry must be less than the index of its row. */
 } Table;
 
-/* Operations of an element: so many for every combination of rows of some lengths. */
+/* Operations of an element: a count for every combination of rows of some lengths. */
 typedef struct {
     Py_ssize_t count;
     int n_lengths;
     int lengths[MAX_TABLE_AXES];
 } Operations;
 
-/* A kernel with loops, or one of which some arguments are fixed. */
+/* A kernel with loops, some of whose arguments may be fixed. */
 typedef struct {
     PyObject_HEAD
     vectorcallfunc vectorcall;
     RowsFunction rows; /* NULL until the kernel can be run. */
-    PyObject *settings; /* Of the module, borrowed; `backend` is what it said when this was bound. */
+    PyObject *settings; /* Settings of the module, borrowed; `backend` is their backend when this was bound. */
     PyObject *backend;
-    Py_ssize_t most; /* Elements whose arrays have more numbers together are left to Python. */
+    Py_ssize_t most; /* Elements with more numbers in all arrays are handled in Python. */
     int n_lengths;
     int n_inputs;
     int n_given; /* Inputs that are not fixed. */
     int n_outputs;
     int n_work;
-    int only; /* The result that calls return where they return one of several, or -1. */
+    int only; /* Index of the only result that calls return, or -1 for all. */
     int transposed; /* Whether its last two axes are swapped. */
-    Py_ssize_t lengths[MAX_LENGTHS]; /* As fixed arguments have them, or -1. */
+    Py_ssize_t lengths[MAX_LENGTHS]; /* Lengths of fixed arguments, or -1. */
     PyObject *fixed[MAX_GIVEN];
-    int places[MAX_GIVEN]; /* Which inputs are not fixed, in order. */
-    int n_checked, checked[MAX_GIVEN]; /* Index tables whose rows a call checks. */
-    char *starts[MAX_GIVEN]; /* Of fixed inputs, and how many numbers they have, each and together. */
+    int places[MAX_GIVEN]; /* Indices of the inputs that are not fixed. */
+    int n_checked, checked[MAX_GIVEN]; /* Index tables whose entries are checked in a call. */
+    char *starts[MAX_GIVEN]; /* Addresses of fixed inputs, with their sizes and the total of these. */
     Py_ssize_t sizes[MAX_GIVEN], total;
     Table tables[MAX_TABLES];
     int n_operations;
     Operations operations[MAX_OPERATIONS];
 } LoopCall;
 
-/* Work of a call (bytes, and operations as so many bytes) from which on other threads of Python run beside it, and
-   from which on several threads share a batch where the module's `num_threads` says so, as in Python. */
+/* Work of a call (bytes, and four for each operation) from which the GIL is released, and from which several threads
+   share a batch if the module's `num_threads` is greater than 1, as in Python. */
 #define LONG_WORK (1 << 19)
 #define SHARED_WORK (1 << 23)
 
-/* Whether the axes of an array, behind those of a batch, are those of a table, for lengths that are found with it. */
+/* Whether the axes of an array after those of a batch match a table; unknown lengths are inferred from them. */
 static inline int take_lengths(const Py_ssize_t *shape, const Table *table, Py_ssize_t *lengths)
 {
     for (int k = 0; k < table->n_axes; k++) {
@@ -1375,7 +1381,7 @@ static inline int take_lengths(const Py_ssize_t *shape, const Table *table, Py_s
     return 1;
 }
 
-/* The shape of a table; how many numbers it holds. */
+/* Sets the shape of a table and returns its size. */
 static inline Py_ssize_t table_axes(const Table *table, const Py_ssize_t *lengths, Py_ssize_t *axes)
 {
     Py_ssize_t size = 1;
@@ -1386,7 +1392,7 @@ static inline Py_ssize_t table_axes(const Table *table, const Py_ssize_t *length
     return size;
 }
 
-/* Whether an object is an array of 64-bit integers that lie one behind the other. */
+/* Whether an object is a contiguous array of 64-bit integers. */
 static inline int is_index_array(PyObject *object)
 {
     const Array *array = (const Array *)object;
@@ -1398,7 +1404,7 @@ static inline int is_index_array(PyObject *object)
            ((type->letter == 'l' && sizeof(long) == 8) || type->letter == 'q');
 }
 
-/* Whether all rows that an index table names are there, and early enough. */
+/* Whether all entries of an index table are valid. */
 static inline int names_rows(const int64_t *index, Py_ssize_t n, const Table *table, const Py_ssize_t *lengths)
 {
     const Py_ssize_t count = lengths[table->into];
@@ -1413,7 +1419,7 @@ static int are_apart(const char *a, Py_ssize_t n, const char *b, Py_ssize_t m)
     return a + n * (Py_ssize_t)sizeof(double) <= b || b + m * (Py_ssize_t)sizeof(double) <= a;
 }
 
-/* The elements of a batch: their axes and number, and bytes from one element to the next in each array. */
+/* The elements of a batch: axes, number of elements, and bytes from one element to the next in each array. */
 typedef struct {
     int n_axes;
     const Py_ssize_t *axes;
@@ -1423,8 +1429,8 @@ typedef struct {
 
 static const intptr_t no_steps[MAX_TABLES];
 
-/* Takes the axes that an array has before those of an element. A batch has the same in all arrays that have any; what
-   else would broadcast is left to Python. `steps` are set from the first array with such axes on. */
+/* Matches the leading axes of an array with those of the batch, which must be the same in all arrays that have any;
+   other broadcasting is handled in Python. `steps` are set once an array with leading axes is found. */
 static inline int take_leading(Elements *elements, const Array *array, int n_axes)
 {
     if (n_axes > MAX_LEADING)
@@ -1441,7 +1447,7 @@ static inline int take_leading(Elements *elements, const Array *array, int n_axe
     return elements->n_axes == n_axes && !memcmp(elements->axes, array->shape, (size_t)n_axes * sizeof *elements->axes);
 }
 
-/* An array for a result, whose numbers lie in C order, and where they are; or the same with its last axes swapped. */
+/* A new array for a result, contiguous in C order, and its address; or the array with its last two axes swapped. */
 static PyObject *new_rows(const Elements *elements, int n_axes, const Py_ssize_t *core, int transposed, char **start)
 {
     enum { IN_FORTRAN_ORDER = 2, MOST_AXES = MAX_LEADING + MAX_TABLE_AXES };
@@ -1453,7 +1459,7 @@ static PyObject *new_rows(const Elements *elements, int n_axes, const Py_ssize_t
         axes[0] = core[1];
         axes[1] = core[0];
     }
-    /* Without strides, flags ask for an order. */
+    /* Without strides, the flags select a memory order. */
     PyObject *made = new_array(
         array_type, Py_NewRef(double_type), n, axes, NULL, NULL, transposed && is_matrix ? IN_FORTRAN_ORDER : 0, NULL
     );
@@ -1478,7 +1484,7 @@ static PyObject *new_rows(const Elements *elements, int n_axes, const Py_ssize_t
     return view;
 }
 
-/* Bytes of an element in doubles, and its operations as so many bytes, as `LoopDefinition.work_of`. */
+/* The work for one element, as in `LoopDefinition.work_of`. */
 static double work_of(const LoopCall *call, const Py_ssize_t *lengths, Py_ssize_t numbers)
 {
     double work = (double)sizeof(double) * (double)numbers;
@@ -1492,7 +1498,7 @@ static double work_of(const LoopCall *call, const Py_ssize_t *lengths, Py_ssize_
     return work;
 }
 
-/* Runs a batch, without the lock of Python where it takes long; 0 where threads are to share it, or on failure. */
+/* Runs a batch, releasing the GIL if it takes long; returns 0 if the batch needs several threads, or on failure. */
 static int run_elements(const LoopCall *call, const Py_ssize_t *lengths, char **starts, const Elements *elements,
     double work)
 {
@@ -1509,7 +1515,7 @@ static int run_elements(const LoopCall *call, const Py_ssize_t *lengths, char **
     return !failed;
 }
 
-/* Doubles in C order, of one element or a batch; NULL without an error where that is not all that there is to do. */
+/* The results for doubles in C order, of one element or a batch; NULL without an error if Python has to handle it. */
 static PyObject *loops_on_arrays(const LoopCall *call, PyObject *const *args, PyObject *out)
 {
     Py_ssize_t lengths[MAX_LENGTHS], axes[MAX_TABLE_AXES], sizes[MAX_GIVEN];
@@ -1588,7 +1594,7 @@ static PyObject *loops_on_arrays(const LoopCall *call, PyObject *const *args, Py
         if (elements.n_axes)
             elements.steps[call->n_inputs] = (intptr_t)sizeof(double) * size;
     }
-    /* Room for intermediate tables, and for results that nobody wants. */
+    /* Memory for intermediate tables, and for results that are not returned. */
     for (int k = 0; k < call->n_work; k++)
         n_room += table_axes(&work[k], lengths, axes);
     for (int k = 0; call->only >= 0 && k < call->n_outputs; k++)
@@ -1641,8 +1647,8 @@ static PyObject *loops_on_arrays(const LoopCall *call, PyObject *const *args, Py
 PyDoc_STRVAR(
     attempt_doc,
     "attempt(*arrays)\n--\n\n"
-    "The results where that needs no more than the extension: for arrays of doubles in C order of the right shapes,\n"
-    "once the kernel has been called. None for all else, right or wrong."
+    "Return the results for arrays of doubles in C order with the right shapes, once the kernel has been called.\n"
+    "Return None for all other arguments, valid or not."
 );
 
 static PyObject *loops_attempt(PyObject *self, PyObject *const *args, Py_ssize_t n)
@@ -1716,10 +1722,10 @@ static int read_operations(PyObject *object, Operations *operations, int n_lengt
 PyDoc_STRVAR(
     bind_loops_doc,
     "_bind(address, lengths, tables, n_inputs, n_outputs, fixed, operations, only, transposed, most, settings)\n--\n\n"
-    "Run the kernel from its address on doubles from now on; False where it has too many arrays.\n"
-    "Lengths are -1 where calls say them. Tables are (axes, is_index, into, least, earlier); fixed arguments are\n"
-    "arrays, and None for the others. Operations are (count, lengths). `only` is the number of the result that calls\n"
-    "return, or -1 for all."
+    "Let calls on doubles run the kernel at this address. Return False if it has too many arrays.\n"
+    "Lengths are -1 if calls determine them. Tables are (axes, is_index, into, least, earlier). Fixed arguments are\n"
+    "arrays, and None for the others. Operations are (count, lengths). `only` is the index of the only result that\n"
+    "calls return, or -1 for all."
 );
 
 static PyObject *loops_bind(PyObject *self, PyObject *args)
@@ -1776,7 +1782,7 @@ static PyObject *loops_bind(PyObject *self, PyObject *args)
     }
     call->total = 0;
     for (int k = 0; k < n_inputs; k++) {
-        /* Fixed tables were checked, but for the length that they refer to where only a call says it. */
+        /* Fixed tables were checked already, except against lengths that are known only in a call. */
         const Table *table = &call->tables[k];
         Py_ssize_t axes[MAX_TABLE_AXES];
         if (table->is_index && (call->fixed[k] == NULL || call->lengths[table->into] < 0))
@@ -1835,7 +1841,7 @@ static PyMemberDef loops_members[] = {
 };
 
 static PyType_Slot loops_slots[] = {
-    {Py_tp_doc, "A kernel with loops that is called on one element or a elements."},
+    {Py_tp_doc, "A kernel with loops that is called on one element or on a batch."},
     {Py_tp_new, loops_new},
     {Py_tp_dealloc, loops_dealloc},
     {Py_tp_call, PyVectorcall_Call},
@@ -1857,8 +1863,8 @@ static PyType_Spec loops_spec = {
 PyDoc_STRVAR(
     prepare_doc,
     "prepare(array, address, shape, strides, flags, number, single, functions)\n--\n\n"
-    "Learn numpy's types from an array, a double, and 1.5 in single precision, and whether they are in memory as this "
-    "file has them."
+    "Read numpy's types from an array, a double, and 1.5 in single precision, and return whether their memory layout\n"
+    "is as expected."
 );
 
 static PyObject *prepare(PyObject *Py_UNUSED(module), PyObject *args)
@@ -1912,10 +1918,10 @@ static PyMethodDef methods[] = {
 };
 
 static struct PyModuleDef definition = {
-    PyModuleDef_HEAD_INIT, "calls", "Calls of kernels, and values.", -1, methods, NULL, NULL, NULL, NULL,
+    PyModuleDef_HEAD_INIT, "calls", "Fast calls of kernels, and values.", -1, methods, NULL, NULL, NULL, NULL,
 };
 
-/* The name carries a digest of this text, which is known only when it is compiled. */
+/* The name contains a digest of this text, which is known only when it is compiled. */
 PyMODINIT_FUNC INIT(void)
 {
     static const char *const texts[] = {BINARY(TEXT) "()", UNARY(TEXT)};

@@ -1,4 +1,4 @@
-"""The extension module through which calls go from Python's interpreter to a kernel, where it is built."""
+"""The extension module that passes calls from the Python interpreter directly to compiled kernels, if it is built."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from typing import Any
 from .extension_file import find_extension
 
 extension: Any = find_extension()
-"""The extension; None where it is not built."""
+"""The extension; None if it is not built."""
 Call: Any = object if extension is None else extension.Call
-"""What kernels inherit."""
+"""Base class of kernels."""
 LoopCall: Any = object if extension is None else extension.LoopCall
-"""What kernels with loops inherit."""
+"""Base class of kernels with loops."""
 
 
 class Signature:
-    """The signature of a kernel for `inspect`, which cannot see it in C."""
+    """Descriptor for the signature of a kernel, as `inspect` reads it; `inspect` cannot derive it from C."""
 
     def __get__(self, kernel: Any, owner: type) -> Any:
         if kernel is None:
-            raise AttributeError("a class has none")
+            raise AttributeError("__signature__ is defined for kernels only, not for their class")
         import inspect
         import keyword
 

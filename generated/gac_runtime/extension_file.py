@@ -1,4 +1,4 @@
-"""The file of the extension through which Python calls kernels, and how it is loaded."""
+"""Location and loading of the extension through which Python calls kernels."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .names import extension_path
 
 
 def find_extension() -> Any:
-    """The extension for the modules beside this package, or from the user's cache; None where it is in neither."""
+    """Load the extension next to the modules of this folder, or from the user's cache; None if it is in neither."""
     found = load(extension_path(Path(__file__).parents[1]))
     if found is not None:
         return found
@@ -27,9 +27,9 @@ def find_extension() -> Any:
 
 
 def load(path: Path) -> Any:
-    """The extension in a file; None where there is none that works, or where GAC_BACKEND asks for array expressions.
+    """Load the extension in a file; None if it is missing or unusable, or if GAC_BACKEND selects array expressions.
 
-    A process loads it once, since its name stands for its content.
+    A process loads it only once, since its name identifies its content.
     """
     name = path.name.partition(".")[0]
     if os.environ.get("GAC_BACKEND", "") == "arrays":

@@ -1,4 +1,4 @@
-"""Calls of compiled loops by their address, and how a loop is run over a batch of any shape."""
+"""Calls of compiled loops by address, and iteration of a loop over a batch of any shape."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from .definition import Definition, Shape
 from .threads import LEAST_WORK, in_threads
 
 LOCK = threading.RLock()
-"""Held while something is compiled or loaded."""
+"""Held while a kernel or a library is compiled or loaded."""
 
 Loop = Callable[[Any, Any, Any], Any]
-"""The loop of a kernel: called with pointers to the arrays, with lengths, and with strides."""
+"""The loop of a kernel, which takes pointers to the arrays, lengths, and strides."""
 
 _ffi: Any = None
 
 
 class _Ctypes:
-    """As much of cffi as loops need, where it is not installed."""
+    """A replacement for the parts of cffi that loops need, used if cffi is not installed."""
 
     def new(self, kind: str, values: Sequence[int]) -> Any:
         import ctypes
@@ -39,11 +39,11 @@ class _Ctypes:
 
 
 def foreign() -> Any:
-    """What calls functions at an address: cffi, or ctypes where it is not installed."""
+    """Return the foreign function interface: that of cffi, or one based on ctypes if cffi is not installed."""
     global _ffi
     if _ffi is None:
         if importlib.util.find_spec("_cffi_backend"):
-            # This FFI is the one that cffi's compiled modules use; it reads C types without loading a C parser.
+            # The FFI of cffi's compiled modules parses C types without loading a C parser.
             import _cffi_backend  # type: ignore[import-untyped]
 
             _ffi = _cffi_backend.FFI()
@@ -53,7 +53,7 @@ def foreign() -> Any:
 
 
 class StridedLoop:
-    """The loop of a kernel with pointers, lengths and strides, for arrays of any shape.
+    """A compiled loop that takes pointers, lengths and strides, applied to arrays of any shape.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class StridedLoop:
         self.definition, self._loop, self._work = definition, loop, definition.work
 
     def run_arrays(self, operands: Sequence[Any], targets: Sequence[Any], leading: Shape, n_threads: int) -> None:
-        """Fill the results of a batch of this shape, in so many threads where it is large."""
+        """Fill the results of a batch of shape `leading`, using `n_threads` threads if the batch is large."""
         arrays, shapes = [*operands, *targets], [*self.definition.shapes, *self.definition.out_shapes]
         steps = [steps_of(array, leading, shape) for array, shape in zip(arrays, shapes, strict=True)]
         sizes, steps = coalesced(leading, steps)
@@ -76,7 +76,7 @@ class StridedLoop:
 def run_over_batch(
     loop: Loop, arrays: list[Any], sizes: list[int], steps: list[tuple[int, ...]], n_threads: int, work: int
 ) -> None:
-    """Run a loop over a batch, along its longest axis inside and along the others outside.
+    """Run a loop over a batch: the compiled loop along the longest axis, Python loops along the others.
 
     Parameters
     ----------
@@ -87,11 +87,11 @@ def run_over_batch(
     sizes : list of int
         Lengths of the axes of the batch.
     steps : list of tuple of int
-        For each array, bytes from element to element along each of these axes, and then along those of one element.
+        For each array, the strides in bytes along each of these axes, and then along the axes of one element.
     n_threads : int
-        How many threads share the elements.
+        Number of threads.
     work : int
-        Bytes and operations of one element.
+        Work for one element, see `Definition.work`.
     """
     new, integers = foreign().new, "intptr_t[]"
     depth = len(sizes)

@@ -1,4 +1,4 @@
-"""What the free names of a kernel's text mean: on numbers, and on arrays of any namespace."""
+"""Implementations of the functions that appear in kernels: on numbers, and on arrays of any namespace."""
 
 from __future__ import annotations
 
@@ -58,11 +58,11 @@ SCALAR_FUNCTIONS: dict[str, Callable[..., Any]] = {
 
 
 OF_ANGLES = frozenset({"sin", "cos"})
-"""Functions of angles: vectors compute them for angles that are not too far."""
+"""Functions of angles, which vectorised code computes for angles of limited size."""
 
 
 def bound(function: Callable[..., Any], names: dict[str, Any]) -> Any:
-    """`function` with its free names bound to `names`."""
+    """Return `function` with its free names bound to `names`."""
     assert isinstance(function, FunctionType)
     bound = FunctionType(function.__code__, {"__builtins__": builtins, **names}, function.__name__)
     bound.__module__, bound.__qualname__ = function.__module__, function.__qualname__
@@ -70,7 +70,7 @@ def bound(function: Callable[..., Any], names: dict[str, Any]) -> Any:
 
 
 def namespace_of(arrays: tuple[Any, ...]) -> Any:
-    """The module whose functions work on these arrays."""
+    """Return the module whose functions operate on these arrays."""
     for array in arrays:
         root = type(array).__module__.partition(".")[0]
         if root in ("torch", "cupy"):
@@ -81,7 +81,10 @@ def namespace_of(arrays: tuple[Any, ...]) -> Any:
 
 
 def namespace_operands(namespace: Any, arrays: tuple[Any, ...]) -> list[Any]:
-    """Arguments as arrays of `namespace`, where the first such array is; numbers and lists widen nothing."""
+    """Convert arguments to arrays of `namespace` on the device of the first such array.
+
+    Numbers and lists do not widen the dtype.
+    """
     own = [array for array in arrays if namespace_of((array,)) is namespace]
     found = functools.reduce(namespace.promote_types, [array.dtype for array in own])
     floating = (namespace.zeros((), dtype=found) + 0.5).dtype
@@ -91,7 +94,7 @@ def namespace_operands(namespace: Any, arrays: tuple[Any, ...]) -> list[Any]:
         if namespace_of((array,)) is namespace:
             moved.append(array)
         elif isinstance(array, (np.ndarray, np.generic)):
-            # A copy, since torch takes neither arrays that are read-only nor steps backwards.
+            # A copy, since torch accepts neither read-only arrays nor negative strides.
             moved.append(namespace.asarray(np.array(array), **place))
         else:
             moved.append(namespace.asarray(array, dtype=floating, **place))
@@ -99,7 +102,10 @@ def namespace_operands(namespace: Any, arrays: tuple[Any, ...]) -> list[Any]:
 
 
 def array_functions(namespace: Any) -> dict[str, Callable[..., Any]]:
-    """The functions of a kernel's text, on arrays of `namespace`; numbers stay numbers, so they widen nothing."""
+    """Return the functions of a kernel's text for arrays of `namespace`.
+
+    Numbers remain numbers, so that they do not widen the dtype.
+    """
 
     def lifted(name: str, scalar: Callable[..., Any]) -> Callable[..., Any]:
         on_arrays = getattr(namespace, name)
@@ -124,7 +130,7 @@ def array_functions(namespace: Any) -> dict[str, Callable[..., Any]]:
         return namespace.where(condition, _lifted(namespace, a, others), _lifted(namespace, b, others))
 
     if namespace is not np:
-        # At zero their derivative is 0, and that of a kernel is the one of the negative side.
+        # The derivative of abs at zero is 0 in these namespaces; that of a kernel is the one from the negative side.
         functions["abs"] = lambda a: choose(a > 0, a, 0.0 - a)
 
     return functions | {
@@ -138,28 +144,28 @@ def array_functions(namespace: Any) -> dict[str, Callable[..., Any]]:
 
 
 def _lifted(namespace: Any, value: Any, others: tuple[Any, ...]) -> Any:
-    """A number as an array of the kind of the first array among `others`."""
+    """Convert a number to an array like the first array among `others`."""
     if hasattr(value, "dtype"):
         return value
     return namespace.zeros_like(next(other for other in others if hasattr(other, "dtype"))) + value
 
 
 def _like(namespace: Any, value: Any, like: Any) -> Any:
-    """`value`, a number or an array, in the shape of `like`."""
+    """Broadcast `value`, a number or an array, to the shape of `like`."""
     if not hasattr(value, "dtype"):
         return namespace.zeros_like(like) + value
     return value if value.shape == like.shape else namespace.broadcast_to(value, like.shape)
 
 
 def _components(array: Any, shape: tuple[int, ...], index: tuple[int, ...] = ()) -> Any:
-    """The components of an array in nested tuples, as a kernel takes them."""
+    """Return the components of an array in nested tuples, the form in which a kernel expects them."""
     if len(index) == len(shape):
         return array[(..., *index)] if shape else array
     return tuple(_components(array, shape, (*index, k)) for k in range(shape[len(index)]))
 
 
 def _entries(value: Any, shape: tuple[int, ...]) -> list[Any]:
-    """What nested tuples hold, in C order."""
+    """Return the entries of nested tuples in C order."""
     return [entry for part in value for entry in _entries(part, shape[1:])] if shape else [value]
 
 
@@ -171,7 +177,7 @@ def _stacked(namespace: Any, parts: list[Any], shape: tuple[int, ...]) -> Any:
 
 
 def evaluate(definition: Definition, namespace: Any, operands: list[Any], leading: tuple[int, ...]) -> list[Any]:
-    """The results by array expressions on whole components."""
+    """Compute the results by array expressions on whole components."""
     parts = map(_components, operands, definition.shapes)
     with np.errstate(all="ignore"):
         found = bound(definition.function, array_functions(namespace))(*parts)

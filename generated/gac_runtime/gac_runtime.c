@@ -1,13 +1,13 @@
-// What generated C modules share and what is compiled once: how a batch with strides of any kind gets to the loops of a
-// kernel, and back. A component of a part (an argument or a result) is a row, `row` numbers long, of the elements of a
-// block.
+// The part of the runtime that is compiled once for all generated C modules: it copies batches with arbitrary strides
+// to the loops of a kernel and back. In a block, each component of a part (an argument or a result) is a row of `row`
+// numbers, one for each element.
 
 #ifndef REAL
 #include "gac_runtime.h"
 
 #include <stdlib.h>
 
-// Functions that are compiled for each kind of machine, and chosen from when they are loaded; or for one kind.
+// Functions that are compiled for each level of machines and selected when the library is loaded, or for one level.
 #if defined(ON_v4) && defined(GAC_LEVEL)
 #if GAC_LEVEL >= 4
 #define WIDE ON_v4
@@ -20,8 +20,8 @@
 #define WIDE
 #endif
 
-// Whether this machine has what a library for one kind of machine needs: who loads one asks first. So this function
-// itself runs anywhere.
+// Whether this machine supports the instructions of the library. It is called before all other functions, and therefore
+// must itself run on every machine.
 #if defined(ON_v4) && defined(GAC_LEVEL) && !defined(ONLY_F32)
 #if GAC_LEVEL >= 4
 #define RUNS_HERE HAS_v4
@@ -37,17 +37,17 @@ __attribute__((target("no-avx,no-bmi,no-bmi2"))) int gac_runs_here(void)
 }
 #endif
 
-// As many elements are run one after the other.
+// Number of elements up to which they are run one after the other.
 #define ALONE 2
 
-// Numbers in the rows of a block, which are to stay in the first cache; more if the least block needs more.
+// Numbers in the rows of a block, which should fit into the first-level cache; more if the smallest block needs more.
 #define SPACE 4096
 
-// Kernels with more parts, axes in all or numbers need arrays whose sizes are known only when they run.
+// Limits of arrays of constant size. Kernels with more parts, axes or numbers use arrays whose size depends on them.
 enum { USUAL_PARTS = 8, USUAL_CORES = 12, USUAL_NUMBERS = SPACE / LANES, USUAL_PREPARED = 48 };
 
-// What no cache holds goes to memory past them: whole lines, of which nothing is fetched first. So does what only the
-// last cache holds, where it is more rows than a core can have lines on their way.
+// Results that exceed all caches are written by non-temporal stores of whole lines, which are not read first. The same
+// holds for results that fit only into the last cache, if they have more rows than a core can have lines in flight.
 enum { LINE = 64 };
 #ifdef NAMES_MACHINES
 #define PASSES(bytes, rows) ((bytes) > ((rows) > 16 ? 1 << 21 : 1 << 25))
@@ -72,7 +72,7 @@ ON_v3 static void gac_stream(char *to, const char *from, intptr_t bytes)
 #define STREAM_END() (void)0
 #endif
 
-// Has memory bring what is read soon, or written.
+// Prefetch memory that is read or written soon.
 static void gac_fetch(const char *from, intptr_t bytes, int to_write)
 {
 #ifdef __GNUC__
@@ -87,7 +87,7 @@ static void gac_fetch(const char *from, intptr_t bytes, int to_write)
 #endif
 }
 
-// Where a number of an element lies, its components being counted in C order.
+// The offset of a component of an element; components are numbered in C order.
 static intptr_t gac_offset_of(const struct gac_part *part, intptr_t k, const intptr_t *strides)
 {
     intptr_t offset = 0;
@@ -101,14 +101,14 @@ static int gac_is_flagged(unsigned flags, int p)
     return p < GAC_FLAGS && flags >> p & 1;
 }
 
-// The sizes of elements that go between C order and rows by functions that know them: those that compilers transpose
-// well, and others.
+// The sizes of elements for which there are specialized functions between C order and rows: those that compilers
+// transpose efficiently, and others.
 #define FEW_SPANS(M) M(1) M(2) M(3)
 #define MANY_SPANS(M)                                                                                 \
     M(4) M(5) M(6) M(7) M(8) M(9) M(10) M(11) M(12) M(13) M(14) M(15) M(16) M(17) M(18) M(19) M(20)   \
     M(21) M(22) M(23) M(24) M(25) M(26) M(27) M(28) M(29) M(30) M(31) M(32)
 
-// How a part gets to the loops: it is the same for all, prepared, at unit stride, or anything else.
+// How a part is passed to the loops: constant for all elements, prepared, at unit stride, or with other strides.
 enum kind { SAME, HOISTED, UNIT, ANY };
 
 #define AT(a, k, s) (*(GAC(four) *)((a) + (k) * (s)))
@@ -134,7 +134,7 @@ enum kind { SAME, HOISTED, UNIT, ANY };
 
 #ifdef SHUFFLE
 #if PRECISION(1, 0)
-// From four places, `s` bytes apart, to four, `t` bytes apart.
+// Copy from four addresses, `s` bytes apart, to four addresses, `t` bytes apart.
 static INLINE void GAC(turn)(char *a, intptr_t s, char *b, intptr_t t)
 {
     const GAC(four) a0 = AT(a, 0, s), a1 = AT(a, 1, s), a2 = AT(a, 2, s), a3 = AT(a, 3, s);
@@ -189,8 +189,8 @@ static INLINE void GAC(store_tile)(char *a, intptr_t s, char *x, intptr_t row)
 #undef ROW
 #endif
 
-// Tiles of `size` components that are neighbours, of elements `s` bytes apart: how many elements are done. What is
-// known of the size when this is compiled saves half the time.
+// Load tiles of `size` contiguous components of elements `s` bytes apart, and return the number of elements done. This
+// takes half the time if the size is known at compile time.
 static INLINE intptr_t GAC(turn_tiles)(int back, char *x, intptr_t row, char *a, intptr_t s, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
@@ -224,7 +224,7 @@ static INLINE intptr_t GAC(turn_all)(int back, REAL *x, intptr_t row, char *a, i
 }
 #endif
 
-// Rows of `size` components that lie `c` bytes apart, of `n` elements that lie `s` bytes apart.
+// Load rows of `size` components, `c` bytes apart, of `n` elements, `s` bytes apart.
 WIDE static void GAC(load_rows)(REAL *x, intptr_t row, char *a, intptr_t s, intptr_t c, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
@@ -297,7 +297,7 @@ WIDE static void GAC(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intpt
     }
 }
 
-// Rows, `row` numbers long, of `n` elements of at most three numbers in C order, and back.
+// Copy `n` elements of at most three numbers in C order to rows, each `row` numbers long, and back.
 static INLINE void GAC(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
@@ -316,7 +316,7 @@ static INLINE void GAC(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t
     }
 }
 
-// Loops between rows and elements of each size.
+// Loops between rows and elements, for each size.
 #define FEW_SPAN(size)                                                                                \
     GAC_HEAD(load_span_##size)                                                                        \
     {                                                                                                 \
@@ -357,7 +357,7 @@ static const struct {
     gac_loop *load[2], *store[2];
 } GAC(spans)[GAC_TILE_NUMBERS + 1] = {FEW_SPANS(FEW_ENTRY) MANY_SPANS(MANY_ENTRY)};
 
-// All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
+// Copy all rows of a part from the batch or back to it; contiguous axes are merged.
 static void GAC(move_part)(int back, REAL *x, intptr_t row, const struct gac_part *part, char *a, intptr_t s,
     const intptr_t *c, intptr_t n)
 {
@@ -382,7 +382,7 @@ static void GAC(move_part)(int back, REAL *x, intptr_t row, const struct gac_par
     }
 }
 
-// The numbers of an element of a part, from the batch or back to it.
+// Copy the numbers of one element of a part from the batch or back to it.
 static INLINE void GAC(move_element)(int back, REAL *x, const struct gac_part *part, char *a, const intptr_t *c)
 {
     const intptr_t size = part->size, step = part->rank ? c[0] : 0;
@@ -396,14 +396,14 @@ static INLINE void GAC(move_element)(int back, REAL *x, const struct gac_part *p
     }
 }
 
-// All rows of a part to a batch in which they are contiguous, past the caches.
+// Write all rows of a part by non-temporal stores to a batch in which they are contiguous.
 static void GAC(stream_part)(REAL *x, intptr_t row, const struct gac_part *part, char *a, const intptr_t *c, intptr_t n)
 {
     for (intptr_t k = 0; k < part->size; ++k)
         gac_stream(a + gac_offset_of(part, k, c), (const char *)(x + k * row), n * sizeof(REAL));
 }
 
-// Runs a kernel on one element after the other; there is room for the numbers of one, and for where its parts are.
+// Run a kernel on one element after the other; the caller supplies memory for the numbers and addresses of one element.
 static INLINE void GAC(each_in)(REAL *numbers, void **places, const struct gac_kernel *kernel, char **args, intptr_t n,
     const intptr_t *steps)
 {
@@ -434,7 +434,7 @@ static void GAC(each)(const struct gac_kernel *kernel, char **args, intptr_t n, 
     }
 }
 
-// Runs a loop over `n` elements as they lie, from the `first` on; there is room in `starts` for where that is.
+// Run a loop over `n` elements in place, from the `first` on; `starts` is memory for their addresses.
 static void GAC(run_from)(intptr_t first, intptr_t n, const struct gac_kernel *kernel, gac_loop *loop, char **args,
     const intptr_t *steps, unsigned hoisted, REAL *prepared, char **starts)
 {
@@ -443,9 +443,9 @@ static void GAC(run_from)(intptr_t first, intptr_t n, const struct gac_kernel *k
     loop(n, starts, steps + kernel->n_parts);
 }
 
-// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. Those before `head` are run
-// with some after them, and the last ones with some before them, which are run twice, unless arguments are replaced by
-// results.
+// Run a loop over elements in place, `unit` at a time, and return the number of elements done. Elements before `head`
+// are run with some after them, and the last elements with some before them. These are run twice, which is possible
+// only if results do not overwrite arguments.
 static INLINE intptr_t GAC(as_they_lie)(intptr_t unit, intptr_t head, const struct gac_kernel *kernel, gac_loop *loop,
     char **args, intptr_t n, const intptr_t *steps, unsigned hoisted, REAL *prepared, char **starts)
 {
@@ -464,8 +464,8 @@ static INLINE intptr_t GAC(as_they_lie)(intptr_t unit, intptr_t head, const stru
     return n;
 }
 
-// Runs a kernel over a batch, with room for so many numbers in rows, for what a form prepares, and for what there is of
-// each part and each axis; arrays of constant sizes are quicker to make than others.
+// Run a kernel over a batch, with memory for the given numbers of entries in rows, prepared numbers, parts and axes;
+// arrays of constant size are faster to allocate than others.
 static INLINE void GAC(batch_in)(REAL *space, intptr_t n_space, REAL *prepared, enum kind *kinds, gac_loop **loads,
     gac_loop **stores, REAL **rows, char **starts, char **rest, intptr_t *cores, intptr_t *row_cores,
     const struct gac_kernel *kernel, char **args, intptr_t n, const intptr_t *steps, int width)
@@ -498,7 +498,8 @@ static INLINE void GAC(batch_in)(REAL *space, intptr_t n_space, REAL *prepared, 
             in_rows = form->block[width], in_order = form->dense[width];
         }
     }
-    // Results go past caches that do not hold them, where that is what takes the time and all rows start lines alike.
+    // Non-temporal stores are used for results that exceed the caches, if the kernel is limited by memory bandwidth and
+    // all rows have the same alignment to cache lines.
     int past = PASSES(n * numbers * w, results) && !kernel->busy && !ordered;
     for (int p = n_inputs; past && p < n_parts; ++p) {
         const struct gac_part *part = &kernel->parts[p];
@@ -506,11 +507,11 @@ static INLINE void GAC(batch_in)(REAL *space, intptr_t n_space, REAL *prepared, 
         for (int q = part->first; past && q < part->first + part->rank; ++q)
             past = strides[q] % LINE == 0;
     }
-    // Elements before the first whose result starts a line. A vector stored across two lines takes twice the time, so
-    // it is worth a turn more where elements are many and more than the first cache holds.
+    // Number of elements before the first whose result starts a cache line. A vector stored across two lines takes
+    // twice the time, so an additional iteration pays off for many elements that exceed the first-level cache.
     const int aligned = past || (steps[n_inputs] == w && n >= 16 * LANES && n * numbers * w >= 1 << 15);
     intptr_t head = aligned ? (-(intptr_t)args[n_inputs] & (LINE - 1)) / w : 0;
-    // All that lies as a loop reads it is run at once.
+    // If all arrays can be used in place, the whole batch is run at once.
     for (int p = 0; p < n_parts; ++p)
         at_unit_stride = at_unit_stride && (steps[p] == w || gac_is_flagged(hoisted, p));
     gac_loop *const at_once = ordered && still == hoisted && in_order ? in_order
@@ -524,13 +525,13 @@ static INLINE void GAC(batch_in)(REAL *space, intptr_t n_space, REAL *prepared, 
         if (n == 0)
             return;
     }
-    // Rows cost more than a few elements do.
+    // Copying to rows costs more than computing a few elements one by one.
     if (n <= ALONE && !hoisted) {
         GAC(each)(kernel, args, n, steps);
         return;
     }
     const int spans = ordered && known && total * SPAN <= n_space;
-    // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
+    // Long rows need fewer calls; beyond the last-level cache, short rows let reads and writes overlap.
     const int near = n < (1 << 24) / (bytes + 1);
     intptr_t row = spans ? SPAN : near || past ? 512 / w : LANES;
     while (row > LANES && row * total > n_space)
@@ -561,7 +562,7 @@ static INLINE void GAC(batch_in)(REAL *space, intptr_t n_space, REAL *prepared, 
     }
     const intptr_t turn = near ? SPAN : LANES;
     intptr_t i = 0;
-    // In C order, by functions that know the sizes.
+    // Elements in C order, by functions that are specialized for the sizes.
     for (; spans && !in_place && n - i >= turn; i += turn) {
         for (int p = 0; p < n_parts; ++p) {
             if (kinds[p] == UNIT)
@@ -612,7 +613,7 @@ static INLINE void GAC(batch_in)(REAL *space, intptr_t n_space, REAL *prepared, 
         STREAM_END();
 }
 
-// The same for a kernel that has more of anything than usual ones.
+// The same for a kernel that exceeds one of the usual limits.
 static void GAC(large_batch)(intptr_t n_prepared, const struct gac_kernel *kernel, char **args, intptr_t n,
     const intptr_t *steps, int width)
 {
@@ -655,7 +656,7 @@ void GAC(batch)(const struct gac_kernel *kernel, char **args, intptr_t n, const 
         steps, width);
 }
 
-// Runs a kernel with loops on one element after the other; the table behind its arguments and results is its work space.
+// Run a kernel with loops on one element after the other; the table after its arguments and results is its work space.
 static void GAC(rows_alone)(const struct gac_procedure *procedure, const intptr_t *lengths, char **args,
     const intptr_t *steps, intptr_t first, intptr_t n, char **starts, REAL *work)
 {
@@ -667,7 +668,7 @@ static void GAC(rows_alone)(const struct gac_procedure *procedure, const intptr_
     }
 }
 
-// Numbers of `n` elements that lie `s` bytes apart to lanes that are side by side, or back.
+// Copy numbers of `n` elements, `s` bytes apart, to adjacent lanes, or back.
 static void GAC(move_some)(int back, REAL *x, char *a, intptr_t s, intptr_t count, intptr_t n)
 {
     if (back)
@@ -676,8 +677,8 @@ static void GAC(move_some)(int back, REAL *x, char *a, intptr_t s, intptr_t coun
         GAC(load_rows)(x, NLANES, a, s, sizeof(REAL), count, n);
 }
 
-// The same for all lanes. Where there are fewer elements, the second half of the lanes has the last of them, some of
-// which are in the first half, too; or all other lanes have the last one.
+// The same for all lanes. If there are fewer elements, the second half of the lanes has the last elements, which may
+// also be in the first half; or all remaining lanes have the last element.
 static void GAC(move_lanes)(int back, REAL *x, char *a, intptr_t s, intptr_t count, intptr_t n)
 {
     const intptr_t half = NLANES / 2;
@@ -692,7 +693,7 @@ static void GAC(move_lanes)(int back, REAL *x, char *a, intptr_t s, intptr_t cou
             x[k * NLANES + i] = x[k * NLANES + n - 1];
 }
 
-// Runs a kernel with loops on at most NLANES elements at a time, from the first on, and returns how many it did.
+// Run a kernel with loops on at most NLANES elements at a time, from the first on, and return the number done.
 static intptr_t GAC(rows_in_lanes)(const struct gac_procedure *procedure, const struct gac_table *tables,
     const intptr_t *lengths, char **args, const intptr_t *steps, intptr_t n, char **starts, char **rows, REAL *work,
     gac_loop *lanes, intptr_t least)
@@ -737,7 +738,7 @@ int GAC(rows)(const struct gac_procedure *procedure, const struct gac_table *tab
         if (tables[p].kind != GAC_IS_SAME && tables[p].kind != GAC_IS_INDEX)
             together += tables[p].count * NLANES + line;
     }
-    // One line between tables, so that their rows do not compete for the same places of a cache.
+    // One cache line between tables, so that their rows do not map to the same cache sets.
     const intptr_t needed = alone + (in_lanes ? together + line : 0);
     _Alignas(LINE) REAL near[SPACE];
     REAL *const memory = needed > SPACE ? malloc((needed + line) * sizeof(REAL)) : near;

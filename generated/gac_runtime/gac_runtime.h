@@ -7,19 +7,19 @@
    and includes `my_kernels.h` only. With -ffp-contract=off every operation is rounded once, as the operation counts and
    error bounds of the headers assume.
 
-   A module consists of plain functions, one for each kernel, and of the lists and macros below that make loops over
-   batches from them. Everything that depends on the precision is written once: a file includes itself with REAL defined
-   as double and then as float. Names of the runtime begin with `gac_`; macros without that prefix are the vocabulary in
-   which the bodies of kernels are written.
+   A module consists of one plain function for each kernel, and of uses of the macros below, which generate loops over
+   batches from them. Code that depends on the precision is written once: a file includes itself with REAL defined as
+   double and then as float. Names of the runtime begin with `gac_`; macros without this prefix are used in the bodies
+   of kernels.
 
-   Limits: a part of an element has at most GAC_MOST_AXES axes. Kernels may have any number of parts; forms for uniform
-   arguments are found among the first GAC_FLAGS arguments. */
+   Limits: a part of an element has at most GAC_MOST_AXES axes. Kernels may have any number of parts; only the first
+   GAC_FLAGS arguments are considered in forms for uniform arguments. */
 
 #ifndef REAL
 #ifndef GAC_RUNTIME_H
 #define GAC_RUNTIME_H
 
-/* The version of this interface; a module states the one that it was generated for. */
+/* The version of this interface; each module states the version for which it was generated. */
 #define GAC_RUNTIME_INTERFACE 1
 
 #include <float.h>
@@ -36,8 +36,8 @@
 #define GAC_HELPER static inline
 #endif
 
-/* Functions of the runtime are not seen outside of the library that they are linked into; in a file that has the whole
-   runtime in it, not outside of that. */
+/* Functions of the runtime are not visible outside of the library that they are linked into; if a file contains the
+   whole runtime, they are static. */
 #if defined(GAC_STANDALONE) && defined(__GNUC__)
 #define GAC_SHARED static __attribute__((unused))
 #elif defined(GAC_STANDALONE)
@@ -48,7 +48,7 @@
 #define GAC_SHARED
 #endif
 
-/* Elements are independent: an output is an input of the same element, or of none. */
+/* Elements are independent: an output may overlap only with inputs of the same element. */
 #if defined(__clang__)
 #define ANY_ORDER _Pragma("clang loop vectorize(assume_safety)")
 #define NOT_UNROLLED _Pragma("clang loop unroll(disable)")
@@ -60,10 +60,11 @@
 #define NOT_UNROLLED
 #endif
 
-/* The widest vectors of the machine that runs the loops: on x86-64 a loop is compiled for AVX2 (v3) and for AVX-512
-   (v4), and machines that have neither run one element after the other; elsewhere it is compiled once. Defining
-   GAC_ONE_WIDTH selects the latter everywhere. Defining GAC_LEVEL as 1, 3 or 4 compiles for machines of that level of
-   x86-64 only, in two thirds of the time; from 3 on it needs compiler options for AVX2, FMA and BMI2. */
+/* Loops use the widest vectors of the machine on which they run. On x86-64 each loop is compiled for AVX2 (v3) and for
+   AVX-512 (v4), and machines with neither run one element after the other; on other machines it is compiled once.
+   Define GAC_ONE_WIDTH to compile each loop once on all machines. Define GAC_LEVEL as 1, 3 or 4 to compile for machines
+   of this level of x86-64 only, in two thirds of the time; levels 3 and 4 need compiler options for AVX2, FMA and
+   BMI2. */
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(_WIN32) && !defined(GAC_ONE_WIDTH)
 #if __GNUC__ >= 12 && !defined(__clang__)
 #define ON_v3 __attribute__((target("arch=x86-64-v3")))
@@ -84,9 +85,9 @@
 #endif
 #endif
 
-/* A loop is a function that begins with GAC_HEAD, or with GAC_HEAD_v3 if wider vectors than those of AVX2 gain nothing.
-   After its body, LOOPS or LOOP compiles it for each width where there is more than one; WIDTHS or WIDTH names it in
-   tables, and CHOSEN is the place there of the one for this machine, -1 if there is none. */
+/* A loop is a function that begins with GAC_HEAD, or with GAC_HEAD_v3 if vectors wider than those of AVX2 do not make
+   it faster. After its body, LOOPS or LOOP compiles it for each width if there are several. WIDTHS or WIDTH lists these
+   functions in tables, and CHOSEN is the index of the function for this machine, -1 if there is none. */
 #define GAC_LOOP_HEAD(name) static void NAME(name)(intptr_t n, char **args, const intptr_t *strides)
 #define GAC_INLINE_HEAD(name) static INLINE void NAME(name)(intptr_t n, char **args, const intptr_t *strides)
 #if defined(ON_v3) && !defined(GAC_LEVEL)
@@ -124,9 +125,8 @@
 #endif
 #endif
 
-/* A plain function whose body is a function of its own, for loops, because it computes sines or other transcendental
-   functions: these round products and sums together, which is an instruction of machines with AVX2 and a call on
-   others. */
+/* A plain function with transcendental functions. Its body is a separate function, which loops call, because these
+   functions use fused multiply-add: an instruction on machines with AVX2, and a library call on others. */
 #if defined(ON_v3) && !defined(GAC_LEVEL)
 #define FUSED(name, parameters, within) ON_v3 static void NAME(name##_v3) parameters { NAME(name##_within) within; }
 #define RUN(name, arguments, within)        \
@@ -141,20 +141,20 @@
 #define RUN(name, arguments, within) NAME(name##_within) within
 #endif
 
-/* Loops run over whole vectors: a block is padded to a multiple of LANES elements. A block in which an argument is too
-   large for the sines of a loop is computed once more, in pieces of CHUNK elements. Elements in C order go through rows
-   of SPAN. TILE elements fill 32 bytes, which every machine with vectors transposes alike. */
+/* Loops run over whole vectors: a block is padded to a multiple of LANES elements. A block with an argument that is too
+   large for the vectorised sines is computed again, in pieces of CHUNK elements. Elements in C order are copied through
+   rows of SPAN. TILE elements fill 32 bytes, which all machines with vectors transpose in the same manner. */
 #define LANES 16
 #define PADDED(n) (((n) + LANES - 1) & -LANES)
 #define CHUNK 64
 #define SPAN 32
 #define TILE PRECISION(4, 8)
 
-/* Kernels with loops run as many elements side by side: a number of each fills a line of a cache. With more of them the
-   tables of a block leave the caches sooner. */
+/* Kernels with loops run NLANES elements in parallel, so that one number of each fills a cache line. With more elements
+   the tables of a block would exceed the caches earlier. */
 #define NLANES PRECISION(8, 16)
 
-/* A vector of neighbours in memory, where the compiler transposes vectors of 32 bytes well. */
+/* A vector of consecutive numbers, for compilers that transpose vectors of 32 bytes efficiently. */
 #if defined(__has_builtin) && (defined(ON_v3) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
 #define SHUFFLE __builtin_shufflevector
@@ -165,7 +165,7 @@
 #define GAC_MOST_AXES 5
 #define GAC_FLAGS 32
 
-/* An argument or a result: how many numbers it has, along which axes, and which is the first of its strides. */
+/* An argument or a result: its number of components, number of axes, index of its first stride, and shape. */
 struct gac_part {
     int size, rank, first, shape[GAC_MOST_AXES];
 };
@@ -173,8 +173,8 @@ struct gac_part {
 typedef void gac_loop(intptr_t n, char **args, const intptr_t *strides);
 typedef void gac_function(void);
 
-/* A form of a kernel for batches in which the `same` arguments (a bit each) are the same for at least `least` elements:
-   `n_prepared` numbers that depend on them are computed once, and replace the first of them. */
+/* A form of a kernel for batches in which the arguments in the bit mask `same` are equal for at least `least` elements.
+   `n_prepared` numbers that depend on these arguments are computed once, and replace the first of them. */
 struct gac_form {
     unsigned same;
     intptr_t least, n_prepared;
@@ -183,9 +183,9 @@ struct gac_form {
     int together;
 };
 
-/* The loops of a kernel, over rows and in C order, which takes `together` elements at a time; its plain function and
-   how that is called; its parts, the numbers and strides that they have together, and its forms. A kernel that
-   `repeats` reads its inputs again after it has written: its outputs cannot overlap them. A `busy` one computes
+/* A kernel: its loops over rows and in C order (which process `together` elements at a time), its plain function and
+   the function that calls it, its parts with their total numbers of strides and components, and its forms. A kernel
+   that `repeats` reads inputs after it has written outputs, so that these must not overlap. A `busy` kernel computes
    transcendental functions. */
 struct gac_kernel {
     gac_loop *block[2], *dense[2];
@@ -197,35 +197,35 @@ struct gac_kernel {
     const struct gac_form *forms;
 };
 
-/* Run a kernel over a batch. What has unit stride, or is hoisted, is used where it is, and so is a whole batch in C
-   order if there is a loop for it; everything else goes through rows, in blocks. */
+/* Run a kernel over a batch. Arrays with unit stride and hoisted arguments are used in place, and so is a whole batch
+   in C order if there is a loop for it. All other arrays are copied through rows, in blocks. */
 GAC_SHARED void gac_batch_f64(const struct gac_kernel *kernel, char **args, intptr_t n, const intptr_t *steps);
 GAC_SHARED void gac_batch_f32(const struct gac_kernel *kernel, char **args, intptr_t n, const intptr_t *steps);
 
-/* A table of a kernel with loops: an argument that every element has, one that a batch may share, an index table, a
-   result or work space; and how many numbers an element has of it. */
+/* A table of a kernel with loops: an argument of each element, an argument that may be shared by a batch, an index
+   table, a result or work space; `count` is its size for one element. */
 struct gac_table {
     enum { GAC_IS_IN, GAC_IS_SAME, GAC_IS_INDEX, GAC_IS_OUT, GAC_IS_WORK } kind;
     intptr_t count;
 };
 
-/* A kernel with loops: its plain function and how that is called, the loops that take NLANES elements at a time, if it
-   has such, how many of its tables are arguments and results, how many there are, and whether it is `busy`. The loops are given where the
-   tables are, each number of an element beside those of the others, and at last a word that they set where an argument
-   of a sine or cosine was too large. */
+/* A kernel with loops: the function that runs one element, the loops that process NLANES elements at a time (or NULL),
+   the number of arguments and results, the number of tables, and whether it is `busy`. The loops take the addresses of
+   tables, in which corresponding numbers of elements are adjacent, and of a word that they set if an argument of a sine
+   or cosine was too large. */
 struct gac_procedure {
     void (*one)(const intptr_t *lengths, char **args);
     gac_loop *lanes[2];
     int n_args, n_tables, busy;
 };
 
-/* Run a kernel with loops over a batch; 1 where there is no memory for it, else 0. */
+/* Run a kernel with loops over a batch. Return 1 if memory cannot be allocated, else 0. */
 GAC_SHARED int gac_rows_f64(const struct gac_procedure *procedure, const struct gac_table *tables,
     const intptr_t *lengths, char **args, const intptr_t *steps, intptr_t n);
 GAC_SHARED int gac_rows_f32(const struct gac_procedure *procedure, const struct gac_table *tables,
     const intptr_t *lengths, char **args, const intptr_t *steps, intptr_t n);
 
-/* Words as wide as a number; a condition as a mask, because conditions that occur often would become branches. */
+/* Words as wide as a number. Conditions are masks, because compilers would turn frequent conditions into branches. */
 #define WORD PRECISION(uint64_t, uint32_t)
 #define FUNCTION(name) PRECISION(name, name##f)
 #define GAC(name) PRECISION(gac_##name##_f64, gac_##name##_f32)
@@ -249,11 +249,12 @@ GAC_SHARED int gac_rows_f32(const struct gac_procedure *procedure, const struct 
 #define EQUAL(a, b) ((REAL)((a) == (b)))
 #define SELECT(condition, a, b) GAC(select)(WHERE((condition) != 0), a, b)
 
-/* A product and a sum that are rounded once, together. */
+/* A fused multiply-add, which is rounded once. */
 #define FMA(a, b, c) FUNCTION(fma)(a, b, c)
 
-/* Constants of the transcendental functions: a number so large that the last bits of its sum with a number up to half a
-   million are that number, and pi/2 and log(2) as sums, each part the nearest to what the ones before leave. */
+/* Constants of the transcendental functions: a number so large that the last bits of its sum with an integer up to half
+   a million are that integer, and pi/2 and log(2) as sums in which each part is nearest to the remainder of the parts
+   before. */
 #define SHIFT PRECISION(6755399441055744.0, 12582912.0f)
 #define QUARTER_0 PRECISION(1.5707963267948966, 1.5707963705062866f)
 #define QUARTER_1 PRECISION(6.123233995736766e-17, -4.371138828673793e-08f)
@@ -266,11 +267,11 @@ GAC_SHARED int gac_rows_f32(const struct gac_procedure *procedure, const struct 
 #define FRACTION_BITS PRECISION(52, 23)
 #define BIAS PRECISION(1023, 127)
 
-/* Sines and cosines of larger arguments are the C library's. A multiple of pi/2 up to there has 16 bits, so that three
-   parts of pi/2 are enough. */
+/* Sines and cosines of larger arguments are computed by the C library. Up to this limit multiples of pi/2 have 16 bits,
+   so that three parts of pi/2 are enough. */
 #define GAC_FARTHEST 65536
 
-/* Polynomials, each in two halves that processors compute side by side; backends/approximations.py computes their
+/* Polynomials, evaluated in two halves that processors compute in parallel. backends/approximations.py computes their
    coefficients. */
 static INLINE double gac_sin_polynomial_f64(double z)
 {
@@ -384,7 +385,7 @@ static INLINE float gac_asin_polynomial_f32(float z)
     return fmaf(z, odd, even);
 }
 
-/* Statements M(k, ...) for k from 0 to a power of two. */
+/* Statements M(k, ...) for k from 0 up to, but not including, a power of two. */
 #define GAC_TIMES_1(M, k, ...) M(k, __VA_ARGS__)
 #define GAC_TIMES_2(M, k, ...) GAC_TIMES_1(M, k, __VA_ARGS__) GAC_TIMES_1(M, (k) + 1, __VA_ARGS__)
 #define GAC_TIMES_4(M, k, ...) GAC_TIMES_2(M, k, __VA_ARGS__) GAC_TIMES_2(M, (k) + 2, __VA_ARGS__)
@@ -397,10 +398,10 @@ static INLINE float gac_asin_polynomial_f32(float z)
 #define GAC_TIMES_512(M, k, ...) GAC_TIMES_256(M, k, __VA_ARGS__) GAC_TIMES_256(M, (k) + 256, __VA_ARGS__)
 #define GAC_TIMES_1024(M, k, ...) GAC_TIMES_512(M, k, __VA_ARGS__) GAC_TIMES_512(M, (k) + 512, __VA_ARGS__)
 
-/* How the parts of an element are loaded from any strides, and stored. GAC_AXIS(n, power) is for parts of `n` numbers
-   along one axis, GAC_AXES(shape, n, power, inner, size) for `n` parts of the shape `inner`, which has `size` numbers;
-   `power` is a power of two not below `n`. Every load is a statement, since compilers vectorise only loops without
-   another inside. */
+/* Load and store the parts of an element with arbitrary strides. GAC_AXIS(n, power) is for parts of `n` numbers along
+   one axis, GAC_AXES(shape, n, power, inner, size) for `n` parts of the shape `inner`, which has `size` numbers;
+   `power` is a power of two not less than `n`. Every load is a separate statement, since compilers vectorise innermost
+   loops only. */
 #define GAC_AXIS(length, power)                                                     \
     GAC_HELPER void GAC(load_##length)(REAL *x, const char *a, const intptr_t *c)    \
     {                                                                               \
@@ -432,17 +433,17 @@ static INLINE float gac_asin_polynomial_f32(float z)
     if ((k) < n)                           \
         GAC(store_##inner)(a + (k) * c[0], c + 1, x + (k) * (size));
 
-/* The loops of a kernel are made from the list of its parts: a macro of the names of macros for an array, a number and
-   a result, and of what separates them,
+/* The loops of a kernel are generated from the list of its parts. This is a macro that takes the names of macros for an
+   array, a number and a result, and the separator,
 
        #define PARTS_f(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND NUMBER(1, 1) AND OUT(2, 1, 2x3, 6, 2, 2, 3)
 
-   where each has its place among the parts and that of its first stride, and arrays and results besides the name of
-   their shape, how many numbers and axes they have, and the lengths of those. */
+   The arguments of each are its index among the parts and the index of its first stride; arrays and results also have
+   the name of their shape, their numbers of components and axes, and the lengths of the axes. */
 #define GAC_COMMA ,
 #define GAC_NONE(...)
 
-/* Of an element, components become local variables, and pass through the plain function. */
+/* Load the components of an element into local variables, and call the plain function. */
 #define GAC_VARIABLE(k, at, shape, size, ...) REAL x##k[size];
 #define GAC_VARIABLE_NUMBER(k, at) REAL x##k[1];
 #define GAC_PASSED(k, ...) x##k
@@ -456,7 +457,7 @@ static INLINE float gac_asin_polynomial_f32(float z)
 
 #define GAC_PREPARED(first) const REAL *prepared = (const REAL *)args[first];
 
-/* Rows: every component at unit stride over the elements of a block. */
+/* Loops over rows: each component has unit stride over the elements of a block. */
 #define GAC_CORE(k, at, rank) (rank) > k ? strides[(at) + k] : 0
 #define GAC_CORES(at, rank)                                                                                     \
     {                                                                                                           \
@@ -484,8 +485,8 @@ static INLINE float gac_asin_polynomial_f32(float z)
     }                                                                               \
     LOOPS(name)
 
-/* The same of a function with sines or cosines, which only notes that an argument was too large; the other one does
-   such elements. */
+/* The same for a function with sines or cosines. It only sets a flag if an argument is too large; another loop computes
+   these elements. */
 #define GAC_BLOCK_TWICE(name, parts, setup, call, again)                            \
     GAC_HEAD(name)                                                                  \
     {                                                                               \
@@ -507,8 +508,8 @@ static INLINE float gac_asin_polynomial_f32(float z)
     }                                                                               \
     LOOPS(name)
 
-/* C order, in tiles: vectors of as many elements as fill 32 bytes. The inner loop is one step of vectors, which stay in
-   registers; wider ones would need more steps to transpose and gain nothing. */
+/* Loops in C order, in tiles: vectors of as many elements as fill 32 bytes. The inner loop is one step of vectors,
+   which are kept in registers; wider vectors would need more steps for the transposition and would not be faster. */
 #define GAC_TILES(k, at, shape, size, ...)                                          \
     REAL *const a##k = (REAL *)args[k];                                             \
     _Alignas(64) REAL r##k[(size) * TILE];
@@ -537,9 +538,9 @@ static INLINE float gac_asin_polynomial_f32(float z)
     }                                                                               \
     LOOP(name)
 
-/* C order, where compilers transpose elements as they read them; results go through rows of a few elements. Results of
-   neighbours are never written side by side: compilers that make one vector of the sums and differences of an element
-   may fuse them with products, whatever they are told of contraction (gcc 12 does). */
+/* Loops in C order in which the compiler transposes elements as it reads them; results are copied through rows of a few
+   elements. Results of neighbouring components are never written next to each other: compilers that combine sums and
+   differences of an element into one vector may fuse them with products even if contraction is off (gcc 12 does). */
 #define GAC_DIRECT(k, at, shape, size, ...) REAL *const a##k = (REAL *)args[k];
 #define GAC_DIRECT_NUMBER(k, at) REAL *const a##k = (REAL *)args[k];
 #define GAC_DIRECT_ROWS(k, at, shape, size, ...)                                    \
@@ -566,8 +567,8 @@ static INLINE float gac_asin_polynomial_f32(float z)
     }                                                                               \
     LOOPS(name)
 
-/* The loops of a kind: of PLAIN functions, BUSY ones (transcendental functions) and those with sines or cosines
-   (TURNS); in C order there are none (NO), direct ones or such in tiles. */
+/* The loops of a kind: of PLAIN functions, BUSY functions (with transcendental functions) and functions with sines or
+   cosines (TURNS). In C order there are none (NO), direct loops, or loops in tiles. */
 #define GAC_BLOCK_PLAIN(f) GAC_BLOCK(f##_block, PARTS_##f, , NAME(f)(GAC_PASS(PARTS_##f)))
 #define GAC_BLOCK_BUSY(f) GAC_BLOCK(f##_block, PARTS_##f, , NAME(f##_within)(GAC_PASS(PARTS_##f)))
 #define GAC_BLOCK_TURNS(f)                                                                                      \
@@ -592,7 +593,7 @@ static INLINE float gac_asin_polynomial_f32(float z)
 #define GAC_TABLE_DIRECT(name) WIDTHS(name), LANES
 #define GAC_TABLE_TILES(name) WIDTH(name), TILE
 
-/* What prepares a form, from the arguments that are the same for the whole batch: the first of its parts in SAME. */
+/* The function that prepares a form from the arguments that are the same for the whole batch, the parts in SAME. */
 #define GAC_LOAD_ONCE(k, at, shape, size, rank, ...)                                \
     const intptr_t c##k[GAC_MOST_AXES] = GAC_CORES(at, rank);                       \
     GAC(load_##shape)(x##k, args[k], c##k);
@@ -601,8 +602,8 @@ static INLINE float gac_asin_polynomial_f32(float z)
 #define GAC_PREPARE_PLAIN(f, m) NAME(f##_prepare_##m)(GAC_PASS(SAME_##f##_##m), prepared)
 #define GAC_PREPARE_TURNS(f, m) NAME(f##_prepare_##m)(GAC_PASS(SAME_##f##_##m), prepared, NULL)
 
-/* GAC_FORM(kernel, form, first, preparing, applying, dense): the loops of a form, whose prepared numbers take the place
-   of the argument `first`. */
+/* GAC_FORM(kernel, form, first, preparing, applying, dense): the loops of a form, whose prepared numbers replace the
+   argument `first`. */
 #define GAC_FORM(f, m, first, preparing, applying, dense)                                                       \
     static void NAME(f##_start_##m)(char **args, const intptr_t *strides, void *prepared)                        \
     {                                                                                                           \
@@ -612,14 +613,14 @@ static INLINE float gac_asin_polynomial_f32(float z)
     GAC_FORM_##applying(f, m, GAC_PREPARED(first))                                                              \
     GAC_FORM_##dense(f, m, GAC_PREPARED(first))
 
-/* GAC_USE(kernel, form, dense, same, least, n_prepared): a form in the table of its kernel. */
+/* GAC_USE(kernel, form, dense, same, least, n_prepared): the entry of a form in the table of its kernel. */
 #define GAC_USE(f, m, dense, same, least, n_prepared)                                                           \
     {                                                                                                           \
         same, least, n_prepared, NAME(f##_start_##m), WIDTHS(f##_block_##m), GAC_TABLE_##dense(f##_dense_##m)   \
     }
 
-/* GAC_KERNEL(kernel, kind, dense): the loops of a kernel, and the function that runs it over a batch; the forms that it
-   has follow in GAC_KERNEL_AND_FORMS. */
+/* GAC_KERNEL(kernel, kind, dense): the loops of a kernel, and the function that runs it over a batch. Forms follow in
+   GAC_KERNEL_AND_FORMS. */
 #define GAC_PART(k, at, shape, size, rank, ...) {size, rank, at, {__VA_ARGS__}}
 #define GAC_PART_NUMBER(k, at) {1, 0, at, {0}}
 #define GAC_TYPE(...) const REAL *
@@ -669,15 +670,15 @@ static INLINE float gac_asin_polynomial_f32(float z)
         GAC(batch)(&kernel, args, dimensions[0], steps);                                                        \
     }
 
-/* Kernels with loops. A table of one element is its rows, one behind the other. In the loops over NLANES elements every
-   number is NLANES numbers, one for each element; tables that all elements share are as they are. Those loops call the
-   straight-line parts in the vectorised loops of GAC_IN_LANES(part, kind), which are made from the list of its arguments
-   and results,
+/* Kernels with loops. A table of one element consists of contiguous rows. In the loops over NLANES elements every
+   number is replaced by NLANES numbers, one for each element; tables shared by all elements are unchanged. These loops
+   call the straight-line parts by the vectorised loops of GAC_IN_LANES(part, kind), which are generated from the list
+   of arguments and results,
 
        #define PARTS_f_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND SAME(1, 6) AND NUMBER(2, 0) AND OUT(3, 8)
 
-   where each has its place and how many numbers it has; NUMBER is an argument that is one number, and has 1 behind its
-   place if all elements share it. */
+   The arguments of each are its index and its number of components. NUMBER is a scalar argument; its second argument is
+   1 if all elements share it. */
 #define GAC_LANE_ROW(k, size) const REAL *a##k
 #define GAC_LANE_RESULT(k, size) REAL *a##k
 #define GAC_LANE_VARIABLE(k, size) REAL x##k[size];
@@ -708,7 +709,7 @@ static INLINE float gac_asin_polynomial_f32(float z)
         return far;                                                                                                 \
     }
 
-/* Statements of kernels with loops on `n` numbers; SPREAD and ADD_SPREAD have as many numbers for all of NLANES
+/* Statements of kernels with loops on `n` numbers; SPREAD and ADD_SPREAD have `n` numbers that are shared by NLANES
    elements. */
 #define COPY(n, from, to) GAC(copy)(n, from, to)
 #define SPREAD(n, from, to) GAC(spread)(n, from, to)
@@ -716,17 +717,17 @@ static INLINE float gac_asin_polynomial_f32(float z)
 #define ADD_SPREAD(n, from, to) GAC(add_spread)(n, from, to)
 #define CLEAR(n, to) GAC(clear)(n, to)
 
-/* GAC_PROCEDURE(kernel, kind): what runs a kernel with loops over a batch, by its loops over NLANES elements or ALONE;
-   BUSY ones compute transcendental functions.
-   It is made from the lists of its lengths and tables,
+/* GAC_PROCEDURE(kernel, kind): the function that runs a kernel with loops over a batch, by its loops over NLANES
+   elements or ALONE; BUSY kernels compute transcendental functions. It is generated from the lists of lengths and
+   tables,
 
        #define TABLES_f(LENGTH, IN, NUMBER, SAME, INDEX, OUT, AND)
            LENGTH(0, n) AND IN(0, q, scalar, 1, n) AND INDEX(1, parents, n, n) AND OUT(2, out, 2x4, 8, n)
        #define WORK_f(WORK) WORK(3, sums, 8, 8, n)
 
-   where each has its place, its name, the shape of its rows and how many numbers and rows that is; an index table has
-   the number of its rows and the length of what it refers to. One element goes to the plain function at once, where its
-   work space is at most GAC_NEAR numbers. */
+   The arguments of each are its index, its name, the shape of its rows, the size of a row and the number of rows; an
+   index table has its number of rows and the length that it refers to. A single element calls the plain function
+   directly if its work space is at most GAC_NEAR numbers. */
 #define GAC_NEAR 1024
 #define GAC_LENGTH(k, name) const intptr_t name = gac_lengths[k];
 #define GAC_LENGTH_UNUSED(k, name) (void)name;
@@ -785,11 +786,11 @@ static INLINE float gac_asin_polynomial_f32(float z)
         return GAC(rows)(&gac_procedure, gac_tables, gac_lengths, gac_args, gac_steps, gac_n);                      \
     }
 
-/* GAC_TILE(n): a tile of TILE elements of `n` numbers in C order, to rows and back, for `n` up to GAC_TILE_NUMBERS.
-   Most vectors are read in halves, the lower from the first half of the elements and the upper from as far on in the
-   others: then both halves need the same permutation, which stays within halves, where processors permute fastest. Four
-   neighbours in double precision are a vector and are read as one. The statements are there for every size; what
-   remains are those whose conditions, which are constants, hold. */
+/* GAC_TILE(n): copy a tile of TILE elements of `n` numbers from C order to rows and back, for `n` up to
+   GAC_TILE_NUMBERS. Most vectors are read in halves, the lower from the first half of the elements and the upper from
+   the corresponding place in the second half. Then both halves need the same permutation, which does not cross halves
+   and is fastest on processors. Four neighbours in double precision fill a vector and are read as one. The code has
+   statements for every size; the compiler removes those whose constant conditions are false. */
 #define GAC_TILE_NUMBERS 32
 #define GAC_TILE(length) GAC_TILE_FUNCTIONS(REAL, length)
 #ifdef SHUFFLE
@@ -816,13 +817,13 @@ static INLINE float gac_asin_polynomial_f32(float z)
 #define WRITE(offset, v) HALF(a + (offset), 0) = HALF(&v, 0), HALF(UPPER(offset), 0) = HALF(&v, 1)
 #define WRITE_BOTH(offset, v, w) WHOLE(offset) = LOWERS(v, w), WHOLE((offset) + TILE / 2 * size) = UPPERS(v, w)
 
-/* A vector of which each half has the named places of the halves of two others, counted one after the other. */
+/* A vector in which each half has the given entries of the concatenated halves of two other vectors. */
 #define DOUBLES(v, w, i, j) SHUFFLE(v, w, i, 4 + (j), 2 + (i), 6 + (j))
 #define FLOATS(v, w, i, j, k, l) \
     SHUFFLE(v, w, FAR(i), FAR(j), FAR(k), FAR(l), 4 + FAR(i), 4 + FAR(j), 4 + FAR(k), 4 + FAR(l))
 #define FAR(place) ((place) < 4 ? (place) : (place) + 4)
 
-/* Doubles: four numbers of four elements are permuted at once; one or two that are left come from halves. */
+/* Doubles: four numbers of four elements are permuted at once; one or two remaining numbers are read in halves. */
 #define GAC_LOAD_TILE_double                                                                                    \
     if (size == 1) {                                                                                            \
         COLUMN(0) = WHOLE(0);                                                                                   \
@@ -858,7 +859,7 @@ static INLINE float gac_asin_polynomial_f32(float z)
         COLUMN(size - 1) = DOUBLES(a0, a1, 1, 1);                                                               \
     }
 
-/* Two elements are `size` halves, of which two that are neighbours in memory are written as one vector. */
+/* Two elements consist of `size` halves; two halves that are adjacent in memory are written as one vector. */
 #define GAC_STORE_TILE_double                                                                                   \
     if (size == 1) {                                                                                            \
         WHOLE(0) = COLUMN(0);                                                                                   \
@@ -878,8 +879,8 @@ static INLINE float gac_asin_polynomial_f32(float z)
         }                                                                                                       \
     }
 
-/* Floats: four elements are `size` halves. Four numbers of each are permuted at once, the last four before what is
-   left. */
+/* Floats: four elements consist of `size` halves. Four numbers of each are permuted at once; the last four may overlap
+   with the four before. */
 #define GAC_LOAD_TILE_float                                                                                     \
     if (size == 1) {                                                                                            \
         COLUMN(0) = WHOLE(0);                                                                                   \
@@ -911,8 +912,8 @@ static INLINE float gac_asin_polynomial_f32(float z)
         COLUMN(first + 3) = FLOATS(b2, b3, 2, 3, 6, 7);                                                         \
     }
 
-/* The halves of an element are written from its first to its last, two as one vector where they are neighbours in
-   memory; the last half of an element waits in `kept` for the first of the next. */
+/* The halves of an element are written in order, two as one vector if they are adjacent in memory; the last half of an
+   element is kept in `kept` until the first half of the next. */
 #define GAC_STORE_TILE_float                                                                                    \
     if (size == 1) {                                                                                            \
         WHOLE(0) = COLUMN(0);                                                                                   \
@@ -1028,8 +1029,8 @@ static INLINE REAL GAC(select)(WORD where, REAL a, REAL b)
 /* Transcendental functions without branches, so that loops over them are vectorised: at most 2 ulp from the exact
    values. */
 
-/* How many quarter turns an angle has, modulo 4, and what is left, up to an eighth of a turn: the first difference is
-   exact, so what the three parts of a quarter turn leave is rounded where it is small. */
+/* The nearest multiple of pi/2 to an angle, as an integer modulo 4, and the remainder, at most pi/4. The first
+   difference is exact, so that rounding occurs only in small remainders. */
 static INLINE WORD GAC(quarters_of)(REAL x, REAL *rest)
 {
     const REAL shifted = FMA(x, QUARTER_INVERSE, SHIFT), k = SHIFT - shifted;
@@ -1049,7 +1050,7 @@ static INLINE REAL GAC(cos_of_rest)(REAL x)
     return FMA(z, FMA(z, GAC(cos_polynomial)(z), (REAL)-0.5), 1);
 }
 
-/* Beyond GAC_FARTHEST the C library's; a caller that has a place for it is told so instead. */
+/* Arguments larger than GAC_FARTHEST are passed to the C library; if the caller provides a flag, it is set instead. */
 static INLINE REAL GAC(sin)(REAL x, WORD *far)
 {
     REAL rest;
@@ -1076,7 +1077,7 @@ static INLINE REAL GAC(cos)(REAL x, WORD *far)
     return y;
 }
 
-/* The power of 2 comes in two factors, so that the largest and the smallest results are reached. */
+/* The power of 2 is split into two factors, so that the largest and the smallest results are reached. */
 static INLINE REAL GAC(exp)(REAL x)
 {
     const REAL most = PRECISION(710, 89), least = PRECISION(-746, -105);
@@ -1090,7 +1091,7 @@ static INLINE REAL GAC(exp)(REAL x)
 
 static INLINE REAL GAC(log)(REAL x)
 {
-    /* x = 2^k (1 + f), 1 + f between the roots of 1/2 and 2; numbers below the normal ones are scaled first. */
+    /* x = 2^k (1 + f) with 1 + f between the roots of 1/2 and 2; subnormal numbers are scaled first. */
     const WORD tiny = WHERE(x < PRECISION(DBL_MIN, FLT_MIN)), fraction = ((WORD)1 << FRACTION_BITS) - 1;
     const WORD root = PRECISION(0x3FE6A09E667F3BCD, 0x3F3504F3), one = (WORD)BIAS << FRACTION_BITS;
     const REAL y = x * GAC(select)(tiny, (WORD)1 << (FRACTION_BITS + 2), 1);
@@ -1177,7 +1178,7 @@ static INLINE void GAC(store_scalar)(char *a, const intptr_t *c, const REAL *x)
     *(REAL *)a = *x;
 }
 
-/* From rows, `row` numbers long, to `n` elements of at most three numbers in C order. */
+/* Copy rows, `row` numbers long, to `n` elements of at most three numbers in C order. */
 static INLINE void GAC(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {

@@ -1,7 +1,7 @@
-"""The kernel object of a generated module: it checks its arguments and runs them.
+"""The kernel object of a generated module, which checks its arguments and runs the compiled function.
 
-Where the extension is built, it serves calls on elements and batches of doubles and floats; all other calls, and all
-calls without it, come to `Kernel.call`.
+If the extension is built, it handles calls on elements and batches of doubles and floats. All other calls, and all
+calls without the extension, are handled by `Kernel.call`.
 """
 
 from __future__ import annotations
@@ -33,19 +33,19 @@ from .library import Library
 from .threads import LEAST_WORK, checked_threads, default_threads
 
 _PATIENCE = 1 << 15
-"""Work (bytes, and operations as so many bytes) for which other threads of Python wait: a few microseconds."""
+"""Largest work of a call that holds the GIL, a few microseconds, in bytes; an operation counts as four bytes."""
 
 
 class Settings(Protocol):
-    """What a kernel asks its module."""
+    """The settings that a kernel reads from its module."""
 
     @property
     def backend(self) -> str:
-        """What runs its kernels: ``c``, ``numba`` or ``arrays``."""
+        """The backend that runs its kernels: ``c``, ``numba`` or ``arrays``."""
 
     @property
     def num_threads(self) -> int:
-        """How many threads share a large batch."""
+        """The number of threads used for a large batch."""
 
     @property
     def library(self) -> Library:
@@ -53,24 +53,24 @@ class Settings(Protocol):
 
     @property
     def namespace(self) -> dict[str, Any]:
-        """Where the extension finds `num_threads`."""
+        """The namespace in which the extension looks up `num_threads`."""
 
     def ready_backend(self) -> str:
-        """As `backend`, when a kernel is about to be run."""
+        """Return `backend` after making it ready to run a kernel."""
 
 
 _DEFAULTS: dict[str, Any] = {"num_threads": default_threads()}
 
 
 class _Loop(Protocol):
-    """What fills the results of a batch: `StridedLoop`, or the loop of `jit.plain`."""
+    """A loop that fills the results of a batch: `StridedLoop`, or the loop of `jit.plain`."""
 
     def run_arrays(self, operands: Sequence[Any], targets: Sequence[Any], leading: Shape, n_threads: int) -> None:
-        """Fill the results of a batch of this shape, in at most so many threads."""
+        """Fill the results of a batch of shape `leading`, using at most `n_threads` threads."""
 
 
 class _ArraysLoop:
-    """Array expressions as a loop, for the call in which the library turned out not to work and numba is not there."""
+    """Array expressions as a loop, used in the call that finds the library unusable when numba is not installed."""
 
     def __init__(self, definition: Definition) -> None:
         self._definition = definition
@@ -81,7 +81,7 @@ class _ArraysLoop:
 
 
 class _UserSettings:
-    """For kernels that do not belong to a module: `Kernel.of`."""
+    """Settings of kernels that do not belong to a module, see `Kernel.of`."""
 
     backend = "numba"
     library = Library("", Path())
@@ -99,7 +99,7 @@ class _UserSettings:
 
 
 class _Documentation:
-    """The documentation of the class, and of each of its kernels, which is made when somebody asks for it."""
+    """Descriptor for ``__doc__`` of the class and of each kernel; the text of a kernel is generated on access."""
 
     def __init__(self, text: str) -> None:
         self._text = text
@@ -111,25 +111,25 @@ class _Documentation:
 class Kernel(Call):  # type: ignore[misc]
     """A generated function of arrays. Leading axes broadcast; the last axes are those of `signature`.
 
-    Arguments are given in order or by name, ``kernel(m=motors, p=points)``; in order is quicker for one element.
-    ``kernel(..., out=array)`` writes to an array, ``kernel(..., num_threads=2)`` shares the elements of a large batch
-    among threads; the default is the `num_threads` of the module.
+    Arguments are passed by position or by name, ``kernel(m=motors, p=points)``; passing by position is faster for one
+    element. ``kernel(..., out=array)`` writes the result to an array. ``kernel(..., num_threads=2)`` distributes the
+    elements of a large batch over threads; the default is the `num_threads` of the module.
 
     Attributes
     ----------
     name, signature : str
-        The signature is that of a generalised ufunc, ``(8),(3)->(3)``.
+        The signature has the form of a generalised ufunc, ``(8),(3)->(3)``.
     layouts : mapping of str to Layout
-        By name of argument and result.
+        Layouts by name of argument and result.
     output_sizes : dict of str to int
-        The axes of the results by their names in the signature, which `dask.array.apply_gufunc` asks for.
+        Sizes of the axes of the results by their names in the signature, as `dask.array.apply_gufunc` requires.
     cost : mapping of str to int
         Operations for one element: mul, add, div, sqrt, call, choice, fma.
     jit
-        The kernel on one element for functions under ``numba.njit``, which inline it. Arguments are numbers, and
-        arrays in any layout or tuples. ``jit(m, p)`` returns a number, a tuple of numbers, a tuple of rows, or a tuple
-        of such results, and needs no memory; ``jit(m, p, out)`` writes to arrays, a number to entry 0. Loops over
-        whole arrays are quicker as a kernel, see `of`.
+        The kernel on one element, to be called in functions compiled by ``numba.njit``, which inline it. Arguments are
+        numbers, tuples, and arrays of any memory layout. ``jit(m, p)`` returns a number, a tuple of numbers, a tuple
+        of rows, or a tuple of these for several results, and allocates no memory. ``jit(m, p, out)`` writes to arrays;
+        a number is written to entry 0. A loop over whole arrays runs faster as a kernel, see `of`.
     """
 
     __signature__ = Signature()
@@ -154,25 +154,27 @@ class Kernel(Call):  # type: ignore[misc]
 
     @classmethod
     def of(cls, function: Callable[..., Any], signature: str) -> Kernel:
-        """A kernel of one's own: a chain of kernels, or anything else that numba compiles, at the speed of one kernel.
+        """Create a user-defined kernel from a function that numba can compile, for example a chain of kernels.
 
         Parameters
         ----------
         function : callable
-            Under ``numba.njit`` or not yet. It is given one element: numbers, tuples of numbers, and tuples of rows.
-            It returns the same, as a tuple where there are several results, and changes nothing else.
+            A Python function or one decorated with ``numba.njit``. It receives the arguments of one element: numbers,
+            tuples of numbers, and tuples of rows. It returns values of the same kinds, as a tuple if there are several
+            results, and has no side effects.
         signature : str
             Shapes of its arguments and results, ``(8),(3),()->(3)``.
 
         Returns
         -------
         Kernel
-            It is run by numba; leading axes broadcast, and ``out`` may be an argument. It is compiled in each process.
+            A kernel that is run by numba and compiled in each process. Leading axes broadcast, and ``out`` may be one
+            of the arguments.
 
         Raises
         ------
         ValueError
-            When the signature is none, or has not as many arguments as the function.
+            If the signature is malformed, or its number of arguments is not that of the function.
         """
         parsed = parsed_signature(signature)
         code = getattr(function, "py_func", function).__code__
@@ -194,7 +196,7 @@ class Kernel(Call):  # type: ignore[misc]
         return self.name
 
     def describe(self) -> str:
-        """The text of `help`."""
+        """Return the text that `help` shows."""
         if self._facts is None:
             return self.definition.function.__doc__ or ""
         return docstring(self.definition, self.layouts, self._facts)
@@ -211,7 +213,10 @@ class Kernel(Call):  # type: ignore[misc]
         return self._jit
 
     def call(self, /, *arrays: Any, out: Any = None, num_threads: int | None = None, **named: Any) -> Any:
-        """A call with any arguments. The extension gets those again that it can serve once they are converted."""
+        """Call the kernel with any arguments.
+
+        Once its arguments are converted, a call that the extension can handle is passed back to it.
+        """
         if named:
             threads = {} if num_threads is None else {"num_threads": num_threads}
             return self(*self._in_order(arrays, named), out=out, **threads)
@@ -250,26 +255,26 @@ class Kernel(Call):  # type: ignore[misc]
         return out
 
     _in_python = call
-    """The name under which the extension knows it."""
+    """The name under which the extension looks up `call`."""
     if extension is None:
         __call__ = call
 
     def _in_order(self, arrays: tuple[Any, ...], named: dict[str, Any]) -> list[Any]:
-        """The arguments of a call of which some are given by name."""
+        """Return the arguments of a call in order, given that some were passed by name."""
         names = self.argument_names
         expected = ", ".join(names)
         for name in named:
             if name not in names:
-                raise TypeError(f"{self.name}: an unknown argument {name}; expected {expected}, and out or num_threads")
+                raise TypeError(f"{self.name}: unknown argument {name}; expected {expected}, out or num_threads")
             if name in names[: len(arrays)]:
-                raise TypeError(f"{self.name}: argument {name} is given in order and by name; expected it once")
+                raise TypeError(f"{self.name}: argument {name} is passed by position and by name; expected it once")
         missing = [name for name in names[len(arrays) :] if name not in named]
         if missing:
-            raise TypeError(f"{self.name}: no argument {' and '.join(missing)}; expected {expected}")
+            raise TypeError(f"{self.name}: missing argument {' and '.join(missing)}; expected {expected}")
         return [*arrays, *(named[name] for name in names[len(arrays) :])]
 
     def _checked(self, arrays: tuple[Any, ...]) -> tuple[list[Any], np.dtype[Any]]:
-        """The arguments as arrays of one type, and that type."""
+        """Return the arguments as arrays of a common dtype, and that dtype."""
         definition = self.definition
         operands, strong = [], []
         for (name, shape), value in zip(definition.inputs, arrays, strict=True):
@@ -300,7 +305,7 @@ class Kernel(Call):  # type: ignore[misc]
         given: bool,
         n_threads: int,
     ) -> None:
-        """Fill `outs`; those that the caller has `given` may be arguments, or overlap with some."""
+        """Fill `outs`; if they were passed by the caller (`given`), they may be arguments or overlap with arguments."""
         if 0 in leading:
             return
         targets = outs
@@ -320,7 +325,7 @@ class Kernel(Call):  # type: ignore[misc]
                 final[...] = target
 
     def _loop(self, dtype: np.dtype[Any]) -> _Loop:
-        """The loop over batches of one type; from then on the extension runs it too."""
+        """Return the loop over batches of one dtype, and register it with the extension on first use."""
         loop = self._loops.get(dtype)
         if loop is not None:
             return loop
@@ -350,14 +355,17 @@ class Kernel(Call):  # type: ignore[misc]
 
     @property
     def element_address(self) -> int:
-        """The address of the compiled function on one element of doubles; 0 where there is none, or not yet."""
+        """Address of the compiled function on one element of doubles; 0 if it does not exist (yet)."""
         is_there = self._settings.backend == "c" and FLOAT64 in self._loops and self.definition.inputs
         return self._settings.library.address(f"{self.name}_f64") if is_there else 0
 
     def _call_namespace(self, namespace: Any, arrays: tuple[Any, ...], out: Any) -> Any:
-        """A call on arrays of torch, jax or cupy, by array expressions of that namespace."""
+        """Evaluate a call on arrays of torch, jax or cupy by array expressions of that namespace."""
         if out is not None:
-            raise TypeError(f"{self.name}: out is for numpy arrays; found arguments of {namespace.__name__}")
+            raise TypeError(
+                f"{self.name}: out is not supported for arrays of {namespace.__name__}; expected numpy arguments, or a "
+                "call without out"
+            )
         definition = self.definition
         operands = namespace_operands(namespace, arrays)
         for (name, shape), operand in zip(definition.inputs, operands, strict=True):

@@ -1,4 +1,4 @@
-"""What the last axis of an array holds."""
+"""Layouts, which describe the last axis of arrays."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ from typing import NamedTuple
 
 
 class Layout(NamedTuple):
-    """Which coefficients the last axis of an array holds.
+    """The coefficients that are stored along the last axis of an array.
 
     Attributes
     ----------
     name : str
-        As the algebra calls it.
+        The name of the layout in its algebra.
     blades : tuple of str
-        The stored coefficients, in order.
+        The blades of the stored coefficients, in order.
     fixed : tuple of (str, str)
-        Coefficients that are the same for every element, and their value; ``implied`` where it follows from the others.
+        Coefficients that are not stored, and their constant value; ``implied`` if it follows from the stored ones.
     unit : bool
         Whether ``x ~x = 1`` is assumed.
     implied : tuple of (str, str)
@@ -30,21 +30,21 @@ class Layout(NamedTuple):
 
 
 SCALAR = Layout("SCALAR", ())
-"""A number."""
+"""The layout of numbers, which have no axis of coefficients."""
 
 
 def layout(name: str, blades: str, fixed: str = "", implied: str = "", unit: bool = False) -> Layout:
-    """A layout as generated modules write it.
+    """Create a layout from the notation of generated modules.
 
     Parameters
     ----------
     name, unit
         As in `Layout`.
     blades : str
-        Names of the stored coefficients, with spaces between them.
+        Names of the stored coefficients, separated by spaces.
     fixed, implied : str
-        ``e123 = 1, e0 = 1/2``; the names in `implied` are among the fixed ones of the layout, with the value
-        ``implied``.
+        ``e123 = 1, e0 = 1/2``; the names in `implied` are also listed as fixed coefficients of the layout, with the
+        value ``implied``.
     """
     formulas = _pairs(implied)
     values = (*_pairs(fixed), *((blade, "implied") for blade, _ in formulas))

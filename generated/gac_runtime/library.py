@@ -1,4 +1,4 @@
-"""The compiled C library of a generated module, which is built when it is first needed."""
+"""The compiled C library of a generated module, which is built on first use."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ _SUFFIX = {4: "f32", 8: "f64"}
 
 
 class Library:
-    """A library, opened when its first function is wanted.
+    """The library of a module, which is opened on first use.
 
     Attributes
     ----------
     label : str
-        Name of the module, with which the names of its functions begin, and digest of its C file: ``pga3-0123...``.
+        Name of the module, which is the prefix of its functions, and digest of its C file: ``pga3-0123...``.
     c_file : Path
-        What it is compiled from.
+        The C file from which it is compiled.
     """
 
     def __init__(self, label: str, c_file: Path) -> None:
@@ -33,10 +33,10 @@ class Library:
         self._opened: Any = None
 
     def find(self) -> Path | None:
-        """The library where it is built: beside the module or in the user's cache.
+        """Return the path of the built library, next to the module or in the user's cache; None if it is not built.
 
-        It is one for this machine or for all. One for a lower level is taken where none can be built for this machine,
-        as from a wheel that has only that.
+        The library is one for this machine or a portable one. A library for a lower level is used if none can be built
+        for this machine, for example if a wheel contains no other.
         """
         names = library_files(self.label, Path(__file__).parent)
         found = self._beside(names)
@@ -44,7 +44,7 @@ class Library:
             return found
         with contextlib.suppress(CacheError):
             folder = cache_folder("libraries")
-            # A digest of the compiler follows, of hexadecimal digits: the "v" of a level is none.
+            # The name continues with a digest of the compiler, which cannot be mistaken for a level such as "v4".
             patterns = [f"{name.removesuffix('.so')}-[0-9a-f]*.so" for name in names]
             cached = [path for pattern in patterns for path in sorted(folder.glob(pattern))]
             if cached:
@@ -53,12 +53,12 @@ class Library:
         return lower if lower is not None and not self.can_be_built() else None
 
     def _beside(self, names: tuple[str, ...]) -> Path | None:
-        """The first of these files that is beside the module."""
+        """Return the first of these files that exists next to the module."""
         places = (self.c_file.parent / FOLDER / name for name in names)
         return next((path for path in places if path.exists()), None)
 
     def can_be_built(self) -> bool:
-        """Whether there are its C file and a compiler."""
+        """Whether the C file and a compiler exist."""
         if not self.c_file.exists():
             return False
         from .build import find_compiler
@@ -66,12 +66,12 @@ class Library:
         return find_compiler() is not None
 
     def open(self) -> None:
-        """Build the library if it is not there, and open it.
+        """Open the library, after building it if necessary.
 
         Raises
         ------
         RuntimeProblem
-            When it cannot be built or loaded.
+            If it cannot be built or loaded.
         """
         import ctypes
 
@@ -82,14 +82,14 @@ class Library:
             if path is None:
                 path = self._build()
             if path is None or not path.name.startswith(f"{self.label}-"):
-                found = "it is not what the module was generated with" if path else "no library and no C compiler"
-                raise RuntimeProblem(str(self.c_file), found, "the file of this module", "generate both again")
+                found = "its text is not that of the generated module" if path else "no library and no C compiler"
+                raise RuntimeProblem(str(self.c_file), found, "the C file of this module", "regenerate both files")
             try:
                 opened = ctypes.CDLL(str(path))
             except OSError as error:
                 remedy = f"delete {path}, or set GAC_BACKEND=numba"
                 raise RuntimeProblem(str(path), str(error), "a library for this machine", remedy) from None
-            # The name says which machines it is for; the library knows.
+            # The level in the file name may be wrong; the library itself checks the processor.
             runs_here = getattr(opened, "gac_runs_here", None)
             if runs_here is not None and not runs_here():
                 remedy = f"delete {path} and run `gac build --portable`, or set GAC_BACKEND=numba"
@@ -99,7 +99,7 @@ class Library:
             self._opened = opened
 
     def _build(self) -> Path | None:
-        """Build the library, and the extension for the processes to come."""
+        """Build the library, and the extension for later processes."""
         from .build import build_extension, build_module
 
         path = build_module(self.c_file)
@@ -109,7 +109,7 @@ class Library:
         return path
 
     def address(self, function: str) -> int:
-        """The address of a function; the library is open."""
+        """Return the address of a function of the open library."""
         import ctypes
 
         symbol = getattr(self._opened, f"{self.label.rpartition('-')[0]}_{function}")
@@ -118,22 +118,24 @@ class Library:
         return address
 
     def loop_addresses(self, kernel: str) -> list[tuple[int, int, int]]:
-        """The addresses of the loops of doubles and of floats, as the extension takes them."""
+        """Return the addresses of the loops for doubles and for floats, in the form that the extension expects."""
         return [(self.address(f"{kernel}_loop_{_SUFFIX[size]}"), 0, 0) for size in (8, 4)]
 
     def loop(self, kernel: str, dtype: np.dtype[Any]) -> Loop:
-        """The loop over batches of one type."""
+        """Return the loop over batches of one dtype."""
         address = self.address(f"{kernel}_loop_{_SUFFIX[dtype.itemsize]}")
         return foreign().cast("void(*)(void *, void *, void *)", address)  # type: ignore[no-any-return]
 
 
 def chosen_backend(library: Library) -> str:
-    """``c`` if the library is built or can be, else that of `without_library`, unless GAC_BACKEND says otherwise.
+    """Return the backend selected by GAC_BACKEND, or a default.
+
+    The default is ``c`` if the library is built or can be built, else the result of `without_library`.
 
     Raises
     ------
     ImportError
-        When GAC_BACKEND is no backend, or asks for a library that is not there and cannot be built.
+        If GAC_BACKEND is not a backend, or selects a backend that is not available.
     """
     chosen = os.environ.get("GAC_BACKEND", "")
     if chosen not in ("", "c", "numba", "arrays"):
@@ -153,5 +155,5 @@ def chosen_backend(library: Library) -> str:
 
 
 def without_library() -> str:
-    """What runs kernels where there is no library: ``numba``, or ``arrays`` where that is not installed."""
+    """Return the fallback backend without a library: ``numba``, or ``arrays`` if numba is not installed."""
     return "numba" if importlib.util.find_spec("numba") else "arrays"

@@ -1,4 +1,4 @@
-"""Arguments of kernels with loops: as arrays of numbers, the lengths in their shapes, the rows that tables name."""
+"""Arguments of kernels with loops: conversion to arrays, lengths inferred from shapes, and checks of index tables."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from .functions import namespace_of
 from .loop_definition import LoopDefinition, Table
 
 _FEW = 64
-"""Rows of an index table up to which a list is checked sooner than an array."""
+"""Number of rows of an index table up to which checking a list is faster than checking an array."""
 
 
 class IndexFacts(NamedTuple):
-    """What is known of an index table."""
+    """Properties of an index table that determine whether it is valid."""
 
     least: int
     greatest: int
     is_earlier: bool
-    """Whether each row names an earlier one, or none."""
+    """Whether each entry is the index of an earlier row, or negative."""
 
 
 class Fixed(NamedTuple):
-    """An argument that calls do not give: a copy that nobody changes, and for an index table what is known of it."""
+    """A fixed argument, which calls do not pass: a read-only copy, and the facts about it if it is an index table."""
 
     array: Any
     facts: IndexFacts | None
@@ -35,7 +35,7 @@ class Fixed(NamedTuple):
 def checked(
     definition: LoopDefinition, arrays: Sequence[Any], fixed: Sequence[Fixed | None]
 ) -> tuple[list[Any], np.dtype[Any]]:
-    """The arguments as arrays of numbers, and the type that they are computed in."""
+    """Return the arguments as arrays of numbers, and the dtype of the computation."""
     operands, strong = [], []
     for table, value, known in zip(definition.parameters, arrays, fixed, strict=True):
         if known is not None:
@@ -52,7 +52,7 @@ def checked(
 
 
 def as_numbers(definition: LoopDefinition, table: Table, value: Any) -> Any:
-    """An argument as an array of floats."""
+    """Convert an argument to an array of floats."""
     if type(value) is np.ndarray and value.dtype is FLOAT64:
         return value
     namespace = namespace_of((value,))
@@ -76,7 +76,7 @@ def as_numbers(definition: LoopDefinition, table: Table, value: Any) -> Any:
 
 
 def as_index(definition: LoopDefinition, table: Table, value: Any) -> Any:
-    """An index table as a contiguous array of 64-bit integers."""
+    """Convert an index table to a contiguous array of 64-bit integers."""
     array = np.asarray(value)
     if array.ndim != 1:
         raise ValueError(
@@ -87,16 +87,16 @@ def as_index(definition: LoopDefinition, table: Table, value: Any) -> Any:
         return np.empty(0, np.int64)
     if array.dtype.kind not in "iu":
         raise TypeError(
-            f"{definition.name}: argument {table.name} has dtype {array.dtype}; expected integers, {table.rule} of "
-            f"{table.into} each"
+            f"{definition.name}: argument {table.name} has dtype {array.dtype}; expected integers, each {table.rule} "
+            f"of {table.into}"
         )
     if array.dtype.itemsize == 8 and array.dtype.kind == "u" and array.max() >= 1 << 63:
-        raise ValueError(f"{definition.name}: argument {table.name} has a row {array.max()}; expected {table.rule}")
+        raise ValueError(f"{definition.name}: argument {table.name} contains {array.max()}; expected {table.rule}")
     return np.require(array, np.int64, ["C", "A"])
 
 
 def as_fixed(definition: LoopDefinition, table: Table, value: Any) -> Fixed:
-    """A copy of an argument, checked as far as it can be without the others."""
+    """Return a copy of an argument, with the checks that do not depend on other arguments."""
     if table.is_index:
         array = as_index(definition, table, value)
         array = array.copy() if array is value or np.may_share_memory(array, value) else array
@@ -111,7 +111,7 @@ def as_fixed(definition: LoopDefinition, table: Table, value: Any) -> Fixed:
 def resolved(
     definition: LoopDefinition, operands: Sequence[Any], known: Mapping[str, int] = MappingProxyType({})
 ) -> tuple[dict[str, int], tuple[int, ...]]:
-    """The lengths, of which some may be known, and the shape of the batch."""
+    """Infer the lengths, some of which may be known, and the shape of the batch."""
     lengths = dict(known)
     owners: dict[str, str] = {}
     leading: tuple[int, ...] = ()
@@ -172,7 +172,7 @@ def _broadcast(definition: LoopDefinition, operands: Sequence[Any]) -> tuple[int
 def check_rows(
     definition: LoopDefinition, table: Table, index: Any, facts: IndexFacts | None, lengths: Mapping[str, int]
 ) -> None:
-    """Raise `ValueError` where an index table names a row that is not there, or not yet."""
+    """Raise `ValueError` if an index table refers to a row that does not exist, or that is not an earlier row."""
     facts = facts or facts_of(index)
     count = lengths.get(table.into, 0)
     earlier = table.rule.startswith("an earlier")
@@ -196,7 +196,7 @@ def checked_outs(
     cores: Sequence[tuple[int, ...]],
     dtype: np.dtype[Any],
 ) -> list[Any]:
-    """What a caller gave to be written, one array for each result."""
+    """Check the argument `out` and return one array for each result."""
     tables = definition.results
     outs = [out] if len(tables) == 1 and not isinstance(out, tuple) else out
     if not isinstance(outs, (list, tuple)) or len(outs) != len(tables):
@@ -218,7 +218,7 @@ def checked_outs(
 
 
 def facts_of(index: Any) -> IndexFacts:
-    """What its rows are."""
+    """Return the facts about an index table."""
     count = len(index)
     if not count:
         return IndexFacts(0, -1, True)
@@ -229,14 +229,14 @@ def facts_of(index: Any) -> IndexFacts:
 
 
 def usable(array: Any, dtype: np.dtype[Any], n_axes: int) -> Any:
-    """The array itself, or a copy: of that type, aligned, and contiguous in each element."""
+    """Return the array itself, or a copy of dtype `dtype` that is aligned and contiguous within each element."""
     if array.dtype is not dtype or not array.flags.aligned:
         array = np.require(array, dtype, "A")
     return array if _is_contiguous(array, n_axes) else np.ascontiguousarray(array)
 
 
 def _is_contiguous(array: Any, n_axes: int) -> bool:
-    """Whether each element is."""
+    """Whether each element is contiguous."""
     if array.flags.c_contiguous:
         return True
     step = array.itemsize
@@ -248,7 +248,7 @@ def _is_contiguous(array: Any, n_axes: int) -> bool:
 
 
 def is_unusable(target: Any, core: tuple[int, ...], others: Sequence[Any]) -> bool:
-    """Whether a result has to be computed elsewhere: where loops would write what they are still to read."""
+    """Whether a result needs a temporary array: it is misaligned, not contiguous, or overlaps with other arrays."""
     return (
         not target.flags.aligned
         or not _is_contiguous(target, len(core))

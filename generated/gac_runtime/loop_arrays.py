@@ -1,4 +1,4 @@
-"""Kernels with loops by array expressions: rows of numpy arrays whose last axis is the batch."""
+"""Evaluation of kernels with loops by array expressions, on rows of numpy arrays whose last axis is the batch."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .loop_definition import ADD_TO, ROW_OR, SUM, LoopDefinition, Part, Table
 
 
 class _Rows:
-    """A table whose rows are tuples of numbers and of arrays over the batch, or one of them where rows have no axis."""
+    """A table whose rows are tuples of numbers and arrays over the batch, or single ones if rows have no axis."""
 
     __slots__ = ("array", "has_entries")
 
@@ -21,7 +21,7 @@ class _Rows:
         self.array, self.has_entries = array, has_entries
 
     def __getitem__(self, k: Any) -> Any:
-        # A copy: what is computed from it may be kept when the row has changed.
+        # A copy, because values computed from the row may be used after the row has changed.
         return self.array[k].copy()
 
     def __setitem__(self, k: Any, row: Any) -> None:
@@ -58,9 +58,9 @@ def evaluate_loops(
     leading: tuple[int, ...],
     dtype: Any,
 ) -> list[Any]:
-    """The results of a kernel with loops.
+    """Compute the results of a kernel with loops.
 
-    Where an iteration ends at another step for each element, elements are computed one after the other.
+    If the number of iterations depends on the element, the elements are computed one after the other.
     """
     count = math.prod(leading)
     flat = [
@@ -96,7 +96,7 @@ def evaluate_loops(
 
 
 def _batch(operand: Any, core: tuple[int, ...], leading: tuple[int, ...]) -> Any:
-    """An argument with the batch as its last axis, of length 1 where it is the same for all elements."""
+    """Return an argument with the batch as its last axis, of length 1 if it is the same for all elements."""
     if math.prod(operand.shape[: operand.ndim - len(core)]) == 1:
         return operand.reshape(core)[..., None]
     return np.moveaxis(np.broadcast_to(operand, leading + core).reshape(math.prod(leading), *core), 0, -1)
@@ -109,12 +109,12 @@ def _argument(table: Table, operand: Any, chosen: slice) -> Any:
 
 
 def _flat(table: Table, lengths: tuple[int, ...], count: int) -> tuple[int, ...]:
-    """The shape of a table of flat rows over a batch."""
+    """Return the shape of a table of flat rows over a batch."""
     return (*lengths, *((math.prod(table.shape),) if table.shape else ()), count)
 
 
 def _on_rows(part: Part, function: Callable[..., Any]) -> Callable[..., Any]:
-    """A part of flat rows, from its function of nested tuples."""
+    """Convert the function of a part from nested tuples to flat rows."""
 
     def call(*rows: Any) -> Any:
         found = function(*(_nested(row, shape) for row, shape in zip(rows, part.shapes, strict=True)))

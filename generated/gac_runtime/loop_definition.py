@@ -1,4 +1,4 @@
-"""What a kernel with loops is, as the parts of the runtime hand it to each other."""
+"""The definition of a kernel with loops, as it is passed between the parts of the runtime."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from .definition import COUNTS, counted
 from .layout import Layout
 
 ROW_OR, ADD_TO, SUM = "_row_or", "_add_to", "_sum"
-"""The free names of a loop's text: a row of a table or another one, adding to a row, and the sum of two rows."""
+"""The free names in the text of a loop: read a row or a default, add to a row, and add two rows."""
 
 ROWS_TYPE = "int(*)(void *, void *, void *, intptr_t)"
-"""A compiled loop over elements: of lengths, addresses, steps and the number of elements."""
+"""C type of a compiled loop over elements; it takes lengths, addresses, steps and the number of elements."""
 
 
 class Table(NamedTuple):
@@ -27,24 +27,24 @@ class Table(NamedTuple):
     shape: tuple[int, ...]
     """The shape of a row."""
     rule: str = ""
-    """For an index table what its rows have to be, ``an earlier row or -1``."""
+    """For an index table, the rule that its entries must satisfy, ``an earlier row or -1``."""
     into: str = ""
-    """For an index table the length that its rows refer to."""
+    """For an index table, the length of the axis that its entries index."""
     shared: bool = False
-    """Whether batches usually have one such array for all elements."""
+    """Whether the array is usually the same for all elements of a batch."""
 
     @property
     def is_index(self) -> bool:
-        """Whether it holds numbers of rows."""
+        """Whether the entries are indices of rows."""
         return bool(self.rule)
 
     def core(self, lengths: Mapping[str, int]) -> tuple[int, ...]:
-        """The shape in one element."""
+        """Return the shape for one element."""
         return (*(lengths[name] for name in self.lengths), *self.shape)
 
     @property
     def shape_text(self) -> str:
-        """As readers know it, ``(..., n, 6)``; index tables have no leading axes."""
+        """The documented shape, ``(..., n, 6)``; index tables have no leading axes."""
         sizes = [*self.lengths, *map(str, self.shape)]
         return f"({sizes[0]},)" if self.is_index else f"({', '.join(['...', *sizes])})"
 
@@ -65,17 +65,17 @@ class LoopDefinition:
     ----------
     name : str
     function : callable
-        Of the lengths, the parameters, the results, and the intermediate tables over lengths.
+        Takes the lengths, the parameters, the results, and the intermediate tables over lengths.
     lengths : tuple of str
     parameters, results, work : tuple of Table
     parts : mapping of str to Part
-        The functions that it calls, by their names in its text.
+        The functions that `function` calls, by name.
     layouts : mapping of str to Layout
     cost : mapping of str to mapping of str to int
         Operations by how often they run: ``""`` once, ``"n"`` for each row, ``"n*m"``.
     signature : str
     repeats : bool
-        Whether how often something runs depends on the numbers of an element.
+        Whether the number of iterations depends on the numbers of an element.
     """
 
     name: str
@@ -91,12 +91,12 @@ class LoopDefinition:
     repeats: bool
 
     def blades(self, name: str) -> str:
-        """The blades of an argument or a result, at the end of an error message."""
+        """Return the blades of an argument or a result, as the end of an error message."""
         layout = self.layouts.get(name)
         return f" with last axis {' '.join(layout.blades)}" if layout is not None and layout.blades else ""
 
     def work_of(self, lengths: Mapping[str, int]) -> int:
-        """Bytes of one element in doubles, and its operations as so many bytes: what decides about threads."""
+        """Return the work for one element, which decides about threads: bytes as doubles, and four per operation."""
         numbers = sum(math.prod(table.core(lengths)) for table in (*self.parameters, *self.results))
         operations = sum(
             sum(counts.values()) * math.prod(lengths.get(name, 1) for name in often.split("*"))
@@ -118,7 +118,7 @@ def loop_definition(
     work: str = "",
     repeats: bool = False,
 ) -> LoopDefinition:
-    """A kernel with loops from what its module declares, see `GeneratedModule.loops`."""
+    """Create the definition of a kernel with loops from the declaration in its module, see `GeneratedModule.loops`."""
     inputs, outputs = ([_sizes(shape) for shape in part[1:-1].split("),(")] for part in signature.split("->"))
     lengths = tuple(dict.fromkeys(name for named, _ in inputs for name in named))
     code = function.__code__
@@ -147,14 +147,14 @@ def loop_definition(
 
 
 def _sizes(text: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
-    """The lengths and the shape of a row in ``n,6``."""
+    """Parse the lengths and the shape of a row in ``n,6``."""
     sizes = [size for size in text.split(",") if size]
     named = tuple(size for size in sizes if not size.isdigit())
     return named, tuple(map(int, sizes[len(named) :]))
 
 
 def _costs(text: str) -> dict[str, dict[str, int]]:
-    """The counts in ``n * (51 mul, 36 add) + 48 mul, 40 add``."""
+    """Parse the counts in ``n * (51 mul, 36 add) + 48 mul, 40 add``."""
     found = {}
     for term in text.split(" + "):
         often, mark, counts = term.partition(" * (")
@@ -163,7 +163,7 @@ def _costs(text: str) -> dict[str, dict[str, int]]:
 
 
 def cost_text(cost: Mapping[str, Mapping[str, int]]) -> str:
-    """Costs for readers."""
+    """Return a cost as text for documentation."""
     terms = []
     for often, counts in cost.items():
         shown = [name for name in COUNTS[:-1] if counts[name] or name in ("mul", "add")]

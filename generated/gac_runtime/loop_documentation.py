@@ -1,4 +1,4 @@
-"""The numpydoc text and the signature of a kernel with loops, made when somebody asks for them."""
+"""Numpydoc docstrings and signatures of kernels with loops, generated on request."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _WIDTH = 110
 
 
 class Described:
-    """The documentation of a class, and of each of its kernels."""
+    """Descriptor for ``__doc__`` of a class and of each of its kernels."""
 
     def __init__(self, text: str) -> None:
         self._text = text
@@ -24,11 +24,11 @@ class Described:
 
 
 class LoopSignature:
-    """The signature of a kernel for `inspect`."""
+    """Descriptor for the signature of a kernel, as `inspect` reads it."""
 
     def __get__(self, kernel: Any, owner: type) -> inspect.Signature:
         if kernel is None:
-            raise AttributeError("a class has none")
+            raise AttributeError("__signature__ is defined for kernels only, not for their class")
         kinds = inspect.Parameter
         names = kernel.argument_names
         is_bound = hasattr(kernel, "kernel")
@@ -39,14 +39,14 @@ class LoopSignature:
 
 
 def docstring(definition: LoopDefinition, facts: Facts) -> str:
-    """The text of a kernel with loops: what it does, its arguments and results, its cost and its error."""
+    """Return the docstring of a kernel with loops: summary, arguments, results, cost and error."""
     lines = [*inspect.cleandoc(definition.function.__doc__ or definition.name).splitlines(), ""]
     lines += ["Parameters", "----------"]
     for table in definition.parameters:
         kind = "array_like of int" if table.is_index else "array_like"
         lines += [f"{table.name} : {kind}, {table.shape_text}", *_described(definition, table)]
     kind = "tuple of arrays" if len(definition.results) > 1 else "array"
-    lines += [f"out : {kind}, optional", "    Where to write; may be an argument.", "", "Returns", "-------"]
+    lines += [f"out : {kind}, optional", "    Array for the result; may be an argument.", "", "Returns", "-------"]
     for table in definition.results:
         lines += [f"{table.name} : array, {table.shape_text}", *_described(definition, table)]
     lines += ["", "Notes", "-----"]
@@ -57,9 +57,9 @@ def docstring(definition: LoopDefinition, facts: Facts) -> str:
 
 def _described(definition: LoopDefinition, table: Table) -> list[str]:
     if table.is_index:
-        return [f"    Each entry is the number of {table.rule} of {table.into}."]
+        return [f"    Each entry is the index of {table.rule} of {table.into}."]
     layout = definition.layouts.get(table.name)
     text = layout_text(*layout[:4]) if layout is not None else ""
-    text += " The same array for all elements of a batch is quickest." if table.shared else ""
+    text += " Fastest if one array is shared by all elements of a batch." if table.shared else ""
     indent = "    "
     return textwrap.wrap(text.strip(), _WIDTH, initial_indent=indent, subsequent_indent=indent, break_on_hyphens=False)

@@ -1,8 +1,8 @@
-"""The kernel with loops of a generated module: it checks its arguments, takes lengths from them, and runs them.
+"""The kernel object with loops of a generated module, which checks its arguments, infers lengths, and runs the loop.
 
-Where the extension is built, it serves calls on doubles in C order, on one element or a batch; all other calls, and all
-calls without it, come to `LoopKernel.call`. A kernel and what `bind` makes of it depend on each other, so they are in
-one file.
+If the extension is built, it handles calls on doubles in C order, on one element or a batch. All other calls, and all
+calls without the extension, are handled by `LoopKernel.call`. `LoopKernel` and the `BoundLoops` returned by its method
+`bind` depend on each other, so they are in one file.
 """
 
 from __future__ import annotations
@@ -39,16 +39,16 @@ from .threads import LEAST_WORK, checked_threads, in_threads
 
 _SUFFIX = {FLOAT32: "f32", FLOAT64: "f64"}
 _PATIENCE = 1 << 16
-"""Numbers in the arrays of one element up to which other threads of Python wait for it: some ten microseconds."""
+"""Largest count of numbers in the arrays of one element for which a call holds the GIL: some ten microseconds."""
 
 NO_LENGTHS: Mapping[str, int] = MappingProxyType({})
 
 
 class Chosen(NamedTuple):
-    """What calls return of the results."""
+    """The selection of results that calls return."""
 
     place: int
-    """That of the only one; -1 for all."""
+    """Position of the only result that is returned; -1 for all."""
     is_transposed: bool
     """Whether its last two axes are swapped."""
 
@@ -57,34 +57,35 @@ EVERY = Chosen(-1, False)
 
 
 class Rows(NamedTuple):
-    """A compiled loop over elements of one type."""
+    """A compiled loop over elements of one dtype."""
 
     call: Callable[..., int]
-    """Of pointers to lengths, addresses and steps, and the number of elements; not 0 where memory is missing."""
+    """Takes pointers to lengths, addresses and steps, and the number of elements. A nonzero status means that memory
+    could not be allocated."""
     address: int
     work: tuple[Table, ...]
-    """The intermediate tables that it wants behind the results."""
+    """The intermediate tables, which follow the results in the arguments of the loop."""
     keep: Any
-    """What has to live as long."""
+    """A reference that keeps the machine code loaded."""
 
 
 class LoopKernel(LoopCall):  # type: ignore[misc]
-    """A generated function of arrays whose lengths are found when it is called.
+    """A generated function of arrays whose lengths are inferred from the arguments of a call.
 
     Leading axes broadcast; the last axes are those of `signature`, in which axes of the same name have the same length.
     Index tables have no leading axes: all elements of a batch share them.
 
-    Arguments are given in order or by name. ``kernel(..., out=array)`` writes to an array, a tuple of arrays where
-    there are several results, and ``kernel(..., num_threads=2)`` shares the elements of a large batch among threads.
+    Arguments are passed by position or by name. ``kernel(..., out=array)`` writes to an array, or to a tuple of arrays
+    if there are several results. ``kernel(..., num_threads=2)`` distributes the elements of a large batch over threads.
 
     Attributes
     ----------
     name, signature : str
-        The signature is that of a generalised ufunc, ``(n),(n,6),(8)->(8)``.
+        The signature has the form of a generalised ufunc, ``(n),(n,6),(8)->(8)``.
     lengths : tuple of str
         The names of the lengths.
     layouts : mapping of str to Layout
-        By name of argument and result.
+        Layouts by name of argument and result.
     cost : mapping of str to mapping of str to int
         Operations of one element by how often they run: ``""`` once, ``"n"`` for each row, ``"n*m"``.
     """
@@ -115,58 +116,58 @@ class LoopKernel(LoopCall):  # type: ignore[misc]
         name: str = self.name
         if getattr(sys.modules.get(self.__module__), name, None) is not self:
             raise PicklingError(
-                f"{name}: module {self.__module__} is not imported under that name, or does not have this kernel; "
+                f"{name}: module {self.__module__} is not imported under that name, or does not define this kernel; "
                 "expected a kernel of a module that can be imported"
             )
         return name
 
     def describe(self) -> str:
-        """The text of `help`."""
+        """Return the text that `help` shows."""
         return docstring(self.definition, self._facts)
 
     @property
     def jit(self) -> Any:
-        """Kernels with loops have none."""
+        """Not available for kernels with loops; access raises `AttributeError`."""
         raise AttributeError(
-            f"{self.name}.jit: a kernel with loops cannot be called inside numba; call {self.name} on a batch, or the "
-            "kernels of its rows"
+            f"{self.name}.jit: a kernel with loops cannot be called inside numba; call {self.name} on a batch, or call "
+            "the kernels of its rows"
         )
 
     def bind(self, lengths: Mapping[str, int] = NO_LENGTHS, /, **fixed: Any) -> BoundLoops:
-        """A function of the remaining arguments: the given ones are checked and copied once.
+        """Return a function of the remaining arguments; the given arguments are checked and copied once.
 
         Parameters
         ----------
         lengths : mapping of str to int, optional
-            Lengths that remaining arguments must have.
+            Lengths that the remaining arguments must have.
         **fixed
-            Arguments by name. Later changes of the arrays have no effect.
+            Arguments by name. Later changes to the arrays have no effect.
 
         Returns
         -------
         callable
-            It takes the other arguments in order, and ``out`` and ``num_threads``.
+            A function of the other arguments in order, and of ``out`` and ``num_threads``.
 
         Raises
         ------
         TypeError, ValueError
-            As a call does.
+            As for a call.
         """
         names = self.argument_names
         for name in fixed:
             if name not in names:
-                raise TypeError(f"{self.name}.bind: an unknown argument {name}; expected some of {', '.join(names)}")
+                raise TypeError(f"{self.name}.bind: unknown argument {name}; expected some of {', '.join(names)}")
         for name in lengths:
             if name not in self.lengths:
                 known = ", ".join(self.lengths)
-                raise TypeError(f"{self.name}.bind: an unknown length {name}; expected some of {known}")
+                raise TypeError(f"{self.name}.bind: unknown length {name}; expected some of {known}")
         kept: list[Fixed | None] = []
         for name, table in zip(names, self.definition.parameters, strict=True):
             kept.append(as_fixed(self.definition, table, fixed[name]) if name in fixed else None)
         return BoundLoops(self, kept, lengths)
 
     def call(self, /, *arrays: Any, out: Any = None, num_threads: int | None = None, **named: Any) -> Any:
-        """A call with any arguments."""
+        """Call the kernel with any arguments."""
         if named:
             arrays = self._in_order(arrays, named)
         if len(arrays) != len(self.argument_names):
@@ -178,7 +179,7 @@ class LoopKernel(LoopCall):  # type: ignore[misc]
         return found
 
     _in_python = call
-    """The name under which the extension knows it."""
+    """The name under which the extension looks up `call`."""
     if extension is None:
         __call__ = call
 
@@ -190,12 +191,12 @@ class LoopKernel(LoopCall):  # type: ignore[misc]
         lengths: Mapping[str, int] = NO_LENGTHS,
         chosen: Chosen = EVERY,
     ) -> Any:
-        """Let the extension run calls of `called`, this kernel with some arguments and lengths fixed, where it can.
+        """Let the extension run calls of `called`, this kernel with some arguments and lengths fixed, if it can.
 
         Returns
         -------
         object
-            The backend for which it does, or for which it was found that it cannot; `known` where nothing changed.
+            The backend for which this was decided; `known` if nothing changed.
         """
         backend = self._settings.namespace.get("backend")
         rows = self._rows.get((str(backend), FLOAT64))
@@ -204,7 +205,7 @@ class LoopKernel(LoopCall):  # type: ignore[misc]
         definition = self.definition
         tables = (*definition.parameters, *definition.results, *rows.work)
         arrays = [None if one is None else one.array for one in fixed]
-        # Bound arguments of another type, or with leading axes, are left to Python.
+        # Bound arguments of another dtype, or with leading axes, are handled in Python.
         fits = all(
             array is None or (_is_quick(table, array) and array.ndim == len(table.lengths) + len(table.shape))
             for table, array in zip(definition.parameters, arrays, strict=True)
@@ -235,17 +236,17 @@ class LoopKernel(LoopCall):  # type: ignore[misc]
         return backend
 
     def _in_order(self, arrays: tuple[Any, ...], named: dict[str, Any]) -> tuple[Any, ...]:
-        """The arguments of a call of which some are given by name."""
+        """Return the arguments of a call in order, given that some were passed by name."""
         names = self.argument_names
         expected = ", ".join(names)
         for name in named:
             if name not in names:
-                raise TypeError(f"{self.name}: an unknown argument {name}; expected {expected}, and out or num_threads")
+                raise TypeError(f"{self.name}: unknown argument {name}; expected {expected}, out or num_threads")
             if name in names[: len(arrays)]:
-                raise TypeError(f"{self.name}: argument {name} is given in order and by name; expected it once")
+                raise TypeError(f"{self.name}: argument {name} is passed by position and by name; expected it once")
         missing = [name for name in names[len(arrays) :] if name not in named]
         if missing:
-            raise TypeError(f"{self.name}: no argument {' and '.join(missing)}; expected {expected}")
+            raise TypeError(f"{self.name}: missing argument {' and '.join(missing)}; expected {expected}")
         return (*arrays, *(named[name] for name in names[len(arrays) :]))
 
     def run(
@@ -256,7 +257,7 @@ class LoopKernel(LoopCall):  # type: ignore[misc]
         num_threads: int | None,
         known_lengths: Mapping[str, int] = NO_LENGTHS,
     ) -> Any:
-        """A call with all arguments in order, some of which may be fixed ones."""
+        """Run a call with all arguments in order, some of which may be fixed."""
         definition = self.definition
         threads = self._settings.num_threads if num_threads is None else num_threads
         n_threads = checked_threads(self.name, threads)
@@ -295,7 +296,7 @@ class LoopKernel(LoopCall):  # type: ignore[misc]
         dtype: np.dtype[Any],
         n_threads: int,
     ) -> None:
-        """Fill the results, which no argument overlaps and whose elements are contiguous."""
+        """Fill the results, which do not overlap with arguments and have contiguous elements."""
         if 0 in leading:
             return
         rows = self._rows_of(dtype)
@@ -313,7 +314,7 @@ class LoopKernel(LoopCall):  # type: ignore[misc]
             starts = [*starts, *map(address_of, work)]
             steps = [*steps, *[0] * len(work)]
             if rows.call(numbers, new(integers, starts), new(integers, steps), count):
-                raise MemoryError(f"{self.name}: no memory for intermediate results")
+                raise MemoryError(f"{self.name}: cannot allocate memory for intermediate results")
 
         if not leading:
             run([address_of(array) for array in arrays], [0] * len(arrays), 1)
@@ -334,7 +335,7 @@ class LoopKernel(LoopCall):  # type: ignore[misc]
         in_threads(piece, sizes[inner], n_threads if work >= LEAST_WORK else 1, work)
 
     def _rows_of(self, dtype: np.dtype[Any]) -> Rows | None:
-        """The compiled loop over elements of one type; None where array expressions do it."""
+        """Return the compiled loop over elements of one dtype; None if array expressions are used instead."""
         if self._settings.backend == "arrays":
             return None
         key = self._settings.backend, dtype
@@ -362,13 +363,13 @@ class LoopKernel(LoopCall):  # type: ignore[misc]
 
 
 class BoundLoops(LoopCall):  # type: ignore[misc]
-    """A kernel with loops of which some arguments are fixed, see `LoopKernel.bind`.
+    """A kernel with loops some of whose arguments are fixed, see `LoopKernel.bind`.
 
     Attributes
     ----------
     kernel : LoopKernel
     argument_names : list of str
-        The arguments that calls give, in order.
+        The arguments that are passed in calls, in order.
     """
 
     def __init__(
@@ -400,43 +401,43 @@ class BoundLoops(LoopCall):  # type: ignore[misc]
         return _bound, (self.kernel, self._lengths, fixed, self._chosen)
 
     def returning(self, name: str, *, transposed: bool = False) -> BoundLoops:
-        """The same function with one result: calls return it alone, and take no ``out``.
+        """Return the same function restricted to one result; its calls return that result and do not accept ``out``.
 
         Parameters
         ----------
         name : str
-            The name of the result, as `layouts` of the kernel has it.
+            The name of the result, as in `layouts` of the kernel.
         transposed : bool, optional
-            Swap its last two axes.
+            Swap the last two axes of the result.
 
         Raises
         ------
         TypeError
-            For a name of no result, or one that has less than two axes to be swapped.
+            If there is no result of that name, or if `transposed` is set and it has fewer than two axes.
         """
         results = self.kernel.definition.results
         names = [table.name for table in results]
         if name not in names:
             expected = ", ".join(names)
-            raise TypeError(f"{self.kernel.name}.returning: an unknown result {name}; expected one of {expected}")
+            raise TypeError(f"{self.kernel.name}.returning: unknown result {name}; expected one of {expected}")
         place = names.index(name)
         table = results[place]
         if transposed and len(table.lengths) + len(table.shape) < 2:
             raise TypeError(
-                f"{self.kernel.name}.returning: {name} has shape {table.shape_text}; expected two axes to be swapped"
+                f"{self.kernel.name}.returning: {name} has shape {table.shape_text}; expected two axes to swap"
             )
         return BoundLoops(self.kernel, self._fixed, self._lengths, Chosen(place, transposed))
 
     if extension is None:
 
         def attempt(self, *_arrays: Any) -> None:
-            """None: without the extension no call is quick."""
+            """Return None: without the extension there is no fast path."""
 
     def call(self, /, *arrays: Any, out: Any = None, num_threads: int | None = None) -> Any:
-        """A call with any of the remaining arguments."""
+        """Call the kernel with the remaining arguments."""
         place, is_transposed = self._chosen
         if out is not None and place >= 0:
-            raise TypeError(f"{self.kernel.name} returning one result takes no out; expected arguments only")
+            raise TypeError(f"{self.kernel.name} returning one result does not accept out; expected arguments only")
         if len(arrays) != len(self._places):
             names = ", ".join(self.argument_names)
             raise TypeError(
@@ -465,7 +466,7 @@ def _bound(
 
 
 def _is_quick(table: Table, array: Any) -> bool:
-    """Whether the extension reads an array of that type."""
+    """Whether the extension reads an array of this dtype."""
     return table.is_index or array.dtype is FLOAT64
 
 

@@ -1,4 +1,4 @@
-"""What the kernels of one generated module share: its library, its settings, and the functions that declare them."""
+"""The part of a generated module that its kernels share: library, settings, and the functions that declare kernels."""
 
 from __future__ import annotations
 
@@ -27,30 +27,30 @@ Function = Callable[..., Any]
 
 
 class GeneratedModule:
-    """A generated module, as its own text declares it.
+    """The runtime object of a generated module, through which the module declares its contents.
 
     Parameters
     ----------
     namespace : dict
-        Its global variables. `backend` and `num_threads` are read from there whenever a kernel is called.
+        The global variables of the module. `backend` and `num_threads` are read from them in each call of a kernel.
     interface : int
-        The `INTERFACE` that it was generated for.
+        The `INTERFACE` for which the module was generated.
     library : str
         The label of its compiled library.
 
     Raises
     ------
     ImportError
-        When the module needs another version of the runtime, or GAC_BACKEND or GAC_NUM_THREADS ask for what is not
-        there.
+        If the module needs another version of the runtime, if GAC_BACKEND selects a backend that is not available, or
+        if GAC_NUM_THREADS is invalid.
     """
 
     def __init__(self, namespace: dict[str, Any], interface: int, library: str) -> None:
         name = namespace["__name__"]
         if interface != INTERFACE:
             raise ImportError(
-                f"{name} needs version {interface} of gac_runtime; {os.path.dirname(__file__)} is version {INTERFACE}; "
-                "write the modules of that folder again with `gac generate`"
+                f"{name}: {os.path.dirname(__file__)} is version {INTERFACE} of gac_runtime; expected version "
+                f"{interface}; regenerate the modules of that folder with `gac generate`"
             )
         self.namespace = namespace
         self.kernels: list[str] = []
@@ -63,18 +63,18 @@ class GeneratedModule:
 
     @property
     def backend(self) -> str:
-        """What runs the kernels now: ``c``, ``numba`` or ``arrays``."""
+        """The backend that runs the kernels: ``c``, ``numba`` or ``arrays``."""
         return str(self.namespace["backend"])
 
     @property
     def num_threads(self) -> int:
-        """How many threads share a large batch where a call does not say."""
+        """The default number of threads for a large batch."""
         return self.namespace["num_threads"]  # type: ignore[no-any-return]
 
     def ready_backend(self) -> str:
-        """As `backend`; the library is built and opened where that is ``c``.
+        """Return `backend`, after building and opening the library if the backend is ``c``.
 
-        Where that fails, a warning says why, and numba or array expressions run the kernels from then on.
+        If that fails, a warning gives the reason, and numba or array expressions run the kernels from then on.
         """
         if self.backend == "c":
             try:
@@ -96,18 +96,18 @@ class GeneratedModule:
         assumes: Sequence[str] = (),
         error: str = "",
     ) -> Callable[[Function], Kernel]:
-        """Declare a kernel: a decorator of its function on one element.
+        """Return a decorator that declares a kernel from its function on one element.
 
         Parameters
         ----------
         signature : str
             Shapes of arguments and results, ``(8),(3)->(3)``.
         *layouts : Layout or None
-            Of each argument, then of each result.
+            The layout of each argument, then of each result.
         cost : str
             Operations of one element, ``21 mul, 18 add, 24 fma``.
         names, results : str, optional
-            Names of the arguments, where they are not those of the function's parameters, and of the results.
+            Names of the arguments, if they differ from the function's parameters, and names of the results.
         assumes, error
             See `Facts`.
         """
@@ -137,11 +137,11 @@ class GeneratedModule:
         once: str,
         each: str,
     ) -> None:
-        """Declare a form of a kernel, see `Form`."""
+        """Declare a form of a kernel; see `Form`."""
         kernel.definition.forms.append(Form(tuple(same.split()), least, n_prepared, prepare, apply, once, each))
 
     def part(self, signature: str) -> Callable[[Function], Function]:
-        """Declare a straight-line part of a kernel with loops: a decorator of its function of rows.
+        """Return a decorator that declares a straight-line part of a kernel with loops from its function of rows.
 
         Parameters
         ----------
@@ -168,7 +168,7 @@ class GeneratedModule:
         assumes: Sequence[str] = (),
         error: str = "",
     ) -> Callable[[Function], LoopKernel]:
-        """Declare a kernel with loops: a decorator of its function on one element.
+        """Return a decorator that declares a kernel with loops from its function on one element.
 
         That function takes the lengths, the arguments, the results, and the intermediate tables over lengths.
 
@@ -177,19 +177,19 @@ class GeneratedModule:
         signature : str
             Shapes of arguments and results, ``(n),(n,6),(8)->(8)``.
         *layouts : Layout or None
-            Of each argument, then of each result.
+            The layout of each argument, then of each result.
         cost : str
             Operations of one element, ``n * (51 mul, 36 add, 51 fma) + 48 mul, 40 add, 48 fma``.
         names : str, optional
-            Names of the arguments and results, where they are not those of the function's parameters.
+            Names of the arguments and results, if they differ from the function's parameters.
         shared : str, optional
-            Names of the arguments of which a batch usually has one for all elements.
+            Names of the arguments that are usually the same for all elements of a batch.
         indices : mapping of str to str, optional
-            Index tables, and what each row of them has to be: ``an earlier row or -1 of n``.
+            Index tables, with the rule that each of their rows must satisfy: ``an earlier row or -1 of n``.
         work : str, optional
             The intermediate tables, ``carry(8) sums(n,6)``.
         repeats : bool, optional
-            Whether how often something runs depends on the numbers of an element.
+            Whether the number of iterations depends on the numbers of an element.
         assumes, error
             See `Facts`.
         """
@@ -205,18 +205,18 @@ class GeneratedModule:
         return declared
 
     def operators(self, *rows: tuple[str, tuple[type, ...], Any, Kernel, bool]) -> None:
-        """Declare the operators of the module's types: symbol, operands, result, kernel, whether in reverse order."""
+        """Declare operators of the module's types as (symbol, operand types, result type, kernel, reversed) rows."""
         for symbol, types, result, kernel, is_reversed in rows:
             self._family.operators[symbol, types] = kernel, result, is_reversed
 
     def sums(self, *types: type) -> None:
-        """Declare the types that sums and multiples have, those with fewer coefficients first."""
+        """Declare the types of sums and multiples, those with fewer coefficients first."""
         self._family.sums[:] = types
 
     def named(self, kernel: Kernel, results: str) -> Any:
-        """A function that gives the results of a kernel as a named tuple.
+        """Return a function that returns the results of a kernel as a named tuple.
 
-        A kernel without arguments of its own has one that it does not read; the function supplies it.
+        A kernel without arguments has one dummy argument, which the function supplies.
         """
         fields = results.split()
         definition = kernel.definition

@@ -1,4 +1,4 @@
-"""The names of what is compiled: they contain digests of all that goes into a file, so no file is ever stale."""
+"""Names of compiled files, which contain digests of all their sources and flags, so that no file is ever stale."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from pathlib import Path
 from .processor import PORTABLE, machine_level
 
 FOLDER = "_build"
-"""The folder of what is compiled, beside the modules."""
+"""The folder of compiled files, next to the modules."""
 RUNTIME = "gac_runtime"
-"""The folder of the runtime, beside the modules."""
+"""The folder of the runtime, next to the modules."""
 RUNTIME_FILES = ("gac_runtime.h", "gac_runtime.c")
 EXTENSION_FILE = "extension.c"
 
 FLAGS = ("-std=c17", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math")
-"""What every library is compiled with, whichever machines it is for. With -fno-trapping-math comparisons may be made
-where their branch is not taken; without, gcc makes no vectors of some loops."""
+"""Flags for all libraries on all machines. With -fno-trapping-math, comparisons may be evaluated even if their branch
+is not taken; without it, gcc does not vectorize some loops."""
 
 GCC_FLAGS = ("-O1", "-fexpensive-optimizations", "-ftree-loop-vectorize", "-fvect-cost-model=dynamic", "-fpeel-loops")
-"""What vectorised straight-line code profits from: as fast as with -O3, and compiled in two thirds of the time. By the
-second, gcc clears the upper halves of registers after a loop: without, what ran next took twice as long where it was
-compiled for SSE, as scipy's transforms are."""
+"""Optimisation flags for vectorised straight-line code. They give the speed of -O3 in two thirds of its compile time.
+With the second flag, gcc clears the upper halves of vector registers after a loop. Without it, code compiled for SSE
+that ran next, for example scipy's transforms, took twice as long."""
 
 OTHER_FLAGS = ("-O3",)
-"""What other compilers take instead."""
+"""Optimisation flags for other compilers."""
 
 _VECTORS = ("-mavx", "-mavx2", "-mfma", "-mf16c", "-mbmi", "-mbmi2", "-mlzcnt", "-mmovbe", "-mpopcnt")
 
@@ -36,31 +36,32 @@ LEVEL_FLAGS = {
     3: ("-DGAC_LEVEL=3", *_VECTORS),
     4: ("-DGAC_LEVEL=4", *_VECTORS),
 }
-"""What a library is compiled with besides, by the level of the machines that it is for. A portable one has loops for
-each level and chooses when it runs; one for this machine is compiled in less than two thirds of the time."""
+"""Additional flags by the processor level of the target machines. A portable library contains loops for each level and
+selects one at run time; a library for this machine alone compiles in less than two thirds of the time."""
 
 EXTENSION_FLAGS = ("-O2", "-std=c17", "-fPIC")
 
 
 def digest(*texts: str) -> str:
-    """Sixteen characters that stand for these texts."""
+    """Return a digest of the texts with sixteen characters."""
     return hashlib.sha256("\0".join(texts).encode()).hexdigest()[:16]
 
 
 STANDALONE = "#define GAC_STANDALONE"
-"""A line of the C files that have the runtime in them."""
+"""A line that marks C files that contain the runtime."""
 
 
 def library_label(module: str, c_text: str) -> str:
-    """What a module knows of the name of its library: its own name and a digest of its C text."""
+    """Return the part of a library's name that its module stores: the module's name and a digest of its C text."""
     return f"{module}-{digest(c_text)}"
 
 
 @functools.cache
 def library_file(label: str, runtime: Path, level: int = PORTABLE) -> str:
-    """The file name of the library of a module; the runtime is in a folder, or else in the module.
+    """Return the file name of the library of a module, compiled with the runtime in folder `runtime`.
 
-    Names for different levels differ in their endings only: ``.so`` of a portable library, else ``-v4.so``.
+    If that folder has no runtime, the C file of the module contains it. Names for different levels differ only in
+    their endings: ``.so`` for a portable library, else ``-v4.so``.
     """
     texts = [_text(runtime / name) for name in RUNTIME_FILES]
     flags = [flag for flags in LEVEL_FLAGS.values() for flag in flags]
@@ -69,27 +70,27 @@ def library_file(label: str, runtime: Path, level: int = PORTABLE) -> str:
 
 
 def library_files(label: str, runtime: Path) -> tuple[str, ...]:
-    """The names of the libraries that this machine can load, the preferred one first."""
+    """Return the names of the libraries that this machine can load, the preferred one first."""
     return tuple(library_file(label, runtime, level) for level in dict.fromkeys((machine_level(), PORTABLE)))
 
 
 def lower_library_files(label: str, runtime: Path) -> tuple[str, ...]:
-    """The names of libraries for lower levels, which this machine can load too, the highest level first."""
+    """Return the names of libraries for lower levels, which this machine can also load, the highest level first."""
     levels = sorted((level for level in LEVEL_FLAGS if PORTABLE < level < machine_level()), reverse=True)
     return tuple(library_file(label, runtime, level) for level in levels)
 
 
 @functools.cache
 def extension_name() -> str:
-    """The name of the extension as Python imports it."""
+    """Return the name under which Python imports the extension."""
     return f"calls_{digest(_text(Path(__file__).with_name(EXTENSION_FILE)), *EXTENSION_FLAGS)}"
 
 
 def _text(path: Path) -> str:
-    """The text of a file; empty where there is none, as for a module with the whole runtime in it."""
+    """Return the text of a file; empty if it does not exist, as for a module that contains the runtime."""
     return path.read_text(encoding="utf-8") if path.is_file() else ""
 
 
 def extension_path(folder: Path) -> Path:
-    """The place of the extension for modules in `folder`, or for all in the user's cache."""
+    """Return the path of the extension for modules in `folder`; the folder may be the user's cache, for all modules."""
     return folder / FOLDER / f"{extension_name()}{importlib.machinery.EXTENSION_SUFFIXES[0]}"

@@ -1,4 +1,4 @@
-"""The level of x86-64 of this machine: which vectors libraries that are built here are compiled for."""
+"""The x86-64 level of this machine, which determines the vector instructions used by libraries that are built here."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 PORTABLE = 0
-"""The level of libraries that every machine accepts: they have loops for each level, and choose when they run."""
+"""The level of libraries that run on every machine: they contain loops for each level and select one at run time."""
 
 _FACTS = Path("/proc/cpuinfo")
 
@@ -16,26 +16,26 @@ _NEEDED = {
     3: "avx avx2 f16c fma abm movbe bmi1 bmi2 popcnt cx16 lahf_lm pni ssse3 sse4_1 sse4_2",
     4: "avx512f avx512bw avx512cd avx512dq avx512vl",
 }
-"""What a level needs besides the one before, in the words of Linux."""
+"""Processor flags, as Linux names them, that a level requires in addition to those of the previous level."""
 
 
 @functools.cache
 def machine_level() -> int:
-    """The level of this machine: 4 with AVX-512, 3 with AVX2, or 1; else `PORTABLE`.
+    """Return the level of this machine: 4 with AVX-512, 3 with AVX2, or 1; `PORTABLE` if it is unknown.
 
-    It is known on Linux, for x86-64. Elsewhere libraries are portable. The environment variable GAC_LEVEL asks for a
-    lower level.
+    The level is known on Linux for x86-64. On other systems libraries are portable. The environment variable GAC_LEVEL
+    selects a lower level.
 
     Raises
     ------
     ImportError
-        When GAC_LEVEL is no level.
+        If GAC_LEVEL is not a level.
     """
     return _limited(_found_level(), os.environ.get("GAC_LEVEL", ""))
 
 
 def _limited(level: int, text: str) -> int:
-    """A level, or the lower one that a text asks for."""
+    """Return the level, or a lower one that is selected by `text`."""
     if text not in ("", "1", *map(str, _NEEDED)):
         raise ImportError(f"GAC_LEVEL: {text!r}; expected 1, 3 or 4")
     return min(level, int(text)) if text else level
@@ -53,7 +53,7 @@ def _found_level() -> int:
 
 
 def level_of(flags: list[str]) -> int:
-    """The level of a processor with these flags."""
+    """Return the level of a processor with these flags."""
     level = 1
     for next_level, needed in _NEEDED.items():
         if not set(needed.split()) <= set(flags):

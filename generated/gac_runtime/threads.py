@@ -1,4 +1,4 @@
-"""Batches on several threads, in pieces: the loops hold no lock of Python's."""
+"""Multithreaded loops over pieces of a batch; compiled loops release the GIL."""
 
 from __future__ import annotations
 
@@ -8,27 +8,27 @@ from collections.abc import Callable
 from typing import Any
 
 _PIECE = 64
-"""Pieces are multiples of this many elements, so that no two share a cache line of results."""
+"""Sizes of pieces are multiples of this number of elements, so that no two pieces share a cache line of results."""
 LEAST_WORK = 1 << 23
-"""Work (bytes, and operations as so many bytes) that justifies waking threads: about a tenth of a millisecond."""
+"""Smallest work for which threads are used, about a tenth of a millisecond, in bytes; an operation counts as four."""
 _LARGE_WORK = 1 << 27
-"""Work from which on each thread gets one piece, as large as possible: loops write past the caches what they do not
-hold."""
+"""Work above which each thread gets a single piece, as large as possible: loops bypass the caches when they write
+results that do not fit."""
 _PIECES_EACH = 4
-"""Pieces for each thread of smaller batches: threads wake late, and whichever is awake takes the next piece."""
+"""Pieces per thread for smaller batches: threads take time to wake, and any awake thread takes the next piece."""
 
 
 def default_threads() -> int:
-    """How many threads share the elements of a large batch where nothing else says so: 1, or GAC_NUM_THREADS.
+    """Return the default number of threads for large batches: GAC_NUM_THREADS if set, else 1.
 
     Raises
     ------
     ImportError
-        When GAC_NUM_THREADS is not a positive number.
+        If GAC_NUM_THREADS is not a positive integer.
     """
     text = os.environ.get("GAC_NUM_THREADS", "1")
     if not text.isdecimal() or int(text) < 1:
-        raise ImportError(f"GAC_NUM_THREADS: {text!r}; expected a positive number")
+        raise ImportError(f"GAC_NUM_THREADS: {text!r}; expected a positive integer")
     return int(text)
 
 
@@ -36,20 +36,20 @@ _pools: dict[int, Any] = {}
 
 
 def checked_threads(name: str, wanted: Any) -> int:
-    """A number of threads that somebody asked for; `name` is for the error."""
+    """Check a requested number of threads; `name` is the kernel in the error message."""
     if isinstance(wanted, bool) or not hasattr(wanted, "__index__") or int(wanted) < 1:
         raise ValueError(f"{name}: num_threads is {wanted!r}; expected a positive integer")
     return int(wanted)
 
 
 def in_threads(piece: Callable[[int, int], None], size: int, n_threads: int, work: int) -> None:
-    """Run ``piece(first, count)`` over a batch of so much work, on this thread and on others."""
+    """Run ``piece(first, count)`` over a batch with the given total work, on this thread and on others."""
     share = -(-size // (n_threads if work > _LARGE_WORK else n_threads * _PIECES_EACH))
     share += -share % _PIECE
     if n_threads == 1 or share >= size:
         piece(0, size)
         return
-    # A pool does not survive a fork, and one of another size is another pool.
+    # A pool does not survive a fork; each number of threads has its own pool.
     key = os.getpid() << 16 | n_threads
     pool = _pools.get(key)
     if pool is None:
@@ -72,7 +72,7 @@ def in_threads(piece: Callable[[int, int], None], size: int, n_threads: int, wor
             helpers.append(pool.submit(take))
         take()
     finally:
-        # Nobody leaves while others write; who has not begun has nothing left to do.
+        # Wait for threads that are still writing; those that have not started have nothing left to do.
         pieces.clear()
         begun = [helper for helper in helpers if not helper.cancel()]
         for helper in begun:

@@ -1,4 +1,4 @@
-"""One element of a layout as a Python object: immutable, with operators where the module has kernels for them."""
+"""One element of a layout as an immutable Python object, with the operators for which the module has kernels."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from .layout import Layout
 
 _next_index = itertools.count().__next__
 _NUMBERS = (int, float, np.integer, np.floating)
-"""What values are multiplied by."""
+"""Types of the numbers by which values can be multiplied."""
 
 
 class Family:
-    """The types of one module, and what their operators are.
+    """The value types of one module and their operators.
 
     Attributes
     ----------
     operators : dict
-        From an operator's symbol and the types of its operands to the kernel, the type of the result, and whether the
+        Maps an operator's symbol and the types of its operands to the kernel, the type of the result, and whether the
         kernel takes the operands in reverse order.
     sums : list of type
-        The types of sums and multiples, those with fewer coefficients first: any coefficients are an element of them.
+        The types of sums and multiples, those with fewer coefficients first. Their coefficients are unconstrained.
     """
 
     def __init__(self) -> None:
@@ -39,11 +39,11 @@ class Family:
 
 
 families: dict[str, Family] = {}
-"""By the name of the module."""
+"""The families by name of their module."""
 
 
 def _two(symbol: str) -> tuple[Callable[[Any, Any], Any], Callable[[Any, Any], Any]]:
-    """A binary operator and its reflection."""
+    """Return a binary operator and its reflection."""
 
     def forward(a: Any, b: Any) -> Any:
         return _operate(symbol, a, b)
@@ -55,14 +55,14 @@ def _two(symbol: str) -> tuple[Callable[[Any, Any], Any], Callable[[Any, Any], A
 
 
 class _PythonValue:
-    """What a value holds where the extension is not there: a read-only array."""
+    """The base class of values without the extension, which stores a read-only array."""
 
     __slots__ = ("_array",)
     _array: Any
 
     def __new__(cls, *coefficients: Any) -> Any:
         if not hasattr(cls, "layout"):
-            raise TypeError(f"{cls.__name__} has no coefficients; use a type with a layout")
+            raise TypeError(f"{cls.__name__} has no layout and cannot be instantiated; use a type with a layout")
         value = object.__new__(cls)
         array = _coefficients(cls, coefficients)
         array.flags.writeable = False
@@ -75,7 +75,7 @@ class _PythonValue:
             setattr(cls, name, property(operator.itemgetter(k)))
 
     def __setattr__(self, name: str, value: Any = None) -> NoReturn:
-        raise AttributeError(f"{type(self).__name__} cannot be changed")
+        raise AttributeError(f"{type(self).__name__} is immutable; cannot set or delete {name}")
 
     __delattr__: Any = __setattr__
 
@@ -116,9 +116,10 @@ _Value: Any = _PythonValue if extension is None else extension.Value
 class Value(_Value):  # type: ignore[misc]
     """One element of a layout, with the operators that the module's kernels define, and sums and multiples.
 
-    A sum has a type of which any coefficients are elements: that of two motors is even, and no motor.
-    It is made of an array or of its coefficients, ``Point(1, 2, 3)``, cannot be changed, and is an array to numpy
-    without being copied. Coefficients are attributes by the names of their blades, and `scalar`.
+    Values are created from an array or from their coefficients, ``Point(1, 2, 3)``. They are immutable, and numpy reads
+    them as arrays without a copy. Coefficients are attributes named after their blades, and `scalar`.
+
+    The type of a sum has unconstrained coefficients: the sum of two motors is an even element, not a motor.
     """
 
     __slots__ = ()
@@ -160,12 +161,12 @@ class Value(_Value):  # type: ignore[misc]
 
 
 def _field(blade: str) -> str:
-    """The attribute for a blade's coefficient."""
+    """Return the attribute name of a blade's coefficient."""
     return "scalar" if blade == "1" else blade.replace("^", "_")
 
 
 def _coefficients(cls: Any, arguments: tuple[Any, ...]) -> np.ndarray[Any, Any]:
-    """A new array of the coefficients that a value is made of."""
+    """Return a new array with the coefficients of a value."""
     name, size, wanted = cls.__name__, len(cls.layout.blades), " ".join(cls.layout.blades)
     if len(arguments) not in (1, size):
         raise TypeError(f"{name}: {len(arguments)} arguments; expected an array or {size} numbers: {wanted}")
@@ -181,7 +182,7 @@ def _coefficients(cls: Any, arguments: tuple[Any, ...]) -> np.ndarray[Any, Any]:
 
 
 def _operate(symbol: str, *operands: Any) -> Any:
-    """Apply an operator by its kernel; NotImplemented for types that may know what to do."""
+    """Apply an operator by its kernel; return NotImplemented for foreign types, which may define the operator."""
     types = tuple(map(type, operands))
     family = next(operand.family for operand in operands if isinstance(operand, Value))
     found = family.operators.get((symbol, types))
@@ -203,12 +204,12 @@ def _operate(symbol: str, *operands: Any) -> Any:
 
 
 def _sum_or_multiple(symbol: str, a: Any, b: Any = None) -> Any:
-    """A sum, a difference, a multiple or a negative, which need no kernel; None for all else."""
+    """Return a sum, a difference, a multiple or a negative, which need no kernel; None for all other operations."""
     if symbol == "*" and isinstance(a, _NUMBERS):
         a, b = b, a
     if symbol == "-" and b is None:
         if a.layout.unit and not a.layout.fixed:
-            return type(a)(*(-x for x in a))  # a unit element too
+            return type(a)(*(-x for x in a))  # the negative of a unit element is a unit element
         total = {blade: -x for blade, x in _terms(a).items()}
     elif symbol in "*/" and isinstance(a, Value) and isinstance(b, _NUMBERS):
         scale = operator.mul if symbol == "*" else operator.truediv
@@ -221,7 +222,7 @@ def _sum_or_multiple(symbol: str, a: Any, b: Any = None) -> Any:
         return None
     values = [x for x in (a, b) if isinstance(x, Value)]
     stored = {blade for value in values for blade in value.layout.blades}
-    # Weights that are the same cancel, those of two points for one: then the result is a direction.
+    # Equal fixed coefficients cancel in a difference: two points of weight 1 give a direction.
     total = {blade: x for blade, x in total.items() if x or blade in stored}
     algebras = {value.layout.name.rpartition(".")[0] for value in values}
     sums = values[0].family.sums
@@ -233,7 +234,7 @@ def _sum_or_multiple(symbol: str, a: Any, b: Any = None) -> Any:
 
 
 def _terms(x: Any) -> dict[str, float]:
-    """The coefficients by blade, of a value or a number; those that are not stored too."""
+    """Return all coefficients of a value or a number by blade, including those that are not stored."""
     if not isinstance(x, Value):
         return {"1": float(x)}
     terms = dict(zip(x.layout.blades, x, strict=True))
@@ -250,7 +251,7 @@ def _terms(x: Any) -> dict[str, float]:
 
 
 def _unknown(family: Family, symbol: str, types: tuple[type, ...]) -> TypeError:
-    """What to raise where no kernel does this, with what there is instead."""
+    """Return the error for an undefined operator, which lists the operators that are defined."""
     like = [
         f"{_expression(symbol, each)} ({kernel.name})"
         for (other, each), (kernel, _, _) in family.operators.items()
@@ -258,7 +259,7 @@ def _unknown(family: Family, symbol: str, types: tuple[type, ...]) -> TypeError:
     ]
     there = ", ".join(like)
     module = next(each.__module__ for each in types if issubclass(each, Value))
-    return TypeError(f"{_expression(symbol, types)}: no kernel of {module} does that; there is {there or 'none'}")
+    return TypeError(f"{_expression(symbol, types)}: not defined by {module}; expected one of: {there or 'none'}")
 
 
 def _expression(symbol: str, types: tuple[type, ...]) -> str:

@@ -1,15 +1,15 @@
-"""Kernels under numba, for machines without a C compiler and for functions of users. Loaded when first needed."""
+"""Kernels compiled by numba, for machines without a C compiler and for functions of users. Imported on first use."""
 
 import importlib.util
 
 if importlib.util.find_spec("numba") is None:
-    raise ImportError("numba is not installed, which this needs; install it, or let C or array expressions run kernels")
+    raise ImportError("numba is not installed; install it, or use the C backend or array expressions")
 
 try:
     from .kernels import Loops as Loops
     from .kernels import scalar_kernel as scalar_kernel
     from .rows import LoopRows as LoopRows
-except (ImportError, AttributeError):  # numba changed what `llvm` uses of it
+except (ImportError, AttributeError):  # this release of numba lacks internals that `llvm` uses
     from .plain import Loops as Loops  # type: ignore[assignment]
     from .plain import scalar_kernel as scalar_kernel
 

@@ -1,6 +1,6 @@
-"""What runs the loop of a kernel over a batch under numba, in blocks where arrays do not lie at unit stride.
+"""Compiled driver that runs the loop of a kernel over a batch, in blocks if arrays do not have unit stride.
 
-The same as in the C files; free names are bound before numba compiles it.
+The algorithm is that of the C files. Free names are bound before numba compiles the functions.
 """
 
 from __future__ import annotations
@@ -10,23 +10,23 @@ from typing import Any
 import numpy as np
 
 ROW, LEAST_ROW, SPACE = 64, 16, 24 * 1024
-"""Elements of a block if its rows fit into so many bytes, and the fewest in any case."""
+"""Number of elements of a block, the least such number, and the bytes into which the rows of a block should fit."""
 LINE, LEAST_ALIGNED = 64, 512
-"""Bytes of a line of a cache, and the least number of elements for which results are stored by whole lines."""
+"""Bytes of a cache line, and the least number of elements for which stores of results are aligned to lines."""
 HEAD, FORM, N_FLAGS = 3, 5, 62
-"""Of the table of a kernel: numbers before its parts, and of each form; how many arguments a form can have still."""
+"""Layout of the table of a kernel: length of the header and of each form; number of arguments that forms can fix."""
 DONE = -1
-"""What the driver returns; after an exception, such as of memory, numba's functions that C calls return 0."""
+"""Result of the driver on success; callbacks of numba return 0 after an exception, such as a failed allocation."""
 STILL, AS_IT_LIES, MOVED = 0, 1, 2
-"""How a part gets to its loop: once for all, from where it lies, or through rows of a block."""
+"""How a part is passed to its loop: constant for all elements, in place, or copied through rows of a block."""
 
 CONSTANTS = (
     *("ROW", "LEAST_ROW", "SPACE", "LINE", "LEAST_ALIGNED", "HEAD", "FORM", "N_FLAGS", "DONE"),
     *("STILL", "AS_IT_LIES", "MOVED"),
 )
-"""The names above, which the functions below are bound to."""
+"""The names above, which are bound in the functions below."""
 
-# Free names of the functions that follow: the type and the width of a number, and what numba has no words for.
+# Free names of the following functions: the dtype and its width, and operations that numba cannot express.
 _real: Any = None
 _w: Any = None
 _LANES: Any = None
@@ -46,7 +46,7 @@ _move_block: Any = None
 
 
 def move_rows(back: int, x: int, row: int, a: int, s: int, c: int, size: int, n: int) -> None:
-    """Rows at `x` of `size` components `c` bytes apart of `n` elements `s` bytes apart at `a`, or back to there."""
+    """Copy `size` components, `c` bytes apart, of `n` elements, `s` bytes apart, from `a` to rows at `x`, or back."""
     done = 0
     if size == 3 and c == _w and s == 3 * _w:
         if back:
@@ -75,7 +75,7 @@ def move_rows(back: int, x: int, row: int, a: int, s: int, c: int, size: int, n:
 def move_part(
     back: int, x: int, row: int, table: Any, at: int, a: int, s: int, strides: Any, first: int, n: int
 ) -> None:
-    """All rows of a part, from the batch or back to it; axes that lie as one are moved as one."""
+    """Copy all rows of a part from the batch or back to it; contiguous axes are merged."""
     count, step, axis = 1, _w, table[at + 1]
     while axis > 0 and (count == 1 or strides[first + axis - 1] == count * step):
         if count == 1:
@@ -95,7 +95,7 @@ def lay_rows(
     table: Any, arrays: Any, steps: Any, hoisted: int, size: int, row: int, x: int, rows: Any, starts: Any, kinds: Any,
     cores: Any
 ) -> None:  # fmt: skip
-    """How every part gets to its loop, and where those that are moved have their rows, from `x` on."""
+    """Determine how each part is passed to its loop, and assign rows, from `x` on, to parts that are copied."""
     n_inputs, n_parts = table[0], table[1]
     at, first = HEAD, n_parts
     for p in range(n_parts):
@@ -121,7 +121,7 @@ def lay_rows(
 
 
 def move_block(back: int, table: Any, arrays: Any, steps: Any, kinds: Any, rows: Any, row: int, i: int, n: int) -> None:
-    """What is moved of `n` elements from `i` on: arguments into their rows, or results back from there."""
+    """Copy the arguments of `n` elements from `i` on into rows, or the results back from rows."""
     at, first = HEAD, table[1]
     for p in range(table[1]):
         if kinds[p] == MOVED and (p >= table[0]) == (back == 1):
@@ -131,13 +131,14 @@ def move_block(back: int, table: Any, arrays: Any, steps: Any, kinds: Any, rows:
 
 
 def run_batch(table: Any, arrays: Any, sizes: Any, steps: Any) -> int:
-    """A kernel over a batch: at once where its loop reads and writes where the parts lie, else in blocks of rows.
+    """Run a kernel over a batch: in one call if its loop can use all parts in place, else in blocks of rows.
 
-    `table` has the numbers of arguments, of parts and of strides in an element; then the size of each part, its number
-    of axes and its lengths; then forms, of which the last is the kernel itself: the arguments that stay, as bits, the
-    least number of elements, how many numbers are prepared, and the loops over rows and over elements in C order.
+    `table` has the numbers of arguments, of parts and of strides in an element. Then follow, for each part, its size,
+    its number of axes and its lengths. Then follow the forms, the last of which is the kernel itself: the constant
+    arguments as a bit mask, the least number of elements, the number of prepared values, and the loops over rows and
+    over elements in C order.
 
-    Returns `DONE`, or the place in the table of a loop that has to be compiled first; 0 where an error ended it.
+    Return `DONE`, or the index in the table of a loop that has to be compiled first; 0 after an error.
     """
     n_inputs, n_parts, n_cores, size = table[0], table[1], table[2], sizes[0]
     at, first, still, ordered = HEAD, n_parts, 0, True
@@ -162,14 +163,14 @@ def run_batch(table: Any, arrays: Any, sizes: Any, steps: Any) -> int:
         return place
     for p in range(n_parts):
         in_place = in_place and (steps[p] == _w or size == 1 or (p < N_FLAGS and hoisted >> p & 1 == 1))
-    # Elements before the first whose result starts a line: a vector stored across two lines takes twice the time.
+    # Number of elements before the first whose result starts a cache line: stores across two lines take twice the time.
     head = 0
     if size >= LEAST_ALIGNED and not in_order and steps[n_inputs] == _w:
         head = (-arrays[n_inputs] & (LINE - 1)) // _w
     if (in_order or in_place) and hoisted == 0 and head == 0:
         _call(run, size, _at(arrays, 0), _at(steps, n_parts))
         return DONE
-    # Where the parts are and what is prepared, where their rows are, how they get there, and the strides in an element.
+    # Addresses of parts and prepared numbers, addresses of rows, how parts are passed, and strides within an element.
     local = np.empty(3 * n_parts + 1 + n_cores, np.intp)
     prepared = np.empty(n_prepared + 1, _real)
     starts, rows, kinds, cores = local, local[n_parts + 1 :], local[2 * n_parts + 1 :], local[3 * n_parts + 1 :]
@@ -186,7 +187,7 @@ def run_batch(table: Any, arrays: Any, sizes: Any, steps: Any) -> int:
             for p in range(n_parts):
                 starts[p] += head * steps[p]
         _call(run, size - head, _place(starts), _place(cores))
-        # numba frees an array after its last use, and these are used by their addresses until here.
+        # numba frees an array after its last use, but these are used through their addresses up to here.
         local[0] = prepared[0]
         return DONE
     total, n_bytes, at = 0, 0, HEAD

@@ -1,4 +1,4 @@
-"""Kernels on one element, as LLVM has them."""
+"""LLVM code of kernels on one element."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .llvm import applied, cgutils, errors, flat, intrinsic, nested, number, pac
 
 
 def call_on_one(definition: Definition, function: Any) -> Any:
-    """A kernel on one element: from arrays and tuples to a tuple, or into arrays."""
+    """Return a kernel on one element, which takes arrays and tuples, and returns a tuple or writes to arrays."""
     shapes, out_shapes = definition.shapes, definition.out_shapes
     names = [name for name, _ in (*definition.inputs, *definition.outputs)]
 
@@ -35,14 +35,14 @@ def call_on_one(definition: Definition, function: Any) -> Any:
         n_inputs = len(shapes)
         if len(given) not in (n_inputs, len(names)):
             raise errors.TypingError(
-                f"{definition.name}: {len(given)} arguments; expected {n_inputs}, and {len(out_shapes)} arrays for the "
-                f"results or none ({', '.join(names)})"
+                f"{definition.name}: {len(given)} arguments; expected {n_inputs}, or {len(names)} with arrays for the "
+                f"results ({', '.join(names)})"
             )
         for k, (found, shape) in enumerate(zip(given, shapes, strict=False)):
             check(k, found, shape)
         for k, (found, shape) in enumerate(zip(given[n_inputs:], out_shapes, strict=False), n_inputs):
             if not isinstance(found, types.Array) or found.ndim != max(1, len(shape)) or not found.mutable:
-                fail(k, found, f"an array with {max(1, len(shape))} axes that can be written")
+                fail(k, found, f"a writable array with {max(1, len(shape))} axes")
         real = widest(given[:n_inputs])
         signature = typed(typing, function, shapes, out_shapes, real)
         kinds = [nested(real, shape) for shape in out_shapes]

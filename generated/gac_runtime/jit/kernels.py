@@ -1,9 +1,10 @@
-"""Kernels under numba: functions for loops of others, and batches as fast as a C compiler makes them.
+"""Kernels compiled by numba: functions for loops of users, and batches at the speed of compiled C.
 
-A batch is run as in the C files: what lies at unit stride is used where it lies, everything else is moved through rows
-of a block, and the loop over a block is vectorised. LLVM does not do that by itself, since it would have to compare the
-place of every component of a result with every other. So that loop is not printed, but written as LLVM has it, with the
-promise that no element reads what another one writes; who calls it has made copies where that would not hold.
+A batch is run as in the C files: arrays with unit stride are used in place, all others are copied through rows of a
+block, and the loop over a block is vectorised. LLVM does not vectorise a loop generated from Python code, because it
+would have to compare the address of every component of a result with every other. Therefore the loop is built from
+LLVM instructions, with metadata which state that no element reads what another one writes. Callers make copies where
+this does not hold.
 """
 
 from __future__ import annotations
@@ -37,12 +38,12 @@ _apply: Any = None
 
 
 def _numba_rows(size: int, starts: int, cores: int) -> None:
-    """The loop of a kernel over a block, under the kernel's name."""
+    """Run the loop of a kernel over a block; copies of this function are named after the kernel."""
     _run_rows(size, starts, cores)
 
 
 def _numba_jit(*values: Any) -> Any:
-    """A kernel on one element."""
+    """Run a kernel on one element."""
     return _apply(values)
 
 
@@ -51,7 +52,7 @@ _scalar_names: dict[str, Any] = {}
 
 @functools.cache
 def _mark() -> str:
-    """A checksum of what goes into machine code: the text of this package, and what functions mean."""
+    """Return a checksum of all sources of machine code: the text of this package and of module `functions`."""
     package = str(__package__)
     names = [name for name in sys.modules if name.startswith(f"{package}.")]
     texts = []
@@ -63,17 +64,17 @@ def _mark() -> str:
 
 
 def kept(decorate: Callable[..., Any], function: Any, **options: Any) -> Any:
-    """`function` under numba, kept on disk beside its file or in the user's cache if either can be written.
+    """Compile `function` with numba, cached on disk next to its file or in the user's cache if either is writable.
 
-    numba keeps machine code under the name of a function and the time of its file, so that name has to change with
-    whatever else goes into the code: the text of this package.
+    The key of numba's cache is the name of a function and the modification time of its file. Therefore the name must
+    depend on everything else that affects the machine code: the text of this package.
     """
     function.__qualname__ += f"_{_mark()}"
     try:
         decorated = decorate(cache=True, **options)(function)
     except (RuntimeError, ImportError, AttributeError):
         return decorate(**options)(function)
-    # What is kept knows this module by its name, and cannot be read where a program knows the same file by another.
+    # Cached code refers to this module by name, and cannot be loaded if the same file is imported under another name.
     stored = decorated._cache
     load = stored.load_overload
 
@@ -88,7 +89,7 @@ def kept(decorate: Callable[..., Any], function: Any, **options: Any) -> Any:
 
 
 _INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-"""For functions that only others under numba call."""
+"""Options for functions that are called only by other compiled functions."""
 
 
 def _parameters(function: Any) -> tuple[str, ...]:
@@ -97,7 +98,7 @@ def _parameters(function: Any) -> tuple[str, ...]:
 
 
 def _numba_element(function: Callable[..., Any], near: bool) -> Any:
-    """A kernel's text under numba: rounding as written, inf and nan instead of exceptions, inlined where it is used."""
+    """Compile a kernel's function: strict rounding, inf and nan instead of exceptions, inlined into its callers."""
     options = {"error_model": "numpy", "forceinline": True}
     with LOCK:
         if not _scalar_names:
@@ -114,7 +115,7 @@ def _numba_element(function: Callable[..., Any], near: bool) -> Any:
 
 
 def scalar_kernel(definition: Definition) -> Any:
-    """What a kernel has for other functions under numba."""
+    """Return the kernel on one element for functions compiled by numba."""
     apply = call_on_one(definition, _element(definition, definition.function))
     chosen = bound(_numba_jit, {"__name__": __name__, "_apply": apply})
     chosen.__name__ = chosen.__qualname__ = definition.name
@@ -122,7 +123,7 @@ def scalar_kernel(definition: Definition) -> Any:
 
 
 def _element(definition: Definition, function: Callable[..., Any]) -> Element:
-    """A function of a kernel, or of one of its forms, generated or not."""
+    """Return a function of a kernel or of one of its forms, generated or not."""
     return (element_of if definition.is_generated else _element_of_user)(function)
 
 
@@ -130,7 +131,7 @@ _elements: dict[tuple[Callable[..., Any], bool], Element] = {}
 
 
 def element_of(function: Callable[..., Any], near: bool = False) -> Element:
-    """A kernel's text under numba; if `near`, where angles are too far for vectors it only notes that."""
+    """Return a kernel's function; if `near`, it only sets a flag for angles that are too large for vectorised code."""
     with LOCK:
         if (function, near) not in _elements:
             _elements[function, near] = Element(_numba_element(function, near), near)
@@ -138,12 +139,12 @@ def element_of(function: Callable[..., Any], near: bool = False) -> Element:
 
 
 def _element_of_user(function: Any) -> Element:
-    """A function that was not generated, and is not kept on disk: another one may have its name."""
+    """Return a user's function, which is not cached on disk because another one may have the same name."""
     return Element(numba.njit(getattr(function, "py_func", function), error_model="numpy", forceinline=True))
 
 
 def callback(function: Any, signature: Any, name: str, names: dict[str, Any], keep: bool = True, file: str = "") -> Any:
-    """A function that C can call. What is kept of it lies beside `file`, where it is unique by its name."""
+    """Compile a function that C can call; it is cached next to `file`, where its name is unique."""
     chosen = bound(function, {"__name__": __name__, "range": range, "min": min, "abs": abs, "np": np, **names})
     chosen.__qualname__ = name
     chosen.__code__ = chosen.__code__.replace(co_filename=file or chosen.__code__.co_filename)
@@ -155,7 +156,7 @@ _drivers: dict[str, tuple[Any, Any]] = {}
 
 
 def _numba_driver(dtype: np.dtype[Any]) -> Any:
-    """What runs the loops of all kernels over batches of one type: a callable, and the function behind it."""
+    """Return the driver of loops of all kernels over batches of one dtype, as a callable and as compiled function."""
     real = numba.from_dtype(dtype)
     with LOCK:
         if str(real) not in _drivers:
@@ -169,7 +170,7 @@ def _numba_driver(dtype: np.dtype[Any]) -> Any:
             for function in (move_rows, move_part, lay_rows, move_block):
                 chosen = bound(function, {**plain, **names})
                 chosen.__qualname__ = f"{function.__name__}_{real}"
-                # Of that signature only: numba would make one more for each number that it sees.
+                # The signature is fixed; otherwise numba would compile a specialization for each literal integer.
                 kinds = [types.get(part, integer) for part in _parameters(function)]
                 decorate = functools.partial(numba.njit, numba.types.void(*kinds))
                 names[f"_{function.__name__}"] = kept(decorate, chosen, error_model="numpy", **_INNER)
@@ -180,7 +181,7 @@ def _numba_driver(dtype: np.dtype[Any]) -> Any:
 
 
 class _Steps(NamedTuple):
-    """How a batch is run: a form of the kernel, or the kernel itself, a form in which nothing is prepared."""
+    """A form of a kernel, or the kernel itself as a form without preparation."""
 
     same: tuple[str, ...]
     least: int
@@ -190,12 +191,12 @@ class _Steps(NamedTuple):
 
 
 class Loops(StridedLoop):
-    """The loops of a kernel over batches of one type, compiled when they are first needed.
+    """The loops of a kernel over batches of one dtype, which are compiled on first use.
 
     Attributes
     ----------
     addresses : tuple of int
-        As the extension takes them: no loop, the driver, and the table of this kernel.
+        Addresses for the extension: 0 for no loop, the driver, and the table of this kernel.
     """
 
     def __init__(self, definition: Definition, dtype: np.dtype[Any]) -> None:
@@ -221,7 +222,7 @@ class Loops(StridedLoop):
         table = foreign().cast("void *", address_of(self._table))
         while (missing := self._driver(table, starts, dimensions, steps)) != DONE:
             if missing == 0:
-                raise MemoryError(f"{self.definition.name}: no memory for blocks of elements")
+                raise MemoryError(f"{self.definition.name}: cannot allocate memory for blocks of elements")
             self._compile(missing)
 
     def _compile(self, place: int) -> None:
@@ -246,5 +247,5 @@ class Loops(StridedLoop):
 
 
 def _has_angles(function: Callable[..., Any]) -> bool:
-    """Whether a function has sines or cosines, which vectors compute for angles that are not too far."""
+    """Whether a function has sines or cosines, which vectorised code computes for angles of limited size."""
     return not OF_ANGLES.isdisjoint(function.__code__.co_names)

@@ -1,6 +1,6 @@
-"""What kernels need of numba and LLVM: numbers of one type, components in registers, loops in any order.
+"""Extensions of numba for kernels: constants of the arguments' dtype, components in registers, parallel loops.
 
-This is the only file that uses what numba does not promise to keep (`numba.core`).
+This is the only file that uses internals of numba that may change between releases (`numba.core`).
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from ..functions import OF_ANGLES
 
 
 class Element(NamedTuple):
-    """A function on one element under numba: of numbers, tuples of numbers and tuples of rows, and to such."""
+    """A compiled function on one element; arguments and results are numbers, tuples of numbers, and tuples of rows."""
 
     function: Any
     notes: bool = False
-    """Whether its first argument comes in a pair with a place where it writes 1 if an angle is too far for it."""
+    """Whether its first argument is paired with a pointer to which it writes 1 if an angle is too large."""
 
 
 ll: Any = cgutils.ir
@@ -40,7 +40,7 @@ intp = ll.IntType(types.intp.bitwidth)
 
 
 def widest(found: Sequence[Any]) -> Any:
-    """The widest type of real numbers among the types of arguments; double for what is none."""
+    """Return the widest floating-point type among the types of arguments; other types count as double."""
     types_found = []
     for one in found:
         if isinstance(one, types.BaseTuple):
@@ -53,7 +53,7 @@ def widest(found: Sequence[Any]) -> Any:
 
 @register_pass(mutates_CFG=False, analysis_only=False)
 class Constants(FunctionPass):  # type: ignore[misc]
-    """Numbers take the type of the arguments, as in C and with numpy: twice a float32 is a float32."""
+    """A pass that gives constants the dtype of the arguments, as in C and numpy: 2 times a float32 is a float32."""
 
     _name = "gac_constants"
 
@@ -72,7 +72,7 @@ class Constants(FunctionPass):  # type: ignore[misc]
 
 @register_pass(mutates_CFG=False, analysis_only=False)
 class Notes(FunctionPass):  # type: ignore[misc]
-    """The first argument comes with a place that sines and cosines take too, to note what is too far for them."""
+    """A pass that passes the pointer paired with the first argument to sines and cosines, which flag large angles."""
 
     _name = "gac_notes"
 
@@ -100,12 +100,12 @@ class Notes(FunctionPass):  # type: ignore[misc]
 
 
 class Compiler(CompilerBase):  # type: ignore[misc]
-    """numba's own, and `Constants`."""
+    """The compiler of numba with the additional pass `Constants`."""
 
     added: tuple[Any, ...] = (Constants,)
 
     def define_pipelines(self) -> list[Any]:
-        """The steps of numba, with those of this compiler."""
+        """Return numba's passes with those of this compiler."""
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
         for one in self.added:
             passes.add_pass_after(one, IRProcessing)
@@ -114,13 +114,13 @@ class Compiler(CompilerBase):  # type: ignore[misc]
 
 
 class NotingCompiler(Compiler):
-    """numba's own, `Constants` and `Notes`."""
+    """The compiler of numba with the additional passes `Constants` and `Notes`."""
 
     added = Constants, Notes
 
 
 class Distinct(ll.MDValue):  # type: ignore[misc]
-    """A metadata node that is equal to no other; `itself` is its first operand where LLVM wants that."""
+    """A distinct metadata node; if `itself` is true, its first operand is the node, as LLVM requires for loops."""
 
     def __init__(self, module: Any, operands: Sequence[Any] = (), itself: bool = False) -> None:
         super().__init__(module, operands, str(len(module.metadata)))
@@ -137,19 +137,19 @@ class Distinct(ll.MDValue):  # type: ignore[misc]
 
 
 def number(value: int) -> Any:
-    """A constant integer."""
+    """Return a constant integer."""
     return ll.Constant(intp, value)
 
 
 def pointer(builder: Any, address: Any, kind: Any) -> Any:
-    """An address as a pointer to numbers of a type."""
+    """Convert an address to a pointer to numbers of a type."""
     return builder.inttoptr(address, kind.as_pointer())
 
 
 def loop(
     builder: Any, first: Any, last: Any, step: int, body: Callable[[Any], None], hints: Sequence[Sequence[Any]]
 ) -> None:
-    """A loop, and what LLVM is told of it."""
+    """Write a loop with hints for LLVM."""
     before = builder.block
     turn, after = builder.append_basic_block("turn"), builder.append_basic_block("after")
     builder.cbranch(builder.icmp_signed("<", first, last), turn, after)
@@ -166,19 +166,19 @@ def loop(
 
 
 def hint(what: str, value: int) -> list[Any]:
-    """A property of a loop, as LLVM reads it."""
+    """Return a loop hint in LLVM's format."""
     return [f"llvm.loop.{what}", ll.Constant(ll.IntType(32), value)]
 
 
 def one_by_one(builder: Any, first: Any, last: Any, step: int, body: Callable[[Any], None]) -> None:
-    """A loop that LLVM leaves as it is."""
+    """Write a loop that LLVM neither vectorises nor unrolls."""
     loop(builder, first, last, step, body, [hint("vectorize.width", 1), ["llvm.loop.unroll.disable"]])
 
 
 def parallel(builder: Any, size: Any, body: Callable[[Any, Callable[[Any], Any]], None], lanes: int = 0) -> None:
-    """A loop whose turns LLVM may do in any order, or so many lanes of one vector.
+    """Write a loop whose iterations LLVM may execute in any order, or as `lanes` lanes of one vector.
 
-    `body` marks what it loads and stores.
+    `body` must mark its loads and stores.
     """
     group = Distinct(builder.module)
 
@@ -188,14 +188,14 @@ def parallel(builder: Any, size: Any, body: Callable[[Any, Callable[[Any], Any]]
 
     hints = [["llvm.loop.parallel_accesses", group]]
     if lanes:
-        # Unrolled before it is vectorised, it would not be.
+        # If LLVM unrolled the loop first, it would not vectorise it.
         hints += [hint("vectorize.width", lanes), hint("interleave.count", 1), ["llvm.loop.unroll.disable"]]
         hints.append(["llvm.loop.vectorize.enable", ll.Constant(ll.IntType(1), 1)])
     loop(builder, number(0), size, 1, lambda i: body(i, mark), hints)
 
 
 def simple(n_arguments: int) -> Callable[[Callable[..., None]], Any]:
-    """A statement on integers, from how LLVM has it."""
+    """Return a decorator that makes an intrinsic statement on integers from a function that writes LLVM code."""
 
     def decorate(write: Callable[..., Any]) -> Any:
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -215,7 +215,7 @@ def simple(n_arguments: int) -> Callable[[Callable[..., None]], Any]:
 
 @intrinsic
 def place(typing: Any, array: Any) -> Any:
-    """The address of an array."""
+    """Return the address of an array."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
@@ -226,7 +226,7 @@ def place(typing: Any, array: Any) -> Any:
 
 @intrinsic
 def at(typing: Any, table: Any, k: Any) -> Any:
-    """The address of an entry of a table of integers."""
+    """Return the address of an entry of a table of integers."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return builder.ptrtoint(builder.gep(arguments[0], [arguments[1]], source_etype=intp), intp)
@@ -236,18 +236,18 @@ def at(typing: Any, table: Any, k: Any) -> Any:
 
 @simple(4)
 def call(builder: Any, run: Any, *values: Any) -> None:
-    """A call of a loop at an address."""
+    """Call a loop at an address."""
     kind = ll.FunctionType(ll.VoidType(), [intp] * len(values))
     builder.call(builder.inttoptr(run, kind.as_pointer()), values)
 
 
 def nested(kind: Any, shape: tuple[int, ...]) -> Any:
-    """The type of numbers of a type in tuples of a shape."""
+    """Return the type of nested tuples of a shape."""
     return types.UniTuple(nested(kind, shape[1:]), shape[0]) if shape else kind
 
 
 def typed(typing: Any, element: Element, shapes: Sequence[Any], out_shapes: Sequence[Any], real: Any) -> Any:
-    """The signature of a kernel on numbers and tuples of one type."""
+    """Return the signature of a kernel for numbers and tuples of one dtype."""
     kinds = [nested(real, shape) for shape in shapes]
     if element.notes:
         kinds[0] = types.Tuple([kinds[0], types.CPointer(real)])
@@ -261,14 +261,14 @@ def typed(typing: Any, element: Element, shapes: Sequence[Any], out_shapes: Sequ
 
 
 def fits(found: Any, shape: tuple[int, ...]) -> bool:
-    """Whether a type is a number, or tuples of numbers of that shape."""
+    """Whether a type is a number, or nested tuples of numbers of this shape."""
     if not shape or not isinstance(found, types.BaseTuple):
         return not shape and isinstance(found, types.Number)
     return len(found) == shape[0] and all(fits(entry, shape[1:]) for entry in found)
 
 
 def flat(context: Any, builder: Any, kind: Any, value: Any, real: Any) -> list[Any]:
-    """The numbers in tuples, or one number."""
+    """Return the numbers in nested tuples, or a single number, as a list."""
     if not isinstance(kind, types.BaseTuple):
         return [context.cast(builder, value, kind, real)]
     parts = [flat(context, builder, one, builder.extract_value(value, k), real) for k, one in enumerate(kind)]
@@ -276,7 +276,7 @@ def flat(context: Any, builder: Any, kind: Any, value: Any, real: Any) -> list[A
 
 
 def packed(context: Any, builder: Any, kind: Any, values: Sequence[Any]) -> Any:
-    """Numbers as tuples of a type, or one number."""
+    """Return nested tuples of a type from a list of numbers, or a single number."""
     if not isinstance(kind, types.BaseTuple):
         return values[0]
     size = len(values) // len(kind)
@@ -287,7 +287,7 @@ def packed(context: Any, builder: Any, kind: Any, values: Sequence[Any]) -> Any:
 def applied(
     context: Any, builder: Any, element: Element, signature: Any, shapes: Any, out_shapes: Any, values: Any
 ) -> Any:
-    """The components of the results of a kernel, from those of its arguments; last what it notes, if it does."""
+    """Return the components of a kernel's results from those of its arguments, and its flag if it has one."""
     call = context.get_function(types.Dispatcher(element.function), signature)
     real, returned = widest(signature.args), signature.return_type
     kinds = [nested(real, shape) for shape in shapes]

@@ -11,35 +11,35 @@ from .llvm import Element, applied, cgutils, intp, intrinsic, ll, number, one_by
 from .tiles import Tile
 
 _WIDEST = 5
-"""The most numbers in an element that LLVM loads and turns well from C order by itself."""
+"""Largest number of components of an element that LLVM itself loads from C order and transposes efficiently."""
 _TILES = 2
-"""How many tiles a loop with sines does before it looks whether an angle was too far."""
+"""Number of tiles that a loop with sines computes before it checks whether an angle was too large."""
 
 
 class Loop(NamedTuple):
-    """A loop of a kernel, or that of a form, which without elements prepares: for less than no elements."""
+    """A loop of a kernel or of a form; that of a form runs the preparation if the number of elements is negative."""
 
     shapes: Sequence[tuple[int, ...]]
     out_shapes: Sequence[tuple[int, ...]]
     real: Any
     function: Element
     near: Element | None
-    """Of a function with sines or cosines, the one for angles that are not too far for it."""
+    """The variant of a function with sines or cosines that is valid for angles of limited size."""
     still: tuple[int, ...]
-    """Which arguments the form has prepared."""
+    """Indices of the arguments that are constant and have been replaced by prepared numbers."""
     prepare: tuple[Element, int] | None
-    """What prepares, and how many numbers."""
+    """The function that prepares, and the number of prepared values."""
     dense: bool
-    """Whether elements lie in C order; else those at unit stride."""
+    """Whether elements are in C order; otherwise components have unit stride over the elements."""
 
     @property
     def changing(self) -> list[int]:
-        """Which arguments each element has its own of."""
+        """Indices of the arguments that differ between elements."""
         return [k for k in range(len(self.shapes)) if k not in self.still]
 
 
 def loop_over(loop: Loop) -> Any:
-    """The loop under numba, a function of a number of elements, of where parts are and of strides in their elements."""
+    """Return the compiled loop, a function of the number of elements, addresses of parts, and inner strides."""
     real = loop.real
     n_prepared = loop.prepare[1] if loop.prepare else 0
     prepared = [(n_prepared,)] if loop.prepare else []
@@ -84,7 +84,7 @@ def _as_it_is(instruction: Any) -> Any:
 
 
 class _Writer:
-    """Writes a loop into a function."""
+    """Builder of the LLVM code of a loop."""
 
     def __init__(self, loop: Loop, kind: Any, builder: Any, starts: Any, cores: Any, apply: Any) -> None:
         self._loop, self._kind, self._builder, self._apply = loop, kind, builder, apply
@@ -95,7 +95,7 @@ class _Writer:
         self._first_core = [0, *itertools.accumulate(map(len, self._every))]
 
     def part(self, k: int) -> list[Any]:
-        """Where the components of a part of the first element are."""
+        """Return the addresses of the components of a part in the first element."""
         start, shape = self._entry(self._starts, k), self._every[k]
         if self._loop.dense and k not in self._loop.still:
             return self._following(start, math.prod(shape))
@@ -109,20 +109,20 @@ class _Writer:
         return found
 
     def prepared(self, count: int) -> list[Any]:
-        """Where the prepared numbers are."""
+        """Return the addresses of the prepared numbers."""
         return self._following(self._entry(self._starts, len(self._every)), count)
 
     def loaded(self, places: Sequence[Any], mark: Callable[[Any], Any] = _as_it_is) -> list[Any]:
-        """The numbers at these places."""
+        """Load the numbers at these addresses."""
         return [mark(self._builder.load(place, typ=self._kind, align=self._width)) for place in places]
 
     def store(self, values: Sequence[Any], places: Sequence[Any], mark: Callable[[Any], Any] = _as_it_is) -> None:
-        """Numbers to their places."""
+        """Store numbers to these addresses."""
         for value, place in zip(values, places, strict=True):
             mark(self._builder.store(value, place, self._width))
 
     def run(self, size: Any, fixed: Sequence[Any] | None = None) -> None:
-        """All elements, after what is prepared."""
+        """Write the loop over all elements, given the prepared numbers."""
         before = [] if fixed is None else [fixed]
         inputs = [self.part(k) for k in self._loop.changing]
         outputs = [self.part(k) for k in range(len(self._loop.shapes), len(self._every))]
@@ -137,9 +137,10 @@ class _Writer:
         parallel(self._builder, size, body)
 
     def _tiles(self, size: Any, before: list[Any], inputs: list[Any], outputs: list[Any]) -> None:
-        """Elements some tiles at a time, in C order turned; the last ones alone, and those beside a far angle.
+        """Write a loop over groups of tiles, transposing elements in C order.
 
-        Results stay in registers until it is known that no angle was too far: they may be written over arguments.
+        The last elements, and groups in which an angle is too large, are computed one by one. Results are kept in
+        registers until all angles of a group are known to be in range, because they may overwrite arguments.
         """
         builder, near, dense = self._builder, self._loop.near, self._loop.dense
         tile = self._tile
@@ -163,7 +164,7 @@ class _Writer:
             parallel(builder, number(span), lane, span)
 
         def by_tile(parts: Any, rows: Any, first: Any) -> Iterator[tuple[list[Any], list[Any]]]:
-            """Where the components of the first element of each tile are, and its rows."""
+            """Yield the addresses of the components of each tile's first element, and its rows."""
             for k in map(number, range(0, span, tile.lanes)):
                 yield from zip(self._at(parts, builder.add(first, k)), self._rows_at(rows, k), strict=True)
 
@@ -196,14 +197,14 @@ class _Writer:
     def _element(
         self, element: Element, before: list[Any], inputs: Sequence[Any], outputs: Sequence[Any], mark: Any
     ) -> Any:
-        """The kernel on components at these places; what it notes besides, if it does."""
+        """Apply the kernel to components at these addresses; return its flag for large angles, if it has one."""
         found = self._apply(element, [*before, *(self.loaded(places, mark) for places in inputs)])
         for values, places in zip(found, outputs, strict=False):
             self.store(values, places, mark)
         return found[len(outputs)] if element.notes else []
 
     def _at(self, parts: Sequence[Any], i: Any) -> list[list[Any]]:
-        """Where the components of element `i` are, from those of the first."""
+        """Return the addresses of the components of element `i`, given those of the first."""
 
         def after(place: Any, size: int) -> Any:
             count = self._builder.mul(i, number(size), flags=["nsw"]) if self._loop.dense else i
@@ -212,13 +213,13 @@ class _Writer:
         return [[after(place, len(part)) for place in part] for part in parts]
 
     def _rows(self, size: int, length: int) -> list[Any]:
-        """Room for rows of this length among the local variables; LLVM keeps it in registers."""
+        """Allocate rows of this length as local variables, which LLVM keeps in registers."""
         room = cgutils.alloca_once(self._builder, ll.ArrayType(self._kind, size * length))
         start = self._builder.bitcast(room, self._kind.as_pointer())
         return [self._tile.after(start, number(k * length)) for k in range(size)]
 
     def _rows_at(self, parts: Sequence[Sequence[Any]], j: Any) -> list[list[Any]]:
-        """Where the numbers of element `j` are in the rows of some parts."""
+        """Return the addresses of the numbers of element `j` in the rows of some parts."""
         return [[self._tile.after(row, j) for row in rows] for rows in parts]
 
     def _entry(self, table: Any, k: int) -> Any:

@@ -1,4 +1,4 @@
-"""What moves numbers between orders in memory, as LLVM has it."""
+"""LLVM code that moves numbers between memory layouts."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from .tiles import TILE, Tile
 
 
 def movers_of(real: Any) -> dict[str, Any]:
-    """What moves numbers of one type."""
+    """Return the functions that move numbers of one type."""
     width = 8 if isinstance(real, ll.DoubleType) else 4
 
     @simple(5)
@@ -60,7 +60,7 @@ def movers_of(real: Any) -> dict[str, Any]:
 
     @simple(4)
     def turn_in(builder: Any, a: Any, step: Any, x: Any, row: Any) -> None:
-        """Some numbers of a tile of elements as rows."""
+        """Transpose a block of a tile of elements into rows."""
         block(builder, x, row, a, step, False)
 
     @simple(4)

@@ -1,7 +1,7 @@
-"""Kernels under numba by what it documents: for releases of numba that changed what `llvm` uses.
+"""Kernels compiled with the public interface of numba, for releases that lack the internals used by `llvm`.
 
-Loops run over copies in C order, one element after the other, so they are slower than those of `kernels`; sines and the
-like are those of the C library. `scalar_kernel` takes tuples and numbers only.
+Loops run over copies in C order, one element after the other, and are slower than those of `kernels`. Transcendental
+functions are those of the C library. `scalar_kernel` accepts tuples and numbers only.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _names: dict[str, Any] = {}
 
 
 def scalar_kernel(definition: Definition) -> Any:
-    """What a kernel has for other functions under numba."""
+    """Return the kernel on one element for functions compiled by numba."""
     if not definition.is_generated:
         return numba.njit(getattr(definition.function, "py_func", definition.function), error_model="numpy")
     with LOCK:
@@ -34,7 +34,7 @@ def scalar_kernel(definition: Definition) -> Any:
 
 
 class Loops:
-    """The loop of a kernel over a batch of any type, compiled when it is first called.
+    """The loop of a kernel over a batch of any dtype, which is compiled on first use.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Loops:
         self._run = _loop_over(scalar_kernel(definition), self._shapes, self._out_shapes)
 
     def run_arrays(self, operands: Sequence[Any], targets: Sequence[Any], leading: Shape, n_threads: int) -> None:
-        """Fill the results of a batch of this shape, in one thread."""
+        """Fill the results of a batch of shape `leading`, in one thread."""
         count = int(np.prod(leading))
         inputs = [
             np.ascontiguousarray(np.broadcast_to(operand, leading + shape)).reshape(count, -1)
@@ -65,7 +65,7 @@ class Loops:
 
 
 def _loop_over(function: Any, shapes: Sequence[Shape], out_shapes: Sequence[Shape]) -> Callable[..., None]:
-    """The loop of a function of numbers and tuples over rows of arrays: text, since tuples have fixed lengths."""
+    """Return the loop of a function over rows of arrays, generated as text because tuples have fixed lengths."""
     arrays = [f"a{k}" for k in range(len(shapes))]
     outs = [f"b{k}" for k in range(len(out_shapes))]
     arguments = ", ".join(_tuple_text(array, shape) for array, shape in zip(arrays, shapes, strict=True))
@@ -81,7 +81,7 @@ def _loop_over(function: Any, shapes: Sequence[Shape], out_shapes: Sequence[Shap
 
 
 def _tuple_text(array: str, shape: Shape, first: int = 0) -> str:
-    """An element of rows of numbers as tuples: ``(a0[i, 0], a0[i, 1],)``."""
+    """Return the text of a row's numbers as tuples: ``(a0[i, 0], a0[i, 1],)``."""
     if not shape:
         return f"{array}[i, {first}]"
     step = int(np.prod(shape[1:]))

@@ -1,6 +1,6 @@
-"""Kernels with loops under numba, called as their C functions are: with lengths, addresses and steps.
+"""Kernels with loops compiled by numba, with the interface of the C functions: lengths, addresses and steps.
 
-Rows of tables are flat here: a row is a number, an array with one axis, or a tuple of numbers.
+Rows of tables are flat in this file: a row is a number, an array with one axis, or a tuple of numbers.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from .llvm import (
 
 
 def on_rows(part: Part, real: Any) -> Any:
-    """A straight-line part under numba: from rows to numbers, tuples of numbers, or a tuple of such, of one type."""
+    """Compile a straight-line part, a function of rows that returns numbers, tuples of numbers, or a tuple of both."""
     element = element_of(part.function)
     shapes, out_shapes = part.shapes, part.out_shapes
 
@@ -48,7 +48,7 @@ def on_rows(part: Part, real: Any) -> Any:
         ]
         own = typed(context.typing_context, element, shapes, out_shapes, real)
         found = applied(context, builder, element, own, shapes, out_shapes, components)
-        # A part without arguments computes in doubles, as it knows no other type.
+        # A part without arguments computes in doubles, since it has no arguments that determine the dtype.
         wide = types.float64 if not shapes else real
         results = [[context.cast(builder, number, wide, real) for number in numbers] for numbers in found]
         kinds = [_row_type(real, shape) for shape in out_shapes]
@@ -71,7 +71,7 @@ def _row_type(real: Any, shape: Sequence[int]) -> Any:
 
 
 def _numbers(context: Any, builder: Any, kind: Any, value: Any, size: int, real: Any) -> list[Any]:
-    """The numbers of a row."""
+    """Return the numbers of a row."""
     if not isinstance(kind, types.Array):
         return flat(context, builder, kind, value, real)
     array = context.make_array(kind)(context, builder, value)
@@ -83,14 +83,14 @@ def _numbers(context: Any, builder: Any, kind: Any, value: Any, size: int, real:
     return found
 
 
-# What the text of a loop does with rows. Tuples have a fixed length, so functions of them are made as text.
+# Operations on rows in the text of a loop. Functions of tuples are generated as text because tuples have fixed lengths.
 
 
 def _meaning(function: Any) -> Callable[[Callable[..., Any]], None]:
-    """Declare what numba runs for a function: a decorator of what makes it from the types of the arguments."""
+    """Return a decorator for a function that creates the numba implementation from the types of the arguments."""
 
     def declare(made: Callable[..., Any]) -> None:
-        made.__annotations__.clear()  # numba wants the parameters of both to be the same, annotations included
+        made.__annotations__.clear()  # numba requires that the parameters of both are equal, including annotations
         overload(function, jit_options={"forceinline": True})(made)
 
     return declare
@@ -103,19 +103,19 @@ def _made(head: str, *lines: str) -> Any:
 
 
 def _row_or(table: Any, k: Any, start: Any) -> Any:
-    """Row k of a table, or `start`."""
+    """Return row k of a table, or `start` if there is no such row."""
 
 
 def _add_to(table: Any, k: Any, row: Any) -> None:
-    """Add to row k of a table, if there is one."""
+    """Add to row k of a table if it exists."""
 
 
 def _sum(a: Any, b: Any) -> Any:
-    """The sum of two rows."""
+    """Return the sum of two rows."""
 
 
 def _put(table: Any, k: Any, row: Any) -> None:
-    """Write row k of a table, or all of a table."""
+    """Write row k of a table, or a whole table."""
 
 
 @_meaning(_row_or)
@@ -165,7 +165,7 @@ def _typed_put(table: Any, k: Any, row: Any) -> Any:
 
 @register_pass(mutates_CFG=False, analysis_only=False)
 class _Writes(FunctionPass):  # type: ignore[misc]
-    """Rows are written by `_put`: what numba does for a tuple checks shapes that are known here."""
+    """A pass that replaces assignments to rows by `_put`, because numba checks the shapes of tuples at run time."""
 
     _name = "gac_writes"
 
@@ -191,10 +191,10 @@ class _Writes(FunctionPass):  # type: ignore[misc]
 
 
 class _Compiler(CompilerBase):  # type: ignore[misc]
-    """numba's own, and `_Writes`."""
+    """The compiler of numba with the additional pass `_Writes`."""
 
     def define_pipelines(self) -> list[Any]:
-        """The steps of numba, with that of this compiler."""
+        """Return numba's passes with that of this compiler."""
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
         passes.add_pass_after(_Writes, IRProcessing)
         passes.finalize()
@@ -203,7 +203,7 @@ class _Compiler(CompilerBase):  # type: ignore[misc]
 
 @intrinsic
 def _pointer_to(typing: Any, address: Any, like: Any) -> Any:
-    """An address as a pointer to numbers of the type of `like`."""
+    """Convert an address to a pointer to numbers with the dtype of `like`."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
@@ -212,10 +212,10 @@ def _pointer_to(typing: Any, address: Any, like: Any) -> Any:
 
 
 class LoopRows:
-    """A kernel with loops over batches of one type, compiled.
+    """A compiled kernel with loops over batches of one dtype.
 
-    Called with pointers to lengths, addresses and steps, and the number of elements, as the C function ``_rows_`` is;
-    the addresses of the intermediate tables over lengths follow those of the results.
+    It is called with pointers to lengths, addresses and steps, and the number of elements, like the C function
+    ``_rows_``. The addresses of the intermediate tables over lengths follow those of the results.
     """
 
     def __init__(self, definition: LoopDefinition, dtype: np.dtype[Any]) -> None:
@@ -248,7 +248,7 @@ class LoopRows:
 
 
 def _driver_lines(definition: LoopDefinition) -> list[str]:
-    """A loop over elements."""
+    """Return the text of a loop over elements."""
     lengths = {name: f"n{k}" for k, name in enumerate(definition.lengths)}
     lines = [f"    {n} = lengths[{k}]" for k, n in enumerate(lengths.values())]
     arguments = list(lengths.values())

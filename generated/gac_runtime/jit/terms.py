@@ -1,4 +1,4 @@
-"""Numbers of LLVM with the operators of Python, so that formulas in Python write its instructions."""
+"""LLVM values with Python operators, so that formulas in Python generate LLVM instructions."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ POLYNOMIALS: dict[str, dict[str, tuple[float, ...]]] = {
 
 
 class Term:
-    """A number, a word of bits or a condition. Other operands are terms of its type, or constants."""
+    """A number, an integer word or a condition. Other operands are terms of the same type, or constants."""
 
     def __init__(self, builder: Any, value: Any) -> None:
         self._builder, self.value = builder, value
@@ -175,12 +175,12 @@ class Term:
         return self._of(self._builder.fcmp_ordered("==", self.value, self._operand(other)))
 
     def chosen(self, a: Any, b: Any) -> Term:
-        """Of a condition: `a` where it holds, else `b`; at least one of them is a term."""
+        """Return `a` if this condition holds, else `b`; at least one of them is a term."""
         kind = (a if isinstance(a, Term) else b).value.type
         return self._of(self._builder.select(self.value, self._operand(a, kind), self._operand(b, kind)))
 
     def like(self, value: float) -> Term:
-        """A constant of the same type."""
+        """Return a constant of the same type."""
         return self._of(self._operand(value))
 
     @property
@@ -190,46 +190,46 @@ class Term:
 
     @property
     def type_name(self) -> str:
-        """Of a number."""
+        """The dtype of a number."""
         return "float64" if self.is_double else "float32"
 
     def bits(self) -> Term:
-        """The word that a number is stored as."""
+        """Return the bits of a number as a word."""
         return self._of(self._builder.bitcast(self.value, ll.IntType(64 if self.is_double else 32)))
 
     def number(self) -> Term:
-        """The number that is stored as this word."""
+        """Return the number with the bits of this word."""
         return self._of(self._builder.bitcast(self.value, ll.DoubleType() if self._width == 64 else ll.FloatType()))
 
     def is_odd(self) -> Term:
-        """Of a word."""
+        """Whether a word is odd."""
         return self._of(self._builder.trunc(self.value, ll.IntType(1)))
 
     def is_negative(self) -> Term:
-        """Whether a number has the sign -, as zeros and NaN may."""
+        """Whether the sign bit of a number is set, also for zeros and NaN."""
         bits = self.bits()
         return (bits >> (bits._width - 1)).is_odd()
 
     def absolute(self) -> Term:
-        """The absolute value of a number."""
+        """Return the absolute value of a number."""
         bits = self.bits()
         return (bits & ((1 << (bits._width - 1)) - 1)).number()
 
     def flipped_by(self, word: Term) -> Term:
-        """With the other sign where the highest bit of a word is 1."""
+        """Return the number with its sign flipped if the highest bit of `word` is 1."""
         return (self.bits() ^ (word & (1 << (word._width - 1)))).number()
 
     def root(self) -> Term:
-        """The square root."""
+        """Return the square root."""
         root = self._builder.module.declare_intrinsic("llvm.sqrt", [self.value.type])
         return self._of(self._builder.call(root, [self.value]))
 
     def fused(self, factor: Any, summand: Any) -> Term:
-        """``self * factor + summand``, rounded once."""
+        """Return ``self * factor + summand``, rounded once."""
         return self._of(self._builder.fma(self.value, self._operand(factor), self._operand(summand)))
 
     def polynomial(self, name: str) -> Term:
-        """One of `POLYNOMIALS`, in two halves that processors compute side by side."""
+        """Evaluate one of `POLYNOMIALS` in two halves, which processors compute in parallel."""
         square, terms = self * self, POLYNOMIALS[self.type_name][name]
         return self.fused(self._horner(square, terms[1::2]), self._horner(square, terms[0::2]))
 
@@ -241,7 +241,7 @@ class Term:
 
     @property
     def _width(self) -> int:
-        """Bits of a word."""
+        """The number of bits of a word."""
         return int(self.value.type.width)
 
     def _of(self, value: Any) -> Term:

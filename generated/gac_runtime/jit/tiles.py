@@ -1,4 +1,4 @@
-"""Elements in C order turned into rows in registers, and back, as LLVM has it."""
+"""LLVM code that transposes elements in C order into rows in registers, and back."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from typing import Any
 from .llvm import ll, number
 
 TILE = 32
-"""Bytes of a vector. A tile has as many elements as a vector has numbers."""
+"""Bytes of a vector. The number of elements of a tile is the number of lanes of a vector."""
 
 
 class Tile:
-    """The code of a tile of elements of numbers of one type."""
+    """Code that loads and stores a tile of elements."""
 
     def __init__(self, builder: Any, real: Any, width: int) -> None:
         self._builder, self._real, self._width = builder, real, width
         self.lanes = TILE // width
         self.half = self.lanes // 2
-        """Numbers of an element that are turned together."""
+        """Number of components that are transposed together."""
 
     def load(self, start: Any, rows: Sequence[Any]) -> None:
-        """Rows of the elements that begin at `start`."""
+        """Load the rows of the elements that begin at `start`."""
         size = len(rows)
         if size == 1 or size < self.half:
             found = [self._vector(self.after(start, number(k * self.lanes))) for k in range(size)]
@@ -32,7 +32,7 @@ class Tile:
             self.load_block([self.after(start, number(i * size + k)) for i in range(self.lanes)], rows[k:])
 
     def store(self, rows: Sequence[Any], start: Any) -> None:
-        """Elements from rows, beginning at `start`."""
+        """Store rows to the elements that begin at `start`."""
         size = len(rows)
         if size == 1 or size < self.half:
             found = [self._vector(row) for row in rows]
@@ -44,12 +44,12 @@ class Tile:
             self.store_block(rows[k:], [self.after(start, number(i * size + k)) for i in range(self.lanes)])
 
     def copy(self, rows: Sequence[Any], places: Sequence[Any]) -> None:
-        """Rows to where each component of neighbouring elements is."""
+        """Store rows to the addresses of components whose elements have unit stride."""
         for row, place in zip(rows, places, strict=True):
             self._put(self._vector(row), place)
 
     def load_block(self, elements: Sequence[Any], rows: Sequence[Any]) -> None:
-        """The first rows from so many numbers of each element."""
+        """Load the first `half` rows from `half` consecutive numbers of each element."""
         halves = [self._vector(element, self.half) for element in elements]
         pairs = zip(halves[: self.half], halves[self.half :], strict=True)
         joined = [self._shuffle(*pair, *range(self.lanes)) for pair in pairs]
@@ -57,18 +57,18 @@ class Tile:
             self._put(value, row)
 
     def store_block(self, rows: Sequence[Any], elements: Sequence[Any]) -> None:
-        """So many numbers of each element from the first rows."""
+        """Store the first `half` rows to `half` consecutive numbers of each element."""
         turned = self._turned([self._vector(row) for row in rows[: self.half]])
         for n, element in enumerate(elements):
             value, first = turned[n % self.half], n // self.half * self.half
             self._put(self._shuffle(value, value, *range(first, first + self.half)), element)
 
     def after(self, start: Any, count: Any) -> Any:
-        """So many numbers after a place."""
+        """Return the address `count` numbers after `start`."""
         return self._builder.gep(start, [count], source_etype=self._real)
 
     def _blocks(self, size: int) -> list[int]:
-        """Where blocks begin; the last one shares numbers with the one before."""
+        """Return the starts of blocks; the last block may overlap with the one before."""
         return [min(k, size - self.half) for k in range(0, size, self.half)]
 
     def _vector(self, place: Any, count: int = 0) -> Any:
@@ -83,7 +83,7 @@ class Tile:
         return self._builder.shuffle_vector(a, b, mask)
 
     def _picked(self, vectors: Sequence[Any], places: Sequence[int]) -> Any:
-        """A vector of the numbers at these places in up to three vectors, counted through."""
+        """Return a vector of the numbers at these indices in the concatenation of up to three vectors."""
         two = 2 * self.lanes
         found = self._shuffle(vectors[0], vectors[min(1, len(vectors) - 1)], *[n if n < two else 0 for n in places])
         if len(vectors) < 3:
@@ -91,7 +91,7 @@ class Tile:
         return self._shuffle(found, vectors[2], *[i if n < two else n - self.lanes for i, n in enumerate(places)])
 
     def _turned(self, v: Sequence[Any]) -> list[Any]:
-        """Number k of vector i as number i of vector k, in each half of the vectors."""
+        """Transpose vectors within each half: number k of vector i becomes number i of vector k."""
         if len(v) == 2:
             return [self._shuffle(*v, 0, 4, 2, 6), self._shuffle(*v, 1, 5, 3, 7)]
         low = [self._shuffle(*v[n : n + 2], 0, 8, 1, 9, 4, 12, 5, 13) for n in (0, 2)]

@@ -1,4 +1,4 @@
-"""Sine and its kin without branches, step for step as in the C files: at most 2 ulp from the exact values."""
+"""Transcendental functions without branches, with the steps of the C files: at most 2 ulp from the exact values."""
 
 from __future__ import annotations
 
@@ -31,25 +31,25 @@ CONSTANTS: dict[str, dict[str, float]] = {
         "log_1": -1.9046542121259336e-09,
     },
 }
-"""Of the transcendental functions, in parts, for each type."""
+"""Constants of the transcendental functions for each dtype, split into parts."""
 FARTHEST = 65536
-"""Sines and cosines of larger arguments are those of the C library."""
+"""Sines and cosines of larger arguments are computed by the C library."""
 
 
 class _Format:
-    """Of the numbers of a type."""
+    """Parameters of the floating-point format of a dtype."""
 
     def __init__(self, x: Term) -> None:
         double = x.is_double
         self.constants = CONSTANTS[x.type_name]
         self.width, self.fraction, self.bias = (64, 52, 1023) if double else (32, 23, 127)
-        """Bits of a number and of its fraction, and what is added to exponents."""
+        """Bits of a number and of its fraction, and the bias of exponents."""
         self.shift = 1.5 * 2**self.fraction
-        """A number so large that the bits of what is added to it, up to half a million, are its last."""
+        """A number so large that the last bits of its sum with an integer up to half a million are that integer."""
         self.least = 2.0 ** (1 - self.bias)
-        """The smallest number that has all bits."""
+        """The smallest normal number."""
         self.below, self.above = (-746, 710) if double else (-105, 89)
-        """Exponentials of what is below are 0, of what is above infinite."""
+        """Exponentials of numbers less than the first are 0, of numbers greater than the second infinite."""
         self.one, self.root = self.bias << self.fraction, 0x3FE6A09E667F3BCD if double else 0x3F3504F3
         """1 and the root of 1/2 as words."""
 
@@ -59,9 +59,9 @@ def _is_far(x: Term) -> Term:
 
 
 def _quarters_of(x: Term) -> tuple[Term, Term]:
-    """How many quarter turns an angle has, modulo 4, and what is left, up to an eighth of a turn.
+    """Return the nearest multiple of pi/2 to an angle, as an integer modulo 4, and the remainder, at most pi/4.
 
-    The first difference is exact, so what the three parts of a quarter turn leave is rounded where it is small.
+    pi/2 is split into three parts. The first difference is exact, so that rounding occurs only in small remainders.
     """
     form = _Format(x)
     known, shift = form.constants, x.like(form.shift)
@@ -94,7 +94,7 @@ def _cos_of(x: Term) -> Term:
 
 
 def _exp_of(x: Term) -> Term:
-    """The power of 2 comes in two factors, so that the largest and the smallest results are reached."""
+    """Compute exp; the power of 2 is split into two factors, so that the largest and smallest results are reached."""
     form = _Format(x)
     known, bias, fraction, shift = form.constants, form.bias, form.fraction, x.like(form.shift)
     y = (x > form.above).chosen(form.above, (x < form.below).chosen(form.below, x))
@@ -165,9 +165,9 @@ FORMULAS: dict[str, Callable[..., Term]] = {
 
 @functools.cache
 def transcendental_functions(near: bool) -> dict[str, Any]:
-    """The functions under numba.
+    """Return the functions for numba.
 
-    Near sines and cosines take a pointer too, to where they write 1 if an angle is too far for them.
+    If `near`, sines and cosines take an additional pointer, to which they write 1 if an angle is too large.
     """
 
     def exact(name: str, context: Any, builder: Any, real: Any, x: Term, found: Term) -> Any:
