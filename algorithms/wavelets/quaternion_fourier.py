@@ -77,8 +77,7 @@ def qft(
     Parameters
     ----------
     image : array_like, (..., M, N) or (..., M, N, 4)
-        Real images, or quaternions (w, x, y, z), for example from `from_rgb`. float32 is kept; integers are converted
-        to float64.
+        Real images, or quaternions (w, x, y, z), for example from `from_rgb`. Integers are converted to float64.
     side : str
         "two", "left" or "right": the side of the exponentials, see `Side`.
     axes : (axis, axis)
@@ -89,9 +88,8 @@ def qft(
     workers : int, optional
         As in `scipy.fft`.
     values : str, optional
-        "real" or "quaternion". The default is "quaternion" if there are at least three axes and the last one has length
-        4, except for unsigned 8-bit and 16-bit integers. These, which may be RGBA, and other shapes of pictures with
-        channels are rejected.
+        "real" or "quaternion". The default is "quaternion" if there are three axes or more, the last of length 4. Arrays
+        that may be pictures with channels are rejected then: other lengths, and RGBA in integers of 8 and 16 bits.
 
     Returns
     -------

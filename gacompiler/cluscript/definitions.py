@@ -25,7 +25,7 @@ from ..errors import AlgebraError, SpecError
 _TERM = re.compile(r"([+-]?)\s*(?:(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+)\s*\*?\s*)?([A-Za-z_]\w*)?\s*")
 Combination = Mapping[str, Fraction]
 LARGEST_DENOMINATOR = 1000
-"""Inner products are numbers with denominators up to this; decimals of roots come within 1e-9 of them."""
+"""Largest denominator of inner products, which decimals of roots approximate to 1e-9."""
 
 
 def read_definition(text: str, name: str, where: str) -> tuple[Algebra, dict[str, Multivector]]:

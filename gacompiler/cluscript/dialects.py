@@ -74,10 +74,10 @@ OTHER_NAMES = {
     "vga2": "2d", "vga3": "3d", "pga2": "2dpga", "pga3": "3dpga", "cga2": "cra", "cga3": "cga",
     "5d": "cga", "cr4d": "cra", "9d": "qga",
 }  # fmt: skip
-"""The catalog's names, and those of older versions of Gaalop."""
+"""Names of the catalog and of older versions of Gaalop."""
 
 DECLARED = {"DefVarsE2": "2d", "DefVarsE3": "3d", "DefVarsC2": "cra", "DefVarsN3": "cga"}
-"""What older scripts say instead, in their first line."""
+"""Declarations of the algebra in the first line of older scripts."""
 
 NAMES = tuple(name for name in _GAALOP if name != "sta0")
 

@@ -39,7 +39,7 @@ _KEEPS = (
     Operation.DUAL,
     Operation.UNDUAL,
 )
-"""What makes blades of blades."""
+"""Operations that map blades to blades."""
 
 
 def quotient(a: Any, b: Any) -> Any:

@@ -52,7 +52,7 @@ def _of_number(function: Callable[[Any], Any], name: str) -> Callable[[Any], Any
 
 
 LARGEST_FACTORIAL = 170
-"""The next one is larger than any double."""
+"""The factorial of the next number is out of the range of doubles."""
 
 
 def _factorial(value: Any) -> Any:
@@ -77,7 +77,7 @@ FUNCTIONS: dict[str, tuple[int, Callable[..., Any]]] = {
     "floor": (1, _of_number(math.floor, "floor")),
     "fact": (1, _of_number(_factorial, "fact")),
 }
-"""Number of arguments and meaning. ``coefficient(x, blade)`` is beside them: its second argument is a blade.
+"""Number of arguments and meaning. ``coefficient(x, blade)`` is separate: its second argument is a blade.
 
 Functions of numbers take the scalar part of what they are given; `exp` takes whole multivectors.
 """

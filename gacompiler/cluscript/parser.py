@@ -61,7 +61,7 @@ class _Reader:
 
     def __init__(self, script: str, tokens: Sequence[Token]) -> None:
         self._script, self._tokens, self._at = script, tokens, 0
-        self._arguments: list[int] | None = None  # indices of `_P` in the macro that is read
+        self._arguments: list[int] | None = None  # indices of `_P` in the current macro
 
     @property
     def token(self) -> Token:
@@ -218,7 +218,7 @@ class _Reader:
         self._take("=", f"after {target.text}")
         value = self._expression()
         if self._arguments is None or self._is(";") or not self._is_operand() or not self._begins_value():
-            self._take(";", "after an expression")  # which may be left out before the value of a macro
+            self._take(";", "after an expression")  # optional before the value of a macro
         return Assignment(name, value, mark, start.place)
 
     def _name_is_free(self, token: Token) -> None:

@@ -27,9 +27,9 @@ from .syntax import Assignment, Declaration, Statement
 from .tokens import Place, ScriptError, words
 
 NOTHING = "nothing"
-"""The argument of a script without inputs: kernels have one."""
+"""The placeholder argument of a script without inputs, since kernels have at least one."""
 RESERVED = ("out", "num_threads", NOTHING)
-"""Names that a generated function has for something else."""
+"""Names that are reserved in generated functions."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -64,7 +64,7 @@ class Directive:
 
 
 _LONGEST_NUMBER = 1000
-"""Digits of a number, and its largest exponent."""
+"""Largest number of digits of a number, and its largest exponent."""
 _EXPONENT = r"[eE][+-]?\d+"
 _WORD = re.compile(
     rf"(?P<number>(?:\d+\.\d*|\.\d+)(?:{_EXPONENT})?[fd]?|\d+{_EXPONENT}[fd]?|\d+[fd](?![\w$])|\d+)"
@@ -73,7 +73,7 @@ _WORD = re.compile(
     r"|(?P<symbol>==|!=|<=|>=|->|&&|\|\||!!|\*\*|[-+*/^.~=;,(){}?:!<>%\[\]])",
     re.ASCII,
 )
-"""Numbers as in C: the longest that fits is taken, so ``2.e1`` is twenty."""
+"""Numbers as in C, with the longest match, so that ``2.e1`` is twenty."""
 _SPACE = re.compile(r"\s+")
 _DIRECTIVE = re.compile(r"[ \t]*(?://)?#(?P<word>\w*)[ \t]*(?P<rest>.*)")
 

@@ -44,7 +44,7 @@ DOMAINS: dict[str, Callable[[Any], bool]] = {
     "acos": lambda x: abs(x) <= 1,
     "asin": lambda x: abs(x) <= 1,
 }
-"""Where functions are defined."""
+"""Domains of functions."""
 
 
 def within_domain(name: str, function: Callable[..., Any]) -> Callable[..., Any]:

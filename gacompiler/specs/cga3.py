@@ -393,7 +393,7 @@ def join_point_line(p, line):
 
 
 line_polarity = LINES_AND_ROUNDS.line_polarity.documented(
-    "Compute the dual of a line, a bivector; for a unit direction its square is -1, and half of it generates rotations."
+    "Compute the dual of a line, a bivector. It is twice a generator of rotations, of square -1 if normalised."
 )
 line_from_dual = LINES_AND_ROUNDS.line_from_dual
 
@@ -420,7 +420,7 @@ def sphere_from_dual(dual):
 
 
 circle_from_dual = LINES_AND_ROUNDS.circle_from_dual.documented(
-    "Construct the circle with the given polarity; ``a ^ b`` of two dual spheres gives their circle of intersection."
+    "Construct the circle with the given polarity; ``a ^ b`` of two dual spheres gives their intersection."
 )
 
 

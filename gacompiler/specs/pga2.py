@@ -395,7 +395,7 @@ def motor_from_matrix(matrix):
 
 
 motor_exponential = MOTORS.motor_exponential.documented(
-    "Compute ``exp(b)`` of a bivector; ``exp(-angle/2 p)`` rotates about the point p. Smooth at 0 and for translations."
+    "Compute ``exp(b)`` of a bivector; ``exp(-angle/2 p)`` rotates about p. Smooth at 0 and for translations."
 )
 motor_logarithm = MOTORS.motor_logarithm.documented(
     "Compute the bivector of least angle with exponential `m` or `-m`, the same motion; also for pure translations."

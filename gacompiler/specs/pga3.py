@@ -1382,10 +1382,9 @@ def point_from_motor_algebra(x):
 
 @kernel(line=LINE, returns=(VECTOR, VECTOR))
 def line_to_motor_algebra(line):
-    """Extract the spatial bivectors n and m, as vectors, of a line ``n + I m`` in the even algebra: `m` is ``-(p x
-    n)``.
+    """Extract the spatial bivectors n and m, as vectors, of a line ``n + I m`` in the even algebra.
 
-    The line is the same element in both algebras; the sign is that of ``I = e0123``.
+    `m` is ``-(p x n)``. The line is the same element in both algebras; the sign is that of ``I = e0123``.
     """
     return coordinates(direction_of_line(line)), tuple(-line[name] for name in ("e01", "e02", "e03"))
 

@@ -19,7 +19,7 @@ AXES = VGA3.basis()
 PRODUCTS = products(
     VGA3,
     EVEN,
-    regressive_product=": the meet of subspaces that together span the whole space",
+    regressive_product=": the meet of subspaces that together span space",
     even_product=", which need not be rotors",
 )
 VECTORS, ROTORS = vectors(VGA3, hyperplane="plane"), rotors(VGA3)
@@ -154,7 +154,7 @@ def rotor_to_rotation_vector(r):
 
 
 rotor_exponential = ROTORS.rotor_exponential.documented(
-    "Compute ``exp(b)`` of a bivector; ``exp(-angle/2 B)`` rotates in the plane of the unit bivector B. Smooth at 0."
+    "Compute ``exp(b)`` of a bivector; ``exp(-angle/2 B)`` rotates in the plane of the unit bivector B; smooth."
 )
 rotor_logarithm = ROTORS.rotor_logarithm
 rotor_square_root = ROTORS.rotor_square_root

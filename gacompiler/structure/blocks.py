@@ -1,6 +1,7 @@
-"""Elements as blocks: into the blocks of matrices that levels describe, products of those, and back.
+"""Elements as blocks: conversion to the blocks of matrices that levels describe, their products, and back.
 
-The optimiser multiplies expressions so; `gacompiler.structure.representation` numbers. Coefficients may be of any ring.
+The optimiser uses it for expressions, `gacompiler.structure.representation` for numbers. Coefficients may be of any
+ring.
 """
 
 from __future__ import annotations
@@ -95,7 +96,7 @@ def _combined(parts: Iterable[tuple[Terms, Rational]]) -> dict[int, Any]:
     total: dict[int, Any] = {}
     for terms, factor in parts:
         for blade, value in terms.items() if factor else ():
-            if blade in total and factor == -1:  # not the sum with the opposite, which would be a node of its own
+            if blade in total and factor == -1:  # not a sum with the negative, which would be a separate node
                 total[blade] = total[blade] - value
             else:
                 total[blade] = total[blade] + scale(value, factor) if blade in total else scale(value, factor)

@@ -15,7 +15,7 @@ from ..errors import AlgebraError
 from .representation import representation
 
 _TERMS = 18
-"""Of the series, for matrices of norm 1/2: the next one is below 1e-22."""
+"""Number of terms of the series, for matrices of norm 1/2: the next term is below 1e-22."""
 
 
 def exponential(x: Multivector) -> Multivector:

@@ -33,7 +33,7 @@ from .lie import LieAlgebra
 Floats = NDArray[np.float64]
 
 _OUTSIDE = 1e-9
-"""What may be left beside the null cone, of the largest coefficient, where versors are not exact."""
+"""Tolerance for components outside the null cone, relative to the largest coefficient, for inexact versors."""
 
 
 @cache

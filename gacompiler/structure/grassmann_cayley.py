@@ -102,7 +102,7 @@ GRASSMANN_CAYLEY: Mapping[str, Entry] = _named((
     Entry("coordinates", "[.. x ..] / [a b ..]", "(.. ^ x ^ ..) (a ^ b ^ ..)**-1", _coordinates),
     Entry("cross ratio", "[a c] [b d] / ([a d] [b c])", "(a ^ c) (b ^ d) / ((a ^ d) (b ^ c))", _cross_ratio),
 ))  # fmt: skip
-"""Grassmann-Cayley algebra, entry by entry; the join of the one language is the outer product of the other."""
+"""Grassmann-Cayley algebra, entry by entry; its join is the outer product of geometric algebra."""
 
 
 def straighten(polynomial: Polynomial) -> dict[Monomial, int | Fraction]:

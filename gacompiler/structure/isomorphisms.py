@@ -97,7 +97,7 @@ def even_isomorphism(p: int, q: int = 0, r: int = 0) -> Isomorphism:
     vectors = target.basis()
     pivot = 0 if p else q - 1
     others = [x for k, x in enumerate(vectors) if k != pivot]
-    negative = p - 1 if p else 0  # so many products with the pivot square to -1: they come last
+    negative = p - 1 if p else 0  # number of products with the pivot that square to -1: they come last
     ordered = [*others[negative : p + q - 1], *others[:negative], *others[p + q - 1 :]]
     source = orthogonal(q, p - 1, r) if p else orthogonal(p, q - 1, r)
     return _checked(Isomorphism(source, target, tuple(x * vectors[pivot] for x in ordered)))

@@ -73,7 +73,7 @@ INVOLUTIONS = Kind(
     ((1, 0, 0, 1), (1, 0, 0, -1), (0, 1, 1, 0), (0, 1, -1, 0)),
     (_HALF,) * 4,
 )
-"""Parts of 1, a, b, ab, of which a and b square to 1 and anticommute: a is diagonal."""
+"""Parts of 1, a, b, ab, where a and b square to 1 and anticommute: a is diagonal."""
 HALVES = Kind(((1, 1), (1, -1)), (((0, 0),), ((1, 1),)), ((1, 1), (1, -1)), (_HALF,) * 2)
 """Parts of 1 and of a central z with z z = 1."""
 COMPLEX = Kind(((1, 0), (0, 1)), (), ((1, 0), (0, 1)), (1, 1))

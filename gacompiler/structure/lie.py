@@ -50,7 +50,7 @@ class LieAlgebra:
     def __post_init__(self) -> None:
         if _rank(self._rows) < len(self.basis):
             raise AlgebraError(f"Lie algebra in {self.algebra.name}", "linearly dependent elements", "a basis")
-        self.structure_constants  # noqa: B018 - raises where brackets lead out of the space
+        self.structure_constants  # noqa: B018 - raises an error if brackets are outside the space
 
     @property
     def dimension(self) -> int:

@@ -16,7 +16,7 @@ from ..algebra.blades import Rational
 from ..errors import AlgebraError
 
 DIMENSIONS = {"R": 1, "C": 2, "H": 4}
-"""Of the real and complex numbers and the quaternions, over the reals."""
+"""Dimensions of the real and complex numbers and the quaternions over the reals."""
 _BY_SIGNATURE = (("R", 1), ("R", 2), ("R", 1), ("C", 1), ("H", 1), ("H", 2), ("H", 1), ("C", 1))
 
 

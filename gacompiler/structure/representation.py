@@ -24,10 +24,10 @@ from .levels import HALVES, Level, tower
 from .matrix_algebras import MatrixAlgebra, matrix_algebra, signature, without_grassmann
 
 Matrices = NDArray[Any]
-"""Shape (halves, size, size, parts); integers and fractions are Python's own (dtype object), so nothing overflows."""
+"""Shape (halves, size, size, parts); integers and fractions are Python objects (dtype object), which do not overflow."""
 
 LARGEST_DIMENSION = 12
-"""Of an algebra whose matrices are written out."""
+"""Largest dimension of an algebra for which matrices are computed."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -79,5 +79,5 @@ def test_every_method_of_a_tree_with_a_slide_and_a_joint_that_follows(tmp_path: 
     check(robot, plain, tuple(METHODS))
     # another ratio is another robot
     other = replace(plain, coupling=plain.coupling * 1.001)
-    with pytest.raises(DescriptionError, match="made from other joints"):
+    with pytest.raises(DescriptionError, match="different joints"):
         other.with_module(robot.module)

@@ -17,9 +17,9 @@ PAIRS_3D = (
     ("1", "e0^e1^e2^e3"), ("e0", "e1^e2^e3"), ("e1", "e0^e3^e2"), ("e2", "e0^e1^e3"), ("e3", "e0^e2^e1"),
     ("e0^e1", "e2^e3"), ("e0^e2", "e3^e1"), ("e0^e3", "e1^e2"),
 )  # fmt: skip
-"""Blades that the dual exchanges: the dual of the dual is the element again."""
+"""Blades that the dual exchanges; the dual is an involution."""
 TURNS = ("e1^e2", "e3^e1", "e2^e3")
-"""The blades of a line that have a metric."""
+"""The blades of a line with nonzero square."""
 
 
 def _dual(algebra: Algebra, pairs: Sequence[tuple[str, str]]) -> Any:

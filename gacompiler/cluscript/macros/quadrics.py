@@ -14,7 +14,7 @@ from ..values import acos, cos, sin, sqrt
 from .common import HALF, Table, basis, combination, dot, times, total, wedge
 
 DEGREE = 180
-"""gac turns by degrees."""
+"""Rotations of gac are in degrees."""
 
 
 def quadrics(algebra: Algebra) -> Table:

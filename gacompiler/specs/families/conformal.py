@@ -10,7 +10,7 @@ def products(algebra):
     """The products of a conformal algebra."""
     return any_elements(
         algebra,
-        regressive_product=": the meet of elements that together span the whole space",
+        regressive_product=": the meet of elements that together span space",
         even_product=": for versors, the composition that applies `b` first",
         dual=", which needs no metric",
         versor="versor",

@@ -62,7 +62,7 @@ def products(algebra, even=None, **notes):
 
     @family.kernel(a=FULL)
     def dual(a):
-        """Compute the right complement of an element{dual}: ``b ^ dual(b) = {pseudoscalar}`` for basis blades."""
+        """Compute the right complement{dual}: ``b ^ dual(b) = {pseudoscalar}`` for basis blades."""
         return ga.dual(a)
 
     @family.kernel(a=FULL)
