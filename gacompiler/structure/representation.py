@@ -24,7 +24,7 @@ from .levels import HALVES, Level, tower
 from .matrix_algebras import MatrixAlgebra, matrix_algebra, signature, without_grassmann
 
 Matrices = NDArray[Any]
-"""Shape (halves, size, size, parts); integers and fractions are Python objects (dtype object), which do not overflow."""
+"""Shape (halves, size, size, parts); integers and fractions are Python objects (dtype object) and do not overflow."""
 
 LARGEST_DIMENSION = 12
 """Largest dimension of an algebra for which matrices are computed."""
