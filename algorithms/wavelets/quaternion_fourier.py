@@ -88,7 +88,7 @@ def qft(
     workers : int, optional
         As in `scipy.fft`.
     values : str, optional
-        "real" or "quaternion". The default is "quaternion" if there are three axes or more, the last of length 4. Arrays
+        "real" or "quaternion"; the latter is the default for three axes or more, the last of length 4. Arrays
         that may be pictures with channels are rejected then: other lengths, and RGBA in integers of 8 and 16 bits.
 
     Returns
