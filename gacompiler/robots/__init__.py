@@ -1,5 +1,8 @@
 """Kinematics and dynamics of one robot as expressions, for specs of robots with folded constants."""
 
+import warnings
+from typing import Any
+
 from .chains import Chain, signed
 from .dynamics import (
     centre_of_mass,
@@ -15,11 +18,12 @@ from .dynamics import (
     potential_energy,
 )
 from .formulas import lagrange_equations, row_motor
-from .inertias import regrouped
+from .inertias import base_parameters
 from .kinematics import forward, forward_all, jacobian, jacobian_rate
 
 __all__ = [
     "Chain",
+    "base_parameters",
     "centre_of_mass",
     "centroidal_momentum_matrix",
     "coriolis",
@@ -36,7 +40,14 @@ __all__ = [
     "lagrange_equations",
     "mass_matrix",
     "potential_energy",
-    "regrouped",
     "row_motor",
     "signed",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name == "regrouped":
+        message = "gacompiler.robots.regrouped is now base_parameters; the old name will be removed in version 0.3"
+        warnings.warn(message, DeprecationWarning, stacklevel=2)
+        return base_parameters
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

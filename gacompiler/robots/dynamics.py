@@ -14,7 +14,7 @@ from .accelerations import accelerations
 from .chains import Chain, exact
 from .folding import Rows, Scalars, folded, need, square
 from .frames import ZERO
-from .inertias import about_origins, carried_by_base, regrouped
+from .inertias import about_origins, base_parameters, carried_by_base
 from .mass_matrix import composite_bodies
 from .tables import Tables, rows_of, tables_of_joints, tables_of_pairs
 
@@ -268,7 +268,7 @@ def _centroidal_momentum_matrix(chain: Chain, q: Scalars) -> Any:
 def _heavy(chain: Chain) -> Tables:
     """Return the tables of the joints, with the parameters of the inertias that affect forces."""
     need(chain, "inertias")
-    return tables_of_joints(chain) | {"inertias": rows_of(regrouped(chain))}
+    return tables_of_joints(chain) | {"inertias": rows_of(base_parameters(chain))}
 
 
 def _bodies_of(chain: Chain) -> Any:

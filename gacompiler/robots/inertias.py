@@ -47,8 +47,8 @@ def _given(chain: Chain) -> list[Inertia]:
     return found
 
 
-def regrouped(chain: Chain) -> list[Inertia]:
-    """Return the inertias about the origins of the joints, regrouped to the parameters that affect their forces.
+def base_parameters(chain: Chain) -> list[Inertia]:
+    """Return the inertias about the origins of the joints, reduced to the parameters that affect their forces.
 
     The other parameters are moved to the parent of the joint.
 
@@ -58,16 +58,16 @@ def regrouped(chain: Chain) -> list[Inertia]:
     6:368, 1990). For a prismatic joint, the whole tensor is moved to the parent. Parameters moved to the base affect no
     joint.
     """
-    return list(_regrouped(chain)[0])
+    return list(_base_parameters(chain)[0])
 
 
 def carried_by_base(chain: Chain) -> Inertia:
-    """Return the inertia that `regrouped` moves to the base, about the origin of the base."""
-    return _regrouped(chain)[1]
+    """Return the inertia that `base_parameters` moves to the base, about the origin of the base."""
+    return _base_parameters(chain)[1]
 
 
 @lru_cache(maxsize=64)
-def _regrouped(chain: Chain) -> tuple[tuple[Inertia, ...], Inertia]:
+def _base_parameters(chain: Chain) -> tuple[tuple[Inertia, ...], Inertia]:
     frames = list(zip(directions_and_moments(chain), origins(chain), strict=True))
     found, base = _given(chain), (Fraction(0), ZERO, (ZERO, ZERO, ZERO))
     for joint in reversed(range(chain.n_joints)):

@@ -18,7 +18,7 @@ from ..frontend.rows import Unrolled
 from ..frontend.unrolled import columns_of
 from ..specs import robots
 from .chains import Chain, exact
-from .inertias import regrouped
+from .inertias import base_parameters
 from .tables import Tables, rows_of, tables_of_joints
 
 Rows = tuple[tuple[Any, ...], ...]
@@ -43,7 +43,7 @@ def composite_bodies(chain: Chain, q: Sequence[Expression]) -> Rows:
     tables, parents = tables_of_joints(chain), chain.parents
     variables, ratios, screws = tables["variables"], tables["ratios"], tables["screws"]
     poses = _poses(tables, q)
-    bodies = rows_of(regrouped(chain))
+    bodies = rows_of(base_parameters(chain))
     found: list[list[Any]] = [[0] * chain.n_variables for _ in range(chain.n_variables)]
     for joint in reversed(range(chain.n_joints)):
         wrench = _spec.momentum_of(bodies[joint], lift(screws[joint]))

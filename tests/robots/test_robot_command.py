@@ -110,9 +110,16 @@ def test_chains_that_are_none() -> None:
         robots.forward_all(robots.Chain(("revolute",), (-1,), (z,), 0, tool), (0,))
 
 
-def test_what_a_joint_hands_down_is_not_felt() -> None:
-    """Regrouped inertias have no mass and at most seven numbers; those forces are made of are in `test_dynamics`."""
-    found = robots.regrouped(panda.ROBOT)
+def test_base_parameters_have_no_mass_and_seven_numbers_at_most() -> None:
+    """The forces that they give are tested in `test_dynamics`."""
+    found = robots.base_parameters(panda.ROBOT)
     assert sum(body[0] for body in panda.ROBOT.inertias) > 10 and all(mass == 0 for mass, _, _ in found)
     numbers = [sum(x != 0 for x in [*h, *(t[i][j] for i in range(3) for j in range(i, 3))]) for _, h, t in found]
     assert max(numbers) <= 7
+
+
+def test_the_former_name_of_base_parameters_warns() -> None:
+    with pytest.warns(DeprecationWarning, match=r"base_parameters.*version 0\.3"):
+        assert robots.regrouped is robots.base_parameters
+    with pytest.raises(AttributeError, match="nothing"):
+        _ = robots.nothing
