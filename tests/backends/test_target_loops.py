@@ -239,6 +239,7 @@ def run_on_processor(
     return drivers.run(calls(), [str(program)], path.parent)
 
 
+@pytest.mark.slow
 @needs("g++")
 def test_cuda_on_a_processor(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     dialect = LoopDialect(
@@ -248,6 +249,7 @@ def test_cuda_on_a_processor(folder: Path, monkeypatch: pytest.MonkeyPatch) -> N
     check(run_on_processor("g++", folder / "main.cpp", "-std=c++17", text, monkeypatch), np.float64, np.float32)
 
 
+@pytest.mark.slow
 @needs("gcc")
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_opencl_on_a_processor(folder: Path, real: str, monkeypatch: pytest.MonkeyPatch) -> None:
