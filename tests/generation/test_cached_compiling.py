@@ -65,7 +65,7 @@ def nothing_is_compiled(monkeypatch: pytest.MonkeyPatch) -> Any:
     return lambda: monkeypatch.setattr(compiling, "compile_kernel", refuse)
 
 
-@pytest.mark.parametrize("name", some_slow(["vga2", "hand_eye"], "hand_eye"))
+@pytest.mark.parametrize("name", some_slow(["vga2", "quaternion"], "quaternion"))
 def test_what_is_kept_comes_back_equal(name: str, cache: Cache, nothing_is_compiled: Any) -> None:
     """Functions, branches, matrices, forms for uniform arguments: every field, and the types of numbers."""
     spec = load_spec(next(path for path in own_specs() if path.stem == name))

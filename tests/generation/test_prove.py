@@ -49,13 +49,17 @@ def _same_program(text: str, readers: Callable[[str], Mapping[str, object]]) -> 
 @pytest.mark.slow
 @pytest.mark.parametrize("ending", ["py", "c"])
 def test_random_mutations_are_caught(records: Mapping[str, list[Compiled]], ending: str) -> None:
-    """Mutations are made where every operation matters: in kernels without branches and even functions."""
+    """Mutations are made where every operation matters: in kernels without branches and even functions.
+
+    Changes of kernels with loops are tested with the readers of their text, in `tests/backends`.
+    """
     random = Random(2026)
     smooth = [
         record
         for compiled in records.values()
         for record in compiled
-        if record.source.cost.choice == 0
+        if not record.kernel.has_loops
+        and record.source.cost.choice == 0
         and record.source.cost.mul + record.source.cost.add > 3
         and record.kernel.name not in EQUIVALENT
     ]
