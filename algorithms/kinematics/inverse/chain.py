@@ -112,7 +112,7 @@ class Chain:
         """Return the chain without one joint, and its goal motors, (N, 8).
 
         The value of a joint that is neither the first nor the last must be the same for all goals, because it moves the
-        axes behind it.
+        axes of the joints after it.
         """
         motion = self.motion(joint, value)
         keep = [j for j in range(len(self)) if j != joint]

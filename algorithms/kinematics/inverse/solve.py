@@ -216,7 +216,7 @@ def _with_locked(chain: Chain, goals: Reals, values: Mapping[int, Reals], geomet
     if joint in (0, len(chain) - 1):
         rest, motors = chain.lock(joint, value, goals)
         return _inserted(_with_locked(rest, motors, others, geometry), joint, value)
-    # A joint between others moves the axes behind it, so that each value gives a different arm.
+    # A joint between others moves the axes of the joints after it, so that each value gives a different arm.
     different, which = np.unique(value, return_inverse=True)
     parts = []
     for k, one in enumerate(different if len(different) else np.zeros(1)):
