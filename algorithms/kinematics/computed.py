@@ -6,7 +6,7 @@ before they validate their arguments.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
@@ -45,32 +45,39 @@ def _nothing(*_values: Any) -> None:
 class Attempts:
     """For each kernel a fast call, which returns None if the extension cannot execute it directly.
 
-    Looking up a slot takes a few nanoseconds, a `cached_property` ten times as long.
+    Looking up a slot takes a few nanoseconds, a `cached_property` ten times as long. Methods look up the slot and call
+    it in two statements: Python 3.11 specialises the lookup of a slot, but not as part of a call.
     """
 
     centre_of_mass: Method = _nothing
     centroidal_momentum_matrix: Method = _nothing
     coriolis: Method = _nothing
+    coriolis_matrix: Method = _nothing
     forward: Method = _nothing
     forward_all: Method = _nothing
     forward_dynamics: Method = _nothing
     gravity: Method = _nothing
     inverse_dynamics: Method = _nothing
+    inverse_dynamics_derivatives: Method = _nothing
     inverse_mass_matrix: Method = _nothing
     jacobian: Method = _nothing
     jacobian_rate: Method = _nothing
     kinetic_energy: Method = _nothing
     mass_matrix: Method = _nothing
     potential_energy: Method = _nothing
+    torque_regressor: Method = _nothing
+    twists_of_joints: Method = _nothing
 
 
 class _BoundOnce(cached_property[Any]):
-    """A kernel that is bound on first use and registered in `Attempts`."""
+    """A kernel that is bound on first use and registered in `Attempts`: the robot's own if it has one."""
 
     def __get__(self, computed: Any, owner: type | None = None) -> Any:
-        found = super().__get__(computed, owner)
-        if computed is not None and self.attrname in computed.tried:
-            setattr(computed.attempts, str(self.attrname), found.attempt)
+        if computed is None:
+            return self
+        name = str(self.attrname)
+        found = computed.own[name] if name in computed.own else super().__get__(computed, owner)
+        setattr(computed.attempts, name, found.attempt)
         return found
 
 
@@ -103,20 +110,19 @@ class Computed:
     Parameters
     ----------
     model : Constants
-    folded : collection of str
-        The kernels of the robot's own module, which are called instead.
+    own : mapping of str to Kernel
+        The kernels of the robot's own module, which replace those of the same name.
 
     Attributes
     ----------
+    own : mapping of str to Kernel
     attempts : Attempts
-        Fast calls of the other kernels, once they are bound.
-    tried : set of str
-        The names of these other kernels.
+        Fast calls of the kernels that have been used.
     """
 
-    def __init__(self, model: Constants, folded: Collection[str] = ()) -> None:
+    def __init__(self, model: Constants, own: Mapping[str, Any]) -> None:
         self._model = model
-        self.tried = set(Attempts.__slots__).difference(folded)
+        self.own = own
         self.attempts = Attempts()
         self._paths: dict[tuple[int, bytes], tuple[Method, Method]] = {}
 
@@ -210,7 +216,7 @@ class Computed:
 
     @cached_property
     def inertias(self) -> Floats:
-        """Inertial parameters (N, 10), which `torque_regressor` multiplies."""
+        """Inertial parameters (N, 10), which `torque_regressor` multiplies. Raises a MissingInertiaError."""
         return inertias_of(self._model)
 
     @_BoundOnce

@@ -19,6 +19,10 @@ class Constants(Protocol):
     """
 
     @property
+    def name(self) -> str:
+        """For error messages."""
+
+    @property
     def kinds(self) -> tuple[Joint, ...]:
         """(N,), revolute or prismatic."""
 

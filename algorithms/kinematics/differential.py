@@ -84,15 +84,9 @@ class Differential(Changes):
         """
         if link is not None:
             return self._jacobian_of_link(link, q)
-        own = self._own.jacobian
-        if own is not None:
-            try:
-                return own(q)  # type: ignore[no-any-return]
-            except (TypeError, ValueError):
-                pass
         attempt = self._attempts.jacobian
-        found = attempt(q)
-        return self._run(self._computed.jacobian, ("q",), q) if found is None else found  # type: ignore[no-any-return]
+        found: Reals | None = attempt(q)
+        return self._evaluate("jacobian", q) if found is None else found
 
     def _jacobian_of_link(self, name: str, q: ArrayLike) -> Reals:
         joint, tool = self._carrier(name)
@@ -119,13 +113,8 @@ class Differential(Changes):
             As in `jacobian`.
         """
         attempt = self._attempts.jacobian_rate
-        found = attempt(q, qd)
-        if found is not None:
-            return found  # type: ignore[no-any-return]
-        own = self._own.call("jacobian_rate", q, qd)
-        if own is not None:
-            return own  # type: ignore[no-any-return]
-        return self._run(self._computed.jacobian_rate, ("q", "qd"), q, qd)  # type: ignore[no-any-return]
+        found: Reals | None = attempt(q, qd)
+        return self._evaluate("jacobian_rate", q, qd) if found is None else found
 
     def velocity(self, q: ArrayLike, qd: ArrayLike) -> Reals:
         """Return the velocity of the end effector, (..., 6): angular over linear, base frame.
@@ -215,7 +204,7 @@ class Differential(Changes):
         TypeError, ValueError
             As in `jacobian`.
         """
-        return self._run(self._computed.twists_of_joints, ("q",), q)  # type: ignore[no-any-return]
+        return self._evaluate("twists_of_joints", q)
 
     def jacobian_of_point(self, q: ArrayLike, p: ArrayLike) -> Reals:
         """Return the Jacobian of a point fixed to the end effector.
@@ -282,7 +271,7 @@ class Differential(Changes):
     def _jacobian_of(self, q: ArrayLike, element: Reals, move: pga3.Kernel, twist_on: pga3.Kernel) -> Reals:
         q = self._variables(q, "q")[0]
         twists = self.twists_of_joints(q)
-        now = move(self._run(self._computed.forward, ("q",), q), element.astype(q.dtype))
+        now = move(self._evaluate("forward", q), element.astype(q.dtype))
         path = list(self.path)
         found = np.zeros((*q.shape[:-1], len(element), len(self.kinds)), q.dtype)
         found[..., path] = np.swapaxes(twist_on(twists[..., path, :], now[..., None, :]), -1, -2)

@@ -35,18 +35,9 @@ class Dynamics(Differential):
         TypeError, ValueError
             If an argument is not an array of real numbers whose last axis has length n.
         """
-        own = self._own.inverse_dynamics
-        if own is not None:
-            try:
-                return own(q, qd, qdd)  # type: ignore[no-any-return]
-            except (TypeError, ValueError):
-                pass
         attempt = self._attempts.inverse_dynamics
-        found = attempt(q, qd, qdd)
-        if found is not None:
-            return found  # type: ignore[no-any-return]
-        self._need_inertia()
-        return self._run(self._computed.inverse_dynamics, ("q", "qd", "qdd"), q, qd, qdd)  # type: ignore[no-any-return]
+        found: Reals | None = attempt(q, qd, qdd)
+        return self._evaluate("inverse_dynamics", q, qd, qdd) if found is None else found
 
     def gravity(self, q: ArrayLike) -> Reals:
         """Return the forces and torques (..., n) that hold the robot at rest.
@@ -61,14 +52,8 @@ class Dynamics(Differential):
             As in `inverse_dynamics`.
         """
         attempt = self._attempts.gravity
-        found = attempt(q)
-        if found is not None:
-            return found  # type: ignore[no-any-return]
-        own = self._own.call("gravity", q)
-        if own is not None:
-            return own  # type: ignore[no-any-return]
-        self._need_inertia()
-        return self._run(self._computed.gravity, ("q",), q)  # type: ignore[no-any-return]
+        found: Reals | None = attempt(q)
+        return self._evaluate("gravity", q) if found is None else found
 
     def coriolis(self, q: ArrayLike, qd: ArrayLike) -> Reals:
         """Return the centrifugal and Coriolis forces and torques (..., n): ``coriolis_matrix(q, qd) @ qd``.
@@ -83,14 +68,8 @@ class Dynamics(Differential):
             As in `inverse_dynamics`.
         """
         attempt = self._attempts.coriolis
-        found = attempt(q, qd)
-        if found is not None:
-            return found  # type: ignore[no-any-return]
-        own = self._own.call("coriolis", q, qd)
-        if own is not None:
-            return own  # type: ignore[no-any-return]
-        self._need_inertia()
-        return self._run(self._computed.coriolis, ("q", "qd"), q, qd)  # type: ignore[no-any-return]
+        found: Reals | None = attempt(q, qd)
+        return self._evaluate("coriolis", q, qd) if found is None else found
 
     def coriolis_matrix(self, q: ArrayLike, qd: ArrayLike) -> Reals:
         """Return the Coriolis matrix C of Christoffel symbols.
@@ -111,11 +90,9 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        own = self._own.call("coriolis_matrix", q, qd)
-        if own is not None:
-            return own  # type: ignore[no-any-return]
-        self._need_inertia()
-        return self._run(self._computed.coriolis_matrix, ("q", "qd"), q, qd)  # type: ignore[no-any-return]
+        attempt = self._attempts.coriolis_matrix
+        found: Reals | None = attempt(q, qd)
+        return self._evaluate("coriolis_matrix", q, qd) if found is None else found
 
     def mass_matrix(self, q: ArrayLike) -> Reals:
         """Return the mass matrix H (..., n, n), which is symmetric and positive definite.
@@ -131,18 +108,9 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        own = self._own.mass_matrix
-        if own is not None:
-            try:
-                return own(q)  # type: ignore[no-any-return]
-            except (TypeError, ValueError):
-                pass
         attempt = self._attempts.mass_matrix
-        found = attempt(q)
-        if found is not None:
-            return found  # type: ignore[no-any-return]
-        self._need_inertia()
-        return self._run(self._computed.mass_matrix, ("q",), q)  # type: ignore[no-any-return]
+        found: Reals | None = attempt(q)
+        return self._evaluate("mass_matrix", q) if found is None else found
 
     def inverse_mass_matrix(self, q: ArrayLike) -> Reals:
         """Return the inverse (..., n, n) of `mass_matrix`: the accelerations under a unit force at each joint.
@@ -160,11 +128,8 @@ class Dynamics(Differential):
             As in `inverse_dynamics`.
         """
         attempt = self._attempts.inverse_mass_matrix
-        found = attempt(q)
-        if found is not None:
-            return found  # type: ignore[no-any-return]
-        self._need_inertia()
-        return self._run(self._computed.inverse_mass_matrix, ("q",), q)  # type: ignore[no-any-return]
+        found: Reals | None = attempt(q)
+        return self._evaluate("inverse_mass_matrix", q) if found is None else found
 
     def forward_dynamics(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike) -> Reals:
         """Return the accelerations (..., n) under given joint forces and torques.
@@ -183,14 +148,8 @@ class Dynamics(Differential):
             As in `inverse_dynamics`.
         """
         attempt = self._attempts.forward_dynamics
-        found = attempt(q, qd, tau)
-        if found is not None:
-            return found  # type: ignore[no-any-return]
-        own = self._own.call("forward_dynamics", q, qd, tau)
-        if own is not None:
-            return own  # type: ignore[no-any-return]
-        self._need_inertia()
-        return self._run(self._computed.forward_dynamics, ("q", "qd", "tau"), q, qd, tau)  # type: ignore[no-any-return]
+        found: Reals | None = attempt(q, qd, tau)
+        return self._evaluate("forward_dynamics", q, qd, tau) if found is None else found
 
     def inverse_dynamics_derivatives(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> tuple[Reals, Reals]:
         """Return the derivatives of `inverse_dynamics` with respect to `q` and `qd`.
@@ -211,10 +170,10 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        own = self._own.call("inverse_dynamics_derivatives", q, qd, qdd)
-        if own is not None:
-            return own[0], own[1]
-        self._need_inertia()
+        attempt = self._attempts.inverse_dynamics_derivatives
+        found: tuple[Reals, Reals] | None = attempt(q, qd, qdd)
+        if found is not None:
+            return found
         by_q, by_qd = self._run(self._computed.inverse_dynamics_derivatives, ("q", "qd", "qdd"), q, qd, qdd)
         return by_q, by_qd
 
@@ -272,7 +231,7 @@ class Dynamics(Differential):
         TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        return self._run(self._computed.torque_regressor, ("q", "qd", "qdd"), q, qd, qdd)  # type: ignore[no-any-return]
+        return self._evaluate("torque_regressor", q, qd, qdd)
 
     @property
     def link_inertias(self) -> Reals:
@@ -287,7 +246,6 @@ class Dynamics(Differential):
         ------
         MissingInertiaError
         """
-        self._need_inertia()
         return self._computed.inertias
 
     def centre_of_mass(self, q: ArrayLike) -> Reals:
@@ -303,14 +261,8 @@ class Dynamics(Differential):
             As in `inverse_dynamics`.
         """
         attempt = self._attempts.centre_of_mass
-        found = attempt(q)
-        if found is not None:
-            return found  # type: ignore[no-any-return]
-        own = self._own.call("centre_of_mass", q)
-        if own is not None:
-            return own  # type: ignore[no-any-return]
-        self._need_inertia()
-        return self._run(self._computed.centre_of_mass, ("q",), q)  # type: ignore[no-any-return]
+        found: Reals | None = attempt(q)
+        return self._evaluate("centre_of_mass", q) if found is None else found
 
     def centroidal_momentum_matrix(self, q: ArrayLike) -> Reals:
         """Return the centroidal momentum matrix (..., 6, n): angular over linear rows.
@@ -328,14 +280,8 @@ class Dynamics(Differential):
             As in `inverse_dynamics`.
         """
         attempt = self._attempts.centroidal_momentum_matrix
-        found = attempt(q)
-        if found is not None:
-            return found  # type: ignore[no-any-return]
-        own = self._own.call("centroidal_momentum_matrix", q)
-        if own is not None:
-            return own  # type: ignore[no-any-return]
-        self._need_inertia()
-        return self._run(self._computed.centroidal_momentum_matrix, ("q",), q)  # type: ignore[no-any-return]
+        found: Reals | None = attempt(q)
+        return self._evaluate("centroidal_momentum_matrix", q) if found is None else found
 
     def centroidal_momentum(self, q: ArrayLike, qd: ArrayLike) -> Reals:
         """Return the momentum (..., 6) about the centre of mass: angular over linear.
@@ -366,14 +312,8 @@ class Dynamics(Differential):
             As in `inverse_dynamics`.
         """
         attempt = self._attempts.kinetic_energy
-        found = attempt(q, qd)
-        if found is not None:
-            return found  # type: ignore[no-any-return]
-        own = self._own.call("kinetic_energy", q, qd)
-        if own is not None:
-            return own  # type: ignore[no-any-return]
-        self._need_inertia()
-        return self._run(self._computed.kinetic_energy, ("q", "qd"), q, qd)  # type: ignore[no-any-return]
+        found: Reals | None = attempt(q, qd)
+        return self._evaluate("kinetic_energy", q, qd) if found is None else found
 
     def potential_energy(self, q: ArrayLike) -> Reals:
         """Return the gravitational potential energy (...), J.
@@ -390,14 +330,8 @@ class Dynamics(Differential):
             As in `inverse_dynamics`.
         """
         attempt = self._attempts.potential_energy
-        found = attempt(q)
-        if found is not None:
-            return found  # type: ignore[no-any-return]
-        own = self._own.call("potential_energy", q)
-        if own is not None:
-            return own  # type: ignore[no-any-return]
-        self._need_inertia()
-        return self._run(self._computed.potential_energy, ("q",), q)  # type: ignore[no-any-return]
+        found: Reals | None = attempt(q)
+        return self._evaluate("potential_energy", q) if found is None else found
 
 
 def _warn_of_deprecated_name(what: str) -> None:

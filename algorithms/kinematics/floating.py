@@ -26,6 +26,7 @@ from .base_velocity import cross_matrix, rotated, times, velocity_map_rate, velo
 from .errors import FloatingBaseError
 from .inverse import Solutions
 from .robot import Robot, for_base
+from .tables import need_inertia
 
 _MOTOR = 8
 _ORDER = (5, 4, 3, 0, 1, 2)
@@ -186,21 +187,18 @@ class FloatingRobot(Robot):
 
     def inverse_dynamics(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Reals:
         """As `Robot.inverse_dynamics`, (..., n)."""
-        self._need_inertia()
         now = self._at(q, (qd, "qd"), (qdd, "qdd"))
         v, a = now.rates
         return self._forces_there(now, v, a, self._falling(now))
 
     def gravity(self, q: ArrayLike) -> Reals:
         """As `Robot.gravity`, (..., n)."""
-        self._need_inertia()
         now = self._at(q)
         still = np.zeros((*now.x.shape[:-1], self.n_joints), now.x.dtype)
         return self._forces_there(now, still, still, self._falling(now))
 
     def coriolis(self, q: ArrayLike, qd: ArrayLike) -> Reals:
         """As `Robot.coriolis`, (..., n)."""
-        self._need_inertia()
         now = self._at(q, (qd, "qd"))
         return self._forces_there(now, now.rates[0], np.zeros_like(now.rates[0]), np.zeros(3))
 
@@ -222,7 +220,6 @@ class FloatingRobot(Robot):
 
     def forward_dynamics(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike) -> Reals:
         """As `Robot.forward_dynamics`, (..., n)."""
-        self._need_inertia()
         now = self._at(q, (qd, "qd"), (tau, "tau"))
         speeds, forces = (rate[..., self._places] for rate in now.rates)
         found = self._still_base.forward_dynamics(now.x, speeds, forces)[..., self._order]
@@ -232,7 +229,6 @@ class FloatingRobot(Robot):
 
     def inverse_dynamics_derivatives(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> tuple[Reals, Reals]:
         """As `Robot.inverse_dynamics_derivatives`, (..., n, n) each."""
-        self._need_inertia()
         now = self._at(q, (qd, "qd"), (qdd, "qdd"))
         v, a = now.rates
         falling = self._falling(now)
@@ -274,7 +270,7 @@ class FloatingRobot(Robot):
 
     def potential_energy(self, q: ArrayLike) -> Reals:
         """As `Robot.potential_energy`: zero where all centres of mass are level with the world's origin."""
-        self._need_inertia()
+        need_inertia(self)
         mass = self.bodies[:, 0].sum()
         if mass == 0:
             return np.zeros_like(self._at(q).x[..., 0])[()]

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -61,56 +60,17 @@ _NEVER_OWN = (
 _LINE = re.compile(r"^ {4}(\w+) ([0-9a-f]{12})$", re.MULTILINE)
 
 
-@dataclass(frozen=True, slots=True)
-class Folded:
-    """The kernels of a module that are valid for a robot; None for those that are not."""
-
-    forward: Any = None
-    forward_all: Any = None
-    jacobian: Any = None
-    jacobian_rate: Any = None
-    inverse_dynamics: Any = None
-    gravity: Any = None
-    coriolis: Any = None
-    mass_matrix: Any = None
-    forward_dynamics: Any = None
-    coriolis_matrix: Any = None
-    inverse_dynamics_derivatives: Any = None
-    kinetic_energy: Any = None
-    potential_energy: Any = None
-    centre_of_mass: Any = None
-    centroidal_momentum_matrix: Any = None
-
-    @property
-    def names(self) -> frozenset[str]:
-        """The names of the valid kernels."""
-        return frozenset(entry.name for entry in fields(self) if getattr(self, entry.name) is not None)
-
-    def call(self, name: str, *given: Any) -> Any:
-        """Return the result of a kernel, or None if it is missing or rejects an argument."""
-        own = getattr(self, name)
-        if own is not None:
-            try:
-                return own(*given)
-            except (TypeError, ValueError):
-                pass
-        return None
-
-
-NOTHING = Folded()
-
-
-def kernels_of(model: Constants) -> Folded:
-    """Return the kernels of the robot's module that were generated from the same constants."""
+def kernels_of(model: Constants) -> Mapping[str, Any]:
+    """Return the kernels of the robot's module that were generated from the same constants, by name."""
     if model.module is None:
-        return NOTHING
-    other = differences(model) | ({"bodies"} if model.without_inertia else set())
-    kept = {
+        return {}
+    unknown = {"bodies"} if model.without_inertia or not model.bodies.size else set()
+    other = differences(model) | unknown
+    return {
         name: getattr(model.module, name)
-        for name in (entry.name for entry in fields(Folded))
-        if hasattr(model.module, name) and not other.intersection(_DEPENDS[name])
+        for name, parts in _DEPENDS.items()
+        if hasattr(model.module, name) and not other.intersection(parts)
     }
-    return Folded(**kept)
 
 
 def differences(model: Constants) -> set[str]:
@@ -132,11 +92,11 @@ def folded_parts(module: Any) -> set[str]:
     return {part for name, parts in _DEPENDS.items() if hasattr(module, name) for part in parts}
 
 
-def uses(kernels: Folded, module: Any) -> Mapping[str, str]:
+def uses(kernels: Mapping[str, Any], module: Any) -> Mapping[str, str]:
     """Return for each method the module whose kernels it calls."""
     found = dict.fromkeys(_NEVER_OWN, GENERIC)
     for method, names in _CALLS.items():
-        modules = {GENERIC if getattr(kernels, name, None) is None else module.__name__ for name in names}
+        modules = {module.__name__ if name in kernels else GENERIC for name in names}
         found[method] = ", ".join(sorted(modules, key=GENERIC.__eq__))
     return found
 

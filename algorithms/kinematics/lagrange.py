@@ -16,6 +16,7 @@ from generated import pga3
 
 from ..arguments import Reals, real_array
 from .robot import Robot
+from .tables import need_inertia
 
 
 def scalar_inertia_dynamics(
@@ -42,7 +43,7 @@ def scalar_inertia_dynamics(
     TypeError, ValueError
         If an argument has a wrong shape.
     """
-    robot._need_inertia()
+    need_inertia(robot)
     n = len(robot.kinds)
     scalars = real_array(inertias, f"{robot.name}: inertias", (n,), "one for each link")
     shape, (flat, speeds) = robot._together((q, "q"), (qd, "qd"))

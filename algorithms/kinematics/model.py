@@ -16,7 +16,7 @@ from . import folded
 from .computed import Attempts, Computed, Method
 from .constants import Floats
 from .denavit_hartenberg import Joint
-from .errors import DescriptionError, JointCountError, MissingInertiaError, NotFiniteError, UnknownJointTypeError
+from .errors import DescriptionError, JointCountError, NotFiniteError, UnknownJointTypeError
 from .tables import path_to
 
 _FLOAT64 = np.dtype(np.float64)
@@ -93,11 +93,9 @@ class Model:
     links: Mapping[str, tuple[int, Floats]] = field(default_factory=dict)
     module: Any = None
     _computed: Computed = field(init=False, repr=False)
-    """The kernels of `generated.robots` with the tables of this robot."""
+    """The kernels of `module` that were generated from the same constants, and those of `generated.robots`."""
     _attempts: Attempts = field(init=False, repr=False)
     """Fast calls of these kernels, which methods try first."""
-    _own: folded.Folded = field(default=folded.NOTHING, init=False, repr=False)
-    """The kernels of `module` that were generated from the same constants."""
 
     def __post_init__(self) -> None:
         count = len(self.kinds)
@@ -153,8 +151,7 @@ class Model:
             kept = np.array(getattr(self, name), float)
             kept.flags.writeable = False
             fill(name, kept)
-        fill("_own", folded.kernels_of(self))
-        fill("_computed", Computed(self, self._own.names))
+        fill("_computed", Computed(self, folded.kernels_of(self)))
         fill("_attempts", self._computed.attempts)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -179,21 +176,21 @@ class Model:
         Kernels of the robot's module are not used if they were generated from different constants. For example, a robot
         whose tool was changed uses the generic `forward`, but its own `mass_matrix`.
         """
-        return MappingProxyType(folded.uses(self._own, self.module))
+        return MappingProxyType(folded.uses(self._computed.own, self.module))
 
     @property
     def path(self) -> tuple[int, ...]:
         """The joints from the base to the end effector."""
         return path_to(self, self.tip)
 
-    def _run(self, kernel: Method, names: Sequence[str], *values: ArrayLike) -> Any:
-        """Call a kernel of `generated.robots` with variables, rates and forces. float32 arguments give float32 results.
+    def _evaluate(self, name: str, *values: ArrayLike) -> Reals:
+        """Return the result of the kernel of a method whose fast call has rejected the arguments."""
+        last = "tau" if name == "forward_dynamics" else "qdd"
+        found: Reals = self._run(getattr(self._computed, name), ("q", "qd", last)[: len(values)], *values)
+        return found
 
-        Arguments that the fast call rejects are checked here, so that error messages name the robot.
-        """
-        found = kernel.attempt(*values)
-        if found is not None:
-            return found
+    def _run(self, kernel: Method, names: Sequence[str], *values: ArrayLike) -> Any:
+        """Check and broadcast variables, rates and forces, and call a kernel. float32 gives float32."""
         shape, rows = self._together(*zip(values, names, strict=True))
         arrays = [row.reshape(*shape, self.n_joints) for row in rows]
         found = kernel(*(array.astype(_FLOAT64, copy=False) for array in arrays))
@@ -228,13 +225,6 @@ class Model:
         if not self.coupling.size:
             return columns
         return columns @ self.coupling[:, :-1].astype(columns.dtype)  # type: ignore[no-any-return]
-
-    def _need_inertia(self) -> None:
-        if self.without_inertia:
-            links = ", ".join(self.without_inertia)
-            raise MissingInertiaError(f"{self.name}: no inertia of {links}; expected one for every moving link")
-        if not self.bodies.size:
-            raise MissingInertiaError(f"{self.name}: unknown masses; expected bodies, one for each joint")
 
 
 def _unpickled(cls: type[Model], kept: dict[str, Any]) -> Model:

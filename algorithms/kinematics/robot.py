@@ -226,15 +226,9 @@ class Robot(Simulated):
         TypeError, ValueError
             If `q` is not an array of real numbers whose last axis has length n.
         """
-        own = self._own.forward
-        if own is not None:
-            try:
-                return own(q)  # type: ignore[no-any-return]
-            except (TypeError, ValueError):
-                pass
         attempt = self._attempts.forward
-        found = attempt(q)
-        return self._run(self._computed.forward, ("q",), q) if found is None else found  # type: ignore[no-any-return]
+        found: Reals | None = attempt(q)
+        return self._evaluate("forward", q) if found is None else found
 
     def forward_all(self, q: ArrayLike) -> Reals:
         """Return the poses of all links, as the motors of all joint frames.
@@ -255,13 +249,8 @@ class Robot(Simulated):
             As in `forward`.
         """
         attempt = self._attempts.forward_all
-        found = attempt(q)
-        if found is not None:
-            return found  # type: ignore[no-any-return]
-        own = self._own.call("forward_all", q)
-        if own is not None:
-            return own  # type: ignore[no-any-return]
-        return self._run(self._computed.forward_all, ("q",), q)  # type: ignore[no-any-return]
+        found: Reals | None = attempt(q)
+        return self._evaluate("forward_all", q) if found is None else found
 
     def link(self, name: str, q: ArrayLike) -> Reals:
         """Return the pose of a link of a URDF file, (..., 8).

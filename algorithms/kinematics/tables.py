@@ -17,6 +17,7 @@ from generated import pga3
 
 from .constants import Constants, Floats
 from .denavit_hartenberg import Joint
+from .errors import MissingInertiaError
 
 Indices = NDArray[np.int64]
 
@@ -134,10 +135,20 @@ def carried_by(model: Constants, joint: int, motor: Floats) -> Floats:
 
 
 def inertias_of(model: Constants) -> Floats:
-    """Return the inertias (N, 10) about the origins of the joints' frames."""
+    """Return the inertias (N, 10) about the origins of the joints' frames, or raise a MissingInertiaError."""
+    need_inertia(model)
     bodies = model.bodies.copy()
     bodies[:, 1:4] -= origins_of(model)
     return pga3.inertia_of_moved_body(np.eye(8)[0], bodies)  # type: ignore[no-any-return]
+
+
+def need_inertia(model: Constants) -> None:
+    """Raise a MissingInertiaError if the inertia of some moving link is unknown."""
+    if model.without_inertia:
+        links = ", ".join(model.without_inertia)
+        raise MissingInertiaError(f"{model.name}: no inertia of {links}; expected one for every moving link")
+    if not model.bodies.size:
+        raise MissingInertiaError(f"{model.name}: unknown masses; expected bodies, one for each joint")
 
 
 def path_to(model: Constants, joint: int) -> tuple[int, ...]:

@@ -1175,6 +1175,27 @@ static PyObject *call_vectorcall(PyObject *self, PyObject *const *args, size_t n
     return result;
 }
 
+PyDoc_STRVAR(
+    attempt_doc,
+    "attempt(*arrays)\n--\n\n"
+    "Return the results for arrays that the extension reads directly, such as doubles in C order.\n"
+    "Return None for all other arguments, valid or not, and before the kernel is first called."
+);
+
+static PyObject *call_attempt(PyObject *self, PyObject *const *args, Py_ssize_t n)
+{
+    const Call *call = (const Call *)self;
+    PyObject *result = NULL;
+    if (call->n_inputs && n == call->n_inputs) {
+        result = call_on_element(call, args, NULL);
+        if (result == NULL && !PyErr_Occurred())
+            result = call_on_batch(call, args, NULL);
+    }
+    if (result == NULL && !PyErr_Occurred())
+        Py_RETURN_NONE;
+    return result;
+}
+
 static PyObject *call_new(PyTypeObject *type, PyObject *Py_UNUSED(args), PyObject *Py_UNUSED(names))
 {
     Call *call = (Call *)type->tp_alloc(type, 0);
@@ -1278,6 +1299,7 @@ static void call_dealloc(PyObject *self)
 static PyMethodDef call_methods[] = {
     {"_adopt", call_adopt, METH_NOARGS | METH_CLASS, adopt_call_doc},
     {"_bind", call_bind, METH_VARARGS, bind_doc},
+    {"attempt", (PyCFunction)(void (*)(void))call_attempt, METH_FASTCALL, attempt_doc},
     {NULL, NULL, 0, NULL},
 };
 
@@ -1643,13 +1665,6 @@ static PyObject *loops_on_arrays(const LoopCall *call, PyObject *const *args, Py
             done = (made[k] = new_number(results[k])) != NULL;
     return returned(made, n_made, done);
 }
-
-PyDoc_STRVAR(
-    attempt_doc,
-    "attempt(*arrays)\n--\n\n"
-    "Return the results for arrays of doubles in C order with the right shapes, once the kernel has been called.\n"
-    "Return None for all other arguments, valid or not."
-);
 
 static PyObject *loops_attempt(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {

@@ -259,6 +259,9 @@ class Kernel(Call):  # type: ignore[misc]
     if extension is None:
         __call__ = call
 
+        def attempt(self, *_arrays: Any) -> None:
+            """Return None: without the extension there is no fast path."""
+
     def _in_order(self, arrays: tuple[Any, ...], named: dict[str, Any]) -> list[Any]:
         """Return the arguments of a call in order, given that some were passed by name."""
         names = self.argument_names

@@ -169,6 +169,25 @@ def test_any_argument(fast: ModuleType, plain: ModuleType, program: Program) -> 
             assert outcome(getattr(fast, program.name), *arguments) == wanted, (k, variant)
 
 
+def test_attempts_return_what_calls_return_or_none(fast: ModuleType, plain: ModuleType) -> None:
+    """An attempt raises no error, and runs no line of Python: without the extension it is always None."""
+    for program in (MOVE_POINT, NORMALIZE, MATRIX_PRODUCT, INTERPOLATE, DISTANCE, SWAP):
+        arrays = inputs(program)
+        kernel = getattr(fast, program.name)
+        assert outcome(kernel.attempt, *arrays) == outcome(kernel, *arrays)
+        assert getattr(plain, program.name).attempt(*arrays) is None
+        for k, array in enumerate(arrays):
+            for variant in variants(array):
+                arguments = [*arrays[:k], variant, *arrays[k + 1 :]]
+                found = kernel.attempt(*arguments)
+                if found is not None:
+                    assert outcome(lambda found=found: found) == outcome(kernel, *arguments), (k, variant)
+        assert kernel.attempt() is None and kernel.attempt(*arrays, *arrays) is None
+    m, p = inputs(MOVE_POINT)
+    assert fast.move_point.attempt(np.stack([m, m]), p).shape == (2, 3)
+    assert fast.move_point.attempt(m.tolist(), p) is None
+
+
 @pytest.mark.parametrize("program", [MOVE_POINT, NORMALIZE, MATRIX_PRODUCT, DISTANCE])
 def test_any_out(fast: ModuleType, plain: ModuleType, program: Program) -> None:
     arrays = inputs(program)
