@@ -204,7 +204,9 @@ class Differential(Changes):
         TypeError, ValueError
             As in `jacobian`.
         """
-        return self._evaluate("twists_of_joints", q)
+        attempt = self._attempts.twists_of_joints
+        found: Reals | None = attempt(q)
+        return self._evaluate("twists_of_joints", q) if found is None else found
 
     def jacobian_of_point(self, q: ArrayLike, p: ArrayLike) -> Reals:
         """Return the Jacobian of a point fixed to the end effector.

@@ -231,7 +231,9 @@ class Dynamics(Differential):
         TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        return self._evaluate("torque_regressor", q, qd, qdd)
+        attempt = self._attempts.torque_regressor
+        found: Reals | None = attempt(q, qd, qdd)
+        return self._evaluate("torque_regressor", q, qd, qdd) if found is None else found
 
     @property
     def link_inertias(self) -> Reals:
