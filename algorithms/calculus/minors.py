@@ -8,8 +8,8 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
+from ..subspaces.index_tables import place, vectors_of
 from ..subspaces.products import Product, outer_by_vector, product_of_terms
-from ..subspaces.tables import place, vectors_of
 
 Floats = NDArray[np.float64]
 Places = NDArray[np.int64]

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from generated import vga2, vga3
 
 from ..arguments import real_array
+from ..subspaces.index_tables import vectors_of
 from ..subspaces.products import product_of_terms
-from ..subspaces.tables import vectors_of
 
 Floats = NDArray[np.float64]
 Product = Callable[..., Any]

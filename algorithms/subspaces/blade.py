@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import finite, real_array
-from . import tables
+from . import index_tables as tables
 from .products import outer_by_vector, outer_of_grades
 
 Floats = NDArray[np.float64]

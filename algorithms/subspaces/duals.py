@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import tables
+from . import index_tables as tables
 from .blade import Blade, FactoredBlade, Floats, _made, check_pair, factorize_blade
 from .gram import gram_matrix, is_degenerate
 from .incidence import ANGLE, AnyBlade, join_and_meet

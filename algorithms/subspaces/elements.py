@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import real_array
-from . import tables
+from . import index_tables as tables
 from .blade import BLADE_TOLERANCE, Floats, _finite, factors_and_defects, flat
 from .gram import gram_matrix, nullity
 from .reflections import reflections_of

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from generated.tables import product_by_table
 
-from . import tables
+from . import index_tables as tables
 
 Floats = NDArray[np.float64]
 Product = Callable[..., Any]

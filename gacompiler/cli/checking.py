@@ -21,8 +21,8 @@ from ..generation.files import compare
 from ..generation.rendering import render
 from ..generation.spec_files import Spec
 from ..generation.workers import each_spec
-from ..prove import Verdict, verify_module
 from ..runtime import load_module
+from ..verify import Verdict, verify_module
 from .arguments import compiled_kernels, find_spec, is_own, own_modules, rendered
 from .framework import algebra_option, cache_option, command, jobs_option, json_option
 from .output import near, print_table, progress_bar

@@ -12,9 +12,9 @@ reverse order. Both record statements like loop functions do (`replay`). As for 
 compares the derivative with its definition.
 """
 
-from .kernels import hessian_vector as hessian_vector
-from .kernels import jacobian as jacobian
-from .kernels import jvp as jvp
-from .kernels import matrix_of as matrix_of
-from .kernels import vjp as vjp
+from .derived_kernels import hessian_vector as hessian_vector
+from .derived_kernels import jacobian as jacobian
+from .derived_kernels import jvp as jvp
+from .derived_kernels import matrix_of as matrix_of
+from .derived_kernels import vjp as vjp
 from .rules import derivative as derivative

@@ -9,9 +9,9 @@ from typing import Any
 from ..frontend.operations import select
 from ..specs.robots import NO_INERTIA
 from .chains import Chain, exact
+from .exact_tables import path_to
 from .frames import dot, origins, plus
 from .inertias import about_origins
-from .tables import path_to
 
 
 def accelerations(chain: Chain, mass_matrix: Sequence[Sequence[Any]], forces: Sequence[Any]) -> tuple[Any, ...]:

@@ -12,11 +12,11 @@ from ..frontend.loop_trace import written_out
 from ..specs import robots as spec
 from .accelerations import accelerations
 from .chains import Chain, exact
+from .exact_tables import Tables, rows_of, tables_of_joints, tables_of_pairs
 from .folding import Rows, Scalars, folded, need, square
 from .frames import ZERO
 from .inertias import about_origins, base_parameters, carried_by_base
 from .mass_matrix import composite_bodies
-from .tables import Tables, rows_of, tables_of_joints, tables_of_pairs
 
 # Forces.
 

@@ -14,9 +14,9 @@ from ..frontend.loop_trace import written_out
 from ..frontend.operations import cos, sin
 from ..specs import robots as spec
 from .chains import Chain
+from .exact_tables import motor_of, path_to, rotor_and_place, tables_of_joints
 from .folding import Rows, Scalars, folded, need
 from .frames import ZERO, directions_and_moments, line_of, origins
-from .tables import motor_of, path_to, rotor_and_place, tables_of_joints
 
 
 def forward(chain: Chain, q: Scalars) -> Any:

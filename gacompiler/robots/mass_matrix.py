@@ -18,8 +18,8 @@ from ..frontend.rows import Unrolled
 from ..frontend.unrolled import columns_of
 from ..specs import robots
 from .chains import Chain, exact
+from .exact_tables import Tables, rows_of, tables_of_joints
 from .inertias import base_parameters
-from .tables import Tables, rows_of, tables_of_joints
 
 Rows = tuple[tuple[Any, ...], ...]
 

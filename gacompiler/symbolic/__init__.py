@@ -13,11 +13,11 @@ from . import functions
 from .construct import multivector as multivector
 from .construct import symbols as symbols
 from .construct import unknowns as unknowns
+from .conversion import DerivedProgram as DerivedProgram
+from .conversion import from_kernel as from_kernel
+from .conversion import program_of as program_of
+from .conversion import to_kernel as to_kernel
 from .functions import *  # noqa: F403
-from .kernels import DerivedProgram as DerivedProgram
-from .kernels import from_kernel as from_kernel
-from .kernels import program_of as program_of
-from .kernels import to_kernel as to_kernel
 from .multivector import SymbolicMultivector as SymbolicMultivector
 from .relations import equal as equal
 from .relations import reduce as reduce

@@ -28,7 +28,7 @@ from backend_programs import (
 from selection import some_slow
 
 from gacompiler.backends import find_compiler
-from gacompiler.gac_runtime.jit.kernels import Loops
+from gacompiler.gac_runtime.jit.compiled import Loops
 from gacompiler.generation.spec_files import load_spec
 from gacompiler.runtime import load_module
 

@@ -24,8 +24,8 @@ from gacompiler.generation.rendering import render
 from gacompiler.generation.spec_files import Spec, load_spec
 from gacompiler.ir.procedure import Add, Counter, Loop, Place, Procedure, Storage, Table, Through
 from gacompiler.ir.procedure_cost import procedure_costs
-from gacompiler.prove import verify_module
 from gacompiler.runtime import load_module
+from gacompiler.verify import verify_module
 
 SPEC = '''
 """Derivatives of kernels with loops."""

@@ -14,8 +14,8 @@ from gacompiler.generation.compiling import compile_kernels, source_of
 from gacompiler.generation.files import compare
 from gacompiler.generation.rendering import render
 from gacompiler.generation.spec_files import load_spec
-from gacompiler.prove import verify_module
 from gacompiler.runtime import load_module
+from gacompiler.verify import verify_module
 
 FEW = ("vga2", "projective2", "omnidirectional", "hand_eye")
 """Vectors, numbers, functions, branches, matrices and slopes, in few kernels."""

@@ -28,9 +28,9 @@ from gacompiler.generation.plain_loops import packed_procedure, procedure_of
 from gacompiler.generation.rendering import TARGETS, render, render_targets
 from gacompiler.generation.spec_files import Spec, load_spec
 from gacompiler.ir.procedure import Apply, Procedure, Statement, statements
-from gacompiler.prove import verify_module
-from gacompiler.prove_loops import loops_difference, part_truths
 from gacompiler.runtime import load_module
+from gacompiler.verify import verify_module
+from gacompiler.verify_loops import loops_difference, part_truths
 
 SPEC = '''
 """A spec with loops."""

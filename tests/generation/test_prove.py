@@ -21,7 +21,7 @@ from gacompiler.generation.compiling import compile_definition, compile_kernels
 from gacompiler.generation.spec_files import load_spec
 from gacompiler.passes.accuracy import measured_error
 from gacompiler.passes.pipeline import compile_kernel
-from gacompiler.prove import verify_kernel
+from gacompiler.verify import verify_kernel
 
 N_MUTATIONS = 200
 EQUIVALENT = ("norm", "misfit_equations")

@@ -35,8 +35,8 @@ from gacompiler.passes.pipeline import compile_kernel
 from gacompiler.passes.prove import disagreement, program_reader, truths
 from gacompiler.passes.record import Compilation
 from gacompiler.passes.samples import sample
-from gacompiler.prove import verify_kernel
 from gacompiler.runtime import load_module
+from gacompiler.verify import verify_kernel
 
 BACKENDS = ["numba", *(["c"] if find_compiler() else [])]
 

@@ -6,8 +6,8 @@ if importlib.util.find_spec("numba") is None:
     raise ImportError("numba is not installed; install it, or use the C backend or array expressions")
 
 try:
-    from .kernels import Loops as Loops
-    from .kernels import scalar_kernel as scalar_kernel
+    from .compiled import Loops as Loops
+    from .compiled import scalar_kernel as scalar_kernel
     from .rows import LoopRows as LoopRows
 except (ImportError, AttributeError):  # this release of numba lacks internals that `llvm` uses
     from .plain import Loops as Loops  # type: ignore[assignment]

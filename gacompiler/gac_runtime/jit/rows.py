@@ -17,7 +17,7 @@ from numba.extending import overload
 from ..foreign import LOCK, foreign
 from ..functions import bound
 from ..loop_definition import ADD_TO, ROW_OR, ROWS_TYPE, SUM, LoopDefinition, Part
-from .kernels import callback, element_of, kept
+from .compiled import callback, element_of, kept
 from .llvm import (
     CompilerBase,
     DefaultPassBuilder,

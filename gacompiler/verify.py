@@ -22,7 +22,7 @@ from .passes.accuracy import ERROR_POINTS, ulps, without_rounding
 from .passes.prove import Truth, truths
 from .passes.samples import sample
 from .program_text import difference_of_program
-from .prove_loops import error_of_loops, loops_difference, part_truths
+from .verify_loops import error_of_loops, loops_difference, part_truths
 
 
 @dataclass(frozen=True, slots=True)
