@@ -144,6 +144,10 @@ class Algebra(Immutable):
         """Return the geometric product of two basis blades."""
         return self._products(a, b)
 
+    def partners(self, blade: int) -> int:
+        """Return the bitmap of the basis vectors that are not orthogonal to every vector of a basis blade."""
+        return self._products.partners(blade)
+
     def product_row(self, name: str, left: int) -> Row:
         """Return the cached products `name` of one basis blade with others; `product` adds to the cache."""
         return self._rows.setdefault((name, left), {})
@@ -279,11 +283,12 @@ class AlgebraErrorForAttribute(AlgebraError, AttributeError):
 
 
 def _gram(name: str, gram: Sequence[Rational] | Sequence[Sequence[Rational]], n: int) -> Gram:
-    rows = [
-        list(row) if isinstance(row, Sequence) else [row if i == j else 0 for j in range(len(gram))]
+    matrix = tuple(
+        tuple(exact(Fraction(value)) for value in row)
+        if isinstance(row, Sequence)
+        else (0,) * i + (exact(Fraction(row)),) + (0,) * (len(gram) - 1 - i)
         for i, row in enumerate(gram)
-    ]
-    matrix = tuple(tuple(exact(Fraction(value)) for value in row) for row in rows)
+    )
     if len(matrix) != n or any(len(row) != n for row in matrix):
         raise AlgebraError(
             name, f"a Gram matrix of {len(matrix)} rows for {n} basis vectors", f"{n} x {n} or {n} squares"

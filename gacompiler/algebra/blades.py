@@ -8,7 +8,7 @@ No change of basis is made, so null and oblique bases are supported like orthono
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
 
 Rational = int | Fraction
@@ -21,16 +21,24 @@ def grade(blade: int) -> int:
     return blade.bit_count()
 
 
+def bits(blade: int) -> Iterator[int]:
+    """Iterate over the basis vectors of a blade, as bitmaps in ascending order."""
+    while blade:
+        vector = blade & -blade
+        yield vector
+        blade ^= vector
+
+
 def reordering_sign(a: int, b: int) -> int:
     """Return the sign of sorting the vectors of `a` followed by those of `b` into ascending order.
 
     The sort is stable: equal vectors are not exchanged.
     """
     swaps = 0
-    a >>= 1
     while a:
-        swaps += (a & b).bit_count()
-        a >>= 1
+        vector = a & -a
+        swaps += (b & (vector - 1)).bit_count()
+        a ^= vector
     return -1 if swaps & 1 else 1
 
 
@@ -61,6 +69,7 @@ class BladeProducts:
         self._partners = tuple(tuple(j for j in range(n) if gram[i][j] != 0) for i in range(n))
         self._diagonal = all(set(self._partners[i]) <= {i} for i in range(n))
         self._memory: dict[tuple[int, int], Terms] = {}
+        self._partner_bits = tuple(sum(1 << j for j in each) for each in self._partners)
 
     def __call__(self, a: int, b: int) -> Terms:
         """Return the product as a mapping from blade to coefficient, without zeros."""
@@ -69,6 +78,13 @@ class BladeProducts:
         if known is None:
             known = self._memory[key] = self._orthogonal(a, b) if self._diagonal else self._general(a, b)
         return known
+
+    def partners(self, blade: int) -> int:
+        """Return the bitmap of the basis vectors that are not orthogonal to every vector of a blade."""
+        found = 0
+        for vector in bits(blade):
+            found |= self._partner_bits[vector.bit_length() - 1]
+        return found
 
     def _orthogonal(self, a: int, b: int) -> Terms:
         value: Rational = reordering_sign(a, b)

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Protocol
 
-from .blades import Rational, exact, grade, outer
+from .blades import Rational, bits, exact, grade, outer
 from .blades import Terms as BladeTerms
 from .coefficients import Coefficient, is_zero, scale
 from .operations import BY_NAME, Operation
@@ -19,12 +19,18 @@ Terms = Mapping[int, Coefficient]
 
 Row = dict[int, tuple[tuple[int, Rational], ...]]
 
+_FEW = 32
+"""The number of terms up to which all pairs of terms are visited."""
+
 
 class BladeAlgebra(Protocol):
     """The interface of `Algebra` that products use."""
 
     def blade_product(self, a: int, b: int) -> BladeTerms:
         """Return the geometric product of two basis blades."""
+
+    def partners(self, blade: int) -> int:
+        """Return the bitmap of the basis vectors that are not orthogonal to every vector of a basis blade."""
 
     def product_row(self, name: str, left: int) -> Row:
         """Return the cached products `name` of one basis blade with others; `product` adds to the cache."""
@@ -33,9 +39,18 @@ class BladeAlgebra(Protocol):
 def product(algebra: BladeAlgebra, name: str, a: Terms, b: Terms) -> dict[int, Coefficient]:
     """Return the terms of the product `name` of two sums of basis blades, without zeros (by form)."""
     result: dict[int, Coefficient] = {}
+    keeps = BY_NAME[name].row.grades
+    rights = tuple(b.items())
+    grades = frozenset(map(grade, b))
+    places = _places_by_vector(b) if len(rights) > _FEW else None
     for left, x in a.items():
         row = algebra.product_row(name, left)
-        for right, y in b.items():
+        chosen = rights
+        # The geometric product of blades of mutually orthogonal vectors is their outer product.
+        if places is not None and keeps is not None and not any(keeps(grade(left), q, grade(left) + q) for q in grades):
+            near = {k for vector in bits(algebra.partners(left)) for k in places.get(vector, ())}
+            chosen = tuple(rights[k] for k in sorted(near))
+        for right, y in chosen:
             targets = row.get(right)
             if targets is None:
                 targets = row[right] = kept(algebra, name, left, right)
@@ -46,6 +61,15 @@ def product(algebra: BladeAlgebra, name: str, a: Terms, b: Terms) -> dict[int, C
                 term = xy if factor == 1 else -xy if factor == -1 else scale(xy, factor)
                 result[blade] = result[blade] + term if blade in result else term
     return {blade: result[blade] for blade in sorted(result) if not is_zero(result[blade])}
+
+
+def _places_by_vector(terms: Terms) -> dict[int, list[int]]:
+    """Return for each basis vector, as a bitmap, the places of the terms whose blades contain it."""
+    places: dict[int, list[int]] = {}
+    for k, blade in enumerate(terms):
+        for vector in bits(blade):
+            places.setdefault(vector, []).append(k)
+    return places
 
 
 def kept(algebra: BladeAlgebra, name: str, left: int, right: int) -> tuple[tuple[int, Rational], ...]:
