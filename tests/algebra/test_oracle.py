@@ -20,9 +20,10 @@ from typing import Any
 import numpy as np
 import pytest
 from exact_elements import ALGEBRAS, TEN, Draw
+from selection import some_slow
 
 from gacompiler.algebra.algebra import Algebra
-from gacompiler.algebra.catalog import STA, VGA3
+from gacompiler.algebra.catalog import CGA3, STA, VGA3
 from gacompiler.algebra.involutions import clifford_conjugate, grade_involution, reverse
 from gacompiler.algebra.multivector import Multivector
 
@@ -155,7 +156,7 @@ def test_every_product_of_two_basis_blades(algebra: Algebra) -> None:
             assert dict(algebra.blade_product(a, b)) == known.terms(matrix @ known.column({b: 1})), (a, b)
 
 
-@pytest.mark.parametrize("algebra", SMALL, ids=lambda algebra: algebra.name)
+@pytest.mark.parametrize("algebra", some_slow(SMALL, CGA3), ids=lambda algebra: algebra.name)
 def test_products_of_random_elements(algebra: Algebra) -> None:
     known, draw = oracle(algebra), Draw(algebra, f"oracle {algebra.name}")
     for _ in range(3):
@@ -176,7 +177,7 @@ def test_involutions_of_random_elements(algebra: Algebra) -> None:
     assert as_terms(clifford_conjugate(x)) == known.reverse(known.grade_involution(x.terms))
 
 
-@pytest.mark.parametrize("algebra", SMALL, ids=lambda algebra: algebra.name)
+@pytest.mark.parametrize("algebra", some_slow(SMALL, CGA3), ids=lambda algebra: algebra.name)
 def test_inner_products_by_grades(algebra: Algebra) -> None:
     """Both inner products from the oracle's geometric product, grade by grade."""
     known, draw = oracle(algebra), Draw(algebra, f"inner {algebra.name}")

@@ -30,6 +30,7 @@ from loop_libraries import (
     call_one,
     call_rows,
 )
+from selection import some_slow
 
 from gacompiler.backends import c_header, find_compiler, standalone_c_source
 from gacompiler.backends.transcendental import is_transcendental
@@ -202,7 +203,10 @@ int main(void)
 """
 
 
-@pytest.mark.parametrize("kind", ["with the runtime", "standalone", "one width"])
+KINDS = ["with the runtime", "standalone", "one width"]
+
+
+@pytest.mark.parametrize("kind", some_slow(KINDS, "with the runtime", "one width"))
 def test_plain_c_program(library: ctypes.CDLL, tmp_path: Path, kind: str) -> None:
     """A program in C that includes the header and is compiled with all warnings prints the same numbers."""
     module = loop_module(MODULE, forward, tree, chain)

@@ -8,6 +8,7 @@ from fractions import Fraction
 from random import Random
 
 import pytest
+from selection import some_slow
 from support.loop_examples import EXAMPLES, NAMES, loop_module, sources, squares
 
 from gacompiler import SCALAR, array, kernel
@@ -126,7 +127,7 @@ def mutated(lines: list[str], random: Random) -> list[str] | None:
     return found if found != lines else None
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", some_slow(range(2), 1))
 def test_mutations_are_noticed(text: str, seed: int) -> None:
     random = Random(seed)
     start = text.index("@_module.part")

@@ -46,7 +46,7 @@ def fast(ways: dict[str, ModuleType]) -> ModuleType:
     return ways["extension"]
 
 
-@pytest.fixture(params=["extension", "numba"])
+@pytest.fixture(params=some_slow(["extension", "numba"], "numba"))
 def either(request: pytest.FixtureRequest, ways: dict[str, ModuleType]) -> ModuleType:
     return ways[request.param]
 

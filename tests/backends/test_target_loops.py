@@ -23,7 +23,21 @@ import numpy as np
 import pytest
 from backend_programs import MOVE_POINT, module_source
 from loop_drivers import Array, LoopCall, LoopDialect
-from loop_examples import EXAMPLES, HARD, arguments, backwards, forward, loop_module, sources, squares
+from loop_examples import (
+    EXAMPLES,
+    HARD,
+    arguments,
+    backwards,
+    forward,
+    kept,
+    loop_module,
+    newton,
+    picked,
+    sources,
+    squares,
+    tree,
+)
+from selection import some_slow
 
 from gacompiler.backends import body_is_intact
 from gacompiler.backends.module import ModuleSource
@@ -46,14 +60,21 @@ def needs(command: str) -> pytest.MarkDecorator:
     return pytest.mark.skipif(not shutil.which(command), reason=f"no {command} on the PATH")
 
 
+FEW = (forward, squares, tree, backwards, picked, kept, newton)
+
+
 @cache
-def modules() -> dict[str, ModuleSource]:
-    """The examples of all tests of loops, and the robots."""
-    robots = next(path for path in own_specs() if path.stem == "robots")
-    return {
-        "loops": loop_module("loops", *EXAMPLES, *HARD),
-        "robots": compile_spec(load_spec(robots), cache=open_cache()),
-    }
+def robots() -> ModuleSource:
+    path = next(path for path in own_specs() if path.stem == "robots")
+    return compile_spec(load_spec(path), cache=open_cache())
+
+
+@cache
+def modules(which: str) -> dict[str, ModuleSource]:
+    """A few examples; or those of all tests of loops, and the robots, which take half a minute to compile."""
+    if which == "few":
+        return {"loops": loop_module("loops", *FEW)}
+    return {"loops": loop_module("loops", *EXAMPLES, *HARD), "robots": robots()}
 
 
 def of_robot(procedure: Procedure, rng: np.random.Generator, count: int) -> LoopCall:
@@ -95,22 +116,24 @@ def of_robot(procedure: Procedure, rng: np.random.Generator, count: int) -> Loop
 
 
 @cache
-def calls() -> tuple[LoopCall, ...]:
+def calls(which: str) -> tuple[LoopCall, ...]:
     """Every example with some lengths, and every kernel of the robots."""
     rng, found = np.random.default_rng(3), []
-    for loop in modules()["loops"].loops:
+    for loop in modules(which)["loops"].loops:
         for k, sizes in enumerate(LENGTHS):
             lengths = {name: sizes[name] for name in loop.procedure.lengths}
             count = 8 if k == 1 else 1
             given = arguments(loop.procedure, lengths, rng, (count,))
             found.append(LoopCall("loops", loop.procedure, lengths, given, count))
-    return (*found, *(of_robot(loop.procedure, rng, 2) for loop in modules()["robots"].loops))
+    if "robots" in modules(which):
+        found += [of_robot(loop.procedure, rng, 2) for loop in modules(which)["robots"].loops]
+    return tuple(found)
 
 
 @cache
-def right(number: int, real: type) -> list[Array]:
+def right(which: str, number: int, real: type) -> list[Array]:
     """What the interpreter gives for a call."""
-    return calls()[number].interpreted(real)
+    return calls(which)[number].interpreted(real)
 
 
 def agree(call: LoopCall, found: list[Array], known: list[Array], real: type) -> None:
@@ -124,21 +147,27 @@ def agree(call: LoopCall, found: list[Array], known: list[Array], real: type) ->
             np.testing.assert_array_equal(x, y, where)
 
 
-def check(found: list[list[Array]], *precisions: type) -> None:
+def check(which: str, found: list[list[Array]], *precisions: type) -> None:
     """Compare what a driver found: all calls for each precision in order, so many times in each."""
-    times = len(found) // len(calls()) // len(precisions)
-    assert times >= 1 and len(found) == times * len(calls()) * len(precisions)
+    count = len(calls(which))
+    times = len(found) // count // len(precisions)
+    assert times >= 1 and len(found) == times * count * len(precisions)
     for place, results in enumerate(found):
-        number = place % len(calls())
-        real = precisions[place // (times * len(calls()))]
-        agree(calls()[number], results, right(number, real), real)
+        number = place % count
+        real = precisions[place // (times * count)]
+        agree(calls(which)[number], results, right(which, number, real), real)
+
+
+@pytest.fixture(scope="module", params=some_slow(["few", "all"], "all"))
+def which(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
 
 
 @pytest.fixture(name="folder", scope="module")
-def folder_fixture(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder_fixture(which: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """All modules in all languages."""
     folder = tmp_path_factory.mktemp("loops_in_targets")
-    for module in modules().values():
+    for module in modules(which).values():
         for name, text in render_targets(module, TARGETS).items():
             (folder / name).write_text(text)
     return folder
@@ -150,16 +179,16 @@ def compiled(*command: object) -> None:
 
 
 @needs("rustc")
-def test_rust(folder: Path) -> None:
-    (folder / "main.rs").write_text(drivers.rust_driver(calls(), list(modules())))
+def test_rust(which: str, folder: Path) -> None:
+    (folder / "main.rs").write_text(drivers.rust_driver(calls(which), list(modules(which))))
     compiled("rustc", "--edition", "2021", "-D", "warnings", "-o", folder / "in_rust", folder / "main.rs")
-    check(drivers.run(calls(), [str(folder / "in_rust")], folder), np.float64, np.float32)
+    check(which, drivers.run(calls(which), [str(folder / "in_rust")], folder), np.float64, np.float32)
 
 
 @needs("node")
-def test_javascript(folder: Path) -> None:
-    (folder / "main.mjs").write_text(drivers.javascript_driver(calls(), list(modules())))
-    check(drivers.run(calls(), ["node", str(folder / "main.mjs")], folder), np.float64)
+def test_javascript(which: str, folder: Path) -> None:
+    (folder / "main.mjs").write_text(drivers.javascript_driver(calls(which), list(modules(which))))
+    check(which, drivers.run(calls(which), ["node", str(folder / "main.mjs")], folder), np.float64)
 
 
 @needs("node")
@@ -229,51 +258,56 @@ def sanitizers(compiler: str) -> tuple[str, ...]:
 
 
 def run_on_processor(
-    compiler: str, path: Path, standard: str, text: str, monkeypatch: pytest.MonkeyPatch
+    which: str, compiler: str, path: Path, standard: str, text: str, monkeypatch: pytest.MonkeyPatch
 ) -> list[list[Array]]:
     """Compile a driver and run it."""
     path.write_text(text)
     program = path.with_suffix(".run")
     compiled(compiler, standard, *FLAGS, *sanitizers(compiler), path, "-o", program, "-lm")
     monkeypatch.setenv("ASAN_OPTIONS", "detect_leaks=0")
-    return drivers.run(calls(), [str(program)], path.parent)
+    return drivers.run(calls(which), [str(program)], path.parent)
 
 
 @pytest.mark.slow
 @needs("g++")
-def test_cuda_on_a_processor(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cuda_on_a_processor(which: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     dialect = LoopDialect(
         ON_A_PROCESSOR, "{module}::{kernel}", "{module}_{kernel}_{suffix}", "long long", ("double", "float")
     )
-    text = drivers.c_driver(calls(), [f"{name}.cu" for name in modules()], dialect)
-    check(run_on_processor("g++", folder / "main.cpp", "-std=c++17", text, monkeypatch), np.float64, np.float32)
+    text = drivers.c_driver(calls(which), [f"{name}.cu" for name in modules(which)], dialect)
+    check(
+        which,
+        run_on_processor(which, "g++", folder / "main.cpp", "-std=c++17", text, monkeypatch),
+        np.float64,
+        np.float32,
+    )
 
 
 @pytest.mark.slow
 @needs("gcc")
 @pytest.mark.parametrize("real", ["double", "float"])
-def test_opencl_on_a_processor(folder: Path, real: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_opencl_on_a_processor(which: str, folder: Path, real: str, monkeypatch: pytest.MonkeyPatch) -> None:
     prelude = f"{WORK_ITEMS}#include <tgmath.h>\n#undef I\n#define REAL {real}"
     dialect = LoopDialect(prelude, "{module}_{kernel}", "{module}_{kernel}_batch", "long", (real,))
-    text = drivers.c_driver(calls(), [f"{name}.cl" for name in modules()], dialect)
-    found = run_on_processor("gcc", folder / f"main_{real}.c", "-std=c99", text, monkeypatch)
-    check(found, np.float64 if real == "double" else np.float32)
+    text = drivers.c_driver(calls(which), [f"{name}.cl" for name in modules(which)], dialect)
+    found = run_on_processor(which, "gcc", folder / f"main_{real}.c", "-std=c99", text, monkeypatch)
+    check(which, found, np.float64 if real == "double" else np.float32)
 
 
 @pytest.mark.slow
 @needs("nvcc")
-def test_cuda_on_the_host(folder: Path) -> None:
+def test_cuda_on_the_host(which: str, folder: Path) -> None:
     dialect = LoopDialect("", "{module}::{kernel}", "", "long long", ("double", "float"))
-    (folder / "main.cu").write_text(drivers.c_driver(calls(), [f"{name}.cu" for name in modules()], dialect))
+    (folder / "main.cu").write_text(drivers.c_driver(calls(which), [f"{name}.cu" for name in modules(which)], dialect))
     flags = ("-Werror", "all-warnings", "-Xcompiler", "-ffp-contract=off")
     compiled("nvcc", "-O1", *flags, folder / "main.cu", "-o", folder / "in_cuda")
-    check(drivers.run(calls(), [str(folder / "in_cuda")], folder), np.float64, np.float32)
+    check(which, drivers.run(calls(which), [str(folder / "in_cuda")], folder), np.float64, np.float32)
 
 
 @pytest.mark.slow
 @needs("nvcc")
-def test_cuda_on_a_device_compiles(folder: Path) -> None:
-    for name, module in modules().items():
+def test_cuda_on_a_device_compiles(which: str, folder: Path) -> None:
+    for name, module in modules(which).items():
         path = folder / f"{name}.ptx"
         compiled("nvcc", "-ptx", "-fmad=false", "-Werror", "all-warnings", folder / f"{name}.cu", "-o", path)
         for loop in module.loops:
@@ -282,14 +316,14 @@ def test_cuda_on_a_device_compiles(folder: Path) -> None:
 
 
 @needs("gcc")
-def test_opencl_keeps_memories_apart(folder: Path) -> None:
+def test_opencl_keeps_memories_apart(which: str, folder: Path) -> None:
     """Parts take memory of a thread only: with another memory for __global nothing else compiles."""
     if "x86" not in os.uname().machine:
         pytest.skip("no memories with names in C on this processor")
     prelude = "#include <tgmath.h>\n#undef I\n#define __kernel\n#define __global __seg_gs\n#define get_global_id(k) 0\n"
     prelude += "#define get_global_size(k) 1\n"
     path = folder / "memories.c"
-    for name in modules():
+    for name in modules(which):
         path.write_text(f'{prelude}#include "{name}.cl"\n')
         compiled("gcc", "-std=gnu99", "-fsyntax-only", *FLAGS, path)
     text = (folder / "loops.cl").read_text()
@@ -350,6 +384,7 @@ def test_functions_have_names_of_their_own(tmp_path: Path) -> None:
         compiled("rustc", "--edition", "2021", "--crate-type", "lib", "-o", tmp_path / "odd.rlib", tmp_path / "odd.rs")
 
 
+@pytest.mark.slow
 def test_text_is_the_same_for_every_seed() -> None:
     code = (
         "import hashlib; from loop_examples import *; from gacompiler.generation.rendering import *; "
@@ -370,13 +405,15 @@ def test_text_is_the_same_for_every_seed() -> None:
     assert len(found) == 1 and len(found.pop()) == 65
 
 
-def test_files_say_what_they_are_given() -> None:
-    for name, text in render_targets(modules()["robots"], TARGETS).items():
+@pytest.mark.parametrize("module", some_slow(["loops", "robots"], "robots"))
+def test_files_say_what_they_are_given(module: str) -> None:
+    source = robots() if module == "robots" else modules("few")["loops"]
+    for name, text in render_targets(source, TARGETS).items():
         assert body_is_intact(text), name
-        head = text[: text.index("forward_all")]
+        head = text[: text.index(source.loops[0].procedure.name)]
         assert "Kernels with loops" in head and "lengths of their tables" in " ".join(head.split()), name
         assert re.search(r"work\[\d+ \* n\]  for intermediate rows\.$", text, re.MULTILINE), name
         assert re.search(r"work\[0\]  not used\.$", text, re.MULTILINE), name
         assert max(map(len, text[len(head) :].splitlines())) <= 120, name
-        plain = render_targets(module_source("plain", MOVE_POINT), TARGETS)[name.replace("robots", "plain")]
+        plain = render_targets(module_source("plain", MOVE_POINT), TARGETS)[name.replace(module, "plain")]
         assert "loops" not in plain

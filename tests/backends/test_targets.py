@@ -419,6 +419,7 @@ def test_text(target: str, name: str) -> None:
         assert re.search(rf"\b\w*{kernel.program.name}(?:_batch)?(?:<[^>]*>)?\(", code), kernel.program.name
 
 
+@pytest.mark.slow
 def test_text_does_not_depend_on_the_hash_seed() -> None:
     code = (
         "import hashlib; from backend_programs import *; from gacompiler.backends import *; "

@@ -93,16 +93,16 @@ def test_without_a_cache_nothing_is_kept(here: Path, compiled: list[str], monkey
 
 def test_check_takes_what_generate_kept(here: Path, compiled: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """Differences are found, and the text is proved, whether programs come from the cache or not."""
-    assert run("generate", "--all", "projective2", "--no-build", "-o", "out").exit_code == 0
+    assert run("generate", "--all", "vga2", "--no-build", "-o", "out").exit_code == 0
     n = len(compiled)
-    result = run("check", "projective2")
+    result = run("check", "vga2")
     assert result.exit_code == 0 and "files are up to date" in result.output
-    result = run("check", "projective2", "--prove")
+    result = run("check", "vga2", "--prove")
     assert result.exit_code == 0 and f"{n} kernels are proved" in result.output and len(compiled) == n > 5
-    for path in generated_folder().glob("projective2.*"):
+    for path in generated_folder().glob("vga2.*"):
         (here / path.name).write_text(path.read_text().replace(" + ", " - ", 1))
     monkeypatch.setattr("gacompiler.cli.checking.generated_folder", lambda: here)
-    result = run("check", "projective2")
+    result = run("check", "vga2")
     assert result.exit_code == 1 and "files differ" in result.output and len(compiled) == n
 
 

@@ -70,12 +70,12 @@ def test_verify_finds_a_flipped_sign(here: Path) -> None:
 
 def test_check_compares_and_proves(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     n = 3 + len(runtime_files())
-    result = run("check", "projective2", "--prove")
-    assert result.exit_code == 0 and f"{n} files are up to date\n11 kernels are proved" in result.output
-    for path in generated_folder().glob("projective2.*"):
+    result = run("check", "vga2", "--prove")
+    assert result.exit_code == 0 and f"{n} files are up to date\n37 kernels are proved" in result.output
+    for path in generated_folder().glob("vga2.*"):
         (tmp_path / path.name).write_text(path.read_text().replace(" + ", " - ", 1))
     monkeypatch.setattr("gacompiler.cli.checking.generated_folder", lambda: tmp_path)
-    result = run("check", "projective2")
+    result = run("check", "vga2")
     assert result.exit_code == 1 and f"{n} files differ" in result.output and "make generated" in result.output
 
 

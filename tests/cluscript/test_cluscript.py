@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 import random
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -18,6 +19,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from selection import some_slow
 
 import gacompiler
 from gacompiler import Multivector, read_cluscript
@@ -65,25 +67,35 @@ def inputs_of(one: Script) -> dict[str, float]:
     return {name: given.get(name, random.Random(name).randint(20, 90) / 64) for name in one.inputs}
 
 
-@pytest.fixture(scope="module")
-def scripts() -> dict[str, tuple[Script, Compilation]]:
-    found = {name: script(name) for name in FILES}
-    return {name: (one, compile_kernel(one)) for name, one in found.items()}
+LARGE = ("conic_versors", "dcga_quadrics", "dcga_versors", "gps", "long_sum")
+"""Scripts that take as long to compile as all others together."""
 
 
-@pytest.fixture(scope="module")
-def modules(
-    scripts: dict[str, tuple[Script, Compilation]], tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[dict[str, ModuleType]]:
-    """All scripts in one module, run by C (where there is a compiler), and by arrays."""
-    folder = tmp_path_factory.mktemp("scripts")
-    sources = tuple(kernel_source(record) for _, record in scripts.values())
-    write(render(ModuleSource("all_scripts", "All.", "gac generate", "", sources)), folder)
-    c = build_library(folder / "all_scripts.c") is not None
-    yield {
-        backend: load_module(folder / "all_scripts.py", f"_all_scripts_{backend}", backend)
+@cache
+def compiled(name: str) -> tuple[Script, Compilation]:
+    one = script(name)
+    return one, compile_kernel(one)
+
+
+def modules_of(names: Iterable[str], module: str, folder: Path) -> dict[str, ModuleType]:
+    """Scripts in one module, run by C (where there is a compiler), by numba and by arrays."""
+    sources = tuple(kernel_source(compiled(name)[1]) for name in names)
+    write(render(ModuleSource(module, "Scripts.", "gac generate", "", sources)), folder)
+    c = build_library(folder / f"{module}.c") is not None
+    return {
+        backend: load_module(folder / f"{module}.py", f"_{module}_{backend}", backend)
         for backend in (["c"] if c else []) + ["numba", "arrays"]
     }
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory: pytest.TempPathFactory) -> dict[str, ModuleType]:
+    return modules_of([name for name in FILES if name not in LARGE], "small", tmp_path_factory.mktemp("scripts"))
+
+
+@pytest.fixture(scope="module")
+def large(tmp_path_factory: pytest.TempPathFactory) -> dict[str, ModuleType]:
+    return modules_of(LARGE, "large", tmp_path_factory.mktemp("scripts"))
 
 
 def blades_of(layout: Any) -> tuple[str, ...]:
@@ -653,9 +665,10 @@ def test_there_are_enough() -> None:
     assert {algebra_of(path) for path in FILES.values()} > set(NAMES)
 
 
-@pytest.mark.parametrize("name", FILES)
-def test_what_a_script_computes(name: str, modules: dict[str, ModuleType], scripts: Any) -> None:
-    one, record = scripts[name]
+@pytest.mark.parametrize("name", some_slow(FILES, *LARGE))
+def test_what_a_script_computes(name: str, request: pytest.FixtureRequest) -> None:
+    modules = request.getfixturevalue("large" if name in LARGE else "small")
+    one, record = compiled(name)
     values = inputs_of(one)
     expected = TRUTH[name](**values)
     assert list(expected) == list(one.outputs)

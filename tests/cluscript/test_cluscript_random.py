@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from random_scripts import scripts
+from selection import some_slow
 
 from gacompiler import read_cluscript
 from gacompiler.cli import main
@@ -21,12 +22,14 @@ from gacompiler.passes.lower import author_scalars
 from gacompiler.passes.pipeline import compile_kernel
 
 SEED, N, N_COMPILED = 20, 3000, 250
+FEW = 1000
 
 
-def test_random_scripts_are_read_or_refused() -> None:
+@pytest.mark.parametrize("n", some_slow([FEW, N], N))
+def test_random_scripts_are_read_or_refused(n: int) -> None:
     """Read, traced and lowered, evaluated on exact and on floating-point numbers, and drawn."""
     found: Counter[str] = Counter()
-    for k, (algebra, text) in enumerate(scripts(SEED, N)):
+    for k, (algebra, text) in enumerate(scripts(SEED, n)):
         random = Random(k)
         try:
             script = read_cluscript(text, algebra)
@@ -43,7 +46,7 @@ def test_random_scripts_are_read_or_refused() -> None:
                     function(**values)
                 except GacError:
                     found["undefined"] += 1
-    assert found["read"] > N / 5 and found["refused"] > N / 5 and found["undefined"], found
+    assert found["read"] > n / 5 and found["refused"] > n / 5 and found["undefined"], found
 
 
 def test_random_scripts_are_compiled_or_refused() -> None:

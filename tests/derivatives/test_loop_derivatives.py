@@ -168,6 +168,8 @@ CASES: list[tuple[Kernel, str]] = [
     (pairs, "a"),
 ]
 SLOW = [(arm, "q"), (placed, "motors"), (misfit, "m")]
+SLOWEST = SLOW[1:]
+"""Of motors in rows, and of a motor; another of motors is quick."""
 NAMES = [f"{definition.name}-{wrt}" for definition, wrt in CASES]
 
 Values = Mapping[str, Sequence[Sequence[Any]]]
@@ -269,12 +271,14 @@ def check_vjp(definition: Kernel, wrt: str) -> None:
     assert close([by_gradient], [by_differences])
 
 
-@pytest.mark.parametrize(("definition", "wrt"), [*CASES, (root, "x"), (root, "a")], ids=[*NAMES, "root-x", "root-a"])
+@pytest.mark.parametrize(
+    ("definition", "wrt"), some_slow([*CASES, (root, "x"), (root, "a")], *SLOWEST), ids=[*NAMES, "root-x", "root-a"]
+)
 def test_jvp_is_the_limit_of_differences(definition: Kernel, wrt: str) -> None:
     check_jvp(definition, wrt)
 
 
-@pytest.mark.parametrize(("definition", "wrt"), CASES, ids=NAMES)
+@pytest.mark.parametrize(("definition", "wrt"), some_slow(CASES, *SLOWEST), ids=NAMES)
 def test_vjp_is_the_transpose_of_differences(definition: Kernel, wrt: str) -> None:
     check_vjp(definition, wrt)
 
@@ -356,6 +360,7 @@ def test_the_left_jacobian_of_a_product_of_motors() -> None:
             assert entries == [slot.sign * expected.terms.get(slot.blade, 0) for slot in PGA3.MOTOR.stored]
 
 
+@pytest.mark.slow
 def test_jacobians_have_the_gradients_as_rows() -> None:
     arguments = arguments_of(arm)
     value, matrices = run(derived(jacobian, arm, "q"), arguments)
@@ -364,6 +369,9 @@ def test_jacobians_have_the_gradients_as_rows() -> None:
         unit = [[mpmath.mpf(int(k == row)) for k in range(8)]]
         _, gradient = run(derived(vjp, arm, "q"), {**arguments, "cotangent": unit})
         assert close([matrices[8 * joint + row] for joint in range(4)], gradient)
+
+
+def test_jacobians_by_a_number_are_the_derivative_along_it() -> None:
     _, columns = run(derived(jacobian, up_and_down_sum, "scale"), arguments_of(up_and_down_sum))
     along = {**arguments_of(up_and_down_sum), "scale_tangent": [[mpmath.mpf(1)]]}
     assert close(columns, run(derived(jvp, up_and_down_sum, "scale"), along)[1])
@@ -378,17 +386,18 @@ def up_and_down_sum(x, parents, scale):
 # Twice.
 
 TWICE = [case for case in CASES if case[0] in (squares, backwards, up_and_down, through_two_tables, nearest)]
+SLOW_TWICE = [case for case in TWICE if case[0] in (up_and_down, through_two_tables)]
 
 
 @pytest.mark.parametrize("second", [jvp, vjp])
 @pytest.mark.parametrize("first", [jvp, vjp])
-@pytest.mark.parametrize(("definition", "wrt"), TWICE, ids=[f"{d.name}-{w}" for d, w in TWICE])
+@pytest.mark.parametrize(("definition", "wrt"), some_slow(TWICE, *SLOW_TWICE), ids=[f"{d.name}-{w}" for d, w in TWICE])
 def test_derivatives_are_differentiated(definition: Kernel, wrt: str, first: Any, second: Any) -> None:
     (check_jvp if second is jvp else check_vjp)(derived(first, definition, wrt), wrt)
 
 
 @pytest.mark.parametrize("second", [jvp, vjp])
-@pytest.mark.parametrize(("definition", "wrt"), TWICE, ids=[f"{d.name}-{w}" for d, w in TWICE])
+@pytest.mark.parametrize(("definition", "wrt"), some_slow(TWICE, *SLOW_TWICE), ids=[f"{d.name}-{w}" for d, w in TWICE])
 def test_gradients_are_differentiated_by_cotangents(definition: Kernel, wrt: str, second: Any) -> None:
     once = derived(vjp, definition, wrt)
     cotangent = once.parameters[len(definition.parameters)].name

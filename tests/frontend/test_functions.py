@@ -331,7 +331,9 @@ def test_dual_and_double_numbers(rng: np.random.Generator) -> None:
 
 
 @pytest.mark.parametrize(
-    ("algebra", "layout"), [(QUATERNIONS, QUATERNIONS.QUATERNION), (VGA3, VGA3.EVEN), (VGA2, VGA2.full)], ids=str
+    ("algebra", "layout"),
+    some_slow([(QUATERNIONS, QUATERNIONS.QUATERNION), (VGA3, VGA3.EVEN), (VGA2, VGA2.full)], (VGA2, VGA2.full)),
+    ids=str,
 )
 def test_numbers_of_more_dimensions(algebra: Algebra, layout: Layout, rng: np.random.Generator) -> None:
     exponential, logarithm, root = numbers(algebra, layout)
@@ -478,7 +480,7 @@ def test_powers_of_numbers_that_do_not_turn(number: Layout, rng: np.random.Gener
     assert np.array_equal(powers(number)(a, t), ga.compile(by_logarithm, backend="arrays")(a, t))
 
 
-@pytest.mark.parametrize("algebra", [VGA2, VGA3, PGA2, PGA3], ids=name_of)
+@pytest.mark.parametrize("algebra", some_slow([VGA2, VGA3, PGA2, PGA3], PGA3), ids=name_of)
 def test_interpolation_goes_the_part_of_the_way_at_constant_speed(algebra: Algebra, rng: np.random.Generator) -> None:
     """From no turn at all to nearly half a turn; sizes are half the angle."""
     unit = algebra.UNIT_EVEN

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from backend_programs import DISTANCE, SWAP, module_source, write
+from compiled_runtime import copy_compiled_runtime
 from selection import some_slow
 
 from gacompiler.gac_runtime import build, names
@@ -52,10 +53,7 @@ def module_fixture(tmp_path: Path, cache: Path) -> Path:
 def runtime_objects(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The runtime as a cache has it."""
     folder = tmp_path_factory.mktemp("runtime")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("GAC_CACHE", str(folder / "cache"))
-        build_module(write(module_source("bare", SWAP), folder))
-    return folder / "cache" / "runtime"
+    return copy_compiled_runtime(folder, folder / "cache")
 
 
 @pytest.fixture
@@ -289,6 +287,7 @@ def test_a_level_needs_those_below(flags: str, level: int) -> None:
     assert level_of(flags.split()) == level
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(machine_level() < 3, reason="a machine with vectors on which levels are known")
 def test_libraries_for_other_machines_lie_side_by_side(
     module: Path, with_runtime: None, monkeypatch: pytest.MonkeyPatch

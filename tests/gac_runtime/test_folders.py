@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from backend_programs import MOVE_POINT, NORMALIZE, module_source, write
+from compiled_runtime import copy_compiled_runtime
 from selection import some_slow
 
 from gacompiler.backends import find_compiler, runtime_files
@@ -58,6 +59,8 @@ def checked(code: str, folder: Path, *environment: str) -> str:
 def beside(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("beside") / "out"
     folder.mkdir()
+    if find_compiler():
+        copy_compiled_runtime(tmp_path_factory.mktemp("runtime"), folder.parent / "cache")
     write(module_source("kernels", MOVE_POINT, NORMALIZE), folder)
     return folder
 
@@ -98,6 +101,8 @@ def test_a_library_is_built_when_a_kernel_is_first_called(tmp_path: Path) -> Non
         pytest.skip("no C compiler")
     place = tmp_path / "out"
     place.mkdir()
+    (tmp_path / "other").mkdir()
+    copy_compiled_runtime(tmp_path / "other", tmp_path / "cache")
     for name in ("first", "second"):
         write(module_source(name, MOVE_POINT), place)
     code = """import sys; sys.path.insert(0, {folder!r}); import first, second, os

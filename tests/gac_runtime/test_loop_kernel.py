@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from selection import some_slow
 from support.backend_programs import extension_of, load_beside, write
 from support.loop_examples import EXAMPLES, NAMES, arguments, backwards, interpreted, loop_module, sources, squares
 
@@ -32,22 +33,23 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def module(tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
-    """The module on a runtime without the extension."""
-    folder = tmp_path_factory.mktemp("without_extension")
-    write(loop_module("loops", *EXAMPLES), folder)
+def module(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
+    """The module on a runtime without the extension, which is built later."""
+    # By another path, so that the runtime is loaded twice, but what numba compiled is shared.
+    link = tmp_path_factory.mktemp("without_extension") / "loops"
+    link.symlink_to(folder)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("GAC_CACHE", str(tmp_path_factory.mktemp("cache")))
         for name in [name for name in sys.modules if name.startswith("calls_")]:
             patch.delitem(sys.modules, name)
-        found = load_beside(folder / "loops.py", "loops")
+        found = load_beside(link / "loops.py", "loops")
     assert extension_of(found) is None
     return found
 
 
 @pytest.fixture(scope="module")
-def quick_module(folder: Path) -> ModuleType:
-    """The module on a runtime with the extension."""
+def quick_module(folder: Path, module: ModuleType) -> ModuleType:
+    """The module on a runtime with the extension; loaded after the one without it, which would find it as well."""
     if build_extension(folder) is None:
         pytest.skip("no C compiler, or no headers of Python")
     found = load_beside(folder / "loops.py", "loops")
@@ -67,6 +69,17 @@ def loops(request: pytest.FixtureRequest) -> ModuleType:
     return module
 
 
+QUICK = ("forward", "tree", "picked", "newton")
+"""Examples that numba compiles in quick tests: a product of motors, a tree, an index table, an iteration."""
+
+CASES = [
+    pytest.param(backend, name, marks=pytest.mark.slow if backend != "arrays" and name not in QUICK else ())
+    for backend in BACKENDS
+    for name in NAMES
+]
+on_every_example = pytest.mark.parametrize(("loops", "name"), CASES, indirect=["loops"])
+
+
 def as_list(results: Any) -> list[Any]:
     return list(results) if isinstance(results, tuple) else [results]
 
@@ -75,7 +88,7 @@ def lengths_of(name: str, least: int) -> dict[str, int]:
     return {length: least + k for k, length in enumerate(sources()[name].procedure.lengths)}
 
 
-@pytest.mark.parametrize("name", NAMES)
+@on_every_example
 def test_results_are_those_of_the_interpreter(loops: ModuleType, name: str, rng: np.random.Generator) -> None:
     procedure = sources()[name].procedure
     for n in (1, 2, 5):
@@ -86,7 +99,7 @@ def test_results_are_those_of_the_interpreter(loops: ModuleType, name: str, rng:
             np.testing.assert_allclose(one, known, rtol=1e-12, strict=isinstance(one, np.ndarray))
 
 
-@pytest.mark.parametrize("name", NAMES)
+@on_every_example
 def test_elements_of_a_batch(loops: ModuleType, name: str, rng: np.random.Generator) -> None:
     procedure = sources()[name].procedure
     lengths = lengths_of(name, 3)
@@ -103,7 +116,7 @@ def test_elements_of_a_batch(loops: ModuleType, name: str, rng: np.random.Genera
             np.testing.assert_allclose(one[place], known, rtol=1e-12)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@on_every_example
 def test_floats(loops: ModuleType, name: str, rng: np.random.Generator) -> None:
     procedure = sources()[name].procedure
     lengths = lengths_of(name, 4)
@@ -505,7 +518,7 @@ def in_python(bound: Any, *arrays: Any, **named: Any) -> Any:
 
 
 @pytest.mark.parametrize("leading", [(), (1,), (2,), (7,), (2, 3)])
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", some_slow(NAMES, *(name for name in NAMES if name not in QUICK)))
 def test_the_extension_runs_batches(
     quick_module: ModuleType, name: str, leading: tuple[int, ...], rng: np.random.Generator
 ) -> None:

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 
 WITHOUT = """
@@ -43,6 +45,7 @@ assert np.allclose(pga3.move_point.jit(tuple(m[0]), tuple(p[0])), out[0])
 """
 
 
+@pytest.mark.slow
 def test_kernels_run_on_what_numba_documents() -> None:
     done = subprocess.run([sys.executable, "-c", WITHOUT + RIGHT], capture_output=True, text=True, cwd=ROOT)
     assert done.returncode == 0, done.stderr

@@ -21,7 +21,7 @@ from gacompiler.frontend.loops import fold, total
 from gacompiler.frontend.recorded import computes
 from gacompiler.generation import compiling
 from gacompiler.generation.cache import Cache
-from gacompiler.generation.compiled import CompiledLoops
+from gacompiler.generation.compiled import Compiled, CompiledLoops
 from gacompiler.generation.compiling import compile_kernels, source_of
 from gacompiler.generation.files import write
 from gacompiler.generation.plain_loops import packed_procedure, procedure_of
@@ -80,8 +80,16 @@ def spec_of(folder: Path, step: str = "1") -> Spec:
     return load_spec(path)
 
 
-def compiled_loops(folder: Path) -> list[CompiledLoops]:
-    return [each for each in compile_kernels(spec_of(folder)) if isinstance(each, CompiledLoops)]
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory: pytest.TempPathFactory) -> tuple[Spec, list[Compiled | CompiledLoops]]:
+    """The spec and what its kernels compile to."""
+    spec = spec_of(tmp_path_factory.mktemp("spec"))
+    return spec, list(compile_kernels(spec))
+
+
+@pytest.fixture
+def loops(compiled: tuple[Spec, list[Compiled | CompiledLoops]]) -> list[CompiledLoops]:
+    return [each for each in compiled[1] if isinstance(each, CompiledLoops)]
 
 
 def run(*words: str) -> Result:
@@ -109,14 +117,14 @@ def test_a_changed_constant_is_compiled_again(cache: Cache, tmp_path: Path, monk
     assert changed == ["forward"]
 
 
-def test_procedures_as_plain_data(tmp_path: Path) -> None:
-    for record in compiled_loops(tmp_path):
+def test_procedures_as_plain_data(loops: list[CompiledLoops]) -> None:
+    for record in loops:
         data = json.loads(json.dumps(packed_procedure(record.source.procedure)))
         assert procedure_of(data) == record.source.procedure
 
 
-def test_what_is_said_of_a_kernel_with_loops(tmp_path: Path) -> None:
-    forward, tree, _ = (record.source for record in compiled_loops(tmp_path))
+def test_what_is_said_of_a_kernel_with_loops(loops: list[CompiledLoops]) -> None:
+    forward, tree, _ = (record.source for record in loops)
     assert [name for name, _ in forward.layouts] == ["q", "axes", "tool", "out"]
     assert [name for name, _ in tree.layouts] == ["x", "y", "a", "out_0", "out_1", "out_2"]
     assert forward.relations == ("tool ~tool = 1",) and forward.summary == "Pose of the end effector."
@@ -126,9 +134,10 @@ def test_what_is_said_of_a_kernel_with_loops(tmp_path: Path) -> None:
     assert dict(tree.costs)["n"].add == 1 + 2 + 1
 
 
-def test_modules_have_loops_behind_other_kernels(tmp_path: Path) -> None:
-    spec = spec_of(tmp_path)
-    module = source_of(spec, compile_kernels(spec))
+def test_modules_have_loops_behind_other_kernels(
+    compiled: tuple[Spec, list[Compiled | CompiledLoops]],
+) -> None:
+    module = source_of(*compiled)
     assert [each.program.name for each in module.kernels] == ["move"]
     assert [each.procedure.name for each in module.loops] == ["forward", "tree", "root"]
     for name, text in render_targets(module, TARGETS).items():
@@ -139,8 +148,8 @@ def test_modules_have_loops_behind_other_kernels(tmp_path: Path) -> None:
 # Proof.
 
 
-def test_the_compiled_procedure_is_proved(tmp_path: Path) -> None:
-    for record in compiled_loops(tmp_path):
+def test_the_compiled_procedure_is_proved(loops: list[CompiledLoops]) -> None:
+    for record in loops:
         assert not loops_difference(record.source.procedure, record, part_truths(record))
         assert loops_difference(None, record, []) == "is not there"
 
@@ -156,8 +165,8 @@ def with_body(procedure: Procedure, change: Any) -> Procedure:
     return replace(procedure, body=tuple(map(changed, procedure.body)))
 
 
-def test_other_loops_and_programs_are_found(tmp_path: Path) -> None:
-    record, *_ = compiled_loops(tmp_path)
+def test_other_loops_and_programs_are_found(loops: list[CompiledLoops]) -> None:
+    record, *_ = loops
     known, own = part_truths(record), record.source.procedure
     assert len(known) == len(computes(record.trace.statements)) == 3
 

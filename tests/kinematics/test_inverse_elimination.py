@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from selection import some_slow
 
 from algorithms.kinematics import Robot, Status
 from algorithms.kinematics.inverse.chain import Chain
@@ -88,7 +89,7 @@ ARMS = {
 }
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", some_slow(ARMS, "puma of 1 mm", "jaco"))
 def test_all_branches(name: str) -> None:
     rows = ARMS[name]
     slides = np.array([row.get("kind") == "prismatic" for row in rows])

@@ -95,10 +95,11 @@ def ganja_product(first: str, second: str) -> tuple[int, str]:
     ("space", "basis"),
     [
         (PGA3, "1 e0 e1 e2 e3 e01 e02 e03 e12 e13 e23 e012 e013 e023 e123 e0123"),
-        (
+        pytest.param(
             CGA3,
             "1 e1 e2 e3 e4 e5 e12 e13 e14 e15 e23 e24 e25 e34 e35 e45 e123 e124 e125 e134 e135 e145 e234 e235 e245 "
             "e345 e1234 e1235 e1245 e1345 e2345 e12345",
+            marks=pytest.mark.slow,
         ),
     ],
 )

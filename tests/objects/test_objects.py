@@ -402,6 +402,7 @@ def test_a_program_without_c_prints_the_same() -> None:
     assert texts[0] == texts[1] and texts[0].count("e032") == 6
 
 
+@pytest.mark.slow
 def test_large_arrays_run_as_generated_modules_do(monkeypatch: pytest.MonkeyPatch) -> None:
     found = operators.operator_of(BINARY["sandwich"], (PGA3.ROTOR, PGA3.DIRECTION))
     if found.wait() is None:

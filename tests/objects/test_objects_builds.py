@@ -201,6 +201,7 @@ print("both")
     assert ran(program, environment(tmp_path, waits)).endswith("both\n")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not (Path(sysconfig.get_path("include")) / "Python.h").is_file(), reason="no headers of Python")
 def test_no_call_waits_for_the_extension(tmp_path: Path) -> None:
     """Where no module has it: objects are arrays until it is there, and those that were made before are no slower."""

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from selection import some_slow
 
 from generated import images
 
@@ -25,6 +26,7 @@ CALLS = {
     "inverses": "calculus.minors.inverses(rng.normal(size=(3, 5, 5)))",
     "products of five vectors": "calculus.products.product_of(5)(rng.normal(size=32), rng.normal(size=32))",
 }
+QUICK = ("optical flow", "local phase", "outer product", "inverses")
 SETUP = """
 import sys
 import time
@@ -42,9 +44,9 @@ blade = subspaces.Blade(rng.normal(size=5), 5, 1)
 
 
 @pytest.mark.skipif(images.backend != "c", reason="the C of generated modules is not built")
-@pytest.mark.parametrize("call", CALLS.values(), ids=CALLS)
-def test_first_calls_load_no_numba(call: str, tmp_path: Path) -> None:
-    program = f"{SETUP}\n{call}\nprint('numba' in sys.modules)"
+@pytest.mark.parametrize("name", some_slow(CALLS, *(name for name in CALLS if name not in QUICK)))
+def test_first_calls_load_no_numba(name: str, tmp_path: Path) -> None:
+    program = f"{SETUP}\n{CALLS[name]}\nprint('numba' in sys.modules)"
     environment = {
         **os.environ,
         "NUMBA_CACHE_DIR": str(tmp_path),

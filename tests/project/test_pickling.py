@@ -217,6 +217,7 @@ def other_symbols() -> None:
         symbolic.multivector(VGA3, {"e1": sympy.Symbol(name)})
 
 
+@pytest.mark.slow
 def test_another_process() -> None:
     backends = ["arrays", "numba"] + ["c"] * bool(ga.runtime.find_compiler())
     compiled = [ga.compile(MOVE, backend=backend) for backend in backends]

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from selection import some_slow
 
 from algorithms.kinematics import DescriptionError, Robot
 from algorithms.kinematics.folded import GENERIC
@@ -67,16 +68,19 @@ def check(robot: Robot, plain: Robot, methods: tuple[str, ...]) -> None:
             getattr(robot, method)(*np.zeros((count, n + 1)))
 
 
-QUICK = tuple(name for name in METHODS if name != "inverse_dynamics_derivatives")
+FEW = ("forward", "jacobian", "gravity", "kinetic_energy")
+"""Poses, velocities, forces and energies, which take little time to compile."""
 
 
-def test_every_method_of_a_tree_with_a_slide_and_a_joint_that_follows(tmp_path: Path) -> None:
+@pytest.mark.parametrize("which", some_slow(["few", "all"], "all"))
+def test_every_method_of_a_tree_with_a_slide_and_a_joint_that_follows(which: str, tmp_path: Path) -> None:
+    methods = FEW if which == "few" else tuple(METHODS)
     path = tmp_path / "tree.urdf"
     path.write_text(TREE)
     plain = Robot.from_urdf(path)
     assert plain.n_joints == 3 and len(plain.kinds) == 4
-    robot = written(str(path), tmp_path, ("all",))(plain)
-    check(robot, plain, tuple(METHODS))
+    robot = written(str(path), tmp_path, methods)(plain)
+    check(robot, plain, methods)
     # another ratio is another robot
     other = replace(plain, coupling=plain.coupling * 1.001)
     with pytest.raises(DescriptionError, match="different joints"):

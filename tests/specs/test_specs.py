@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
+from selection import some_slow
 
 import gacompiler.specs
 from gacompiler import Kernel
@@ -172,7 +173,7 @@ def test_every_kernel_is_documented(module: str) -> None:
         assert kernel.summary.strip().endswith("."), name
 
 
-@pytest.mark.parametrize("module", MODULES)
+@pytest.mark.parametrize("module", some_slow(MODULES, "cga2", "cga3"))
 def test_products_of_all_pairs_of_basis_blades_are_those_of_an_independent_table(module: str) -> None:
     spec = import_module(f"gacompiler.specs.{module}")
     if not hasattr(spec, "geometric_product"):

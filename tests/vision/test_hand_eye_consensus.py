@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from selection import some_slow
 from test_hand_eye import Array, poses
 
 from algorithms.vision import HandEyeStatus, hand_eye, hand_eye_from_poses
@@ -42,7 +43,7 @@ def rotation_error(motors: Array, x: Array) -> Array:
 
 
 @pytest.mark.parametrize("kind", ["altogether", "turned", "shifted"])
-@pytest.mark.parametrize("n_wrong", [1, 3, 5, 7])
+@pytest.mark.parametrize("n_wrong", some_slow([1, 3, 5, 7], 3, 5))
 def test_wrong_poses_are_left_out(n_wrong: int, kind: str) -> None:
     """The place is that of the right poses alone, so that its error is theirs."""
     rng = np.random.default_rng(n_wrong)

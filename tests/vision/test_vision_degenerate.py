@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from selection import some_slow
 from test_views import GRID, scene
 
 import algorithms.vision as vision
@@ -379,7 +380,10 @@ def refused(pairs: Array, noise: float | None = None) -> float:
     return float(np.mean(status != VisionStatus.OK))
 
 
-@pytest.mark.parametrize(("n_points", "allowed"), [(8, 0.02), (9, 0.02), (10, 0.01), (12, 0.0), (20, 0.0)])
+ENOUGH = [(8, 0.02), (9, 0.02), (10, 0.01), (12, 0.0), (20, 0.0)]
+
+
+@pytest.mark.parametrize(("n_points", "allowed"), some_slow(ENOUGH, (9, 0.02), (10, 0.01), (20, 0.0)))
 def test_few_good_points_are_enough(n_points: int, allowed: float) -> None:
     """Scenes at half a pixel and one pixel of noise; planes and lines of as many points are refused."""
     rng = np.random.default_rng(n_points)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from selection import some_slow
 from test_vision_invariants import CAMERA, landmarks, seen
 
 from algorithms.vision import LandmarkMap, OmnidirectionalCamera, VisionStatus, localize_by_landmarks
@@ -18,7 +19,7 @@ PIXEL = 1 / 400
 """One pixel of the camera of the tests, in radians."""
 
 
-@pytest.mark.parametrize(("n_hidden", "least"), [(0, 0.95), (2, 0.88)])
+@pytest.mark.parametrize(("n_hidden", "least"), some_slow([(0, 0.95), (2, 0.88)], (0, 0.95)))
 def test_landmarks_are_recognised_with_points_hidden(n_hidden: int, least: float) -> None:
     """With the noise of one pixel given as such: 46 % were recognised with two of ten points hidden."""
     right = wrong = strangers = 0

@@ -24,7 +24,7 @@ K = np.array([[800.0, 0, 320], [0, 800, 240], [0, 0, 1]])
 
 
 @pytest.mark.parametrize(
-    ("n_points", "trials"), some_slow([(8, 40), (12, 40), (100, 3), (2000, 1), (20, 40)], (20, 40))
+    ("n_points", "trials"), some_slow([(8, 40), (12, 40), (100, 3), (2000, 1), (20, 40)], (12, 40), (100, 3), (20, 40))
 )
 def test_random_pairs_have_no_geometry(n_points: int, trials: int) -> None:
     rng = np.random.default_rng(n_points)

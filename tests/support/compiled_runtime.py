@@ -1,0 +1,18 @@
+"""The compiled runtime of generated C, for tests that have a cache of their own: it takes seconds to compile."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+from backend_programs import SWAP, module_source, write
+
+from gacompiler.backends.build import build_module
+from gacompiler.gac_runtime.cache import cache_folder
+
+
+def copy_compiled_runtime(folder: Path, cache: Path) -> Path:
+    """Copy what the cache of the whole run keeps of the runtime to another cache, after a build in an empty folder."""
+    build_module(write(module_source("bare", SWAP), folder))
+    cache.mkdir(mode=0o700, exist_ok=True)
+    return Path(shutil.copytree(cache_folder("runtime"), cache / "runtime"))
