@@ -22,7 +22,7 @@ MAKEFLAGS += --no-print-directory
 .DEFAULT_GOAL := help
 .PHONY: demo test slow peers generated check lint types docs bench counts growth notebooks build wheel help clean FORCE
 
-demo: .venv/.installed ## Generate what is stale, build, run on real input; figures in build/demo
+demo: .venv/.installed ## Generate outdated modules, build, run on real input; pictures in build/demo
 	@$(MAKE) build/.generated
 	@$(MAKE) build
 	$(BIN)/python -m algorithms.demo
@@ -30,19 +30,19 @@ demo: .venv/.installed ## Generate what is stale, build, run on real input; figu
 test: build ## Run the quick tests, in minutes
 	$(BIN)/pytest -n 2 --dist worksteal
 
-slow: build ## Run the tests that take long
+slow: build ## Run the slow tests
 	$(BIN)/pytest -n 2 --dist worksteal -m "slow and not peers"
 
 peers: .venv/.peers ## Compare with other libraries (slow)
 	@$(MAKE) build
 	$(BIN)/pytest -n 2 --dist worksteal -m peers
 
-generated: .venv/.installed ## Write generated/ anew from the specs
+generated: .venv/.installed ## Regenerate generated/ from the specs
 	@echo "Generating $(words $(SPECS)) modules, some minutes"
 	$(BIN)/gac generate --all --no-build
 	@mkdir -p build && touch build/.generated
 
-check: build ## Fail if generated/ is not what the specs give, or is not proved
+check: build ## Fail if generated/ differs from the output of the specs, or if a proof fails
 	@echo "Comparing $(words $(SPECS)) modules with their specs, some minutes"
 	$(BIN)/gac check --prove
 
@@ -56,21 +56,21 @@ types: .venv/.installed ## Check types
 docs: .venv/.docs ## Build the documentation site from docs, notebooks and docstrings; build/site/index.html
 	PYTHONPATH=docs $(BIN)/python -m website
 
-bench: build ## Measure generation, kernels and algorithms beside peers; write the pages of figures in docs
+bench: build ## Measure generation, kernels and algorithms, compare with other libraries; write pages in docs
 	$(BIN)/python -m benchmarks
 	@for page in chain subspaces toolkit robots signals vision; do $(BIN)/python -m benchmarks $$page || exit; done
 
-counts: .venv/.installed ## Count operations of known expressions beside kingdon; write docs/operation-counts.md
+counts: .venv/.installed ## Count operations of known expressions, compare with kingdon; write docs/operation-counts.md
 	$(BIN)/python -m benchmarks counts
 
-growth: .venv/.installed ## Compile time by dimension beside kingdon; write docs/growth.md and .svg
+growth: .venv/.installed ## Measure compile time by dimension, compare with kingdon; write docs/growth.md and .svg
 	$(BIN)/python -m benchmarks growth
 
 notebooks: .venv/.peers ## Execute the notebooks and store their outputs
 	@$(MAKE) build
 	$(BIN)/python tests/support/stored_notebooks.py
 
-build: .venv/.installed ## Compile the generated C, if a compiler is there
+build: .venv/.installed ## Compile the generated C, if there is a compiler
 	@echo "Compiling what changed in generated/"
 	$(BIN)/gac build
 
@@ -83,7 +83,7 @@ wheel: .venv/.installed ## Write the wheel with compiled libraries into dist
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "%-10s %s\n", $$1, $$2 }' Makefile
 
-clean: ## Remove what was built and cached; .venv stays
+clean: ## Remove build products and caches, but not .venv
 	rm -rf build dist *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache generated/_build
 	find gacompiler generated algorithms tests benchmarks -name __pycache__ -prune -exec rm -rf {} +
 

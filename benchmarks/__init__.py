@@ -1,1 +1,1 @@
-"""How long the compiler takes, and how fast its kernels are beside named peers: ``python -m benchmarks``."""
+"""Benchmarks of the compiler and of its kernels, compared with other libraries: ``python -m benchmarks``."""

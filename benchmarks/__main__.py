@@ -1,4 +1,4 @@
-"""The command ``python -m benchmarks``, and the pages that may be named after it."""
+"""The command ``python -m benchmarks``, and its subcommands."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ import os
 import sys
 
 COMMANDS = ("chain", "counts", "growth", "overview", "robots", "signals", "subspaces", "toolkit", "vision")
-"""What may stand after ``benchmarks``, the modules that do it; without one of them, times are measured."""
+"""The subcommands, which are also the names of their modules. Without a subcommand, `command` runs."""
 
 
 def main() -> int:
-    """Run the command on one thread: the libraries read these variables when they are loaded, so not before."""
+    """Run the command on one thread."""
+    # The libraries read these variables when they are loaded, so the modules are imported afterwards.
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
         os.environ[name] = "1"
     words = sys.argv[1:]

@@ -1,4 +1,4 @@
-"""Which processors this process runs on, where the system lets it choose."""
+"""Select the processors that this process runs on, if the system supports it."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from collections.abc import Collection, Iterator
 
 
 def processors() -> Collection[int]:
-    """Those that it may use; empty where the system does not say."""
+    """Return the processors that this process may use, empty if the system does not report them."""
     return os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else ()
 
 
 def use_one_processor() -> None:
-    """Keep this process on one."""
+    """Restrict this process to one processor."""
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
 
 
 @contextlib.contextmanager
 def on_processors(chosen: Collection[int]) -> Iterator[None]:
-    """Let this thread, and what it starts, run on these; an empty set changes nothing."""
+    """Run this thread and the processes that it starts on `chosen` processors; an empty set changes nothing."""
     if not chosen or not hasattr(os, "sched_setaffinity"):
         yield
         return

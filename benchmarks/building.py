@@ -1,4 +1,4 @@
-"""How long it takes to compile the C of the generated modules, and how large the libraries are."""
+"""Measure the time to compile the C of the generated modules, and the sizes of the libraries."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .affinity import on_processors
 
 @dataclass(frozen=True, slots=True)
 class LibrarySize:
-    """Bytes of the C of a module, and of its library."""
+    """The sizes of the C source of a module and of its library, in bytes."""
 
     module: str
     source: int
@@ -26,14 +26,15 @@ class LibrarySize:
 
 @dataclass(frozen=True, slots=True)
 class Building:
-    """What was measured.
+    """Times and sizes of a build.
 
     Attributes
     ----------
     cold : float
-        Seconds from nothing to all libraries, on all processors.
+        Seconds to build all libraries from scratch, on all processors.
     again : float
-        Seconds where nothing has changed.
+        Seconds to find that nothing has changed.
+    libraries : tuple of LibrarySize
     """
 
     cold: float
@@ -42,15 +43,15 @@ class Building:
 
 
 def building(modules: Iterable[str], processors: Collection[int], progress: Callable[[str], None]) -> Building | None:
-    """Compile the C of these modules in a folder of their own; None where there is no compiler.
+    """Compile the C of these modules in a temporary folder. Return None if there is no compiler.
 
     Parameters
     ----------
     modules : iterable of str
     processors : collection of int
-        Those that the compiler may use; empty where the system does not say.
+        The processors that the compiler may use; empty if the system does not report them.
     progress : function of str
-        Called with what comes next.
+        Called with the name of the next step.
     """
     if find_compiler() is None:
         return None

@@ -1,8 +1,8 @@
-// Kernels as somebody who knows the geometry would write them: motors as dual quaternions (w, b) + e (s, d), everything
-// else as three-vectors. A structure of arrays: coefficient k of element i is x[k * n + i].
+// Kernels as an expert would write them: motors are dual quaternions (w, b) + e (s, d), everything else consists of
+// three-vectors. Arrays are in Fortran order (structure of arrays): coefficient k of element i is x[k * n + i].
 //
-// The functions are called as the loops of a generated file are: args are the inputs and then the output, dimensions[0]
-// is the number of elements; their steps are not looked at. REAL is double or float.
+// The functions have the signature of the loops in a generated file: args are the inputs and then the output, and
+// dimensions[0] is the number of elements. The strides are ignored. REAL is double or float.
 
 #include <stdint.h>
 
@@ -45,7 +45,7 @@ INLINE vector scale(REAL k, vector a)
     return (vector){k * a.x, k * a.y, k * a.z};
 }
 
-// Where the vectors are among our coefficients.
+// The vectors among the coefficients of the generated modules.
 #define XYZ(x, k) ((vector){AT(x, k), AT(x, k + 1), AT(x, k + 2)})
 #define TURN(m) ((vector){-AT(m, 3), AT(m, 2), -AT(m, 1)})
 #define SHIFT(m) ((vector){-AT(m, 4), -AT(m, 5), -AT(m, 6)})
@@ -94,7 +94,7 @@ void pga3_move_point(LOOP)
     }
 }
 
-// A line is a dual vector l + e m, direction and moment, and turns as a vector does, by dual numbers.
+// A line is a dual vector l + e m of direction and moment. It transforms like a vector, over the dual numbers.
 void pga3_move_line(LOOP)
 {
     START IN(motor, 0) IN(x, 1) OUT(2)
@@ -115,7 +115,7 @@ void pga3_move_line(LOOP)
     }
 }
 
-// n + 2 b x v, v = w n + b x n; the offset falls by 2 (v . d - s (n . b))
+// n + 2 b x v, v = w n + b x n; the offset decreases by 2 (v . d - s (n . b))
 void pga3_move_plane(LOOP)
 {
     START IN(m, 0) IN(x, 1) OUT(2)
@@ -146,7 +146,7 @@ void pga3_join_points(LOOP)
     }
 }
 
-// Cramer's rule, with two of its three cross products drawn together.
+// Cramer's rule, with two of its three cross products combined.
 void pga3_meet_three_planes(LOOP)
 {
     START IN(x, 0) IN(y, 1) IN(z, 2) OUT(3)

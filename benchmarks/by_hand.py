@@ -1,4 +1,4 @@
-"""Generated loops beside C that is written by hand, both called from C on the same arrays."""
+"""Compare generated loops with hand-written C; both are called from C on the same arrays."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ import numpy as np
 from gacompiler.backends.build import FLAGS, find_compiler, library_path
 
 from .cases import CASES
-from .timing import Effort, in_turn
+from .timing import Effort, median_times
 
 Array = np.ndarray
 
@@ -35,12 +35,12 @@ KERNELS = (
     ("quaternion", "product"),
 )
 REALS = {"float64": ("double", "f64"), "float32": ("float", "f32")}
-"""By type: its name in C, and the ending of our loops for it."""
+"""The name of each type in C, and the suffix of the generated loops for it."""
 
 NATIVE = ("-O3", "-march=native")
-"""All that a compiler can do for this very machine, without fusing products with sums, as our kernels."""
-WIDTHS = {"as the compiler likes": (), "512 bits": ("-mprefer-vector-width=512",)}
-"""Vectors that the hand-written loops are compiled for; the faster counts."""
+"""All optimisations for this machine, except fused multiply-adds, which the generated kernels do not use either."""
+WIDTHS = {"the compiler's default": (), "512 bits": ("-mprefer-vector-width=512",)}
+"""Vector widths that the hand-written loops are compiled for; the faster result is used."""
 
 _COMPARED = 200
 _ULPS = 64
@@ -49,14 +49,14 @@ _CACHE_LINE = 64
 
 @dataclass(frozen=True, slots=True)
 class HandTimes:
-    """Seconds for each element by size, of one kernel in one type.
+    """Seconds per element for each size, of one kernel in one type.
 
     Attributes
     ----------
     own, hand : tuple of float
-        The generated loop and the better hand-written one, on structures of arrays.
+        The generated loop and the faster hand-written one, in Fortran order (structure of arrays).
     interleaved : tuple of float
-        The generated loop on elements after one another.
+        The generated loop in C order (array of structures).
     """
 
     title: str
@@ -68,19 +68,21 @@ class HandTimes:
 
 @dataclass(frozen=True, slots=True)
 class Batch:
-    """What a loop is called with: addresses of the arrays, the number of elements, and steps in bytes."""
+    """The arguments of a loop: addresses of the arrays, the number of elements, and strides in bytes."""
 
     arrays: tuple[Array, ...]
     arguments: tuple[Any, Any, Any]
 
 
 def measure(sizes: Sequence[int], effort: Effort, progress: Callable[[str], None]) -> tuple[HandTimes, ...]:
-    """Time every kernel in both types; nothing where there is no C compiler that takes the flags, or no built library.
+    """Time every kernel in both types.
+
+    The result is empty if no C compiler accepts the flags, or if the library is not built.
 
     Raises
     ------
     RuntimeError
-        When hand-written code computes something else.
+        If hand-written code gives a different result.
     """
     found = []
     with tempfile.TemporaryDirectory() as folder:
@@ -95,7 +97,7 @@ def measure(sizes: Sequence[int], effort: Effort, progress: Callable[[str], None
 
 
 def build(folder: Path, kind: str) -> tuple[ctypes.CDLL, ...]:
-    """The hand-written loops for one type, once for each width that the compiler knows."""
+    """Compile the hand-written loops for one type, once for each vector width that the compiler supports."""
     compiler = find_compiler()
     if compiler is None:
         return ()
@@ -109,7 +111,7 @@ def build(folder: Path, kind: str) -> tuple[ctypes.CDLL, ...]:
 
 
 def own_loop(module: str, kernel: str, kind: str) -> Any:
-    """The loop of a generated module; None where its library is not built."""
+    """Return the loop of a generated module, or None if its library is not built."""
     file = importlib.import_module(f"generated.{module}").__file__
     assert file is not None
     path = library_path(Path(file).with_suffix(".c"))
@@ -119,7 +121,7 @@ def own_loop(module: str, kernel: str, kind: str) -> Any:
 
 
 def batch(inputs: Sequence[Array], result: Array, kind: str, order: str) -> Batch:
-    """Arrays of one type and order that start at cache lines: the inputs, and then one for the result."""
+    """Return the inputs and an array for the result, in one type and order, aligned to cache lines."""
     arrays = tuple(_aligned(array, kind, order) for array in (*inputs, result))
     steps = [array.strides[0] for array in arrays] + [array.strides[1] for array in arrays]
     addresses = [array.ctypes.data for array in arrays]
@@ -168,17 +170,17 @@ def _measure(
 
 
 def _times(repeat: Any, calls: dict[str, tuple[Any, Batch]], effort: Effort, size: int) -> dict[str, float]:
-    """Seconds for each element. Python is called once for so many elements that it does not count."""
+    """Return the seconds per element. One call from Python covers so many elements that its cost is negligible."""
     times = max(1, 100_000 // size)
     prepared = {
         key: functools.partial(repeat, loop, *given.arguments, ctypes.c_ssize_t(times))
         for key, (loop, given) in calls.items()
     }
-    return {key: spent / (times * size) for key, spent in in_turn(prepared, effort).items()}
+    return {key: spent / (times * size) for key, spent in median_times(prepared, effort).items()}
 
 
 def _compare(title: str, found: Array, expected: Array) -> None:
     limit = _ULPS * np.finfo(found.dtype).eps * np.abs(expected).max()
     error = np.abs(found - expected).max()
     if not error <= limit:
-        raise RuntimeError(f"{title}: hand-written C is off by {error:.1e}; expected at most {limit:.1e}")
+        raise RuntimeError(f"{title}: the error of hand-written C is {error:.1e}; expected at most {limit:.1e}")

@@ -1,7 +1,7 @@
-"""The kernels that are measured, what they are given, and what numpy and scipy do for the same result.
+"""The kernels that are measured, their arguments, and the calls of other libraries that give the same results.
 
-A peer is given whatever it likes best, made before the clock starts: matrices, or objects of scipy. Its result is
-compared with ours before it is timed.
+A peer receives its arguments in the form that suits it best, such as matrices or objects of scipy. They are prepared
+before the time is measured. The results of peer and kernel are compared before the peer is timed.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ def _same(result: Any) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class Peer:
-    """A named way to the same result.
+    """A call of another library that gives the same result.
 
     Attributes
     ----------
     library : str
-        The package it uses.
+        The package.
     text : str
-        What it computes, for the report.
-    prepare : function of the arguments of the kernel
-        Gives the function to time.
-    read, expect : functions
-        Of its result and of ours, to something in which they are equal.
+        A description of the computation, for the report.
+    prepare : callable
+        Returns the function to time, given the arguments of the kernel.
+    read, expect : callable
+        Convert the result of the peer, and that of the kernel, to a form in which they are equal.
     largest : int
-        The most elements it is tried on; 1 where it takes one element only.
+        The maximum number of elements; 1 if the peer only accepts single elements.
     """
 
     library: str
@@ -57,13 +57,13 @@ class Case:
     Attributes
     ----------
     module, kernel : str
-    arguments : function of (random generator, leading shape)
-        The arguments in float64.
+    arguments : callable
+        Returns the arguments in float64, given a random generator and the leading shape.
     peers : tuple of Peer
     formula : str
-        What it is in `libraries.FORMULAS`; empty where those libraries do not take part.
+        The key in `libraries.FORMULAS`; empty if the libraries of geometric algebra have no such formula.
     note : str
-        What is special about the arguments.
+        A property of the arguments, for the title.
     """
 
     module: str
@@ -75,7 +75,7 @@ class Case:
 
     @property
     def title(self) -> str:
-        """Module, kernel and note."""
+        """Return module, kernel and note."""
         return f"{self.module}.{self.kernel}" + (f", {self.note}" if self.note else "")
 
 
@@ -111,7 +111,7 @@ def _apply(matrix: Array, x: Array) -> Array:
 
 
 def _map(kernel: Any, size: int) -> Callable[..., Callable[[], Array]]:
-    """The linear map of a kernel's last argument as a matrix, applied by matmul."""
+    """Apply the linear map of a kernel's last argument as a matrix, by matmul."""
 
     def prepare(versor: Array, x: Array) -> Callable[[], Array]:
         columns = kernel(versor[..., None, :], np.eye(size))
@@ -153,7 +153,7 @@ def _join(a: Array, b: Array) -> Callable[[], Array]:
 
 
 def _pluecker(line: Array) -> Array:
-    """Direction and moment of our lines."""
+    """Return the directions and moments of lines of `pga3`."""
     e12, e13, e23, e01, e02, e03 = np.moveaxis(line, -1, 0)
     return np.stack([e23, -e13, e12, e01, e02, e03], -1)
 
@@ -300,13 +300,13 @@ def _batch_quaternions(p: Array, q: Array) -> Callable[[], Array]:
     return lambda: multiply(p, q)
 
 
-def _own_type(p: Array, q: Array) -> Callable[[], Any]:
+def _quaternion_array(p: Array, q: Array) -> Callable[[], Any]:
     as_quat_array = importlib.import_module("quaternion").as_quat_array
     left, right = as_quat_array(p), as_quat_array(q)
     return lambda: left * right
 
 
-def _own_coefficients(q: Any) -> Array:
+def _quaternion_coefficients(q: Any) -> Array:
     return np.asarray(importlib.import_module("quaternion").as_float_array(q))
 
 
@@ -345,10 +345,10 @@ _POINTS = (
     Peer("pin", "`SE3.act`", _pin_points, largest=1),
 )
 _DUAL_POINTS = Peer("pytransform3d", "`batch_dq_prod_vector`", _dual_points, largest=100_000)
-"""It wants as many motors as points."""
+"""It requires as many motors as points."""
 
 OPTIONAL = ("pytransform3d", "numpy-quaternion", "pin")
-"""Libraries of peers that are left out where they are not installed."""
+"""Libraries of peers that are omitted if they are not installed."""
 
 CASES: tuple[Case, ...] = (
     Case(
@@ -483,7 +483,7 @@ CASES: tuple[Case, ...] = (
         (
             Peer("numpy", "sixteen products, `stack`", _multiply),
             Peer("scipy", "`Rotation * Rotation`", _scipy_multiply, _as_matrix, quaternion.to_matrix),
-            Peer("numpy-quaternion", "`p * q`", _own_type, _own_coefficients),
+            Peer("numpy-quaternion", "`p * q`", _quaternion_array, _quaternion_coefficients),
             Peer("pytransform3d", "`batch_concatenate_quaternions`", _batch_quaternions),
         ),
     ),
@@ -500,4 +500,4 @@ CASES: tuple[Case, ...] = (
         (Peer("scipy", "`Rotation.from_matrix`", _scipy_matrix, _as_matrix, quaternion.to_matrix),),
     ),
 )
-"""In the order of the report."""
+"""The cases, in the order of the report."""

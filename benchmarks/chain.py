@@ -1,10 +1,9 @@
-"""Kernels under numba beside the same kernels in C, and chains of kernels beside the chain as one kernel in C."""
+"""Compare kernels on numba with the uniform kernels in C, and chains of kernels with one fused kernel in C."""
 
 from __future__ import annotations
 
 import argparse
 import sys
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,7 +20,8 @@ from gacompiler.runtime import load_module
 from . import pages
 from .kernels import ORDERS, TYPES
 from .machine import version
-from .timing import FULL, QUICK, Effort
+from .markdown import paragraph
+from .timing import FULL, QUICK, Effort, minimum_times
 
 PAGE = Path("docs/numba.md")
 SIZES = (1_000, 100_000, 1_000_000)
@@ -52,25 +52,25 @@ KERNELS: tuple[tuple[str, int | None], ...] = (
     ("vga3.rotate_vector", 0),
     ("cga3.transform_vector", 0),
 )
-"""Kernels, and which argument is one element."""
+"""Kernels, and the index of the uniform argument, if any."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """Seconds for each element in C and under numba."""
+    """Seconds per element in C and on numba."""
 
     c: float
     numba: float
 
     @property
     def ratio(self) -> float:
-        """How much longer numba takes."""
+        """The time on numba divided by the time in C."""
         return self.numba / self.c
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """What was measured of one way to compute, by type and order, for each size."""
+    """The times of one computation for each size, by type and order."""
 
     title: str
     pairs: dict[tuple[str, str], tuple[Pair, ...]]
@@ -82,45 +82,27 @@ def _module(name: str, backend: str) -> Any:
     return module or load_module(folder / f"{name}.py", f"_{name}_on_{backend}", backend)
 
 
-def _least(calls: Sequence[Callable[[], Any]], effort: Effort) -> list[float]:
-    """The least seconds of each of some calls, taken in turns: other work on the machine strikes all alike."""
-    numbers = []
-    for call in calls:
-        call()
-        start = time.perf_counter()
-        call()
-        numbers.append(max(1, round(effort.span / max(time.perf_counter() - start, 1e-9))))
-    times = [float("inf")] * len(calls)
-    for _ in range(effort.repeats):
-        for k, (call, number) in enumerate(zip(calls, numbers, strict=True)):
-            start = time.perf_counter()
-            for _ in range(number):
-                call()
-            times[k] = min(times[k], (time.perf_counter() - start) / number)
-    return times
-
-
 def _pair(c: Callable[..., Any], ours: Callable[..., Any], arrays: Sequence[Any], order: str, effort: Effort) -> Pair:
-    """Both on the same arrays, in turns.
+    """Time both functions on the uniform arrays, alternately.
 
     Raises
     ------
     RuntimeError
-        When they compute something else.
+        If they give different results.
     """
     right = c(*arrays)
     outs = [np.array(right, order=order) for _ in range(2)]
     size = len(right)
-    calls = [lambda: c(*arrays, out=outs[0]), lambda: ours(*arrays, out=outs[1])]
-    times = _least(calls, effort)
+    calls = {"c": lambda: c(*arrays, out=outs[0]), "numba": lambda: ours(*arrays, out=outs[1])}
+    times = minimum_times(calls, effort.repeats, effort.span)
     scale = float(np.abs(right).max())
     if not np.allclose(outs[0], outs[1], rtol=0, atol=100 * float(np.finfo(right.dtype).eps) * scale):
         raise RuntimeError(f"{getattr(c, 'name', c)}: C and numba give different results")
-    return Pair(times[0] / size, times[1] / size)
+    return Pair(times["c"] / size, times["numba"] / size)
 
 
-def measure_kernel(title: str, same: int | None, sizes: Sequence[int], effort: Effort) -> Row:
-    """One kernel on both backends."""
+def measure_kernel(title: str, uniform: int | None, sizes: Sequence[int], effort: Effort) -> Row:
+    """Time one kernel on both backends."""
     name, _, kernel = title.partition(".")
     c, ours = (getattr(_module(name, backend), kernel) for backend in ("c", "numba"))
     shapes = c.signature.partition("->")[0].strip("()").split("),(")
@@ -130,22 +112,22 @@ def measure_kernel(title: str, same: int | None, sizes: Sequence[int], effort: E
         for order in ORDERS:
             found = []
             for size in sizes:
-                leads = [() if k == same else (size,) for k in range(len(shapes))]
+                leads = [() if k == uniform else (size,) for k in range(len(shapes))]
                 given = [rng.normal(size=(*lead, int(n))) for lead, n in zip(leads, shapes, strict=True)]
                 found.append(_pair(c, ours, [np.array(x, kind, order=order) for x in given], order, effort))
             pairs[kind, order] = tuple(found)
-    return Row(title if same is None else f"{title}, one {'abc'[same]}", pairs)
+    return Row(title if uniform is None else f"{title}, uniform {'abc'[uniform]}", pairs)
 
 
 @gacompiler.kernel(a=PGA3.MOTOR, b=PGA3.MOTOR, p=PGA3.POINT, q=PGA3.POINT)
 def moved_line(a: Any, b: Any, p: Any, q: Any) -> Any:
-    """The line through two points, moved by `b` and then by `a`."""
+    """Return the line through two points, moved by `b` and then by `a`."""
     m = a * b
     return (m * p * ~m) & (m * q * ~m)
 
 
 def chains() -> dict[str, Callable[..., Any]]:
-    """Ways to write the chain with kernels under numba, as functions of arrays and ``out``."""
+    """Return implementations of the chain with kernels on numba, as functions of arrays and ``out``."""
     pga3 = _module("pga3", "numba")
     product, move, join = pga3.motor_product.jit, pga3.move_point.jit, pga3.join_points.jit
 
@@ -174,13 +156,13 @@ def chains() -> dict[str, Callable[..., Any]]:
 
     return {
         "`Kernel.of`": pga3.Kernel.of(leg, "(8),(8),(3),(3)->(6)"),
-        "a loop, tuples": plain(tuples),
-        "a loop, small arrays": plain(scratch),
+        "loop, tuples": plain(tuples),
+        "loop, small arrays": plain(scratch),
     }
 
 
 def measure_chain(title: str, chain: Callable[..., Any], fused: Any, sizes: Sequence[int], effort: Effort) -> Row:
-    """One way to write the chain, beside the chain as one kernel in C."""
+    """Compare one implementation of the chain with the fused kernel in C."""
     pga3 = _module("pga3", "c")
     rng = np.random.default_rng(0)
     pairs = {}
@@ -196,20 +178,25 @@ def measure_chain(title: str, chain: Callable[..., Any], fused: Any, sizes: Sequ
 
 
 def page(kernels: Sequence[Row], chained: Sequence[Row], sizes: Sequence[int]) -> str:
-    """The page in Markdown."""
+    """Return the page as Markdown."""
     ratios = [pair.ratio for row in kernels for pairs in row.pairs.values() for pair in pairs]
     above = sum(ratio > 1.5 for ratio in ratios)
     lines = [
-        "# numba beside C",
+        "# numba compared with C",
         "",
-        f"Written by `python -m benchmarks chain`; numba {version('numba')}, numpy {version('numpy')}. Nanoseconds for",
-        "each element of whole calls, the least of several taken in turns: C, numba, and their ratio. Orders: `F`",
-        "coefficients after one another, `C` elements after one another.",
+        paragraph(
+            f"`python -m benchmarks chain` writes this page; numba {version('numba')}, numpy {version('numpy')}.",
+            "Each cell gives the nanoseconds per element in C and on numba, and their ratio.",
+            "The times are those of whole calls: the minimum of repeated runs, measured alternately.",
+            "The column names give the number of elements and the memory order, C or Fortran.",
+        ),
         "",
-        f"Kernels: median ratio {float(np.median(ratios)):.2f}, largest {max(ratios):.2f};",
-        f"{above} of {len(ratios)} above 1.5.",
+        paragraph(
+            f"The median ratio of the kernels is {float(np.median(ratios)):.2f}, and the largest is "
+            f"{max(ratios):.2f}; {above} of {len(ratios)} ratios are above 1.5.",
+        ),
     ]
-    chain = "## Chain: motor times motor, two points moved, joined; beside one kernel in C"
+    chain = "## Join of two points moved by a product of motors, compared with one fused kernel in C"
     for heading, rows in (("## Kernels", kernels), (chain, chained)):
         for kind in TYPES:
             columns = [f"{size:,} {order}" for order in ORDERS for size in sizes]
@@ -230,7 +217,7 @@ def main(arguments: list[str] | None = None) -> int:
     Parameters
     ----------
     arguments : list of str, optional
-        Of the command line; left out, those of the process.
+        Command-line arguments. By default, those of the process.
     """
     options = _parser().parse_args(arguments)
     out: Path = options.out
@@ -238,23 +225,26 @@ def main(arguments: list[str] | None = None) -> int:
     sizes = tuple(options.sizes)
     chosen = KERNELS[:: 8 if options.quick else 1]
     if not list(Path(str(generated.__file__)).parent.glob("_build/pga3-*")):
-        print("chain: no built C; expected the libraries of generated/; build them with `gac build`", file=sys.stderr)
+        print("chain: the C libraries of generated/ are not built; build them with `gac build`", file=sys.stderr)
         return 1
     with pages.progress() as bar:
-        ways = chains()
-        task = bar.add_task("numba", total=len(chosen) + len(ways))
+        implementations = chains()
+        task = bar.add_task("numba", total=len(chosen) + len(implementations))
         kernels, chained = [], []
-        for title, same in chosen:
+        for title, uniform in chosen:
             bar.update(task, description=title)
-            kernels.append(measure_kernel(title, same, sizes, effort))
+            kernels.append(measure_kernel(title, uniform, sizes, effort))
             bar.advance(task)
         fused = gacompiler.compile(moved_line, backend="c")
-        for title, chain in ways.items():
+        for title, chain in implementations.items():
             bar.update(task, description=title)
             chained.append(measure_chain(title, chain, fused, sizes, effort))
             bar.advance(task)
     return pages.publish(
-        "chain", out, page(kernels, chained, sizes), f"{len(kernels)} kernels, {len(chained)} ways to write a chain"
+        "chain",
+        out,
+        page(kernels, chained, sizes),
+        f"{len(kernels)} kernels, {len(chained)} implementations of a chain",
     )
 
 

@@ -1,4 +1,4 @@
-"""What ``python -m benchmarks`` does: measures, and writes a page."""
+"""The main benchmark, ``python -m benchmarks``, which writes docs/benchmarks.md."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from .machine import machine
 from .report import Run, page
 from .timing import FULL, QUICK
 
-_ABOUT = "How long the compiler takes, and how fast its kernels are beside named peers, as a page in Markdown."
+_ABOUT = "Measure the compiler and its kernels, compare them with other libraries, and write a page in Markdown."
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure and write the page; the exit status is 0 unless it cannot be written.
+    """Measure, and write the page. Return the exit status, which is 0 unless the page cannot be written.
 
     Parameters
     ----------
     arguments : list of str, optional
-        Of the command line; left out, those of the process.
+        Command-line arguments. By default, those of the process.
     """
     options = _parser().parse_args(arguments)
     out: Path = options.out
@@ -33,7 +33,7 @@ def main(arguments: list[str] | None = None) -> int:
         out.parent.mkdir(parents=True, exist_ok=True)
         out.open("a").close()
     except OSError as error:
-        return pages.refused("benchmarks", out, error)
+        return pages.report_failure("benchmarks", out, error)
     available = processors()
     if not options.quick:
         use_one_processor()
@@ -60,14 +60,14 @@ def main(arguments: list[str] | None = None) -> int:
 
         hand_sizes = by_hand.QUICK_SIZES if options.quick else by_hand.SIZES
         hand = by_hand.measure(hand_sizes, effort, compared)
-        ways = features.measure(effort, options.quick, available, compared)
+        calling = features.measure(effort, options.quick, available, compared)
     figure = None
     if any(size > 1 for size in sizes):
         from .figure import draw
 
         figure = out.with_suffix(".png")
         draw(figure, limits, sizes, times)
-    absent = tuple(name for name in (*LIBRARIES, *OPTIONAL) if not installed(name))
+    missing = tuple(name for name in (*LIBRARIES, *OPTIONAL) if not installed(name))
     run = Run(
         limits,
         found,
@@ -76,9 +76,9 @@ def main(arguments: list[str] | None = None) -> int:
         times,
         hand_sizes,
         hand,
-        ways,
+        calling,
         kernels.backends(),
-        absent,
+        missing,
         options.quick,
         effort.repeats,
         figure.name if figure else None,
@@ -90,7 +90,9 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=_ABOUT)
-    parser.add_argument("--quick", action="store_true", help="see that everything works; figures not for quoting")
+    parser.add_argument(
+        "--quick", action="store_true", help="check that everything works; the results are not representative"
+    )
     parser.add_argument(
         "--out", type=Path, default=Path("docs/benchmarks.md"), metavar="FILE", help="the page to write [%(default)s]"
     )
@@ -102,5 +104,5 @@ def _parser() -> argparse.ArgumentParser:
 
 def _size(text: str) -> int:
     if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is no number of elements; expected 1 or more")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of elements; expected an integer of at least 1")
     return int(text)

@@ -1,9 +1,10 @@
-"""Operation counts of known expressions beside the author's structure, published counts and kingdon."""
+"""Compare operation counts of known expressions with the structure as written, published counts and kingdon."""
 
 from __future__ import annotations
 
 import argparse
 import math
+import operator
 import re
 import time
 from collections.abc import Callable, Iterable, Sequence
@@ -19,22 +20,23 @@ from .kingdon_counts import Unsupported, count
 from .known import Known, known
 from .libraries import installed
 from .machine import version
-from .worker import Late, Worker
+from .markdown import paragraph
+from .worker import TimeLimitExceeded, Worker
 
 PAGE = Path("docs/operation-counts.md")
 LIMIT = 20.0
-"""Seconds after which kingdon is stopped."""
+"""Time limit of kingdon for one expression, in seconds."""
 _HEADER = (
     "expression", "definition", "mul", "add", "others", "FMA", "as written", "published", "kingdon", "ms", "kingdon ms",
 )  # fmt: skip
 _COUNTED = 8
-"""How many columns only change when the compiler does; the others are measured."""
+"""Number of columns that depend only on the compiler; the others are measured."""
 _MISSING = "–"
 
 
 @dataclass(frozen=True, slots=True)
 class Peer:
-    """What kingdon reached in one expression; `found` is None where `reason` says why there is no count."""
+    """The counts of kingdon for one expression. If `found` is None, `reason` is why there are no counts."""
 
     found: tuple[int, int, int] | None
     seconds: float
@@ -42,7 +44,7 @@ class Peer:
 
     @property
     def total(self) -> int | None:
-        """By the weights that our candidates compete by."""
+        """The weighted sum of the counts, with the weights that the compiler uses."""
         if self.found is None:
             return None
         mul, add, div = self.found
@@ -65,16 +67,16 @@ class Row:
 
 
 def peer_count(name: str) -> tuple[tuple[int, int, int], float]:
-    """kingdon's products, sums and divisions of one expression, and its seconds; runs in another process."""
+    """Return kingdon's products, sums and divisions for one expression, and its time; runs in another process."""
     found = count(known()[name].kernel)
     return (found.mul, found.add, found.div), found.seconds
 
 
-def ask(worker: Worker, name: str, limit: float) -> Peer:
-    """kingdon's answer, or why there is none."""
+def count_with_kingdon(worker: Worker, name: str, limit: float) -> Peer:
+    """Return the counts of kingdon, or the reason why there are none."""
     try:
         found, seconds = worker(name)
-    except Late:
+    except TimeLimitExceeded:
         return Peer(None, limit, f"> {limit:g} s")
     except Unsupported as error:
         return Peer(None, math.nan, str(error))
@@ -82,15 +84,15 @@ def ask(worker: Worker, name: str, limit: float) -> Peer:
 
 
 def measure(each: Known, worker: Worker | None, limit: float) -> Row:
-    """Compile one expression, and let kingdon do the same."""
+    """Compile one expression with gacompiler and, given a worker, with kingdon."""
     start = time.perf_counter()
     record = compile_kernel(each.kernel)
     seconds = time.perf_counter() - start
-    return Row(each, record, seconds, None if worker is None else ask(worker, each.kernel.name, limit))
+    return Row(each, record, seconds, None if worker is None else count_with_kingdon(worker, each.kernel.name, limit))
 
 
 def count_cells(each: Known, record: Compilation) -> tuple[str, ...]:
-    """The columns of one row that do not depend on the clock or on another library."""
+    """Return the cells of one row that depend neither on time measurements nor on other libraries."""
     assert record.trace is not None
     cost, written = record.cost, record.candidates[0].cost
     definition = ", ".join(f"`{_short(str(expression))}`" for expression in record.trace.expressions)
@@ -102,7 +104,7 @@ def count_cells(each: Known, record: Compilation) -> tuple[str, ...]:
 
 
 def table_cells(text: str) -> dict[str, tuple[str, ...]]:
-    """The same columns of every row of a page, by name."""
+    """Return the same cells of every row of a page, by name."""
     rows = [
         tuple(cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1])
         for line in text.splitlines()
@@ -112,7 +114,7 @@ def table_cells(text: str) -> dict[str, tuple[str, ...]]:
 
 
 def page(rows: Sequence[Row], limit: float) -> str:
-    """All rows as Markdown, grouped by algebra."""
+    """Return the page as Markdown, grouped by algebra."""
     lines = [*_opening(rows, limit)]
     for algebra in dict.fromkeys(row.known.algebra for row in rows):
         lines += [f"## {algebra}", "", *_table(row for row in rows if row.known.algebra == algebra), ""]
@@ -126,34 +128,49 @@ def _opening(rows: Sequence[Row], limit: float) -> list[str]:
     lines = [
         "# Operation counts",
         "",
-        "Written by `make counts`; not edited by hand. Tests compare the counts with what the compiler gives now.",
+        paragraph(
+            "`make counts` writes this page; do not edit it by hand.",
+            "Tests compare the counts with those of the current compiler.",
+        ),
         "",
-        f"{len(rows)} expressions, defined in `tests/support/known`: {published} whose counts others have published, "
-        f"and {len(rows) - published} further ones.",
-        "A product with a number is a product, negations are free. *FMA* is the number of instructions for products",
-        "and sums where a machine fuses them. *As written* is the author's own structure, operation by operation,",
-        "without what it does not use. *Published* is the best count known from elsewhere.",
-        "Times are of one compilation, proof included.",
+        paragraph(
+            f"The {len(rows)} expressions are defined in `tests/support/known`: {published} of them have published "
+            f"counts, and {len(rows) - published} are further ones.",
+            "Products with constants count as products, and negations are free.",
+            "*FMA* is the number of instructions for products and sums on a machine with fused multiply-add.",
+            "*As written* is the count of the expression as written, operation by operation, without unused "
+            "operations.",
+            "*Published* is the best published count.",
+            "Times are those of one compilation, including the proof.",
+        ),
         "",
     ]
     if any(row.peer is not None for row in rows):
+        more, equal, fewer = (
+            sum(compare(_operations(row), row.record.cost.total) for row, _ in peers)
+            for compare in (operator.gt, operator.eq, operator.lt)
+        )
         lines += [
-            f"*kingdon* is kingdon {version('kingdon')}, given the same expression in its own operators and",
-            "polynomials; what it generates is counted by the same rules. Its sandwich takes versors to be normalised,",
-            "as ours are. It has no null vectors; of the two forms of such an expression that it can take, in our",
-            "coefficients or in those of its orthogonal vectors, the cheaper one is shown. It is stopped after",
-            f"{limit:g} s.",
+            paragraph(
+                f"*kingdon* is kingdon {version('kingdon')}, which receives the same expression in its own "
+                "operators and polynomials.",
+                "Its generated code is counted by the same rules.",
+                "Its sandwich product requires normalised versors, like that of gacompiler.",
+                "It has no null vectors, so expressions with null vectors are tried in two forms, in the "
+                "coefficients of gacompiler and in those of orthogonal vectors; the lower count is shown.",
+                f"The time limit is {limit:g} s.",
+            ),
             "",
-            f"Of {len(peers)} expressions that kingdon finished, it takes more operations than this compiler in",
-            f"{sum(_operations(row) > row.record.cost.total for row, _ in peers)}, as many in "
-            f"{sum(_operations(row) == row.record.cost.total for row, _ in peers)} and fewer in "
-            f"{sum(_operations(row) < row.record.cost.total for row, _ in peers)}; "
-            f"{late} it did not finish. Its count is {_mean_ratio(peers):.2f} times",
-            "ours in the geometric mean.",
+            paragraph(
+                f"kingdon finished {len(peers)} expressions and did not finish {late}.",
+                f"Compared with gacompiler, it needs more operations for {more} of them, the same number for {equal}, "
+                f"and fewer for {fewer}.",
+                f"The geometric mean of the ratios of the counts is {_mean_ratio(peers):.2f}.",
+            ),
             "",
         ]
     else:
-        lines += ["kingdon is not installed, so without figures here. `make .venv/.peers` installs it.", ""]
+        lines += ["kingdon is not installed, so its columns are empty. `make .venv/.peers` installs it.", ""]
     return lines
 
 
@@ -196,7 +213,7 @@ def _others(counts: dict[str, int]) -> str:
 
 
 def _short(text: str) -> str:
-    """Without the parentheses around all of it."""
+    """Return the text without parentheses that enclose all of it."""
     depth = 0
     for k, letter in enumerate(text):
         depth += (letter == "(") - (letter == ")")
@@ -210,7 +227,7 @@ def _milliseconds(seconds: float) -> str:
 
 
 def measure_all(limit: float, progress: Callable[[str], None]) -> list[Row]:
-    """Every expression; `progress` is called with the name of each."""
+    """Measure every expression; `progress` is called with the name of each."""
     rows = []
     with Worker(peer_count, limit) as worker:
         for name, each in known().items():
@@ -225,7 +242,7 @@ def main(arguments: list[str] | None = None) -> int:
     Parameters
     ----------
     arguments : list of str, optional
-        Of the command line; left out, those of the process.
+        Command-line arguments. By default, those of the process.
     """
     options = _parser().parse_args(arguments)
     with pages.progress() as bar:
@@ -237,6 +254,10 @@ def main(arguments: list[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = pages.options("counts", __doc__, PAGE, quick=False)
     parser.add_argument(
-        "--limit", type=float, default=LIMIT, metavar="SECONDS", help="stop kingdon after this long [%(default)s]"
+        "--limit",
+        type=float,
+        default=LIMIT,
+        metavar="SECONDS",
+        help="time limit of kingdon for one expression [%(default)s]",
     )
     return parser

@@ -1,4 +1,4 @@
-"""What a user gains by each way of calling: fusion, threads, one element, arguments that stay the same."""
+"""Measure the effect of fusion, threads, calls on one element, and uniform arguments."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from . import libraries
 from .affinity import on_processors
 from .cases import CASES
 from .kernels import ORDERS, ready
-from .timing import Call, Effort, in_turn
+from .timing import Call, Effort, median_times
 
 Array = np.ndarray
 Calls = dict[str, Call]
@@ -33,31 +33,31 @@ QUICK_SIZES = (100,)
 
 THREADED = ("move_point", "motor_product", "motor_exponential")
 MOVED = {"move_point": 3, "move_line": 6, "move_plane": 4}
-"""Kernels that are given one motor and one for each element, and how many coefficients they move."""
+"""Kernels that are called with a uniform motor and with one motor per element, and the size of what they move."""
 
 
 @kernel(a=PGA3.MOTOR, b=PGA3.MOTOR, p=PGA3.POINT, q=PGA3.POINT)
 def join_to_moved(a, b, p, q):
-    """The line to `q` from the point `p` moved by `b` and then by `a`."""
+    """Return the line to `q` from the point `p` moved by `b` and then by `a`."""
     return spec.join_points(spec.move_point(spec.motor_product(a, b), p), q)
 
 
 @dataclass(frozen=True, slots=True)
 class Compared:
-    """Several ways to one result.
+    """The times of several calls with the same result.
 
     Attributes
     ----------
     title : str
-        What is computed.
+        Name of the computation.
     size : int
-        Of how many elements; 1 has no leading axis.
+        Number of elements; with 1, the arrays have no leading axis.
     order : str
-        Of all arrays: C or F.
+        Memory order of all arrays: C or F.
     times : dict of str to float
-        Seconds for each element by the name of the way.
+        Seconds per element by the name of the call.
     peers : tuple of str
-        The ways that are another library's.
+        Names of the calls of other libraries.
     """
 
     title: str
@@ -69,27 +69,27 @@ class Compared:
 
 @dataclass(frozen=True, slots=True)
 class Features:
-    """What was measured, in the order of the page."""
+    """All comparisons, in the order of the page."""
 
     fusion: tuple[Compared, ...]
     threads: tuple[Compared, ...]
     n_processors: int
     one_call: tuple[Compared, ...]
-    same: tuple[Compared, ...]
+    uniform: tuple[Compared, ...]
 
 
 def measure(effort: Effort, quick: bool, processors: Collection[int], progress: Callable[[str], None]) -> Features:
-    """Time all of them.
+    """Measure all comparisons.
 
     Parameters
     ----------
     effort : Effort
     quick : bool
-        Few elements.
+        Whether to use few elements.
     processors : collection of int
-        Those that threads may use; empty where the system does not say.
+        The processors that threads may use; empty if the system does not report them.
     progress : function of str
-        Called with what comes next.
+        Called with the name of the next step.
     """
     progress("fusion")
     fused = fusion(QUICK_SIZES if quick else FUSED_SIZES, effort)
@@ -98,13 +98,13 @@ def measure(effort: Effort, quick: bool, processors: Collection[int], progress: 
         shared = threads(QUICK_SIZES if quick else SIZES, effort)
     progress("one call")
     single = one_call(effort)
-    progress("one motor")
-    same = same_motor(QUICK_SIZES if quick else SIZES, effort)
-    return Features(fused, shared, len(processors) or os.cpu_count() or 1, single, same)
+    progress("uniform motor")
+    uniform = uniform_motor(QUICK_SIZES if quick else SIZES, effort)
+    return Features(fused, shared, len(processors) or os.cpu_count() or 1, single, uniform)
 
 
 def fusion(sizes: Sequence[int], effort: Effort) -> tuple[Compared, ...]:
-    """Motor product, moved point and join, by three kernels and by one."""
+    """Compare a motor product, a moved point and a join by three kernels with one fused kernel."""
     whole = gacompiler.compile(join_to_moved)
     found = []
     for size in sizes:
@@ -139,7 +139,7 @@ def _chain(size: int) -> tuple[Array, Array, Array, Array]:
 
 
 def threads(sizes: Sequence[int], effort: Effort) -> tuple[Compared, ...]:
-    """One and two threads, on structures of arrays."""
+    """Compare one thread with two, in Fortran order."""
     found = []
     for name in THREADED:
         case = next(case for case in CASES if (case.module, case.kernel, case.note) == ("pga3", name, ""))
@@ -153,7 +153,7 @@ def threads(sizes: Sequence[int], effort: Effort) -> tuple[Compared, ...]:
 
 
 def one_call(effort: Effort) -> tuple[Compared, ...]:
-    """The product of two motors, and a moved point, of one element each, as statements: no call around them counts."""
+    """Time the product of two motors, and a moved point, for one element each, as statements without call overhead."""
     rng = np.random.default_rng(0)
     a, b = (pga3.motor_exponential(0.4 * rng.normal(size=6)) for _ in range(2))
     p, motor_out, point_out = rng.normal(size=3), np.empty(8), np.empty(3)
@@ -192,13 +192,13 @@ def one_call(effort: Effort) -> tuple[Compared, ...]:
         products["pin, `SE3 * SE3`"] = statement("left * right")
         moves["pin, `SE3.act(p)`"] = statement("left.act(p)")
     return tuple(
-        Compared(title, 1, "C", in_turn({**ours, **theirs}, effort), tuple(theirs))
+        Compared(title, 1, "C", median_times({**ours, **theirs}, effort), tuple(theirs))
         for title, ours, theirs in zip(("motor product", "moved point"), own, (products, moves), strict=True)
     )
 
 
-def same_motor(sizes: Sequence[int], effort: Effort) -> tuple[Compared, ...]:
-    """One motor for all elements, and one for each, in both orders."""
+def uniform_motor(sizes: Sequence[int], effort: Effort) -> tuple[Compared, ...]:
+    """Compare a uniform motor with one motor per element, in both orders."""
     found = []
     for name, n_coefficients in MOVED.items():
         for size in sizes:
@@ -208,17 +208,19 @@ def same_motor(sizes: Sequence[int], effort: Effort) -> tuple[Compared, ...]:
                 rng.normal(size=(size, n_coefficients)),
             )
             for order in ORDERS:
-                ways = {"each": motors, "one": motors[0]}
-                calls = {way: ready(getattr(pga3, name), (motor, x), order)[0] for way, motor in ways.items()}
+                variants = {"each": motors, "one": motors[0]}
+                calls = {key: ready(getattr(pga3, name), (motor, x), order)[0] for key, motor in variants.items()}
                 found.append(_compared(f"pga3.{name}", size, order, calls, effort))
     return tuple(found)
 
 
 def _agree(title: str, found: Any, expected: Any) -> None:
     if not np.allclose(found, expected, rtol=1e-9, atol=1e-9):
-        raise RuntimeError(f"{title}: computes something else; largest difference {np.abs(found - expected).max():.1e}")
+        raise RuntimeError(
+            f"{title}: gives a different result; largest difference {np.abs(found - expected).max():.1e}"
+        )
 
 
 def _compared(title: str, size: int, order: str, calls: Calls, effort: Effort) -> Compared:
-    times = {name: spent / size for name, spent in in_turn(calls, effort).items()}
+    times = {name: spent / size for name, spent in median_times(calls, effort).items()}
     return Compared(title, size, order, times)

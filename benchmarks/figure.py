@@ -1,4 +1,4 @@
-"""The roofline: what kernels reach, under what memory and arithmetic allow."""
+"""Draw a roofline plot: the speed of kernels, and the limits set by memory and arithmetic."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .machine import Machine
 
 
 def draw(path: Path, machine: Machine, sizes: Sequence[int], kernels: Sequence[KernelTimes]) -> None:
-    """Write the picture: float64 and Fortran order, from a thousand elements up."""
+    """Write the picture, for float64 and Fortran order and all sizes except 1."""
     figure = Figure(figsize=(9, 6), layout="constrained")
     axis = figure.subplots()
     intensity = np.geomspace(0.01, 20, 200)
@@ -33,9 +33,9 @@ def draw(path: Path, machine: Machine, sizes: Sequence[int], kernels: Sequence[K
     axis.set(
         xscale="log",
         yscale="log",
-        xlabel="operations for each byte read or written",
-        ylabel="10⁹ operations in a second",
-        title="Generated kernels, float64, structure of arrays, one thread",
+        xlabel="operations per byte read or written",
+        ylabel="10⁹ operations per second",
+        title="Generated kernels, float64, Fortran order, one thread",
     )
     axis.grid(alpha=0.3)
     axis.legend(loc="lower right", fontsize=8)

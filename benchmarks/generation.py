@@ -1,4 +1,4 @@
-"""How long it takes to generate each kernel of every spec, and each module."""
+"""Measure the time to generate each kernel of every spec, and each module."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from gacompiler.generation.spec_files import load_spec
 from gacompiler.passes.pipeline import compile_kernel
 
 QUICK_MODULES = ("vga2",)
-"""What a quick run generates."""
+"""Modules that a quick run generates."""
 
 
 @dataclass(frozen=True, slots=True)
 class KernelTime:
-    """Seconds to generate one kernel: to compile and prove it, and to measure its rounding error."""
+    """Times in seconds to compile and prove one kernel, and to measure its rounding error."""
 
     module: str
     kernel: str
@@ -30,13 +30,13 @@ class KernelTime:
 
     @property
     def total(self) -> float:
-        """Seconds in all."""
+        """The sum of both times."""
         return self.compiling + self.rounding
 
 
 @dataclass(frozen=True, slots=True)
 class ModuleTime:
-    """Seconds to generate one module, printing included."""
+    """Time in seconds to generate one module, including printing."""
 
     module: str
     n_kernels: int
@@ -45,28 +45,28 @@ class ModuleTime:
 
 @dataclass(frozen=True, slots=True)
 class Generation:
-    """What was measured."""
+    """The times of all kernels and modules."""
 
     kernels: tuple[KernelTime, ...]
     modules: tuple[ModuleTime, ...]
 
     @property
     def median(self) -> float:
-        """Seconds of the kernel in the middle."""
+        """The median time of a kernel in seconds."""
         return statistics.median(time.total for time in self.kernels)
 
     @property
     def slowest(self) -> tuple[KernelTime, ...]:
-        """The ten kernels that took longest, longest first."""
+        """The ten slowest kernels, slowest first."""
         return tuple(sorted(self.kernels, key=lambda time: (-time.total, time.module, time.kernel))[:10])
 
     def above(self, limit: float) -> int:
-        """How many kernels took longer than `limit` seconds."""
+        """Return the number of kernels that took longer than `limit` seconds."""
         return sum(time.total > limit for time in self.kernels)
 
 
 def specs(quick: bool) -> list[Path]:
-    """The spec files that are generated."""
+    """Return the spec files that are generated."""
     return [path for path in own_specs() if not quick or path.stem in QUICK_MODULES]
 
 

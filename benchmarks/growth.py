@@ -1,4 +1,4 @@
-"""How compile time and operations grow with the dimension of the algebra, beside kingdon."""
+"""Measure how compile time and operation counts grow with the dimension of the algebra, compared with kingdon."""
 
 from __future__ import annotations
 
@@ -23,11 +23,12 @@ from . import pages
 from .kingdon_counts import count
 from .libraries import installed
 from .machine import version
-from .worker import Late, Worker
+from .markdown import paragraph
+from .worker import TimeLimitExceeded, Worker
 
 PAGE = Path("docs/growth.md")
 LIMIT = 10.0
-"""Seconds after which a compilation is stopped; larger dimensions of that expression are then left out."""
+"""Time limit of a compilation in seconds. If it is exceeded, larger dimensions of the expression are omitted."""
 DIMENSIONS = range(2, 11)
 METRICS = ("orthonormal", "null pairs")
 _LATE = "late"
@@ -67,7 +68,7 @@ def _even_product(algebra: Algebra) -> Kernel:
 
 
 def _rotor_on_vector(algebra: Algebra) -> Kernel:
-    """With ``x ~x = 1``, 1 and bivectors make a rotation in one plane."""
+    """Return the kernel of a rotation in one plane: the rotor has a scalar and a bivector part, and ``x ~x = 1``."""
     rotor = _layout(algebra, "ROTOR", 0, 2, unit=True)
     return kernel(r=rotor, v=_vector(algebra))(_moved)
 
@@ -93,12 +94,12 @@ EXPRESSIONS: dict[str, tuple[Callable[[Algebra], Kernel], int]] = {
     "bivector on vector": (_bivector_on_vector, 2),
     "three vectors": (_three_vectors, 3),
 }
-"""By name: the kernel in an algebra, and the least dimension."""
+"""For each expression: the function that makes its kernel, and its smallest dimension."""
 
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """One compilation: seconds and operations, or why there are none."""
+    """Time and operation counts of one compilation."""
 
     seconds: float
     mul: int
@@ -106,12 +107,12 @@ class Point:
 
 
 Answer = Point | str
-"""A compilation, or `_LATE`, or the name of an error."""
+"""A compilation, `_LATE` if it exceeded the time limit, or the name of an error."""
 
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """One expression in one metric: answers by dimension, ours and kingdon's."""
+    """Results of gacompiler and kingdon by dimension, for one expression in one metric."""
 
     expression: str
     metric: str
@@ -119,39 +120,39 @@ class Curve:
     peer: dict[int, Answer]
 
 
-def made(expression: str, metric: str, n: int) -> Kernel:
-    """The kernel of an expression in `n` dimensions."""
+def kernel_of(expression: str, metric: str, n: int) -> Kernel:
+    """Return the kernel of an expression in `n` dimensions."""
     found = EXPRESSIONS[expression][0](null_pairs(n // 2) if metric == "null pairs" else orthogonal(n))
     return replace(found, name=expression.replace(" ", "_"))
 
 
 def compile_own(expression: str, metric: str, n: int) -> Point:
-    """Compile and prove it; runs in another process."""
-    kernel = made(expression, metric, n)
+    """Compile and prove an expression; runs in another process."""
+    kernel = kernel_of(expression, metric, n)
     start = time.perf_counter()
     cost = compile_kernel(kernel).cost
     return Point(time.perf_counter() - start, cost.mul, cost.add)
 
 
 def compile_peer(expression: str, metric: str, n: int) -> Point:
-    """What kingdon makes of it; runs in another process."""
-    found = count(made(expression, metric, n))
+    """Compile an expression with kingdon; runs in another process."""
+    found = count(kernel_of(expression, metric, n))
     return Point(found.seconds, found.mul, found.add)
 
 
 def dimensions(expression: str, metric: str, largest: int) -> list[int]:
-    """Where an expression is tried: null pairs have even dimensions only."""
+    """Return the dimensions of an expression; null pairs have even dimensions only."""
     least = EXPRESSIONS[expression][1]
     return [n for n in DIMENSIONS if least <= n <= largest and not (metric == "null pairs" and n % 2)]
 
 
-def grow(worker: Callable[..., Point], expression: str, metric: str, largest: int) -> dict[int, Answer]:
-    """Answers by dimension, up to the first that is late."""
+def measure_curve(worker: Callable[..., Point], expression: str, metric: str, largest: int) -> dict[int, Answer]:
+    """Return results by dimension, up to the first that exceeds the time limit."""
     found: dict[int, Answer] = {}
     for n in dimensions(expression, metric, largest):
         try:
             found[n] = worker(expression, metric, n)
-        except Late:
+        except TimeLimitExceeded:
             found[n] = _LATE
             break
         except Exception as error:
@@ -160,33 +161,35 @@ def grow(worker: Callable[..., Point], expression: str, metric: str, largest: in
 
 
 def measure_all(limit: float, largest: int, progress: Callable[[str], None]) -> list[Curve]:
-    """All curves; `progress` is called with the name of each."""
+    """Measure all curves; `progress` is called with the name of each."""
     curves = []
     with Worker(compile_own, limit) as own, Worker(compile_peer, limit) as peer:
         for metric in METRICS:
             for expression in EXPRESSIONS:
                 progress(f"{expression}, {metric}")
-                ours = grow(own, expression, metric, largest)
-                theirs = grow(peer, expression, metric, largest) if installed("kingdon") else {}
+                ours = measure_curve(own, expression, metric, largest)
+                theirs = measure_curve(peer, expression, metric, largest) if installed("kingdon") else {}
                 curves.append(Curve(expression, metric, ours, theirs))
     return curves
 
 
 def page(curves: Sequence[Curve], limit: float, picture: str) -> str:
-    """All curves as Markdown."""
+    """Return the page as Markdown."""
     with_peer = any(curve.peer for curve in curves)
     lines = [
         "# Growth with the dimension",
         "",
-        "Written by `make growth`; not edited by hand. Times are of one compilation, proof included; a compilation is",
-        f"stopped after {limit:g} s. *Rotor on vector* takes 1 and bivectors with `x ~x = 1`: rotations in one plane.",
+        paragraph(
+            "`make growth` writes this page; do not edit it by hand.",
+            f"Times are those of one compilation, including the proof, with a time limit of {limit:g} s.",
+            "In *rotor on vector*, the rotor has a scalar and a bivector part with `x ~x = 1`, so it rotates in "
+            "one plane.",
+            f"Dashed lines are kingdon {version('kingdon')}." if with_peer else "kingdon is not installed.",
+        ),
+        "",
+        f"![Compile time in seconds by dimension]({picture})",
+        "",
     ]
-    lines += (
-        [f"Dashed: kingdon {version('kingdon')}."]
-        if with_peer
-        else ["kingdon is not installed, so without curves here."]
-    )
-    lines += ["", f"![Seconds against dimension]({picture})", ""]
     for metric in METRICS:
         title = "Orthonormal, G(n, 0)" if metric == METRICS[0] else "Null pairs, G(n/2, n/2)"
         lines += [f"## {title}", ""]
@@ -209,7 +212,7 @@ def _cells(answer: Answer | None, limit: float) -> tuple[str, str, str]:
 
 
 def draw(path: Path, curves: Sequence[Curve]) -> None:
-    """Write the picture; the same curves give the same file."""
+    """Write the picture deterministically: equal curves give equal files."""
     with rc_context({"svg.hashsalt": "growth", "svg.fonttype": "none"}):
         figure = Figure(figsize=(10, 4.8), layout="constrained")
         axes = figure.subplots(1, len(METRICS), sharey=True)
@@ -233,26 +236,26 @@ def _panel(axis: Any, curves: Sequence[Curve]) -> None:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure, and write the page and the picture beside it.
+    """Measure, and write the page and its picture.
 
     Parameters
     ----------
     arguments : list of str, optional
-        Of the command line; left out, those of the process.
+        Command-line arguments. By default, those of the process.
     """
     options = _parser().parse_args(arguments)
     out: Path = options.out
     with pages.progress() as bar:
-        task = bar.add_task("grow", total=len(EXPRESSIONS) * len(METRICS))
+        task = bar.add_task("compile", total=len(EXPRESSIONS) * len(METRICS))
         curves = measure_all(
-            options.limit, options.largest, lambda name: bar.update(task, advance=1, description=f"grow {name}")
+            options.limit, options.largest, lambda name: bar.update(task, advance=1, description=f"compile {name}")
         )
     picture = out.with_suffix(".svg")
     try:
         pages.write(out, page(curves, options.limit, picture.name))
         draw(picture, curves)
     except OSError as error:
-        return pages.refused("growth", out, error)
+        return pages.report_failure("growth", out, error)
     print(f"{out}: {len(curves)} curves; {picture}")
     return 0
 
@@ -260,7 +263,7 @@ def main(arguments: list[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = pages.options("growth", __doc__, PAGE, quick=False)
     parser.add_argument(
-        "--limit", type=float, default=LIMIT, metavar="SECONDS", help="stop a compilation after this long [%(default)s]"
+        "--limit", type=float, default=LIMIT, metavar="SECONDS", help="time limit of a compilation [%(default)s]"
     )
     parser.add_argument(
         "--largest", type=int, default=DIMENSIONS[-1], metavar="N", help="the largest dimension [%(default)s]"

@@ -1,4 +1,4 @@
-"""Nanoseconds for each element of generated kernels, and of their peers on the same arrays in the same run."""
+"""Time generated kernels, and calls of other libraries on the same arrays in the same run."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ SIZES = (1, 1_000, 100_000, 1_000_000)
 QUICK_SIZES = (1, 1_000)
 TYPES = ("float64", "float32")
 ORDERS = ("C", "F")
-"""Elements after one another, and coefficients after one another (structure of arrays)."""
+"""Memory orders: with C, the coefficients of an element are contiguous; with F, each coefficient is contiguous."""
 
 _COMPARED = 40
-"""Elements on which a peer must agree before it is timed."""
+"""Number of elements on which a peer must agree before it is timed."""
 
 
 @dataclass(frozen=True, slots=True)
 class PeerTimes:
-    """Seconds for each element of one peer by size; None where it was too slow to be measured."""
+    """Seconds per element of one peer for each size; None if it is too slow to be measured."""
 
     library: str
     text: str
@@ -36,14 +36,14 @@ class PeerTimes:
 
 @dataclass(frozen=True, slots=True)
 class KernelTimes:
-    """What was measured of one case.
+    """The times of one case.
 
     Attributes
     ----------
     times : dict of (type, order) to tuple of float
-        Seconds for each element by size.
+        Seconds per element for each size.
     moved : int
-        Coefficients read and written for each element.
+        Number of coefficients read and written per element.
     """
 
     case: Case
@@ -54,12 +54,12 @@ class KernelTimes:
 
     @property
     def operations(self) -> int:
-        """For each element, a root or a call of a function counted as one."""
+        """Number of operations per element; a square root or a function call counts as one."""
         return sum(self.cost[name] for name in ("mul", "add", "div", "sqrt", "call"))
 
 
 def backends() -> dict[str, str]:
-    """What runs the kernels of each module."""
+    """Return the backend of each module."""
     names = dict.fromkeys(case.module for case in CASES)
     return {name: importlib.import_module(f"generated.{name}").backend for name in names}
 
@@ -70,7 +70,7 @@ def measure(case: Case, sizes: Sequence[int], effort: Effort, progress: Callable
     Raises
     ------
     RuntimeError
-        When a peer computes something else.
+        If a peer gives a different result.
     """
     progress(case.title)
     kernel: Any = getattr(importlib.import_module(f"generated.{case.module}"), case.kernel)
@@ -89,7 +89,7 @@ def measure(case: Case, sizes: Sequence[int], effort: Effort, progress: Callable
 
 
 def lead_of(size: int) -> tuple[int, ...]:
-    """One element has no leading axis."""
+    """Return the leading shape of arrays of `size` elements; one element has no leading axis."""
     return () if size == 1 else (size,)
 
 
@@ -103,7 +103,7 @@ def _own(
 def ready(
     kernel: Any, arrays: Sequence[np.ndarray], order: str, kind: str = "float64"
 ) -> tuple[Callable[[], object], Any]:
-    """A call of a kernel on arrays of an order and type, and the arrays that it writes to with ``out=``."""
+    """Return a call of a kernel on arrays of an order and type, and the arrays passed to it as ``out``."""
     arguments = [np.array(array, dtype=kind, order=order) for array in arrays]
     results = kernel(*arguments)
     outs = tuple(np.array(result, order=order) for result in (results if isinstance(results, tuple) else (results,)))
@@ -149,11 +149,11 @@ def _peer(
         call = prepare(arrays)
         theirs, ours = call.read(call.run()), expect(kernel(*arrays))
         if theirs.shape != ours.shape or not np.allclose(theirs, ours, rtol=1e-8, atol=1e-8):
-            raise RuntimeError(f"{case.title}: {name} computes something else")
+            raise RuntimeError(f"{case.title}: {name} gives a different result")
     times: list[float | None] = []
     for size, arrays in given.items():
         last = next((time for time in reversed(times) if time is not None), None)
-        # For one element, most of the time is the call.
+        # The time for one element is mostly call overhead.
         too_slow = last is not None and len(times) > 1 and last * size > effort.patience
         times.append(None if size > largest or too_slow else seconds(prepare(arrays).run, effort) / size)
     return tuple(times)

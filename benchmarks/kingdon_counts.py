@@ -1,8 +1,9 @@
-"""What kingdon makes of our expressions: each node in its operators, its own simplification, its own count.
+"""Compile expressions with kingdon, and count the operations of its generated code.
 
-kingdon has orthogonal vectors only. Where ours are null, an expression is tried in two ways: in our coefficients,
-written in its vectors and back, and, where a layout allows, in its own coefficients. The cheaper one counts.
-Operations are counted in the text it generates by our rules: a negation is free, a division by a number is a product.
+Each node is translated to an operator of kingdon, which simplifies the result. kingdon supports only orthogonal
+vectors. If an algebra has null vectors, an expression is tried in two forms: in the coefficients of gacompiler, with a
+change of basis before and after, and, if the layouts allow it, in the coefficients of kingdon. The lower count is used.
+The rules for counting are those of gacompiler: negations are free, and a division by a constant is a product.
 """
 
 from __future__ import annotations
@@ -23,22 +24,22 @@ from gacompiler.frontend.facts import is_unit, parity
 from gacompiler.frontend.kernel import Kernel, trace
 
 Sum = dict[int, Any]
-"""Coefficients by bitmap."""
+"""Coefficients, with the bitmap of the blade as key."""
 
 
 @dataclass(frozen=True, slots=True)
 class Count:
-    """What kingdon reached.
+    """The operations of the code that kingdon generates.
 
     Attributes
     ----------
     mul, add, div : int
     seconds : float
-        From its symbols to its function.
+        Time from symbols to function.
     function : callable
-        Of one sequence of numbers: the inputs in order, each blade in ascending orientation.
+        Takes one sequence of numbers: the inputs in order, each blade in ascending orientation.
     factors : tuple of int
-        What its results are multiplied by: its simplification fails where a coefficient is not whole.
+        Factors of the results. They make all coefficients integers, because the simplification requires it.
     """
 
     mul: int
@@ -50,24 +51,24 @@ class Count:
 
 
 class Unsupported(Exception):
-    """An operation that its polynomials do not have, such as a root."""
+    """An operation that the polynomials of kingdon do not support, such as a square root."""
 
 
 def count(kernel: Kernel) -> Count:
-    """The cheapest of the ways to hand `kernel` to kingdon.
+    """Compile `kernel` with kingdon in each possible form, and return the lowest count.
 
     Raises
     ------
     Unsupported
-        When the expression is not a rational function.
+        If the expression is not a rational function.
     """
     algebra = _algebra_of(trace(kernel).expressions)
-    ways = (False, True) if algebra != SCALARS and Vectors(algebra).are_changed else (False,)
-    return min((compile_kernel(kernel, own) for own in ways), key=lambda found: found.mul + found.add + found.div)
+    variants = (False, True) if algebra != SCALARS and Vectors(algebra).are_changed else (False,)
+    return min((compile_kernel(kernel, own) for own in variants), key=lambda found: found.mul + found.add + found.div)
 
 
 def compile_kernel(kernel: Kernel, own: bool = False) -> Count:
-    """Hand `kernel` to kingdon, in our coefficients or as far as possible in its `own`."""
+    """Compile `kernel` with kingdon, in the coefficients of gacompiler or, with `own`, in its own if possible."""
     from kingdon import Algebra as Peer
     from kingdon.codegen import lambdify
 
@@ -85,7 +86,7 @@ def compile_kernel(kernel: Kernel, own: bool = False) -> Count:
 
 
 def _operations(text: str) -> tuple[int, int, int]:
-    """Products, sums and divisions of a Python text."""
+    """Count products, sums and divisions in Python source."""
     mul = add = div = 0
     tree = ast.parse(text)
     numbers = {
@@ -122,9 +123,9 @@ def _symbol(name: str) -> Any:
 
 
 class Vectors:
-    """Our basis in orthogonal vectors, and back.
+    """Change of basis between the vectors of an algebra and orthogonal vectors.
 
-    A null pair ``u . v = g`` is written ``u = (p + n) / 2, v = g (p - n)`` with ``p**2 = 1, n**2 = -1``.
+    A null pair ``u . v = g`` is expressed as ``u = (p + n) / 2, v = g (p - n)`` with ``p**2 = 1, n**2 = -1``.
     """
 
     def __init__(self, algebra: Algebra) -> None:
@@ -149,11 +150,11 @@ class Vectors:
         self._theirs, self._ours = theirs, ours
 
     def to_theirs(self, terms: Mapping[int, Any]) -> Sum:
-        """Coefficients of their blades."""
+        """Return the coefficients of the blades of orthogonal vectors."""
         return self._change(terms, self._theirs)
 
     def to_ours(self, terms: Mapping[int, Any]) -> Sum:
-        """Coefficients of our blades."""
+        """Return the coefficients of the blades of the algebra."""
         return self._change(terms, self._ours)
 
     def _change(self, terms: Mapping[int, Any], vectors: Sequence[Sum]) -> Sum:
@@ -180,24 +181,24 @@ def _outer(factors: Sequence[Sum]) -> Sum:
 
 
 class Translation:
-    """Expressions as multivectors of kingdon over its polynomials."""
+    """Translates expressions to multivectors of kingdon over its polynomials."""
 
     def __init__(self, vectors: Vectors, peer: Any, own: bool) -> None:
         self._vectors, self._peer, self._own = vectors, peer, own
         self._memory: dict[Expression, Any] = {}
 
     def results(self, expression: Expression) -> list[tuple[Any, int]]:
-        """The coefficients that are not zero as rational polynomials over whole numbers, each with its factor."""
+        """Return the nonzero coefficients as rational polynomials over the integers, each with its factor."""
         for each in topological([expression], self._memory):
             arguments = [self._memory[argument] for argument in each.arguments]
             self._memory[each] = self._value(each, arguments)
         terms = dict(self._memory[expression].items())
         if not self._own:
             terms = self._vectors.to_ours(terms)
-        return [_whole(value) for value in terms.values() if value != 0]
+        return [_integral(value) for value in terms.values() if value != 0]
 
     def _multivector(self, terms: Mapping[int, Any]) -> Any:
-        kept = {blade: _tidy(value) for blade, value in sorted(terms.items())}
+        kept = {blade: _polynomial(value) for blade, value in sorted(terms.items())}
         return self._peer.multivector(values=list(kept.values()) or [0], keys=tuple(kept) or (0,))
 
     def _value(self, expression: Expression, arguments: list[Any]) -> Any:
@@ -229,7 +230,7 @@ class Translation:
 
     def _input(self, layout: Layout, components: Sequence[str]) -> Any:
         symbols = [_symbol(name) for name in components]
-        # its blades are spelled in one way: a symbol stands for the coefficient in that orientation
+        # kingdon has one orientation of each blade: a symbol is the coefficient in that orientation
         oriented = [symbol * slot.sign for symbol, slot in zip(symbols, layout.stored, strict=True)]
         if self._own and not layout.fixed and not layout.implied:
             support = {blade for slot in layout.stored for blade in self._vectors.to_theirs({slot.blade: 1})}
@@ -238,7 +239,7 @@ class Translation:
         return self._multivector(self._vectors.to_theirs(layout.element(oriented).terms))
 
     def _sandwich(self, expression: Expression, versor: Any, x: Any) -> Any:
-        """Its own operator takes the versor to be of norm 1."""
+        """Return the sandwich product; the operator of kingdon requires a versor of norm 1."""
         if is_unit(expression.arguments[0]):
             return versor >> x
         return versor * (x.involute() if parity(expression.arguments[0]) == 1 else x) * ~versor
@@ -265,8 +266,8 @@ _OPERATORS: dict[str, Callable[..., Any]] = {
 }
 
 
-def _tidy(value: Any) -> Any:
-    """As a rational polynomial over whole numbers where they are whole."""
+def _polynomial(value: Any) -> Any:
+    """Convert to a rational polynomial, with integer coefficients if they are integral."""
     from kingdon.polynomial import RationalPolynomial
 
     made = RationalPolynomial(_number(value) if isinstance(value, (int, float, Fraction)) else value)
@@ -274,11 +275,11 @@ def _tidy(value: Any) -> Any:
     return RationalPolynomial(*parts)
 
 
-def _whole(value: Any) -> tuple[Any, int]:
-    """A rational polynomial times the least number that makes its numerator's coefficients whole, and that number."""
-    made = _tidy(value)
+def _integral(value: Any) -> tuple[Any, int]:
+    """Return a rational polynomial times the smallest factor that makes its numerator integral, and the factor."""
+    made = _polynomial(value)
     factor = math.lcm(*(Fraction(term[0]).denominator for term in made.numer.args))
-    return _tidy(made * factor), factor
+    return _polynomial(made * factor), factor
 
 
 def _number(value: Any) -> Any:

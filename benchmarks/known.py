@@ -1,4 +1,4 @@
-"""The expressions whose operations are counted: those of ``tests/support/known``, with what others reached."""
+"""The expressions whose operations are counted: those of ``tests/support/known``, with published counts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gacompiler.generation.spec_files import load_spec
 ROOT = Path(__file__).parent.parent
 FOLDER = ROOT / "tests" / "support" / "known"
 PUBLISHED_IN = ("pga3", "cga3")
-"""The files of expressions whose counts others have published; the rest are our own choice."""
+"""The files of expressions with published counts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +24,7 @@ class Known:
     ----------
     kernel : Kernel
     published : (int, int) or None
-        The best count of products and sums known from elsewhere.
+        The best published count of products and sums.
     """
 
     kernel: Kernel
@@ -32,13 +32,13 @@ class Known:
 
     @property
     def algebra(self) -> str:
-        """The name of the algebra that its arguments live in."""
+        """The name of the algebra of the arguments."""
         return self.kernel.parameters[-1].layout.algebra.name
 
 
 @cache
 def known() -> dict[str, Known]:
-    """Every expression by name, sorted by algebra, those with published counts first."""
+    """Return every expression by name, sorted by algebra, those with published counts first."""
     published = _published()
     found = []
     for path in sorted(FOLDER.glob("*.py"), key=lambda path: (path.stem not in PUBLISHED_IN, path.stem)):
@@ -48,12 +48,12 @@ def known() -> dict[str, Known]:
             found.append(Known(kernel, published[kernel.name] if path.stem in PUBLISHED_IN else None))
     names = [each.kernel.name for each in found]
     if len(set(names)) < len(names):
-        raise ValueError(f"{FOLDER}: two expressions have one name; expected distinct names")
+        raise ValueError(f"{FOLDER}: two expressions have the same name; give them distinct names")
     return {each.kernel.name: each for each in sorted(found, key=lambda each: each.algebra)}
 
 
 def _published() -> dict[str, tuple[int, int]]:
-    """The table that the tests keep."""
+    """Return the published counts in the table of the tests."""
     folder = str(FOLDER.parent)
     sys.path.insert(0, folder)
     try:

@@ -1,7 +1,7 @@
-"""Other libraries of geometric algebra as peers: kingdon on arrays, clifford on one element after the other.
+"""Calls of kingdon on arrays, and of clifford on one element at a time.
 
-Both work on orthogonal vectors. Where ours are null, coefficients are carried over before the clock starts, by the
-matrix that writes each of our blades in theirs.
+Both libraries use orthogonal vectors. If an algebra of gacompiler has null vectors, coefficients are converted by the
+matrix of the change of basis before the time is measured.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 Vector = dict[int, float]
-"""Coefficients by bitmap over the orthogonal vectors."""
+"""Coefficients, with the bitmap of orthogonal vectors as key."""
 
 _CGA3 = {"e1": {1: 1.0}, "e2": {2: 1.0}, "e3": {4: 1.0}, "e0": {8: -0.5, 16: 0.5}, "einf": {8: 1.0, 16: 1.0}}
 _PGA3 = {"e1": {1: 1.0}, "e2": {2: 1.0}, "e3": {4: 1.0}, "e0": {8: 1.0}}
@@ -25,30 +25,30 @@ ALGEBRAS: dict[str, tuple[tuple[int, ...], dict[str, Vector]]] = {
     "cga3": ((1, 1, 1, 1, -1), _CGA3),
     "vga3": ((1, 1, 1), {name: _PGA3[name] for name in ("e1", "e2", "e3")}),
 }
-"""By module: the squares of the orthogonal vectors, and our vectors in them."""
+"""For each module: the squares of the orthogonal vectors, and the basis vectors of the module as sums of them."""
 
 FORMULAS = {"product": "a * b", "sandwich": "a x ~a", "outer": "a ^ b ^ c"}
-"""What a kernel is in the words of both libraries."""
+"""The formulas of kernels, in the notation of the pages."""
 
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """Something to time, and how to read its result in our coefficients."""
+    """A call to time, and the function that converts its result to coefficients of the kernel."""
 
     run: Callable[[], Any]
     read: Callable[[Any], np.ndarray]
 
 
 Peer = Callable[[Any, str, str, Sequence[np.ndarray]], Call]
-"""Of a kernel, its module, its formula and its arguments."""
+"""A function that prepares a call, given a kernel, its module, its formula and its arguments."""
 
 
 IMPORTED = {"numpy-quaternion": "quaternion", "pin": "pinocchio"}
-"""What packages with another name are imported as."""
+"""Module names of packages that are imported by another name."""
 
 
 def installed(name: str) -> bool:
-    """Whether a package can be imported."""
+    """Return whether a package can be imported."""
     try:
         importlib.import_module(IMPORTED.get(name, name))
     except ImportError:
@@ -57,7 +57,7 @@ def installed(name: str) -> bool:
 
 
 def kingdon(kernel: Any, module: str, formula: str, arrays: Sequence[np.ndarray]) -> Call:
-    """kingdon: multivectors whose coefficients are arrays."""
+    """Prepare a call of kingdon, on multivectors whose coefficients are arrays."""
     squares, _ = ALGEBRAS[module]
     algebra = _memo(("kingdon", module), lambda: _module("kingdon").Algebra(signature=list(squares), start_index=1))
     arguments = []
@@ -78,7 +78,7 @@ def kingdon(kernel: Any, module: str, formula: str, arrays: Sequence[np.ndarray]
 
 
 def clifford(kernel: Any, module: str, formula: str, arrays: Sequence[np.ndarray]) -> Call:
-    """clifford: one multivector of all coefficients for each element, in a loop of Python."""
+    """Prepare calls of clifford, in a Python loop over multivectors of all coefficients, one for each element."""
     squares, _ = ALGEBRAS[module]
     layout = _memo(("clifford", module), lambda: _module("clifford").Layout(list(squares)))
     bitmaps = [sum(1 << (k - 1) for k in names) for names in layout.bladeTupList]
@@ -100,7 +100,10 @@ def clifford(kernel: Any, module: str, formula: str, arrays: Sequence[np.ndarray
 
 
 LIBRARIES: dict[str, tuple[Peer, int]] = {"kingdon": (kingdon, 10**9), "clifford": (clifford, 1000)}
-"""By name: the peer, and the most elements it is tried on. clifford's time for one does not depend on their number."""
+"""For each library: the peer, and its maximum number of elements.
+
+clifford computes one element at a time, so its time per element does not depend on the number of elements.
+"""
 
 
 def _formula(name: str, arguments: Sequence[Any], sandwich: Callable[[Any, Any], Any]) -> Callable[[], Any]:
@@ -115,13 +118,13 @@ def _formula(name: str, arguments: Sequence[Any], sandwich: Callable[[Any, Any],
 
 
 def _own(kernel: Any, module: str, theirs: list[np.ndarray]) -> np.ndarray:
-    """Their coefficients by bitmap, as ours of the result: the last axis is the blades."""
+    """Convert coefficients by bitmap to those of the result of a kernel; the last axis is that of the blades."""
     matrix, constant = _blades(module, list(kernel.layouts.values())[-1])
     return (np.stack(theirs, -1) - constant) @ np.linalg.pinv(matrix).T
 
 
 def _blades(module: str, layout: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Our stored blades as columns of their coefficients, and the sum of our fixed ones."""
+    """Return the stored blades of a layout as columns of a matrix, and the sum of its fixed blades."""
     squares, vectors = ALGEBRAS[module]
     matrix = np.zeros((1 << len(squares), len(layout.blades)))
     constant = np.zeros(len(matrix))
@@ -135,7 +138,7 @@ def _blades(module: str, layout: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _outer(vectors: dict[str, Vector], blade: str) -> Vector:
-    """The outer product of the vectors in a blade's name, such as e12inf."""
+    """Return the outer product of the vectors in a blade's name, such as e12inf."""
     product: Vector = {0: 1.0}
     for index in re.findall(r"inf|\d", blade[1:]):
         terms: Vector = {}

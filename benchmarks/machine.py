@@ -1,4 +1,4 @@
-"""What the figures were measured on."""
+"""Describe the machine, and measure its limits."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from gacompiler.backends.build import FLAGS, compiler_flags, find_compiler
 from .timing import Effort, seconds
 
 PACKAGES = ("numpy", "numba", "scipy", "kingdon", "clifford", "pytransform3d", "numpy-quaternion", "pin")
-"""Those whose version a figure depends on."""
+"""Packages whose versions affect the results."""
 
 IN_CACHE = 128 << 10
 OUT_OF_CACHE = 256 << 20
-"""Bytes of the arrays that are copied."""
+"""Sizes of the copied arrays in bytes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,11 +30,11 @@ class Machine:
     Attributes
     ----------
     facts : tuple of (str, str)
-        What it is and runs, in the order to print.
+        Properties of hardware and software, in the order of the page.
     copy_cached, copy_memory : float
-        Bytes read and written in a second by ``numpy.copyto``, in cache and from memory.
+        Bytes per second that ``numpy.copyto`` reads and writes, in cache and from memory.
     peak : float
-        Operations in a second of the matrix product of numpy in float64.
+        Operations per second of the matrix product of numpy in float64.
     """
 
     facts: tuple[tuple[str, str], ...]
@@ -44,13 +44,13 @@ class Machine:
 
 
 def machine(effort: Effort, quick: bool) -> Machine:
-    """Ask the machine what it is, and measure its limits."""
+    """Return the properties of this machine, and measure its limits."""
     memory = 8 << 20 if quick else OUT_OF_CACHE
     cached, uncached = _copy(IN_CACHE, effort), _copy(memory, effort)
     peak = _peak(128 if quick else 768, effort)
     facts = (
         ("processor", _processor()),
-        ("processors, of which one is used", str(_n_processors())),
+        ("processors, one of which is used", str(_n_processors())),
         ("system", f"{platform.system()} {platform.machine()}"),
         ("C compiler", _compiler()),
         ("flags", " ".join(compiler_flags(compiler) if (compiler := find_compiler()) else FLAGS)),
@@ -64,7 +64,7 @@ def machine(effort: Effort, quick: bool) -> Machine:
 
 
 def version(package: str) -> str | None:
-    """The installed version of a package, None where there is none."""
+    """Return the installed version of a package, or None if it is not installed."""
     try:
         return importlib.metadata.version(package)
     except importlib.metadata.PackageNotFoundError:
@@ -88,13 +88,13 @@ def _processor() -> str:
 def _compiler() -> str:
     command = find_compiler()
     if command is None:
-        return "none: kernels run on numba"
+        return "none (kernels run on numba)"
     done = subprocess.run([*command, "--version"], capture_output=True, text=True, errors="replace")
     return done.stdout.partition("\n")[0].strip() or " ".join(command)
 
 
 def _copy(size: int, effort: Effort) -> float:
-    """Bytes read and written in a second by copying arrays of `size` bytes."""
+    """Return the bytes per second that are read and written when arrays of `size` bytes are copied."""
     source, target = np.ones(size // 8), np.zeros(size // 8)
     return 2 * size / seconds(lambda: np.copyto(target, source), effort)
 

@@ -1,20 +1,21 @@
-"""Mutation testing: change one operator, sign or comparison at a time, and see whether a test notices.
+"""Mutation testing: change one operator, sign or comparison at a time, and run the tests to see whether one fails.
 
     python benchmarks/mutation.py rings --count 40
     python benchmarks/mutation.py rings passes algebra motors subspaces geometry vision kinematics
     python benchmarks/mutation.py --only gacompiler/rings/ideal.py
 
-A run has two stages. The tests of a package run once, unchanged, while the functions that each test calls and its
-duration are recorded. Then every mutant runs, in a process of its own, the tests that call the mutated function, the
-quickest first, until one fails. Functions compiled by numba, and those that run only while a module is imported, are
-not seen to be called: all tests of the package are run for them. A mutant that no test notices has survived; those that
-cannot change any result are listed with a reason in `mutation_equivalent.txt` and are reported separately.
+A run has two stages. First, the tests of a package run once on the unchanged source, while the functions that each
+test calls and its duration are recorded. Then each mutant is tested in a separate process by the tests that call the
+mutated function, fastest first, until one fails. Calls of functions that numba compiles, or that run only while a
+module is imported, cannot be recorded; all tests of the package are run for these functions. A mutant that no test
+detects survives. Mutants that cannot change any result are listed with a reason in `mutation_equivalent.txt`, and
+are reported separately.
 
-Where results are kept (`functools.cache`), only the first test that needs one is seen to call the function: try a
-survivor of such a function by hand with the other tests, too.
+If results are cached (`functools.cache`), a call is recorded only for the first test that needs the result. Check a
+survivor in such a function by hand with the other tests, too.
 
-A Python process that a test starts sees the mutant as well, unless it is started with an environment of its own; what
-it calls is not seen.
+A Python process that a test starts uses the mutant as well, unless it has its own environment. Its calls are not
+recorded.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
     "algebra": ("gacompiler/algebra", ("test_algebra", "test_factorization", "test_layouts", "test_identities")),
     "backends": ("gacompiler/backends", ("test_backends", "test_targets", "test_values", "test_no_arguments")),
     "gac_runtime": (
-        "generated/gac_runtime",  # what the tests of generated modules run
+        "generated/gac_runtime",  # the copy that the tests of generated modules use
         ("test_one_call", "test_kernel_calls", "test_backend_calls", "test_no_arguments", "test_values"),
     ),
     "generation": ("gacompiler/generation", ("test_generate", "test_kernel_key", "test_compile_cache")),
@@ -70,10 +71,10 @@ PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
 """Source folder, and the test files (patterns) of each package."""
 
 HEAVY = ("numpy", "scipy.linalg", "scipy.optimize", "scipy.spatial", "scipy.ndimage", "sympy", "mpmath", "hypothesis")
-"""Imported once, before processes are forked."""
+"""Modules that are imported once, before processes are forked."""
 
 LONGEST = 120.0
-"""Seconds, beside five times those that its tests took, after which a mutant counts as noticed: it no longer ends."""
+"""Time limit of a mutant in seconds, in addition to five times the duration of its tests; then it is detected."""
 
 SWAPS: dict[type[ast.AST], tuple[type[ast.AST], ...]] = {
     ast.Add: (ast.Sub,),
@@ -110,7 +111,7 @@ class Mutant:
     path: str
     """Relative to the root of the repository."""
     number: int
-    """Position of the changed node among the nodes of the file that can change, in the order of `sites`."""
+    """Index of the changed node among the nodes of the file that can be mutated, in the order of `sites`."""
     function: tuple[str, int]
     """Name and first line of the innermost function; ("", 0) at module level."""
     line: int
@@ -119,12 +120,12 @@ class Mutant:
 
     @property
     def key(self) -> str:
-        """What identifies the mutant in the list of equivalent ones; it does not depend on line numbers."""
+        """The key of the mutant in the list of equivalent ones. It does not depend on line numbers."""
         return f"{self.path} | {self.function[0]} | {self.before} | {self.after}"
 
 
 class _Sites(ast.NodeVisitor):
-    """Collects the nodes that can change, with the function around each."""
+    """Collects the nodes that can be mutated, with the function around each."""
 
     def __init__(self) -> None:
         self.found: list[tuple[ast.expr, int, tuple[str, int]]] = []
@@ -148,13 +149,13 @@ class _Sites(ast.NodeVisitor):
             self.generic_visit(node)
 
     def visit_Raise(self, node: ast.Raise) -> None:
-        """Messages are left alone."""
+        """Do not mutate messages."""
 
     def visit_Assert(self, node: ast.Assert) -> None:
-        """Assertions are left alone."""
+        """Do not mutate assertions."""
 
     def visit_JoinedStr(self, node: ast.JoinedStr) -> None:
-        """Text is left alone."""
+        """Do not mutate text."""
 
     def _add(self, node: ast.expr, count: int) -> None:
         self.found += [(node, choice, self._function[-1]) for choice in range(count)]
@@ -181,7 +182,7 @@ class _Sites(ast.NodeVisitor):
 
 
 def sites(tree: ast.Module) -> list[tuple[ast.expr, int, tuple[str, int]]]:
-    """Nodes that can change, the number of the change, and the function around the node."""
+    """Return the nodes that can be mutated, the number of the mutation, and the function around the node."""
     visitor = _Sites()
     visitor.visit(tree)
     return visitor.found
@@ -208,7 +209,7 @@ class _Replace(ast.NodeTransformer):
 
 
 def mutants(path: str) -> list[Mutant]:
-    """All mutants of a file."""
+    """Return all mutants of a file."""
     tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
     return [
         Mutant(path, number, function, node.lineno, ast.unparse(node), ast.unparse(_swap(node, choice)))
@@ -217,7 +218,7 @@ def mutants(path: str) -> list[Mutant]:
 
 
 def mutated_code(mutant: Mutant) -> CodeType:
-    """The file of a mutant, changed and compiled."""
+    """Return the compiled code of a mutated file."""
     file = ROOT / mutant.path
     tree = ast.parse(file.read_text(encoding="utf-8"))
     node, choice, _ = sites(tree)[mutant.number]
@@ -226,7 +227,7 @@ def mutated_code(mutant: Mutant) -> CodeType:
 
 
 class _Finder(importlib.abc.MetaPathFinder):
-    """Gives the changed code for one module, and leaves every other to the usual finders."""
+    """Finds the mutated code of one module; other modules are found by the usual finders."""
 
     def __init__(self, mutant: Mutant) -> None:
         self._name = mutant.path.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
@@ -255,11 +256,11 @@ from mutation import Mutant, _Finder
 sys.path.remove({folder!r})
 sys.meta_path.insert(0, _Finder({mutant!r}))
 """
-"""What a process that a test starts does first."""
+"""Start-up code of processes that tests start."""
 
 
 class _Recorder:
-    """A pytest plugin: which functions of a folder each test calls, and how long the test takes."""
+    """A pytest plugin that records the functions of a folder that each test calls, and the duration of the test."""
 
     def __init__(self, folder: str) -> None:
         self._folder = str(ROOT / folder) + os.sep
@@ -292,7 +293,7 @@ QUIET = ["-q", "-x", "--no-header", "-m", "not peers", "-p", "no:cacheprovider",
 
 
 def record(folder: str, files: Sequence[str]) -> _Recorder:
-    """Run the tests of a package unchanged, in a process of its own."""
+    """Run the tests of a package on the unchanged source, in a separate process."""
     with tempfile.TemporaryDirectory() as scratch:
         answer = Path(scratch) / "calls.json"
         if os.fork() == 0:
@@ -308,26 +309,26 @@ def record(folder: str, files: Sequence[str]) -> _Recorder:
     found.calls = {test: {(name, line) for name, line in called} for test, called in calls.items()}
     found.seconds, found.failed = seconds, failed
     if failed:
-        raise SystemExit(f"{', '.join(failed)}: fails on the unchanged source; expected tests that pass")
+        raise SystemExit(f"{', '.join(failed)}: fails on the unchanged source; make the tests pass first")
     return found
 
 
 def relevant(mutant: Mutant, recorder: _Recorder) -> list[str]:
-    """The tests that call the mutated function, the quickest first; all tests where none is seen to call it."""
+    """Return the tests that call the mutated function, fastest first, or all tests if no call was recorded."""
     name, line = mutant.function
     tests = [test for test, called in recorder.calls.items() if name and (mutant.path, line) in called]
     return sorted(tests or recorder.calls, key=lambda test: (recorder.seconds[test], test))
 
 
 def survives(mutant: Mutant, tests: Sequence[str], longest: float) -> bool:
-    """Whether all `tests` pass on the mutant, within `longest` seconds."""
-    # a constant, or a function for numba: machine code of the unchanged source must not be found
-    compiled_anew = not mutant.function[0] or "njit" in (ROOT / mutant.path).read_text(encoding="utf-8")
+    """Return whether all `tests` pass on the mutant, within `longest` seconds."""
+    # constants and functions compiled by numba: cached machine code of the unchanged source must not be used
+    recompiled = not mutant.function[0] or "njit" in (ROOT / mutant.path).read_text(encoding="utf-8")
     scratch = tempfile.mkdtemp()
     child = os.fork()
     if child == 0:
         os.setsid()
-        if compiled_anew:
+        if recompiled:
             os.environ["NUMBA_CACHE_DIR"] = scratch
         Path(scratch, "sitecustomize.py").write_text(STARTUP.format(folder=str(Path(__file__).parent), mutant=mutant))
         os.environ["PYTHONPATH"] = os.pathsep.join([scratch, os.environ.get("PYTHONPATH", "")])
@@ -355,20 +356,20 @@ def survives(mutant: Mutant, tests: Sequence[str], longest: float) -> bool:
 
 
 def equivalent() -> dict[str, str]:
-    """Mutants that cannot change a result, and why."""
+    """Return the mutants that cannot change a result, with the reasons."""
     lines = EQUIVALENT.read_text(encoding="utf-8").splitlines()
     rows = (line.split(" ## ", 1) for line in lines if line and not line.startswith("#"))
     return {key.strip(): reason.strip() for key, reason in rows}
 
 
 def choose(files: Sequence[str], count: int, seed: int) -> list[Mutant]:
-    """`count` mutants of the files, the same ones for the same source and seed."""
+    """Return `count` mutants of the files. The choice depends only on the source and the seed."""
     every = [mutant for file in files for mutant in mutants(file)]
     return random.Random(seed).sample(every, min(count, len(every)))
 
 
 def run(package: str, only: str, count: int, seed: int) -> tuple[int, list[Mutant], list[Mutant]]:
-    """How many mutants were tried, those that survived, and those of them that are equivalent."""
+    """Test the mutants of a package. Return their number, the survivors, and the equivalent ones."""
     folder, patterns = PACKAGES[package]
     found = (path for pattern in patterns for path in (ROOT / "tests").glob(f"*/{pattern}.py"))
     tests = sorted(str(path.relative_to(ROOT)) for path in found if path.parent.name != "peers")
@@ -382,7 +383,7 @@ def run(package: str, only: str, count: int, seed: int) -> tuple[int, list[Mutan
         covering = relevant(mutant, recorder)
         longest = LONGEST + 5 * sum(recorder.seconds[test] for test in covering)
         if not survives(mutant, covering, longest):
-            word = "noticed"
+            word = "detected"
         elif mutant.key in known:
             same.append(mutant)
             word = "equivalent"
@@ -399,16 +400,16 @@ def _has(folder: str, part: str) -> bool:
 
 
 def main() -> None:
-    """Print what survived; the exit status is 1 if anything did."""
+    """Print the surviving mutants. The exit status is 1 if there are any."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("packages", nargs="*", metavar="package", help=f"of {', '.join(PACKAGES)}; all by default")
-    parser.add_argument("--count", type=int, default=40, help="mutants of each package (40)")
-    parser.add_argument("--seed", type=int, default=0, help="another seed chooses other mutants (0)")
-    parser.add_argument("--only", default="", help="part of the path of the files to change")
+    parser.add_argument("packages", nargs="*", metavar="package", help=f"one of {', '.join(PACKAGES)} [all]")
+    parser.add_argument("--count", type=int, default=40, help="number of mutants of each package [%(default)s]")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the random choice of mutants [%(default)s]")
+    parser.add_argument("--only", default="", help="mutate only files whose path contains this text")
     options = parser.parse_args()
     unknown = [name for name in options.packages if name not in PACKAGES]
     if unknown:
-        parser.error(f"{', '.join(unknown)}: no such package; expected some of {', '.join(PACKAGES)}")
+        parser.error(f"{', '.join(unknown)}: no such package; expected packages among {', '.join(PACKAGES)}")
     sys.path[:0] = [str(ROOT)]
     os.chdir(ROOT)
     for name in HEAVY:
@@ -417,7 +418,7 @@ def main() -> None:
     results = {package: run(package, options.only, options.count, options.seed) for package in packages}
     print()
     for package, (tried, survivors, same) in results.items():
-        print(f"{package}: {tried} mutants, {tried - len(survivors) - len(same)} noticed, {len(same)} equivalent")
+        print(f"{package}: {tried} mutants, {tried - len(survivors) - len(same)} detected, {len(same)} equivalent")
         for mutant in survivors:
             print(f"  survived  {mutant.key}  (line {mutant.line})")
     sys.exit(any(survivors for _, survivors, _ in results.values()))

@@ -1,4 +1,4 @@
-"""Draw the picture at the top of the README, from the figures in the pages that the other benchmarks write."""
+"""Draw the picture at the top of the README from the pages that the other benchmarks write."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _METHODS = (
 
 
 class Count(NamedTuple):
-    """The operations of one expression: those of a kernel, and those of what kingdon generates."""
+    """The operations of one expression: those of a kernel, and those of the code that kingdon generates."""
 
     own: int
     peer: int
 
 
 class Ratio(NamedTuple):
-    """The times of a call divided by Pinocchio's: with kernels of one robot, and with those of any robot."""
+    """The times of a call divided by that of Pinocchio, with specialised and with generic kernels."""
 
     method: str
     own: float
@@ -36,20 +36,20 @@ class Ratio(NamedTuple):
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Draw the picture; the exit status is 0 unless it cannot be written."""
+    """Draw the picture. Return the exit status, which is 0 unless the picture cannot be written."""
     out: Path = pages.options("overview", __doc__, PICTURE, quick=False).parse_args(arguments).out
     counts = read_counts((_DOCS / "operation-counts.md").read_text())
     ratios = read_ratios((_DOCS / "robot-speed.md").read_text(), "ur5")
     try:
         draw(out, counts, ratios)
     except OSError as error:
-        return pages.refused("overview", out, error)
+        return pages.report_failure("overview", out, error)
     print(f"{out}: {len(counts)} expressions, {len(ratios)} methods")
     return 0
 
 
 def _rows(text: str) -> Iterator[list[str]]:
-    """The cells of the rows of all tables, heads included."""
+    """Yield the cells of the rows of all tables, including headers."""
     for line in text.splitlines():
         if line.startswith("|"):
             # A vertical line within backquotes does not end a cell.
@@ -58,7 +58,7 @@ def _rows(text: str) -> Iterator[list[str]]:
 
 
 def read_counts(text: str) -> list[Count]:
-    """The counts in the page of operation counts, of the expressions that kingdon finished."""
+    """Return the counts in the page of operation counts, for the expressions that kingdon finished."""
     found, head = [], {}
     for cells in _rows(text):
         if cells[0] == "expression":
@@ -72,12 +72,12 @@ def read_counts(text: str) -> list[Count]:
 
 
 def _total(cell: str) -> int:
-    """The sum of the numbers in a cell, ``40 / 38, 2 div``; 0 for a dash."""
+    """Return the sum of the numbers in a cell such as ``40 / 38, 2 div``, and 0 for a dash."""
     return sum(map(int, re.findall(r"\d+", cell)))
 
 
 def read_ratios(text: str, robot: str) -> list[Ratio]:
-    """The ratios in the page of robots, of one robot."""
+    """Return the ratios of one robot in the page of robots."""
     section = text.partition(f"## {robot}\n")[2].partition("\n## ")[0]
     times = {cells[0].strip("`"): cells[1:] for cells in _rows(section) if len(cells) == 6 and "`" in cells[0]}
     return [
@@ -90,7 +90,7 @@ def read_ratios(text: str, robot: str) -> list[Ratio]:
 
 
 def draw(path: Path, counts: list[Count], ratios: list[Ratio]) -> None:
-    """Write the picture; the same figures give the same file."""
+    """Write the picture deterministically: equal numbers give equal files."""
     with rc_context({"svg.hashsalt": "overview", "svg.fonttype": "none"}):
         figure = Figure(figsize=(11, 4), layout="constrained")
         left, right = figure.subplots(1, 2)
@@ -113,8 +113,8 @@ def _scatter(axis: Any, counts: list[Count]) -> None:
 
 def _bars(axis: Any, ratios: list[Ratio]) -> None:
     rows = range(len(ratios))
-    axis.barh([row + 0.2 for row in rows], [ratio.any for ratio in ratios], 0.38, label="kernels of any robot")
-    axis.barh([row - 0.2 for row in rows], [ratio.own for ratio in ratios], 0.38, label="kernels of this robot")
+    axis.barh([row + 0.2 for row in rows], [ratio.any for ratio in ratios], 0.38, label="generic kernels")
+    axis.barh([row - 0.2 for row in rows], [ratio.own for ratio in ratios], 0.38, label="specialised kernels")
     axis.axvline(1, color="0.3", linewidth=1)
     axis.set_yticks(list(rows), [ratio.method for ratio in ratios], fontsize=8)
     axis.invert_yaxis()

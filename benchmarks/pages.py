@@ -1,4 +1,4 @@
-"""What the commands share that measure something and write a page: their options, their progress, and the writing."""
+"""Functions that all benchmark commands share: options, progress bars, and writing pages."""
 
 from __future__ import annotations
 
@@ -12,11 +12,13 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 
 def options(command: str, about: str | None, page: Path, *, quick: bool = True) -> argparse.ArgumentParser:
-    """The parser of a command, with ``--out`` and, if it has a quick mode, ``--quick``."""
+    """Return the parser of a command, with ``--out`` and, if it has a quick mode, ``--quick``."""
     parser = argparse.ArgumentParser(prog=f"python -m benchmarks {command}", description=about)
     if quick:
-        parser.add_argument("--quick", action="store_true", help="see that everything works; figures not for quoting")
-    parser.add_argument("--out", type=Path, default=page, metavar="FILE", help="the page to write [%(default)s]")
+        parser.add_argument(
+            "--quick", action="store_true", help="check that everything works; the results are not representative"
+        )
+    parser.add_argument("--out", type=Path, default=page, metavar="FILE", help="the file to write [%(default)s]")
     return parser
 
 
@@ -28,23 +30,23 @@ def progress() -> Progress:
 
 
 def publish(command: str, out: Path, text: str, what: str) -> int:
-    """Write a page and say what it has, or why it could not be written; the exit status."""
+    """Write a page, and print its contents `what` or the reason of failure. Return the exit status."""
     try:
         write(out, text)
     except OSError as error:
-        return refused(command, out, error)
+        return report_failure(command, out, error)
     print(f"{out}: {what}")
     return 0
 
 
-def refused(command: str, out: Path, error: OSError) -> int:
-    """Say why a page could not be written; the exit status."""
-    print(f"{command}: {out}: {error.strerror}; expected a file to write to; choose one with --out", file=sys.stderr)
+def report_failure(command: str, out: Path, error: OSError) -> int:
+    """Print why a page could not be written. Return the exit status."""
+    print(f"{command}: {out}: {error.strerror}; expected a writable path; choose one with --out", file=sys.stderr)
     return 1
 
 
 def write(path: Path, text: str) -> None:
-    """Put `text` into a file that is whole at every moment."""
+    """Replace the file at `path` by `text` atomically."""
     path.parent.mkdir(parents=True, exist_ok=True)
     unfinished = path.with_name(f".{path.name}.{os.getpid()}")
     try:

@@ -1,4 +1,4 @@
-"""The page that a run writes: the same rows in the same order every time, only the figures differ."""
+"""Write the page of a run; rows and their order are the same in every run."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from .features import Features
 from .generation import Generation
 from .kernels import ORDERS, TYPES, KernelTimes
 from .machine import Machine
-from .markdown import MISSING, ns, ratio, seconds, table
+from .markdown import MISSING, item, ns, paragraph, ratio, seconds, table
 
 _BYTES = {"float64": 8, "float32": 4}
 TIMES = {"kingdon": 20.0, "clifford": 500.0}
-"""How many times as long these libraries are to take at least on batches that a cache holds; others, as long."""
+"""Minimum time of these libraries on batches that fit in a cache, as a multiple of that of the kernel; others: 1."""
 IN_CACHE = 1_000
-"""The largest of such batches."""
+"""Maximum size of such batches."""
 BUILD = 60.0
-"""Seconds that the C build may take on two processors."""
+"""Maximum time of the C build on two processors, in seconds."""
 SHARE = 0.8
-"""The least share of the memory's speed."""
+"""Minimum share of the memory bandwidth."""
 
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """All that one run measured."""
+    """The results of one run."""
 
     machine: Machine
     generation: Generation
@@ -37,14 +37,14 @@ class Run:
     by_hand: tuple[HandTimes, ...]
     features: Features
     backends: dict[str, str]
-    absent: tuple[str, ...]
+    missing: tuple[str, ...]
     quick: bool
     repeats: int
     figure: str | None
 
 
 def page(run: Run) -> str:
-    """A run as Markdown."""
+    """Return the page as Markdown."""
     sections = [_opening(run), _machine(run), _method(run), _generation(run), _building(run)]
     sections += [_kernels(run, kind) for kind in TYPES]
     sections += [_peers(run), comparisons.by_hand(run.by_hand, run.hand_sizes), *comparisons.features(run.features)]
@@ -53,14 +53,17 @@ def page(run: Run) -> str:
 
 
 def _opening(run: Run) -> str:
-    lines = ["# Benchmarks", "", "Written by `make bench`; not edited by hand."]
+    lines = ["# Benchmarks", "", "`make bench` writes this page; do not edit it by hand."]
     if run.quick:
-        lines += ["", "**A quick run: to see that everything works. Its figures are not for quoting.**"]
+        lines += [
+            "",
+            "**This is a quick run, which only checks that everything works. Its results are not representative.**",
+        ]
     return "\n".join([*lines, ""])
 
 
 def _machine(run: Run) -> str:
-    return "## Machine\n\n" + table(("what", "is"), run.machine.facts)
+    return "## Machine\n\n" + table(("property", "value"), run.machine.facts)
 
 
 def _method(run: Run) -> str:
@@ -68,17 +71,25 @@ def _method(run: Run) -> str:
     lines = [
         "## Method",
         "",
-        f"- One thread on one processor. Each figure is the median of {run.repeats} measurements after a warm call;",
-        "  short calls are repeated until a measurement lasts long enough for the clock.",
-        "- A kernel is called from Python with `out=`, so a figure for 1 element is the time of one call.",
-        f"- Backend of each module: {ran}.",
-        "- Arguments are random. A versor stands beside each element, unless the row says one motor.",
-        "- A peer gives the same result from the same numbers; it is compared with the kernel before it is timed. What",
-        "  it needs in another form (matrices, its own objects) is made before the clock starts.",
+        item(
+            "All calls use one thread on one processor.",
+            f"Each time is the median of {run.repeats} measurements after a warm-up call; short calls are repeated "
+            "within a measurement.",
+        ),
+        item("Kernels are called from Python with `out=`, so the time for 1 element is that of one call."),
+        item(f"The backends of the modules are: {ran}."),
+        item("Arguments are random. There is a versor for each element, unless the row says one motor."),
+        item(
+            "A *peer* is a call of another library that gives the same result from the same numbers.",
+            "The results are compared before it is timed.",
+            "Arguments in another form (matrices, its own objects) are prepared before the time is measured.",
+        ),
     ]
-    if run.absent:
-        names = ", ".join(run.absent)
-        lines.append(f"- Not installed, so without rows here: {names}. `make .venv/.peers` installs all but pin.")
+    if run.missing:
+        names = ", ".join(run.missing)
+        lines.append(
+            item(f"Not installed, so without rows: {names}. `make .venv/.peers` installs all of them except pin.")
+        )
     return "\n".join([*lines, ""])
 
 
@@ -93,7 +104,7 @@ def _generation(run: Run) -> str:
         ("slowest", f"{seconds(slowest.total)}, {slowest.module}.{slowest.kernel}"),
         ("above 0.1 s", str(found.above(0.1))),
         ("above 1 s", str(found.above(1.0))),
-        ("all modules, printing included", seconds(total)),
+        ("all modules, including printing", seconds(total)),
     ]
     modules = [(module.module, str(module.n_kernels), seconds(module.total)) for module in found.modules]
     kernels = [
@@ -104,13 +115,13 @@ def _generation(run: Run) -> str:
         [
             "## Generation",
             "",
-            "From a definition to a proved program with its measured rounding error, as `gac generate` does it.",
+            "Time from a definition to a proved program with its measured rounding error, as in `gac generate`.",
             "",
             table(("all kernels", "time"), summary),
             table(("module", "kernels", "time"), modules),
             "The ten slowest kernels:",
             "",
-            table(("kernel", "compile and prove", "rounding error", "together"), kernels),
+            table(("kernel", "compile and prove", "rounding error", "total"), kernels),
         ]
     )
 
@@ -118,7 +129,7 @@ def _generation(run: Run) -> str:
 def _building(run: Run) -> str:
     found = run.building
     if found is None:
-        return "## C build\n\nNot measured: no C compiler.\n"
+        return "## C build\n\nNot measured, because there is no C compiler.\n"
     rows = [(each.module, f"{each.source / 1e6:.2f}", f"{each.library / 1e6:.2f}") for each in found.libraries]
     sums = (sum(each.source for each in found.libraries), sum(each.library for each in found.libraries))
     rows.append(("all", *(f"{each / 1e6:.2f}" for each in sums)))
@@ -126,8 +137,10 @@ def _building(run: Run) -> str:
         [
             "## C build",
             "",
-            f"From nothing to all libraries on all processors: {seconds(found.cold)}. Where nothing has changed: "
-            f"{seconds(found.again)}.",
+            paragraph(
+                f"Building all libraries from scratch on all processors takes {seconds(found.cold)}.",
+                f"If nothing has changed, it takes {seconds(found.again)}.",
+            ),
             "",
             table(("module", "C, MB", "library, MB"), rows),
             comparisons.missed(f"at most {seconds(BUILD)}", [seconds(found.cold)] if found.cold > BUILD else []),
@@ -148,9 +161,11 @@ def _kernels(run: Run, kind: str) -> str:
         [
             f"## Kernels, {kind}",
             "",
-            "Nanoseconds for each element, by number of elements. C: C order, elements after one another; F: Fortran "
-            "order,",
-            "which is a structure of arrays.",
+            paragraph(
+                "Nanoseconds per element, by number of elements and memory order.",
+                "C: C order, in which the coefficients of an element are contiguous.",
+                "F: Fortran order, in which each coefficient is contiguous (structure of arrays).",
+            ),
             "",
             table(header, rows),
         ]
@@ -162,7 +177,7 @@ def _peers(run: Run) -> str:
     rows, slow = [], []
     for kernel in run.kernels:
         for peer in kernel.peers:
-            # kingdon holds an array for each coefficient
+            # kingdon stores an array for each coefficient
             own = kernel.times["float64", "F" if peer.library == "kingdon" else "C"]
             found = dict(zip(run.sizes, zip(peer.times, own, strict=True), strict=True))
             ratios = {size: theirs / ours for size, (theirs, ours) in found.items() if theirs is not None}
@@ -173,19 +188,22 @@ def _peers(run: Run) -> str:
             ]
             cells = [ratio(ratios[size]) if size in ratios else MISSING for size in run.sizes]
             rows.append((kernel.case.title, peer.library, peer.text, *cells))
-    target = f"on {IN_CACHE:,} elements " + ", ".join(
-        f"{name} {times:g} times as long" for name, times in TIMES.items()
+    target = f"on {IN_CACHE:,} elements, " + " and ".join(
+        f"{name} takes {times:g} times as long" for name, times in TIMES.items()
     )
-    target += "; nowhere is a peer faster"
+    target += "; no peer is faster"
     return "\n".join(
         [
             "## Peers",
             "",
-            "How many times as long the peer takes as the kernel, in the same run: float64; C order for the kernel, "
-            "and Fortran",
-            f"order beside kingdon, which holds an array for each coefficient. {MISSING}: not tried, for it would take "
-            "too long.",
-            "clifford works on one element after the other, so its time for each does not depend on their number.",
+            paragraph(
+                "The time of the peer divided by that of the kernel, in float64 and the same run.",
+                "The kernel runs in C order, and in Fortran order for the comparison with kingdon, which stores "
+                "an array for each coefficient.",
+                f"{MISSING}: not measured, because it takes too long, or because the peer only accepts single "
+                "elements. clifford computes one element at a time, so its time per element does not depend on "
+                "the number of elements.",
+            ),
             "",
             table(header, rows),
             comparisons.missed(target, slow),
@@ -207,15 +225,17 @@ def _bandwidth(run: Run) -> str:
         best = max(shares["float64", order] for order in ORDERS)
         slow += [f"{kernel.case.title} ({100 * best:.0f} %)"] if best < SHARE else []
     text = [
-        f"## Share of the memory's speed, {size:,} elements",
+        f"## Share of the memory bandwidth, {size:,} elements",
         "",
-        "Bytes that the kernel must read and write, as a share of those that `numpy.copyto` copies from memory in the "
-        "same time.",
-        "Above 100 %, the arrays fit in a cache, or stores go past it.",
+        paragraph(
+            "Bytes that the kernel must read and write, as a share of the bytes that `numpy.copyto` reads and "
+            "writes in memory in the same time.",
+            "Shares above 100 % are possible if arrays fit in a cache, or if stores bypass it.",
+        ),
         "",
         table(header, rows),
-        comparisons.missed(f"{100 * SHARE:.0f} % in float64, in the better order", slow),
+        comparisons.missed(f"at least {100 * SHARE:.0f} % in float64, in the better order", slow),
     ]
     if run.figure:
-        text += [f"![Operations in a second over operations for each byte, float64, Fortran order]({run.figure})", ""]
+        text += [f"![Operations per second by operations per byte, float64, Fortran order]({run.figure})", ""]
     return "\n".join(text)

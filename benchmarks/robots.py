@@ -1,4 +1,4 @@
-"""Robots beside Pinocchio: single calls and batches of every method, as a page (``python -m benchmarks robots``)."""
+"""Compare single calls and batches of the methods of robots with Pinocchio (``python -m benchmarks robots``)."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ import numpy as np
 
 from . import markdown, pages
 from .libraries import installed
-from .timing import least
+from .timing import minimum_times
 
 _SPAN = 1e-3
-"""Seconds of a turn of calls."""
+"""Minimum duration of a measurement in seconds; short calls are repeated."""
 _ROBOTS = {"ur5": ("ur_description/urdf/ur5_robot.urdf", ()), "panda": ("panda_description/urdf/panda.urdf", (7, 8))}
-"""Files of example-robot-data, and joints of theirs that are held: fingers."""
+"""Files of example-robot-data, and their locked joints (fingers)."""
 _TREE = "talos_data/robots/talos_reduced.urdf"
 _BATCH, _LARGE = 10_000, 4_000
 _SINGLE = {
@@ -51,7 +51,7 @@ _ARMS = {
     "three slides": ("general", {"slides": (0, 2, 5)}),
     "grid of one angle, two slides": ("general", {"slides": (1, 4)}),
 }
-"""By way: the arm, a name or numbers at random, which of its joints slide, and what the call is given."""
+"""For each method of inverse kinematics: the robot, and options. `general` is a robot with random parameters."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -60,41 +60,51 @@ def main(arguments: list[str] | None = None) -> int:
     Parameters
     ----------
     arguments : list of str, optional
-        Of the command line.
+        Command-line arguments. By default, those of the process.
     """
     options = pages.options("robots", __doc__, Path("docs/robot-speed.md")).parse_args(arguments)
-    what = f"{len(_ROBOTS)} robots, {len(_ARMS)} ways of inverse kinematics"
+    what = f"{len(_ROBOTS)} robots, {len(_ARMS)} methods of inverse kinematics"
     return pages.publish("robots", options.out, page(options.quick), what)
 
 
 def page(quick: bool = False) -> str:
-    """The page, measured now."""
+    """Measure, and return the page as Markdown."""
     rounds, batch = (3, 100) if quick else (25, _BATCH)
-    parts = [
-        "# Robots beside Pinocchio\n",
-        "Written by `python -m benchmarks robots`. Microseconds for one configuration, the least of several that take "
-        "turns, one thread, float64 in C order. *own*: kernels that `gac robot` wrote; *any*: what every robot has; "
-        f"single calls, and batches of {batch:,}. Pinocchio is called once for each configuration, and leaves results "
-        "in its data.\n",
-    ]
+    parts = ["# Robots compared with Pinocchio", "", _opening(rounds, batch), ""]
     for name in _ROBOTS:
         parts += [f"## {name}\n", _methods(name, rounds, batch)]
     large = 100 if quick else _LARGE
-    parts += [f"## Batches of {large:,}, by the kernels of any robot\n", _batches(rounds, large)]
+    parts += [f"## Batches of {large:,}, generic kernels\n", _batches(rounds, large)]
     parts += [
         "## Inverse kinematics\n",
-        "All branches, in batches; *recall* is the part of random configurations that are among the branches of their "
-        "own poses.\n",
-        _inverse(rounds, batch),
+        markdown.paragraph(
+            "All solution branches are computed, in batches.",
+            "*Recall* is the fraction of random configurations that are found among the solutions for their own poses.",
+            f"Times are microseconds per pose, the minimum of {max(rounds // 4, 1)} runs.",
+        ),
+        "",
+        _inverse(max(rounds // 4, 1), batch),
     ]
     return "\n".join(parts)
+
+
+def _opening(rounds: int, batch: int) -> str:
+    return markdown.paragraph(
+        "`python -m benchmarks robots` writes this page.",
+        f"Times are microseconds per configuration, the minimum of {rounds} runs on one thread, with float64 arrays in "
+        "C order.",
+        "*Specialised* kernels are written by `gac robot` for one robot; *generic* kernels accept any robot.",
+        f"Robots are evaluated by single calls and by batches of {batch:,} configurations.",
+        "Pinocchio is called once per configuration, and stores its results in preallocated memory.",
+        "The calls of a row are measured alternately.",
+    )
 
 
 def _methods(name: str, rounds: int, batch: int) -> str:
     from algorithms.kinematics import Robot
 
     own = Robot.named(name)
-    robots = {"own": own, "any": replace(own, module=None)}
+    robots = {"specialised": own, "generic": replace(own, module=None)}
     rows = dict(zip("qva", np.random.default_rng(0).uniform(-1, 1, (3, batch, own.n_joints)), strict=True))
     one = {key: value[0].copy() for key, value in rows.items()}
     calls: dict[tuple[str, str], Callable[[], object]] = {}
@@ -108,8 +118,8 @@ def _methods(name: str, rounds: int, batch: int) -> str:
     spent: dict[tuple[str, str], float] = {}
     for method in _SINGLE:
         here = {kind: call for (what, kind), call in calls.items() if what == method}
-        spent |= {(method, kind): seconds for kind, seconds in least(here, rounds, _SPAN).items()}
-    kinds = ("own", "any", "own, batch", "any, batch", "Pinocchio")
+        spent |= {(method, kind): seconds for kind, seconds in minimum_times(here, rounds, _SPAN).items()}
+    kinds = ("specialised", "generic", "specialised, batch", "generic, batch", "Pinocchio")
     lines = []
     for method in _SINGLE:
         figures = []
@@ -132,7 +142,7 @@ def _batches(rounds: int, batch: int) -> str:
         rows = dict(zip("qva", np.random.default_rng(0).uniform(-1, 1, (3, batch, robot.n_joints)), strict=True))
         for method, letters in _SINGLE.items():
             call = _bound(getattr(robot, method), *(rows[key] for key in letters))
-            spent[method, name] = least({name: call}, rounds, _SPAN)[name]
+            spent[method, name] = minimum_times({name: call}, rounds, _SPAN)[name]
     lines = [(f"`{method}`", *(f"{1e6 * spent[method, name] / batch:.3f}" for name in robots)) for method in _SINGLE]
     return markdown.table(("", *robots), lines)
 
@@ -142,19 +152,19 @@ def _bound(function: Callable[..., Any], *values: Any) -> Callable[[], object]:
 
 
 def _file(path: str) -> Path:
-    """A file of example-robot-data, which may not be installed."""
+    """Return the path of a file of example-robot-data, which may not be installed."""
     return Path(sysconfig.get_paths()["purelib"]) / "cmeel.prefix/share/example-robot-data/robots" / path
 
 
-def _pinocchio(path: str, held: tuple[int, ...], q: Any, v: Any, a: Any) -> dict[str, Callable[[], object]]:
-    """Its calls by the names of ours; none where it is not installed."""
+def _pinocchio(path: str, locked: tuple[int, ...], q: Any, v: Any, a: Any) -> dict[str, Callable[[], object]]:
+    """Return the calls of Pinocchio, by the names of the methods of `Robot`. Empty if it is not installed."""
     if not installed("pinocchio") or not _file(path).exists():
         return {}
     import pinocchio as pin
 
     model = pin.buildModelFromUrdf(str(_file(path)))
-    if held:
-        model = pin.buildReducedModel(model, [joint + 1 for joint in held], pin.neutral(model))
+    if locked:
+        model = pin.buildReducedModel(model, [joint + 1 for joint in locked], pin.neutral(model))
     data = model.createData()
     return {
         "forward": lambda: pin.forwardKinematics(model, data, q),
@@ -202,8 +212,8 @@ def _inverse(rounds: int, batch: int) -> str:
         away = np.abs((found.q - q[:, None] + np.pi) % (2 * np.pi) - np.pi).max(-1)
         recall = np.mean(np.where(found.valid, away, np.inf).min(-1) < 1e-5)
         call = _bound(partial(arm.inverse, **options), motors)
-        spent = least({name: call}, max(rounds // 4, 1), _SPAN)
+        spent = minimum_times({name: call}, rounds, _SPAN)
         lines.append(
             (name, arm.name, str(found.valid.sum(-1).max()), f"{recall:.4f}", f"{1e6 * spent[name] / count:.2f}")
         )
-    return markdown.table(("method", "arm", "branches, at most", "recall", "one pose"), lines)
+    return markdown.table(("method", "robot", "maximum number of branches", "recall", "time per pose"), lines)

@@ -1,4 +1,4 @@
-"""Transforms of signals beside the complex transforms that they are made of, and beside named peers."""
+"""Compare transforms of signals with the complex transforms that they consist of, and with other libraries."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ from algorithms.wavelets import (
 
 from . import pages
 from .machine import version
-from .timing import least
+from .markdown import paragraph
+from .timing import minimum_times
 
 PAGE = Path("docs/signals.md")
 REPEATS = 11
@@ -35,33 +36,33 @@ Call = Callable[[], object]
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One transform beside what it is compared with.
+    """The times of one transform and of the call that it is compared with.
 
     Attributes
     ----------
     title : str
     peer : str
-        What it is compared with, or "" where the time itself is the figure.
+        The name of the call that it is compared with; empty if there is none.
     own, other : float
-        The least seconds of a call; `other` is 0 without a peer.
-    most : float
-        The goal: for the ratio, or for the seconds where there is no peer.
+        Minimum time of a call in seconds; `other` is 0 without a peer.
+    target : float
+        Maximum of the ratio, or of the time in seconds without a peer.
     """
 
     title: str
     peer: str
     own: float
     other: float
-    most: float
+    target: float
 
     @property
     def figure(self) -> float:
-        """The ratio, or the seconds."""
+        """The ratio, or the time in seconds without a peer."""
         return self.own / self.other if self.peer else self.own
 
 
 def cases(size: int) -> list[tuple[str, str, Call, Call | None, float]]:
-    """Title, peer, own call, the peer's call and the goal, for images and volumes of some size (512: of the goals)."""
+    """Return title, peer, own call, call of the peer, and target for each transform. Targets are for size 512."""
     rng = np.random.default_rng(0)
     field = rng.normal(size=(2 * size, 2 * size, 4))
     single, first = field.astype(np.float32), np.moveaxis(np.moveaxis(field, -1, 0).copy(), 0, -1)
@@ -83,7 +84,7 @@ def cases(size: int) -> list[tuple[str, str, Call, Call | None, float]]:
         (f"`qft`, {2 * size}² quaternions", two, lambda: qft(field), fft2(planes), 1.1),
         ("the same, coefficients first", two, lambda: qft(first), fft2(planes), 1.1),
         ("the same, float32", thin_two, lambda: qft(single), fft2(thin), 1.1),
-        ("the same, from the left", two, lambda: qft(field, side="left"), fft2(planes), 1.1),
+        ("the same, left-sided", two, lambda: qft(field, side="left"), fft2(planes), 1.1),
         ("the same, axes j and k", two, lambda: qft(field, axes=("j", "k")), fft2(planes), 1.1),
         (f"`qft`, {2 * size}² real numbers", two, lambda: qft(image), fft2(planes), 0.6),
         (f"`rqft`, {2 * size}² real numbers", two, lambda: rqft(image), fft2(planes), 0.6),
@@ -99,7 +100,7 @@ def cases(size: int) -> list[tuple[str, str, Call, Call | None, float]]:
         cv2: Any = importlib.import_module("cv2")
         if hasattr(cv2, "ximgproc"):
             found.append(
-                ("`qft` beside OpenCV", "`qdft`", lambda: qft(field), lambda: cv2.ximgproc.qdft(field, 0, True), 1 / 3)
+                ("the same", "OpenCV `qdft`", lambda: qft(field), lambda: cv2.ximgproc.qdft(field, 0, True), 1 / 3)
             )
     if importlib.util.find_spec("pywt"):
         pywt: Any = importlib.import_module("pywt")
@@ -123,24 +124,27 @@ def cases(size: int) -> list[tuple[str, str, Call, Call | None, float]]:
 
 
 def page(rows: Sequence[Row]) -> str:
-    """The page in Markdown."""
-    missed = [f"{row.title} ({_figure(row)})" for row in rows if row.figure > row.most]
+    """Return the page as Markdown."""
+    missed = [f"{row.title} ({_figure(row)})" for row in rows if row.figure > row.target]
     lines = [
         "# Transforms of signals",
         "",
-        f"Written by `python -m benchmarks signals`; numpy {version('numpy')}, scipy {version('scipy')}, numba",
-        f"{version('numba')}. Milliseconds of a call, float64 and one thread, the least of several taken in turns with",
-        "those of what it is compared with, and the ratio. Goals are upper bounds of the ratio, or of the time where",
-        "there is none.",
+        paragraph(
+            f"`python -m benchmarks signals` writes this page; numpy {version('numpy')}, scipy {version('scipy')}, "
+            f"numba {version('numba')}.",
+            "Times are milliseconds per call on one thread, in float64 unless stated otherwise: the minimum of "
+            "repeated runs, measured alternately with the call in the third column.",
+            "Targets are upper bounds of the ratio of both times or, without a comparison, of the time.",
+        ),
         "",
-        "| | ms | beside | ms | ratio | goal |",
+        "| transform | ms | compared with | ms | ratio | target |",
         "|---|---:|---|---:|---:|---:|",
     ]
     for row in rows:
-        other = (row.peer, f"{row.other * 1e3:.2f}", f"**{row.figure:.2f}**", f"{row.most:.2f}")
-        cells = other if row.peer else ("", "", "", f"{row.most * 1e3:.0f} ms")
+        other = (row.peer, f"{row.other * 1e3:.2f}", f"**{row.figure:.2f}**", f"{row.target:.2f}")
+        cells = other if row.peer else ("", "", "", f"{row.target * 1e3:.0f} ms")
         lines.append(f"| {row.title} | {row.own * 1e3:.2f} | {' | '.join(cells)} |")
-    lines += ["", f"Missed: {'; '.join(missed)}." if missed else "No goal is missed."]
+    lines += ["", f"Missed targets: {'; '.join(missed)}." if missed else "All targets are met."]
     return "\n".join(lines) + "\n"
 
 
@@ -154,7 +158,7 @@ def main(arguments: list[str] | None = None) -> int:
     Parameters
     ----------
     arguments : list of str, optional
-        Of the command line; left out, those of the process.
+        Command-line arguments. By default, those of the process.
     """
     options = pages.options("signals", __doc__, PAGE).parse_args(arguments)
     out: Path = options.out
@@ -162,10 +166,10 @@ def main(arguments: list[str] | None = None) -> int:
     with pages.progress() as bar:
         wanted = cases(64 if options.quick else 512)
         task = bar.add_task("signals", total=len(wanted))
-        for title, peer, own, other, most in wanted:
+        for title, peer, own, other, target in wanted:
             bar.update(task, description=title)
             calls = {"own": own} if other is None else {"own": own, "other": other}
-            times = least(calls, 1 if options.quick else REPEATS)
-            rows.append(Row(title, peer, times["own"], times.get("other", 0.0), most))
+            times = minimum_times(calls, 1 if options.quick else REPEATS)
+            rows.append(Row(title, peer, times["own"], times.get("other", 0.0), target))
             bar.advance(task)
     return pages.publish("signals", out, page(rows), f"{len(rows)} transforms")

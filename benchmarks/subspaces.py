@@ -1,4 +1,4 @@
-"""How long factors, joins and meets of blades take, in outer products of the same size, beside clifford and numpy."""
+"""Compare factorisations, joins and meets of blades with outer products of the same size, and with clifford."""
 
 from __future__ import annotations
 
@@ -25,20 +25,21 @@ from algorithms.subspaces import (
 from . import pages
 from .libraries import installed
 from .machine import version
-from .timing import least
+from .markdown import paragraph
+from .timing import minimum_times
 
 PAGE = Path("docs/subspaces.md")
 SIZES = ((3, 1, 1), (4, 1, 2), (5, 2, 2), (6, 2, 3), (7, 3, 3), (8, 3, 4), (9, 4, 4), (10, 4, 5), (12, 5, 5))
-"""Numbers of vectors, and two grades: of the blades that are joined. Half as many vectors make a blade to factorise."""
+"""Dimensions, and the grades of the two blades to join. The grade of factorised blades is half the dimension."""
 QUICK_SIZES = ((3, 1, 1), (5, 2, 2))
 ROUNDS = 7
 CLIFFORD = 6
-"""The most vectors that clifford is tried on: it keeps all coefficients of both blades."""
+"""Maximum dimension for clifford, which stores all coefficients of both blades."""
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One size: nanoseconds for one element, by name of the operation."""
+    """Nanoseconds per element by name of the operation, for one size."""
 
     n: int
     a: int
@@ -47,17 +48,17 @@ class Row:
 
 
 def interleaved(calls: dict[str, Callable[[], object]], elements: int, rounds: int) -> dict[str, float]:
-    """Nanoseconds for one element: the least of rounds in which the calls take turns, after one that does not count."""
-    return {name: 1e9 * spent / elements for name, spent in least(calls, rounds).items()}
+    """Return the minimum times in nanoseconds per element, over rounds that measure all calls alternately."""
+    return {name: 1e9 * spent / elements for name, spent in minimum_times(calls, rounds).items()}
 
 
 def measure(n: int, a: int, b: int, elements: int, rounds: int) -> Row:
-    """All operations on random blades of one size."""
+    """Time all operations on random blades of one size."""
     random = np.random.default_rng(n)
     rows = random.normal(size=(elements, a + b, n))
     first, second = FactoredBlade.of_vectors(rows[:, :a]), FactoredBlade.of_vectors(rows[:, a:])
     one, two = first.coefficients(), second.coefficients()
-    # blades that share a direction
+    # blades with a common vector
     shared = FactoredBlade.of_vectors(np.concatenate([rows[:, :1], rows[:, a : a + b - 1]], 1)).coefficients()
     k = max(2, n // 2)
     halves = [
@@ -105,35 +106,51 @@ def _clifford(n: int, rows: np.ndarray, a: int, rounds: int) -> dict[str, float]
 
 
 def measure_others(rounds: int) -> dict[str, float]:
-    """Microseconds for one element of what has no outer product to compare with."""
+    """Return microseconds per element for operations that are not compared with an outer product."""
     random = np.random.default_rng(0)
     blades = [FactoredBlade.of_vectors(random.normal(size=(100, k, 30))) for k in (14, 14)]
     versors = [FactoredVersor(random.normal(size=(4, 20, 30))) for _ in range(2)]
     bivectors = random.normal(size=(1000, 15))
     minkowski = np.array([1.0] * 5 + [-1.0])
     found = {
-        "join and meet of two 14-blades of 30 vectors, factored": (lambda: join_and_meet(*blades), 100),
-        "outer product of the same": (lambda: outer_product(*blades), 100),
+        "join and meet of two factored 14-blades, 30 dimensions": (lambda: join_and_meet(*blades), 100),
+        "outer product of the same blades": (lambda: outer_product(*blades), 100),
         "product of two versors of 20 vectors each, 30 dimensions": (
             lambda: versors[0].geometric_product(versors[1]),
             4,
         ),
-        "split of a bivector of 6 vectors, Euclidean": (lambda: split_bivectors(bivectors, 6), 1000),
-        "split of a bivector of 6 vectors, one timelike": (lambda: split_bivectors(bivectors, 6, minkowski), 1000),
+        "split of a bivector, 6 dimensions, Euclidean": (lambda: split_bivectors(bivectors, 6), 1000),
+        "split of a bivector, 6 dimensions, one of them timelike": (
+            lambda: split_bivectors(bivectors, 6, minkowski),
+            1000,
+        ),
     }
     return {name: interleaved({"": call}, count, rounds)[""] / 1000 for name, (call, count) in found.items()}
 
 
 def page(rows: Sequence[Row], others: dict[str, float], elements: int, rounds: int) -> str:
-    """All figures as Markdown."""
+    """Return the page as Markdown."""
     lines = [
         "# Subspaces",
         "",
-        f"Nanoseconds for one of {elements} elements, the least of {rounds} rounds in which operations take turns; in",
-        "brackets, outer products: of two blades that make up the one to factorise, of the two blades to join.",
-        "*Reduced factors* are the fast form, *checked* with the proof that the element is a blade, *orthonormal* also",
-        "with that, *averaged* for noisy blades. Joins check both blades; *shared* ones have a meet; *factored* ones",
-        "need no check. `python -m benchmarks subspaces` writes this page.",
+        paragraph(
+            "`python -m benchmarks subspaces` writes this page.",
+            f"Times are nanoseconds per element for {elements} elements: the minimum over {rounds} rounds, in "
+            "which operations are measured alternately.",
+            "The numbers in parentheses are ratios to an outer product: that of two blades whose product is "
+            "factorised, or that of the two blades to join.",
+            "*n* is the dimension.",
+        ),
+        "",
+        paragraph(
+            "*Reduced factors* is the fastest factorisation.",
+            "*Checked* also tests whether the element is a blade.",
+            "*Orthonormal* factors include this test.",
+            "*Averaged* factors are for noisy blades.",
+            "*Join* checks that both arguments are blades.",
+            "In *join, shared*, the blades have a common vector.",
+            "In *join, factored*, they are given by factors, which need no check.",
+        ),
         "",
     ]
     factors, joins = (
@@ -154,19 +171,19 @@ def page(rows: Sequence[Row], others: dict[str, float], elements: int, rounds: i
         what: max((row.times[name] / row.times[base], row.n) for row in rows for name in names)
         for what, names, base in (
             ("factors", ("reduced factors", "checked", "orthonormal"), "halves"),
-            ("join", ("join", "join, shared"), "outer product"),
+            ("joins", ("join", "join, shared"), "outer product"),
         )
     }
-    said = [f"{what}, {ratio:.1f} of {n} vectors" for what, (ratio, n) in most.items()]
-    lines.append(f"Most outer products: {'; '.join(said)}; averaged factors apart.")
+    largest = [f"{ratio:.1f} for {what} (n = {n})" for what, (ratio, n) in most.items()]
+    lines.append(f"The largest ratios, without averaged factors, are {' and '.join(largest)}.")
     peers = [row for row in rows if "clifford join" in row.times]
     if peers:
-        lines += ["", f"clifford {version('clifford')}, one element at a time:", ""]
+        lines += ["", f"clifford {version('clifford')}, in nanoseconds per element, one element at a time:", ""]
         lines += ["| n | grades | outer product | factors | join |", "| ---: | --- | ---: | ---: | ---: |"]
         for row in peers:
             cells = [f"{row.times[f'clifford {name}']:,.0f}" for name in ("outer", "factors", "join")]
             lines.append(f"| {row.n} | {row.a}, {row.b} | " + " | ".join(cells) + " |")
-    lines += ["", "| other operations | µs |", "| --- | ---: |"]
+    lines += ["", "| other operations | µs per element |", "| --- | ---: |"]
     lines += [f"| {name} | {spent:,.1f} |" for name, spent in others.items()]
     return "\n".join(lines) + "\n"
 
@@ -177,7 +194,7 @@ def main(arguments: list[str] | None = None) -> int:
     Parameters
     ----------
     arguments : list of str, optional
-        Of the command line; left out, those of the process.
+        Command-line arguments. By default, those of the process.
     """
     options = pages.options("subspaces", __doc__, PAGE).parse_args(arguments)
     out: Path = options.out

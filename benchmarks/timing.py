@@ -1,4 +1,4 @@
-"""How calls are timed, in all benchmarks."""
+"""Time calls, for all benchmarks."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Effort:
-    """How long a measurement may take.
+    """The duration of a measurement.
 
     Attributes
     ----------
     repeats : int
-        Measurements, of which the median counts.
+        Number of repeated measurements. The result is their median.
     span : float
-        Seconds that one of them lasts at least; short calls are made in a row.
+        Minimum duration of one measurement in seconds; short calls are repeated.
     patience : float
-        Seconds. A peer that would take longer for one call is left out.
+        Maximum duration of one call of a peer in seconds; slower peers are omitted.
     """
 
     repeats: int
@@ -31,18 +31,19 @@ class Effort:
 
 FULL = Effort(repeats=7, span=0.01, patience=1.0)
 QUICK = Effort(repeats=3, span=0.0005, patience=0.1)
-_TURNS = 3
-"""Parts of a measurement where calls take turns."""
+_PARTS = 3
+"""Number of parts of a measurement if several calls are measured alternately."""
 
 
 Call = Callable[[], object] | timeit.Timer
-"""What is timed: a function, or a statement, which costs no call around it."""
+"""What is timed: a function, or a statement, which has no overhead of a function call."""
 
 
-def least(calls: Mapping[str, Call], rounds: int, span: float = 0.0) -> dict[str, float]:
-    """The least seconds of each call, of rounds in which they take turns: other work on the machine strikes all alike.
+def minimum_times(calls: Mapping[str, Call], rounds: int, span: float = 0.0) -> dict[str, float]:
+    """Return the minimum time of each call in seconds, over rounds that measure all calls one after the other.
 
-    A turn lasts about `span`: calls that are shorter are made in a row. What comes first does not count.
+    Measuring alternately exposes all calls to the same load of the machine. A measurement lasts about `span` seconds;
+    shorter calls are repeated. The first call of each function is not counted.
     """
     counts, spent = {}, {}
     for name, call in calls.items():
@@ -56,7 +57,7 @@ def least(calls: Mapping[str, Call], rounds: int, span: float = 0.0) -> dict[str
 
 
 def seconds(call: Callable[[], object], effort: Effort) -> float:
-    """Seconds of one warm call: the median of repeats after a call that does not count."""
+    """Return the median time of a call in seconds, after a first call that is not counted."""
     call()
     once = max(_timed(call, 1), 1e-9)
     number = max(1, round(effort.span / once))
@@ -64,18 +65,18 @@ def seconds(call: Callable[[], object], effort: Effort) -> float:
     return statistics.median(_timed(call, number) for _ in range(repeats))
 
 
-def in_turn(calls: Mapping[str, Call], effort: Effort) -> dict[str, float]:
-    """Seconds of warm calls by name: as `seconds`, but they take short turns, each time in another order.
+def median_times(calls: Mapping[str, Call], effort: Effort) -> dict[str, float]:
+    """Return the median times of several calls in seconds, measured alternately in random order.
 
-    What is compared meets the same busy moments then; it is for calls that do not take long.
+    Measuring alternately exposes all calls to the same load of the machine. Use this function for short calls.
     """
     numbers = {}
     for name, call in calls.items():
         _timed(call, 1)
-        numbers[name] = max(1, round(effort.span / _TURNS / max(_timed(call, 1), 1e-9)))
+        numbers[name] = max(1, round(effort.span / _PARTS / max(_timed(call, 1), 1e-9)))
     spent: dict[str, list[float]] = {name: [] for name in calls}
     shuffled = random.Random(0)
-    for _ in range(effort.repeats * _TURNS):
+    for _ in range(effort.repeats * _PARTS):
         for name in shuffled.sample(list(calls), len(calls)):
             spent[name].append(_timed(calls[name], numbers[name]))
     return {name: statistics.median(times) for name, times in spent.items()}

@@ -1,4 +1,4 @@
-"""How long the conformal toolkit takes for one object, on arrays and alone, beside clifford.tools.g3c."""
+"""Compare the conformal toolkit, on arrays and on single objects, with clifford.tools.g3c."""
 
 from __future__ import annotations
 
@@ -17,21 +17,22 @@ from generated import cga3
 from . import pages
 from .libraries import installed
 from .machine import version
+from .markdown import paragraph
 from .subspaces import interleaved
-from .timing import least
+from .timing import minimum_times
 
 PAGE = Path("docs/toolkit-speed.md")
 ELEMENTS, QUICK_ELEMENTS = 1000, 20
 ROUNDS = 7
 THEIRS = 10
-"""Objects that clifford is given, one after the other."""
+"""Number of objects for clifford, which computes one at a time."""
 _SPAN = 2e-4
-"""Seconds that a turn of an operator lasts."""
+"""Minimum duration of a measurement of an operator in seconds."""
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """Nanoseconds for one object."""
+    """Nanoseconds per object."""
 
     what: str
     batched: float
@@ -44,7 +45,7 @@ Pair = tuple[np.ndarray[Any, Any], list[Any]]
 
 
 def objects(elements: int) -> dict[str, Pair]:
-    """Two of each kind, made of the same points."""
+    """Return two objects of each kind, made of the same points."""
     import clifford.tools.g3c as g3c
 
     rng = np.random.default_rng(1)
@@ -62,7 +63,7 @@ def objects(elements: int) -> dict[str, Pair]:
             "plane": (cga3.plane_from_points(p[0], p[1], p[2]), _wedge([*ups[:3], [g3c.einf] * THEIRS])),
         }
         for kind, (ours, theirs) in made.items():
-            # Theirs take unit objects; points have weight 1 as they are.
+            # The functions of clifford require unit objects; points already have weight 1.
             units = theirs if kind == "point" else [x.normal() for x in theirs]
             found[f"{kind} {name}"] = ours, units
     found["vector"] = points[0, 0], [_vector(g3c, x) for x in points[0, 0, :THEIRS]]
@@ -93,7 +94,7 @@ def _motor(g3c: Any, axis: Sequence[float], t: Sequence[float]) -> Any:
 
 
 def cases() -> list[tuple[str, Callable[..., Any], Callable[..., Any], tuple[str, ...]]]:
-    """What it is, ours and theirs, and the objects that both take."""
+    """Return the name of each operation, the functions of both libraries, and the names of their arguments."""
     import clifford.tools.g3c as g3c
     from clifford.tools.g3c.rotor_parameterisation import ga_log
 
@@ -107,7 +108,7 @@ def cases() -> list[tuple[str, Callable[..., Any], Callable[..., Any], tuple[str
         ("meet of spheres", cga3.meet_spheres, g3c.meet, ("sphere a", "sphere b")),
         ("meet of circle and plane", cga3.meet_circle_plane, g3c.meet, ("circle a", "plane b")),
         ("meet of line and plane", cga3.meet_line_plane, g3c.intersect_line_and_plane_to_point, ("line a", "plane b")),
-        ("middle of two lines", cga3.closest_points_of_lines, g3c.midpoint_between_lines, ("line a", "line b")),
+        ("midpoint between two lines", cga3.closest_points_of_lines, g3c.midpoint_between_lines, ("line a", "line b")),
         ("distance of points", cga3.distance_points, g3c.euc_dist, ("point a", "point b")),
         (
             "distance of point and line",
@@ -160,7 +161,7 @@ def _circle_parts(circle: Any) -> Any:
 
 
 def measure(elements: int, rounds: int) -> list[Row]:
-    """All cases; of clifford each of some objects in turn."""
+    """Time all operations; clifford computes `THEIRS` objects one after the other."""
     known = objects(max(elements, THEIRS))
     rows = []
     for what, ours, theirs, names in cases():
@@ -191,16 +192,16 @@ OPERATIONS = (
     ("sum of points, `p + q`", "p", "p", "a + b"),
     ("join of points, `p & q`", "p", "p", "a & b"),
     ("inner product of motor and point", "m", "p", "a | b"),
-    ("by a number, `m * 2.5`", "m", "number", "a * b"),
+    ("product with a number, `m * 2.5`", "m", "number", "a * b"),
 )
 
 
 def measure_operators(rounds: int) -> list[OperatorRow]:
-    """Operators of `gacompiler.objects` on motors and points of PGA3, and of the peers that are installed."""
+    """Time operators of `gacompiler.objects` on motors and points of PGA3, and those of installed peers."""
     from gacompiler.objects import PGA3
 
     motor, point = PGA3.motor([1, 2, 3], 0.5, 0.3), PGA3.point(1, 2, 3)
-    known: dict[str, dict[str, Any]] = {"here": {"m": motor, "p": point}}
+    known: dict[str, dict[str, Any]] = {"gacompiler": {"m": motor, "p": point}}
     blades = {name: (x.layout.blades, x.values) for name, x in (("m", motor), ("p", point + 0 * PGA3.e123))}
     if installed("clifford"):
         import clifford
@@ -220,13 +221,13 @@ def measure_operators(rounds: int) -> list[OperatorRow]:
         for library, objects_ in known.items():
             names = {"a": objects_[first], "b": {**objects_, "number": 2.5}[second]}
             calls[library] = timeit.Timer(statement, globals=names)
-        times = least(calls, rounds, _SPAN)
+        times = minimum_times(calls, rounds, _SPAN)
         rows.append(OperatorRow(what, {library: 1e9 * spent for library, spent in times.items()}))
     return rows
 
 
 def _of_vectors(vectors: dict[str, Any], names: Sequence[str], values: Any) -> Any:
-    """The same multivector of a peer, from its vectors e0 to e3."""
+    """Return the same multivector of a peer, made of its vectors e0 to e3."""
     total = None
     for name, value in zip(names, values, strict=True):
         blade = float(value)
@@ -240,29 +241,40 @@ def _of_vectors(vectors: dict[str, Any], names: Sequence[str], values: Any) -> A
 
 
 def page(rows: Sequence[Row], operators: Sequence[OperatorRow], elements: int, rounds: int) -> str:
-    """The rows as Markdown."""
+    """Return the page as Markdown."""
     lines = [
-        "# Toolkit beside clifford",
+        "# Toolkit compared with clifford",
         "",
-        f"Nanoseconds for one object on one thread: in an array of {elements}, alone, and with `tools.g3c` of clifford",
-        f"{version('clifford')}, one at a time; the least of {rounds} rounds in which the three take turns.",
-        "Brackets: how many times as fast as clifford. `python -m benchmarks toolkit` writes this page.",
+        paragraph(
+            "`python -m benchmarks toolkit` writes this page.",
+            f"Times are nanoseconds per object on one thread, for arrays of {elements} objects, for single "
+            f"objects, and for `tools.g3c` of clifford {version('clifford')}, one object at a time.",
+            f"They are minima over {rounds} rounds, in which the three are measured alternately.",
+            "The numbers in parentheses are speedups over clifford.",
+        ),
         "",
-        "| what | in an array | alone | clifford |",
+        "| operation | array | single object | clifford |",
         "| --- | ---: | ---: | ---: |",
     ]
     for row in rows:
         ratios = [f"{spent:,.0f} ({row.clifford / spent:,.0f})" for spent in (row.batched, row.alone)]
         lines.append(f"| {row.what} | {' | '.join(ratios)} | {row.clifford:,.0f} |")
     slowest = min(rows, key=lambda row: row.clifford / row.batched)
-    lines += ["", f"Least in arrays: {slowest.what}, {slowest.clifford / slowest.batched:,.0f} times."]
+    lines += ["", f"The smallest speedup of arrays is {slowest.clifford / slowest.batched:,.0f}, for {slowest.what}."]
     names = list(operators[0].times)
-    lines += ["", "Operators of single objects (`gacompiler.objects`, PGA3); brackets: times the first column.", ""]
-    lines += ["| what | " + " | ".join(names) + " |", "| --- |" + " ---: |" * len(names)]
+    lines += [
+        "",
+        paragraph(
+            "Operators on single objects of `gacompiler.objects` (PGA3), in nanoseconds.",
+            "The numbers in parentheses are ratios to gacompiler.",
+        ),
+        "",
+    ]
+    lines += ["| operation | " + " | ".join(names) + " |", "| --- |" + " ---: |" * len(names)]
     for operator in operators:
-        here = operator.times["here"]
-        cells = [f"{here:,.0f}"]
-        cells += [f"{operator.times[name]:,.0f} ({operator.times[name] / here:,.0f})" for name in names[1:]]
+        own = operator.times["gacompiler"]
+        cells = [f"{own:,.0f}"]
+        cells += [f"{operator.times[name]:,.0f} ({operator.times[name] / own:,.0f})" for name in names[1:]]
         lines.append(f"| {operator.what} | {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
 
@@ -273,12 +285,12 @@ def main(arguments: list[str] | None = None) -> int:
     Parameters
     ----------
     arguments : list of str, optional
-        Of the command line; left out, those of the process.
+        Command-line arguments. By default, those of the process.
     """
     options = pages.options("toolkit", __doc__, PAGE).parse_args(arguments)
     out: Path = options.out
     if not installed("clifford"):
-        print("toolkit: clifford is not installed; pip install clifford", file=sys.stderr)
+        print("toolkit: clifford is not installed; run: pip install clifford", file=sys.stderr)
         return 1
     elements, rounds = (QUICK_ELEMENTS, 1) if options.quick else (ELEMENTS, ROUNDS)
     operators = measure_operators(rounds)

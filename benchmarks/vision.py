@@ -1,4 +1,4 @@
-"""How long vision takes, for one problem and for batches, beside OpenCV and PoseLib."""
+"""Compare vision algorithms with OpenCV and PoseLib, for single problems and for batches."""
 
 from __future__ import annotations
 
@@ -36,35 +36,33 @@ from generated import pga3
 from . import pages
 from .libraries import installed
 from .machine import version
-from .timing import least
+from .markdown import paragraph
+from .timing import minimum_times
 
 PAGE = Path("docs/vision-speed.md")
 ROUNDS = 15
-TURN = 0.005
-"""Seconds of a turn, at least."""
+SPAN = 0.005
+"""Minimum duration of a measurement in seconds; short calls are repeated."""
 OURS = "gacompiler"
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """The same problem for several libraries."""
+    """One problem, and its calls by library."""
 
     name: str
     elements: int
-    """Problems, or points, that a call does: times are for one of them."""
+    """Number of problems or points per call. Times are divided by it."""
     calls: dict[str, Callable[[], object]]
 
 
 def interleaved(task: Task, rounds: int) -> dict[str, float]:
-    """Microseconds for one element: the least of rounds in which libraries take turns.
-
-    A turn lasts some milliseconds, of calls in a row where they are short.
-    """
-    return {name: 1e6 * spent / task.elements for name, spent in least(task.calls, rounds, TURN).items()}
+    """Return the minimum times in microseconds per element, over rounds that measure all calls alternately."""
+    return {name: 1e6 * spent / task.elements for name, spent in minimum_times(task.calls, rounds, SPAN).items()}
 
 
 def tasks(quick: bool) -> list[Task]:
-    """All problems; peers only where they are installed."""
+    """Return all problems, with the calls of installed libraries."""
     rng = np.random.default_rng(0)
     cv2: Any = __import__("cv2") if installed("cv2") else None
     poselib: Any = __import__("poselib") if installed("poselib") else None
@@ -93,9 +91,9 @@ def _hands(rng: np.random.Generator, cv2: Any, quick: bool) -> list[Task]:
             call = _opencv_hand_eye(cv2, a, b, method)
             one[f"OpenCV {name.title()}"] = both[f"OpenCV {name.title()}"] = call
     return [
-        Task("hand and eye: 20 motions (OpenCV: 20 poses)", 1, one),
-        Task("hand and eye from 20 poses, with the world", 1, both),
-        Task(f"hand and eye: {count} times 20 motions", count, {OURS: lambda: hand_eye(*motions)}),
+        Task("hand-eye calibration from 20 motions (OpenCV: 20 poses)", 1, one),
+        Task("hand-eye calibration from 20 poses, including the pose of the target", 1, both),
+        Task(f"{count} hand-eye calibrations from 20 motions each", count, {OURS: lambda: hand_eye(*motions)}),
         Task("the same, linear", count, {OURS: lambda: hand_eye(*motions, refine=False)}),
     ]
 
@@ -149,19 +147,19 @@ def _views(rng: np.random.Generator, cv2: Any, poselib: Any, quick: bool) -> lis
     rays = [np.insert(each, 2, 1.5, axis=1) @ np.linalg.qr(rng.normal(size=(3, 3)))[0] for each in sights]
     learned = LandmarkMap.learn([each[None] for each in rays])
     return [
-        Task("F of two cameras", 1, {OURS: lambda: fundamental_matrix(*cameras[:2])}),
-        Task("T of three cameras", 1, {OURS: lambda: trifocal_tensor(*cameras[:3])}),
-        Task("Q of four cameras", 1, {OURS: lambda: quadrifocal_tensor(*cameras)}),
-        Task("F of 50 points, linear", 1, linear),
-        Task("F of 50 points, least squares (OpenCV: linear)", 1, best),
-        Task(f"F of {len(many)} points, a third wrong", 1, robust),
-        Task(f"homography of {len(many)} points", 1, plane),
-        Task(f"homography of {len(many)} points, a third wrong", 1, planes),
+        Task("fundamental matrix of two cameras", 1, {OURS: lambda: fundamental_matrix(*cameras[:2])}),
+        Task("trifocal tensor of three cameras", 1, {OURS: lambda: trifocal_tensor(*cameras[:3])}),
+        Task("quadrifocal tensor of four cameras", 1, {OURS: lambda: quadrifocal_tensor(*cameras)}),
+        Task("fundamental matrix from 50 points, linear", 1, linear),
+        Task("fundamental matrix from 50 points, least squares (OpenCV: linear)", 1, best),
+        Task(f"fundamental matrix from {len(many)} points, 30 % outliers", 1, robust),
+        Task(f"homography from {len(many)} points", 1, plane),
+        Task(f"homography from {len(many)} points, 30 % outliers", 1, planes),
         Task("pose from 50 points", 1, pose),
-        Task(f"pose from {len(many)} points, a third wrong", 1, poses),
-        Task(f"factorization: {len(shape)} views of 100 points", 1, {OURS: lambda: factorize(shape)}),
+        Task(f"pose from {len(many)} points, 30 % outliers", 1, poses),
+        Task(f"factorization of {len(shape)} views of 100 points", 1, {OURS: lambda: factorize(shape)}),
         Task("intrinsics from 14 views of a chessboard", 1, {OURS: lambda: calibrate_from_planes(grid, boards)}),
-        Task("one landmark of 50", 1, {OURS: lambda: learned.recognize(rays[7], 1 / 400)}),
+        Task("recognition of one of 50 landmarks", 1, {OURS: lambda: learned.recognize(rays[7], 1 / 400)}),
         *_large(rng, cv2, cameras, eye, quick),
     ]
 
@@ -183,9 +181,9 @@ def _large(
     return [
         Task(f"triangulation of {n:,} points", n, meets),
         Task(f"omnidirectional projection of {n:,} points", n, {OURS: lambda: eye.project(places)}),
-        Task("its inverse", n, {OURS: lambda: eye.directions(image)}),
-        Task(f"invariants of {n // 10:,} times six points", n // 10, {OURS: lambda: invariants_3d(six)}),
-        Task("the same from two views", n // 10, {OURS: lambda: invariants_3d(*sights, fundamental=matrix)}),
+        Task(f"omnidirectional back-projection of {n:,} points", n, {OURS: lambda: eye.directions(image)}),
+        Task(f"invariants of {n // 10:,} sets of six points", n // 10, {OURS: lambda: invariants_3d(six)}),
+        Task("the same, from two views", n // 10, {OURS: lambda: invariants_3d(*sights, fundamental=matrix)}),
     ]
 
 
@@ -210,7 +208,7 @@ def _many(rng: np.random.Generator, cv2: Any, quick: bool) -> list[Task]:
         some = range(min(count, 100))
 
         def each(call: Callable[[int], object], of: int = count) -> Callable[[], object]:
-            # A loop over all of them, as one would write it.
+            # A plain Python loop, because OpenCV has no batches.
             return lambda: [call(m % len(some)) for m in range(of)]
 
         eight["OpenCV"] = each(lambda m: cv2.findFundamentalMat(views[0][m, :8], views[1][m, :8], cv2.FM_8POINT))
@@ -218,10 +216,10 @@ def _many(rng: np.random.Generator, cv2: Any, quick: bool) -> list[Task]:
         four["OpenCV"] = each(lambda m: cv2.findHomography(views[0][m, :4], views[1][m, :4], 0))
         pose["OpenCV"] = each(lambda m: cv2.solvePnP(places[m], views[0][m], k, None))
     return [
-        Task(f"F: {count} times 8 points", count, eight),
-        Task(f"F: {count} times 12 points", count, twelve),
-        Task(f"homographies: {count} times 4 points", count, four),
-        Task(f"poses: {count} times 12 points", count, pose),
+        Task(f"{count} fundamental matrices from 8 points each", count, eight),
+        Task(f"{count} fundamental matrices from 12 points each", count, twelve),
+        Task(f"{count} homographies from 4 points each", count, four),
+        Task(f"{count} poses from 12 points each", count, pose),
     ]
 
 
@@ -232,17 +230,21 @@ def _random_camera(rng: np.random.Generator) -> Camera:
 
 
 def page(found: list[tuple[Task, dict[str, float]]], rounds: int) -> str:
-    """All figures as Markdown."""
+    """Return the page as Markdown."""
     packages = (("OpenCV", "opencv-python-headless"), ("PoseLib", "poselib"))
     peers = " and ".join(f"{name} {version(package)}" for name, package in packages)
     lines = [
-        "# How fast vision is",
+        "# Vision compared with OpenCV and PoseLib",
         "",
-        f"Written by `python -m benchmarks vision`, beside {peers}, one thread each.",
-        f"Microseconds for one problem, or for one point of many: the least of {rounds} rounds in which libraries take",
-        "turns. Robust methods stop by themselves: their times are for like results, not for the same steps.",
+        paragraph(
+            f"`python -m benchmarks vision` writes this page, with {peers} on one thread each.",
+            f"Times are microseconds per problem, or per point or problem of a batch: the minimum over {rounds} "
+            "rounds, in which the libraries are measured alternately.",
+            "Robust methods stop by their own criteria, so their times are for similar results, not for the same "
+            "number of steps.",
+        ),
         "",
-        "| | here | others |",
+        "| problem | gacompiler | other libraries |",
         "| --- | ---: | --- |",
     ]
     for task, times in found:
@@ -261,7 +263,7 @@ def main(arguments: list[str] | None = None) -> int:
     Parameters
     ----------
     arguments : list of str, optional
-        Of the command line; left out, those of the process.
+        Command-line arguments. By default, those of the process.
     """
     options = pages.options("vision", __doc__, PAGE).parse_args(arguments)
     out: Path = options.out

@@ -1,4 +1,4 @@
-"""Work with a time limit: a second process that is stopped when it takes too long, and replaced by a new one."""
+"""Call functions with a time limit, in a second process that is killed and replaced if it takes too long."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from types import TracebackType
 from typing import Any
 
 
-class Late(Exception):
-    """The limit was reached."""
+class TimeLimitExceeded(Exception):
+    """A call took longer than its time limit."""
 
 
 class Worker:
@@ -19,9 +19,9 @@ class Worker:
     Parameters
     ----------
     function : callable
-        At the top of a module, so that the other process can import it.
+        A function at module level, so that the other process can import it.
     limit : float
-        Seconds that a call may take.
+        Maximum duration of a call in seconds.
     """
 
     def __init__(self, function: Callable[..., Any], limit: float) -> None:
@@ -38,21 +38,21 @@ class Worker:
         self._stop()
 
     def __call__(self, *arguments: Any) -> Any:
-        """What the function returns.
+        """Call the function, and return its result.
 
         Raises
         ------
-        Late
-            When it takes too long.
+        TimeLimitExceeded
+            If the call takes too long.
         Exception
-            What the function raises.
+            The exception that the function raises.
         """
         if self._process is None:
             self._start()
         self._connection.send(arguments)
         if not self._connection.poll(self._limit):
             self._stop()
-            raise Late(f"more than {self._limit:g} s")
+            raise TimeLimitExceeded(f"more than {self._limit:g} s")
         succeeded, value = self._connection.recv()
         if not succeeded:
             raise value
@@ -64,7 +64,7 @@ class Worker:
         self._process = context.Process(target=_serve, args=(self._function, other), daemon=True)
         self._process.start()
         other.close()
-        self._connection.recv()  # what the function's module imports does not count
+        self._connection.recv()  # the time to import the function's module is not counted
 
     def _stop(self) -> None:
         if self._process is not None:

@@ -51,7 +51,7 @@ def of_pages() -> list[Picture]:
                 continue
             place = path.relative_to(ROOT).as_posix()
             picture = posixpath.normpath(posixpath.join(posixpath.dirname(place), target))
-            maker = re.search(r"[Ww]ritten by (`[^`]+`)", text)
+            maker = re.search(r"(`[^`\n]+`) writes this page", text)
             made = f"Made by {maker[1]}: " if maker else "From "
             shown.setdefault(picture, Picture(picture, description, f"{made}[{title_of(text)}](/{place})."))
     files = sorted(path for ending in ("png", "svg") for path in DOCS.rglob(f"*.{ending}"))

@@ -20,7 +20,7 @@ from benchmarks.kernels import KernelTimes, PeerTimes, measure
 from benchmarks.libraries import installed
 from benchmarks.machine import Machine
 from benchmarks.report import Run, page
-from benchmarks.timing import QUICK, in_turn
+from benchmarks.timing import QUICK, median_times
 from gacompiler.backends import library_path
 from gacompiler.backends.build import find_compiler
 
@@ -34,11 +34,11 @@ SECTIONS = [
     "Kernels, float64",
     "Kernels, float32",
     "Peers",
-    "Beside hand-written C",
+    "Comparison with hand-written C",
     "Fusion",
     "Threads",
     "One call",
-    "Arguments that stay the same",
+    "Uniform arguments",
 ]
 
 
@@ -63,8 +63,8 @@ def test_a_quick_run_writes_the_page(tmp_path: Path) -> None:
     assert str(out) in done.stdout
     text = out.read_text()
     found = tables(text)
-    assert list(found) == [*SECTIONS, "Share of the memory's speed, 8 elements"]
-    assert "A quick run" in text
+    assert list(found) == [*SECTIONS, "Share of the memory bandwidth, 8 elements"]
+    assert "a quick run" in text
     facts = dict(found["Machine"][1:])
     assert facts["numpy"] == np.__version__
     assert "-ffp-contract=off" in facts["flags"]
@@ -79,12 +79,12 @@ def test_a_quick_run_writes_the_page(tmp_path: Path) -> None:
         assert rows if facts[name] != "not installed" else f"{name}" in text.partition("Not installed")[2]
     assert {row[1] for row in found["Peers"][1:]} >= {"numpy", "scipy"}
     if find_compiler() and library_path(ROOT / "generated" / "pga3.c").exists():
-        measured = {row[0] for row in found["Beside hand-written C"][1:]}
+        measured = {row[0] for row in found["Comparison with hand-written C"][1:]}
         assert measured == {f"{module}.{kernel}" for module, kernel in by_hand.KERNELS}
     assert {row[1] for row in found["Fusion"][1:]} == {"C", "F"}
     assert len(found["Threads"]) == 4
     assert {row[0] for row in found["One call"][1:]} == {"motor product", "moved point"}
-    assert len(found["Arguments that stay the same"]) == 7
+    assert len(found["Uniform arguments"]) == 7
     slowest = [row[0] for row in found["Generation"] if re.fullmatch(r"\w+\.\w+", row[0])]
     assert len(slowest) == 10 and all(name.startswith("vga2.") for name in slowest)
     assert (tmp_path / "page.png").read_bytes()[:4] == b"\x89PNG"
@@ -94,7 +94,7 @@ def test_a_quick_run_writes_the_page(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("--sizes", "0"), "expected 1 or more"),
+        (("--sizes", "0"), "an integer of at least 1"),
         (("--sizes", "many"), "'many'"),
         (("--out", "README.md/page.md"), "choose one with --out"),
     ],
@@ -143,9 +143,9 @@ def made_up(times: tuple[float, ...], theirs: tuple[float | None, ...]) -> Run:
         (Compared("product", 1, "C", {"`a * b`": 50e-9, "`p(a, b)`": 40e-9, "x": 25e-9, "y": 1e-7}, ("x", "y")),),
         (Compared("m.k", 1000, "C", {"each": 4e-9, "one": 2e-9}),),
     )
-    sizes, backends, absent = ((1, 1000), (10, 20)), {"pga3": "c"}, ("clifford",)
+    sizes, backends, missing = ((1, 1000), (10, 20)), {"pga3": "c"}, ("clifford",)
     return Run(
-        machine, generation, built, sizes[0], (kernel,), sizes[1], hand, features, backends, absent, False, 7, None
+        machine, generation, built, sizes[0], (kernel,), sizes[1], hand, features, backends, missing, False, 7, None
     )
 
 
@@ -155,7 +155,7 @@ def test_the_page_of_made_up_figures() -> None:
     found = tables(text)
     assert found["Kernels, float64"][1] == [CASES[0].title, "21", "18", "1 div, 2 call", "1,000", "80.0", "80.0"]
     assert found["Peers"][1] == [CASES[0].title, "numpy", "a \\| b", "2.0", "–"]
-    assert found["Share of the memory's speed, 1,000 elements"][1][2:] == ["50 %", "50 %", "25 %", "25 %"]
+    assert found["Share of the memory bandwidth, 1,000 elements"][1][2:] == ["50 %", "50 %", "25 %", "25 %"]
     slowest = [row[0] for row in found["Generation"] if re.fullmatch(r"m\.k\d+", row[0])]
     assert slowest == [f"m.k{n}" for n in range(11, 1, -1)]
     generation = dict(row for row in found["Generation"] if len(row) == 2)
@@ -164,7 +164,7 @@ def test_the_page_of_made_up_figures() -> None:
     assert found["C build"][1:] == [["m", "2.00", "1.50"], ["n", "1.00", "0.25"], ["all", "3.00", "1.75"]]
     assert targets(text)["C build"].endswith("Missed: 70.0 s.")
     assert "clifford" in text.partition("Not installed")[2]
-    assert "A quick run" not in text
+    assert "a quick run" not in text
     assert page(made_up((1e-6, 80e-9), (2e-6, None))) == text
 
 
@@ -174,33 +174,35 @@ def targets(text: str) -> dict[str, str]:
     return {section.partition("\n")[0]: " ".join(section.partition("Target: ")[2].split()) for section in sections}
 
 
-def test_ways_of_calling_of_made_up_figures() -> None:
+def test_methods_of_calling_of_made_up_figures() -> None:
     """Ratios the right way round, and what misses its target by name."""
     text = page(made_up((1e-6, 80e-9), (2e-6, 40e-9)))
     found, said = tables(text), targets(text)
-    assert found["Beside hand-written C"] == [
+    assert found["Comparison with hand-written C"] == [
         ["kernel", "type", "10 ns", "20 ns", "10 ratio", "20 ratio", "10 C", "20 C"],
         ["m.slow", "float64", "2.00", "3.00", "2.00", "1.00", "2.00", "1.00"],
         ["m.fast", "float64", "1.10", "1.00", "1.10", "0.50", "1.00", "2.00"],
     ]
-    first, second = said["Beside hand-written C"].split(" Target: ")
-    assert first.startswith("at 10 ") and first.endswith("Missed: m.slow float64 (2.00).")
+    first, second = said["Comparison with hand-written C"].split(" Target: ")
+    assert first.startswith("a ratio of at most 1.15 on 10 elements.") and first.endswith(
+        "Missed: m.slow float64 (2.00)."
+    )
     assert second.endswith("Missed: m.slow float64 (2.00).")
     assert found["Fusion"][1] == ["1,000", "F", "6.00", "4.00", "2.00", "3.0", "2.0"]
     assert said["Fusion"].endswith("Missed: 2,000 C (1.50).")
     assert [row[-1] for row in found["Threads"][1:]] == ["1.5", "1.2"]
     assert said["Threads"].endswith("Missed: m.l 1,000 (1.20).")
     assert [row[-1] for row in found["One call"][1:]] == ["1.0", "0.80", "0.50", "2.0"]
-    missed = "Missed: product: x is faster than ours; product: the operator takes 50.0."
+    missed = "Missed: product: x is faster than the call; product: the operator takes 50.0 ns."
     assert said["One call"].endswith(missed)
-    assert found["Arguments that stay the same"][1][-1] == "2.0"
+    assert found["Uniform arguments"][1][-1] == "2.0"
     assert said["Peers"].endswith(f"Missed: {CASES[0].title} 1,000 (numpy, 0.50).")
     assert "Not measured" in comparisons.by_hand((), (10,))
 
 
-def test_calls_in_turn_are_all_made() -> None:
+def test_all_calls_of_an_alternate_measurement_are_made() -> None:
     made: list[str] = []
-    found = in_turn({name: lambda name=name: made.append(name) for name in "ab"}, QUICK)
+    found = median_times({name: lambda name=name: made.append(name) for name in "ab"}, QUICK)
     assert set(found) == {"a", "b"} == set(made)
     assert all(spent > 0 for spent in found.values())
 
@@ -218,7 +220,7 @@ def test_a_peer_that_takes_one_element_or_computes_something_else() -> None:
     assert not installed("no_such_library")
     assert [peer.times[1] for peer in measure(case(single), (1, 5), QUICK, print).peers] == [None]
     assert measure(case(absent), (1, 5), QUICK, print).peers == ()
-    with pytest.raises(RuntimeError, match="computes something else"):
+    with pytest.raises(RuntimeError, match="gives a different result"):
         measure(case(Peer("numpy", "`x`", lambda x: lambda: x, largest=1)), (1,), QUICK, print)
 
 
@@ -233,5 +235,5 @@ def test_hand_written_c_that_computes_something_else_is_refused(
     assert wrong.read_text() != text
     monkeypatch.setattr(by_hand, "SOURCE", wrong)
     monkeypatch.setattr(by_hand, "KERNELS", (("pga3", "join_points"),))
-    with pytest.raises(RuntimeError, match=r"pga3\.join_points: hand-written C is off by"):
+    with pytest.raises(RuntimeError, match=r"pga3\.join_points: the error of hand-written C is"):
         by_hand.measure((16,), QUICK, print)

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from benchmarks import growth
-from benchmarks.growth import Curve, Point, draw, grow, made, main, page
-from benchmarks.worker import Late
+from benchmarks.growth import Curve, Point, draw, kernel_of, main, measure_curve, page
+from benchmarks.worker import TimeLimitExceeded
 
 ROOT = Path(__file__).parents[2]
 
@@ -59,15 +59,15 @@ def test_larger_dimensions_are_left_out_after_the_first_that_is_late() -> None:
     def worker(expression: str, metric: str, n: int) -> Point:
         asked.append(n)
         if n == 6:
-            raise Late
+            raise TimeLimitExceeded
         if n == 4:
             raise ValueError
         return Point(1.0, 1, 1)
 
-    assert grow(worker, "full product", "null pairs", 10) == {2: Point(1.0, 1, 1), 4: "ValueError", 6: "late"}
+    assert measure_curve(worker, "full product", "null pairs", 10) == {2: Point(1.0, 1, 1), 4: "ValueError", 6: "late"}
     assert asked == [2, 4, 6]
 
 
 def test_null_pairs_are_null() -> None:
-    (a, _) = made("vector times vector", "null pairs", 4).parameters
+    (a, _) = kernel_of("vector times vector", "null pairs", 4).parameters
     assert not any(a.layout.algebra.gram[k][k] for k in range(4))
