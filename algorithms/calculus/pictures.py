@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from generated import spacetime, sta
 
 from ..arguments import real_array
+from ..extras import extra
 from .yee import Fields, YeeBox
+
+with extra("pictures", __name__):
+    from matplotlib.figure import Figure
 
 
 def draw_energy(box: YeeBox, fields: Fields, axis: int = 2, layer: int | None = None) -> Figure:

@@ -6,14 +6,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.animation import FuncAnimation, PillowWriter
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from generated import pga3
 
 from ..arguments import Reals, real_array
+from ..extras import extra
 from .robot import Robot
+
+with extra("pictures", __name__):
+    from matplotlib.animation import FuncAnimation, PillowWriter
+    from matplotlib.figure import Figure
 
 
 def skeleton(robot: Robot, q: ArrayLike) -> Reals:

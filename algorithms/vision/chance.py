@@ -39,7 +39,7 @@ def by_chance(distances: Reals, wrong: Reals, threshold: float, freedom: Freedom
 
     `wrong` are the distances of wrong pairs, in which points have the partners of other points.
 
-    Models are counted by the sets of points that they make inliers, in one of two ways. A model can be moved until as
+    Models are counted by the sets of points that they make inliers, by one of two arguments. A model can be moved until as
     many points as it has parameters are exactly at the threshold, on either side, which gives
     ``solutions 2^parameters binomial(n, parameters)`` models. Or it can be replaced by the model of a sample of its
     inliers, chosen so that the other distances grow by at most a factor of ``1 + sample_size``. The remaining points

@@ -111,7 +111,7 @@ def factorize(pixels: ArrayLike, mask: ArrayLike | None = None) -> Factorization
     start = _first_pair(scaled, seen, common)
     if start is None:
         return _nothing(image, VisionStatus.DEGENERATE)
-    cameras, points, used = _settled_on_most(scaled, seen, *_grown(scaled, seen, *start))
+    cameras, points, used = _settled_on_most(scaled, seen, *_extended(scaled, seen, *start))
     views, known = np.asarray(np.isfinite(cameras).all((1, 2))), np.asarray(np.isfinite(points).all(1))
     view_status = np.where(views, VisionStatus.OK, VisionStatus.TOO_FEW)
     point_status = np.where(known, VisionStatus.OK, VisionStatus.NO_CONSENSUS)
@@ -170,7 +170,7 @@ def _first_pair(image: Reals, seen: Reals, common: Reals) -> tuple[Reals, Reals]
     return None if best is None else (best[1], best[2])
 
 
-def _grown(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> tuple[Reals, Reals]:
+def _extended(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> tuple[Reals, Reals]:
     """Add cameras of views with six or more known points, and points that two known views see, alternately."""
     while True:
         views, known = np.asarray(np.isfinite(cameras).all((1, 2))), np.asarray(np.isfinite(points).all(1))

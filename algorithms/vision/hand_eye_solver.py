@@ -197,7 +197,7 @@ def _of_poses(
             noises.still_points(kernels.misfit_of_poses(one, two, x[:, None], z[:, None], to_camera), place)
         rotations, shifts, new_hand, new_seen = called(kernels.rows_of_poses, (one, two, x, z, place))
         if step_number:
-            worse = noises.grown(rotations, shifts, hand, seen, used, cost, moving)
+            worse = noises.increased(rotations, shifts, hand, seen, used, cost, moving)
             if np.count_nonzero(worse):
                 x, z = (np.where(worse[:, None], old, new) for old, new in zip(before, (x, z), strict=True))
         before, hand, seen = (x, z), new_hand, new_seen

@@ -5,18 +5,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from generated import pga3
 
 from ..arguments import Reals, real_array
+from ..extras import extra
 from .camera import Camera
 from .omnidirectional import OmnidirectionalCamera
 from .status import check_points
 from .two_views import epipolar_lines
+
+with extra("pictures", __name__):
+    from matplotlib.axes import Axes
+    from matplotlib.collections import LineCollection
+    from matplotlib.figure import Figure
 
 _SAMPLES = 400
 _REACH = 50.0

@@ -6,13 +6,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.colors import hsv_to_rgb
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from generated import vga2
 
 from ..arguments import Reals, real_array
+from ..extras import extra
 from .checks import single_image
 from .colours import GREY, to_rgb
 from .continuous import ContinuousWavelet
@@ -24,6 +23,10 @@ from .pyramid import QuaternionPyramid
 from .quaternion_fourier import qft
 from .similarity import Disparity
 from .vector_fields import Match
+
+with extra("pictures", __name__):
+    from matplotlib.colors import hsv_to_rgb
+    from matplotlib.figure import Figure
 
 _ARROWS = 24
 """Number of arrows along the longer side of a field."""

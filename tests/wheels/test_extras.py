@@ -1,8 +1,9 @@
-"""What is said where the packages of an extra are not installed."""
+"""Imports that need missing packages fail with a message that names the extra to install."""
 
 from __future__ import annotations
 
 import importlib.util
+import subprocess
 import sys
 import tomllib
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from algorithms.extras import extra
 from gacompiler.extras import COMPILER
 
 ROOT = Path(__file__).parents[2]
@@ -31,7 +33,7 @@ def run(path: str) -> dict[str, Any]:
     return names
 
 
-def test_nothing_is_said_where_all_is_there(hidden: set[str]) -> None:
+def test_no_package_is_missing(hidden: set[str]) -> None:
     assert run("gacompiler/extras.py")["missing"] == run("algorithms/__init__.py")["_missing"] == []
 
 
@@ -54,9 +56,25 @@ def test_algorithms_name_their_extra(hidden: set[str]) -> None:
         run("algorithms/__init__.py")
 
 
-def test_extras_have_what_is_asked_for() -> None:
+@pytest.mark.parametrize("package", ["calculus", "kinematics", "vision", "wavelets"])
+def test_pictures_name_their_extra(package: str) -> None:
+    program = f"import sys; sys.modules['matplotlib'] = None; import algorithms.{package}.pictures"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT)
+    expected = f"ImportError: algorithms.{package}.pictures needs matplotlib; "
+    assert done.stderr.splitlines()[-1].startswith(expected), done.stderr
+    assert done.stderr.endswith("run: pip install 'gacompiler[pictures]'\n")
+    assert "ModuleNotFoundError" not in done.stderr
+
+
+def test_other_errors_of_an_import_are_raised_unchanged() -> None:
+    with pytest.raises(ImportError, match=r"^some message$"), extra("pictures", "some_module"):
+        raise ImportError("some message")
+
+
+def test_extras_have_the_required_packages() -> None:
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
     assert {"compiler", "algorithms", "pictures", "notebooks", "test", "peers", "docs"} == set(extras)
     named = {extra: {line.partition(">")[0] for line in lines} for extra, lines in extras.items()}
     assert set(COMPILER) <= named["compiler"]
     assert {"numba", "scipy"} <= named["algorithms"]
+    assert "matplotlib" in named["pictures"]
