@@ -39,12 +39,12 @@ def by_chance(distances: Reals, wrong: Reals, threshold: float, freedom: Freedom
 
     `wrong` are the distances of wrong pairs, in which points have the partners of other points.
 
-    Models are counted by the sets of points that they make inliers, by one of two arguments. A model can be moved until as
-    many points as it has parameters are exactly at the threshold, on either side, which gives
-    ``solutions 2^parameters binomial(n, parameters)`` models. Or it can be replaced by the model of a sample of its
-    inliers, chosen so that the other distances grow by at most a factor of ``1 + sample_size``. The remaining points
-    are inliers independently, with the same probability as wrong pairs. The smaller bound is used, over all distance
-    levels.
+    Models are counted by the sets of points that they make inliers. Two methods bound the number of these sets. First,
+    a model can be moved until as many points as it has parameters are exactly at the threshold, on either side, which
+    gives ``solutions 2^parameters binomial(n, parameters)`` models. Second, it can be replaced by the model of a sample
+    of its inliers, chosen so that the other distances grow by at most a factor of ``1 + sample_size``. The remaining
+    points are inliers independently, with the same probability as wrong pairs. The smaller bound over all distance
+    levels is used.
     """
     nearest = np.sort(wrong[np.isfinite(wrong)])
     if not len(nearest):

@@ -58,8 +58,8 @@ def likely_steps(
     The arguments are the results of `generated.hand_eye.rows_of_poses`; see `likely_step` there for the computation.
     For the problems that are `moving` (p,), these arrays are changed in place: whether they are still moving, their
     `variances` (p, 3), the variances `used` for the step (p, 3), the weighted sum of squares before it, `cost` (p,),
-    for `increased`, the steps, and the sums of `squares` (p, 2). If `first`, only ratios of variances are used, and squares
-    are those of all problems. A problem whose sums are not finite has step 0 and stops.
+    for `increased`, the steps, and the sums of `squares` (p, 2). If `first`, only ratios of variances are used, and
+    squares are those of all problems. A problem whose sums are not finite has step 0 and stops.
     """
     everyone = first or np.count_nonzero(moving) == len(moving)
     some = slice(None) if everyone else np.flatnonzero(moving)
