@@ -1,4 +1,4 @@
-"""The configuration of Sphinx; `python -m website` calls it with pages that it has put together (`make docs`)."""
+"""Configure Sphinx, which `python -m website` calls on the pages that it collects (`make docs`)."""
 
 import sys
 from pathlib import Path
@@ -22,10 +22,10 @@ myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
 nb_execution_mode = "off"
 
-# Docstrings: numpydoc sections; single backticks are names, shown as code where they lead nowhere.
+# Docstrings have numpydoc sections. Single backticks are names, shown as code if there is no such target.
 default_role = "py:obj"
 napoleon_google_docstring = False
-# Sections stay lists: as fields of a function their types would be looked up among all names of the site.
+# Sections are kept as lists: types in fields of a function would be looked up among all names of the site.
 napoleon_use_param = False
 napoleon_use_rtype = False
 napoleon_custom_sections = [("Attributes", "params_style")]
@@ -37,7 +37,7 @@ python_use_unqualified_type_names = True
 add_module_names = False
 toc_object_entries = False
 
-# Everything is on the disk: no fonts, styles or programs from the network.
+# All files are local: no fonts, styles or scripts are loaded from the network.
 html_theme = "furo"
 html_title = f"gacompiler {release}"
 html_math_renderer = "mathml"
@@ -45,13 +45,13 @@ html_copy_source = False
 html_show_sourcelink = False
 
 
-def _is_left_out(app: Any, what: str, name: str, value: Any, skip: bool, options: Any) -> bool | None:
-    """Leave out the fields of named tuples, which the sections of their classes describe."""
+def _is_skipped(app: Any, what: str, name: str, value: Any, skip: bool, options: Any) -> bool | None:
+    """Skip the fields of named tuples, which the sections of their classes describe."""
     return True if (getattr(value, "__doc__", "") or "").startswith("Alias for field number") else None
 
 
 def _without_type(app: Any, what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:
-    """Put the type of an attribute back before its description, from where napoleon has taken it."""
+    """Restore the type of an attribute before its description, because napoleon moves it to a separate line."""
     types = [line.removeprefix(":type: ") for line in lines if line.startswith(":type: ")]
     if types and what in ("attribute", "property"):
         lines[:] = [line for line in lines if not line.startswith(":type: ")]
@@ -59,6 +59,6 @@ def _without_type(app: Any, what: str, name: str, value: Any, options: Any, line
 
 
 def setup(app: Any) -> None:
-    """Register what is ours."""
-    app.connect("autodoc-skip-member", _is_left_out)
+    """Register the functions of this file."""
+    app.connect("autodoc-skip-member", _is_skipped)
     app.connect("autodoc-process-docstring", _without_type, priority=600)

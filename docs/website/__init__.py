@@ -1,1 +1,1 @@
-"""The builder of the documentation site: pages of the repository, and pages written from the code itself."""
+"""Build the documentation site from the pages of the repository and from pages generated from the code."""

@@ -1,4 +1,4 @@
-"""The command ``python -m website``: put the pages together, let Sphinx build the site, and check it (`make docs`)."""
+"""The command ``python -m website``: collect the pages, build the site with Sphinx, and check it (`make docs`)."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ GALLERY = "gallery"
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Build the site; the exit status is 1 where Sphinx warns of anything, or a public name is missing."""
+    """Build the site. The exit status is 1 if Sphinx emits a warning or a public name is missing."""
     parser = argparse.ArgumentParser(prog="python -m website", description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--keep-going", action="store_true", help="list all warnings, and do not fail")
-    parser.add_argument("--fresh", action="store_true", help="build all pages, also those that have not changed")
-    parser.add_argument("-j", "--jobs", default="auto", help="processes [%(default)s]")
+    parser.add_argument("--keep-going", action="store_true", help="list all warnings without failing")
+    parser.add_argument("--fresh", action="store_true", help="build all pages, including unchanged ones")
+    parser.add_argument("-j", "--jobs", default="auto", help="number of processes [%(default)s]")
     given = parser.parse_args(arguments)
     if given.fresh:
         for folder in (SITE, SOURCE, BUILD / "site-cache"):
             shutil.rmtree(folder, ignore_errors=True)
-    put_together()
+    collect()
     from sphinx.cmd.build import build_main
 
     strict = [] if given.keep_going else ["--fail-on-warning"]
@@ -35,15 +35,15 @@ def main(arguments: list[str] | None = None) -> int:
     status = build_main(["--quiet", "-j", given.jobs, *strict, *places])
     missing = [] if status else missing_names()
     if missing:
-        print(f"website: not in the site: {' '.join(missing)}", file=sys.stderr)
+        print(f"website: public names without documentation in the site: {' '.join(missing)}", file=sys.stderr)
         return 1
     if not status:
         print(f"{SITE.relative_to(ROOT)}/index.html: {len(list(SITE.rglob('*.html')))} pages")
     return int(status)
 
 
-def put_together() -> None:
-    """Write everything that Sphinx reads."""
+def collect() -> None:
+    """Write all files that Sphinx reads."""
     written = {
         "index.md": contents.index(
             {"Generated code": [MODULES], "API and command line": [API, COMMANDS], "Gallery": [GALLERY]}
@@ -74,14 +74,14 @@ def put_together() -> None:
 
 
 def _index(title: str, entries: Mapping[str, str]) -> str:
-    """The page that lists a group of generated pages."""
+    """Return the page that lists a group of generated pages."""
     rows = [(f"[](/{path}.md)", about) for path, about in entries.items()]
     listing = "\n".join(f"/{path}" for path in entries)
-    return f"# {title}\n\n{table(('page', 'what it is'), rows)}\n```{{toctree}}\n:hidden:\n\n{listing}\n```\n"
+    return f"# {title}\n\n{table(('page', 'description'), rows)}\n```{{toctree}}\n:hidden:\n\n{listing}\n```\n"
 
 
 def missing_names() -> list[str]:
-    """The public names that the finished site does not document."""
+    """Return the public names that the site does not document."""
     from sphinx.util.inventory import InventoryFile
 
     inventory = InventoryFile.loads((SITE / "objects.inv").read_bytes(), uri="")

@@ -1,4 +1,4 @@
-"""The reference of the command line, written from its click commands."""
+"""Write the reference of the command line from its click commands."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PROGRAM = "gac"
 
 
 def page() -> str:
-    """The page: what holds for all commands, then every command with its options and examples."""
+    """Return the page: common help first, followed by every command with its options and examples."""
     root = click.Context(main, info_name=PROGRAM)
     parts = [f"# The command {PROGRAM}\n", *_command(main, root)]
     for name in main.list_commands(root):
@@ -27,12 +27,12 @@ def page() -> str:
 
 
 def _command(command: click.Command, context: click.Context) -> Iterator[str]:
-    """The text of a command: usage, description, arguments and options, examples."""
+    """Yield the parts of a command: usage, description, arguments and options, examples."""
     usage = " ".join([context.command_path, *command.collect_usage_pieces(context)])
     yield f"```text\n{usage}\n```\n"
     yield from _paragraphs(command.help or "")
     rows = [_option(record) for parameter in command.get_params(context) if (record := _record(parameter, context))]
-    yield table(("option", "what it does"), rows)
+    yield table(("option", "description"), rows)
     examples = (command.epilog or "").partition("Examples:\n")[2]
     if examples:
         yield f"```text\n{inspect.cleandoc(examples)}\n```\n"
@@ -48,13 +48,13 @@ def _option(record: tuple[str, str]) -> tuple[str, str]:
 
 
 def _paragraphs(text: str) -> Iterator[str]:
-    """The paragraphs of a help text; those whose lines must not be wrapped are blocks of code."""
+    """Yield the paragraphs of a help text; paragraphs that must not be wrapped become code blocks."""
     for paragraph in inspect.cleandoc(text).split("\n\n"):
         kept, mark, lines = paragraph.partition("\b\n")
         yield f"```text\n{lines}\n```\n" if mark and not kept else f"{_escaped(paragraph)}\n"
 
 
 def _escaped(text: str) -> str:
-    """Text of a help page in Markdown: all characters stand for themselves, except backticks around code."""
+    """Escape the text of a help page for Markdown, except backticks around code."""
     parts = re.split(r"(`[^`]+`)", text)
     return "".join(part if part.startswith("`") else re.sub(r"([*_\[\]<>$\\])", r"\\\1", part) for part in parts)

@@ -1,4 +1,4 @@
-"""The index of the site, made of ``docs/README.md``: its lists become the navigation."""
+"""Write the index of the site from ``docs/README.md``, whose lists become the navigation."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _LINK = re.compile(r"\]\(([^)#:]+)\)")
 
 
 def listed() -> dict[str, list[str]]:
-    """The pages of each group of the table of contents, by paths from the root of the repository."""
+    """Return the pages of each group of the table of contents, as paths from the root of the repository."""
     groups: dict[str, list[str]] = {}
     for section in re.split(r"^## ", CONTENTS.read_text(), flags=re.MULTILINE)[1:]:
         title, _, body = section.partition("\n")
@@ -24,12 +24,12 @@ def listed() -> dict[str, list[str]]:
 
 
 def index(more: Mapping[str, Sequence[str]]) -> str:
-    """The first page of the site.
+    """Return the index page of the site.
 
     Parameters
     ----------
     more : mapping of str to list of str
-        Groups of generated pages by title; their paths from the root, without ending.
+        The groups of generated pages by title: paths from the root, without suffix.
     """
     text = _LINK.sub(lambda match: f"]({_from_root(match[1])})", CONTENTS.read_text())
     for title, paths in more.items():
@@ -39,7 +39,7 @@ def index(more: Mapping[str, Sequence[str]]) -> str:
 
 
 def with_links_to_index(text: str, page: str) -> str:
-    """The text of a page, where links to the table of contents lead to the index of the site."""
+    """Replace links to the table of contents by links to the index of the site."""
 
     def led(match: re.Match[str]) -> str:
         target = posixpath.normpath(posixpath.join(posixpath.dirname(page), match[1]))
@@ -49,16 +49,16 @@ def with_links_to_index(text: str, page: str) -> str:
 
 
 def _navigation(title: str, paths: Sequence[str]) -> str:
-    """The hidden list from which Sphinx makes a group of the navigation."""
+    """Return the hidden list from which Sphinx makes a group of the navigation."""
     lines = [f"/{posixpath.splitext(path)[0] if Path(path).suffix else path}" for path in paths]
     return "\n```{toctree}\n:hidden:\n:caption: " + title + "\n\n" + "\n".join(lines) + "\n```\n"
 
 
 def _from_root(link: str) -> str:
-    """A link of the table of contents as a path from the root."""
+    """Convert a link of the table of contents to a path from the root."""
     return posixpath.normpath(posixpath.join(CONTENTS.parent.relative_to(ROOT).as_posix(), link))
 
 
 def title_of(text: str) -> str:
-    """The title of a page."""
+    """Return the title of a page."""
     return headings(text)[0]

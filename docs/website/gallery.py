@@ -1,4 +1,4 @@
-"""The gallery: every picture of the pages, of the demonstration and of the notebooks, with what makes it."""
+"""Write the gallery of all pictures in pages, in the demonstration and in notebooks, with their sources."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ _ENDINGS = {"image/png": "png", "image/svg+xml": "svg"}
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """One picture of the gallery; paths are from the root of the site."""
+    """One picture of the gallery, with its path from the root of the site."""
 
     path: str
     caption: str
     made_by: str
-    """Markdown: what makes it."""
+    """The source of the picture, in Markdown."""
 
 
 def page(pictures: list[Picture]) -> str:
-    """The page of the gallery."""
-    parts = ["# Gallery\n", "Every picture links to the page, the program or the notebook that makes it.\n"]
+    """Return the page of the gallery."""
+    parts = ["# Gallery\n", "Every picture links to the page, program or notebook that it belongs to.\n"]
     for each in pictures:
         about = f"{each.caption.rstrip('.')}. {each.made_by}"
         alt = re.sub(r"[`*\n]", "", each.caption)
@@ -42,7 +42,7 @@ def page(pictures: list[Picture]) -> str:
 
 
 def of_pages() -> list[Picture]:
-    """The pictures in ``docs/``, with the description that the page which shows them gives."""
+    """Return the pictures in ``docs/``, with the descriptions in the pages that show them."""
     shown: dict[str, Picture] = {}
     for path in pages():
         text = path.read_text()
@@ -57,12 +57,12 @@ def of_pages() -> list[Picture]:
     files = sorted(path for ending in ("png", "svg") for path in DOCS.rglob(f"*.{ending}"))
     unknown = [path.name for path in files if path.relative_to(ROOT).as_posix() not in shown]
     if unknown:
-        raise ValueError(f"docs: no page shows {' '.join(unknown)}; expected one that does, with a description")
+        raise ValueError(f"docs: no page shows {' '.join(unknown)}; add them to a page with a description")
     return [shown[name] for name in sorted(shown)]
 
 
 def of_demo(source: Path) -> list[Picture]:
-    """Run the demonstration, which writes its pictures below the folder of pages, and describe them."""
+    """Run the demonstration, which writes its pictures into the folder of pages, and describe them."""
     from algorithms.demo import figures
 
     folder = source / "pictures" / "demo"
@@ -81,7 +81,7 @@ def of_demo(source: Path) -> list[Picture]:
 
 
 def of_notebooks(source: Path) -> list[Picture]:
-    """The pictures stored in notebooks, each described by the text before it; they are written below the folder."""
+    """Write the pictures stored in notebooks to the folder of pages; each is described by the text before it."""
     found = []
     for path in notebooks():
         cells = json.loads(path.read_text())["cells"]
@@ -96,7 +96,7 @@ def of_notebooks(source: Path) -> list[Picture]:
 
 
 def _stored_pictures(cells: list[dict]) -> Iterator[tuple[bytes, str, str]]:
-    """The pictures in the outputs of cells: their bytes, the ending of the file, and the text before them."""
+    """Yield the pictures in the outputs of cells: their bytes, the suffix of the file, and the text before them."""
     caption = ""
     for cell in cells:
         if cell["cell_type"] == "markdown":

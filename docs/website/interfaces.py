@@ -1,4 +1,4 @@
-"""Pages of public names, one for each package and module that users import from; no list of names is kept by hand."""
+"""Write a page of public names for each package and module that users import from, without lists kept by hand."""
 
 from __future__ import annotations
 
@@ -20,30 +20,30 @@ from .places import CONTENTS, ROOT, notebooks, pages
 
 TOPS = ("gacompiler", "algorithms")
 RUNTIME = "gacompiler.gac_runtime.module"
-"""What generated modules are made of; they have it from a copy of its package."""
+"""The module whose classes generated modules use; they import it from a copy of its package."""
 UNLISTED = ("gacompiler.specs",)
-"""Packages whose public names have pages of their own: kernels, in pages of generated modules."""
+"""Packages whose public names are documented elsewhere: kernels, in the pages of generated modules."""
 
 _INHERITED = {"inherited-members": "object,tuple,dict,int,float,str,Enum,BaseException,ndarray"}
-"""Members of base classes are documented too, except those of these classes."""
+"""Inherited members are documented, except those of these classes."""
 
 
 @dataclass(frozen=True, slots=True)
 class Interface:
-    """What a module offers its users."""
+    """The public names of a module."""
 
     module: str
     names: tuple[str, ...]
 
     @property
     def page(self) -> str:
-        """The page, from the root of the site, without ending."""
+        """The path of the page from the root of the site, without suffix."""
         return f"api/{self.module}"
 
 
 @cache
 def interfaces() -> list[Interface]:
-    """Of every package that lists its public names, of every module that pages import from, and of the runtime."""
+    """Return the interfaces of packages that list public names, of modules that pages import, and of the runtime."""
     packages = {_module_name(path) for top in TOPS for path in (ROOT / top).rglob("__init__.py")}
     listing = {name for name in packages if getattr(importlib.import_module(name), "__all__", None)}
     names = sorted({*listing, *_imported_by_pages(), RUNTIME})
@@ -52,11 +52,11 @@ def interfaces() -> list[Interface]:
 
 
 def page(interface: Interface) -> str:
-    """The page of a module: its docstring, a table of its names, and the documentation of each."""
+    """Return the page of a module: its docstring, a table of its names, and the documentation of each."""
     module = importlib.import_module(interface.module)
     found = {name: getattr(module, name) for name in interface.names}
     rows = [(_link(interface, name, value), _summary(interface, name, value)) for name, value in found.items()]
-    parts = [f"# {interface.module}\n", directive("automodule", interface.module), table(("name", "what it is"), rows)]
+    parts = [f"# {interface.module}\n", directive("automodule", interface.module), table(("name", "description"), rows)]
     here = {
         name: value for name, value in found.items() if home(interface, name, value) == f"{interface.module}.{name}"
     }
@@ -69,9 +69,9 @@ def page(interface: Interface) -> str:
 
 
 def home(interface: Interface, name: str, value: Any) -> str:
-    """The path under which an object is documented: where several packages list it, that of the outermost one.
+    """Return the path under which an object is documented. If several packages list it, the outermost one is used.
 
-    Modules are documented on their own pages, and have none.
+    The result is empty for modules, which are documented on their own pages.
     """
     if inspect.ismodule(value):
         return ""
@@ -82,7 +82,7 @@ def home(interface: Interface, name: str, value: Any) -> str:
 
 @cache
 def _homes() -> dict[int, str]:
-    """The paths of all public classes and functions by their identity; they live as long as their modules."""
+    """Return the paths of all public classes and functions by their identity. They live as long as their modules."""
     found: dict[int, str] = {}
     for each in sorted(interfaces(), key=lambda each: (each.module.count("."), each.module)):
         module = importlib.import_module(each.module)
@@ -92,7 +92,7 @@ def _homes() -> dict[int, str]:
 
 
 def documented() -> list[str]:
-    """The paths under which all public names must be in the finished site."""
+    """Return the paths of all public names, which the site must document."""
     found = set()
     for each in interfaces():
         module = importlib.import_module(each.module)
@@ -101,7 +101,7 @@ def documented() -> list[str]:
 
 
 def _entry(interface: Interface, name: str, value: Any) -> str:
-    """The directive that documents an object."""
+    """Return the directive that documents an object."""
     path = f"{interface.module}.{name}"
     if inspect.isclass(value):
         kind = "autoexception" if issubclass(value, BaseException) else "autoclass"
@@ -113,7 +113,7 @@ def _entry(interface: Interface, name: str, value: Any) -> str:
 
 
 def _text_of_data(interface: Interface, name: str) -> str:
-    """The text below the assignment of a name, in the module or in one of its package."""
+    """Return the text below the assignment of a name, in the module or in a module of its package."""
     for module in sorted(name for name in sys.modules if f"{name}.".startswith(f"{interface.module}.")):
         texts = _texts_of_data(getattr(sys.modules[module], "__file__", None) or "")
         if name in texts:
@@ -123,7 +123,7 @@ def _text_of_data(interface: Interface, name: str) -> str:
 
 @cache
 def _texts_of_data(path: str) -> dict[str, str]:
-    """The texts below the assignments of a file, by names."""
+    """Return the texts below the assignments of a file, by name."""
     found = {}
     body = ast.parse(Path(path).read_text()).body if path.endswith(".py") else []
     for node, after in itertools.pairwise(body):
@@ -143,20 +143,20 @@ def _type_text(value: Any) -> str:
 
 
 def _class_path(value: Any) -> str:
-    """The class of an object that is neither a class nor a function, if users have no other way to it."""
+    """Return the class of an object that is neither a class nor a function, if it has no documentation elsewhere."""
     kind = type(value)
     is_ours = kind.__module__.startswith("gacompiler.objects.")
     return f"{kind.__module__}.{kind.__qualname__}" if is_ours else ""
 
 
 def _link(interface: Interface, name: str, value: Any) -> str:
-    """The name of an object, linked to what documents it."""
+    """Return the name of an object, linked to its documentation."""
     path = home(interface, name, value)
     return "{py:obj}`" + f"{name} <{path}>" + "`" if path else code(name)
 
 
 def _summary(interface: Interface, name: str, value: Any) -> str:
-    """What an object is, in one sentence; of what is no function and no class, the type."""
+    """Return a description in one sentence, or the type of an object that has none."""
     if inspect.ismodule(value) or inspect.isclass(value) or inspect.isroutine(value):
         return first_sentence(_as_markdown(inspect.getdoc(value) or ""))
     text = first_sentence(_as_markdown(_text_of_data(interface, name)))
@@ -164,12 +164,12 @@ def _summary(interface: Interface, name: str, value: Any) -> str:
 
 
 def _as_markdown(text: str) -> str:
-    """Inline markup of docstrings in Markdown: code has one backtick."""
+    """Convert inline markup of docstrings to Markdown, in which code has one backtick."""
     return re.sub(r"``(.+?)``", r"`\1`", text)
 
 
 def _public_names(module: ModuleType) -> tuple[str, ...]:
-    """The names that a module lists, or those that it defines itself."""
+    """Return the names that a module lists, or those that it defines."""
     listed = getattr(module, "__all__", None)
     if listed:
         return tuple(sorted(listed, key=lambda name: (name.lower(), name)))
@@ -188,7 +188,7 @@ def _is_defined_in(module: ModuleType, name: str, value: Any) -> bool:
 
 
 def _imported_by_pages() -> set[str]:
-    """The modules of ours from which blocks of pages and cells of notebooks import names."""
+    """Return the modules of this project from which blocks of pages and cells of notebooks import names."""
     texts = ["\n".join(re.findall(r"```python\n(.*?)```", p.read_text(), re.DOTALL)) for p in (CONTENTS, *pages())]
     for path in notebooks():
         cells = json.loads(path.read_text())["cells"]

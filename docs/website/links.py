@@ -1,4 +1,4 @@
-"""The check of links: relative ones lead to a file and an anchor that are there, others have a plausible form."""
+"""Check links: relative links must lead to an existing file and anchor, and others must have a plausible form."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from .markdown import anchors, links
 
 
 def wrong_links(path: Path) -> list[str]:
-    """What is wrong with the links of a page or a notebook, a line each."""
+    """Return a message for each wrong link of a page or a notebook."""
     return [f"{path.name}: {target}: {wrong}" for target in links(text_of(path)) if (wrong := _wrong(path, target))]
 
 
 def text_of(path: Path) -> str:
-    """The text of a page; of a notebook that of its Markdown cells."""
+    """Return the text of a page, or that of the Markdown cells of a notebook."""
     text = path.read_text()
     if path.suffix != ".ipynb":
         return text
@@ -31,10 +31,10 @@ def _anchors_of(path: Path) -> set[str]:
 
 
 def _wrong(path: Path, target: str) -> str:
-    """What is wrong with a link, or nothing."""
+    """Return what is wrong with a link; empty if nothing is."""
     parts = urlsplit(target)
     if parts.scheme:
-        return "" if _is_plausible(target) else "no address; expected https://HOST/..."
+        return "" if _is_plausible(target) else "not an address; expected https://HOST/..."
     file = (path.parent / unquote(parts.path)).resolve() if parts.path else path
     if not file.exists():
         return "no such file"
@@ -44,6 +44,6 @@ def _wrong(path: Path, target: str) -> str:
 
 
 def _is_plausible(address: str) -> bool:
-    """Whether an external address has the right form; nothing is fetched."""
+    """Return whether an external address has the right form, without fetching it."""
     parts = urlsplit(address)
     return parts.scheme in ("http", "https") and bool(re.fullmatch(r"[\w-]+(\.[\w-]+)+(:\d+)?", parts.netloc))

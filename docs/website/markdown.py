@@ -1,4 +1,4 @@
-"""Reading and writing Markdown: headings and links of a page, tables, text that must not be markup."""
+"""Read and write Markdown: headings and links of a page, tables, and code."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ _PARSER = MarkdownIt("commonmark").enable("table")
 
 
 def _inline(text: str) -> Iterator[Token]:
-    """The inline elements of a page; those of code are not among them."""
+    """Yield the inline elements of a page, except those in code."""
     for token in _PARSER.parse(text):
         yield from token.children or ()
 
 
 def links(text: str) -> list[str]:
-    """The targets of all links and images of a page, in order."""
+    """Return the targets of all links and images of a page, in order."""
     found = []
     for token in _inline(text):
         if token.type == "link_open":
@@ -30,12 +30,12 @@ def links(text: str) -> list[str]:
 
 
 def images(text: str) -> list[tuple[str, str]]:
-    """The target and the description of every image of a page."""
+    """Return the target and the description of every image of a page."""
     return [(str(token.attrs["src"]), token.content) for token in _inline(text) if token.type == "image"]
 
 
 def headings(text: str) -> list[str]:
-    """The headings of a page as they are read, without markup."""
+    """Return the headings of a page without markup."""
     tokens = _PARSER.parse(text)
     found = []
     for before, token in itertools.pairwise(tokens):
@@ -46,7 +46,7 @@ def headings(text: str) -> list[str]:
 
 
 def anchors(text: str) -> set[str]:
-    """The anchors that a repository browser gives the headings of a page."""
+    """Return the anchors of headings in a repository browser."""
     found: set[str] = set()
     for heading in headings(text):
         plain = re.sub(r"[^\w\- ]", "", heading.strip().lower()).replace(" ", "-")
@@ -59,23 +59,23 @@ def anchors(text: str) -> set[str]:
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table; cells are Markdown."""
+    """Return a table; the cells are Markdown."""
     lines = [header, ["---"] * len(header), *rows]
     return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines) + "\n"
 
 
 def code(text: str) -> str:
-    """Text as inline code; nothing for no text."""
+    """Return text as inline code; empty text remains empty."""
     return f"`{text}`" if text else ""
 
 
 def directive(name: str, argument: str = "", **options: str) -> str:
-    """A directive of reStructuredText in a Markdown page."""
+    """Return a directive of reStructuredText in a Markdown page."""
     lines = [f".. {name}:: {argument}".rstrip(), *(f"   :{key}: {value}".rstrip() for key, value in options.items())]
     return "```{eval-rst}\n" + "\n".join(lines) + "\n```\n"
 
 
 def first_sentence(text: str) -> str:
-    """The first sentence of a text, on one line."""
+    """Return the first sentence of a text, on one line."""
     paragraph = " ".join(text.strip().split("\n\n")[0].split())
     return re.split(r"(?<=[^.].[.])(?=\s[A-Z`*\"'])", paragraph)[0]

@@ -1,4 +1,4 @@
-"""A Sphinx extension that writes formulas as MathML, which browsers show without a program from the network."""
+"""A Sphinx extension that writes formulas as MathML, which browsers show without scripts from the network."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _LOGGER = getLogger(__name__)
 
 
 def formula(tex: str, block: bool) -> str:
-    """A formula as MathML.
+    """Convert a formula to MathML.
 
     Raises
     ------
     MathError
-        When the formula has a command that is not known.
+        If the formula has an unknown command.
     """
     known = re.sub(r"\\(begin|end)\{align\*?\}", r"\\\1{aligned}", re.sub(r"\\displaystyle\b", "", tex))
     return str(tex2mathml(known.strip(), as_block=block))
@@ -32,7 +32,7 @@ def _visit(block: bool) -> Any:
         try:
             text = formula(tex, block)
         except MathError as error:
-            _LOGGER.warning("formula that cannot be shown: %s: %s", error, tex, location=node)
+            _LOGGER.warning("cannot convert a formula: %s: %s", error, tex, location=node)
             text = f"<code>{escape(tex)}</code>"
         translator.body.append(f'<div class="math">{text}</div>' if block else text)
         raise SkipNode

@@ -1,4 +1,4 @@
-"""A page for each generated module, written from the module: algebra, layouts, types, operators and kernels."""
+"""Write a page for each generated module: algebra, layouts, types, operators and kernels."""
 
 from __future__ import annotations
 
@@ -15,61 +15,62 @@ from .markdown import code, directive, first_sentence, table
 from .places import ROOT
 
 _KERNELS_IN_COLUMNS = ("mul", "add", "div", "sqrt")
-"""Operations that have a column of their own; those of the others are in one."""
+"""Operations with separate columns; the others share a column."""
 
 
 def names() -> list[str]:
-    """The generated modules."""
+    """Return the names of the generated modules."""
     return sorted(path.stem for path in (ROOT / "generated").glob("*.py") if path.stem != "__init__")
 
 
 def page(name: str) -> str:
-    """The page of a generated module."""
+    """Return the page of a generated module."""
     module = importlib.import_module(f"generated.{name}")
     kernels = {kernel: getattr(module, kernel) for kernel in module.kernels}
     parts = [
         f"# {name}\n",
-        f"`from generated import {name}`: {len(kernels)} kernels, of the spec `gacompiler/specs/{name}.py`.\n",
+        f"`from generated import {name}`: {len(kernels)} kernels, generated from `gacompiler/specs/{name}.py`.\n",
         directive("automodule", module.__name__),
         *_algebra_part(module),
         "## Layouts\n",
-        "Coefficients are stored in this order. A unit layout holds elements with `x ~x = 1`.\n",
+        "Coefficients are stored in this order. The elements of a unit layout satisfy `x ~x = 1`.\n",
         table(("layout", "stored coefficients, in order", "fixed coefficients", "unit", "type"), _layout_rows(module)),
     ]
     operators = list(_operator_rows(module))
     if operators:
-        about = "Of the types above, one element each. Sums and multiples are defined for all of them.\n"
+        about = "Operators act on single elements of the types above. Sums and multiples are defined for all types.\n"
         parts += ["## Operators\n", about, table(("expression", "result", "kernel"), operators)]
     parts += [
         "## Kernels\n",
-        "Operations are of one element. The error is measured, in ulp of the largest coefficient.\n",
+        "Operation counts are per element. The error is measured, in ulp of the largest coefficient.\n",
         table(("kernel", "signature", *_KERNELS_IN_COLUMNS, "other", "error"), map(_kernel_row, kernels.values())),
     ]
     forms = [row for kernel in kernels.values() for row in _form_rows(kernel)]
     if forms:
         about = (
-            "Where some arguments are the same for all elements of a batch, kernels have a second form: what depends "
-            "on these alone is computed once. It is chosen by strides, from so many elements on.\n"
+            "If some arguments are the same for all elements of a batch, a second form of the kernel computes "
+            "everything that depends only on them once. It is selected by strides of 0 if the batch has the minimum "
+            "size.\n"
         )
-        parts += ["## Forms for arguments that stay the same\n", about]
-        parts.append(table(("kernel", "the same", "from", "once", "for each element"), forms))
+        parts += ["## Forms for uniform arguments\n", about]
+        parts.append(table(("kernel", "uniform arguments", "minimum size", "once", "per element"), forms))
     parts += ["## Documentation of the kernels\n"]
     parts += [directive("autofunction", f"{module.__name__}.{kernel}") for kernel in kernels]
     return "\n".join(parts)
 
 
 def summary(name: str) -> str:
-    """What a generated module is for, in a sentence."""
+    """Return the summary of a generated module."""
     return first_sentence(importlib.import_module(f"generated.{name}").__doc__ or "")
 
 
 def _layouts(module: ModuleType) -> dict[str, Any]:
-    """The layouts of a module by the names that it has for them."""
+    """Return the layouts of a module by name."""
     return {name: value for name, value in vars(module).items() if isinstance(value, module.Layout) and value.blades}
 
 
 def _algebra_part(module: ModuleType) -> Iterator[str]:
-    """The algebras of the layouts, with their basis vectors and their metric."""
+    """Yield the algebras of the layouts, with their basis vectors and metric."""
     algebras = sorted({layout.name.partition(".")[0] for layout in _layouts(module).values()} & set(CATALOG))
     for name in algebras:
         algebra = CATALOG[name]
@@ -80,7 +81,7 @@ def _algebra_part(module: ModuleType) -> Iterator[str]:
             if j <= k and (j == k or algebra.gram[j][k])
         ]
         yield f"## The algebra {name}\n"
-        yield f"Basis vectors {', '.join(map(code, algebra.vectors))}; inner products, 0 where none is given:\n"
+        yield f"Basis vectors {', '.join(map(code, algebra.vectors))}; inner products that are not 0:\n"
         yield "```text\n" + ",  ".join(products) + "\n```\n"
 
 
@@ -123,13 +124,13 @@ def _kernel_row(kernel: Any) -> tuple[str, ...]:
 
 
 def _counts(kernel: Any) -> dict[str, Any]:
-    """The operations of a kernel; of one with loops they grow with its lengths and are given as it says them."""
+    """Return the operation counts of a kernel; empty for kernels with loops, whose counts depend on lengths."""
     cost = kernel.cost
     return dict(cost) if all(name in cost for name in COUNTS) else {}
 
 
 def _error(kernel: Any) -> str:
-    """The measured error, as the documentation of the kernel has it."""
+    """Return the measured error in the documentation of the kernel."""
     text = " ".join((kernel.__doc__ or "").split())
     found = re.search(r"Error: ([\d.e+-]+ ulp) of", text)
     return found[1] if found else ""

@@ -20,9 +20,9 @@ def test_links_are_right(path: Path) -> None:
         ("missing.md", "no such file"),
         ("other.md#nowhere", "no such heading"),
         ("#nowhere", "no such heading"),
-        ("http:/broken", "no address"),
-        ("htp://example.org", "no address"),
-        ("https://example", "no address"),
+        ("http:/broken", "not an address"),
+        ("htp://example.org", "not an address"),
+        ("https://example", "not an address"),
     ],
 )
 def test_wrong_links_are_named(target: str, message: str, tmp_path: Path) -> None:

@@ -121,7 +121,7 @@ def test_every_command_has_its_options_and_examples() -> None:
         assert section.startswith(f"gac {name}\n")
         options = {option for each in main.commands[name].params for option in each.opts if option.startswith("-")}
         assert [option for option in options if option not in section] == [], name
-        assert f"\ngac {name}" in section.partition("what it does")[2] or "Examples" not in (
+        assert f"\ngac {name}" in section.partition("| option | description |")[2] or "Examples" not in (
             main.commands[name].epilog or ""
         )
 

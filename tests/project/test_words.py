@@ -10,7 +10,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
 SOURCES = sorted(
-    path for folder in ("gacompiler", "algorithms", "benchmarks") for path in (ROOT / folder).rglob("*.py")
+    path for folder in ("gacompiler", "algorithms", "benchmarks", "docs") for path in (ROOT / folder).rglob("*.py")
 )
 
 
@@ -55,7 +55,7 @@ def test_the_list_is_found_and_finds() -> None:
     assert all(map(perhaps().search, divided)) and not perhaps().search("of the kind before")
 
 
-@pytest.mark.parametrize("folder", ["gacompiler", "algorithms", "benchmarks"])
+@pytest.mark.parametrize("folder", ["gacompiler", "algorithms", "benchmarks", "docs"])
 def test_sources_avoid_the_words(folder: str) -> None:
     words, somewhere, found = pattern(), perhaps(), []
     for path in SOURCES:
