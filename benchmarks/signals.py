@@ -100,7 +100,13 @@ def cases(size: int) -> list[tuple[str, str, Call, Call | None, float]]:
         cv2: Any = importlib.import_module("cv2")
         if hasattr(cv2, "ximgproc"):
             found.append(
-                ("the same", "OpenCV `qdft`", lambda: qft(field), lambda: cv2.ximgproc.qdft(field, 0, True), 1 / 3)
+                (
+                    f"`qft`, {2 * size}² quaternions",
+                    "OpenCV `qdft`",
+                    lambda: qft(field),
+                    lambda: cv2.ximgproc.qdft(field, 0, True),
+                    1 / 3,
+                )
             )
     if importlib.util.find_spec("pywt"):
         pywt: Any = importlib.import_module("pywt")

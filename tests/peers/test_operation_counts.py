@@ -8,7 +8,7 @@ from random import Random
 import pytest
 from known_records import compiled
 
-from benchmarks.counts import ask, peer_count
+from benchmarks.counts import count_with_kingdon, peer_count
 from benchmarks.kingdon_counts import compile_kernel as compile_peer
 from benchmarks.known import known
 from benchmarks.worker import Worker
@@ -33,7 +33,7 @@ def worker() -> Iterator[Worker]:
 @pytest.mark.parametrize("name", list(known()))
 def test_kingdon_takes_no_fewer_operations(name: str, worker: Worker) -> None:
     cost = compiled(name).cost
-    peer = ask(worker, name, LIMIT)
+    peer = count_with_kingdon(worker, name, LIMIT)
     if peer.found is None:
         # How long kingdon takes is the machine's affair; any other reason is a fault.
         assert name in TOO_SLOW or peer.reason.startswith(">"), peer.reason
