@@ -37,14 +37,19 @@ def new(name: str, algebra: str) -> None:
 @click.argument("script", type=click.Path(path_type=Path))
 @click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Spec file to write.")
+@click.option("--separate", is_flag=True, help="Write one kernel for each operation on each layout.")
 @click.option("--force", is_flag=True, help="Overwrite an existing spec.")
-def record(script: Path, arguments: tuple[str, ...], output: Path, force: bool) -> None:
-    """Run a program that uses numeric objects, and write a spec with the kernels that it used."""
+def record(script: Path, arguments: tuple[str, ...], output: Path, separate: bool, force: bool) -> None:
+    """Run a program that uses numeric objects, and write a spec with kernels for what it computed.
+
+    The operations of a function of the program form one kernel, named after the function, and those outside of
+    functions one for each statement. Values that come from elsewhere are arguments of the kernel.
+    """
     from ..objects.recording import record as recorded
 
     if output.suffix != ".py" or not output.stem.isidentifier():
         raise SpecError(str(output), "not a valid name of a spec", "letters, digits and _, followed by .py")
     if output.exists() and not force:
         raise SpecError(str(output), "the file already exists", remedy="choose another name, or give --force")
-    write({output.name: recorded(script, arguments)}, output.parent)
+    write({output.name: recorded(script, arguments, is_fused=not separate)}, output.parent)
     click.echo(f"{output}: {len(load_spec(output).kernels)} kernels; run `gac generate {output}`")

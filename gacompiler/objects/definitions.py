@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, Protocol
 
 from ..algebra.algebra import Algebra
 from ..algebra.layout import Layout
 from ..algebra.operations import Kind, Operation
 from ..algebra.signs import norm_signs
+from ..frontend.kernel import Kernel
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +54,22 @@ class Definition:
 
         source = f"lambda {', '.join(self.parameters)}: {self.expression('algebra')}"
         return eval(source, {"ga": gacompiler, "algebra": algebra})  # type: ignore[no-any-return]
+
+
+class Applied(Protocol):
+    """An operation on given layouts, as it is written to a spec; implemented by `Operator`."""
+
+    @property
+    def definition(self) -> Definition:
+        """The definition, a line of the kernel language."""
+
+    @property
+    def result(self) -> Layout:
+        """The layout of the result."""
+
+    @property
+    def kernel(self) -> Kernel:
+        """The kernel of the definition on given layouts."""
 
 
 def _is_bivector(layouts: tuple[Layout, ...]) -> bool:

@@ -12,8 +12,9 @@ from typing import Any
 
 from ..runtime import load_module
 from .background import Job
+from .definitions import Applied
 from .native import own_folder
-from .spec_text import Operation, spec_text
+from .spec_text import spec_text
 
 _COMPILE = """\
 import os, sys
@@ -34,7 +35,7 @@ os.replace(spec, target)
 """
 
 
-def module_job(operator: Operation) -> Job:
+def module_job(operator: Applied) -> Job:
     """Return a job that generates a module with one operation and writes the module's path to a file.
 
     Raises

@@ -65,6 +65,10 @@ _CLEARLY = 1e-6
 """A difference, relative to the largest coefficient, that cannot be a rounding error."""
 
 
+OBSERVERS: list[Callable[[Operator, Sequence[np.ndarray[Any, Any]], np.ndarray[Any, Any]], None]] = []
+"""Functions that are called after every operation on arrays, with its operands and result; ``gac record`` adds one."""
+
+
 class Operator:
     """An operation on elements of given layouts.
 
@@ -95,6 +99,12 @@ class Operator:
 
     def __call__(self, arrays: Sequence[np.ndarray[Any, Any]]) -> np.ndarray[Any, Any]:
         """Compute the result on arrays with blades along the last axis (numbers have none); leading axes broadcast."""
+        out = self._computed(arrays)
+        for observer in OBSERVERS:
+            observer(self, arrays, out)
+        return out
+
+    def _computed(self, arrays: Sequence[np.ndarray[Any, Any]]) -> np.ndarray[Any, Any]:
         if self._module is not None and not any(a.dtype.kind == "c" for a in arrays):
             return np.asarray(self._module(*arrays))
         leadings = [a.shape[: a.ndim - len(shape)] for a, shape in zip(arrays, self._shapes, strict=True)]

@@ -5,44 +5,28 @@ from __future__ import annotations
 import keyword
 import re
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import Protocol
 
 from ..algebra.algebra import Algebra
 from ..algebra.catalog import CATALOG
 from ..algebra.layout import SCALARS, Layout
 from ..errors import SpecError
-from ..frontend.kernel import Kernel
-from .definitions import Definition
+from .definitions import Applied, Definition
+from .fusion import Fused
 
 _WIDTH = 116
 
 
-class Operation(Protocol):
-    """The properties of an operation that are written to a spec; implemented by `Operator`."""
-
-    @property
-    def definition(self) -> Definition:
-        """The definition, a line of the kernel language."""
-
-    @property
-    def result(self) -> Layout:
-        """The layout of the result."""
-
-    @property
-    def kernel(self) -> Kernel:
-        """The kernel of the definition on given layouts."""
-
-
-def spec_text(name: str, used: Sequence[Operation]) -> str:
-    """Return the text of a spec with these operations as kernels; it depends on nothing else."""
+def spec_text(name: str, used: Sequence[Applied | Fused]) -> str:
+    """Return the text of a spec with these operations, or fused ones, as kernels; it depends on nothing else."""
     algebras: dict[Algebra, str] = {}
     layouts: dict[Layout, str] = {}
     definitions: list[str] = []
     kernels: dict[str, str] = {}
     for operator in used:
-        text = _kernel(operator, algebras, layouts, definitions, kernels)
+        write = _fused_kernel if isinstance(operator, Fused) else _kernel
+        text = write(operator, algebras, layouts, definitions, kernels)  # type: ignore[arg-type]
         if text not in kernels.values():
             kernels[_name(text)] = text
     catalog = sorted(each for algebra, each in algebras.items() if CATALOG.get(algebra.name) == algebra)
@@ -63,7 +47,7 @@ def _name(text: str) -> str:
 
 
 def _kernel(
-    operator: Operation,
+    operator: Applied,
     algebras: dict[Algebra, str],
     layouts: dict[Layout, str],
     definitions: list[str],
@@ -82,23 +66,58 @@ def _kernel(
         head = ", ".join(f"{key}={value}" for key, value in given.items())
         parameters = ", ".join(operator.definition.parameters)
         return "\n".join(
-            [f"@kernel({head})", f"def {name}({parameters}):", f'    """{about}"""', *_returned(expression)]
+            [f"@kernel({head})", f"def {name}({parameters}):", f'    """{about}"""', *_statement("return ", expression)]
         )
 
-    name, count = kernel.name, 2
+    return _named(kernel.name, text, known)
+
+
+def _fused_kernel(
+    fused: Fused,
+    algebras: dict[Algebra, str],
+    layouts: dict[Layout, str],
+    definitions: list[str],
+    known: dict[str, str],
+) -> str:
+    """Return the text of a kernel with one line for each operation."""
+    given = [
+        f"{n}={_layout(x, algebras, layouts, definitions)}" for n, x in zip(fused.names, fused.inputs, strict=True)
+    ]
+    values = [step.text(fused.name_of, _algebra(step.algebra, algebras, definitions)) for step in fused.steps]
+    is_last = fused.results == (len(values) - 1,)
+    body = [
+        line
+        for k, value in enumerate(values[: len(values) - is_last])
+        for line in _statement(f"{fused.name_of(k)} = ", value)
+    ]
+    body += _statement("return ", values[-1] if is_last else ", ".join(map(fused.name_of, fused.results)))
+
+    def text(name: str) -> str:
+        head = f"@kernel({', '.join(given)})"
+        if len(head) > _WIDTH:
+            head = "\n".join(["@kernel(", *(f"    {each}," for each in given), ")"])
+        return "\n".join([head, f"def {name}({', '.join(fused.names)}):", f'    """{fused.summary}"""', *body])
+
+    return _named(fused.name, text, known)
+
+
+def _named(wanted: str, text: Callable[[str], str], known: dict[str, str]) -> str:
+    """Return the text of a kernel under a name that no other kernel has."""
+    name, count = wanted, 2
     while name in known and known[name] != text(name):
-        name, count = f"{kernel.name}_{count}", count + 1
+        name, count = f"{wanted}_{count}", count + 1
     return text(name)
 
 
-def _returned(expression: str) -> list[str]:
-    if len(expression) + 11 <= _WIDTH:
-        return [f"    return {expression}"]
+def _statement(start: str, expression: str) -> list[str]:
+    """Return the lines of a statement: ``return`` or an assignment, and an expression."""
+    if len(start) + len(expression) + 4 <= _WIDTH:
+        return [f"    {start}{expression}"]
     lines = textwrap.wrap(expression, _WIDTH - 8, break_long_words=False, break_on_hyphens=False)
-    return ["    return (", *(f"        {line}" for line in lines), "    )"]
+    return [f"    {start}(", *(f"        {line}" for line in lines), "    )"]
 
 
-def _algebra_of(operator: Operation) -> Algebra:
+def _algebra_of(operator: Applied) -> Algebra:
     definition: Definition = operator.definition
     found = (p.layout.algebra for p in operator.kernel.parameters if p.layout.algebra != SCALARS)
     return definition.algebra or next(found, SCALARS)

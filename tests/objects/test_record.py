@@ -56,7 +56,7 @@ def gac(*arguments: Any) -> Result:
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
     folder = tmp_path_factory.mktemp("record")
     (folder / "arm.py").write_text(PROGRAM)
-    result = gac("record", folder / "arm.py", "-o", folder / "arm_kernels.py", "--", folder / "numbers.npz")
+    result = gac("record", "--separate", folder / "arm.py", "-o", folder / "arm_kernels.py", "--", folder / "numbers.npz")
     assert result.exit_code == 0, result.output
     assert "kernels; run `gac generate" in result.output
     return folder / "arm_kernels.py", dict(np.load(folder / "numbers.npz"))
@@ -84,7 +84,7 @@ def test_exactly_the_kernels_that_were_used(recorded: tuple[Path, dict[str, Any]
         "line = PGA3.point(1, 2, 3) & PGA3.point(0, 0, 0)\n"
         "print('spoken', (2 * line).norm())\n"
     )
-    assert gac("record", tmp_path / "small.py", "-o", tmp_path / "spec.py").exit_code == 0
+    assert gac("record", "--separate", tmp_path / "small.py", "-o", tmp_path / "spec.py").exit_code == 0
     kernels = load_spec(tmp_path / "spec.py").kernels
     assert [(k.name, [str(p.layout) for p in k.parameters]) for k in kernels] == [
         ("regressive_product_point_point", ["PGA3.POINT", "PGA3.POINT"]),
@@ -96,7 +96,7 @@ def test_exactly_the_kernels_that_were_used(recorded: tuple[Path, dict[str, Any]
 def test_the_text_depends_on_the_program_alone(recorded: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
     spec, _ = recorded
     again = tmp_path / "again.py"
-    assert gac("record", spec.parent / "arm.py", "-o", again).exit_code == 0
+    assert gac("record", "--separate", spec.parent / "arm.py", "-o", again).exit_code == 0
     assert again.read_text() == spec.read_text()
     text = spec.read_text()
     assert text.startswith(
