@@ -6,7 +6,10 @@ import importlib
 import os
 import sys
 
-COMMANDS = ("chain", "counts", "growth", "overview", "robots", "signals", "subspaces", "toolkit", "vision")
+COMMANDS = (
+    *("chain", "counts", "growth", "overview", "random_kernels"),
+    *("robots", "signals", "subspaces", "toolkit", "vision"),
+)
 """The subcommands, which are also the names of their modules. Without a subcommand, `command` runs."""
 
 

@@ -4,6 +4,17 @@ from __future__ import annotations
 
 from typing import Self
 
+LONGEST = 500
+"""Maximum number of characters of a part of the message of a `KernelError`."""
+
+
+def shortened(text: str, longest: int = LONGEST) -> str:
+    """Return a text with its middle replaced by dots if it has more than `longest` characters."""
+    if len(text) <= longest:
+        return text
+    half = (longest - 5) // 2
+    return f"{text[:half]} ... {text[-half:]}"
+
 
 class GacError(Exception):
     """Base class of the exceptions that this package raises.
@@ -52,7 +63,10 @@ class LayoutError(GacError):
 
 
 class KernelError(GacError):
-    """Raised for a kernel definition that cannot be compiled."""
+    """Raised for a kernel definition that cannot be compiled. Long texts, such as expressions, are shortened."""
+
+    def __init__(self, where: str, found: str, expected: str = "", remedy: str = "") -> None:
+        super().__init__(where, shortened(found), shortened(expected), remedy)
 
 
 class SpecError(GacError):
@@ -64,7 +78,15 @@ class InexactError(GacError):
 
 
 class TooLargeError(GacError):
-    """Raised for an expansion that exceeds its budget; callers fall back to a smaller one."""
+    """Raised for an expansion that exceeds its budget; callers fall back to a smaller one.
+
+    Attributes
+    ----------
+    left : int
+        The effort that was left, in pairs of terms that are multiplied.
+    """
+
+    left = 0
 
 
 class BackendError(GacError):

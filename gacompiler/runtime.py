@@ -19,15 +19,16 @@ from .generation.cache import open_cache
 from .generation.compiling import render_spec
 from .generation.files import write
 from .generation.spec_files import Spec
+from .passes.effort import DEFAULT, effort_of
 
 BACKENDS = ("c", "numba", "arrays")
 
-_compiled: dict[tuple[Kernel, str], Any] = {}
+_compiled: dict[tuple[Kernel, str, int], Any] = {}
 _definitions: dict[str, Kernel] = {}
 """The kernels that the modules of this process were compiled from, by module name."""
 
 
-def compile(kernel: Kernel, backend: str | None = None) -> Any:
+def compile(kernel: Kernel, backend: str | None = None, *, effort: int = DEFAULT) -> Any:
     """Compile `kernel` and return a function on arrays.
 
     Parameters
@@ -37,6 +38,9 @@ def compile(kernel: Kernel, backend: str | None = None) -> Any:
     backend : {"c", "numba", "arrays"}, optional
         The backend that runs the kernel; by default ``c`` if a C compiler is found, else ``numba``. ``arrays`` uses
         plain array expressions and also accepts torch and jax arrays.
+    effort : {0, 1, 2, 3}, optional
+        How much work is spent on reducing the number of operations. 0 keeps the author's structure, and 3 is for
+        kernels that are compiled once and may take hours. The results are the same up to rounding.
 
     Returns
     -------
@@ -67,16 +71,16 @@ def compile(kernel: Kernel, backend: str | None = None) -> Any:
         backend = "c" if find_compiler() else "numba"
     if backend not in BACKENDS:
         raise BackendError("compile()", f"backend {backend!r}", "one of " + ", ".join(BACKENDS))
-    key = (kernel, backend)
+    key = (kernel, backend, effort_of(effort).level)
     if key not in _compiled:
-        _compiled[key] = _compile(kernel, backend)
+        _compiled[key] = _compile(kernel, backend, effort)
     return _compiled[key]
 
 
-def _compile(kernel: Kernel, backend: str) -> Any:
+def _compile(kernel: Kernel, backend: str, effort: int) -> Any:
     no_file = Path()
     spec = Spec(kernel.name, "gacompiler.compile", kernel.summary or kernel.name, "", (kernel,), no_file)
-    files = render_spec(spec, cache=open_cache())
+    files = render_spec(spec, cache=open_cache(), effort=effort)
     digest = hashlib.sha256("".join(files.values()).encode()).hexdigest()[:16]
     write(files, _folder(kernel.name, digest))
     return _loaded(kernel, digest, backend)

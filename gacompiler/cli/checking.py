@@ -24,7 +24,7 @@ from ..generation.workers import each_spec
 from ..runtime import load_module
 from ..verify import Verdict, verify_module
 from .arguments import compiled_kernels, find_spec, is_own, own_modules, rendered
-from .framework import algebra_option, cache_option, command, jobs_option, json_option
+from .framework import algebra_option, cache_option, command, effort_option, jobs_option, json_option
 from .output import near, print_table, progress_bar
 
 
@@ -84,14 +84,21 @@ def check(names: tuple[str, ...], prove: bool, jobs: int, cache: Cache | None) -
 @json_option
 @cache_option
 @algebra_option
+@effort_option
 def verify(
-    specs: tuple[str, ...], output: Path | None, own: bool, as_json: bool, cache: Cache | None, algebra: str | None
+    specs: tuple[str, ...],
+    output: Path | None,
+    own: bool,
+    as_json: bool,
+    cache: Cache | None,
+    algebra: str | None,
+    effort: int,
 ) -> None:
     """Prove that generated files on disk compute what their specs define.
 
     The files are read back, and every kernel is compared with its definition at exact rational points that satisfy the
     relations of its arguments. The rounding error of the code that runs is then measured in ulp. The exit status is 1
-    if any kernel is not proved.
+    if any kernel is not proved. --effort is the level that the files were generated with.
     """
     found = own_modules(()) if own else [find_spec(spec, algebra) for spec in specs]
     if not found:
@@ -99,7 +106,7 @@ def verify(
     rows: list[tuple[str, Verdict]] = []
     for spec in found:
         folder = output or (generated_folder() if is_own(spec) else Path("out"))
-        rows += _verdicts(spec, compiled_kernels(spec, cache), folder)
+        rows += _verdicts(spec, compiled_kernels(spec, cache, effort), folder)
     if as_json:
         click.echo(json.dumps([{"module": m, **_verdict(v)} for m, v in rows], indent=2))
     else:

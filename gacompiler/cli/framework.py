@@ -12,6 +12,7 @@ from rich.console import Console
 from ..backends.build import processors
 from ..errors import GacError
 from ..generation.cache import Cache, open_cache
+from ..passes.effort import DEFAULT, LEVELS
 from .output import plain
 
 _DEBUG = "gacompiler.debug"
@@ -81,6 +82,14 @@ jobs_option = click.option(
     type=click.IntRange(min=1),
     default=processors,
     help="Number of modules to compile in parallel [default: the number of processors].",
+)
+
+effort_option = click.option(
+    "--effort",
+    type=click.IntRange(0, len(LEVELS) - 1),
+    default=DEFAULT,
+    show_default=True,
+    help="Work spent on reducing operations: 0 keeps the author's structure, 3 may take hours.",
 )
 
 

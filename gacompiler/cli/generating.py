@@ -21,8 +21,8 @@ from ..generation.workers import each_spec
 from ..robots.descriptions import robot_spec
 from ..robots.kernel_texts import DEFAULT, METHODS
 from .arguments import own_modules, rendered
-from .framework import algebra_option, cache_option, command, jobs_option
-from .output import near, progress_bar
+from .framework import algebra_option, cache_option, command, effort_option, jobs_option
+from .output import near, progress_bar, searching
 
 target_option = click.option(
     "--target",
@@ -42,6 +42,7 @@ target_option = click.option(
     "gac generate --all           regenerate the modules under generated/",
     "gac generate --all pga3 cga3",
     "gac generate horizon.clu --algebra cga3   compile a script in Gaalop's language",
+    "gac generate my_kernels.py --effort 3     search for hours, for kernels that ship",
 )
 @click.argument("specs", nargs=-1)
 @click.option(
@@ -54,6 +55,7 @@ target_option = click.option(
 @jobs_option
 @cache_option
 @algebra_option
+@effort_option
 def generate(
     specs: tuple[str, ...],
     output: Path | None,
@@ -64,6 +66,7 @@ def generate(
     jobs: int,
     cache: Cache | None,
     algebra: str | None,
+    effort: int,
 ) -> None:
     """Generate a module (.py, .c, .h) from each spec file, and compile its C if a compiler is available.
 
@@ -78,7 +81,7 @@ def generate(
     found = own_modules(specs) if own else [load_spec(Path(spec), algebra=algebra) for spec in specs]
     elsewhere = output or Path("out")
     folder = generated_folder() if own and output is None else elsewhere
-    _write_modules(found, targets, standalone, folder, elsewhere, jobs, cache, no_build)
+    _write_modules(found, targets, standalone, folder, elsewhere, jobs, cache, no_build, effort)
 
 
 def _write_modules(
@@ -90,17 +93,18 @@ def _write_modules(
     jobs: int,
     cache: Cache | None,
     no_build: bool,
+    effort: int,
 ) -> None:
     """Write modules to `folder` and files in other languages to `elsewhere`, and compile the C files."""
     others = [target for target in TARGETS if target in targets]
     in_others, in_c = list[dict[str, str]](), list[dict[str, str]]()
     if others or standalone:
-        with progress_bar(sum(len(spec.kernels) for spec in specs)) as advance:
-            modules = each_spec(partial(compile_spec, cache=cache), specs, advance, jobs)
+        with progress_bar(sum(len(spec.kernels) for spec in specs)) as advance, searching(advance):
+            modules = each_spec(partial(compile_spec, cache=cache, effort=effort), specs, advance, jobs)
         in_others = [render_targets(module, others) for module in modules]
         in_c = [(render_standalone if standalone else render)(module) for module in modules] if "c" in targets else []
     else:
-        in_c = rendered(specs, jobs, cache)
+        in_c = rendered(specs, jobs, cache, effort, keep_best=True)
     for spec, files in zip(specs, in_others, strict=False):
         for name, text in files.items():
             unchanged = "" if write({name: text}, elsewhere) else ", unchanged"
@@ -175,6 +179,7 @@ def _build(sources: list[Path], force: bool = False, portable: bool = False) -> 
 @click.option("--no-build", is_flag=True, help="Do not compile the C files.")
 @jobs_option
 @cache_option
+@effort_option
 def robot(
     robot: str,
     output: Path,
@@ -186,6 +191,7 @@ def robot(
     no_build: bool,
     jobs: int,
     cache: Cache | None,
+    effort: int,
 ) -> None:
     """Generate a module (.py, .c, .h) for one robot, with its constants folded into the kernels.
 
@@ -196,4 +202,4 @@ def robot(
     path = output / "specs" / f"{module}.py"
     write({path.name: text}, path.parent)
     spec = load_spec(path, f"gac robot {robot}")
-    _write_modules([spec], targets, False, output, output, jobs, cache, no_build)
+    _write_modules([spec], targets, False, output, output, jobs, cache, no_build, effort)

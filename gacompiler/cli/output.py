@@ -12,6 +12,8 @@ from rich import progress as bars
 from rich.console import Console
 from rich.table import Table
 
+from ..passes.interruption import BEST, interruptible, is_interrupted, reporting
+
 
 def near(path: Path) -> str:
     """Return a path relative to the working folder."""
@@ -40,7 +42,8 @@ def print_table(header: list[str], rows: list[list[str]]) -> None:
 def progress_bar(total: int) -> Iterator[Callable[[str], None]]:
     """Show a progress bar on standard error if that is a terminal.
 
-    The context manager gives a function, which advances the bar and shows the name passed to it.
+    The context manager gives a function, which shows the name passed to it and advances the bar, except for the
+    progress of a search.
     """
     console = Console(stderr=True)
     bar = bars.Progress(
@@ -53,4 +56,13 @@ def progress_bar(total: int) -> Iterator[Callable[[str], None]]:
     )
     with bar:
         task = bar.add_task("", total=total)
-        yield lambda name: bar.update(task, advance=1, description=name)
+        yield lambda name: bar.update(task, advance=not name.startswith(BEST), description=name)
+
+
+@contextmanager
+def searching(show: Callable[[str], None] = lambda name: None) -> Iterator[None]:
+    """Let Ctrl-C end searches with their best results so far, and report it; `show` is called with their progress."""
+    with interruptible(), reporting(show):
+        yield
+        if is_interrupted():
+            click.echo("interrupted: kept the best results so far; cheaper ones may exist", err=True)

@@ -26,8 +26,8 @@ from ..ir.procedure_cost import costs_as_dict, costs_text
 from ..passes.loops import compile_loops
 from ..passes.pipeline import compile_kernel
 from .arguments import compiled_kernels, find_kernel, find_spec
-from .framework import algebra_option, cache_option, command, json_option
-from .output import print_table
+from .framework import algebra_option, cache_option, command, effort_option, json_option
+from .output import print_table, searching
 
 
 @command(
@@ -41,18 +41,21 @@ from .output import print_table
 @click.option("--why", is_flag=True, help="Show what each step to the chosen program saves, and what was not tried.")
 @click.option("--latex", "as_latex", is_flag=True, help="Print the definition and the program as LaTeX.")
 @algebra_option
-def show(target: str, stage: str | None, why: bool, as_latex: bool, algebra: str | None) -> None:
+@effort_option
+def show(target: str, stage: str | None, why: bool, as_latex: bool, algebra: str | None, effort: int) -> None:
     """Show how a kernel is compiled, stage by stage."""
     kernel = find_kernel(target, algebra)
     if kernel.has_loops:
-        loops = compile_loops(kernel)
+        with searching():
+            loops = compile_loops(kernel, effort=effort)
         if as_latex:
             refuse_latex(loops)
         explained = why_of_loops(loops) if why else ""
         shown: tuple[str, ...] = SHOWN_OF_LOOPS
         text = partial(loop_stage_text, loops)
     else:
-        record = compile_kernel(kernel)
+        with searching():
+            record = compile_kernel(kernel, effort=effort)
         if as_latex:
             click.echo(latex(record))
             return
@@ -76,9 +79,10 @@ def show(target: str, stage: str | None, why: bool, as_latex: bool, algebra: str
 @json_option
 @cache_option
 @algebra_option
-def cost(spec: str, as_json: bool, cache: Cache | None, algebra: str | None) -> None:
+@effort_option
+def cost(spec: str, as_json: bool, cache: Cache | None, algebra: str | None, effort: int) -> None:
     """Count the operations of each kernel by type (mul, add, div, sqrt, call, choice, fma)."""
-    found = compiled_kernels(find_spec(spec, algebra), cache)
+    found = compiled_kernels(find_spec(spec, algebra), cache, effort, keep_best=True)
     counts = {each.kernel.name: each.source.cost.as_dict() for each in found if isinstance(each, Compiled)}
     loops = {each.kernel.name: each.source.costs for each in found if isinstance(each, CompiledLoops)}
     if as_json:

@@ -18,10 +18,13 @@ from ..algebra.layout import SCALARS, Layout
 from ..algebra.meanings import MEANINGS
 from ..algebra.multivector import Multivector
 from ..algebra.operations import Kind, Operation
-from ..errors import KernelError
+from ..errors import KernelError, shortened
 from ..ir.scalar import Graph
 from .latex import latex_of
 from .rows import Array
+
+LONGEST, BRIEF = 10_000, 300
+"""Maximum number of characters of the text of an expression, and of its representation and in messages."""
 
 
 class Expression(Immutable):
@@ -169,7 +172,7 @@ class Expression(Immutable):
         return text_of(self)
 
     def __repr__(self) -> str:
-        return f"Expression({self})"
+        return f"Expression({text_of(self, BRIEF)})"
 
     def _repr_latex_(self) -> str:
         return f"${latex_of(self)}$"
@@ -236,7 +239,7 @@ def node(operation: Operation, *arguments: Any) -> Expression:
             names = " ".join(argument.algebra.spelling(blade)[1] for blade in sorted(argument.blades))
             raise KernelError(
                 operation,
-                f"{argument}, which can have blades {names}",
+                f"{text_of(argument, BRIEF)}, which can have blades {names}",
                 "a scalar",
                 "use inverse(), norm_squared() or a coefficient",
             )
@@ -368,11 +371,12 @@ def _restored(rows: list[tuple[Operation, list[int], Any, Algebra]]) -> Expressi
     return made[-1]
 
 
-def text_of(expression: Expression) -> str:
-    """Return the expression as Python source text."""
+def text_of(expression: Expression, longest: int = LONGEST) -> str:
+    """Return the expression as Python source text. The text of each subexpression is shortened to `longest` characters,
+    because shared subexpressions are repeated, which makes texts of deep expressions exponentially long."""
     texts: dict[Expression, str] = {}
     for each in topological([expression]):
-        texts[each] = _text(each, [texts[argument] for argument in each.arguments])
+        texts[each] = shortened(_text(each, [texts[argument] for argument in each.arguments]), longest)
     return texts[expression]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import product
 from typing import Any
 
@@ -75,6 +76,14 @@ def index(length: str, into: str | None = None) -> IndexOf:
     return IndexOf(length, into or length)
 
 
+@lru_cache(maxsize=4096)
+def _components(name: str, shape: tuple[int, ...], blades: tuple[str, ...] | None) -> tuple[str, ...]:
+    """Return the names of the entries of an array. They are cached, because every evaluation needs them."""
+    endings = [""] if blades is None else ["_" + blade.replace("^", "_") for blade in blades]
+    stems = ("_".join([name, *map(str, place)]) for place in product(*map(range, shape)))
+    return tuple(stem + ending for stem in stems for ending in endings)
+
+
 @dataclass(frozen=True, slots=True)
 class Parameter:
     """A parameter of a kernel: an array of shape `shape`, with the blade axis last."""
@@ -107,15 +116,12 @@ class Parameter:
     @property
     def components(self) -> tuple[str, ...]:
         """Names of the entries, in C order."""
-        return tuple(name for names in self._elements() for name in names)
+        layout = self.layout
+        return _components(self.name, self.outer_shape, None if layout.is_scalar else layout.blades)
 
     def _elements(self) -> list[tuple[str, ...]]:
-        found = []
-        for place in product(*map(range, self.outer_shape)):
-            stem = "_".join([self.name, *map(str, place)])
-            blades = [name.replace("^", "_") for name in self.layout.blades]
-            found.append((stem,) if self.layout.is_scalar else tuple(f"{stem}_{blade}" for blade in blades))
-        return found
+        names, step = self.components, 1 if self.layout.is_scalar else self.layout.size
+        return [names[start : start + step] for start in range(0, len(names), step)]
 
     def symbols(self) -> Any:
         """Return the symbols that the kernel's function is called with: an expression, or nested tuples of expressions.

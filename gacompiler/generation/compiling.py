@@ -12,7 +12,9 @@ from ..backends.module import ModuleSource
 from ..errors import GacError
 from ..frontend.kernel import Kernel
 from ..frontend.loop_trace import trace_loops
+from ..passes.effort import DEFAULT
 from ..passes.inference import LayoutInference
+from ..passes.interruption import is_interrupted
 from ..passes.loops import compile_loops
 from ..passes.pipeline import compile_kernel
 from .cache import Cache, key_of
@@ -34,16 +36,16 @@ Keys = Sequence[str | None]
 """Cache keys of the kernels of a spec; None for kernels that cannot be cached."""
 
 
-def compile_definition(kernel: Kernel, cache: Cache | None = None) -> Compiled:
+def compile_definition(kernel: Kernel, cache: Cache | None = None, effort: int = DEFAULT) -> Compiled:
     """Compile a kernel, or return the cached result."""
-    return _compiled(kernel, _kernel_key(kernel) if cache else None, cache)
+    return _compiled(kernel, _kernel_key(kernel, effort) if cache else None, cache, effort)
 
 
 def compile_kernels(
-    spec: Spec, progress: Progress = lambda name: None, cache: Cache | None = None
+    spec: Spec, progress: Progress = lambda name: None, cache: Cache | None = None, effort: int = DEFAULT
 ) -> list[AnyCompiled]:
     """Compile every kernel of a spec, or return the cached results."""
-    return _all_compiled(spec, _keys(spec, cache), progress, cache)
+    return _all_compiled(spec, _keys(spec, cache, effort), progress, cache, effort)
 
 
 def source_of(spec: Spec, compiled: Sequence[Compiled | CompiledLoops]) -> ModuleSource:
@@ -53,54 +55,59 @@ def source_of(spec: Spec, compiled: Sequence[Compiled | CompiledLoops]) -> Modul
     return ModuleSource(spec.name, spec.summary, spec.command, spec.digest, kernels, loops)
 
 
-def compile_spec(spec: Spec, progress: Progress = lambda name: None, cache: Cache | None = None) -> ModuleSource:
+def compile_spec(
+    spec: Spec, progress: Progress = lambda name: None, cache: Cache | None = None, effort: int = DEFAULT
+) -> ModuleSource:
     """Compile every kernel of a spec and return the data for the printers."""
-    return source_of(spec, compile_kernels(spec, progress, cache))
+    return source_of(spec, compile_kernels(spec, progress, cache, effort))
 
 
-def render_spec(spec: Spec, progress: Progress = lambda name: None, cache: Cache | None = None) -> dict[str, str]:
+def render_spec(
+    spec: Spec, progress: Progress = lambda name: None, cache: Cache | None = None, effort: int = DEFAULT
+) -> dict[str, str]:
     """Compile every kernel of a spec, and return the texts of the files of its module by name."""
-    keys = _keys(spec, cache)
+    keys = _keys(spec, cache, effort)
     text_key = _text_key(spec, keys)
     known = _known_text(spec, text_key, cache)
     if known is not None:
         return known
-    files = render(source_of(spec, _all_compiled(spec, keys, progress, cache)))
-    if cache and text_key:
+    files = render(source_of(spec, _all_compiled(spec, keys, progress, cache, effort)))
+    if cache and text_key and not is_interrupted():
         cache.put(text_key, files)
         cache.prune()
     return files
 
 
-def rendered_before(spec: Spec, cache: Cache | None) -> dict[str, str] | None:
+def rendered_before(spec: Spec, cache: Cache | None, effort: int = DEFAULT) -> dict[str, str] | None:
     """Return the files of a spec's module if they are cached, else None; nothing is compiled."""
-    return _known_text(spec, _text_key(spec, _keys(spec, cache)), cache)
+    return _known_text(spec, _text_key(spec, _keys(spec, cache, effort)), cache)
 
 
-def _all_compiled(spec: Spec, keys: Keys, progress: Progress, cache: Cache | None) -> list[AnyCompiled]:
+def _all_compiled(spec: Spec, keys: Keys, progress: Progress, cache: Cache | None, effort: int) -> list[AnyCompiled]:
     found: list[AnyCompiled] = []
     for kernel, key in zip(spec.kernels, keys, strict=True):
         progress(f"{spec.name}.{kernel.name}")
-        found.append(_loops_compiled(kernel, key, cache) if kernel.has_loops else _compiled(kernel, key, cache))
+        compile_one = _loops_compiled if kernel.has_loops else _compiled
+        found.append(compile_one(kernel, key, cache, effort))
     if cache:
         cache.prune()
     return found
 
 
-def _compiled(kernel: Kernel, key: str | None, cache: Cache | None) -> Compiled:
+def _compiled(kernel: Kernel, key: str | None, cache: Cache | None, effort: int) -> Compiled:
     known = cache.get(key) if cache and key else None
     if known is not None:
         try:
             return unpacked(kernel, known)
         except (GacError, LookupError, TypeError, ValueError):
             pass  # the entry is not a valid kernel: compile it again
-    compiled = Compiled.of(compile_kernel(kernel))
-    if cache and key:
+    compiled = Compiled.of(compile_kernel(kernel, effort=effort))
+    if cache and key and not is_interrupted():
         cache.put(key, packed(compiled))
     return compiled
 
 
-def _loops_compiled(kernel: Kernel, key: str | None, cache: Cache | None) -> CompiledLoops:
+def _loops_compiled(kernel: Kernel, key: str | None, cache: Cache | None, effort: int) -> CompiledLoops:
     traced = trace_loops(kernel, LayoutInference())
     known = cache.get(key) if cache and key else None
     if known is not None:
@@ -108,22 +115,24 @@ def _loops_compiled(kernel: Kernel, key: str | None, cache: Cache | None) -> Com
             return unpacked_loops(kernel, traced, known)
         except (GacError, LookupError, TypeError, ValueError):
             pass  # the entry is not a valid kernel: compile it again
-    compiled = CompiledLoops.of(compile_loops(kernel, traced))
-    if cache and key:
+    compiled = CompiledLoops.of(compile_loops(kernel, traced, effort))
+    if cache and key and not is_interrupted():
         cache.put(key, packed_loops(compiled))
     return compiled
 
 
-def _keys(spec: Spec, cache: Cache | None) -> Keys:
-    return [_kernel_key(kernel) if cache else None for kernel in spec.kernels]
+def _keys(spec: Spec, cache: Cache | None, effort: int) -> Keys:
+    return [_kernel_key(kernel, effort) if cache else None for kernel in spec.kernels]
 
 
-def _kernel_key(kernel: Kernel) -> str | None:
+def _kernel_key(kernel: Kernel, effort: int) -> str | None:
     compiler = fingerprint(PROGRAM_SOURCES)
     if compiler is None:
         return None
     try:
-        return key_of("procedure" if kernel.has_loops else "program", compiler, description_of(kernel))
+        return key_of(
+            "procedure" if kernel.has_loops else "program", compiler, f"effort {effort}", description_of(kernel)
+        )
     except (GacError, NotDescribed):
         return None  # if the kernel is invalid, compiling it reports the error
 

@@ -14,6 +14,7 @@ from threading import Event, Thread
 from typing import TypeVar
 
 from ..errors import BackendError
+from ..passes.interruption import interrupt, is_interruptible, reporting
 from .compiling import Progress
 from .spec_files import Spec, load_spec
 
@@ -56,7 +57,9 @@ def each_spec(work: Work[T], specs: Sequence[Spec], progress: Progress, jobs: in
     names, sender = context.Pipe(duplex=False)
     listener = _Listener(names, progress)
     listener.start()
-    pool = ProcessPoolExecutor(min(jobs, len(specs), _MOST), context, _begin, (sender, context.Lock()))
+    pool = ProcessPoolExecutor(
+        min(jobs, len(specs), _MOST), context, _begin, (sender, context.Lock(), is_interruptible())
+    )
     try:
         # The longest files come first, so that the last ones are short and the processes end at about the same time.
         longest = sorted(range(len(specs)), key=lambda k: -specs[k].path.stat().st_size)
@@ -110,15 +113,18 @@ _lock: Lock
 """The connection to which a process sends names of kernels, and the lock that prevents concurrent writes to it."""
 
 
-def _begin(sender: Connection, lock: Lock) -> None:
+def _begin(sender: Connection, lock: Lock, ends_searches: bool) -> None:
     global _sender, _lock
     _sender, _lock = sender, lock
     # An interrupt reaches all processes of the command; it is enough that the main process reports it.
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.signal(signal.SIGINT, interrupt if ends_searches else signal.SIG_DFL)
 
 
 def _run(work: Work[T], path: Path, command: str, algebra: str | None) -> T:
-    return work(load_spec(path, command, algebra), _send)
+    if not is_interruptible():
+        return work(load_spec(path, command, algebra), _send)
+    with reporting(_send):
+        return work(load_spec(path, command, algebra), _send)
 
 
 def _send(name: str) -> None:

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 from ..algebra.coefficients import divide, scalar_function, scale
 from .program import Operand, Program
 from .scalar import RING, Op, Rational
+
+MANTISSA = 53
+"""Number of bits of a double."""
 
 
 def evaluate(op: Op, values: Sequence[Any]) -> Any:
@@ -46,6 +50,7 @@ class Tape:
             if isinstance(operand, Fraction) and operand not in places:
                 places[operand] = len(places)
                 self._constants.append(operand)
+        self._first = len(places)
         self._lines: list[tuple[Op, int, int, tuple[int, ...]]] = []
         self._scaled: list[Rational | None] = []
         for line in program.lines:
@@ -96,6 +101,18 @@ class Tape:
             else:
                 append(function(op, [values[k] for k in at]))
         return [values[k] for k in self._results]
+
+    @cached_property
+    def bits(self) -> int:
+        """An estimate of the number of bits of the longest exact value for inputs in double precision."""
+        found = [MANTISSA] * (self._first - len(self._constants))
+        found += [max(each.numerator.bit_length(), each.denominator.bit_length()) for each in self._constants]
+        for op, a, b, at in self._lines:
+            if op in (Op.MULTIPLY, Op.DIVIDE):
+                found.append(found[a] + found[b])
+            else:
+                found.append(max(found[k] for k in at) + (op in RING))
+        return max(found, default=0)
 
     @property
     def is_dyadic(self) -> bool:

@@ -59,6 +59,17 @@ def run_procedure(
     return _Run(procedure, lengths, arguments, constant, apply).results()
 
 
+_PREPARED: dict[int, tuple[Procedure, dict[str, Tape]]] = {}
+"""The prepared programs of the procedure that was run last, by its identity. The same one is run at many points."""
+
+
+def _tapes(procedure: Procedure) -> dict[str, Tape]:
+    if id(procedure) not in _PREPARED:
+        _PREPARED.clear()
+        _PREPARED[id(procedure)] = procedure, {program.name: Tape(program) for program in procedure.programs}
+    return _PREPARED[id(procedure)][1]
+
+
 class _Run:
     """The state of a running procedure: the rows of its tables, and the current rows of its loops."""
 
@@ -79,7 +90,7 @@ class _Run:
             self._tables[table.name] = [[constant(0)] * table.size for _ in range(count)]
         self._counters: dict[str, int] = {}
         self._directions: dict[str, tuple[int, int]] = {}
-        self._tapes = {program.name: Tape(program) for program in procedure.programs}
+        self._tapes = _tapes(procedure)
 
     def results(self) -> dict[str, Rows]:
         """Run the procedure and return its results."""

@@ -31,6 +31,8 @@ ROUNDING = 16.0
 """Error in ulp that is accepted for every candidate, because smaller errors are noise."""
 CLOSE = Fraction(1, 2**20)
 ERROR_POINTS = 64
+LONGEST = 20_000
+"""Maximum number of bits of exact values; those of deeper programs are computed to `DIGITS` digits."""
 LONG = 1000
 """Programs with more lines than this are measured at fewer points."""
 
@@ -125,12 +127,13 @@ def _in_double(program: Program, values: Mapping[str, Any]) -> Inputs:
 
 def without_rounding(tape: Tape, inputs: Sequence[float | Fraction]) -> Sequence[Any]:
     """Return the flat results of a program on binary fractions, exactly if possible, else to `DIGITS` digits."""
-    if tape.is_dyadic:
-        return tape.run_dyadic(inputs)
-    try:
-        return tape.run([Fraction(value) for value in inputs])
-    except InexactError:
-        pass
+    if tape.bits <= LONGEST:
+        if tape.is_dyadic:
+            return tape.run_dyadic(inputs)
+        try:
+            return tape.run([Fraction(value) for value in inputs])
+        except InexactError:
+            pass
     with mpmath.workdps(DIGITS):
         results = tape.run(map(to_mpmath, inputs), to_mpmath)
     if any(isinstance(value, mpmath.mpc) for value in results):

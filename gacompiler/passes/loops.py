@@ -31,6 +31,7 @@ from ..ir.procedure import (
 from ..ir.procedure_cost import Costs, procedure_costs
 from ..ir.program import Argument, Operand, Program, Result
 from ..ir.verify import verify
+from .effort import DEFAULT
 from .fuse import fuse
 from .inference import LayoutInference
 from .pipeline import compile_kernel
@@ -62,7 +63,7 @@ class LoopCompilation:
         return procedure_costs(self.procedure)
 
 
-def compile_loops(kernel: Kernel, traced: LoopTrace | None = None) -> LoopCompilation:
+def compile_loops(kernel: Kernel, traced: LoopTrace | None = None, effort: int = DEFAULT) -> LoopCompilation:
     """Compile a kernel with loops.
 
     Parameters
@@ -70,6 +71,8 @@ def compile_loops(kernel: Kernel, traced: LoopTrace | None = None) -> LoopCompil
     kernel : Kernel
     traced : LoopTrace, optional
         The result of `trace_loops`, if available.
+    effort : int
+        As for `compile_kernel`.
 
     Raises
     ------
@@ -82,7 +85,7 @@ def compile_loops(kernel: Kernel, traced: LoopTrace | None = None) -> LoopCompil
         renamed = _numbered(kernel, traced)
         for statement in computes(traced.statements):
             part = replace(statement.kernel, name=renamed[statement.kernel.name])
-            parts[statement.kernel.name] = compile_kernel(part, forms=False)
+            parts[statement.kernel.name] = compile_kernel(part, forms=False, effort=effort)
     except ZeroDivisionError as error:
         raise KernelError(
             kernel.where, "it divides by an expression that is zero", "a divisor that can differ from zero"

@@ -11,12 +11,15 @@ from dataclasses import replace
 
 from ..errors import GacError, KernelError
 from ..frontend.kernel import Kernel, trace
+from ..ir.cost import Cost
 from .accuracy import Gate
 from .decide import decide
+from .effort import DEFAULT, LEVELS, effort_of
+from .interruption import is_interrupted
 from .prove import prove_program
 from .record import Compilation
 from .rewrite import rewrite
-from .search import Search
+from .search import Candidate, Search
 from .uniform import uniform_forms
 
 
@@ -44,12 +47,31 @@ def find_candidates(record: Compilation) -> Compilation:
     for output, layout, slots in zip(record.trace.outputs, record.decision.layouts, record.decision.slots, strict=True):
         shape = output.outer_shape + (() if layout.is_scalar else (layout.size,))
         results.append((output.name, shape, slots))
-    search = Search(record.kernel, record.variants, results)
-    return replace(record, candidates=tuple(search.candidates()), limits=search.limits)
+    if record.effort.level == 0:
+        author = Search(record.kernel, record.variants, results, record.effort).author()
+        return replace(record, candidates=(author,), limits=(NO_SEARCH,))
+    found: dict[tuple[tuple[str, ...], Cost], Candidate] = {}
+    for effort in LEVELS[1 : record.effort.level + 1]:
+        search = Search(record.kernel, record.variants, results, effort)
+        for candidate in search.candidates():
+            found.setdefault((candidate.steps, candidate.cost), candidate)
+        limits = search.limits
+        if is_interrupted():
+            limits = (*limits, INTERRUPTED)
+            break
+        if not limits:
+            break  # A higher level would try the same candidates.
+    return replace(record, candidates=tuple(found.values()), limits=limits)
+
+
+NO_SEARCH = "effort 0: nothing but the author's structure; cheaper forms may exist"
+INTERRUPTED = "the search was interrupted; cheaper forms may exist"
 
 
 def choose_program(record: Compilation) -> Compilation:
     """Select the cheapest candidate whose error is not much larger than that of the first, the author's structure."""
+    if len(record.candidates) == 1 and record.effort.level == 0:
+        return replace(record, best=record.candidates[0])
     gate = Gate(record.kernel, record.candidates[0].program)
     by_cost = sorted(record.candidates, key=lambda candidate: candidate.cost.total)
     best = next((candidate for candidate in by_cost if gate.accepts(candidate.program)), record.candidates[0])
@@ -58,8 +80,8 @@ def choose_program(record: Compilation) -> Compilation:
 
 def split_uniform(record: Compilation) -> Compilation:
     """Find forms for batches in which some arguments are the same for every element."""
-    assert record.trace is not None and record.decision is not None and record.gate is not None
-    if record.kernel.result_names:
+    assert record.trace is not None and record.decision is not None
+    if record.kernel.result_names or record.gate is None:
         return record  # Scripts have many scalar arguments, and their compilation must take less than a second.
     slots = [slot for each in record.decision.slots for slot in each]
     forms = uniform_forms(record.kernel, record.trace.expressions, slots, record.program, record.gate)
@@ -77,7 +99,7 @@ PIPELINE: tuple[Callable[[Compilation], Compilation], ...] = (
 )
 
 
-def compile_kernel(kernel: Kernel, forms: bool = True) -> Compilation:
+def compile_kernel(kernel: Kernel, forms: bool = True, effort: int = DEFAULT) -> Compilation:
     """Run the pipeline on one kernel. Error messages name the kernel.
 
     Parameters
@@ -86,8 +108,10 @@ def compile_kernel(kernel: Kernel, forms: bool = True) -> Compilation:
         A kernel without loops.
     forms : bool
         Whether to search for forms for uniform arguments.
+    effort : int
+        The level of effort, from 0 to 3 (`gacompiler.passes.effort`).
     """
-    record = Compilation(kernel)
+    record = Compilation(kernel, effort=effort_of(effort))
     try:
         for stage in PIPELINE:
             if forms or stage is not split_uniform:

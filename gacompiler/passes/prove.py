@@ -21,13 +21,13 @@ from ..ir.interpret import Tape
 from ..ir.program import Program
 from ..ir.scalar import RING, Op
 from ..ir.uniform import joined
-from ..rings.points import DIGITS
+from ..rings.residues import Residue, residue
 from .lower import Slot
 from .record import Compilation
-from .samples import samples, to_mpmath
+from .samples import WORKING_DIGITS, samples, to_mpmath
 
 TOLERANCE_DIGITS = 40
-"""Number of digits that must agree for irrational values, out of `DIGITS` computed digits."""
+"""Number of digits that must agree for irrational values, out of `WORKING_DIGITS` computed digits."""
 EXACT_POINTS, FEW_POINTS, LONG = 5, 2, 5000
 """Number of points for polynomials and fractions; fewer for programs of more than `LONG` lines."""
 BRANCH_POINTS = 60
@@ -42,7 +42,10 @@ Reader = Callable[..., Sequence[Any]]
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """Inputs of a kernel and the values of its definition there, in the order of the result arrays."""
+    """Inputs of a kernel and the values of its definition there, in the order of the result arrays.
+
+    Exact numbers are rational, or all of them are residues modulo a prime.
+    """
 
     inputs: tuple[tuple[Any, ...], ...]
     results: tuple[tuple[Any, ...], ...]
@@ -85,16 +88,18 @@ def truths(
     found: list[Truth] = []
     grows = any(line.op is Op.EXP for line in program.lines)
     for point, values in samples(kernel, expressions, random, 2 * n if grows else n, long):
-        with mpmath.workdps(DIGITS):  # In mpmath, even negation rounds to the current precision.
+        with mpmath.workdps(WORKING_DIGITS):  # In mpmath, even negation rounds to the current precision.
             results = tuple(
                 tuple(_signed(values[slot.expression].terms.get(slot.blade, 0), slot.sign) for slot in slots)
                 for slots in result_slots
             )
-        exact = all(isinstance(v, (int, Fraction)) for v in [*(v for r in results for v in r), *point.values()])
-        inputs = tuple(tuple(point[name] for name in parameter.components) for parameter in kernel.parameters)
+        flat = [value for result in results for value in result]
+        exact = all(isinstance(v, (int, Fraction, Residue)) for v in [*flat, *point.values()])
+        convert = residue if any(isinstance(v, Residue) for v in flat) else lambda value: value
+        inputs = tuple(tuple(convert(point[name]) for name in parameter.components) for parameter in kernel.parameters)
         found.append(Truth(inputs, results, exact))
-    small = [truth for truth in found if all(abs(x) <= LARGE for values in truth.inputs for x in values)]
-    if grows and len(small) > 2:
+    small = [truth for truth in found if grows and all(abs(x) <= LARGE for values in truth.inputs for x in values)]
+    if len(small) > 2:
         return small[:n]
     if not found:
         raise ProofError(
@@ -133,7 +138,7 @@ def disagreement(reader: Reader, known: Sequence[Truth]) -> str:
 
 
 def read(reader: Reader, truth: Truth) -> Sequence[Any]:
-    """Return the results of `reader` at a point, exactly if possible, else to `DIGITS` digits.
+    """Return the results of `reader` at a point, exactly if possible, else to `WORKING_DIGITS` digits.
 
     Raises
     ------
@@ -145,7 +150,7 @@ def read(reader: Reader, truth: Truth) -> Sequence[Any]:
             return reader(*truth.inputs)
         except InexactError:
             pass
-    with mpmath.workdps(DIGITS):
+    with mpmath.workdps(WORKING_DIGITS):
         results = reader(*(tuple(map(to_mpmath, values)) for values in truth.inputs))
     if any(isinstance(value, mpmath.mpc) for value in results):
         raise ValueError("a result is not real")
@@ -159,7 +164,9 @@ def same(a: Any, b: Any, scale: Any = 0) -> bool:
     """
     if isinstance(a, (int, Fraction)) and isinstance(b, (int, Fraction)):
         return a == b
-    with mpmath.workdps(DIGITS):
+    if isinstance(a, Residue) or isinstance(b, Residue):
+        return bool(a == b)
+    with mpmath.workdps(WORKING_DIGITS):
         x, y = to_mpmath(a), to_mpmath(b)
         return bool(abs(x - y) <= mpmath.mpf(10) ** -TOLERANCE_DIGITS * (1 + max(abs(y), to_mpmath(scale))))
 

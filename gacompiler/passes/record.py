@@ -11,6 +11,7 @@ from ..ir.program import Program
 from ..ir.uniform import Uniform
 from .accuracy import Gate
 from .decide import Decision
+from .effort import DEFAULT, LEVELS, Effort
 from .search import Candidate
 
 
@@ -24,12 +25,14 @@ class Compilation:
     decision: Decision | None = None
     candidates: tuple[Candidate, ...] = ()
     limits: tuple[str, ...] = ()
-    """Descriptions of the limits at which the search for candidates stopped."""
+    """Descriptions of what was not tried: the limits at which the search for candidates stopped."""
     gate: Gate | None = None
     """The accuracy criterion for programs of this kernel."""
     best: Candidate | None = None
     uniform: tuple[Uniform, ...] = ()
     """Forms for batches in which some arguments are the same for every element."""
+    effort: Effort = LEVELS[DEFAULT]
+    """The level of effort, with its limits."""
 
     @property
     def program(self) -> Program:

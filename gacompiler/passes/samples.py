@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from fractions import Fraction
 from itertools import cycle
 from random import Random
@@ -11,14 +12,20 @@ from typing import Any
 import mpmath
 
 from ..algebra.multivector import Multivector
-from ..errors import InexactError
-from ..frontend.expression import Expression, evaluate
+from ..errors import InexactError, TooLargeError
+from ..frontend.expression import Expression, apply_operation, evaluate, topological
 from ..frontend.kernel import Kernel
-from ..rings.points import DIGITS, point
+from ..rings.points import point
+from ..rings.residues import residue
 
 SPREADS = (Fraction(1), Fraction(1, 256), Fraction(1), Fraction(1, 2**30))
 """Sizes of free coefficients and distances of versors from 1, for ordinary points and for points close to branches.
 Small values also satisfy definitions with a bounded domain (such as a velocity below 1)."""
+
+WORKING_DIGITS = 120
+"""Number of decimal digits of values that are not rational. Cancellation in a deep definition may lose two thirds."""
+LONGEST = 2_000
+"""Maximum number of bits of numerators and denominators; residues modulo a prime replace longer numbers."""
 
 
 def sample(
@@ -62,14 +69,37 @@ def _is_real(value: Any) -> bool:
 
 
 def meaning(expressions: Sequence[Expression], inputs: Mapping[str, Any]) -> list[Multivector]:
-    """Evaluate the author's definition at a point, exactly if possible, else to `DIGITS` digits."""
+    """Evaluate the author's definition at a point, exactly if possible, else to `WORKING_DIGITS` digits.
+
+    Exact values are rational numbers, or their residues modulo a prime if the rational numbers are too long.
+    """
     if all(isinstance(value, (int, Fraction)) for value in inputs.values()):
         try:
-            return evaluate(expressions, inputs)
+            return _rational(expressions, inputs)
+        except TooLargeError:
+            with suppress(InexactError):
+                return evaluate(expressions, {name: residue(value) for name, value in inputs.items()}, lift=residue)
         except InexactError:
             pass
-    with mpmath.workdps(DIGITS):
+    with mpmath.workdps(WORKING_DIGITS):
         return evaluate(expressions, {name: to_mpmath(value) for name, value in inputs.items()}, lift=to_mpmath)
+
+
+def _rational(expressions: Sequence[Expression], inputs: Mapping[str, Any]) -> list[Multivector]:
+    """Evaluate with rational numbers.
+
+    Raises
+    ------
+    TooLargeError
+        If a number has more than `LONGEST` bits.
+    """
+    memory: dict[Expression, Multivector] = {}
+    for expression in topological(expressions):
+        value = apply_operation(expression, [memory[argument] for argument in expression.arguments], inputs)
+        if any(max(x.numerator.bit_length(), x.denominator.bit_length()) > LONGEST for x in value.terms.values()):
+            raise TooLargeError("exact evaluation", f"a number of more than {LONGEST} bits")
+        memory[expression] = value
+    return [memory[expression] for expression in expressions]
 
 
 def to_mpmath(value: Any) -> Any:

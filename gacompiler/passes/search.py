@@ -14,7 +14,7 @@ The order of candidates is deterministic. The first of the cheapest candidates i
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 from ..algebra.operations import Operation
@@ -26,7 +26,9 @@ from ..ir.program import Argument, Program
 from ..ir.scalar import Graph, Scalar
 from ..rings.polynomial import Polynomial, total_terms
 from .divide import divide_once
+from .effort import DEFAULT, LEVELS, Effort
 from .factor import Policy
+from .interruption import is_interrupted, progress
 from .lower import Lowering, Reduction, Slot, pick, stages
 from .matrices import evaluate_by_matrices, has_huge_product, plan_choices
 from .resubstitute import resubstitute
@@ -38,19 +40,6 @@ from .system import System
 
 SMALL = 60
 """Polynomials with up to this number of terms are always expanded, regardless of the best cost."""
-LARGEST = 1_500
-"""Polynomials with more terms than this are never expanded for factorisation."""
-HOPELESS = 3
-"""Systems with more terms than this multiple of the best cost so far are not factorised. They are unlikely to become
-cheapest, and the time grows with the square of the number of terms of a sum."""
-FIRST_EFFORT, MORE_EFFORT = 14_000, 8_000
-"""Maximum number of pairs of terms for comparing systems, and for refining the best systems under `POLICIES`."""
-LOWERING = 10_000
-"""Maximum number of pairs of terms that are multiplied to expand one choice of named results. The best choices of all
-known kernels require at most 2 200."""
-ALL_LOWERING = 300_000
-"""Maximum total number of pairs of terms that are multiplied. The best choices of all known kernels are found within
-this limit."""
 POLICIES = (
     Policy(split_numbers=True, long_sums_first=True),
     Policy(prefer_products=True, split_numbers=True, long_sums_first=True),
@@ -58,13 +47,10 @@ POLICIES = (
     Policy(prefer_products=True),
     Policy(prefer_products=True, split_numbers=True),
 )
+LONG = 150
+"""Definitions with more operations than this are long: the number of their forms is limited by their total length."""
 DIVIDED = 3
 """Number of cheapest candidates for which fewer divisions are tried."""
-STAGE_LIMIT = 3
-"""Up to this number of stages, all subsets are tried. For up to six stages, the sets of all, all but one, single and no
-stages are tried, and for more, only the set of all stages. Large sets come first, because their systems are small."""
-
-
 Steps = tuple[str, ...]
 Method = tuple[Reduction, bool, bool]
 """A lowering method: the reduction, whether implied coefficients are named, and whether squares are used."""
@@ -104,37 +90,58 @@ class Search:
     variants : mapping
         Result expressions by the name of the rewriting.
     results : sequence of (name, shape, slots)
+    effort : Effort
+        The limits of the search.
     """
 
     def __init__(
-        self, kernel: Kernel, variants: Mapping[str, tuple[Expression, ...]], results: Sequence[ResultShape]
+        self,
+        kernel: Kernel,
+        variants: Mapping[str, tuple[Expression, ...]],
+        results: Sequence[ResultShape],
+        effort: Effort = LEVELS[DEFAULT],
     ) -> None:
+        self._effort = effort
         self._kernel = kernel
         self._variants = variants
         self._results = tuple(results)
         self._slots = tuple(slot for _, _, slots in results for slot in slots)
         self._budget = SMALL
         self._too_large = self._left = 0
+        self._lines = self._skipped = 0
+        self._factorised: dict[object, Candidate] = {}
+        self._least: int | None = None
+        self._is_long = len(topological(next(iter(variants.values())))) > LONG
         self._has_implied = any(parameter.layout.implied for parameter in kernel.parameters)
         self._arguments = tuple(Argument(p.name, p.shape, p.components) for p in kernel.parameters)
 
+    def author(self) -> Candidate:
+        """Return the author's structure with shared subexpressions; huge products are computed by matrices."""
+        name, expressions = next(iter(self._variants.items()))
+        if has_huge_product(expressions):
+            return next(self._by_matrices())
+        return self._candidate((name,), self._direct(expressions))
+
     def candidates(self) -> list[Candidate]:
         """Return all candidates in order."""
-        direct = {
-            name: self._candidate((name,), self._direct(variant))
-            for name, variant in self._variants.items()
-            if not has_huge_product(variant)
-        }
-        found = [*direct.values(), *self._by_matrices()]
+        direct: dict[str, Candidate] = {}
+        by_matrices: list[Candidate] = []
+        for name, variant in self._variants.items():
+            if self._is_long and direct and not by_matrices:
+                by_matrices += self._by_matrices()  # They save most in long scripts, so they are built early.
+            if not has_huge_product(variant) and (not direct or self._has_lines_left()):
+                direct[name] = self._candidate((name,), self._direct(variant))
+        found = [*direct.values(), *(by_matrices or self._by_matrices())]
         least = min(candidate.cost.total for candidate in found)
-        self._budget = min(max(HOPELESS * least, SMALL), LARGEST)
+        self._budget = min(max(self._effort.hopeless * least, SMALL), self._effort.largest)
         first: list[tuple[Steps, System, Candidate]] = []
         names = sorted(direct, key=lambda name: direct[name].cost.total)
         effort = 0
         systems = sorted(self._systems(names), key=lambda pair: _effort(pair[1]))
         for k, (steps, system) in enumerate(systems):
             effort += _effort(system)
-            if effort > (FIRST_EFFORT if first else 2 * FIRST_EFFORT) or (first and _size(system) > HOPELESS * least):
+            limit = self._effort.first if first else 2 * self._effort.first
+            if effort > limit or (first and _size(system) > self._effort.hopeless * least) or is_interrupted():
                 self._left = len(systems) - k
                 break
             candidate = self._factorise(steps, system, Policy(split_numbers=True))
@@ -142,7 +149,7 @@ class Search:
             least = min(least, candidate.cost.total)
         found += [candidate for _, _, candidate in first]
         ranked = sorted(range(len(first)), key=lambda k: (first[k][2].cost.total, k))
-        best = ranked[:2]
+        best = ranked[: self._effort.refined - 1]
         tried = {first[k][0][0] for k in best}
         best += [k for k in ranked if first[k][0][0] not in tried][:1]
         effort = 0
@@ -150,9 +157,9 @@ class Search:
             steps, system, _ = first[k]
             for policy in POLICIES:
                 effort += _effort(system)
-                if effort <= MORE_EFFORT:
+                if effort <= self._effort.more and not is_interrupted():
                     found.append(self._factorise(steps, system, policy))
-        cheapest = sorted(found, key=lambda candidate: candidate.cost.total)[:DIVIDED]
+        cheapest = sorted(found, key=lambda candidate: candidate.cost.total)[: DIVIDED if self._has_lines_left() else 1]
         divided = ((candidate.steps, divide_once(candidate.program)) for candidate in cheapest)
         return [*found, *(self._candidate((*steps, "dividing once"), each) for steps, each in divided if each)]
 
@@ -161,6 +168,7 @@ class Search:
         """Human-readable descriptions of the limits that the search reached."""
         texts = (
             (self._too_large, "choices of named results were too large to be expanded"),
+            (self._skipped, "forms were not built, because their programs are long"),
             (self._left, "systems of polynomials were too large to be factorised"),
         )
         return tuple(f"{count} {text}; cheaper forms may exist" for count, text in texts if count)
@@ -169,7 +177,18 @@ class Search:
         todo = iter(scalars)
         results = tuple((name, shape, tuple(next(todo) for _ in slots)) for name, shape, slots in self._results)
         program = schedule(self._kernel.name, self._arguments, results)
-        return Candidate(steps, program, cost(program))
+        self._lines += len(program.lines)
+        candidate = Candidate(steps, program, cost(program))
+        if self._least is None or candidate.cost.total < self._least:
+            self._least = candidate.cost.total
+            progress(f"{self._kernel.name}: {candidate.cost}")
+        return candidate
+
+    def _has_lines_left(self) -> bool:
+        """Return whether one more form of a long script may be built, and count it otherwise."""
+        left = not self._is_long or (self._lines < self._effort.lines and not is_interrupted())
+        self._skipped += not left
+        return left
 
     def _direct(self, expressions: Sequence[Expression]) -> tuple[Scalar, ...]:
         graph = Graph()
@@ -180,6 +199,8 @@ class Search:
         name = "sandwiches recognised" if "sandwiches recognised" in self._variants else next(iter(self._variants))
         expressions = self._variants[name]
         for choice in plan_choices(expressions):
+            if not self._has_lines_left():
+                return
             graph = Graph()
             values, how = evaluate_by_matrices(expressions, self._inputs(graph), graph.lift, choice)
             yield self._candidate((name, how), pick(values, self._slots, graph))
@@ -188,36 +209,39 @@ class Search:
         return {name: graph.variable(name) for parameter in self._kernel.parameters for name in parameter.components}
 
     def _factorise(self, steps: Steps, system: System, policy: Policy) -> Candidate:
-        choices = [name for name in Policy.__slots__ if getattr(policy, name)]
-        return self._candidate((*steps, "factorised", *choices), share(system, policy))
+        choices = ("factorised", *(name for name in Policy.__slots__ if getattr(policy, name)))
+        key = system.key, policy if _has_common_numbers(system) else replace(policy, split_numbers=False)
+        if key in self._factorised:
+            known = self._factorised[key]
+            return Candidate((*steps, *choices), known.program, known.cost)
+        self._factorised[key] = self._candidate((*steps, *choices), share(system, policy))
+        return self._factorised[key]
 
     def _systems(self, names: Sequence[str]) -> Iterator[tuple[Steps, System]]:
         """Yield distinct systems that are small enough to compete with the best so far, simplest rewriting first."""
         seen: set[tuple[object, ...]] = set()
-        left = ALL_LOWERING
+        left, most = self._effort.all_lowering, self._effort.lowering
         for name in names:
             expressions = self._variants[name]
             methods = self._methods(expressions)
             too_large: list[tuple[Method, frozenset[Expression]]] = []
-            for cuts in _choices_of_stages(stages(expressions)):
+            for cuts in _choices_of_stages(stages(expressions), self._effort.stages):
                 for method in methods:
                     if any(method == other and cuts < more for other, more in too_large):
                         continue
-                    if left < 0:
+                    if left < 0 or is_interrupted():
                         self._too_large += 1
                         continue
                     try:
                         reduction, *options = method
-                        lowering = Lowering(
-                            self._kernel, expressions, cuts, reduction, self._budget, LOWERING, *options
-                        )
+                        lowering = Lowering(self._kernel, expressions, cuts, reduction, self._budget, most, *options)
                         system = lowering.system(self._slots)
                     except TooLargeError:
                         self._too_large += 1
                         too_large.append((method, cuts))
-                        left -= LOWERING
+                        left -= most
                         continue
-                    left -= LOWERING - lowering.ring.effort
+                    left -= most - lowering.ring.effort
                     if not _has_effect(method, lowering) or _size(system) > self._budget:
                         continue
                     steps = (name, f"{len(cuts)} stages", *_steps_of(method, lowering))
@@ -247,6 +271,17 @@ def _steps_of(method: Method, lowering: Lowering) -> Steps:
     return tuple(step for is_done, step in chosen if is_done)
 
 
+def _has_common_numbers(system: System) -> bool:
+    """Return whether some terms of a sum have the same numeric factor, so that `Policy.split_numbers` has an effect."""
+    _, atoms = system.live()
+    arguments = [argument for atom in atoms for argument in system.ring.atom_of(atom).arguments]
+    for polynomial in (*_polynomials(system), *arguments):
+        sizes = [abs(value) for value in polynomial.terms.values() if abs(value) != 1]
+        if len(set(sizes)) < len(sizes):
+            return True
+    return False
+
+
 def _forms(system: System) -> Iterator[tuple[Steps, System]]:
     """Yield a system and its equivalent forms."""
     yield (), system
@@ -274,8 +309,13 @@ def _polynomials(system: System) -> list[Polynomial]:
     return [*system.outputs, *(definition.polynomial for definition in definitions)]
 
 
-def _choices_of_stages(found: list[Expression]) -> Iterable[frozenset[Expression]]:
-    if len(found) <= STAGE_LIMIT:
+def _choices_of_stages(found: list[Expression], limit: int) -> Iterable[frozenset[Expression]]:
+    """Return sets of named results. Large sets come first, because their systems are small.
+
+    Up to `limit` stages, these are all subsets. For up to six stages, they are the sets of all, all but one, single and
+    no stages, and for more, only the set of all stages.
+    """
+    if len(found) <= limit:
         sizes: Iterable[int] = range(len(found), -1, -1)
     else:
         sizes = (len(found), len(found) - 1, 1, 0) if len(found) <= 6 else (len(found),)

@@ -193,10 +193,10 @@ class Polynomial:
             return NotImplemented
         other = self._operand(other)
         if len(self.terms) * len(other.terms) > 20 * self.ring.budget:
-            raise TooLargeError("product of polynomials", f"{len(self.terms)} x {len(other.terms)} terms")
+            raise _too_large(self.ring, f"{len(self.terms)} x {len(other.terms)} terms")
         self.ring.effort -= len(self.terms) * len(other.terms)
         if self.ring.effort < 0:
-            raise TooLargeError("product of polynomials", "more pairs of terms than the limit")
+            raise _too_large(self.ring, "more pairs of terms than the limit")
         terms: dict[Monomial, Rational] = {}
         get = terms.get
         for a, x in self.terms.items():
@@ -205,7 +205,7 @@ class Polynomial:
                 terms[monomial] = get(monomial, 0) + x * y
         result = {monomial: exact(value) for monomial, value in terms.items() if value}
         if len(result) > self.ring.budget:
-            raise TooLargeError("product of polynomials", f"{len(result)} terms")
+            raise _too_large(self.ring, f"{len(result)} terms")
         return Polynomial(self.ring, result)
 
     __rmul__ = __mul__
@@ -269,6 +269,12 @@ class Polynomial:
 
     def __repr__(self) -> str:
         return f"Polynomial({self})"
+
+
+def _too_large(ring: PolynomialRing, found: str) -> TooLargeError:
+    error = TooLargeError("product of polynomials", found)
+    error.left = max(0, ring.effort)
+    return error
 
 
 _OPERANDS = (Polynomial, int, float, Fraction)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
+from itertools import combinations
 
 from ..algebra.blades import Rational, exact
 from .polynomial import Monomial, Polynomial, quotient
@@ -16,6 +17,9 @@ TERM_LIMIT = 60
 """Maximum number of terms of a polynomial that is simplified; longer ones are returned unchanged."""
 ROUNDS = 400
 """Maximum number of multiples that are subtracted from one polynomial."""
+
+Place = tuple[int, int, Rational, Monomial]
+"""The number of a relation, the index and the coefficient of one of its terms, and the cofactor of that term."""
 
 
 def weight(monomial: Monomial, value: Rational) -> int:
@@ -28,22 +32,24 @@ def simplify(polynomial: Polynomial, relations: Sequence[Polynomial]) -> Polynom
     terms = dict(polynomial.terms)
     if len(terms) > TERM_LIMIT:
         return polynomial
+    places = _places(relations)
+    lengths = sorted({len(part) for part in places})
+    multiples: dict[Monomial, list[Place]] = {}
     for _ in range(ROUNDS):
         best: tuple[int, Monomial, int, Rational] | None = None
         seen: set[tuple[Monomial, int, Rational]] = set()
         for monomial in sorted(terms, key=lambda m: (-len(m), m)):
-            for number, relation in enumerate(relations):
-                for part, factor in relation.key:
-                    cofactor = quotient(monomial, part)
-                    if cofactor is None:
-                        continue
-                    multiple = exact(Fraction(terms[monomial]) / factor) if terms[monomial] % factor == 0 else None
-                    if multiple is None or (cofactor, number, multiple) in seen:
-                        continue
-                    seen.add((cofactor, number, multiple))
-                    gain = _gain(terms, relation, cofactor, multiple)
-                    if gain > 0 and (best is None or gain > best[0]):
-                        best = (gain, cofactor, number, multiple)
+            if monomial not in multiples:
+                multiples[monomial] = _multiples(monomial, places, lengths)
+            value = terms[monomial]
+            for number, _, factor, cofactor in multiples[monomial]:
+                multiple = exact(Fraction(value) / factor) if value % factor == 0 else None
+                if multiple is None or (cofactor, number, multiple) in seen:
+                    continue
+                seen.add((cofactor, number, multiple))
+                gain = _gain(terms, relations[number], cofactor, multiple)
+                if gain > 0 and (best is None or gain > best[0]):
+                    best = (gain, cofactor, number, multiple)
         if best is None:
             break
         _, cofactor, number, multiple = best
@@ -55,6 +61,29 @@ def simplify(polynomial: Polynomial, relations: Sequence[Polynomial]) -> Polynom
             else:
                 terms.pop(target, None)
     return Polynomial(polynomial.ring, terms)
+
+
+def _places(relations: Sequence[Polynomial]) -> dict[Monomial, list[tuple[int, int, Rational]]]:
+    """Return the relations that contain each monomial, the index of the term, and its coefficient."""
+    places: dict[Monomial, list[tuple[int, int, Rational]]] = {}
+    for number, relation in enumerate(relations):
+        for index, (part, factor) in enumerate(relation.key):
+            places.setdefault(part, []).append((number, index, factor))
+    return places
+
+
+def _multiples(
+    monomial: Monomial, places: dict[Monomial, list[tuple[int, int, Rational]]], lengths: Sequence[int]
+) -> list[Place]:
+    """Return the terms of relations that divide a monomial, with the cofactors, in the order of the relations."""
+    found = []
+    for length in lengths:
+        for part in set(combinations(monomial, length)) if length <= len(monomial) else ():
+            if part in places:
+                cofactor = quotient(monomial, part)
+                assert cofactor is not None
+                found += [(number, index, factor, cofactor) for number, index, factor in places[part]]
+    return sorted(found)
 
 
 def _gain(terms: dict[Monomial, Rational], relation: Polynomial, cofactor: Monomial, multiple: Rational) -> int:

@@ -287,7 +287,7 @@ def test_the_sources_of_this_process_are_known() -> None:
 
 
 def test_only_what_was_proved_is_kept(cache: Cache, monkeypatch: pytest.MonkeyPatch) -> None:
-    def unproved(definition: Any) -> Compilation:
+    def unproved(definition: Any, effort: int) -> Compilation:
         raise KernelError(definition.name, "it is not proved")
 
     monkeypatch.setattr(compiling, "compile_kernel", unproved)

@@ -56,7 +56,9 @@ def gac(*arguments: Any) -> Result:
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
     folder = tmp_path_factory.mktemp("record")
     (folder / "arm.py").write_text(PROGRAM)
-    result = gac("record", "--separate", folder / "arm.py", "-o", folder / "arm_kernels.py", "--", folder / "numbers.npz")
+    result = gac(
+        "record", "--separate", folder / "arm.py", "-o", folder / "arm_kernels.py", "--", folder / "numbers.npz"
+    )
     assert result.exit_code == 0, result.output
     assert "kernels; run `gac generate" in result.output
     return folder / "arm_kernels.py", dict(np.load(folder / "numbers.npz"))

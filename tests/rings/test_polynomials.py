@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
+from itertools import combinations
 from random import Random
 from typing import Any
 
@@ -17,6 +18,7 @@ from gacompiler.algebra.layout import Layout
 from gacompiler.algebra.versors import sandwich
 from gacompiler.errors import KernelError, TooLargeError, ZeroDivisorError
 from gacompiler.ir.scalar import Op
+from gacompiler.rings.groebner import completed, union
 from gacompiler.rings.ideal import Ideal, s_polynomial
 from gacompiler.rings.points import point
 from gacompiler.rings.polynomial import Polynomial, PolynomialRing, total_terms
@@ -361,3 +363,30 @@ def test_ideals_of_null_pairs() -> None:
     ideal = Ideal(relations, 4)
     products = [[ideal.reduce(ring.lift(a.product("scalar_product", b).scalar)) for b in moved] for a in moved]
     assert products == [[0, 0, 1], [0, 0, 0], [1, 0, 0]]
+
+
+def test_ideals_of_one_layout_are_completed_once() -> None:
+    """Under other names of the variables, and together with unrelated relations."""
+    ring = PolynomialRing()
+    versors = []
+    for name in ("m", "n"):
+        symbols = [ring.variable(f"{name}_{blade}") for blade in PGA3.MOTOR.blades]
+        versors.append(PGA3.MOTOR.element(symbols))
+    first, second = ([ring.lift(value) for value in PGA3.MOTOR.relations(versor)] for versor in versors)
+    alone = Ideal(first, 4)
+    before = completed.cache_info().misses
+    other, both = Ideal(second, 4), Ideal([*second, *first], 4)
+    assert completed.cache_info().misses == before
+    assert len(other.basis) == len(alone.basis) and len(both.basis) == 2 * len(alone.basis)
+    assert both.reduce((versors[0] * ~versors[0]).scalar * (versors[1] * ~versors[1]).scalar) == 1
+
+
+@pytest.mark.parametrize("degree", [3, 4, 5])
+def test_all_s_polynomials_up_to_the_degree_are_zero(degree: int) -> None:
+    """Discarded pairs are superfluous: the basis satisfies Buchberger's criterion for every pair."""
+    _, _, relations = elements(CGA3.MOTOR)
+    ideal = Ideal(relations, degree)
+    for p, q in combinations(ideal.basis, 2):
+        s = s_polynomial(p, q)
+        whole = union(p.leading, q.leading)
+        assert len(whole) > degree or ideal.reduce(s).is_zero
