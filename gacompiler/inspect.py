@@ -137,6 +137,8 @@ def _done(record: Compilation, candidate: Candidate) -> dict[str, str]:
     for step in steps:
         if step.endswith(" stages"):
             done |= {} if step == "0 stages" else {"stages": step}
+        elif step.endswith(" parts"):
+            done["parts"] = step
         elif step in (Reduction.NORMAL.value, Reduction.SPARSE.value):
             done["reduction"] = step
         elif step != Reduction.NONE.value:
@@ -169,7 +171,7 @@ def _listed(others: list[str], n: int) -> str:
     return "the others" if len(others) == n - 1 > 1 else ", ".join(others)
 
 
-_NAMES = {"stages": "results named in {0}", "reduction": "{0} modulo the relations"}
+_NAMES = {"stages": "results named in {0}", "parts": "composed of {0}", "reduction": "{0} modulo the relations"}
 
 
 def _missing(own: Mapping[str, str], other: Mapping[str, str]) -> list[str]:

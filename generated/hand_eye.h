@@ -2,7 +2,7 @@
 // command: gac generate --all hand_eye
 // spec: d645d839e49f6709
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 85f4d5d7de784ae720295ed1a8b64f71d5bc6645a182ec4de304ea8d200a3087
+// body: 56e1ff855a3c8e5abe8337d48d412840b8c2bd8c97f3e89268b179d88cb9854c
 /* hand_eye
    Hand-eye calibration by unit motors of G(3,0,1): ``a x = x b`` and ``a x = z b``.
    
@@ -99,12 +99,12 @@ void hand_eye_misfit_loop_f32(char **args, const intptr_t *dimensions, const int
      frame[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
      out[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
    Assumes ``a ~a = 1``, ``b ~b = 1``, ``x ~x = 1``, ``z ~z = 1``, ``frame ~frame = 1``.
-   Costs 192 mul, 157 add.
-   If `a` and `b` and `x` and `z` are the same for 2 or more elements: 132 mul, 110 add once, then 60 mul, 47 add
+   Costs 190 mul, 155 add.
+   If `a` and `b` and `x` and `z` are the same for 2 or more elements: 132 mul, 110 add once, then 58 mul, 45 add
    for each element.
-   If `a` and `x` and `z` and `frame` are the same for 2 or more elements: 106 mul, 93 add once, then 86 mul, 64
+   If `a` and `x` and `z` and `frame` are the same for 2 or more elements: 106 mul, 93 add once, then 84 mul, 62
    add for each element.
-   If `a` and `b` and `x` and `frame` are the same for 2 or more elements: 58 mul, 53 add once, then 134 mul, 104
+   If `a` and `b` and `x` and `frame` are the same for 2 or more elements: 58 mul, 53 add once, then 132 mul, 102
    add for each element.
    Error: 5.7 ulp of the largest coefficient, 64 random inputs. */
 void hand_eye_misfit_of_poses_f64(const double *a, const double *b, const double *x, const double *z, const double

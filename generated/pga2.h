@@ -2,7 +2,7 @@
 // command: gac generate --all pga2
 // spec: 38cb06cf816dd2fb
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 93276ccb55f9bb6b0c6b863fea4ca28ae9b7b1ec80d3dd4c3781e5c3f25c87da
+// body: b8e610cb80b410f2a89954e70f1f3bc3a6628f44bc9eec27b9b865f202f060a8
 /* pga2
    Plane-based geometric algebra G(2,0,1) of the Euclidean plane: points, lines and rigid motions.
    
@@ -764,7 +764,7 @@ void pga2_motor_to_matrix_loop_f32(char **args, const intptr_t *dimensions, cons
    The last row is not read. If the rest is not a rotation, the nearest rotation is used.
      matrix[9]  SCALAR.
      out[4]  PGA2.MOTOR: 1, e12, e20, e01; unit.
-   Costs 14 mul, 9 add, 1 div, 2 sqrt, 5 choice.
+   Costs 14 mul, 8 add, 1 div, 2 sqrt, 5 choice.
    Error: 1.9 ulp of the largest coefficient, 64 random inputs. */
 void pga2_motor_from_matrix_f64(const double *matrix, double *out);
 void pga2_motor_from_matrix_f32(const float *matrix, float *out);

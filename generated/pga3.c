@@ -2,7 +2,7 @@
 // command: gac generate --all pga3
 // spec: 20ae328604af9aee
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 191754bd8aa86b3cf0810e9fc9dd83361b04805d586f5101ef1022d4ab5a77b4
+// body: d0899005d5693f74df4bc793646bb64c52cd3b9c90691028dd6e0a17602bb7df
 
 #ifndef REAL
 #include "pga3.h"
@@ -1630,19 +1630,18 @@ static INLINE void NAME(signed_angle_between_lines_within)(const REAL *a, const 
     const REAL a_e12 = a[0], a_e13 = a[1], a_e23 = a[2];
     const REAL b_e12 = b[0], b_e13 = b[1], b_e23 = b[2];
     const REAL axis_e032 = axis[0], axis_e013 = axis[1], axis_e021 = axis[2];
-    const REAL t0 = a_e23 * b_e13;
-    const REAL t1 = a_e13 * b_e23;
+    const REAL t0 = a_e13 * b_e23;
+    const REAL t1 = a_e23 * b_e13;
     const REAL t2 = t1 - t0;
-    const REAL t3 = a_e23 * b_e12;
-    const REAL t4 = a_e12 * b_e23;
-    const REAL t5 = t4 - t3;
-    const REAL t6 = a_e13 * b_e12;
-    const REAL t7 = a_e12 * b_e13;
-    const REAL t8 = t7 - t6;
-    const REAL t9 = SQRT(-(t2 * (t0 - t1) + (t3 - t4) * t5 + t8 * (t6 - t7)));
-    const REAL t10 = ATAN2(t9, a_e12 * b_e12 + a_e13 * b_e13 + a_e23 * b_e23);
-    const REAL t11 = -t10;
-    out[0] = SELECT(LESS(axis_e032 * t8 + axis_e013 * t5 + axis_e021 * t2, (REAL)0), t11, t10);
+    const REAL t3 = a_e12 * b_e23 - a_e23 * b_e12;
+    const REAL t4 = a_e12 * b_e13;
+    const REAL t5 = a_e13 * b_e12;
+    const REAL t6 = t5 - t4;
+    const REAL t7 = a_e12 * b_e12 + a_e13 * b_e13 + a_e23 * b_e23;
+    const REAL t8 = ATAN2(SQRT(t2 * t2 + t3 * t3 + t6 * t6), t7);
+    const REAL t9 = -t8;
+    const REAL t10 = LESS(axis_e032 * (t4 - t5) + axis_e013 * t3 + axis_e021 * (t0 - t1), (REAL)0);
+    out[0] = SELECT(t10, t9, t8);
 }
 
 FUSED(signed_angle_between_lines, (const REAL *a, const REAL *b, const REAL *axis, REAL *out), (a, b, axis, out))
@@ -1655,22 +1654,20 @@ static INLINE void NAME(signed_angle_between_lines_prepare_a_b)(const REAL *a, c
 {
     const REAL a_e12 = a[0], a_e13 = a[1], a_e23 = a[2];
     const REAL b_e12 = b[0], b_e13 = b[1], b_e23 = b[2];
-    const REAL t0 = a_e23 * b_e13;
-    const REAL t1 = a_e13 * b_e23;
+    const REAL t0 = a_e13 * b_e23;
+    const REAL t1 = a_e23 * b_e13;
     const REAL t2 = t1 - t0;
-    const REAL t3 = a_e23 * b_e12;
-    const REAL t4 = a_e12 * b_e23;
-    const REAL t5 = t4 - t3;
-    const REAL t6 = a_e13 * b_e12;
-    const REAL t7 = a_e12 * b_e13;
-    const REAL t8 = t7 - t6;
-    const REAL t9 = SQRT(-(t2 * (t0 - t1) + (t3 - t4) * t5 + t8 * (t6 - t7)));
-    const REAL t10 = ATAN2(t9, a_e12 * b_e12 + a_e13 * b_e13 + a_e23 * b_e23);
-    prepared[0] = t8;
-    prepared[1] = t5;
-    prepared[2] = t2;
-    prepared[3] = -t10;
-    prepared[4] = t10;
+    const REAL t3 = a_e12 * b_e23 - a_e23 * b_e12;
+    const REAL t4 = a_e12 * b_e13;
+    const REAL t5 = a_e13 * b_e12;
+    const REAL t6 = t5 - t4;
+    const REAL t7 = a_e12 * b_e12 + a_e13 * b_e13 + a_e23 * b_e23;
+    const REAL t8 = ATAN2(SQRT(t2 * t2 + t3 * t3 + t6 * t6), t7);
+    prepared[0] = t4 - t5;
+    prepared[1] = t3;
+    prepared[2] = t0 - t1;
+    prepared[3] = -t8;
+    prepared[4] = t8;
 }
 
 static INLINE void NAME(signed_angle_between_lines_apply_a_b)(const REAL *prepared, const REAL *axis, REAL *out)
@@ -2780,40 +2777,53 @@ INLINE void NAME(coplanarity_residual)(const REAL *a, const REAL *b, const REAL 
     const REAL b_e032 = b[0], b_e013 = b[1], b_e021 = b[2];
     const REAL c_e032 = c[0], c_e013 = c[1], c_e021 = c[2];
     const REAL d_e032 = d[0], d_e013 = d[1], d_e021 = d[2];
-    const REAL t0 = b_e021 - a_e021;
-    const REAL t1 = a_e013 - b_e013;
-    const REAL t2 = a_e021 * b_e013 - a_e013 * b_e021;
-    const REAL t3 = c_e013 * t0 + c_e021 * t1 + t2;
-    const REAL t4 = b_e032 - a_e032;
-    const REAL t5 = a_e032 * b_e021 - a_e021 * b_e032;
-    const REAL t6 = c_e032 * t0 - c_e021 * t4 - t5;
-    const REAL t7 = a_e013 * b_e032 - a_e032 * b_e013;
-    const REAL t8 = c_e032 * t1 + c_e013 * t4 - t7;
-    const REAL t9 = t3 * t3 + t6 * t6 + t8 * t8;
-    const REAL t10 = t2 + (d_e013 * t0 + d_e021 * t1);
-    const REAL t11 = d_e032 * t0 - d_e021 * t4 - t5;
-    const REAL t12 = d_e032 * t1 + d_e013 * t4 - t7;
-    const REAL t13 = t10 * t10 + t11 * t11 + t12 * t12;
-    const REAL t14 = MAXIMUM(t9, t13);
-    const REAL t15 = c_e021 - a_e021;
-    const REAL t16 = a_e013 - c_e013;
-    const REAL t17 = d_e013 * t15 + d_e021 * t16 + (a_e021 * c_e013 - a_e013 * c_e021);
-    const REAL t18 = c_e032 - a_e032;
-    const REAL t19 = d_e032 * t15 - d_e021 * t18 - (a_e032 * c_e021 - a_e021 * c_e032);
-    const REAL t20 = d_e032 * t16 + d_e013 * t18 - (a_e013 * c_e032 - a_e032 * c_e013);
-    const REAL t21 = t17 * t17 + t19 * t19 + t20 * t20;
-    const REAL t22 = c_e021 - b_e021;
-    const REAL t23 = b_e013 - c_e013;
-    const REAL t24 = d_e013 * t22 + d_e021 * t23 + (b_e021 * c_e013 - b_e013 * c_e021);
-    const REAL t25 = c_e032 - b_e032;
-    const REAL t26 = d_e032 * t22 - d_e021 * t25 - (b_e032 * c_e021 - b_e021 * c_e032);
-    const REAL t27 = d_e032 * t23 + d_e013 * t25 - (b_e013 * c_e032 - b_e032 * c_e013);
-    const REAL t28 = t24 * t24 + t26 * t26 + t27 * t27;
-    const REAL t29 = MAXIMUM(t21, t28);
-    const REAL t30 = MAXIMUM(t14, t29);
-    const REAL t31 = d_e013 * t6 - d_e032 * t3 + d_e021 * t8;
-    const REAL t32 = t31 + (c_e032 * t2 + c_e013 * t5 + c_e021 * t7);
-    out[0] = t32 / SQRT(SELECT(LESS_EQUAL(t30, (REAL)0), (REAL)1, t30));
+    const REAL t0 = a_e013 * b_e021;
+    const REAL t1 = a_e021 * b_e013;
+    const REAL t2 = t1 - t0;
+    const REAL t3 = a_e013 - b_e013;
+    const REAL t4 = t2 + c_e021 * t3;
+    const REAL t5 = a_e021 - b_e021;
+    const REAL t6 = c_e013 * t5;
+    const REAL t7 = t6 - t4;
+    const REAL t8 = a_e032 * b_e021;
+    const REAL t9 = a_e021 * b_e032;
+    const REAL t10 = t9 - t8;
+    const REAL t11 = a_e032 - b_e032;
+    const REAL t12 = t10 + c_e021 * t11 - c_e032 * t5;
+    const REAL t13 = a_e032 * b_e013;
+    const REAL t14 = a_e013 * b_e032;
+    const REAL t15 = t14 - t13;
+    const REAL t16 = t15 + c_e013 * t11;
+    const REAL t17 = c_e032 * t3;
+    const REAL t18 = t17 - t16;
+    const REAL t19 = t7 * t7 + t12 * t12 + t18 * t18;
+    const REAL t20 = d_e013 * t5 - (t2 + d_e021 * t3);
+    const REAL t21 = t10 + d_e021 * t11 - d_e032 * t5;
+    const REAL t22 = d_e032 * t3 - (t15 + d_e013 * t11);
+    const REAL t23 = t20 * t20 + t21 * t21 + t22 * t22;
+    const REAL t24 = MAXIMUM(t19, t23);
+    const REAL t25 = a_e013 - d_e013;
+    const REAL t26 = c_e021 - d_e021;
+    const REAL t27 = c_e013 - d_e013;
+    const REAL t28 = a_e021 - d_e021;
+    const REAL t29 = t25 * t26 - t27 * t28;
+    const REAL t30 = c_e032 - d_e032;
+    const REAL t31 = a_e032 - d_e032;
+    const REAL t32 = t28 * t30 - t26 * t31;
+    const REAL t33 = t27 * t31 - t25 * t30;
+    const REAL t34 = t29 * t29 + t32 * t32 + t33 * t33;
+    const REAL t35 = b_e013 - d_e013;
+    const REAL t36 = b_e021 - d_e021;
+    const REAL t37 = t26 * t35 - t27 * t36;
+    const REAL t38 = b_e032 - d_e032;
+    const REAL t39 = t30 * t36 - t26 * t38;
+    const REAL t40 = t27 * t38 - t30 * t35;
+    const REAL t41 = t37 * t37 + t39 * t39 + t40 * t40;
+    const REAL t42 = MAXIMUM(t34, t41);
+    const REAL t43 = MAXIMUM(t24, t42);
+    const REAL t44 = c_e032 * (t0 - t1) - (c_e013 * (t8 - t9) - c_e021 * (t13 - t14));
+    const REAL t45 = t44 + d_e021 * (t16 - t17) - d_e013 * t12 + d_e032 * (t4 - t6);
+    out[0] = -(t45 / SQRT(SELECT(LESS_EQUAL(t43, (REAL)0), (REAL)1, t43)));
 }
 
 static INLINE void NAME(coplanarity_residual_prepare_a_b_c)(const REAL *a, const REAL *b, const REAL *c, REAL
@@ -2822,38 +2832,45 @@ static INLINE void NAME(coplanarity_residual_prepare_a_b_c)(const REAL *a, const
     const REAL a_e032 = a[0], a_e013 = a[1], a_e021 = a[2];
     const REAL b_e032 = b[0], b_e013 = b[1], b_e021 = b[2];
     const REAL c_e032 = c[0], c_e013 = c[1], c_e021 = c[2];
-    const REAL t0 = b_e021 - a_e021;
-    const REAL t1 = a_e013 - b_e013;
-    const REAL t2 = a_e021 * b_e013 - a_e013 * b_e021;
-    const REAL t3 = c_e013 * t0 + c_e021 * t1 + t2;
-    const REAL t4 = b_e032 - a_e032;
-    const REAL t5 = a_e032 * b_e021 - a_e021 * b_e032;
-    const REAL t6 = c_e032 * t0 - c_e021 * t4 - t5;
-    const REAL t7 = a_e013 * b_e032 - a_e032 * b_e013;
-    const REAL t8 = c_e032 * t1 + c_e013 * t4 - t7;
-    prepared[0] = t0;
-    prepared[1] = t1;
-    prepared[2] = t2;
-    prepared[3] = t4;
-    prepared[4] = t5;
-    prepared[5] = t7;
-    prepared[6] = t3 * t3 + t6 * t6 + t8 * t8;
-    prepared[7] = c_e021 - a_e021;
-    prepared[8] = a_e013 - c_e013;
-    prepared[9] = a_e021 * c_e013 - a_e013 * c_e021;
-    prepared[10] = c_e032 - a_e032;
-    prepared[11] = a_e032 * c_e021 - a_e021 * c_e032;
-    prepared[12] = a_e013 * c_e032 - a_e032 * c_e013;
-    prepared[13] = c_e021 - b_e021;
-    prepared[14] = b_e013 - c_e013;
-    prepared[15] = b_e021 * c_e013 - b_e013 * c_e021;
-    prepared[16] = c_e032 - b_e032;
-    prepared[17] = b_e032 * c_e021 - b_e021 * c_e032;
-    prepared[18] = b_e013 * c_e032 - b_e032 * c_e013;
-    prepared[19] = t3;
-    prepared[20] = t6;
-    prepared[21] = t8;
-    prepared[22] = c_e032 * t2 + c_e013 * t5 + c_e021 * t7;
+    const REAL t0 = a_e013 * b_e021;
+    const REAL t1 = a_e021 * b_e013;
+    const REAL t2 = t1 - t0;
+    const REAL t3 = a_e013 - b_e013;
+    const REAL t4 = t2 + c_e021 * t3;
+    const REAL t5 = a_e021 - b_e021;
+    const REAL t6 = c_e013 * t5;
+    const REAL t7 = t6 - t4;
+    const REAL t8 = a_e032 * b_e021;
+    const REAL t9 = a_e021 * b_e032;
+    const REAL t10 = t9 - t8;
+    const REAL t11 = a_e032 - b_e032;
+    const REAL t12 = t10 + c_e021 * t11 - c_e032 * t5;
+    const REAL t13 = a_e032 * b_e013;
+    const REAL t14 = a_e013 * b_e032;
+    const REAL t15 = t14 - t13;
+    const REAL t16 = t15 + c_e013 * t11;
+    const REAL t17 = c_e032 * t3;
+    const REAL t18 = t17 - t16;
+    prepared[0] = t3;
+    prepared[1] = t2;
+    prepared[2] = t5;
+    prepared[3] = t11;
+    prepared[4] = t10;
+    prepared[5] = t15;
+    prepared[6] = t7 * t7 + t12 * t12 + t18 * t18;
+    prepared[7] = a_e013;
+    prepared[8] = c_e021;
+    prepared[9] = c_e013;
+    prepared[10] = a_e021;
+    prepared[11] = c_e032;
+    prepared[12] = a_e032;
+    prepared[13] = b_e013;
+    prepared[14] = b_e021;
+    prepared[15] = b_e032;
+    prepared[16] = t16 - t17;
+    prepared[17] = c_e032 * (t0 - t1) - (c_e013 * (t8 - t9) - c_e021 * (t13 - t14));
+    prepared[18] = t12;
+    prepared[19] = t4 - t6;
 }
 
 static INLINE void NAME(coplanarity_residual_apply_a_b_c)(const REAL *prepared, const REAL *d, REAL *out)
@@ -2861,26 +2878,34 @@ static INLINE void NAME(coplanarity_residual_apply_a_b_c)(const REAL *prepared, 
     const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
         c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8], c9 = prepared[9],
         c10 = prepared[10], c11 = prepared[11], c12 = prepared[12], c13 = prepared[13], c14 = prepared[14],
-        c15 = prepared[15], c16 = prepared[16], c17 = prepared[17], c18 = prepared[18], c19 = prepared[19],
-        c20 = prepared[20], c21 = prepared[21], c22 = prepared[22];
+        c15 = prepared[15], c16 = prepared[16], c17 = prepared[17], c18 = prepared[18], c19 = prepared[19];
     const REAL d_e032 = d[0], d_e013 = d[1], d_e021 = d[2];
-    const REAL t0 = c2 + (d_e013 * c0 + d_e021 * c1);
-    const REAL t1 = d_e032 * c0 - d_e021 * c3 - c4;
-    const REAL t2 = d_e032 * c1 + d_e013 * c3 - c5;
+    const REAL t0 = d_e013 * c2 - (c1 + d_e021 * c0);
+    const REAL t1 = c4 + d_e021 * c3 - d_e032 * c2;
+    const REAL t2 = d_e032 * c0 - (c5 + d_e013 * c3);
     const REAL t3 = t0 * t0 + t1 * t1 + t2 * t2;
     const REAL t4 = MAXIMUM(c6, t3);
-    const REAL t5 = d_e013 * c7 + d_e021 * c8 + c9;
-    const REAL t6 = d_e032 * c7 - d_e021 * c10 - c11;
-    const REAL t7 = d_e032 * c8 + d_e013 * c10 - c12;
-    const REAL t8 = t5 * t5 + t6 * t6 + t7 * t7;
-    const REAL t9 = d_e013 * c13 + d_e021 * c14 + c15;
-    const REAL t10 = d_e032 * c13 - d_e021 * c16 - c17;
-    const REAL t11 = d_e032 * c14 + d_e013 * c16 - c18;
-    const REAL t12 = t9 * t9 + t10 * t10 + t11 * t11;
-    const REAL t13 = MAXIMUM(t8, t12);
-    const REAL t14 = MAXIMUM(t4, t13);
-    const REAL t15 = SQRT(SELECT(LESS_EQUAL(t14, (REAL)0), (REAL)1, t14));
-    out[0] = (d_e013 * c20 - d_e032 * c19 + d_e021 * c21 + c22) / t15;
+    const REAL t5 = c7 - d_e013;
+    const REAL t6 = c8 - d_e021;
+    const REAL t7 = c9 - d_e013;
+    const REAL t8 = c10 - d_e021;
+    const REAL t9 = t5 * t6 - t7 * t8;
+    const REAL t10 = c11 - d_e032;
+    const REAL t11 = c12 - d_e032;
+    const REAL t12 = t8 * t10 - t6 * t11;
+    const REAL t13 = t7 * t11 - t5 * t10;
+    const REAL t14 = t9 * t9 + t12 * t12 + t13 * t13;
+    const REAL t15 = c13 - d_e013;
+    const REAL t16 = c14 - d_e021;
+    const REAL t17 = t6 * t15 - t7 * t16;
+    const REAL t18 = c15 - d_e032;
+    const REAL t19 = t10 * t16 - t6 * t18;
+    const REAL t20 = t7 * t18 - t10 * t15;
+    const REAL t21 = t17 * t17 + t19 * t19 + t20 * t20;
+    const REAL t22 = MAXIMUM(t14, t21);
+    const REAL t23 = MAXIMUM(t4, t22);
+    const REAL t24 = SQRT(SELECT(LESS_EQUAL(t23, (REAL)0), (REAL)1, t23));
+    out[0] = -((c17 + d_e021 * c16 - d_e013 * c18 + d_e032 * c19) / t24);
 }
 
 static INLINE void NAME(coplanarity_residual_prepare_a_b_d)(const REAL *a, const REAL *b, const REAL *d, REAL
@@ -2889,31 +2914,40 @@ static INLINE void NAME(coplanarity_residual_prepare_a_b_d)(const REAL *a, const
     const REAL a_e032 = a[0], a_e013 = a[1], a_e021 = a[2];
     const REAL b_e032 = b[0], b_e013 = b[1], b_e021 = b[2];
     const REAL d_e032 = d[0], d_e013 = d[1], d_e021 = d[2];
-    const REAL t0 = b_e021 - a_e021;
-    const REAL t1 = a_e013 - b_e013;
-    const REAL t2 = a_e021 * b_e013 - a_e013 * b_e021;
-    const REAL t3 = b_e032 - a_e032;
-    const REAL t4 = a_e032 * b_e021 - a_e021 * b_e032;
-    const REAL t5 = a_e013 * b_e032 - a_e032 * b_e013;
-    const REAL t6 = t2 + (d_e013 * t0 + d_e021 * t1);
-    const REAL t7 = d_e032 * t0 - d_e021 * t3 - t4;
-    const REAL t8 = d_e032 * t1 + d_e013 * t3 - t5;
-    prepared[0] = t0;
-    prepared[1] = t1;
-    prepared[2] = t2;
-    prepared[3] = t3;
-    prepared[4] = t4;
-    prepared[5] = t5;
-    prepared[6] = t6 * t6 + t7 * t7 + t8 * t8;
-    prepared[7] = a_e021;
-    prepared[8] = d_e013;
-    prepared[9] = a_e013;
-    prepared[10] = d_e021;
+    const REAL t0 = a_e013 * b_e021;
+    const REAL t1 = a_e021 * b_e013;
+    const REAL t2 = t1 - t0;
+    const REAL t3 = a_e013 - b_e013;
+    const REAL t4 = a_e021 - b_e021;
+    const REAL t5 = a_e032 * b_e021;
+    const REAL t6 = a_e021 * b_e032;
+    const REAL t7 = t6 - t5;
+    const REAL t8 = a_e032 - b_e032;
+    const REAL t9 = a_e032 * b_e013;
+    const REAL t10 = a_e013 * b_e032;
+    const REAL t11 = t10 - t9;
+    const REAL t12 = d_e013 * t4 - (t2 + d_e021 * t3);
+    const REAL t13 = t7 + d_e021 * t8 - d_e032 * t4;
+    const REAL t14 = d_e032 * t3 - (t11 + d_e013 * t8);
+    prepared[0] = t3;
+    prepared[1] = t2;
+    prepared[2] = t4;
+    prepared[3] = t8;
+    prepared[4] = t7;
+    prepared[5] = t11;
+    prepared[6] = t12 * t12 + t13 * t13 + t14 * t14;
+    prepared[7] = d_e021;
+    prepared[8] = a_e013 - d_e013;
+    prepared[9] = d_e013;
+    prepared[10] = a_e021 - d_e021;
     prepared[11] = d_e032;
-    prepared[12] = a_e032;
-    prepared[13] = b_e021;
-    prepared[14] = b_e013;
-    prepared[15] = b_e032;
+    prepared[12] = a_e032 - d_e032;
+    prepared[13] = b_e013 - d_e013;
+    prepared[14] = b_e021 - d_e021;
+    prepared[15] = b_e032 - d_e032;
+    prepared[16] = t9 - t10;
+    prepared[17] = t5 - t6;
+    prepared[18] = t0 - t1;
 }
 
 static INLINE void NAME(coplanarity_residual_apply_a_b_d)(const REAL *prepared, const REAL *c, REAL *out)
@@ -2921,145 +2955,32 @@ static INLINE void NAME(coplanarity_residual_apply_a_b_d)(const REAL *prepared, 
     const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
         c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8], c9 = prepared[9],
         c10 = prepared[10], c11 = prepared[11], c12 = prepared[12], c13 = prepared[13], c14 = prepared[14],
-        c15 = prepared[15];
+        c15 = prepared[15], c16 = prepared[16], c17 = prepared[17], c18 = prepared[18];
     const REAL c_e032 = c[0], c_e013 = c[1], c_e021 = c[2];
-    const REAL t0 = c_e013 * c0 + c_e021 * c1 + c2;
-    const REAL t1 = c_e032 * c0 - c_e021 * c3 - c4;
-    const REAL t2 = c_e032 * c1 + c_e013 * c3 - c5;
-    const REAL t3 = t0 * t0 + t1 * t1 + t2 * t2;
-    const REAL t4 = MAXIMUM(t3, c6);
-    const REAL t5 = c_e021 - c7;
-    const REAL t6 = c9 - c_e013;
-    const REAL t7 = c8 * t5 + c10 * t6 + (c7 * c_e013 - c9 * c_e021);
-    const REAL t8 = c_e032 - c12;
-    const REAL t9 = c11 * t5 - c10 * t8 - (c12 * c_e021 - c7 * c_e032);
-    const REAL t10 = c11 * t6 + c8 * t8 - (c9 * c_e032 - c12 * c_e013);
-    const REAL t11 = t7 * t7 + t9 * t9 + t10 * t10;
-    const REAL t12 = c_e021 - c13;
-    const REAL t13 = c14 - c_e013;
-    const REAL t14 = c8 * t12 + c10 * t13 + (c13 * c_e013 - c14 * c_e021);
-    const REAL t15 = c_e032 - c15;
-    const REAL t16 = c11 * t12 - c10 * t15 - (c15 * c_e021 - c13 * c_e032);
-    const REAL t17 = c11 * t13 + c8 * t15 - (c14 * c_e032 - c15 * c_e013);
-    const REAL t18 = t14 * t14 + t16 * t16 + t17 * t17;
-    const REAL t19 = MAXIMUM(t11, t18);
-    const REAL t20 = MAXIMUM(t4, t19);
-    const REAL t21 = c8 * t1 - c11 * t0 + c10 * t2 + (c_e032 * c2 + c_e013 * c4 + c_e021 * c5);
-    out[0] = t21 / SQRT(SELECT(LESS_EQUAL(t20, (REAL)0), (REAL)1, t20));
-}
-
-static INLINE void NAME(coplanarity_residual_prepare_a_c_d)(const REAL *a, const REAL *c, const REAL *d, REAL
-    *prepared)
-{
-    const REAL a_e032 = a[0], a_e013 = a[1], a_e021 = a[2];
-    const REAL c_e032 = c[0], c_e013 = c[1], c_e021 = c[2];
-    const REAL d_e032 = d[0], d_e013 = d[1], d_e021 = d[2];
-    const REAL t0 = c_e021 - a_e021;
-    const REAL t1 = a_e013 - c_e013;
-    const REAL t2 = d_e013 * t0 + d_e021 * t1 + (a_e021 * c_e013 - a_e013 * c_e021);
-    const REAL t3 = c_e032 - a_e032;
-    const REAL t4 = d_e032 * t0 - d_e021 * t3 - (a_e032 * c_e021 - a_e021 * c_e032);
-    const REAL t5 = d_e032 * t1 + d_e013 * t3 - (a_e013 * c_e032 - a_e032 * c_e013);
-    prepared[0] = a_e021;
-    prepared[1] = c_e013;
-    prepared[2] = a_e013;
-    prepared[3] = c_e021;
-    prepared[4] = c_e032;
-    prepared[5] = a_e032;
-    prepared[6] = d_e013;
-    prepared[7] = d_e021;
-    prepared[8] = d_e032;
-    prepared[9] = t2 * t2 + t4 * t4 + t5 * t5;
-}
-
-static INLINE void NAME(coplanarity_residual_apply_a_c_d)(const REAL *prepared, const REAL *b, REAL *out)
-{
-    const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
-        c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8], c9 = prepared[9];
-    const REAL b_e032 = b[0], b_e013 = b[1], b_e021 = b[2];
-    const REAL t0 = b_e021 - c0;
-    const REAL t1 = c2 - b_e013;
-    const REAL t2 = c0 * b_e013 - c2 * b_e021;
-    const REAL t3 = c1 * t0 + c3 * t1 + t2;
-    const REAL t4 = b_e032 - c5;
-    const REAL t5 = c5 * b_e021 - c0 * b_e032;
-    const REAL t6 = c4 * t0 - c3 * t4 - t5;
-    const REAL t7 = c2 * b_e032 - c5 * b_e013;
-    const REAL t8 = c4 * t1 + c1 * t4 - t7;
-    const REAL t9 = t3 * t3 + t6 * t6 + t8 * t8;
-    const REAL t10 = t2 + (c6 * t0 + c7 * t1);
-    const REAL t11 = c8 * t0 - c7 * t4 - t5;
-    const REAL t12 = c8 * t1 + c6 * t4 - t7;
-    const REAL t13 = t10 * t10 + t11 * t11 + t12 * t12;
-    const REAL t14 = MAXIMUM(t9, t13);
-    const REAL t15 = c3 - b_e021;
-    const REAL t16 = b_e013 - c1;
-    const REAL t17 = c6 * t15 + c7 * t16 + (b_e021 * c1 - b_e013 * c3);
-    const REAL t18 = c4 - b_e032;
-    const REAL t19 = c8 * t15 - c7 * t18 - (b_e032 * c3 - b_e021 * c4);
-    const REAL t20 = c8 * t16 + c6 * t18 - (b_e013 * c4 - b_e032 * c1);
-    const REAL t21 = t17 * t17 + t19 * t19 + t20 * t20;
-    const REAL t22 = MAXIMUM(c9, t21);
-    const REAL t23 = MAXIMUM(t14, t22);
-    const REAL t24 = c6 * t6 - c8 * t3 + c7 * t8 + (c4 * t2 + c1 * t5 + c3 * t7);
-    out[0] = t24 / SQRT(SELECT(LESS_EQUAL(t23, (REAL)0), (REAL)1, t23));
-}
-
-static INLINE void NAME(coplanarity_residual_prepare_b_c_d)(const REAL *b, const REAL *c, const REAL *d, REAL
-    *prepared)
-{
-    const REAL b_e032 = b[0], b_e013 = b[1], b_e021 = b[2];
-    const REAL c_e032 = c[0], c_e013 = c[1], c_e021 = c[2];
-    const REAL d_e032 = d[0], d_e013 = d[1], d_e021 = d[2];
-    const REAL t0 = c_e021 - b_e021;
-    const REAL t1 = b_e013 - c_e013;
-    const REAL t2 = d_e013 * t0 + d_e021 * t1 + (b_e021 * c_e013 - b_e013 * c_e021);
-    const REAL t3 = c_e032 - b_e032;
-    const REAL t4 = d_e032 * t0 - d_e021 * t3 - (b_e032 * c_e021 - b_e021 * c_e032);
-    const REAL t5 = d_e032 * t1 + d_e013 * t3 - (b_e013 * c_e032 - b_e032 * c_e013);
-    prepared[0] = b_e021;
-    prepared[1] = c_e013;
-    prepared[2] = b_e013;
-    prepared[3] = c_e021;
-    prepared[4] = c_e032;
-    prepared[5] = b_e032;
-    prepared[6] = d_e013;
-    prepared[7] = d_e021;
-    prepared[8] = d_e032;
-    prepared[9] = t2 * t2 + t4 * t4 + t5 * t5;
-}
-
-static INLINE void NAME(coplanarity_residual_apply_b_c_d)(const REAL *prepared, const REAL *a, REAL *out)
-{
-    const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
-        c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8], c9 = prepared[9];
-    const REAL a_e032 = a[0], a_e013 = a[1], a_e021 = a[2];
-    const REAL t0 = c0 - a_e021;
-    const REAL t1 = a_e013 - c2;
-    const REAL t2 = a_e021 * c2 - a_e013 * c0;
-    const REAL t3 = c1 * t0 + c3 * t1 + t2;
-    const REAL t4 = c5 - a_e032;
-    const REAL t5 = a_e032 * c0 - a_e021 * c5;
-    const REAL t6 = c4 * t0 - c3 * t4 - t5;
-    const REAL t7 = a_e013 * c5 - a_e032 * c2;
-    const REAL t8 = c4 * t1 + c1 * t4 - t7;
-    const REAL t9 = t3 * t3 + t6 * t6 + t8 * t8;
-    const REAL t10 = t2 + (c6 * t0 + c7 * t1);
-    const REAL t11 = c8 * t0 - c7 * t4 - t5;
-    const REAL t12 = c8 * t1 + c6 * t4 - t7;
-    const REAL t13 = t10 * t10 + t11 * t11 + t12 * t12;
-    const REAL t14 = MAXIMUM(t9, t13);
-    const REAL t15 = c3 - a_e021;
-    const REAL t16 = a_e013 - c1;
-    const REAL t17 = c6 * t15 + c7 * t16 + (a_e021 * c1 - a_e013 * c3);
-    const REAL t18 = c4 - a_e032;
-    const REAL t19 = c8 * t15 - c7 * t18 - (a_e032 * c3 - a_e021 * c4);
-    const REAL t20 = c8 * t16 + c6 * t18 - (a_e013 * c4 - a_e032 * c1);
-    const REAL t21 = t17 * t17 + t19 * t19 + t20 * t20;
-    const REAL t22 = MAXIMUM(t21, c9);
-    const REAL t23 = MAXIMUM(t14, t22);
-    const REAL t24 = c6 * t6 - c8 * t3 + c7 * t8 + (c4 * t2 + c1 * t5 + c3 * t7);
-    out[0] = t24 / SQRT(SELECT(LESS_EQUAL(t23, (REAL)0), (REAL)1, t23));
+    const REAL t0 = c1 + c_e021 * c0;
+    const REAL t1 = c_e013 * c2;
+    const REAL t2 = t1 - t0;
+    const REAL t3 = c4 + c_e021 * c3 - c_e032 * c2;
+    const REAL t4 = c5 + c_e013 * c3;
+    const REAL t5 = c_e032 * c0;
+    const REAL t6 = t5 - t4;
+    const REAL t7 = t2 * t2 + t3 * t3 + t6 * t6;
+    const REAL t8 = MAXIMUM(t7, c6);
+    const REAL t9 = c_e021 - c7;
+    const REAL t10 = c_e013 - c9;
+    const REAL t11 = c8 * t9 - t10 * c10;
+    const REAL t12 = c_e032 - c11;
+    const REAL t13 = c10 * t12 - t9 * c12;
+    const REAL t14 = t10 * c12 - c8 * t12;
+    const REAL t15 = t11 * t11 + t13 * t13 + t14 * t14;
+    const REAL t16 = t9 * c13 - t10 * c14;
+    const REAL t17 = t12 * c14 - t9 * c15;
+    const REAL t18 = t10 * c15 - t12 * c13;
+    const REAL t19 = t16 * t16 + t17 * t17 + t18 * t18;
+    const REAL t20 = MAXIMUM(t15, t19);
+    const REAL t21 = MAXIMUM(t8, t20);
+    const REAL t22 = c_e032 * c18 - (c_e013 * c17 - c_e021 * c16) + c7 * (t4 - t5) - c9 * t3;
+    out[0] = -((t22 + c11 * (t0 - t1)) / SQRT(SELECT(LESS_EQUAL(t21, (REAL)0), (REAL)1, t21)));
 }
 
 #define PARTS_coplanarity_residual(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND IN(2, 2, \
@@ -3072,17 +2993,8 @@ GAC_FORM(coplanarity_residual, a_b_c, 0, PLAIN, PLAIN, NO)
 #define SAME_coplanarity_residual_a_b_d(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND \
     IN(3, 3, 3, 3, 1, 3)
 GAC_FORM(coplanarity_residual, a_b_d, 0, PLAIN, PLAIN, NO)
-#define PARTS_coplanarity_residual_a_c_d(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND OUT(4, 4, scalar, 1, 0, 0)
-#define SAME_coplanarity_residual_a_c_d(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(2, 2, 3, 3, 1, 3) AND \
-    IN(3, 3, 3, 3, 1, 3)
-GAC_FORM(coplanarity_residual, a_c_d, 0, PLAIN, PLAIN, NO)
-#define PARTS_coplanarity_residual_b_c_d(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(4, 4, scalar, 1, 0, 0)
-#define SAME_coplanarity_residual_b_c_d(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND IN(2, 2, 3, 3, 1, 3) AND \
-    IN(3, 3, 3, 3, 1, 3)
-GAC_FORM(coplanarity_residual, b_c_d, 1, PLAIN, PLAIN, NO)
-GAC_KERNEL_AND_FORMS(coplanarity_residual, PLAIN, NO, GAC_USE(coplanarity_residual, a_b_c, NO, 7, 2, 23),
-    GAC_USE(coplanarity_residual, a_b_d, NO, 11, 2, 16), GAC_USE(coplanarity_residual, a_c_d, NO, 13, 2, 10),
-    GAC_USE(coplanarity_residual, b_c_d, NO, 14, 2, 10))
+GAC_KERNEL_AND_FORMS(coplanarity_residual, PLAIN, NO, GAC_USE(coplanarity_residual, a_b_c, NO, 7, 2, 20),
+    GAC_USE(coplanarity_residual, a_b_d, NO, 11, 2, 19))
 
 INLINE void NAME(flag_residuals)(const REAL *p, const REAL *line, const REAL *plane, REAL *out_0, REAL *out_1, REAL
     *out_2)
@@ -5106,24 +5018,26 @@ GAC_KERNEL(rotor_from_matrix, PLAIN, TILES)
 static INLINE void NAME(motor_from_denavit_hartenberg_within)(REAL theta, REAL d, REAL a, REAL alpha, REAL *out,
     WORD *far)
 {
-    const REAL t0 = alpha * (REAL)0.5;
+    const REAL t0 = theta * (REAL)0.5;
     const REAL t1 = COS(t0);
-    const REAL t2 = theta * (REAL)0.5;
+    const REAL t2 = alpha * (REAL)0.5;
     const REAL t3 = COS(t2);
     const REAL t4 = t1 * t3;
-    const REAL t5 = SIN(t2);
-    const REAL t6 = t1 * t5;
-    const REAL t7 = SIN(t0);
+    const REAL t5 = SIN(t0);
+    const REAL t6 = t5 * t3;
+    const REAL t7 = SIN(t2);
     const REAL t8 = t5 * t7;
-    const REAL t9 = t3 * t7;
+    const REAL t9 = t1 * t7;
+    const REAL t10 = a * (REAL)0.5;
+    const REAL t11 = d * (REAL)0.5;
     out[0] = t4;
     out[1] = -t6;
     out[2] = t8;
     out[3] = -t9;
-    out[4] = (REAL)0.5 * (d * t8 - a * t4);
-    out[5] = -((REAL)0.5 * (d * t9 + a * t6));
-    out[6] = (REAL)0.5 * (a * t8 - d * t4);
-    out[7] = (REAL)0.5 * (d * t6 + a * t9);
+    out[4] = t11 * t8 - t10 * t4;
+    out[5] = -(t10 * t6 + t11 * t9);
+    out[6] = t10 * t8 - t11 * t4;
+    out[7] = t10 * t9 + t11 * t6;
 }
 
 FUSED(motor_from_denavit_hartenberg, (REAL theta, REAL d, REAL a, REAL alpha, REAL *out), (theta, d, a, alpha, out,
@@ -5223,8 +5137,8 @@ static INLINE void NAME(motor_from_denavit_hartenberg_prepare_theta_d_a)(REAL th
     const REAL t0 = theta * (REAL)0.5;
     prepared[0] = COS(t0);
     prepared[1] = SIN(t0);
-    prepared[2] = d;
-    prepared[3] = a;
+    prepared[2] = a * (REAL)0.5;
+    prepared[3] = d * (REAL)0.5;
 }
 
 static INLINE void NAME(motor_from_denavit_hartenberg_apply_theta_d_a)(const REAL *prepared, REAL alpha, REAL *out,
@@ -5233,8 +5147,8 @@ static INLINE void NAME(motor_from_denavit_hartenberg_apply_theta_d_a)(const REA
     const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3];
     const REAL t0 = alpha * (REAL)0.5;
     const REAL t1 = COS(t0);
-    const REAL t2 = t1 * c0;
-    const REAL t3 = t1 * c1;
+    const REAL t2 = c0 * t1;
+    const REAL t3 = c1 * t1;
     const REAL t4 = SIN(t0);
     const REAL t5 = c1 * t4;
     const REAL t6 = c0 * t4;
@@ -5242,10 +5156,10 @@ static INLINE void NAME(motor_from_denavit_hartenberg_apply_theta_d_a)(const REA
     out[1] = -t3;
     out[2] = t5;
     out[3] = -t6;
-    out[4] = (REAL)0.5 * (c2 * t5 - c3 * t2);
-    out[5] = -((REAL)0.5 * (c2 * t6 + c3 * t3));
-    out[6] = (REAL)0.5 * (c3 * t5 - c2 * t2);
-    out[7] = (REAL)0.5 * (c2 * t3 + c3 * t6);
+    out[4] = c3 * t5 - c2 * t2;
+    out[5] = -(c2 * t3 + c3 * t6);
+    out[6] = c2 * t5 - c3 * t2;
+    out[7] = c2 * t6 + c3 * t3;
 }
 
 static INLINE void NAME(motor_from_denavit_hartenberg_prepare_d_a_alpha)(REAL d, REAL a, REAL alpha, REAL *prepared,
@@ -5254,8 +5168,8 @@ static INLINE void NAME(motor_from_denavit_hartenberg_prepare_d_a_alpha)(REAL d,
     const REAL t0 = alpha * (REAL)0.5;
     prepared[0] = COS(t0);
     prepared[1] = SIN(t0);
-    prepared[2] = d;
-    prepared[3] = a;
+    prepared[2] = a * (REAL)0.5;
+    prepared[3] = d * (REAL)0.5;
 }
 
 static INLINE void NAME(motor_from_denavit_hartenberg_apply_d_a_alpha)(const REAL *prepared, REAL theta, REAL *out,
@@ -5264,19 +5178,19 @@ static INLINE void NAME(motor_from_denavit_hartenberg_apply_d_a_alpha)(const REA
     const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3];
     const REAL t0 = theta * (REAL)0.5;
     const REAL t1 = COS(t0);
-    const REAL t2 = c0 * t1;
+    const REAL t2 = t1 * c0;
     const REAL t3 = SIN(t0);
-    const REAL t4 = c0 * t3;
+    const REAL t4 = t3 * c0;
     const REAL t5 = t3 * c1;
     const REAL t6 = t1 * c1;
     out[0] = t2;
     out[1] = -t4;
     out[2] = t5;
     out[3] = -t6;
-    out[4] = (REAL)0.5 * (c2 * t5 - c3 * t2);
-    out[5] = -((REAL)0.5 * (c2 * t6 + c3 * t4));
-    out[6] = (REAL)0.5 * (c3 * t5 - c2 * t2);
-    out[7] = (REAL)0.5 * (c2 * t4 + c3 * t6);
+    out[4] = c3 * t5 - c2 * t2;
+    out[5] = -(c2 * t4 + c3 * t6);
+    out[6] = c2 * t5 - c3 * t2;
+    out[7] = c2 * t6 + c3 * t4;
 }
 
 #define PARTS_motor_from_denavit_hartenberg(IN, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) AND \
@@ -5307,24 +5221,26 @@ GAC_KERNEL_AND_FORMS(motor_from_denavit_hartenberg, TURNS, NO, GAC_USE(motor_fro
 static INLINE void NAME(motor_from_modified_denavit_hartenberg_within)(REAL theta, REAL d, REAL a, REAL alpha, REAL
     *out, WORD *far)
 {
-    const REAL t0 = theta * (REAL)0.5;
+    const REAL t0 = alpha * (REAL)0.5;
     const REAL t1 = COS(t0);
-    const REAL t2 = alpha * (REAL)0.5;
+    const REAL t2 = theta * (REAL)0.5;
     const REAL t3 = COS(t2);
     const REAL t4 = t1 * t3;
-    const REAL t5 = SIN(t0);
-    const REAL t6 = t3 * t5;
-    const REAL t7 = SIN(t2);
-    const REAL t8 = t5 * t7;
-    const REAL t9 = t1 * t7;
+    const REAL t5 = SIN(t2);
+    const REAL t6 = t1 * t5;
+    const REAL t7 = SIN(t0);
+    const REAL t8 = t7 * t5;
+    const REAL t9 = t7 * t3;
+    const REAL t10 = a * (REAL)0.5;
+    const REAL t11 = d * (REAL)0.5;
     out[0] = t4;
     out[1] = -t6;
     out[2] = -t8;
     out[3] = -t9;
-    out[4] = (REAL)0.5 * (d * t8 - a * t4);
-    out[5] = (REAL)0.5 * (d * t9 + a * t6);
-    out[6] = (REAL)0.5 * (a * t8 - d * t4);
-    out[7] = (REAL)0.5 * (d * t6 + a * t9);
+    out[4] = t11 * t8 - t10 * t4;
+    out[5] = t10 * t6 + t11 * t9;
+    out[6] = t10 * t8 - t11 * t4;
+    out[7] = t10 * t9 + t11 * t6;
 }
 
 FUSED(motor_from_modified_denavit_hartenberg, (REAL theta, REAL d, REAL a, REAL alpha, REAL *out), (theta, d, a,
@@ -5426,8 +5342,8 @@ static INLINE void NAME(motor_from_modified_denavit_hartenberg_prepare_theta_d_a
     const REAL t0 = theta * (REAL)0.5;
     prepared[0] = COS(t0);
     prepared[1] = SIN(t0);
-    prepared[2] = d;
-    prepared[3] = a;
+    prepared[2] = a * (REAL)0.5;
+    prepared[3] = d * (REAL)0.5;
 }
 
 static INLINE void NAME(motor_from_modified_denavit_hartenberg_apply_theta_d_a)(const REAL *prepared, REAL alpha,
@@ -5436,19 +5352,19 @@ static INLINE void NAME(motor_from_modified_denavit_hartenberg_apply_theta_d_a)(
     const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3];
     const REAL t0 = alpha * (REAL)0.5;
     const REAL t1 = COS(t0);
-    const REAL t2 = c0 * t1;
+    const REAL t2 = t1 * c0;
     const REAL t3 = t1 * c1;
     const REAL t4 = SIN(t0);
-    const REAL t5 = c1 * t4;
-    const REAL t6 = c0 * t4;
+    const REAL t5 = t4 * c1;
+    const REAL t6 = t4 * c0;
     out[0] = t2;
     out[1] = -t3;
     out[2] = -t5;
     out[3] = -t6;
-    out[4] = (REAL)0.5 * (c2 * t5 - c3 * t2);
-    out[5] = (REAL)0.5 * (c2 * t6 + c3 * t3);
-    out[6] = (REAL)0.5 * (c3 * t5 - c2 * t2);
-    out[7] = (REAL)0.5 * (c2 * t3 + c3 * t6);
+    out[4] = c3 * t5 - c2 * t2;
+    out[5] = c2 * t3 + c3 * t6;
+    out[6] = c2 * t5 - c3 * t2;
+    out[7] = c2 * t6 + c3 * t3;
 }
 
 static INLINE void NAME(motor_from_modified_denavit_hartenberg_prepare_d_a_alpha)(REAL d, REAL a, REAL alpha, REAL
@@ -5457,8 +5373,8 @@ static INLINE void NAME(motor_from_modified_denavit_hartenberg_prepare_d_a_alpha
     const REAL t0 = alpha * (REAL)0.5;
     prepared[0] = COS(t0);
     prepared[1] = SIN(t0);
-    prepared[2] = d;
-    prepared[3] = a;
+    prepared[2] = a * (REAL)0.5;
+    prepared[3] = d * (REAL)0.5;
 }
 
 static INLINE void NAME(motor_from_modified_denavit_hartenberg_apply_d_a_alpha)(const REAL *prepared, REAL theta,
@@ -5467,19 +5383,19 @@ static INLINE void NAME(motor_from_modified_denavit_hartenberg_apply_d_a_alpha)(
     const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3];
     const REAL t0 = theta * (REAL)0.5;
     const REAL t1 = COS(t0);
-    const REAL t2 = t1 * c0;
+    const REAL t2 = c0 * t1;
     const REAL t3 = SIN(t0);
     const REAL t4 = c0 * t3;
-    const REAL t5 = t3 * c1;
-    const REAL t6 = t1 * c1;
+    const REAL t5 = c1 * t3;
+    const REAL t6 = c1 * t1;
     out[0] = t2;
     out[1] = -t4;
     out[2] = -t5;
     out[3] = -t6;
-    out[4] = (REAL)0.5 * (c2 * t5 - c3 * t2);
-    out[5] = (REAL)0.5 * (c2 * t6 + c3 * t4);
-    out[6] = (REAL)0.5 * (c3 * t5 - c2 * t2);
-    out[7] = (REAL)0.5 * (c2 * t4 + c3 * t6);
+    out[4] = c3 * t5 - c2 * t2;
+    out[5] = c2 * t4 + c3 * t6;
+    out[6] = c2 * t5 - c3 * t2;
+    out[7] = c2 * t6 + c3 * t4;
 }
 
 #define PARTS_motor_from_modified_denavit_hartenberg(IN, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND \

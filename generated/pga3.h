@@ -2,7 +2,7 @@
 // command: gac generate --all pga3
 // spec: 20ae328604af9aee
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: b33bc95951d4b9e1f55b0168740513ab80fa3ce549cdc95de754b7923fc9dd58
+// body: 33835cabc9d9ca2f63d918540c7a661ca4f7e3721d867958157a68daab26c085
 /* pga3
    Plane-based geometric algebra G(3,0,1) of Euclidean space: points, lines, planes and rigid motions.
    
@@ -774,8 +774,8 @@ void pga3_signed_angle_line_plane_loop_f32(char **args, const intptr_t *dimensio
      axis[3]  PGA3.DIRECTION: e032, e013, e021.
      out[1]  SCALAR.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
-   Costs 15 mul, 12 add, 1 sqrt, 1 call, 2 choice.
-   If `a` and `b` are the same for 2 or more elements: 12 mul, 10 add, 1 sqrt, 1 call once, then 3 mul, 2 add, 2
+   Costs 15 mul, 11 add, 1 sqrt, 1 call, 2 choice.
+   If `a` and `b` are the same for 2 or more elements: 12 mul, 9 add, 1 sqrt, 1 call once, then 3 mul, 2 add, 2
    choice for each element.
    Error: 0.8 ulp of the largest coefficient, 64 random inputs. */
 void pga3_signed_angle_between_lines_f64(const double *a, const double *b, const double *axis, double *out);
@@ -1117,16 +1117,12 @@ void pga3_collinearity_residual_loop_f32(char **args, const intptr_t *dimensions
      c[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
      d[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
      out[1]  SCALAR.
-   Costs 60 mul, 55 add, 1 div, 1 sqrt, 5 choice.
-   If `a` and `b` and `c` are the same for 2 or more elements: 30 mul, 28 add once, then 30 mul, 27 add, 1 div, 1
+   Costs 48 mul, 51 add, 1 div, 1 sqrt, 5 choice.
+   If `a` and `b` and `c` are the same for 2 or more elements: 18 mul, 21 add once, then 30 mul, 30 add, 1 div, 1
    sqrt, 5 choice for each element.
-   If `a` and `b` and `d` are the same for 2 or more elements: 15 mul, 14 add once, then 45 mul, 41 add, 1 div, 1
+   If `a` and `b` and `d` are the same for 2 or more elements: 15 mul, 23 add once, then 33 mul, 28 add, 1 div, 1
    sqrt, 5 choice for each element.
-   If `a` and `c` and `d` are the same for 2 or more elements: 15 mul, 14 add once, then 45 mul, 41 add, 1 div, 1
-   sqrt, 5 choice for each element.
-   If `b` and `c` and `d` are the same for 2 or more elements: 15 mul, 14 add once, then 45 mul, 41 add, 1 div, 1
-   sqrt, 5 choice for each element.
-   Error: 13.3 ulp of the largest coefficient, 64 random inputs. */
+   Error: 20.3 ulp of the largest coefficient, 64 random inputs. */
 void pga3_coplanarity_residual_f64(const double *a, const double *b, const double *c, const double *d, double *out);
 void pga3_coplanarity_residual_f32(const float *a, const float *b, const float *c, const float *d, float *out);
 void pga3_coplanarity_residual_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -1599,14 +1595,14 @@ void pga3_rotor_from_matrix_loop_f32(char **args, const intptr_t *dimensions, co
      a  SCALAR.
      alpha  SCALAR.
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
-   Costs 18 mul, 4 add, 4 call.
+   Costs 16 mul, 4 add, 4 call.
    If `theta` and `d` and `alpha` are the same for 2 or more elements: 18 mul, 0 add, 4 call once, then 4 mul, 4
    add for each element.
    If `theta` and `a` and `alpha` are the same for 2 or more elements: 18 mul, 0 add, 4 call once, then 4 mul, 4
    add for each element.
-   If `theta` and `d` and `a` are the same for 2 or more elements: 1 mul, 0 add, 2 call once, then 17 mul, 4 add,
+   If `theta` and `d` and `a` are the same for 2 or more elements: 3 mul, 0 add, 2 call once, then 13 mul, 4 add,
    2 call for each element.
-   If `d` and `a` and `alpha` are the same for 2 or more elements: 1 mul, 0 add, 2 call once, then 17 mul, 4 add,
+   If `d` and `a` and `alpha` are the same for 2 or more elements: 3 mul, 0 add, 2 call once, then 13 mul, 4 add,
    2 call for each element.
    Error: 1.8 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_from_denavit_hartenberg_f64(double theta, double d, double a, double alpha, double *out);
@@ -1623,14 +1619,14 @@ void pga3_motor_from_denavit_hartenberg_loop_f32(char **args, const intptr_t *di
      a  SCALAR.
      alpha  SCALAR.
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
-   Costs 18 mul, 4 add, 4 call.
+   Costs 16 mul, 4 add, 4 call.
    If `theta` and `d` and `alpha` are the same for 2 or more elements: 18 mul, 0 add, 4 call once, then 4 mul, 4
    add for each element.
    If `theta` and `a` and `alpha` are the same for 2 or more elements: 18 mul, 0 add, 4 call once, then 4 mul, 4
    add for each element.
-   If `theta` and `d` and `a` are the same for 2 or more elements: 1 mul, 0 add, 2 call once, then 17 mul, 4 add,
+   If `theta` and `d` and `a` are the same for 2 or more elements: 3 mul, 0 add, 2 call once, then 13 mul, 4 add,
    2 call for each element.
-   If `d` and `a` and `alpha` are the same for 2 or more elements: 1 mul, 0 add, 2 call once, then 17 mul, 4 add,
+   If `d` and `a` and `alpha` are the same for 2 or more elements: 3 mul, 0 add, 2 call once, then 13 mul, 4 add,
    2 call for each element.
    Error: 1.8 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_from_modified_denavit_hartenberg_f64(double theta, double d, double a, double alpha, double *out);

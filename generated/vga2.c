@@ -2,7 +2,7 @@
 // command: gac generate --all vga2
 // spec: 96d9a4bb5f71d2af
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 8daf60aa4cf4988c17f1300e8f3cc42fd4ef7869d1ae41762294d2fdb35a8353
+// body: 0664a39f5a6900ea7e23790f3e7ea19e0ac5af083f8cf468e9869e79fe765f18
 
 #ifndef REAL
 #include "vga2.h"
@@ -616,19 +616,18 @@ INLINE void NAME(rotor_from_matrix)(const REAL *matrix, REAL *out)
 {
     const REAL matrix_0_0 = matrix[0], matrix_0_1 = matrix[1], matrix_1_0 = matrix[2], matrix_1_1 = matrix[3];
     const REAL t0 = matrix_0_0 + matrix_1_1;
-    const REAL t1 = matrix_0_1 - matrix_1_0;
+    const REAL t1 = matrix_1_0 - matrix_0_1;
     const REAL t2 = SQRT(t0 * t0 + t1 * t1);
     const REAL t3 = t0 + t2;
-    const REAL t4 = matrix_1_0 - matrix_0_1;
-    const REAL t5 = SELECT(LESS(t4, (REAL)0), (REAL)-1, (REAL)1);
-    const REAL t6 = -(t1 * t5);
-    const REAL t7 = LESS_EQUAL((REAL)0, t0);
-    const REAL t8 = SELECT(t7, t3, t6);
-    const REAL t9 = t5 * (t2 - t0);
-    const REAL t10 = SELECT(t7, t4, t9);
-    const REAL t11 = (REAL)1 / SQRT(t8 * t8 + t10 * t10);
-    out[0] = t8 * t11;
-    out[1] = -(t10 * t11);
+    const REAL t4 = SELECT(LESS(t1, (REAL)0), (REAL)-1, (REAL)1);
+    const REAL t5 = t1 * t4;
+    const REAL t6 = LESS_EQUAL((REAL)0, t0);
+    const REAL t7 = SELECT(t6, t3, t5);
+    const REAL t8 = t4 * (t2 - t0);
+    const REAL t9 = SELECT(t6, t1, t8);
+    const REAL t10 = (REAL)1 / SQRT(t7 * t7 + t9 * t9);
+    out[0] = t7 * t10;
+    out[1] = -(t9 * t10);
 }
 
 #define PARTS_rotor_from_matrix(IN, NUMBER, OUT, AND) IN(0, 0, 2x2, 4, 2, 2, 2) AND OUT(1, 2, 2, 2, 1, 2)

@@ -2,7 +2,7 @@
 // command: gac generate --all vga2
 // spec: 96d9a4bb5f71d2af
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 35575a010c9f61941644de8ee3a7ee76d9815cf89f87c5f69301fa08dab711b1
+// body: ec4513d3982cc969239fdc0b5294c0e0b5095a9b10171aa24b9ee1b96b128199
 /* vga2
    Vectors and rotations of the plane in the geometric algebra G(2); its even elements are the complex numbers.
    
@@ -406,7 +406,7 @@ void vga2_rotor_to_matrix_loop_f32(char **args, const intptr_t *dimensions, cons
 /* Convert a 2 x 2 matrix to the rotor, with nonnegative scalar part, of the nearest rotation.
      matrix[4]  SCALAR.
      out[2]  VGA2.ROTOR: 1, e12; unit.
-   Costs 8 mul, 7 add, 1 div, 2 sqrt, 5 choice.
+   Costs 8 mul, 6 add, 1 div, 2 sqrt, 5 choice.
    Error: 1.6 ulp of the largest coefficient, 64 random inputs. */
 void vga2_rotor_from_matrix_f64(const double *matrix, double *out);
 void vga2_rotor_from_matrix_f32(const float *matrix, float *out);

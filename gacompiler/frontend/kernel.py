@@ -14,6 +14,7 @@ from ..algebra.immutable import Immutable
 from ..algebra.layout import Layout
 from ..algebra.operations import Operation
 from ..errors import GacError, KernelError
+from .calls import Call, record_call, recorded_calls
 from .expression import Expression, lift
 from .parameters import ArrayOf as ArrayOf
 from .parameters import Parameter as Parameter
@@ -43,7 +44,10 @@ class Kernel(Immutable):
     """Names of the results. If given, the results are a named tuple that holds every coefficient except zeros."""
 
     def __call__(self, *arguments: Any) -> Any:
-        return self.function(*arguments)
+        value = self.function(*arguments)
+        if not self.has_loops:
+            record_call(self, arguments, value)
+        return value
 
     def traced(self) -> Kernel:
         """Return this kernel with its traced expressions in place of the function."""
@@ -134,6 +138,8 @@ class Trace:
 
     kernel: Kernel
     outputs: tuple[Output, ...]
+    calls: tuple[Call[Kernel], ...] = ()
+    """Calls of other kernels, inner calls before outer ones."""
 
     @property
     def expressions(self) -> tuple[Expression, ...]:
@@ -238,7 +244,8 @@ def trace(definition: Kernel) -> Trace:
     """
     if definition.has_loops:
         raise KernelError(definition.where, "it contains loops over arrays of any length", "a kernel without loops")
-    value = _called(definition, [parameter.symbols() for parameter in definition.parameters])
+    with recorded_calls() as calls:
+        value = _called(definition, [parameter.symbols() for parameter in definition.parameters])
     if value is None:
         raise KernelError(definition.where, "the function returns nothing", "an expression, or a tuple of them")
     pinned = definition.returns
@@ -255,7 +262,7 @@ def trace(definition: Kernel) -> Trace:
     else:
         outputs = (_output(definition, "out", value, pinned),)
     _check_inputs(definition, outputs)
-    return Trace(definition, outputs)
+    return Trace(definition, outputs, tuple(calls))
 
 
 def _called(definition: Kernel, symbols: list[Any]) -> Any:

@@ -16,6 +16,7 @@ from typing import Any
 from ..algebra.algebra import Algebra
 from ..algebra.layout import Layout
 from ..algebra.multivector import Multivector
+from ..frontend.calls import Call
 from ..frontend.expression import Expression, Input, topological
 from ..frontend.kernel import Kernel, Trace
 from ..frontend.kernel import trace as trace_kernel
@@ -96,7 +97,16 @@ class _Writer:
             for output in trace.outputs
         ]
         about = (definition.name, definition.summary, definition.result_names)
-        return "\n".join([*map(repr, [about, parameters, outputs, *nodes]), *self._numbers])
+        calls = [self._call(call) for call in trace.calls]
+        return "\n".join([*map(repr, [about, parameters, outputs, *nodes, *calls]), *self._numbers])
+
+    def _call(self, call: Call[Kernel]) -> tuple[Any, ...]:
+        """Return the text of a called kernel, which is compiled as well, and of what it is called with."""
+        order = topological((*call.arguments, *call.results))
+        places = {expression: k for k, expression in enumerate(order)}
+        nodes = [self._node(expression, [places[a] for a in expression.arguments]) for expression in order]
+        given, found = ([places[each] for each in some] for some in (call.arguments, call.results))
+        return description(trace_kernel(call.kernel)), nodes, given, found
 
     def loops(self, trace: LoopTrace) -> str:
         """Return the text of a kernel with loops, except for its straight-line parts."""

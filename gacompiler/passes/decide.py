@@ -6,7 +6,7 @@ modulo these relations prove it. A coefficient is omitted only if it is proved t
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from random import Random
@@ -20,7 +20,8 @@ from ..algebra.layout import Slot as LayoutSlot
 from ..algebra.multivector import Multivector
 from ..errors import KernelError, TooLargeError
 from ..frontend.expression import Expression
-from ..frontend.kernel import Output, Trace
+from ..frontend.facts import is_unit
+from ..frontend.kernel import Kernel, Output, Trace
 from ..ir.scalar import Scalar
 from ..rings.points import DIGITS
 from ..rings.polynomial import Polynomial
@@ -34,6 +35,8 @@ POINTS, FEW_POINTS = 4, 2
 EFFORT, WHOLE_EFFORT = 400_000, 800_000
 """Maximum number of pairs of terms that are multiplied to prove constants from one form, and in total. The proofs of
 all kernels of the catalog require at most 7 500, those of 2 000 random ones at most 400 000."""
+PROOF_EFFORT = 30_000
+"""Maximum number of pairs of terms that are multiplied to prove the relations of a result."""
 FAR = 10**20
 """Relations are not checked if the squares of coefficients exceed this limit."""
 
@@ -231,11 +234,7 @@ def _check_implied(trace: Trace, output: Output, layout: Layout) -> None:
     """Raise an error if the result is not proved to have the coefficients that a layout implies."""
     lowered = Lowering(trace.kernel, output.expressions)
     for value in lowered.values:
-        stored = {slot.name: _coefficient(lowered, value, slot) for slot in layout.stored}
-        wanted = [function(stored) for _, function in layout.implied]
-        found = [_coefficient(lowered, value, slot) for slot, _ in layout.implied]
-        differences = lowered.relations.reduce([a - b for a, b in zip(found, wanted, strict=True)], Reduction.NORMAL)
-        for (slot, _), difference in zip(layout.implied, differences, strict=True):
+        for slot, difference in _implied_differences(lowered, value, layout):
             if not difference.is_zero:
                 raise KernelError(
                     trace.kernel.where,
@@ -243,6 +242,53 @@ def _check_implied(trace: Trace, output: Output, layout: Layout) -> None:
                     f"an element of {layout.name}, as specified by returns=",
                     "build the result from its stored coefficients, or return a layout that stores it",
                 )
+
+
+def _implied_differences(
+    lowered: Lowering, value: Multivector, layout: Layout
+) -> Iterator[tuple[LayoutSlot, Polynomial]]:
+    """Yield each coefficient that a layout implies, and its difference from that of a value, in normal form."""
+    stored = {slot.name: _coefficient(lowered, value, slot) for slot in layout.stored}
+    wanted = [function(stored) for _, function in layout.implied]
+    found = [_coefficient(lowered, value, slot) for slot, _ in layout.implied]
+    differences = lowered.relations.reduce([a - b for a, b in zip(found, wanted, strict=True)], Reduction.NORMAL)
+    yield from zip((slot for slot, _ in layout.implied), differences, strict=True)
+
+
+def is_proved_in(kernel: Kernel, expression: Expression, layout: Layout) -> bool:
+    """Return whether a result is proved to have the implied coefficients and the relations of a layout.
+
+    Exact points refute them and polynomials prove them, except for ``x ~x = 1``, which may also follow from rules.
+
+    Raises
+    ------
+    TooLargeError
+        If the polynomials of the result are too large.
+    """
+    for _, (value,) in samples(kernel, [expression], Random(7), FEW_POINTS):
+        if not satisfies(layout, value) or not has_implied(layout, value):
+            return False
+    by_rules = is_unit(expression) and layout.user_relations is None
+    if by_rules and not layout.implied:
+        return True
+    lowered = Lowering(kernel, [expression], effort=PROOF_EFFORT)
+    (value,) = lowered.values
+    if any(not difference.is_zero for _, difference in _implied_differences(lowered, value, layout)):
+        return False
+    relations = [] if by_rules else list(map(lowered.ring.lift, layout.relations(value)))
+    return all(relation.is_zero for relation in lowered.relations.reduce(relations, Reduction.NORMAL))
+
+
+def has_implied(layout: Layout, value: Multivector) -> bool:
+    """Return whether a value has the coefficients that a layout implies, to half of the working digits."""
+    with mpmath.workdps(DIGITS):
+        stored = {slot.name: slot.sign * value.terms.get(slot.blade, 0) for slot in layout.stored}
+        for slot, function in layout.implied:
+            difference = to_mpmath(function(stored)) - to_mpmath(slot.sign * value.terms.get(slot.blade, 0))
+            size = 1 + max((abs(to_mpmath(x)) for x in value.terms.values()), default=0)
+            if abs(difference) > size * mpmath.mpf(10) ** (-DIGITS // 2):
+                return False
+    return True
 
 
 def _coefficient(lowered: Lowering, value: Multivector, slot: LayoutSlot) -> Polynomial:

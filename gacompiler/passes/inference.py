@@ -9,17 +9,14 @@ from __future__ import annotations
 from fractions import Fraction
 from random import Random
 
-import mpmath
-
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..algebra.multivector import Multivector
 from ..errors import LayoutError
 from ..frontend.expression import Expression, evaluate
 from ..frontend.kernel import Kernel, Trace, trace
-from ..rings.points import DIGITS
-from .decide import POINTS, decide, layout_of, satisfies
+from .decide import POINTS, decide, has_implied, layout_of, satisfies
 from .rewrite import rewrite
-from .samples import samples, to_mpmath
+from .samples import samples
 
 
 class LayoutInference:
@@ -110,12 +107,4 @@ def _related(plain: Layout, values: list[Multivector]) -> Layout:
 
 
 def _fits(layout: Layout, value: Multivector) -> bool:
-    terms = dict(value.terms)
-    with mpmath.workdps(DIGITS):
-        stored = {slot.name: slot.sign * terms.get(slot.blade, 0) for slot in layout.stored}
-        for slot, function in layout.implied:
-            difference = to_mpmath(function(stored)) - to_mpmath(slot.sign * terms.get(slot.blade, 0))
-            size = 1 + max((abs(to_mpmath(x)) for x in terms.values()), default=0)
-            if abs(difference) > size * mpmath.mpf(10) ** (-DIGITS // 2):
-                return False
-    return satisfies(layout, value)
+    return has_implied(layout, value) and satisfies(layout, value)

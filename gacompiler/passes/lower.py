@@ -220,7 +220,7 @@ _HEAVY = (
 )  # fmt: skip
 """Operations whose results can be named."""
 
-_PLAIN = (
+PLAIN = (
     Operation.ADD, Operation.SUBTRACT, Operation.NEGATE, Operation.REVERSE, Operation.GRADE, Operation.DUAL,
     Operation.UNDUAL, Operation.COEFFICIENT, Operation.ASSEMBLE,
 )  # fmt: skip
@@ -237,6 +237,6 @@ def stages(expressions: Sequence[Expression]) -> list[Expression]:
     linear: set[Expression] = set()  # Sums of inputs can be expanded at no cost.
     for expression in order:
         leaf = expression.operation in (Operation.INPUT, Operation.CONSTANT)
-        if leaf or (expression.operation in _PLAIN and all(argument in linear for argument in expression.arguments)):
+        if leaf or (expression.operation in PLAIN and all(argument in linear for argument in expression.arguments)):
             linear.add(expression)
     return [e for e in order if e.operation in _HEAVY and e in used and e not in linear]

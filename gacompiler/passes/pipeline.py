@@ -8,17 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache, partial
 
 from ..errors import GacError, KernelError
 from ..frontend.kernel import Kernel, trace
 from ..ir.cost import Cost
 from .accuracy import Gate
+from .compose import Composer, composable
 from .decide import decide
 from .effort import DEFAULT, LEVELS, effort_of
 from .interruption import is_interrupted
 from .prove import prove_program
 from .record import Compilation
 from .rewrite import rewrite
+from .saturate import saturate
 from .search import Candidate, Search
 from .uniform import uniform_forms
 
@@ -31,7 +34,11 @@ def trace_kernel(record: Compilation) -> Compilation:
 def rewrite_expressions(record: Compilation) -> Compilation:
     """Find equivalent forms of the expressions."""
     assert record.trace is not None
-    return replace(record, variants=rewrite(record.trace.expressions))
+    variants = rewrite(record.trace.expressions)
+    saturated = saturate(record.trace.expressions)
+    if saturated not in variants.values():
+        variants["rewritten to saturation"] = saturated
+    return replace(record, variants=variants)
 
 
 def decide_results(record: Compilation) -> Compilation:
@@ -41,7 +48,11 @@ def decide_results(record: Compilation) -> Compilation:
 
 
 def find_candidates(record: Compilation) -> Compilation:
-    """Generate candidate programs by lowering, factorising, sharing and scheduling the results."""
+    """Generate candidate programs by lowering, factorising, composing and scheduling the results."""
+    return _candidates(record, is_part=False)
+
+
+def _candidates(record: Compilation, is_part: bool) -> Compilation:
     assert record.trace is not None and record.variants is not None and record.decision is not None
     results = []
     for output, layout, slots in zip(record.trace.outputs, record.decision.layouts, record.decision.slots, strict=True):
@@ -53,7 +64,12 @@ def find_candidates(record: Compilation) -> Compilation:
     found: dict[tuple[tuple[str, ...], Cost], Candidate] = {}
     for effort in LEVELS[1 : record.effort.level + 1]:
         search = Search(record.kernel, record.variants, results, effort)
-        for candidate in search.candidates():
+        candidates = search.candidates()
+        if not is_part and not is_interrupted():
+            best = min(candidate.cost.total for candidate in candidates)
+            composer = Composer(record.trace, search, candidates[0].program, _optimiser_of_parts(effort.level))
+            candidates += composer.candidates(composable(record.variants), best)
+        for candidate in (*candidates, *search.divided_once(candidates)):
             found.setdefault((candidate.steps, candidate.cost), candidate)
         limits = search.limits
         if is_interrupted():
@@ -66,6 +82,19 @@ def find_candidates(record: Compilation) -> Compilation:
 
 NO_SEARCH = "effort 0: nothing but the author's structure; cheaper forms may exist"
 INTERRUPTED = "the search was interrupted; cheaper forms may exist"
+
+
+@cache
+def _optimiser_of_parts(level: int) -> Callable[[Kernel], Compilation]:
+    return partial(optimise_part, level=level)
+
+
+def optimise_part(kernel: Kernel, level: int = DEFAULT) -> Compilation:
+    """Optimise a part of a kernel; the whole kernel is proved."""
+    start = Compilation(kernel, effort=effort_of(level))
+    record = decide_results(rewrite_expressions(trace_kernel(start)))
+    assert record.trace is not None
+    return choose_program(_candidates(record, is_part=not record.trace.calls))
 
 
 def choose_program(record: Compilation) -> Compilation:

@@ -233,6 +233,9 @@ STRATEGIES: dict[str, tuple[tuple[Rule, ...], ...]] = {
 """Phases of rules by name. Rules of a phase are applied together; a sandwich that has become a sum in one phase is no
 longer recognised by the rules for sandwiches."""
 
+EXPANDED = frozenset({"sandwiches as differences", "pulled out, as differences"})
+"""The strategies that expand sandwiches."""
+
 
 def rewrite(expressions: tuple[Expression, ...]) -> dict[str, tuple[Expression, ...]]:
     """Return the distinct results of all strategies by name, starting with the author's own form."""

@@ -104,7 +104,7 @@ class Search:
         self._effort = effort
         self._kernel = kernel
         self._variants = variants
-        self._results = tuple(results)
+        self.results = tuple(results)
         self._slots = tuple(slot for _, _, slots in results for slot in slots)
         self._budget = SMALL
         self._too_large = self._left = 0
@@ -120,17 +120,17 @@ class Search:
         name, expressions = next(iter(self._variants.items()))
         if has_huge_product(expressions):
             return next(self._by_matrices())
-        return self._candidate((name,), self._direct(expressions))
+        return self.candidate((name,), self._direct(expressions))
 
     def candidates(self) -> list[Candidate]:
-        """Return all candidates in order."""
+        """Return the candidates of the first two families, in order."""
         direct: dict[str, Candidate] = {}
         by_matrices: list[Candidate] = []
         for name, variant in self._variants.items():
             if self._is_long and direct and not by_matrices:
                 by_matrices += self._by_matrices()  # They save most in long scripts, so they are built early.
             if not has_huge_product(variant) and (not direct or self._has_lines_left()):
-                direct[name] = self._candidate((name,), self._direct(variant))
+                direct[name] = self.candidate((name,), self._direct(variant))
         found = [*direct.values(), *(by_matrices or self._by_matrices())]
         least = min(candidate.cost.total for candidate in found)
         self._budget = min(max(self._effort.hopeless * least, SMALL), self._effort.largest)
@@ -159,9 +159,13 @@ class Search:
                 effort += _effort(system)
                 if effort <= self._effort.more and not is_interrupted():
                     found.append(self._factorise(steps, system, policy))
+        return found
+
+    def divided_once(self, found: Sequence[Candidate]) -> list[Candidate]:
+        """Return the cheapest candidates with a single division for each divisor, if they have more."""
         cheapest = sorted(found, key=lambda candidate: candidate.cost.total)[: DIVIDED if self._has_lines_left() else 1]
         divided = ((candidate.steps, divide_once(candidate.program)) for candidate in cheapest)
-        return [*found, *(self._candidate((*steps, "dividing once"), each) for steps, each in divided if each)]
+        return [self.candidate((*steps, "dividing once"), each) for steps, each in divided if each]
 
     @property
     def limits(self) -> tuple[str, ...]:
@@ -173,9 +177,10 @@ class Search:
         )
         return tuple(f"{count} {text}; cheaper forms may exist" for count, text in texts if count)
 
-    def _candidate(self, steps: Steps, scalars: Sequence[Scalar]) -> Candidate:
+    def candidate(self, steps: Steps, scalars: Sequence[Scalar]) -> Candidate:
+        """Return the program that computes the results by `scalars`, in the order of the slots."""
         todo = iter(scalars)
-        results = tuple((name, shape, tuple(next(todo) for _ in slots)) for name, shape, slots in self._results)
+        results = tuple((name, shape, tuple(next(todo) for _ in slots)) for name, shape, slots in self.results)
         program = schedule(self._kernel.name, self._arguments, results)
         self._lines += len(program.lines)
         candidate = Candidate(steps, program, cost(program))
@@ -192,7 +197,7 @@ class Search:
 
     def _direct(self, expressions: Sequence[Expression]) -> tuple[Scalar, ...]:
         graph = Graph()
-        return pick(evaluate(expressions, self._inputs(graph), lift=graph.lift), self._slots, graph)
+        return pick(evaluate(expressions, self.inputs(graph), lift=graph.lift), self._slots, graph)
 
     def _by_matrices(self) -> Iterator[Candidate]:
         """Yield the author's structure with its large products computed by matrices, for all plans and depths."""
@@ -202,10 +207,11 @@ class Search:
             if not self._has_lines_left():
                 return
             graph = Graph()
-            values, how = evaluate_by_matrices(expressions, self._inputs(graph), graph.lift, choice)
-            yield self._candidate((name, how), pick(values, self._slots, graph))
+            values, how = evaluate_by_matrices(expressions, self.inputs(graph), graph.lift, choice)
+            yield self.candidate((name, how), pick(values, self._slots, graph))
 
-    def _inputs(self, graph: Graph) -> dict[str, Scalar]:
+    def inputs(self, graph: Graph) -> dict[str, Scalar]:
+        """Return the entries of the arguments as variables of a graph."""
         return {name: graph.variable(name) for parameter in self._kernel.parameters for name in parameter.components}
 
     def _factorise(self, steps: Steps, system: System, policy: Policy) -> Candidate:
@@ -214,7 +220,7 @@ class Search:
         if key in self._factorised:
             known = self._factorised[key]
             return Candidate((*steps, *choices), known.program, known.cost)
-        self._factorised[key] = self._candidate((*steps, *choices), share(system, policy))
+        self._factorised[key] = self.candidate((*steps, *choices), share(system, policy))
         return self._factorised[key]
 
     def _systems(self, names: Sequence[str]) -> Iterator[tuple[Steps, System]]:
