@@ -1,6 +1,6 @@
-"""Modules of the programs by hand, written and built once for all tests of the backends.
+"""Modules of the example programs, written and built once for all tests of the backends.
 
-Machine code that numba keeps is kept beside a module's file, so all that load this file share that, too.
+numba caches machine code next to the file of a module, so all tests that load the file share it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from backend_programs import (
     load,
     module_source,
 )
-from one_element import WAYS, build_once, load_ways
+from one_element import IMPLEMENTATIONS, build_once, load_implementations
 
 from gacompiler.backends import library_path
 from gacompiler.backends.module import ModuleSource
@@ -32,25 +32,25 @@ CHOSEN = (MOVE_POINT, NORMALIZE, DISTANCE) if is_alone() else (*PROGRAMS, MANY, 
 
 @pytest.fixture(scope="session")
 def kernels() -> ModuleSource:
-    """What stands in the module."""
+    """The source of the module."""
     return module_source("kernels", *CHOSEN)
 
 
 @pytest.fixture(scope="session")
 def folder_of_kernels(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Where the module is, built and plain."""
+    """The folder that contains the module, built and plain."""
     return tmp_path_factory.mktemp("kernels")
 
 
 @pytest.fixture(scope="session")
 def built(kernels: ModuleSource, folder_of_kernels: Path) -> Path:
-    """The module's file, beside its library and the extension, where there is a compiler."""
+    """The file of the module; its folder has the library and the extension if there is a compiler."""
     return build_once(kernels, folder_of_kernels) / "kernels.py"
 
 
 @pytest.fixture(scope="session")
 def modules(built: Path) -> dict[str, ModuleType]:
-    """The module on every backend that is there."""
+    """The module on every available backend."""
     loaded = {}
     with pytest.MonkeyPatch.context() as patch:
         for name in BACKENDS:
@@ -63,17 +63,17 @@ def modules(built: Path) -> dict[str, ModuleType]:
 
 @pytest.fixture(params=BACKENDS)
 def module(request: pytest.FixtureRequest, modules: dict[str, ModuleType]) -> ModuleType:
-    """The module on one backend after the other."""
+    """The module on each backend in turn."""
     if request.param not in modules:
         pytest.skip("no C compiler")
     return modules[request.param]
 
 
 @pytest.fixture(scope="session")
-def ways(kernels: ModuleSource, folder_of_kernels: Path) -> dict[str, ModuleType]:
-    """The module with the extension and without, on plain arrays, and on numba."""
-    found = load_ways(kernels, folder_of_kernels, (*WAYS, "numba"))
-    for loaded in (found[way] for way in WAYS if way in found):
+def implementations(kernels: ModuleSource, folder_of_kernels: Path) -> dict[str, ModuleType]:
+    """The module with the extension, without it, on plain arrays, and on numba."""
+    found = load_implementations(kernels, folder_of_kernels, (*IMPLEMENTATIONS, "numba"))
+    for loaded in (found[name] for name in IMPLEMENTATIONS if name in found):
         for program in CHOSEN:
             getattr(loaded, program.name)(*inputs(program))  # so that libraries are loaded
     return found

@@ -1,4 +1,4 @@
-"""Generated modules, as those who call them use them: right and wrong, on every backend."""
+"""Correct and wrong calls of generated modules on every backend."""
 
 from __future__ import annotations
 
@@ -209,7 +209,7 @@ def test_wrong_out_writes_nothing(module: ModuleType) -> None:
         module.normalize(p, out=np.zeros((4, 3)))
 
 
-def test_what_a_module_says(module: ModuleType, modules: dict[str, ModuleType]) -> None:
+def test_attributes_and_help_of_a_module(module: ModuleType, modules: dict[str, ModuleType]) -> None:
     assert modules[module.backend] is module
     assert module.kernels == tuple(program.name for program in (*PROGRAMS, MANY, INNER))
     assert set(module.kernels) <= set(module.__all__)
@@ -247,7 +247,7 @@ def test_jit_in_a_numba_loop(module: ModuleType) -> None:
     np.testing.assert_array_equal(one, out[0])
 
 
-def test_numba_code_is_kept(modules: dict[str, ModuleType]) -> None:
+def test_numba_code_is_cached(modules: dict[str, ModuleType]) -> None:
     module = modules["numba"]
     (p,) = inputs(NORMALIZE, (3,))
     module.normalize(p)
@@ -255,7 +255,7 @@ def test_numba_code_is_kept(modules: dict[str, ModuleType]) -> None:
     assert any(path.name.startswith("kernels.normalize_dense") for path in cache.glob("*.nbi"))
 
 
-def test_what_an_import_loads(modules: dict[str, ModuleType]) -> None:
+def test_modules_loaded_by_an_import(modules: dict[str, ModuleType]) -> None:
     folder = Path(str(modules["numba"].__file__)).parent
     code = (
         "import sys, kernels, numpy as np; kernels.swap([1.0, 2.0]) if kernels.backend == 'c' else None; "

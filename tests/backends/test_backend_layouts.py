@@ -1,4 +1,4 @@
-"""Generated modules on arrays of any memory order, at every length that blocks and vectors tell apart."""
+"""Generated modules on arrays of any memory order, at every length that blocks and vectors distinguish."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from gacompiler.ir.program import Program
 
 
 def placed(array: np.ndarray[Any, Any], layout: str) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    """`array` laid out in memory of NaN, and that memory."""
+    """Place `array` with this layout in a buffer filled with NaN; return it and the buffer."""
     n, *shape = array.shape
     order = [*range(1, array.ndim), 0]
     match layout:
@@ -91,7 +91,7 @@ def test_layouts_at_every_length(module: ModuleType, program: Program) -> None:
 
 @pytest.mark.parametrize("n_arguments", [31, 33, 70])
 def test_more_arguments_than_bits_in_a_word(n_arguments: int, tmp_path: Path) -> None:
-    """What lies at unit stride or stays the same is told apart for each, and arguments are many."""
+    """Unit strides and uniform arguments are distinguished for each of many arguments."""
     program = traced(
         "weighted", {f"x{k}": () for k in range(n_arguments)}, lambda *x: sum(k * each for k, each in enumerate(x))
     )
@@ -111,7 +111,7 @@ def test_more_arguments_than_bits_in_a_word(n_arguments: int, tmp_path: Path) ->
             np.testing.assert_array_equal(weighted(*mixed)[:, 0], x @ np.arange(n_arguments))
 
 
-def test_a_call_like_one_before(module: ModuleType) -> None:
+def test_a_repeated_call(module: ModuleType) -> None:
     m, p = inputs(MOVE_POINT, (6, 4))
     right = expected(MOVE_POINT, [m, p])[0]
     calls = [

@@ -1,4 +1,4 @@
-"""The text that backends print: it is the program, it compiles, and a change in it is seen."""
+"""The text that backends print represents the program and compiles, and changes of it are detected."""
 
 from __future__ import annotations
 
@@ -86,8 +86,8 @@ def test_text_is_the_program_exactly(program: Program) -> None:
 
 
 @pytest.mark.parametrize("language", ["c", "python"])
-def test_one_changed_sign_or_operand_is_caught(language: str) -> None:
-    """Also a changed number, order, or pair of parentheses: by the hash of the text, and by what it computes."""
+def test_one_changed_sign_or_operand_is_detected(language: str) -> None:
+    """Detect also a changed number, order, or pair of parentheses, by the hash of the text and by its results."""
     points = [("move_point", exact_point(MOVE_POINT, seed)) for seed in range(2)] + [("normalize", ((3, 4, 12),))]
     module = module_source("one", MOVE_POINT, NORMALIZE)
     text = c_source(module) if language == "c" else python_source(module)
@@ -116,7 +116,7 @@ def test_headers_and_bodies() -> None:
     assert "-ffp-contract=off" in c_source(module)
 
 
-def test_a_kernel_may_not_hide_what_the_module_needs() -> None:
+def test_a_kernel_may_not_shadow_names_of_the_module() -> None:
     for name in ("abs", "Kernel", "SCALAR", "kernels", "LANES"):
         program = Program(name, SWAP.arguments, SWAP.lines, SWAP.results)
         with pytest.raises(BackendError, match=name):
@@ -128,7 +128,7 @@ def test_a_kernel_may_not_hide_what_the_module_needs() -> None:
 
 @needs_compiler
 def test_kernels_and_the_runtime_share_no_names(tmp_path: Path) -> None:
-    """Kernels may have the names of the runtime's functions: those begin with gac_, and libraries do not show them."""
+    """Kernels may have names of functions of the runtime, which begin with gac_ and are not exported."""
     kernels = [Program(name, SWAP.arguments, SWAP.lines, SWAP.results) for name in ("batch", "load_2", "each", "tile")]
     library = build_library(write(module_source("alike", *kernels), tmp_path))
     assert library is not None
@@ -136,7 +136,7 @@ def test_kernels_and_the_runtime_share_no_names(tmp_path: Path) -> None:
     symbols = re.findall(r"^\w+ (\w) (\w+)$", listed, re.M)
     public = {name for kind, name in symbols if kind == "T" and not name.startswith("_")}
     endings = ("f64", "f32", "loop_f64", "loop_f32")
-    public.discard("gac_runs_here")  # libraries for one kind of processor say so
+    public.discard("gac_runs_here")  # the names of libraries for one kind of processor contain it
     assert public == {f"alike_{kernel.name}_{ending}" for kernel in kernels for ending in endings}
     own = {name for kind, name in symbols if kind in "tir" and "f64" in name}
     assert "gac_batch_f64" in own and {name.partition("_")[0] for name in own} == {"alike", "gac"}
@@ -151,7 +151,7 @@ def test_a_kernel_may_be_called_as_a_function(op: Program) -> None:
 
 
 def test_no_variable_has_the_name_of_a_macro() -> None:
-    """Of one without arguments: the others are macros only where a parenthesis follows."""
+    """Test macros without arguments: the others are macros only before a parenthesis."""
     text = runtime_files()["gac_runtime/gac_runtime.h"]
     macros = set(re.findall(r"^\s*#\s*define (\w+)(?![\w(])", text, re.M))
     macros = {name for name in macros if not name.startswith("GAC_")}
@@ -252,9 +252,9 @@ def test_a_failed_build_leaves_nothing(tmp_path: Path) -> None:
 
 
 @needs_compiler
-def test_what_the_linker_says(tmp_path: Path) -> None:
+def test_linker_messages_are_reported(tmp_path: Path) -> None:
     c_path = write(module_source("bare", SWAP), tmp_path)
-    # The precisions of a long file are compiled side by side.
+    # The precisions of a long file are compiled in parallel.
     good = c_path.read_text() + "//\n" * 20_000
     c_path.write_text(good + "#ifndef TWICE\n#define TWICE\nint twice(void) { return 2; }\n#endif\n")
     with pytest.raises(BackendError, match=r"multiple definition.*twice"):

@@ -1,4 +1,4 @@
-"""An element has the same result in a batch as alone, to the last bit, wherever the batch lies."""
+"""An element has the same result in a batch as alone, to the last bit, for any memory layout of the batch."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_an_element_alone_and_in_a_batch(name: str, dtype: Any) -> None:
         if not isinstance(kernel, module.Kernel):
             continue  # those with loops have no fixed shapes; `gac verify` runs them in batches
         arrays = [rng.normal(size=(N_ELEMENTS, *shape)).astype(dtype) for shape in kernel.definition.shapes]
-        # An element twice makes every product of it with itself that should vanish a difference of equal products.
+        # With the same element twice, each product that must vanish is a difference of equal products.
         arrays = [arrays[0] if a.shape == arrays[0].shape and rng.random() < 0.5 else a for a in arrays]
         with np.errstate(all="ignore"):
             alone = [_results(kernel(*(array[i] for array in arrays))) for i in range(N_ELEMENTS)]
@@ -63,7 +63,7 @@ WIDTHS = {"no vectors": -1, "AVX2": 0, "AVX-512": 1}
 
 @pytest.fixture(scope="module")
 def library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
-    """vga2, where a variable says which loops run."""
+    """The library of vga2; an environment variable selects the loops that run."""
     compiler = find_compiler()
     if compiler is None or "avx512dq" not in _features() or not re.search("gcc|Free Software", _version(compiler)):
         pytest.skip("needs gcc, and a machine that has all of the widths")
@@ -88,7 +88,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
 @pytest.mark.slow
 @pytest.mark.parametrize("width", WIDTHS)
 def test_all_machines_compute_the_same(width: str, library: ctypes.CDLL) -> None:
-    """What a machine chooses is chosen by hand here, as far as this one can run it."""
+    """Select every kind of loop that this machine can run, independently of its own choice."""
     ctypes.c_int.in_dll(library, "chosen_width").value = WIDTHS[width]
     module = importlib.import_module("generated.vga2")
     rng = np.random.default_rng(4)
@@ -123,10 +123,10 @@ BEYOND = 1 << 25
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("shift", [0, 1, 5], ids=lambda k: f"{k} numbers off a line")
 @pytest.mark.parametrize("odd", [0, 5], ids=["rows alike", "rows not alike"])
-def test_results_that_no_cache_holds(dtype: Any, shift: int, odd: int) -> None:
+def test_results_larger_than_any_cache(dtype: Any, shift: int, odd: int) -> None:
     from generated import pga3, vga3
 
-    # As much in each of two threads, and where an element has seven numbers.
+    # The same amount in each of two threads, and with elements of seven numbers.
     n = BEYOND // (5 * np.dtype(dtype).itemsize) // 16 * 16 + 1600 + odd
     assert n // 2 * 10 * np.dtype(dtype).itemsize > BEYOND
     rng = np.random.default_rng(shift)
@@ -135,7 +135,7 @@ def test_results_that_no_cache_holds(dtype: Any, shift: int, odd: int) -> None:
     few = [slice(0, 2000), slice(n // 2, n // 2 + 2000), slice(n - 2000, n)]
     for part in few:
         np.testing.assert_array_equal(found[part], vga3.rotate_vector(rotor[part].copy(), vector[part].copy()))
-    # In threads, onto an argument, and by a form for one argument that stays the same.
+    # In threads, in place, and by a form for one uniform argument.
     again = vga3.rotate_vector(rotor, vector, num_threads=2)
     np.testing.assert_array_equal(again, found)
     one = vga3.rotate_vector(rotor[0], _rows(np.tile(vector, (3, 1)), shift))
@@ -153,7 +153,7 @@ def test_results_that_no_cache_holds(dtype: Any, shift: int, odd: int) -> None:
 @pytest.mark.parametrize("shift", [0, 1, 5], ids=lambda k: f"{k} numbers off a line")
 @pytest.mark.parametrize("n", [600, 1003, 12000, 12001])
 def test_many_rows_of_results(dtype: Any, shift: int, n: int) -> None:
-    """From where whole lines are stored to where they go past the caches; also onto an argument."""
+    """From sizes at which whole lines are stored to those that bypass the caches; also in place."""
     from generated import cga3
 
     a, b = (_rows(np.random.default_rng(k).random((n, 32), dtype), 3 * k) for k in (1, 2))
@@ -167,7 +167,7 @@ def test_many_rows_of_results(dtype: Any, shift: int, n: int) -> None:
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
-def test_elements_in_order_that_no_cache_holds(dtype: Any) -> None:
+def test_elements_in_order_larger_than_any_cache(dtype: Any) -> None:
     from generated import pga3
 
     n = (1 << 24) // (14 * np.dtype(dtype).itemsize) + 2007

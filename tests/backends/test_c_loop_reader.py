@@ -1,4 +1,4 @@
-"""Kernels with loops are read back from C as they were printed, and every change of the text is noticed."""
+"""Kernels with loops are read back from C as they were printed, and every change of the text is detected."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ SEED = 2026
 
 
 def _shape(program: Program) -> Program:
-    """A program of which only its name and the shapes of its arguments and results remain."""
+    """A program reduced to its name and the shapes of its arguments and results."""
     arguments = tuple(
         replace(argument, name="", components=("",) * len(argument.components)) for argument in program.arguments
     )
@@ -109,7 +109,7 @@ def _renamed(procedure: Procedure, names: dict[str, str]) -> Procedure:
 
 
 def _mutations(text: str) -> Iterator[tuple[str, str]]:
-    """A kind of change and the changed text: each of one token behind the first list of tables."""
+    """Yield the kind of change and the text with one token changed after the first list of tables."""
     first = text.index("#define TABLES_")
     tokens = list(re.finditer(r"\w+|[-+*<>=?:&|!]+|[,;()\[\]{}]", text[first:]))
     names = sorted({match[0] for match in tokens if match[0].isidentifier()})
@@ -135,7 +135,7 @@ def _mutations(text: str) -> Iterator[tuple[str, str]]:
 
 
 @pytest.mark.parametrize("definition", EXAMPLES, ids=lambda kernel: kernel.name)
-def test_changes_are_noticed(definition: Kernel) -> None:
+def test_changes_are_detected(definition: Kernel) -> None:
     procedure = loop_source(definition).procedure
     text = c_source(_module(procedure))
     right = c_procedures(text)
@@ -156,8 +156,8 @@ def _difference(a: str, b: str) -> list[tuple[str, str]]:
     return [(x, y) for x, y in zip(a.splitlines(), b.splitlines(), strict=False) if x != y][:1]
 
 
-def test_lanes_must_say_the_same() -> None:
-    """A text whose lanes run over other rows is refused for that, not only because it is not what is printed."""
+def test_lanes_must_agree() -> None:
+    """A text whose lanes run over different rows is rejected for that reason, before the comparison of texts."""
     procedure = loop_source(tree).procedure
     text = c_source(_module(procedure))
     lines = "\n".join(lane_lines(procedure))
@@ -173,7 +173,7 @@ def test_lanes_must_say_the_same() -> None:
         (Add(Place("x", Row("i")), Place("out_0", Previous("i", "s_start"))), "a sum in"),
     ],
 )
-def test_rows_that_may_not_be_there_are_refused(statement: Statement, found: str) -> None:
+def test_rows_that_may_not_exist_are_rejected(statement: Statement, found: str) -> None:
     procedure = loop_source(tree).procedure
     loop = next(each for each in procedure.body if isinstance(each, Loop))
     broken = replace(procedure, body=(replace(loop, body=(statement,)),))

@@ -1,4 +1,4 @@
-"""Kernels with loops in C: one element to the bit as the procedure says, batches to the bit as one element."""
+"""Kernels with loops in C: single elements equal the interpreted procedure, batches equal them bit for bit."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def _same(a: list[Array], b: list[Array]) -> bool:
 
 @pytest.mark.parametrize("number", [float, np.float32])
 @pytest.mark.parametrize("definition", EXAMPLES, ids=lambda kernel: kernel.name)
-def test_one_element_is_what_the_procedure_says(
+def test_one_element_equals_the_interpreted_procedure(
     library: ctypes.CDLL, definition: Kernel, number: type[float] | type[np.float32]
 ) -> None:
     procedure = _procedure(definition)
@@ -93,7 +93,7 @@ def test_no_rows(library: ctypes.CDLL, definition: Kernel) -> None:
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("definition", EXAMPLES, ids=lambda kernel: kernel.name)
-def test_batches_are_as_single_elements(library: ctypes.CDLL, definition: Kernel, dtype: type) -> None:
+def test_batches_equal_single_elements(library: ctypes.CDLL, definition: Kernel, dtype: type) -> None:
     procedure = _procedure(definition)
     lengths = _of(procedure, LENGTHS[1])
     for count in BATCHES:
@@ -105,7 +105,7 @@ def test_batches_are_as_single_elements(library: ctypes.CDLL, definition: Kernel
 
 
 @pytest.mark.parametrize("definition", EXAMPLES, ids=lambda kernel: kernel.name)
-def test_each_argument_may_be_the_same_for_all(library: ctypes.CDLL, definition: Kernel) -> None:
+def test_each_argument_may_be_uniform(library: ctypes.CDLL, definition: Kernel) -> None:
     procedure, count = _procedure(definition), 37
     lengths = _of(procedure, LENGTHS[1])
     varying = arguments(procedure, lengths, 5, (count,))
@@ -160,8 +160,8 @@ def test_steps_may_be_negative(library: ctypes.CDLL) -> None:
     assert _same(results, found)
 
 
-def test_no_memory_is_an_answer(library: ctypes.CDLL) -> None:
-    """Nothing is read or written where the work space is larger than any memory."""
+def test_out_of_memory_is_reported(library: ctypes.CDLL) -> None:
+    """Nothing is read or written if the work space is larger than any memory."""
     procedure = _procedure(tree)
     pointers = (ctypes.c_void_p * 5)()
     steps, lengths = (ctypes.c_ssize_t * 5)(), (ctypes.c_ssize_t * 1)(1 << 55)
@@ -170,7 +170,7 @@ def test_no_memory_is_an_answer(library: ctypes.CDLL) -> None:
 
 
 def test_steps_of_an_iteration(library: ctypes.CDLL) -> None:
-    """An iteration ends where its condition holds, at another step for each element."""
+    """An iteration ends when its condition holds, at a different step for each element."""
     procedure, lengths = _procedure(newton), {"n": 2}
     a = np.array([1.0, 1.1, 4.0, 1e12] * 5)
     found = call_rows(library, MODULE, procedure, lengths, {"x": np.ones(2), "a": a}, 20)
@@ -234,5 +234,5 @@ def test_plain_c_program(library: ctypes.CDLL, tmp_path: Path, kind: str) -> Non
         "tool": np.array([1, 0, 0, 0, 0.5, 0, 0, 0]),
     }
     expected = call_one(library, MODULE, _procedure(forward), {"n": 3}, given)[0]
-    # 10 is scale squared and 1 more; each branch is summed down from its leaves.
+    # 10 is scale squared plus 1; each branch is summed from its leaves.
     assert [float(line) for line in printed.split()] == [*expected, 220, 30, 180, 130]

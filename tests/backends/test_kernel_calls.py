@@ -20,7 +20,7 @@ MODULES = [path.stem for path in own_specs()]
 
 @kernel(m=PGA3.MOTOR, p=PGA3.POINT)
 def moved(m: Any, p: Any) -> Any:
-    """A point, moved."""
+    """Move a point."""
     return m * p * ~m
 
 
@@ -76,14 +76,16 @@ def _tuple(value: Any) -> tuple[Any, ...]:
 
 @pytest.mark.parametrize("kind", ["bool", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64"])
 def test_integers_are_cast_as_ufuncs_cast_them(kind: str, functions: list[Any]) -> None:
-    """numpy's own `hypot` of the same arrays says to which type."""
+    """The expected type is that of numpy's `hypot` of the same arrays."""
     p = np.array([[0, 1, 1], [1, 0, 1]]).astype(kind)
     identity = np.eye(8)[0]
     for function in functions:
         for m in (identity, identity.astype(np.float32), identity.astype(kind), identity.astype(np.int16)):
             found = function(m, p)
             wanted = np.hypot(m[:1], p[:, :1])
-            same = wanted.dtype if wanted.dtype != np.float16 else np.dtype(np.float32)  # kernels have no halves
+            same = (
+                wanted.dtype if wanted.dtype != np.float16 else np.dtype(np.float32)
+            )  # kernels do not support half precision
             assert found.dtype == same and np.array_equal(found, p)
         assert function(identity, p.tolist()).dtype == np.float64
     for wrong in (p.astype(object), np.array([["a", "b", "c"]])):
@@ -118,7 +120,7 @@ def test_sums_and_multiples_of_motors_and_points() -> None:
 
 
 def test_conformal_points_have_differences() -> None:
-    """``einf`` is half the square of the place: it is not stored, but takes part."""
+    """The coefficient of ``einf`` is half the squared position: it is not stored, but it contributes."""
     p, q = cga3.Point(1.0, 2, 3), cga3.Point(0.0, 0, 1)
     difference = p - q
     assert (difference.e1, difference.e2, difference.e3, difference.einf) == (1, 2, 2, 7 - 0.5)

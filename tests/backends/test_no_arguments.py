@@ -1,4 +1,4 @@
-"""Kernels without arguments: a call gives the constant, with no axes of a batch."""
+"""Kernels without arguments: a call returns the constant, without batch axes."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def table():
     ("definition", "expected"), [(shift, [1, 0, 0, 0, 2, 0, 0, 0]), (two, 2), (table, [[1, 2, 3], [4, 5, 6]])]
 )
 @pytest.mark.parametrize("backend", ["c", "numba", "arrays"])
-def test_a_call_gives_the_constant(definition: Any, expected: Any, backend: Any) -> None:
+def test_a_call_returns_the_constant(definition: Any, expected: Any, backend: Any) -> None:
     try:
         run = ga.compile(definition, backend=backend)
     except BackendError:
@@ -62,7 +62,7 @@ def test_a_call_gives_the_constant(definition: Any, expected: Any, backend: Any)
         run(1.0)
 
 
-def test_a_function_of_ones_own_has_none() -> None:
+def test_a_jit_function_needs_arguments() -> None:
     run = pga3.Kernel.of(lambda: ((1.0, 2.0), 3.0), "->(2),()")
     first, second = run()
     assert first.tolist() == [1, 2] and second == 3 and run.jit() == ((1.0, 2.0), 3.0)

@@ -1,4 +1,4 @@
-"""Kernels under numba give what the C loops give, bit for bit, in any memory order; so do functions made of them."""
+"""Kernels under numba, and functions composed of them, equal the C loops bit for bit in any memory order."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def pair_fixture(built: Path) -> tuple[ModuleType, ModuleType]:
 
 
 def on(path: Path, backend: str) -> ModuleType:
-    """A module on a backend, and nothing else."""
+    """Load a module on one backend only."""
     module = load_module(path, f"_{path.stem}_on_{backend}", backend)
     assert module.backend == backend
     return module
@@ -92,7 +92,7 @@ def arguments(kernel: Any, size: int, dtype: str, same: int | None = None) -> li
 @pytest.mark.parametrize("order", ORDERS, ids=lambda order: order.__name__)
 @pytest.mark.parametrize("dtype", TYPES)
 @pytest.mark.parametrize("name", [program.name for program in PROGRAMS])
-def test_batches_are_those_of_c_bit_for_bit(
+def test_batches_equal_those_of_c_bit_for_bit(
     pair: tuple[ModuleType, ModuleType], name: str, dtype: str, order: Callable[[Array], Array]
 ) -> None:
     c, ours = (getattr(module, name) for module in pair)
@@ -101,16 +101,16 @@ def test_batches_are_those_of_c_bit_for_bit(
         found = ours(*given)
         assert bits(found) == bits(c(*given)), size
         assert all(one.dtype == dtype for one in (found if isinstance(found, tuple) else (found,)))
-        # Again: the second call of such arrays goes another way.
+        # The second call with such arrays takes a different path.
         assert bits(ours(*given)) == bits(found)
-    # What was compared did run on numba, and not in the library.
+    # The compared kernels ran on numba, not in the library.
     assert isinstance(ours._loops[np.dtype(dtype)], Loops)
     assert not any(isinstance(loop, Loops) for loop in c._loops.values())
 
 
 @needs_compiler
 @pytest.mark.parametrize("dtype", TYPES)
-def test_mixed_orders_and_an_argument_that_stays(pair: tuple[ModuleType, ModuleType], dtype: str) -> None:
+def test_mixed_orders_and_a_uniform_argument(pair: tuple[ModuleType, ModuleType], dtype: str) -> None:
     for name in ("move_point", "matrix_product", "interpolate"):
         c, ours = (getattr(module, name) for module in pair)
         for same in (None, 0, 1):
@@ -123,7 +123,7 @@ def test_mixed_orders_and_an_argument_that_stays(pair: tuple[ModuleType, ModuleT
 
 @needs_compiler
 @pytest.mark.parametrize("dtype", TYPES)
-def test_nan_and_infinity_go_through(pair: tuple[ModuleType, ModuleType], dtype: str) -> None:
+def test_nan_and_infinity_propagate(pair: tuple[ModuleType, ModuleType], dtype: str) -> None:
     values = np.array([0.0, -0.0, np.inf, -np.inf, np.nan, 1.0, 3e38, 1e-45], dtype)
     grid = np.stack(np.meshgrid(values, values, values), -1).reshape(-1, 3)
     for order in (in_order, by_component):
@@ -160,7 +160,7 @@ def test_empty_batches_and_more_axes(pair: tuple[ModuleType, ModuleType]) -> Non
 
 
 @pytest.mark.parametrize("dtype", some_slow(TYPES, "float32"))
-def test_jit_takes_and_gives_tuples_and_arrays(pair: tuple[ModuleType, ModuleType], dtype: str) -> None:
+def test_jit_accepts_and_returns_tuples_and_arrays(pair: tuple[ModuleType, ModuleType], dtype: str) -> None:
     module = pair[1]
     move, normalize, product, between, distance = (
         getattr(module, name).jit for name in ("move_point", "normalize", "matrix_product", "interpolate", "distance")
@@ -188,7 +188,7 @@ def test_jit_takes_and_gives_tuples_and_arrays(pair: tuple[ModuleType, ModuleTyp
         np.testing.assert_array_equal(squares, module.matrix_product(a, rows))
 
 
-def test_jit_says_what_is_wrong(pair: tuple[ModuleType, ModuleType]) -> None:
+def test_jit_error_messages(pair: tuple[ModuleType, ModuleType]) -> None:
     move = pair[1].move_point.jit
     m, p = np.zeros(8), np.zeros(3)
     for given, words in [
@@ -207,7 +207,7 @@ def test_jit_says_what_is_wrong(pair: tuple[ModuleType, ModuleType]) -> None:
     "order", some_slow([in_order, by_component, with_gaps], by_component), ids=lambda order: order.__name__
 )
 @pytest.mark.parametrize("dtype", some_slow(TYPES, "float32"))
-def test_a_kernel_of_kernels_is_the_kernels_one_by_one(
+def test_a_composed_kernel_equals_its_kernels_in_sequence(
     pair: tuple[ModuleType, ModuleType], dtype: str, order: Callable[[Array], Array]
 ) -> None:
     for module in pair if find_compiler() else pair[1:]:
@@ -233,7 +233,7 @@ def test_a_kernel_of_kernels_is_the_kernels_one_by_one(
         np.testing.assert_array_equal(one[1], module.normalize(module.move_point(m[3], p))[0])
 
 
-def test_kernels_of_the_same_name_stay_apart(pair: tuple[ModuleType, ModuleType]) -> None:
+def test_kernels_of_the_same_name_are_distinct(pair: tuple[ModuleType, ModuleType]) -> None:
     kernels = []
     for factor in (2.0, 3.0):
         first: Any = {}
@@ -260,7 +260,7 @@ def test_signatures_and_results_are_checked(pair: tuple[ModuleType, ModuleType])
 
 
 def test_numbers_in_the_text_do_not_widen_float32(tmp_path: Path) -> None:
-    """A result in float32 that double arithmetic, rounded at the end, does not give."""
+    """A float32 result that differs from double arithmetic rounded at the end."""
     program = traced("twice", {"x": (3,)}, lambda x: [(x[0] + 2 * x[1]) * x[2]])
     write(module_source("narrow", program), tmp_path)
     twice = on(tmp_path / "narrow.py", "numba").twice
@@ -281,8 +281,8 @@ def test_numbers_in_the_text_do_not_widen_float32(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_file_that_programs_know_by_several_names(tmp_path: Path) -> None:
-    """What numba keeps beside the file names the module, and a program may not find one of that name."""
+def test_a_file_imported_under_several_names(tmp_path: Path) -> None:
+    """The files that numba caches contain the name of the module, which another program may be unable to import."""
     folder = tmp_path / "package"
     folder.mkdir()
     (folder / "__init__.py").touch()
@@ -307,7 +307,7 @@ assert np.array_equal(known.move_point(m, p), p) and known.backend == "numba"
 
 @pytest.mark.slow
 @pytest.mark.parametrize("with_cffi", [True, False])
-def test_without_the_extension_it_runs_all_the_same(with_cffi: bool, tmp_path: Path) -> None:
+def test_numba_runs_without_the_extension(with_cffi: bool, tmp_path: Path) -> None:
     write(module_source("bare", MOVE_POINT, NORMALIZE, INTERPOLATE, MATRIX_PRODUCT), tmp_path)
     hide = """
 import sys
@@ -342,12 +342,12 @@ for kind in ("float64", "float32"):
 
 @needs_compiler
 @pytest.mark.parametrize("name", some_slow(["pga3", "quaternion"], "pga3"))
-def test_generated_kernels_on_numba_are_those_of_c(name: str, tmp_path: Path) -> None:
-    """All polynomial kernels of a module, and what takes roots; those with sines in another test."""
+def test_generated_kernels_on_numba_equal_those_of_c(name: str, tmp_path: Path) -> None:
+    """Test all kernels of a module that are polynomial or take roots; another test has those with sines."""
     path = ROOT / "generated" / f"{name}.py"
     if not any((path.parent / "_build").glob(f"{name}-*")):
         pytest.skip("not built")
-    # A copy: what numba keeps beside a file is best kept under the name by which people import it.
+    # Use a copy, so that numba's cache next to a file contains the name by which users import it.
     c, ours = on(path, "c"), on(Path(shutil.copy(path, tmp_path)), "numba")
     chosen = [kernel for kernel in c.kernels if getattr(c, kernel).cost["call"] == 0][:: 8 if name == "pga3" else 3]
     assert len(chosen) > 5
@@ -359,7 +359,7 @@ def test_generated_kernels_on_numba_are_those_of_c(name: str, tmp_path: Path) ->
             assert bits(getattr(ours, kernel)(*arrays)) == bits(getattr(c, kernel)(*arrays)), kernel
 
 
-def test_no_numba_before_it_is_needed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_numba_is_imported_only_when_it_is_needed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "no-such-compiler")
     write(module_source("lazy", MOVE_POINT), tmp_path)
     code = "import sys, lazy; assert 'numba' not in sys.modules and 'llvmlite' not in sys.modules"

@@ -1,4 +1,4 @@
-"""Calls on one element through the extension: results and errors as without it, and nothing lost or crashed."""
+"""Calls on one element through the extension: the same results and errors as without it, no leaks and no crashes."""
 
 from __future__ import annotations
 
@@ -49,21 +49,21 @@ SOURCE = Path(build.__file__).with_name(EXTENSION_FILE)
 
 
 class Subclass(np.ndarray):
-    """An array that is no plain one."""
+    """A subclass of ndarray."""
 
 
 @pytest.fixture
-def fast(ways: dict[str, ModuleType]) -> ModuleType:
-    return ways["extension"]
+def fast(implementations: dict[str, ModuleType]) -> ModuleType:
+    return implementations["extension"]
 
 
 @pytest.fixture
-def plain(ways: dict[str, ModuleType]) -> ModuleType:
-    return ways["c"]
+def plain(implementations: dict[str, ModuleType]) -> ModuleType:
+    return implementations["c"]
 
 
 def variants(array: np.ndarray[Any, Any]) -> Iterator[Any]:
-    """An argument in every form that is right or nearly so."""
+    """An argument in every valid form and in some that are almost valid."""
     yield array
     yield array.astype(np.float32)
     yield array.astype(">f8")
@@ -97,7 +97,7 @@ def variants(array: np.ndarray[Any, Any]) -> Iterator[Any]:
 
 
 def outs(shape: tuple[int, ...]) -> Iterator[Any]:
-    """Places to write to, right and wrong."""
+    """Valid and invalid values of `out`."""
     yield np.zeros(shape)
     yield None
     yield np.zeros(shape, np.float32)
@@ -115,11 +115,11 @@ def outs(shape: tuple[int, ...]) -> Iterator[Any]:
     yield from (3.0, "out", (), True)
 
 
-def test_kernels_take_the_short_way(fast: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where the arguments are what the extension takes, no line of Python runs."""
+def test_kernels_take_the_fast_path(fast: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The extension handles calls with supported arguments without the Python implementation."""
 
     def fails(*arguments: Any, **named: Any) -> Any:
-        raise AssertionError("not the short way")
+        raise AssertionError("not the fast path")
 
     monkeypatch.setattr(fast.Kernel, "_in_python", fails)
     for program in PROGRAMS:
@@ -138,19 +138,21 @@ def test_kernels_take_the_short_way(fast: ModuleType, monkeypatch: pytest.Monkey
     fast.move_point(m, p, out=None)
 
 
-@pytest.mark.parametrize("way", ["extension", "c"])
-def test_results_have_the_precision_of_numbers_that_have_one(ways: dict[str, ModuleType], way: str) -> None:
-    """As in numpy: Python's numbers take that of the others, and are doubles among themselves."""
+@pytest.mark.parametrize("implementation", ["extension", "c"])
+def test_results_have_the_precision_of_typed_arguments(
+    implementations: dict[str, ModuleType], implementation: str
+) -> None:
+    """As in numpy, Python numbers take the precision of the other arguments; alone they are doubles."""
     own: list[tuple[Any, str]] = [(np.float32(2), "f4"), (np.float64(2), "f8")]
     numbers = [(2, None), (2.0, None), *own, *((np.array(x), kind) for x, kind in own)]
     for (x, first), (y, second) in itertools.product(numbers, repeat=2):
-        found = ways[way].distance(x, y)
+        found = implementations[implementation].distance(x, y)
         given = [kind for kind in (first, second) if kind is not None]
         assert found == 8 and found.dtype == (np.result_type(*given) if given else float), (x, y)
 
 
 @pytest.mark.parametrize("program", PROGRAMS, ids=lambda program: program.name)
-def test_the_same_as_without(fast: ModuleType, plain: ModuleType, program: Program) -> None:
+def test_results_equal_those_without_the_extension(fast: ModuleType, plain: ModuleType, program: Program) -> None:
     random = np.random.default_rng(3)
     for _ in range(20):
         arrays = [random.normal(size=argument.shape) for argument in program.arguments]
@@ -169,8 +171,8 @@ def test_any_argument(fast: ModuleType, plain: ModuleType, program: Program) -> 
             assert outcome(getattr(fast, program.name), *arguments) == wanted, (k, variant)
 
 
-def test_attempts_return_what_calls_return_or_none(fast: ModuleType, plain: ModuleType) -> None:
-    """An attempt raises no error, and runs no line of Python: without the extension it is always None."""
+def test_attempts_return_the_result_of_a_call_or_none(fast: ModuleType, plain: ModuleType) -> None:
+    """An attempt raises no error and does not run the Python implementation: without the extension it returns None."""
     for program in (MOVE_POINT, NORMALIZE, MATRIX_PRODUCT, INTERPOLATE, DISTANCE, SWAP):
         arrays = inputs(program)
         kernel = getattr(fast, program.name)
@@ -235,7 +237,7 @@ def test_results_are_new(fast: ModuleType) -> None:
     assert length + 1 > length and f"{length:.3f}" and pickle.loads(pickle.dumps(length)) == length
 
 
-def test_what_a_kernel_says(fast: ModuleType, plain: ModuleType) -> None:
+def test_attributes_and_help_of_a_kernel(fast: ModuleType, plain: ModuleType) -> None:
     for name in fast.kernels:
         one, other = getattr(fast, name), getattr(plain, name)
         assert isinstance(one, fast.Kernel) and callable(one)
@@ -248,7 +250,7 @@ def test_what_a_kernel_says(fast: ModuleType, plain: ModuleType) -> None:
     inspect.signature(fast.Kernel)
 
 
-def test_a_class_of_ones_own(fast: ModuleType) -> None:
+def test_a_user_defined_class(fast: ModuleType) -> None:
     class Counting(fast.Kernel):  # type: ignore[misc, name-defined]
         calls = 0
 
@@ -280,7 +282,7 @@ def test_random_calls_never_crash(fast: ModuleType, plain: ModuleType) -> None:
         name = names[which % len(names)]
         arguments = [pool[pick % len(pool)] for pick in picks[: count % 4 + 1]]
         named = {"out": pool[out % len(pool)]} if out % 5 == 0 else {}
-        # What is written to must not be shared: the pool stays as it is.
+        # Copy the arrays that are written to, so that the pool does not change.
         named = {key: value.copy() if isinstance(value, np.ndarray) else value for key, value in named.items()}
         found = outcome(getattr(fast, name), *arguments, **named)
         if turn % 50 == 0:
@@ -347,7 +349,7 @@ def test_threads(fast: ModuleType) -> None:
     assert not errors
 
 
-# Building.
+# Build.
 
 
 def test_one_extension_serves_all_modules(tmp_path: Path, fast: ModuleType) -> None:
@@ -357,7 +359,7 @@ def test_one_extension_serves_all_modules(tmp_path: Path, fast: ModuleType) -> N
     assert [path.name for path in tmp_path.glob("_build/calls*")] == [extension_path(tmp_path).name]
 
 
-def test_it_is_built_once_and_stale_ones_go(tmp_path: Path) -> None:
+def test_it_is_built_once_and_stale_ones_are_removed(tmp_path: Path) -> None:
     c_path = write(module_source("another", NORMALIZE), tmp_path)
     stale = extension_path(tmp_path)
     stale = stale.with_name(stale.name.replace(extension_name(), f"calls_{'0' * 16}"))

@@ -1,4 +1,4 @@
-"""The Python text of kernels with loops: what it looks like, and that it is read back as what was printed."""
+"""The Python text of kernels with loops: its form, and that reading it back gives the same procedure."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_lines_are_short_and_names_are_public(text: str) -> None:
     assert set(NAMES) < set(listed)
 
 
-def test_other_readers_leave_loops_out(text: str) -> None:
+def test_other_readers_ignore_loops(text: str) -> None:
     assert python_programs(text) == {}
 
 
@@ -102,7 +102,7 @@ _TOKEN = re.compile(r"[A-Za-z_]\w*|\d+(?:\.\d+)?|[-+*/]|\[:\]")
 
 
 def mutated(lines: list[str], random: Random) -> list[str] | None:
-    """Lines with one thing changed: a name, a number, a sign, an order, or a line less; None where nothing was."""
+    """Change or remove one name, number, sign, order or line; return None if the text did not change."""
     k = random.randrange(len(lines))
     found = list(lines)
     kind = random.choice(("token", "token", "token", "token", "delete", "swap", "indent"))
@@ -128,7 +128,7 @@ def mutated(lines: list[str], random: Random) -> list[str] | None:
 
 
 @pytest.mark.parametrize("seed", some_slow(range(2), 1))
-def test_mutations_are_noticed(text: str, seed: int) -> None:
+def test_mutations_are_detected(text: str, seed: int) -> None:
     random = Random(seed)
     start = text.index("@_module.part")
     head, body = text[:start], text[start : text.index("kernels = tuple")].splitlines()
@@ -174,7 +174,7 @@ def test_mutations_are_noticed(text: str, seed: int) -> None:
         ("    c[:] = 0\n", ""),
     ],
 )
-def test_a_change_of_a_statement_is_noticed(text: str, before: str, after: str) -> None:
+def test_a_change_of_a_statement_is_detected(text: str, before: str, after: str) -> None:
     assert before in text
     try:
         read = python_procedures(text.replace(before, after, 1))
@@ -193,10 +193,10 @@ def test_names_of_parts_belong_to_the_module() -> None:
             python_source(ModuleSource("m", "S", "gac", "00", kernels, (loops,)))
 
 
-def test_names_that_python_has_for_something_else() -> None:
+def test_arguments_named_like_builtins_and_functions() -> None:
     @kernel(range=array(SCALAR, "sin"), sin=SCALAR)
     def odd(range, sin):
-        """Names of functions."""
+        """Arguments with the names of functions."""
         return total(lambda v: v * sin, range)
 
     procedure = compile_loops(odd).procedure
@@ -204,6 +204,6 @@ def test_names_that_python_has_for_something_else() -> None:
     assert "def odd(sin__, range_, sin_, out):" in text and 'names="range sin out"' in text
     compile(text, "m.py", "exec")
     with pytest.raises(BackendError, match="cost"):
-        python_procedures(text)  # no costs were given
+        python_procedures(text)  # without costs
     text = text.replace('cost="0 mul, 0 add, 0 fma"', 'cost="sin * (1 mul, 1 add, 1 fma)"')
     assert outline(python_procedures(text)["odd"]) == outline(procedure)

@@ -1,4 +1,4 @@
-"""What dask, xarray and Ray ask of a function, without them. In tests/peers/test_large_data.py they call them."""
+"""The requirements of dask, xarray and Ray on functions; tests/peers/test_large_data.py tests the libraries."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def shapes(signature: str) -> tuple[list[tuple[int, ...]], list[tuple[int, ...]]
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__)
 def test_no_elements(module: Any, dtype: Any) -> None:
-    """Batches without elements, by which types and shapes are inferred, of every kernel."""
+    """Every kernel accepts empty batches, which schedulers use to infer types and shapes."""
     assert len(module.kernels) > 0
     for kernel in (kernel for kernel in STRAIGHT if kernel.__module__ == module.__name__):
         inputs, outputs = shapes(kernel.signature)
@@ -56,7 +56,7 @@ def test_output_sizes_are_those_of_the_signature() -> None:
 
 
 def batch(n: int) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    """Motors, points, and where the motors take them, by matrices."""
+    """Motors, points, and the points moved by matrices."""
     rng = np.random.default_rng(n)
     m, p = pga3.motor_exponential(rng.normal(size=(n, 6))), rng.normal(size=(n, 3))
     matrix = pga3.motor_to_matrix(m)
@@ -69,8 +69,8 @@ def test_signature_is_read_by_numpy() -> None:
     np.testing.assert_allclose(function(m, p), right, 0, 1e-13)
 
 
-def test_arrays_as_schedulers_hand_them_over() -> None:
-    """Read-only, out of a buffer that is not aligned, and with coefficients first in memory."""
+def test_arrays_as_schedulers_pass_them() -> None:
+    """Arrays may be read-only, unaligned, or stored with coefficients first."""
     m, p, right = batch(50)
     raw = np.frombuffer(b"\0" + m.tobytes(), np.uint8)[1:].view(np.float64).reshape(m.shape)
     assert not raw.flags.aligned and not raw.flags.writeable
@@ -83,7 +83,7 @@ def test_arrays_as_schedulers_hand_them_over() -> None:
 
 
 def test_another_process() -> None:
-    """A kernel travels as its name, and its arguments and results as arrays."""
+    """Kernels are pickled by name; arguments and results are arrays."""
     m, p, right = batch(50)
     with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
         found = pool.submit(pga3.move_point, m, p).result()
@@ -91,7 +91,7 @@ def test_another_process() -> None:
 
 
 def test_many_threads() -> None:
-    """Calls of one kernel at the same time, of many shapes, so that plans are made and forgotten meanwhile."""
+    """Concurrent calls of one kernel with many shapes, so that cached plans are created and dropped meanwhile."""
     cases = [batch(n) for n in range(1, 400)]
     with ThreadPoolExecutor(8) as pool:
         results = list(pool.map(lambda case: pga3.move_point(case[0], case[1]), cases))

@@ -1,4 +1,4 @@
-"""Batches through the extension: results, places and errors as without it, in any order, type and overlap."""
+"""Batches through the extension: the same results and errors as without it, for any order, type and overlap."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from backend_programs import (
     extension_of,
     module_source,
 )
-from one_element import load_ways, outcome
+from one_element import load_implementations, outcome
 from selection import some_slow
 
 from gacompiler.backends import find_compiler
@@ -42,26 +42,26 @@ Array = np.ndarray[Any, Any]
 
 
 @pytest.fixture
-def fast(ways: dict[str, ModuleType]) -> ModuleType:
-    return ways["extension"]
+def fast(implementations: dict[str, ModuleType]) -> ModuleType:
+    return implementations["extension"]
 
 
 @pytest.fixture(params=some_slow(["extension", "numba"], "numba"))
-def either(request: pytest.FixtureRequest, ways: dict[str, ModuleType]) -> ModuleType:
-    return ways[request.param]
+def either(request: pytest.FixtureRequest, implementations: dict[str, ModuleType]) -> ModuleType:
+    return implementations[request.param]
 
 
 @pytest.fixture
-def plain(ways: dict[str, ModuleType]) -> ModuleType:
-    return ways["c"]
+def plain(implementations: dict[str, ModuleType]) -> ModuleType:
+    return implementations["c"]
 
 
 @pytest.fixture
-def only_short(fast: ModuleType, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    """The module, where a call fails that runs a line of Python."""
+def only_fast_path(fast: ModuleType, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """The module, changed so that every call that reaches the Python implementation fails."""
 
     def fails(*arguments: Any, **named: Any) -> Any:
-        raise AssertionError("not the short way")
+        raise AssertionError("not the fast path")
 
     monkeypatch.setattr(fast.Kernel, "_in_python", fails)
     return fast
@@ -75,17 +75,19 @@ def made(program: Program, lead: tuple[int, ...], dtype: str = "f8", order: Any 
 
 @pytest.mark.parametrize("program", [*PROGRAMS, MANY], ids=lambda program: program.name)
 @pytest.mark.parametrize("dtype", ["f8", "f4"])
-def test_batches_take_the_short_way(only_short: ModuleType, plain: ModuleType, program: Program, dtype: str) -> None:
+def test_batches_take_the_fast_path(
+    only_fast_path: ModuleType, plain: ModuleType, program: Program, dtype: str
+) -> None:
     if not program.arguments:
         pytest.skip("a kernel without arguments has no batch")
     for lead, order in itertools.product([(1,), (7,), (100,), (3, 5), (2, 1, 4)], "CF"):
         arrays = made(program, lead, dtype, order)
-        assert outcome(getattr(only_short, program.name), *arrays) == outcome(getattr(plain, program.name), *arrays)
+        assert outcome(getattr(only_fast_path, program.name), *arrays) == outcome(getattr(plain, program.name), *arrays)
 
 
 @pytest.mark.parametrize("dtype", ["f8", "f4"])
-def test_rows_that_lie_apart(only_short: ModuleType, plain: ModuleType, dtype: str) -> None:
-    """Slices, reversed and turned axes, axes of length 1 and axes that are missing, for inputs and for the result."""
+def test_rows_with_gaps(only_fast_path: ModuleType, plain: ModuleType, dtype: str) -> None:
+    """Slices, reversed and transposed axes, axes of length 1 and missing axes, for inputs and for the result."""
     random = np.random.default_rng(11)
     for turn in range(300):
         program = (MOVE_POINT, INTERPOLATE, MATRIX_PRODUCT)[turn % 3]
@@ -96,23 +98,23 @@ def test_rows_that_lie_apart(only_short: ModuleType, plain: ModuleType, dtype: s
         shapes = [argument.shape for argument in program.arguments]
         arrays = [laid_out(random, axes, shape, dtype) for axes, shape in zip(given, shapes, strict=True)]
         wanted = getattr(plain, program.name)(*arrays)
-        np.testing.assert_array_equal(getattr(only_short, program.name)(*arrays), wanted, strict=True)
+        np.testing.assert_array_equal(getattr(only_fast_path, program.name)(*arrays), wanted, strict=True)
         out = laid_out(random, lead, program.results[0].shape, dtype)
-        assert getattr(only_short, program.name)(*arrays, out=out) is out
+        assert getattr(only_fast_path, program.name)(*arrays, out=out) is out
         np.testing.assert_array_equal(out, wanted)
     m, p = made(MOVE_POINT, (300, 500), dtype)  # more than one row may be, but not in one row
     wanted = plain.move_point(m[:, 1:], p[:, 1:])
-    np.testing.assert_array_equal(only_short.move_point(m[:, 1:], p[:, 1:]), wanted)
+    np.testing.assert_array_equal(only_fast_path.move_point(m[:, 1:], p[:, 1:]), wanted)
 
 
 def within(random: np.random.Generator, lead: tuple[int, ...]) -> tuple[int, ...]:
-    """Axes that go with `lead`: some of them 1, the first ones perhaps missing."""
+    """Random axes that broadcast with `lead`: some have length 1, and the first ones may be missing."""
     axes = [1 if random.random() < 0.3 else length for length in lead]
     return tuple(axes[random.integers(0, len(axes) + 1) :])
 
 
 def laid_out(random: np.random.Generator, lead: tuple[int, ...], shape: tuple[int, ...], dtype: str) -> Array:
-    """An array whose axes lie in any order, apart and in any direction."""
+    """An array with axes in random order, with gaps and random direction."""
     full = lead + shape
     order = random.permutation(len(full))
     gaps = random.integers(1, 3, size=len(full))
@@ -124,46 +126,48 @@ def laid_out(random: np.random.Generator, lead: tuple[int, ...], shape: tuple[in
 
 
 @pytest.mark.parametrize("dtype", ["f8", "f4"])
-def test_arguments_that_stay_the_same(only_short: ModuleType, plain: ModuleType, dtype: str) -> None:
+def test_uniform_arguments(only_fast_path: ModuleType, plain: ModuleType, dtype: str) -> None:
     for program in (MOVE_POINT, MATRIX_PRODUCT, INTERPOLATE):
         many, one = made(program, (20,), dtype), made(program, (), dtype)
         for choice in itertools.product((True, False), repeat=len(many)):
             arrays = [a if chosen else b for chosen, a, b in zip(choice, many, one, strict=True)]
             if any(choice):
                 wanted = outcome(getattr(plain, program.name), *arrays)
-                assert outcome(getattr(only_short, program.name), *arrays) == wanted
+                assert outcome(getattr(only_fast_path, program.name), *arrays) == wanted
 
 
-def test_numbers_and_single_elements(only_short: ModuleType, plain: ModuleType) -> None:
+def test_numbers_and_single_elements(only_fast_path: ModuleType, plain: ModuleType) -> None:
     a, b, _ = made(INTERPOLATE, (9,), "f4")
     for number in (0.25, 1, 10**17):
-        assert outcome(only_short.interpolate, a, b, number) == outcome(plain.interpolate, a, b, number)
-        assert only_short.interpolate(a, b, number).dtype == np.float32
+        assert outcome(only_fast_path.interpolate, a, b, number) == outcome(plain.interpolate, a, b, number)
+        assert only_fast_path.interpolate(a, b, number).dtype == np.float32
     x, y, _ = made(INTERPOLATE, (9,))
-    assert outcome(only_short.interpolate, x, y, np.float64(0.3)) == outcome(plain.interpolate, x, y, np.float64(0.3))
+    assert outcome(only_fast_path.interpolate, x, y, np.float64(0.3)) == outcome(
+        plain.interpolate, x, y, np.float64(0.3)
+    )
     m, p = made(MOVE_POINT, (), "f4")
-    assert outcome(only_short.move_point, m, p) == outcome(plain.move_point, m, p)
+    assert outcome(only_fast_path.move_point, m, p) == outcome(plain.move_point, m, p)
 
 
-def test_out(only_short: ModuleType, plain: ModuleType) -> None:
+def test_out(only_fast_path: ModuleType, plain: ModuleType) -> None:
     for program, dtype, order in itertools.product((MOVE_POINT, MATRIX_PRODUCT), ("f8", "f4"), "CF"):
         arrays = made(program, (50,), dtype)
         right = getattr(plain, program.name)(*arrays)
         out = np.empty(right.shape, dtype, order=order)
-        assert getattr(only_short, program.name)(*arrays, out=out) is out
+        assert getattr(only_fast_path, program.name)(*arrays, out=out) is out
         np.testing.assert_array_equal(out, right)
     m, p = made(MOVE_POINT, (50,))
     right = plain.move_point(m, p)
     wide = np.zeros((100, 7))
-    only_short.move_point(m, p, out=wide[::-2, 6:0:-2])
+    only_fast_path.move_point(m, p, out=wide[::-2, 6:0:-2])
     np.testing.assert_array_equal(wide[::-2, 6:0:-2], right)
     assert not wide[::2].any() and not wide[:, ::2][:, :1].any()
-    assert only_short.move_point(m, p, out=p) is p
+    assert only_fast_path.move_point(m, p, out=p) is p
     np.testing.assert_array_equal(p, right)
 
 
 def places() -> Iterator[Any]:
-    """Places for 20 points that overlap with ``both[:, 3:6]``, or are wrong."""
+    """Values of `out` for 20 points that overlap with ``both[:, 3:6]`` or are invalid."""
     both = np.random.default_rng(1).normal(size=(20, 9))
     for column in range(7):
         yield both, both[:, column : column + 3]
@@ -195,7 +199,7 @@ def test_overlaps_and_wrong_places(either: ModuleType, plain: ModuleType, case: 
 
 
 def forms(array: Array) -> Iterator[Any]:
-    """A batch in every form that is right or nearly so."""
+    """A batch in every valid form and in some that are almost valid."""
     yield array
     yield np.asfortranarray(array)
     yield array[::-1]
@@ -236,14 +240,14 @@ def test_any_form(either: ModuleType, plain: ModuleType, program: Program) -> No
             if either.backend == "numba" and has_nan(form):
                 found = getattr(either, program.name)(*arrays[:k], form, *arrays[k + 1 :])
                 wanted = getattr(plain, program.name)(*arrays[:k], form, *arrays[k + 1 :])
-                np.testing.assert_equal(found, wanted)  # a NaN may have either sign
+                np.testing.assert_equal(found, wanted)  # the sign of NaN is not specified
                 continue
             arguments = [*arrays[:k], form, *arrays[k + 1 :]]
             wanted = outcome(getattr(plain, program.name), *arguments)
             assert outcome(getattr(either, program.name), *arguments) == wanted, (k, form)
 
 
-def test_values_beside_batches(only_short: ModuleType) -> None:
+def test_values_together_with_batches(only_fast_path: ModuleType) -> None:
     pga3 = pytest.importorskip("generated.pga3")
     if extension_of(pga3) is None:
         pytest.skip("the extension is not built")
@@ -253,8 +257,8 @@ def test_values_beside_batches(only_short: ModuleType) -> None:
     np.testing.assert_array_equal(pga3.move_point(m.astype("f4"), p.astype("f4")).dtype, np.float32)
 
 
-def test_large_batches_are_the_module_s(fast: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A batch that threads are for is shared as the module says."""
+def test_large_batches_are_passed_to_the_module(fast: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The module decides how a large batch is divided between threads."""
     seen = []
     monkeypatch.setattr(fast.Kernel, "_in_python", lambda *arguments, **named: seen.append(len(arguments[2])))
     m, p = made(MOVE_POINT, (200_000,))
@@ -269,9 +273,9 @@ def test_large_batches_are_the_module_s(fast: ModuleType, monkeypatch: pytest.Mo
 
 @pytest.mark.slow
 @pytest.mark.parametrize("first", some_slow(["f4", "f8"], "f4"))
-def test_a_copied_type_is_bound_as_what_it_is(first: str, tmp_path: Path) -> None:
-    """The first call of a kernel under numba may be with unpickled arrays, whose type only equals numpy's."""
-    module = load_ways(module_source("copied", MOVE_POINT), tmp_path, ("numba",))["numba"]
+def test_a_copied_dtype_is_treated_as_the_original(first: str, tmp_path: Path) -> None:
+    """The first call of a kernel under numba may have unpickled arrays, whose dtype is a copy of numpy's."""
+    module = load_implementations(module_source("copied", MOVE_POINT), tmp_path, ("numba",))["numba"]
     m, p = made(MOVE_POINT, (12,))
     wanted = module.move_point._in_python(m, p) if first == "f8" else None
     for real in ("f4", "f8"):
@@ -286,8 +290,8 @@ def test_a_copied_type_is_bound_as_what_it_is(first: str, tmp_path: Path) -> Non
     np.testing.assert_allclose(module.move_point(m.astype("f4"), p.astype("f4")), found, rtol=1e-4, atol=1e-4)
 
 
-def test_out_where_an_argument_is_that_lacks_axes(either: ModuleType, plain: ModuleType) -> None:
-    """The same array is another batch as an argument, if its elements have more axes than those of the result."""
+def test_out_overlaps_an_argument_that_lacks_axes(either: ModuleType, plain: ModuleType) -> None:
+    """As an argument, the same array is a different batch if its elements have more axes than those of the result."""
     a, b = np.random.default_rng(3).normal(size=(3, 3)), np.random.default_rng(4).normal(size=(3, 1, 3))
     for module in (either, plain):
         wanted = module.inner(a, b)
@@ -298,7 +302,7 @@ def test_out_where_an_argument_is_that_lacks_axes(either: ModuleType, plain: Mod
 
 @pytest.mark.parametrize("leading", [(), (40,)])
 def test_copies_of_types(fast: ModuleType, monkeypatch: pytest.MonkeyPatch, leading: tuple[int, ...]) -> None:
-    """Unpickled arrays, and those of cached functions of numba, have a type of their own that is equal."""
+    """Unpickled arrays, and those of cached functions of numba, have a dtype that is equal but not identical."""
     monkeypatch.setattr(fast.Kernel, "_in_python", lambda *arguments, **named: None)
     for real in ("f8", "f4") if leading else ("f8",):
         m, p = made(MOVE_POINT, leading, real)
@@ -314,7 +318,7 @@ def test_copies_of_types(fast: ModuleType, monkeypatch: pytest.MonkeyPatch, lead
 @pytest.mark.parametrize("dtype", ["f8", "f4"])
 @pytest.mark.parametrize("program", [MOVE_POINT, MATRIX_PRODUCT, INTERPOLATE], ids=lambda program: program.name)
 def test_the_last_elements(either: ModuleType, plain: ModuleType, program: Program, dtype: str) -> None:
-    """Loops take vectors of elements; the last ones are done with some before them once more, unless these are gone."""
+    """Loops process vectors of elements; the last vector overlaps the previous one unless that has been overwritten."""
     function = getattr(either, program.name)
     for size, order in itertools.product([*range(1, 36), 47, 63, 65], "CF"):
         arrays = made(program, (size,), dtype, order)
@@ -325,27 +329,27 @@ def test_the_last_elements(either: ModuleType, plain: ModuleType, program: Progr
                 place = array.copy(order)
                 function(*arrays[:k], place, *arrays[k + 1 :], out=place)
                 np.testing.assert_array_equal(place, wanted, strict=True)
-        stays = made(program, (), dtype)[0]
-        wanted = np.array([getattr(plain, program.name)(stays, *each) for each in zip(*arrays[1:], strict=True)])
-        np.testing.assert_array_equal(function(stays, *arrays[1:]), wanted, strict=True)
+        uniform = made(program, (), dtype)[0]
+        wanted = np.array([getattr(plain, program.name)(uniform, *each) for each in zip(*arrays[1:], strict=True)])
+        np.testing.assert_array_equal(function(uniform, *arrays[1:]), wanted, strict=True)
 
 
-def test_numba_takes_the_short_way_once_it_is_compiled(
-    ways: dict[str, ModuleType], plain: ModuleType, monkeypatch: pytest.MonkeyPatch
+def test_numba_takes_the_fast_path_once_it_is_compiled(
+    implementations: dict[str, ModuleType], plain: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    module = ways["numba"]
+    module = implementations["numba"]
     m, p = made(MOVE_POINT, (40,))
     arguments = [(m, p), (np.asfortranarray(m), np.asfortranarray(p)), (m[0], p), (m[::2], p[::-2]), (m[0], p[0])]
     for each in arguments:
         module.move_point(*each)
 
     def fails(*arguments: Any, **named: Any) -> Any:
-        raise AssertionError("not the short way")
+        raise AssertionError("not the fast path")
 
     monkeypatch.setattr(module.Kernel, "_in_python", fails)
     for each in arguments:
         np.testing.assert_array_equal(module.move_point(*each), plain.move_point(*each), strict=True)
-    with pytest.raises(AssertionError, match="short way"):
+    with pytest.raises(AssertionError, match="fast path"):
         module.swap(*made(next(one for one in PROGRAMS if one.name == "swap"), (3,), "f4"))
 
 
@@ -355,7 +359,7 @@ def test_nothing_leaks(either: ModuleType) -> None:
     m, p = made(MOVE_POINT, (40,))
     (v,) = made(NORMALIZE, (40,), "f4")
     out = np.empty((40, 3))
-    either.move_point(m, p), either.normalize(v)  # numba holds what it has compiled
+    either.move_point(m, p), either.normalize(v)  # numba keeps references to compiled code
     held = [m, p, v, out, np.dtype(float), np.dtype("f4"), np.ndarray, either.move_point, None, "out"]
     counts = [sys.getrefcount(each) for each in held]
     for _ in range(5_000):
@@ -369,7 +373,7 @@ def test_nothing_leaks(either: ModuleType) -> None:
 
 
 def test_threads_of_python(either: ModuleType) -> None:
-    """Long loops run without Python's lock, on arrays that their callers hold."""
+    """Long loops release the GIL while their callers keep the arrays alive."""
     errors: list[BaseException] = []
 
     def run(seed: int) -> None:

@@ -1,8 +1,8 @@
-"""Kernels with loops in Rust, JavaScript, CUDA C++ and OpenCL C: what is printed compiles, and runs as procedures say.
+"""Kernels with loops in Rust, JavaScript, CUDA C++ and OpenCL C compile and equal the interpreted procedures.
 
 CUDA and OpenCL run here on the processor, as in `test_targets`, under the sanitizers: each element by itself, and a
-batch by a grid of threads that have a slice of the work space each. Without functions such as the sine every number is
-the interpreter's to the bit.
+batch by a grid of threads with one slice of the work space each. Without functions such as the sine, every number is
+that of the interpreter, bit for bit.
 """
 
 from __future__ import annotations
@@ -71,17 +71,17 @@ def robots() -> ModuleSource:
 
 @cache
 def modules(which: str) -> dict[str, ModuleSource]:
-    """A few examples; or those of all tests of loops, and the robots, which take half a minute to compile."""
+    """A few examples, or those of all tests of loops and the robots, which take half a minute to compile."""
     if which == "few":
         return {"loops": loop_module("loops", *FEW)}
     return {"loops": loop_module("loops", *EXAMPLES, *HARD), "robots": robots()}
 
 
 def of_robot(procedure: Procedure, rng: np.random.Generator, count: int) -> LoopCall:
-    """A kernel of the robots on a random tree of joints, some of which follow one variable."""
+    """A kernel of the robots on a random tree of joints; some joints share a variable."""
     lengths = {"n": JOINTS, "m": VARIABLES, "p": 2 * JOINTS, "r": 3 * JOINTS}
     parents = np.array([rng.integers(-1, k) for k in range(JOINTS)])
-    # One tree of another shape: branches at the base and at a joint.
+    # One tree of a different shape: branches at the base and at a joint.
     parents[:4] = -1, 0, 0, -1
     pairs = [(k, k) for k in range(JOINTS)] + [(k, parents[k]) for k in range(JOINTS) if parents[k] >= 0]
     lower, upper = np.array((pairs * 2)[: lengths["p"]]).T
@@ -110,14 +110,14 @@ def of_robot(procedure: Procedure, rng: np.random.Generator, count: int) -> Loop
         known |= {"rows": variables[lower], "columns": variables[upper]}
         known["mirrored"] = np.where(lower == upper, -1, variables[lower])
     given = arguments(procedure, lengths, rng, (count,))
-    # Tables of the same name may list other pairs, by other lengths.
+    # Tables of the same name may list different pairs for different lengths.
     given |= {name: array for name, array in known.items() if name in given and len(given[name]) == len(array)}
     return LoopCall("robots", procedure, {name: lengths[name] for name in procedure.lengths}, given, count)
 
 
 @cache
 def calls(which: str) -> tuple[LoopCall, ...]:
-    """Every example with some lengths, and every kernel of the robots."""
+    """Calls of every example with several lengths, and of every kernel of the robots."""
     rng, found = np.random.default_rng(3), []
     for loop in modules(which)["loops"].loops:
         for k, sizes in enumerate(LENGTHS):
@@ -132,12 +132,12 @@ def calls(which: str) -> tuple[LoopCall, ...]:
 
 @cache
 def right(which: str, number: int, real: type) -> list[Array]:
-    """What the interpreter gives for a call."""
+    """The results of the interpreter for a call."""
     return calls(which)[number].interpreted(real)
 
 
 def agree(call: LoopCall, found: list[Array], known: list[Array], real: type) -> None:
-    """To the bit where every operation is rounded once; close to it elsewhere."""
+    """Assert equal bits where every operation is rounded once, and close results elsewhere."""
     eps = float(np.finfo(real).eps)
     for table, x, y in zip(call.procedure.results, found, known, strict=True):
         where = f"{call.module}.{call.name}: {table.name} as {real.__name__}, {dict(call.lengths)}"
@@ -148,7 +148,7 @@ def agree(call: LoopCall, found: list[Array], known: list[Array], real: type) ->
 
 
 def check(which: str, found: list[list[Array]], *precisions: type) -> None:
-    """Compare what a driver found: all calls for each precision in order, so many times in each."""
+    """Compare the results of a driver: all calls for each precision in order, each repeated `times`."""
     count = len(calls(which))
     times = len(found) // count // len(precisions)
     assert times >= 1 and len(found) == times * count * len(precisions)
@@ -249,7 +249,7 @@ static size_t work_item;
 
 @cache
 def sanitizers(compiler: str) -> tuple[str, ...]:
-    """Options that find what is read or written outside of arrays, where the compiler has them."""
+    """Options that detect accesses outside of arrays, if the compiler supports them."""
     options = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")
     language = "c++" if compiler == "g++" else "c"
     command = [compiler, *options, "-x", language, "-", "-o", os.devnull]
@@ -316,8 +316,8 @@ def test_cuda_on_a_device_compiles(which: str, folder: Path) -> None:
 
 
 @needs("gcc")
-def test_opencl_keeps_memories_apart(which: str, folder: Path) -> None:
-    """Parts take memory of a thread only: with another memory for __global nothing else compiles."""
+def test_opencl_distinguishes_address_spaces(which: str, folder: Path) -> None:
+    """Parts accept private memory only: nothing else compiles with a different address space for __global."""
     if "x86" not in os.uname().machine:
         pytest.skip("no memories with names in C on this processor")
     prelude = "#include <tgmath.h>\n#undef I\n#define __kernel\n#define __global __seg_gs\n#define get_global_id(k) 0\n"
@@ -335,13 +335,13 @@ def test_opencl_keeps_memories_apart(which: str, folder: Path) -> None:
 
 
 def alone(name: str, change: Callable[[Procedure], Procedure]) -> ModuleSource:
-    """A module of one example, changed."""
+    """A module of one example after a change."""
     source = sources()[name]
     return ModuleSource("odd", "", "gac", "00", (), (replace(source, procedure=change(source.procedure)),))
 
 
 @pytest.mark.parametrize("target", TARGETS)
-def test_rows_that_may_not_be_there_are_refused(target: str) -> None:
+def test_rows_that_may_not_exist_are_rejected(target: str) -> None:
     def written(procedure: Procedure) -> Procedure:
         loop = next(each for each in procedure.body if isinstance(each, Loop))
         copy = Copy(Place("x", Counter("i")), Place("out_0", Previous("i", "s_start")))
@@ -351,7 +351,7 @@ def test_rows_that_may_not_be_there_are_refused(target: str) -> None:
         render_targets(alone("tree", written), [target])
 
 
-def test_rust_refuses_two_rows_of_one_table() -> None:
+def test_rust_rejects_two_rows_of_one_table() -> None:
     def doubled(procedure: Procedure) -> Procedure:
         def inside(statement: Statement) -> Statement:
             if isinstance(statement, Loop):
@@ -366,8 +366,8 @@ def test_rust_refuses_two_rows_of_one_table() -> None:
         render_targets(alone("kept", doubled), ["rust"])
 
 
-def test_functions_have_names_of_their_own(tmp_path: Path) -> None:
-    """Kernels may have the names that parts, work spaces and functions over batches would have."""
+def test_functions_have_unique_names(tmp_path: Path) -> None:
+    """Kernels may have names that would collide with parts, work spaces and functions over batches."""
     taken = ("squares_1", "squares_work", "squares_strided", "squares_batch", "squares_work_", "forward_1_batch")
     programs = [
         Program(name, (Argument("x", (), ("x",)),), (), (Result("out", (), ("x",)),)) for name in (*taken, "k", "work")
@@ -406,7 +406,7 @@ def test_text_is_the_same_for_every_seed() -> None:
 
 
 @pytest.mark.parametrize("module", some_slow(["loops", "robots"], "robots"))
-def test_files_say_what_they_are_given(module: str) -> None:
+def test_files_document_their_arguments(module: str) -> None:
     source = robots() if module == "robots" else modules("few")["loops"]
     for name, text in render_targets(source, TARGETS).items():
         assert body_is_intact(text), name

@@ -1,8 +1,8 @@
-"""Kernels in Rust, JavaScript, CUDA C++ and OpenCL C: what is printed compiles, and gives the interpreter's numbers.
+"""Kernels in Rust, JavaScript, CUDA C++ and OpenCL C compile and give the numbers of the interpreter.
 
-CUDA and OpenCL run here on the processor, as C with the names of a device defined away; where nvcc is, it compiles them
-for both sides. Without functions such as the sine every number is the same to the bit, NaN and zeros with their signs
-included, in double and in float; the C backend is held to the same numbers.
+CUDA and OpenCL run here on the processor, as C with empty definitions of device keywords; nvcc, if present, compiles
+them for both sides. Without functions such as the sine, every number is the same to the bit, NaN and signed zeros
+included, in double and in float; the C backend must give the same numbers.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def needs(command: str) -> pytest.MarkDecorator:
 
 @cache
 def modules() -> dict[str, ModuleSource]:
-    """Every operation and every shape by hand, and all kernels of two own specs."""
+    """The example programs with every operation and shape, and all kernels of two specs."""
     own = {path.stem: path for path in own_specs()}
     return {"kernels": module_source("kernels", *PROGRAMS)} | {
         name: compile_spec(load_spec(own[name]), cache=open_cache()) for name in SPECS
@@ -54,7 +54,7 @@ def modules() -> dict[str, ModuleSource]:
 
 @cache
 def calls() -> tuple[Call, ...]:
-    """Each kernel on a batch, on one with a first argument that stays the same, and on one with elements last."""
+    """Each kernel on a batch, on one with a uniform first argument, and on one with elements last."""
     found = []
     random_numbers = np.random.default_rng(1)
     for name, module in modules().items():
@@ -72,24 +72,24 @@ def calls() -> tuple[Call, ...]:
 
 @cache
 def by_element() -> tuple[Call, ...]:
-    """Those whose arrays hold element after element."""
+    """The calls whose arrays store elements contiguously."""
     return tuple(call for call in calls() if not call.by_component)
 
 
 def units(found: Array, right: Array, real: type) -> Array:
-    """How many units in the last place `found` is off; infinite where only one of them is a number."""
+    """The error of `found` in units in the last place; infinite where only one of the values is a number."""
     with np.errstate(all="ignore"):
         off = np.abs(found - right) / np.spacing(np.abs(right).astype(real)).astype(float)
     return np.where((found == right) | (np.isnan(found) & np.isnan(right)), 0, np.where(np.isfinite(off), off, np.inf))
 
 
 def bits(array: Array) -> Array:
-    """Numbers to compare by their bits; one NaN is as good as another."""
+    """The bits of numbers; all NaN are equal."""
     return np.where(np.isnan(array), np.nan, array).view(np.int64)
 
 
 def agree(call: Call, found: list[Array], right: list[Array], real: type) -> None:
-    """To the bit where every operation is rounded; a few units of one function, and its consequences, elsewhere."""
+    """Assert equal bits where every operation is rounded, and an error of a few units in the last place elsewhere."""
     for result, is_exact, x, y in zip(
         call.program.results, drivers.exact_entries(call.program), found, right, strict=True
     ):
@@ -129,7 +129,7 @@ def compiled(*command: object) -> None:
 
 
 def element_by_element(library: ctypes.CDLL, call: Call, real: type) -> list[Array]:
-    """What the plain functions of the C backend give, which no compiler writes for vectors."""
+    """The results of the plain functions of the C backend, which compilers do not vectorise."""
     run = library[f"{call.module}_{call.program.name}_{'f64' if real is np.float64 else 'f32'}"]
     by_value = ctypes.c_double if real is np.float64 else ctypes.c_float
     with np.errstate(over="ignore"):
@@ -181,7 +181,7 @@ def check_rust(folder: Path, level: int) -> None:
 
 @needs("rustc")
 def test_rust(folder: Path) -> None:
-    """Without optimisation, which takes a sixth of the time, and with checks of overflow."""
+    """Compile without optimisation, which takes a sixth of the time, and with overflow checks."""
     check_rust(folder, 0)
 
 
@@ -197,7 +197,7 @@ def test_javascript(folder: Path) -> None:
     found = Found(drivers.run(by_element(), ["node", str(folder / "main.mjs")], folder))
     for call in by_element():
         agree(call, found.results(call), drivers.interpreted(call, np.float64), np.float64)
-    for call in by_element():  # floats in, floats out, and doubles between
+    for call in by_element():  # float arguments and results, double arithmetic
         with np.errstate(all="ignore"):
             rounded = Call(call.module, call.program, tuple(array.astype(np.float32) for array in call.arrays))
             right = [array.astype(np.float32) for array in drivers.interpreted(rounded, np.float64)]
@@ -361,7 +361,7 @@ KEPT = "lambda sin_x is_zero args i n k x0 m_i elements result check_ at_ out_co
 
 
 def named(word: str) -> Program:
-    """Twice a vector times a scalar, with `word` wherever a name can be."""
+    """Twice a vector times a scalar, with `word` wherever a name is possible."""
     return Program(
         word,
         (Argument(word, (2,), (word, f"{word}_")), Argument(f"{word}_element", (), (f"{word}_1",))),
@@ -379,7 +379,7 @@ COMPILERS: dict[str, tuple[str, ...]] = {
 
 
 @pytest.mark.parametrize("target", TARGETS)
-def test_words_of_the_language_are_no_names(target: str, tmp_path: Path) -> None:
+def test_reserved_words_are_not_used_as_names(target: str, tmp_path: Path) -> None:
     words = KEYWORDS[target].split()
     module = module_source("words", *map(named, [*words, *KEPT.split()]))
     ((name, text),) = render_targets(module, [target]).items()
@@ -486,7 +486,9 @@ def test_command_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert run.exit_code == 2 and "opencl" in run.output
 
 
-def test_own_modules_in_other_languages_leave_generated_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_own_modules_in_other_languages_do_not_change_generated(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     run = CliRunner().invoke(main, ["generate", "--all", "vga2", "--target", "javascript"])
     assert run.exit_code == 0, run.output

@@ -1,4 +1,4 @@
-"""Batches on several threads: the same numbers whatever their count, wherever the elements lie."""
+"""Batches on several threads: the same numbers for any number of threads and any memory layout."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_results_do_not_depend_on_threads(program: Any, dtype: Any, order: Any, 
         np.testing.assert_allclose(one, known, rtol=20 * np.finfo(dtype).eps, atol=20 * np.finfo(dtype).eps)
 
 
-def test_threads_with_strides_axes_and_arguments_that_stay(module: ModuleType) -> None:
+def test_threads_with_strides_axes_and_uniform_arguments(module: ModuleType) -> None:
     m, p = inputs(MOVE_POINT, (200, 300))
     cases = [
         (m[::-1, ::2], p[:, :150]),
@@ -65,7 +65,7 @@ def test_threads_write_to_out_and_over_an_argument(module: ModuleType) -> None:
     np.testing.assert_array_equal(shifted[1:], known)
 
 
-def test_the_module_says_how_many_where_a_call_does_not(module: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_module_gives_the_default_number_of_threads(module: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     m, p = inputs(MOVE_POINT, (LARGE,))
     known = module.move_point(m, p)
     assert module.num_threads == 1
@@ -77,7 +77,7 @@ def test_the_module_says_how_many_where_a_call_does_not(module: ModuleType, monk
 
 
 @pytest.mark.parametrize("wrong", [0, -1, 1.5, "2", True])
-def test_a_wrong_number_of_threads_is_refused(wrong: Any, module: ModuleType) -> None:
+def test_a_wrong_number_of_threads_is_rejected(wrong: Any, module: ModuleType) -> None:
     for n in (1, LARGE):
         with pytest.raises(ValueError, match=r"move_point: num_threads is .*; expected a positive integer"):
             module.move_point(*inputs(MOVE_POINT, (n,)), num_threads=wrong)

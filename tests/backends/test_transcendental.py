@@ -40,7 +40,7 @@ def _program(name: str, op: Op) -> Any:
 
 @pytest.fixture(scope="module")
 def modules(tmp_path_factory: pytest.TempPathFactory) -> dict[str, ModuleType]:
-    """The functions as kernels, by backend."""
+    """A module with the functions as kernels, by backend."""
     folder = tmp_path_factory.mktemp("functions")
     programs = [_program(name, op) for name, (op, _, _) in FUNCTIONS.items()]
     programs.append(
@@ -107,7 +107,7 @@ def test_every_function_is_within_two_ulp(name: str, dtype: Any, module: ModuleT
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_special_numbers_are_those_of_the_c_library(name: str, dtype: Any, module: ModuleType) -> None:
+def test_special_values_equal_those_of_the_c_library(name: str, dtype: Any, module: ModuleType) -> None:
     info = np.finfo(dtype)
     numbers = [0.0, 1.0, 2.0, info.max, info.tiny, info.smallest_subnormal, np.inf, 710.0, 1e-30]
     special = np.array([*numbers, *(-x for x in numbers), np.nan], dtype)
@@ -126,7 +126,7 @@ def test_special_numbers_are_those_of_the_c_library(name: str, dtype: Any, modul
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("name", ["sine", "cosine"])
-def test_one_far_angle_in_a_batch_is_as_exact_as_the_others(name: str, dtype: Any, module: ModuleType) -> None:
+def test_one_large_angle_in_a_batch_is_as_exact_as_the_others(name: str, dtype: Any, module: ModuleType) -> None:
     function, known = getattr(module, name), FUNCTIONS[name][2]
     for n in (1, 15, 16, 64, 65, 200, 1000):
         x = np.linspace(-3, 3, n).astype(dtype)
@@ -136,7 +136,7 @@ def test_one_far_angle_in_a_batch_is_as_exact_as_the_others(name: str, dtype: An
         np.testing.assert_allclose(out, known(x.astype(float)).astype(dtype), rtol=0, atol=2 * np.finfo(dtype).eps)
         written = x.copy()
         np.testing.assert_array_equal(function(written, out=written), out)
-        # The far angles change nothing for the others, nor does writing over the angles.
+        # Large angles do not affect the other results, nor does overwriting the angles.
         x[[n // 2, -1]] = FARTHEST, 0
         alone = np.array([function(one) for one in x])
         np.testing.assert_array_equal(function(x), alone)
@@ -144,7 +144,7 @@ def test_one_far_angle_in_a_batch_is_as_exact_as_the_others(name: str, dtype: An
 
 
 @pytest.mark.parametrize("order", ["C", "F"])
-def test_results_may_be_written_over_arguments_with_far_angles(order: Any, module: ModuleType) -> None:
+def test_results_may_overwrite_arguments_with_large_angles(order: Any, module: ModuleType) -> None:
     v = np.asarray(np.random.default_rng(1).normal(size=(300, 2)), order=order)
     v[::70, 1] = 1e9
     expected = np.stack([v[:, 0] * np.cos(v[:, 1]), v[:, 1]], -1)
@@ -166,7 +166,7 @@ def test_both_backends_give_the_same_bits(name: str, dtype: Any, both: tuple[Mod
     rng = np.random.default_rng(3)
     given = _arguments(name, dtype)
     special = np.array([0.0, -0.0, FARTHEST, np.nextafter(FARTHEST, np.inf), 1e9, -3e38, np.inf, np.nan, 1e-45], dtype)
-    # Among the others, and some tiles without any.
+    # Large angles among the others, and some tiles without them.
     places = rng.choice(len(given[0]) // 2, (len(given), 9))
     for argument, place in zip(given, places, strict=True):
         argument[place] = special
@@ -181,7 +181,7 @@ def test_both_backends_give_the_same_bits(name: str, dtype: Any, both: tuple[Mod
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("order", ["C", "F"])
 @pytest.mark.parametrize("size", [1, 7, 8, 9, 31, 100])
-def test_both_backends_write_the_same_bits_over_arguments(
+def test_both_backends_overwrite_arguments_with_the_same_bits(
     size: int, order: Any, dtype: Any, both: tuple[ModuleType, ModuleType]
 ) -> None:
     v = np.random.default_rng(size).normal(size=(size, 2)).astype(dtype, order)
@@ -191,19 +191,19 @@ def test_both_backends_write_the_same_bits_over_arguments(
     assert bits(v) == bits(right)
 
 
-def test_both_backends_know_the_functions_of_angles(modules: dict[str, ModuleType]) -> None:
+def test_both_backends_have_the_functions_of_angles(modules: dict[str, ModuleType]) -> None:
     assert {op.value for op in TRIGONOMETRIC} == OF_ANGLES
     assert {op.value for op in TRANSCENDENTAL} == FORMULAS.keys()
 
 
-def test_gcc_makes_vectors_of_every_loop(both: tuple[ModuleType, ModuleType], tmp_path: Path) -> None:
+def test_gcc_vectorises_every_loop(both: tuple[ModuleType, ModuleType], tmp_path: Path) -> None:
     assert scalar_loops(Path(str(both[0].__file__)).with_suffix(".c"), tmp_path) == []
 
 
 @pytest.mark.parametrize("double", [True, False], ids=["double", "float"])
 @pytest.mark.parametrize("name", APPROXIMATIONS)
-def test_polynomials_leave_less_than_a_quarter_of_an_ulp(name: str, double: bool) -> None:
-    """Beside the first terms, which are 1 or more, what a polynomial leaves is multiplied by a power of the square."""
+def test_errors_of_polynomials_are_below_a_quarter_of_an_ulp(name: str, double: bool) -> None:
+    """The leading terms are at least 1, and the error of a polynomial is multiplied by a power of the square."""
     power, middle = (2 if name in ("cos", "exp") else 1), (0.5 if name == "atan" else 0)
     unit = mpmath.mpf(2) ** (-53 if double else -24)
     with mpmath.workdps(40):
@@ -214,7 +214,7 @@ def test_polynomials_leave_less_than_a_quarter_of_an_ulp(name: str, double: bool
             assert abs((polynomial - APPROXIMATIONS[name].function(z)) * (z + middle) ** power) < unit / 2
 
 
-def test_polynomials_stand_for_the_functions() -> None:
+def test_polynomials_approximate_the_functions() -> None:
     with mpmath.workdps(40):
         r = mpmath.mpf("0.3")
         z = r * r

@@ -1,4 +1,4 @@
-"""Values of one element: the same behaviour with the extension and without, and what the kernels give."""
+"""Values of one element behave the same with and without the extension and equal the results of kernels."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from alone import alone
 from backend_programs import extension_of, load
-from one_element import load_ways, outcome
+from one_element import load_implementations, outcome
 
 from gacompiler.backends.module import KernelSource, LayoutText, ModuleSource
 from gacompiler.backends.values import value_types
@@ -46,7 +46,7 @@ def even(a, b):
 
 @kernel(p=POINT, m=MOTOR)
 def moved(p, m):
-    """A sandwich as a product, its arguments the other way round."""
+    """A sandwich as a product with its arguments in reverse order."""
     return m * p * ~m
 
 @kernel(m=MOTOR, line=LINE)
@@ -66,7 +66,7 @@ def joined(a, b):
 
 @kernel(p=POINT, plane=PGA3.UNIT_PLANE)
 def distance(p, plane):
-    """A number, from arguments the other way round."""
+    """A scalar from arguments in reverse order."""
     return plane & p
 
 @kernel(line=LINE, plane=PLANE)
@@ -141,15 +141,15 @@ def source(tmp_path_factory: pytest.TempPathFactory) -> ModuleSource:
 
 
 @pytest.fixture(scope="module")
-def ways(source: ModuleSource, tmp_path_factory: pytest.TempPathFactory) -> dict[str, ModuleType]:
-    return load_ways(source, tmp_path_factory.mktemp("values"))
+def implementations(source: ModuleSource, tmp_path_factory: pytest.TempPathFactory) -> dict[str, ModuleType]:
+    return load_implementations(source, tmp_path_factory.mktemp("values"))
 
 
 @pytest.fixture(params=["extension", "c", "arrays"])
-def module(request: pytest.FixtureRequest, ways: dict[str, ModuleType]) -> ModuleType:
-    if request.param not in ways:
+def module(request: pytest.FixtureRequest, implementations: dict[str, ModuleType]) -> ModuleType:
+    if request.param not in implementations:
         pytest.skip("not built")
-    return ways[request.param]
+    return implementations[request.param]
 
 
 def random_values(module: ModuleType, seed: int = 0) -> dict[str, Any]:
@@ -168,7 +168,7 @@ def test_an_operator_is_its_kernel(module: ModuleType) -> None:
     for seed in range(5):
         v = random_values(module, seed)
         motor, other, point, line = v["Motor"], random_values(module, seed + 9)["Motor"], v["Point"], v["Line"]
-        for _ in range(3):  # the first call finds the kernel, others run it
+        for _ in range(3):  # the first call looks up the kernel, later ones run it
             cases = [
                 (motor * other, module.Motor, module.composed(motor, other)),
                 (motor(point), module.Point, module.moved(point, motor)),
@@ -192,8 +192,8 @@ def test_an_operator_is_its_kernel(module: ModuleType) -> None:
             assert type(number) is float and number == module.distance(point, v["UnitPlane"])
 
 
-def test_what_means_more_will_do(module: ModuleType) -> None:
-    """A motor is an even element, and a unit plane a plane; not the other way round."""
+def test_more_specific_types_are_accepted(module: ModuleType) -> None:
+    """A motor is an even element and a unit plane is a plane, but the converse is false."""
     v = random_values(module)
     product = v["Motor"] * v["Even"]
     assert type(product) is module.Even and product == module.Even(np.asarray(v["Motor"])) * v["Even"]
@@ -205,7 +205,7 @@ def test_what_means_more_will_do(module: ModuleType) -> None:
         v["Even"](v["Point"])
 
 
-def test_what_there_is_instead(module: ModuleType) -> None:
+def test_errors_list_alternatives(module: ModuleType) -> None:
     v = random_values(module)
     motor, point = v["Motor"], v["Point"]
     for wrong in (
@@ -232,7 +232,7 @@ def test_what_there_is_instead(module: ModuleType) -> None:
         motor(point, out=point)
 
 
-def test_other_types_may_know_better(module: ModuleType) -> None:
+def test_other_types_may_define_the_operator(module: ModuleType) -> None:
     class Other:
         def __rmul__(self, value: Any) -> str:
             return "right"
@@ -246,9 +246,9 @@ def test_other_types_may_know_better(module: ModuleType) -> None:
         Other() * motor
 
 
-def test_other_modules_are_strangers(ways: dict[str, ModuleType]) -> None:
-    for one in ways.values():
-        for other in ways.values():
+def test_values_of_other_modules_are_rejected(implementations: dict[str, ModuleType]) -> None:
+    for one in implementations.values():
+        for other in implementations.values():
             if one is not other:
                 a, b = random_values(one)["Motor"], random_values(other)["Motor"]
                 assert a != b and outcome(lambda a=a, b=b: a * b)[0] is TypeError
@@ -272,7 +272,7 @@ def test_other_modules_are_strangers(ways: dict[str, ModuleType]) -> None:
         (memoryview(np.array([1.0, 2.0, 3.0])),),
     ],
 )
-def test_made_of_anything_with_its_numbers(module: ModuleType, arguments: Any) -> None:
+def test_constructed_from_anything_with_its_numbers(module: ModuleType, arguments: Any) -> None:
     point = module.Point(*arguments)
     assert list(point) == [1, 2, 3] and all(type(x) is float for x in point)
     assert point == module.Point(point) and (point.e032, point.e013, point.e021, point.e123) == (1, 2, 3, 1)
@@ -298,7 +298,7 @@ def test_made_of_anything_with_its_numbers(module: ModuleType, arguments: Any) -
         ((10**400, 1, 1), TypeError, ["object"]),
     ],
 )
-def test_made_of_something_else(module: ModuleType, arguments: Any, error: Any, words: list[str]) -> None:
+def test_constructed_from_wrong_arguments(module: ModuleType, arguments: Any, error: Any, words: list[str]) -> None:
     with pytest.raises(error) as caught:
         module.Point(*arguments)
     assert all(word in str(caught.value) for word in words), caught.value
@@ -371,7 +371,7 @@ def test_equal_by_value(module: ModuleType) -> None:
         assert point < other
 
 
-def test_kept_and_copied(module: ModuleType) -> None:
+def test_pickled_and_copied(module: ModuleType) -> None:
     for value in random_values(module).values():
         for again in (pickle.loads(pickle.dumps(value)), copy.copy(value), copy.deepcopy(value)):
             assert again == value and type(again) is type(value)
@@ -387,11 +387,11 @@ def test_kept_and_copied(module: ModuleType) -> None:
         (lambda m: m.Motor(-1, 0, 0, 0, 0, 0, 0, -np.inf), "Motor(-1 - inf*e0123)"),
     ],
 )
-def test_shown_as_a_sum(module: ModuleType, make: Any, text: str) -> None:
+def test_printed_as_a_sum(module: ModuleType, make: Any, text: str) -> None:
     assert repr(make(module)) == str(make(module)) == text
 
 
-def test_what_a_type_says(module: ModuleType) -> None:
+def test_attributes_and_help_of_a_type(module: ModuleType) -> None:
     assert module.Motor.layout.name == "PGA3.MOTOR" and "unit" in module.Motor.__doc__
     assert module.Motor.__module__ == module.__name__ and "Motor" in module.__all__ and "Value" in module.__all__
     assert module.Motor(1, *[0] * 7).scalar == 1 and module.Translator(1, 2, 3).scalar == 1
@@ -413,8 +413,8 @@ def test_names_of_types() -> None:
     assert [name for name, _ in found.values()] == ["UnitLine", "Full", "UnitLine_", "Kernel_", "MyOwnLayout"]
 
 
-def test_relations_are_meaning() -> None:
-    """A unit quaternion is a quaternion, though it is not `unit`; the other way round needs a kernel."""
+def test_relations_between_types() -> None:
+    """A unit quaternion is a quaternion, though it is not `unit`; the converse needs a kernel."""
     from gacompiler import kernel
     from gacompiler.algebra.catalog import QUATERNIONS
 
@@ -431,11 +431,11 @@ def test_relations_are_meaning() -> None:
 
 @pytest.mark.slow
 @alone
-def test_values_do_not_leak(ways: dict[str, ModuleType]) -> None:
-    """Of the extension, which counts references itself."""
-    if "extension" not in ways:
+def test_values_do_not_leak(implementations: dict[str, ModuleType]) -> None:
+    """Test the extension, which counts references itself."""
+    if "extension" not in implementations:
         pytest.skip("not built")
-    module = ways["extension"]
+    module = implementations["extension"]
     v = random_values(module)
     motor, point, line = v["Motor"], v["Point"], v["Line"]
     held = [motor, point, line, module.Motor, module.Point, module.Line, None]
@@ -451,11 +451,11 @@ def test_values_do_not_leak(ways: dict[str, ModuleType]) -> None:
     gc.collect()
     counts = [sys.getrefcount(each) for each in held]
     tracemalloc.start()
-    for _ in range(turns):  # until what the interpreter keeps for later is full
+    for _ in range(turns):  # until the free lists of the interpreter are full
         calls()
     gc.collect()
     grown = []
-    for _ in range(3):  # a leak grows every time; other threads keep things now and then
+    for _ in range(3):  # a leak grows every time; other threads keep objects occasionally
         before = tracemalloc.get_traced_memory()[0]
         for _ in range(turns):
             calls()
@@ -467,13 +467,13 @@ def test_values_do_not_leak(ways: dict[str, ModuleType]) -> None:
         assert abs(sys.getrefcount(each) - count) < 20, each
 
 
-def test_random_operations_never_crash(ways: dict[str, ModuleType]) -> None:
-    if "extension" not in ways:
+def test_random_operations_never_crash(implementations: dict[str, ModuleType]) -> None:
+    if "extension" not in implementations:
         pytest.skip("not built")
-    fast, plain = ways["extension"], ways["c"]
+    fast, plain = implementations["extension"], implementations["c"]
     random = np.random.default_rng(5)
-    strangers: list[Any] = [2, 0.5, None, "x", np.ones(8), np.ones(3), [1.0, 2.0, 3.0], object(), 1j]
-    pools = [[*random_values(fast).values(), *strangers], [*random_values(plain).values(), *strangers]]
+    foreign: list[Any] = [2, 0.5, None, "x", np.ones(8), np.ones(3), [1.0, 2.0, 3.0], object(), 1j]
+    pools = [[*random_values(fast).values(), *foreign], [*random_values(plain).values(), *foreign]]
     operations = [
         lambda a, b: a * b,
         lambda a, b: a ^ b,
@@ -498,10 +498,10 @@ def test_random_operations_never_crash(ways: dict[str, ModuleType]) -> None:
             ]
 
 
-def test_values_outlive_their_module(ways: dict[str, ModuleType]) -> None:
+def test_values_outlive_their_module(implementations: dict[str, ModuleType]) -> None:
     for turn in range(2):
-        for way, module in ways.items():
-            again = load(Path(str(module.__file__)), f"again_{way}_{turn}")
+        for name, module in implementations.items():
+            again = load(Path(str(module.__file__)), f"again_{name}_{turn}")
             motor = random_values(again)["Motor"]
             del sys.modules[again.__name__], again
             gc.collect()

@@ -1,4 +1,4 @@
-"""Libraries are built once, whole, and where nobody else can write."""
+"""Libraries are built once, completely, and in folders that nobody else can write to."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ exec {compiler} "$@"
 
 @pytest.fixture(name="cache")
 def cache_fixture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A cache of its own, with nothing in it."""
+    """A separate, empty cache."""
     monkeypatch.setenv("GAC_CACHE", str(tmp_path / "cache"))
     return tmp_path / "cache"
 
@@ -51,20 +51,20 @@ def module_fixture(tmp_path: Path, cache: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def runtime_objects(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The runtime as a cache has it."""
+    """The compiled runtime as it is stored in a cache."""
     folder = tmp_path_factory.mktemp("runtime")
     return copy_compiled_runtime(folder, folder / "cache")
 
 
 @pytest.fixture
 def with_runtime(cache: Path, runtime_objects: Path) -> None:
-    """The runtime is compiled in the cache of the test."""
+    """Put the compiled runtime into the cache of the test."""
     cache.mkdir(mode=0o700)
     shutil.copytree(runtime_objects, cache / "runtime")
 
 
 def use_compiler(folder: Path, monkeypatch: pytest.MonkeyPatch, first: str = "") -> Path:
-    """A compiler that notes its calls, in a file."""
+    """Use a compiler that logs its calls to a file."""
     compiler = build.find_compiler()
     assert compiler is not None
     script = folder / "compiler"
@@ -75,7 +75,7 @@ def use_compiler(folder: Path, monkeypatch: pytest.MonkeyPatch, first: str = "")
 
 
 def compiled(calls: Path) -> list[str]:
-    """The C files that were compiled, in the order in which that began."""
+    """The C files that were compiled, in the order in which their compilation began."""
     words = [line.split() for line in calls.read_text().splitlines()]
     return sorted(Path(line[line.index("-c") + 1]).name for line in words if "-c" in line)
 
@@ -85,22 +85,22 @@ def leftovers(folder: Path) -> list[Path]:
 
 
 @pytest.mark.slow
-def test_one_module_is_built_and_no_other(module: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_the_requested_module_is_built(module: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write(module_source("other", DISTANCE), module.parent)
     calls = use_compiler(tmp_path, monkeypatch)
     assert built_library(module) is None
     library = build_module(module)
     assert library == library_path(module) == built_library(module)
     assert compiled(calls) == ["bare.c", "gac_runtime.c", "gac_runtime.c"]
-    # The runtime is there for the next one; and what is built is not built again.
+    # The next module reuses the runtime, and a module that is built is not built again.
     build_module(module.with_name("other.c"))
     assert build_module(module) == library
     assert compiled(calls) == ["bare.c", "gac_runtime.c", "gac_runtime.c", "other.c"]
     assert not leftovers(tmp_path)
 
 
-def test_a_library_goes_with_its_runtime(module: Path) -> None:
-    """The runtime beside a module is what it is compiled with, and its text is in the name of the library."""
+def test_a_library_belongs_to_its_runtime(module: Path) -> None:
+    """A module is compiled with the runtime next to it, and the hash of its text is in the name of the library."""
     beside = module.parent / "gac_runtime"
     shutil.rmtree(beside, ignore_errors=True)
     before = library_path(module).name
@@ -133,7 +133,7 @@ def test_a_folder_that_is_not_ours_is_not_written(
     assert not library_path(module).exists() and build_module(module) == library
 
 
-def test_a_cache_that_others_can_write_is_refused(module: Path, runtime_objects: Path, cache: Path) -> None:
+def test_a_cache_that_others_can_write_is_rejected(module: Path, runtime_objects: Path, cache: Path) -> None:
     module.parent.chmod(0o777)
     cache.mkdir()
     for mode in (0o777, 0o770, 0o1777):
@@ -146,12 +146,12 @@ def test_a_cache_that_others_can_write_is_refused(module: Path, runtime_objects:
     shutil.copytree(runtime_objects, cache / "runtime")
     library = build_module(module)
     assert library is not None
-    # What lies there is not used once others can write to it.
+    # The libraries in it are not used once others can write to it.
     cache.chmod(0o777)
     assert built_library(module) is None
 
 
-def test_a_cache_of_somebody_else_is_refused(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_cache_of_another_user_is_rejected(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     cache_folder()
     monkeypatch.setattr(os, "geteuid", lambda: 12345)
     with pytest.raises(CacheError, match="belongs to another user"):
@@ -166,7 +166,7 @@ def test_a_cache_that_cannot_be_made(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.slow
-def test_without_a_usable_cache_modules_are_built_beside(module: Path, cache: Path) -> None:
+def test_without_a_usable_cache_modules_are_built_in_their_folder(module: Path, cache: Path) -> None:
     cache.mkdir()
     cache.chmod(0o777)
     library = build_module(module)
@@ -185,7 +185,7 @@ def test_a_failing_build_leaves_nothing(module: Path, cache: Path) -> None:
     assert build_module(module) is not None
 
 
-def test_a_failing_runtime_is_told_for_every_module(module: Path, cache: Path) -> None:
+def test_a_failing_runtime_is_reported_for_every_module(module: Path, cache: Path) -> None:
     beside = module.parent / "gac_runtime"
     beside.mkdir(exist_ok=True)
     for name in build.RUNTIME_FILES:
@@ -205,7 +205,7 @@ _BUILD += "print(build_module(Path(sys.argv[1])))"
 
 
 def started(module: Path) -> subprocess.Popen[str]:
-    """A process that builds a module."""
+    """Start a process that builds a module."""
     environment = {**os.environ, "PYTHONPATH": str(Path(build.__file__).parents[2])}
     command = [sys.executable, "-c", _BUILD, str(module)]
     return subprocess.Popen(
@@ -226,11 +226,11 @@ def test_two_processes_build_it_once(module: Path, tmp_path: Path, monkeypatch: 
 def test_a_killed_build_leaves_nothing_that_is_loaded(
     module: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A process that is killed while its compiler runs keeps nobody from building."""
+    """A process that is killed while its compiler runs does not prevent others from building."""
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     with monkeypatch.context() as patch:
-        # The linker says that it was reached, and waits.
+        # The linker reports that it was reached, and waits.
         use_compiler(tmp_path, patch, first=f'case "$*" in *-shared*) echo linking > "{pipe}"; cat "{pipe}" ;; esac')
         process = started(module)
         assert pipe.read_text() == "linking\n"
@@ -242,11 +242,13 @@ def test_a_killed_build_leaves_nothing_that_is_loaded(
 
 
 @pytest.mark.usefixtures("with_runtime")
-def test_a_long_build_says_so(module: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_long_build_is_announced(
+    module: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.setattr(build, "_PATIENCE", 0.0)
     build_module(module)
     assert capfd.readouterr() == ("", "gac: building bare (once)\n")
-    # What is there takes no time.
+    # Nothing is built or reported if the library exists.
     build_module(module)
     assert capfd.readouterr() == ("", "")
 
@@ -267,7 +269,7 @@ def test_whether_modules_are_built(backend: str, wanted: bool, monkeypatch: pyte
     assert build.is_wanted() == wanted
 
 
-def test_a_file_that_is_not_there(tmp_path: Path, cache: Path) -> None:
+def test_a_missing_file(tmp_path: Path, cache: Path) -> None:
     with pytest.raises(BuildError, match=r"missing\.c"):
         build_module(tmp_path / "missing.c")
 
@@ -289,7 +291,7 @@ def test_a_level_needs_those_below(flags: str, level: int) -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(machine_level() < 3, reason="a machine with vectors on which levels are known")
-def test_libraries_for_other_machines_lie_side_by_side(
+def test_libraries_for_other_machines_coexist(
     module: Path, with_runtime: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     own = build_module(module)
@@ -306,7 +308,7 @@ def test_libraries_for_other_machines_lie_side_by_side(
     assert own.exists() and not older.exists()
 
 
-def test_a_lower_level_can_be_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_lower_level_can_be_requested(monkeypatch: pytest.MonkeyPatch) -> None:
     level = machine_level.__wrapped__
     own = level()
     for text, expected in (("", own), ("1", min(own, 1)), ("4", own)):
@@ -318,7 +320,7 @@ def test_a_lower_level_can_be_asked_for(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 @pytest.mark.skipif(machine_level() < 3, reason="a machine with vectors on which levels are known")
-def test_a_lower_level_serves_where_nothing_can_be_built(
+def test_a_lower_level_is_used_where_nothing_can_be_built(
     module: Path, with_runtime: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     lower = library_path(module, 1)
@@ -333,7 +335,7 @@ def test_a_lower_level_serves_where_nothing_can_be_built(
     assert library.find() is None
 
 
-def test_a_library_that_needs_another_processor_is_refused(module: Path) -> None:
+def test_a_library_that_needs_another_processor_is_rejected(module: Path) -> None:
     compiler = build.find_compiler()
     assert compiler is not None
     path = library_path(module)

@@ -1,4 +1,4 @@
-"""The C runtime that generated modules share: its numbers, its tiles, other compilers and machines, and one C file."""
+"""The C runtime of generated modules: its constants and tiles, other compilers and machines, and standalone files."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ PRECISIONS = {"f64": np.float64, "f32": np.float32}
 needs_compiler = pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
 
 
-# Numbers that are written in the header.
+# Constants in the header.
 
 
 def defined(name: str) -> str:
-    """What a macro of the header stands for."""
+    """The definition of a macro of the header."""
     found = re.search(rf"^#define {name} (.*)$", HEADER, re.M)
     assert found is not None
     return found[1]
@@ -41,16 +41,16 @@ def defined(name: str) -> str:
 
 @pytest.mark.parametrize("precision", PRECISIONS)
 @pytest.mark.parametrize("name", APPROXIMATIONS)
-def test_polynomials_are_those_that_are_computed(name: str, precision: str) -> None:
+def test_polynomials_equal_computed_ones(name: str, precision: str) -> None:
     function = HEADER.partition(f"gac_{name}_polynomial_{precision}(")[2].partition("}")[0]
     halves = [re.findall(r"-?\d+\.\d+(?:e[+-]?\d+)?|-?\d+e-?\d+", part) for part in function.split("odd = ")]
-    # Horner's scheme has the coefficient of the highest power inside, which is written first.
+    # In Horner's scheme the coefficient of the highest power is innermost and written first.
     found = [list(map(float, reversed(half))) for half in halves]
     wanted = coefficients(name, double=precision == "f64")
     assert found == [list(wanted[0::2]), list(wanted[1::2])]
 
 
-def test_constants_are_those_that_are_computed() -> None:
+def test_constants_equal_computed_ones() -> None:
     doubles, floats = numbers(double=True), numbers(double=False)
     for name, value in doubles.items():
         double, single = re.fullmatch(r"PRECISION\((.*), (.*)f\)", defined(name.upper())).groups()  # type: ignore[union-attr]
@@ -58,7 +58,7 @@ def test_constants_are_those_that_are_computed() -> None:
     assert int(defined("GAC_FARTHEST")) == FARTHEST
 
 
-def test_limits_are_those_of_the_emitter() -> None:
+def test_limits_equal_those_of_the_emitter() -> None:
     limits = {"FLAGS": FLAGS, "MOST_AXES": MOST_AXES, "TILE_NUMBERS": TILES, "RUNTIME_INTERFACE": RUNTIME_INTERFACE}
     assert {name: int(defined(f"GAC_{name}")) for name in limits} == limits
     driver = runtime_files()["gac_runtime/gac_runtime.c"]
@@ -93,7 +93,7 @@ SIZES(FUNCTIONS)
 
 @pytest.fixture(scope="module", params=["vectors", "loops"])
 def tiles(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
-    """Functions that load and store a tile of every size, with vectors and without."""
+    """Functions that load and store a tile of every size, with and without vector instructions."""
     compiler = find_compiler()
     if compiler is None:
         pytest.skip("no C compiler")
@@ -152,8 +152,8 @@ def loop_results(library: Path, module: str, n: int) -> list[bytes]:
 
 @pytest.mark.slow
 @needs_compiler
-def test_a_machine_without_known_vectors(tmp_path: Path) -> None:
-    """What is compiled where the macros for x86-64 do not apply gives the same numbers."""
+def test_a_machine_without_supported_vector_instructions(tmp_path: Path) -> None:
+    """Code compiled without the macros for x86-64 gives the same numbers."""
     c_path = write(module_source("kernels", *PROGRAMS), tmp_path)
     write_files(runtime_files(), tmp_path)
     compiler = find_compiler()
@@ -171,7 +171,7 @@ def test_a_machine_without_known_vectors(tmp_path: Path) -> None:
 @needs_compiler
 @pytest.mark.skipif(machine_level() < 3, reason="needs x86-64 with AVX2 on Linux")
 def test_libraries_for_each_kind_of_machine_compute_the_same(tmp_path: Path) -> None:
-    """Those of other levels than this machine's too, as far as it can run them, and the one for all."""
+    """Test the libraries for every level that this machine can run, and the combined library."""
     c_path = write(module_source("kernels", *PROGRAMS), tmp_path)
     levels = [level for level in LEVEL_FLAGS if level <= machine_level()]
     libraries = {level: tmp_path / f"level{level}.so" for level in levels}
@@ -190,8 +190,8 @@ def test_clang_compiles_it(tmp_path: Path) -> None:
     write(module_source("kernels", MOVE_POINT, NORMALIZE, ALL_OPERATIONS), tmp_path)
     write_files(runtime_files(), tmp_path)
     options = ["-std=c17", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O3", "-ffp-contract=off", "-fPIC", "-shared"]
-    # Kernels are inline and call functions that are static, of which every file has its own; not every loop is worth
-    # vectors.
+    # Kernels are inline and call functions that are static, of which every file has its own; some loops are not
+    # worth vectorising.
     options += ["-Wno-static-in-inline", "-Wno-pass-failed", "-o", "clang.so"]
     command = ["clang", *options, "kernels.c", "gac_runtime/gac_runtime.c", "-lm"]
     run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
@@ -199,7 +199,7 @@ def test_clang_compiles_it(tmp_path: Path) -> None:
 
 
 @needs_compiler
-def test_another_version_of_the_runtime_is_refused(tmp_path: Path) -> None:
+def test_another_version_of_the_runtime_is_rejected(tmp_path: Path) -> None:
     c_path = write(module_source("kernels", MOVE_POINT), tmp_path)
     c_path.write_text(c_source(module_source("kernels", MOVE_POINT)).replace("_INTERFACE != 1", "_INTERFACE != 2"))
     with pytest.raises(BackendError, match="gac_runtime: generate it again"):
@@ -207,7 +207,7 @@ def test_another_version_of_the_runtime_is_refused(tmp_path: Path) -> None:
     assert not library_path(c_path).exists()
 
 
-# One file.
+# Standalone files.
 
 _MAIN = """
 #include <stdio.h>
@@ -238,7 +238,7 @@ int main(void)
 @pytest.mark.slow
 @needs_compiler
 def test_a_c_program_with_standalone_modules(tmp_path: Path) -> None:
-    """Two of them go together, since each has the runtime to itself."""
+    """Two standalone modules can be linked together, since each has a private copy of the runtime."""
     for name, programs in (("alone", (MOVE_POINT, NORMALIZE)), ("other", (INTERPOLATE, MOVE_POINT))):
         (tmp_path / f"{name}.c").write_text(standalone_c_source(module_source(name, *programs)))
         (tmp_path / f"{name}.h").write_text(c_header(module_source(name, *programs)))
@@ -257,8 +257,8 @@ def test_a_c_program_with_standalone_modules(tmp_path: Path) -> None:
     assert found[63:] == pytest.approx([0.6, 5])
 
 
-def test_a_standalone_text_is_the_shared_one() -> None:
-    """What the runtime has and what a module has is all in it, but for what holds files together."""
+def test_standalone_text_equals_the_shared_text() -> None:
+    """It contains the complete runtime and module, except for include directives and guards."""
     module = module_source("kernels", *PROGRAMS)
     alone = set(standalone_c_source(module).splitlines())
     driver = runtime_files()["gac_runtime/gac_runtime.c"]

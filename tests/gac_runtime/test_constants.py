@@ -1,4 +1,4 @@
-"""Numbers that are written into the runtime are those that the compiler computes."""
+"""Constants in the runtime equal those that the compiler computes."""
 
 from __future__ import annotations
 

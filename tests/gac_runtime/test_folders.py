@@ -1,4 +1,4 @@
-"""Generated modules where the compiler is not: with the runtime beside them, with it inside, and without it."""
+"""Generated modules without the compiler: with the runtime next to them, with it inside, and without it."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ IMPORTS = {
 
 
 def run(code: str, folder: Path, *environment: str) -> subprocess.CompletedProcess[str]:
-    """A Python that sees neither this folder nor variables of the user's, apart from the PATH."""
+    """Run Python isolated from this folder and from all environment variables except PATH."""
     known = {"PATH": os.environ["PATH"], "GAC_CACHE": str(folder.parent / "cache")}
     known |= dict(one.split("=") for one in environment)
     code = code.replace("{folder!r}", repr(str(folder))).replace("{parent!r}", repr(str(folder.parent)))
@@ -74,7 +74,7 @@ def inside(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.parametrize("how", some_slow(IMPORTS, "as a member of its folder", "by its path"))
 @pytest.mark.parametrize("kind", some_slow(["beside", "inside"], "inside"))
-def test_a_folder_works_where_the_compiler_is_not(kind: str, how: str, request: pytest.FixtureRequest) -> None:
+def test_a_folder_works_without_the_compiler(kind: str, how: str, request: pytest.FixtureRequest) -> None:
     folder = request.getfixturevalue(kind)
     backends = (["c"] if find_compiler() else []) + ["numba", "arrays"]
     checked(f"{IMPORTS[how]}; backends = {backends}{CALLS}", folder)
@@ -88,7 +88,7 @@ def test_a_module_alone_is_one_file(inside: Path, tmp_path: Path) -> None:
     checked(f"{IMPORTS['from its own folder']}; assert module.backend == 'numba'; backends = ['numba']{CALLS}", place)
 
 
-def test_two_modules_share_the_runtime_that_they_have_in_them(tmp_path: Path) -> None:
+def test_two_modules_share_the_runtime_inside_them(tmp_path: Path) -> None:
     place = tmp_path / "out"
     for name, program in (("first", MOVE_POINT), ("second", NORMALIZE)):
         write_files(render_standalone(module_source(name, program)), place)
@@ -142,7 +142,7 @@ def test_a_missing_runtime_is_named_with_the_command_that_writes_it(tmp_path: Pa
     assert last.startswith("ImportError") and "gac_runtime" in last and last.endswith("gac generate kernels.py")
 
 
-def test_another_version_of_the_runtime_is_refused_by_name(tmp_path: Path) -> None:
+def test_another_version_of_the_runtime_is_rejected_by_name(tmp_path: Path) -> None:
     place = tmp_path / "out"
     place.mkdir()
     write(module_source("kernels", MOVE_POINT), place)
@@ -153,7 +153,7 @@ def test_another_version_of_the_runtime_is_refused_by_name(tmp_path: Path) -> No
 
 
 def test_two_versions_of_the_runtime_in_one_process(tmp_path: Path) -> None:
-    """Folders that are packages have runtimes of their own."""
+    """Folders that are packages have separate runtimes."""
     for folder in ("one", "two"):
         (tmp_path / folder).mkdir()
         write(module_source("kernels", MOVE_POINT), tmp_path / folder)
@@ -171,6 +171,6 @@ for module in (a, b):
     checked(code, tmp_path / "one", "GAC_BACKEND=arrays")
 
 
-def test_the_copy_beside_modules_is_the_runtime_itself(beside: Path) -> None:
+def test_the_copy_next_to_modules_equals_the_runtime(beside: Path) -> None:
     for name, text in runtime_files().items():
         assert (beside / name).read_text() == text

@@ -26,7 +26,7 @@ BACKENDS = ("arrays", "numba", "extension")
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A module of all examples; numba keeps what it compiled beside it."""
+    """A module of all examples; numba caches compiled code next to it."""
     folder = tmp_path_factory.mktemp("loops")
     write(loop_module("loops", *EXAMPLES), folder)
     return folder
@@ -34,8 +34,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def module(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
-    """The module on a runtime without the extension, which is built later."""
-    # By another path, so that the runtime is loaded twice, but what numba compiled is shared.
+    """The module with a runtime without the extension, which is built later."""
+    # Use a different path, so that the runtime is loaded twice while numba's cache is shared.
     link = tmp_path_factory.mktemp("without_extension") / "loops"
     link.symlink_to(folder)
     with pytest.MonkeyPatch.context() as patch:
@@ -49,7 +49,7 @@ def module(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> ModuleType
 
 @pytest.fixture(scope="module")
 def quick_module(folder: Path, module: ModuleType) -> ModuleType:
-    """The module on a runtime with the extension; loaded after the one without it, which would find it as well."""
+    """The module with a runtime with the extension; loaded second, as otherwise both would find the extension."""
     if build_extension(folder) is None:
         pytest.skip("no C compiler, or no headers of Python")
     found = load_beside(folder / "loops.py", "loops")
@@ -126,12 +126,12 @@ def test_floats(loops: ModuleType, name: str, rng: np.random.Generator) -> None:
     kernel = getattr(loops, name)
     for one, known in zip(as_list(kernel(**single)), as_list(kernel(**wide)), strict=True):
         assert one.dtype == np.float32
-        # Iterations stop at another step where differences are rounded to zero.
+        # Iterations stop at a different step where differences are rounded to zero.
         if name not in ("newton", "scan_in_iteration"):
             np.testing.assert_allclose(one, known, rtol=3e-5)
 
 
-def test_an_iteration_ends_for_each_element_by_itself(loops: ModuleType) -> None:
+def test_an_iteration_ends_separately_for_each_element(loops: ModuleType) -> None:
     x, a = np.ones((3, 1)), np.array([1.0, 4.0, 1e8])
     root, converged, steps = loops.newton(x, a)
     assert list(converged) == [1, 1, 0] and list(steps) == [1, 6, 6]
@@ -156,7 +156,7 @@ def test_empty_batches(loops: ModuleType) -> None:
     assert up.shape == down.shape == (2, 0, 3)
 
 
-def test_numbers_come_back_as_numbers(loops: ModuleType) -> None:
+def test_scalars_are_returned_as_scalars(loops: ModuleType) -> None:
     assert isinstance(loops.squares([1, 2, 3]), np.float64) and loops.squares([1, 2, 3]) == 14
     assert loops.squares(np.array([1, 2, 3], np.int8)).dtype == np.float32
     assert loops.squares(np.array([True, False, True])).dtype == np.float32
@@ -241,7 +241,7 @@ def test_out_may_overlap_arguments(loops: ModuleType, rng: np.random.Generator) 
     np.testing.assert_array_equal(same, loops.tree(np.ones((2, 3)), [-1, 0, 1], 1.0)[1])
 
 
-def test_nan_passes_through(loops: ModuleType) -> None:
+def test_nan_propagates(loops: ModuleType) -> None:
     x = np.ones((2, 4))
     x[0, 1] = np.nan
     up, down = loops.tree(x, [-1, 0, 0, 1], 1.0)
@@ -409,7 +409,7 @@ def test_kernels_of_modules_that_cannot_be_imported_are_not_pickled(
             pickle.dumps(found)
 
 
-def test_numba_code_is_kept(module: ModuleType) -> None:
+def test_numba_code_is_cached(module: ModuleType) -> None:
     module.backend = "numba"
     module.squares([1.0])
     kept = [path.name for path in (Path(str(module.__file__)).parent / "__pycache__").iterdir()]
@@ -443,7 +443,7 @@ int by_hand_backwards_rows_f64(const intptr_t *lengths, char **args, const intpt
 
 @pytest.fixture(scope="module")
 def by_hand(tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
-    """A module with a library that is not generated."""
+    """A module with a library written by hand."""
     folder = tmp_path_factory.mktemp("by_hand")
     write(loop_module("by_hand", squares, backwards), folder)
     text = (folder / "by_hand.py").read_text()
@@ -468,7 +468,7 @@ def test_a_library_is_called(by_hand: ModuleType, rng: np.random.Generator) -> N
     np.testing.assert_allclose(by_hand.squares(many, num_threads=2), (many * many).sum(-1), rtol=1e-14)
 
 
-def test_missing_memory_is_an_error(by_hand: ModuleType) -> None:
+def test_out_of_memory_is_an_error(by_hand: ModuleType) -> None:
     for _ in range(2):
         with pytest.raises(MemoryError, match="backwards: cannot allocate memory for intermediate results"):
             by_hand.backwards(np.ones(3))
@@ -485,8 +485,8 @@ def test_calls_after_a_change_of_the_backend(quick_module: ModuleType) -> None:
             assert quick_module.squares(x) == bound(x) == 5
 
 
-def test_quick_calls_refuse_what_others_do(quick_module: ModuleType) -> None:
-    """What the extension cannot do at once is left to Python, which says what is wrong, or does it."""
+def test_quick_calls_raise_the_same_errors(quick_module: ModuleType) -> None:
+    """Calls that the extension does not support are passed to Python, which executes them or raises an error."""
     quick_module.backend = "numba"  # type: ignore[attr-defined]
     x, parents = np.ones(3), np.array([-1, 0, 1])
     known = quick_module.tree(x, parents, 1.0)
@@ -513,7 +513,7 @@ def test_quick_calls_refuse_what_others_do(quick_module: ModuleType) -> None:
 
 
 def in_python(bound: Any, *arrays: Any, **named: Any) -> Any:
-    """The results of the general tier."""
+    """The results of the general Python implementation."""
     return type(bound).call(bound, *arrays, **named)
 
 
@@ -591,7 +591,7 @@ def test_batches_in_the_extension_write_to_out(quick_module: ModuleType) -> None
 
 
 def test_long_batches_in_the_extension(quick_module: ModuleType, rng: np.random.Generator) -> None:
-    """Other threads of Python run beside them, and several share them where the module says so."""
+    """Other threads of Python run concurrently, and batches are divided between threads if the module allows it."""
     quick_module.backend = "numba"  # type: ignore[attr-defined]
     chain = quick_module.backwards.bind()
     chain(np.ones(3))
@@ -612,7 +612,7 @@ def test_one_result_is_returned(loops: ModuleType, leading: tuple[int, ...], rng
     points, n = rng.uniform(size=(*leading, 5, 3)), 2.0
     both = loops.suffixes.bind(n=n)
     sums, last = both(points)
-    for _ in range(2):  # by Python, and then by the extension if it is there
+    for _ in range(2):  # by Python, and then by the extension if it exists
         np.testing.assert_array_equal(both.returning("out_0")(points), sums)
         np.testing.assert_array_equal(both.returning("out_1")(points), last)
         columns = both.returning("out_0", transposed=True)(points)

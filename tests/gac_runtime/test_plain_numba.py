@@ -1,4 +1,4 @@
-"""Kernels where numba lacks what the fast loops use of it."""
+"""Kernels with a numba that lacks the undocumented parts that the fast loops use."""
 
 from __future__ import annotations
 

@@ -101,7 +101,7 @@ def test_pure_translations(rng: np.random.Generator) -> None:
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
-def test_screws_both_ways(rng: np.random.Generator, scale: float) -> None:
+def test_screws_and_motors(rng: np.random.Generator, scale: float) -> None:
     d, p, shift = directions(rng), rng.normal(size=(N, 3)) * scale, rng.normal(size=N) * scale
     angle = np.concatenate([[np.pi - 1e-9, np.pi / 2, 1e-3], rng.uniform(1e-2, np.pi - 1e-6, N - 3)])
     lines = line_of(p, d)

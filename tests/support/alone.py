@@ -1,4 +1,4 @@
-"""A test in a Python of its own: what counts references to things all tests share, like None or the type of doubles."""
+"""Run a test in a separate Python process, for counts of references to shared objects such as None and float64."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ ALONE = "GAC_TEST_ALONE"
 
 
 def is_alone() -> bool:
-    """Whether this Python runs one test only, so that fixtures need to make no more than that takes."""
+    """Whether this process runs a single test, so that fixtures prepare only what that test needs."""
     return ALONE in os.environ
 
 
 def alone(test: Callable[..., None]) -> Callable[..., None]:
-    """The test, run by a pytest of its own, where no other test's arrays are freed and no other thread works."""
+    """Run the test in a separate pytest process, where no other test frees arrays and no other thread runs."""
 
     @functools.wraps(test)
     def run(*arguments: Any, **named: Any) -> None:

@@ -1,4 +1,4 @@
-"""Programs for the backend tests, built by hand, and modules of them on every backend."""
+"""Programs for the backend tests, built without the frontend, and modules of them on every backend."""
 
 from __future__ import annotations
 
@@ -165,18 +165,18 @@ def write(module: ModuleSource, folder: Path) -> Path:
 
 
 def bits(results: Any) -> list[bytes]:
-    """The results as they lie in memory, but for the sign of NaN, which is nobody's."""
+    """The bytes of the results, with the sign of NaN removed, because it is not specified."""
     parts = results if isinstance(results, tuple) else (results,)
     return [np.ascontiguousarray(np.where(np.isnan(one), abs(one), one)).tobytes() for one in parts]
 
 
 def load(path: Path, name: str) -> ModuleType:
-    """A generated module, on the runtime of the compiler."""
+    """Import a generated module with the runtime of the compiler."""
     return load_module(path, name)
 
 
 def load_beside(path: Path, name: str) -> ModuleType:
-    """A generated module as a member of its folder, on the runtime beside it."""
+    """Import a generated module from its folder, with the copy of the runtime in that folder."""
     package = f"_folder_{zlib.crc32(str(path.parent).encode()):08x}"
     folder = sys.modules.setdefault(package, ModuleType(package))
     folder.__path__ = [str(path.parent)]
@@ -189,7 +189,7 @@ def load_beside(path: Path, name: str) -> ModuleType:
 
 
 def extension_of(module: ModuleType) -> Any:
-    """The extension that calls the kernels of a module; None where there is none."""
+    """The extension that calls the kernels of a module, or None."""
     runtime = module.Kernel.__module__.rpartition(".")[0]
     return sys.modules[f"{runtime}.extension"].extension
 
@@ -230,7 +230,7 @@ def inputs(program: Program, leading: tuple[int, ...] = (), dtype: Any = float, 
 
 
 def expected(program: Program, arrays: list[Any]) -> list[np.ndarray[Any, Any]]:
-    """What the interpreter gives, on float64 components."""
+    """The results of the interpreter for float64 components."""
     n_leading = [np.ndim(x) - len(a.shape) for x, a in zip(arrays, program.arguments, strict=True)]
     leading = np.broadcast_shapes(*(np.shape(x)[:n] for x, n in zip(arrays, n_leading, strict=True)))
     flat = {

@@ -1,4 +1,4 @@
-"""The compiled runtime of generated C, for tests that have a cache of their own: it takes seconds to compile."""
+"""The compiled runtime of generated C for tests with a separate cache, because compiling it takes seconds."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gacompiler.gac_runtime.cache import cache_folder
 
 
 def copy_compiled_runtime(folder: Path, cache: Path) -> Path:
-    """Copy what the cache of the whole run keeps of the runtime to another cache, after a build in an empty folder."""
+    """Build in an empty folder, then copy the compiled runtime from the cache of the whole run to another cache."""
     build_module(write(module_source("bare", SWAP), folder))
     cache.mkdir(mode=0o700, exist_ok=True)
     return Path(shutil.copytree(cache_folder("runtime"), cache / "runtime"))

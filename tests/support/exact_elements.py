@@ -1,4 +1,4 @@
-"""What several test files share: the algebras, exact random elements, and the text of a failing comparison."""
+"""Shared by several test files: the algebras, exact random elements, and the text of a failing comparison."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Draw:
         return Fraction(self.random.choice((-1, 1)) * self.random.randint(1, 7), self.random.randint(1, 4))
 
     def grade_number(self, lowest: int = 0) -> int:
-        """A grade, at most four in high dimensions, where blades are many."""
+        """A grade, at most four in high dimensions, where there are many blades."""
         return self.random.randint(lowest, min(self.algebra.dimension, 5 if self.algebra.dimension <= 5 else 4))
 
     def vector(self) -> Multivector:

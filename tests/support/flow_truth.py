@@ -28,7 +28,7 @@ class Pair(NamedTuple):
     visible: np.ndarray
 
     def noisy(self, sigma: float) -> Pair:
-        """As bytes, after white noise of this standard deviation was added to both."""
+        """Both images as bytes, with added white noise of this standard deviation."""
         rng = np.random.default_rng(7)
         images = [image + sigma * rng.normal(size=image.shape) for image in self[:2]]
         first, second = (np.rint(image).clip(0, 255).astype(np.uint8) for image in images)
@@ -49,14 +49,14 @@ def spline(name: str) -> np.ndarray:
 
 
 def about_middle(name: str, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """An image at places so many pixels away from its middle."""
+    """Sample an image at offsets in pixels from its centre."""
     rows, columns = spline(name).shape
     places = [y + rows // 2, x + columns // 2]
     return scipy.ndimage.map_coordinates(spline(name), places, order=5, prefilter=False, mode="mirror")
 
 
 def warped(name: str, kind: str) -> Pair:
-    """ "rotation" turns by 1 degree and moves by (2.3, -1.6); "zoom" enlarges by 2 % and moves by (0.7, -0.4)."""
+    """ "rotation" rotates by 1 degree and moves by (2.3, -1.6); "zoom" enlarges by 2 % and moves by (0.7, -0.4)."""
     angle, scale, shift = {
         "rotation": (np.deg2rad(1), 1.0, np.array([2.3, -1.6])),
         "zoom": (0.0, 1.02, np.array([0.7, -0.4])),
@@ -94,7 +94,7 @@ def moving_square(name: str, kind: str) -> Pair:
 def pair(image: np.ndarray, kind: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Two images of 224 x 224 pixels and the motion (u, v) of each pixel of the first one.
 
-    "translation" is by (2.3, -1.6) pixels; "rotation" turns by 2 degrees, enlarges by 2 % and moves by (0.4, -0.7).
+    "translation" is by (2.3, -1.6) pixels; "rotation" rotates by 2 degrees, enlarges by 2 % and moves by (0.4, -0.7).
     """
     y, x = np.meshgrid(np.arange(SIZE, dtype=float), np.arange(SIZE, dtype=float), indexing="ij")
     middle = (SIZE - 1) / 2

@@ -1,4 +1,4 @@
-"""What the known expressions compile to, once for all tests that ask."""
+"""Compiled records of the known expressions, shared by all tests."""
 
 from __future__ import annotations
 
@@ -11,5 +11,5 @@ from gacompiler.passes.record import Compilation
 
 @cache
 def compiled(name: str) -> Compilation:
-    """The record of one of them."""
+    """The compiled record of one expression."""
     return compile_kernel(known()[name].kernel)

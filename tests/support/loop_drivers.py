@@ -1,4 +1,4 @@
-"""Programs that run emitted kernels with loops of other languages on numbers from a file, and write numbers to another.
+"""Programs that run kernels with loops, emitted in other languages, on numbers from one file and write another file.
 
 As in `target_drivers`: a driver makes every `LoopCall` in order, reads float64 numbers, argument after argument, and
 writes the results as float64. Results and work space begin as NaN.
@@ -39,7 +39,7 @@ class LoopCall:
         return self.procedure.name
 
     def numbers(self, table: Table) -> int:
-        """How many numbers an element has."""
+        """The number of scalars per element."""
         return prod(shape_of(table, self.lengths))
 
     def rows(self, table: Table) -> int:
@@ -51,11 +51,11 @@ class LoopCall:
 
     @cached_property
     def work(self) -> int:
-        """How many numbers the work space has."""
+        """The number of scalars in the work space."""
         return sum(self.numbers(table) for table in self.procedure.of(Storage.WORK) if table.lengths)
 
     def interpreted(self, real: type) -> list[Array]:
-        """What the procedure means: (count, numbers) for each result."""
+        """Interpret the procedure; an array of shape (count, numbers) for each result."""
         every = [
             interpreted(self.procedure, self.lengths, element(self.procedure, self.lengths, self.given, k), real)
             for k in range(self.count)
@@ -72,7 +72,7 @@ def is_number(table: Table) -> bool:
 
 
 def run(calls: Sequence[LoopCall], command: Sequence[str], folder: Path) -> list[list[Array]]:
-    """Run a driver; the results of every call that it made."""
+    """Run a driver and return the results of all its calls."""
     arrays = [call.given[table.name].ravel() for call in calls for table in call.procedure.parameters]
     np.concatenate(arrays).astype(float).tofile(folder / "numbers")
     paths = [str(folder / "numbers"), str(folder / "found")]
@@ -90,7 +90,7 @@ def run(calls: Sequence[LoopCall], command: Sequence[str], folder: Path) -> list
 
 
 def rust_driver(calls: Sequence[LoopCall], modules: Sequence[str]) -> str:
-    """Every call in both precisions, element after element."""
+    """All calls in both precisions, one element at a time."""
     lines = [f"mod {module};" for module in modules]
     lines += [
         "trait Number: Copy { fn from_f64(x: f64) -> Self; fn to_f64(self) -> f64; }",
@@ -174,7 +174,7 @@ def _rust_call(call: LoopCall, real: str) -> list[str]:
 
 
 def javascript_driver(calls: Sequence[LoopCall], modules: Sequence[str]) -> str:
-    """Every call on arrays of doubles, element after element; then again without results or work space."""
+    """All calls on arrays of doubles, one element at a time; then again without results or work space."""
     lines = [
         'import { readFileSync, writeFileSync } from "node:fs";',
         *(f'import * as {module} from "./{module}.mjs";' for module in modules),
@@ -224,7 +224,7 @@ def javascript_driver(calls: Sequence[LoopCall], modules: Sequence[str]) -> str:
 
 @dataclass(frozen=True)
 class LoopDialect:
-    """What C drivers of two languages differ in: names, and the text before everything else."""
+    """The differences between the C drivers of two languages: names, and the text at the top."""
 
     prelude: str
     one: str
@@ -237,7 +237,7 @@ class LoopDialect:
 
 
 def c_driver(calls: Sequence[LoopCall], files: Sequence[str], dialect: LoopDialect) -> str:
-    """Every call for each element by itself, and by strides the batch: elements or numbers next to each other."""
+    """All calls, once per element and once on the batch with strides: contiguous elements or contiguous components."""
     lines = [
         *("#include <math.h>", "#include <stdio.h>", "#include <stdlib.h>"),
         dialect.prelude,
@@ -303,7 +303,7 @@ def c_driver(calls: Sequence[LoopCall], files: Sequence[str], dialect: LoopDiale
 
 
 def _turned_lines(real: str) -> list[str]:
-    """A function that gives a batch with numbers next to each other for one with elements next to each other."""
+    """A function that converts a batch with contiguous elements to one with contiguous components."""
     return [
         f"static {real} *turned_{real}({real} *x, long count, long size)",
         "{",
@@ -353,7 +353,7 @@ def _c_call(call: LoopCall, real: str, dialect: LoopDialect, layout: str) -> lis
         strides = ("1", str(THREADS)) if turns else (str(call.work), "1")
         lines.append(f"    RUN_THREADS {dialect.batch.format(**names)}({', '.join([*batch, 'work', *strides])});")
         if call.work:
-            # Each thread has written to its own slice, and to no other where it had no element.
+            # Each thread has written to its own slice only, and a thread without elements to none.
             lines += [
                 f"    for (long t = 0; t < {THREADS}; t++) {{",
                 "        long written = 0;",

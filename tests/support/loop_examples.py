@@ -49,7 +49,7 @@ class State(NamedTuple):
     speed: object
 
 
-# Every statement there is.
+# Every kind of statement.
 
 
 @kernel(q=array(SCALAR, "n"), axes=array(PGA3.LINE, "n", shared=True), tool=PGA3.MOTOR)
@@ -66,14 +66,14 @@ def squares(x):
 
 @kernel(x=array(SCALAR, "n"), parents=index("n"), scale=SCALAR)
 def tree(x, parents, scale):
-    """Sums towards the leaves of a tree, and sums of them towards its root."""
+    """Sums from the root to the leaves of a tree, and sums of these from the leaves to the root."""
     up = scan(lambda s, v: s + v * (scale * scale + 1), 0, x, parents=parents)
     return up, accumulate(lambda c, v: c + v, 0, up, parents=parents)
 
 
 @kernel(moves=array(PGA3.MOTOR, "n"), points=array(PGA3.POINT, "n"))
 def chain(moves, points):
-    """The products of motors up to every row, and the last one by which points are moved."""
+    """The cumulative products of motors; the last product moves points."""
     poses = scan(lambda m, move: m * move, 1, moves)
     return poses, each(lambda m, p: m * p * ~m, poses, points)
 
@@ -94,7 +94,7 @@ def suffixes(points, n):
 
 @kernel(x=array(SCALAR, "n"), y=array(SCALAR, "n", 3), parents=index("n"))
 def kept(x, y, parents):
-    """Sums towards the root, and what else the body gives."""
+    """Sums towards the root, and the other results of the body."""
     return accumulate(
         lambda c, a, b: ((c[0] + a * b[0], c[1] + b[1]), (a * c[1], b[2])), (0, 0), x, y, parents=parents, keep=True
     )[1]
@@ -117,7 +117,7 @@ def picked(x, which, y):
 @kernel(value=array(SCALAR, "n", 3), rows=index("n", into="m"), columns=index("n", into="k"),
         a=array(SCALAR, "m"), b=array(SCALAR, "k"), returns=array(SCALAR, "m", "k", 2))  # fmt: skip
 def dense(value, rows, columns, a, b):
-    """A matrix of rows from its entries."""
+    """A matrix stored by rows, from its entries."""
     scaled = each(lambda v: (v[0] * 2, v[1] + v[2]), value)
     return scatter(scaled, (rows, columns), (a, b))
 
@@ -133,7 +133,7 @@ def matrix(values, rows, columns, x, y):
 
 @kernel(a=array(SCALAR, "n"), weights=array(PGA3.DIRECTION, "m", shared=True), which=index("m", into="n"), start=SCALAR)
 def shares(a, weights, which, start):
-    """Sums of a table that all elements share, and a product with it."""
+    """Sums of a table shared by all elements, and a product with it."""
     sums = scatter(weights, which, a)
     return each(lambda p, v: p * v, sums, a), total(lambda p: start * p, weights)
 
@@ -234,7 +234,7 @@ def loop_in_iteration(x):
 
 
 @kernel(x=N, w=index("n"))
-def both_ways(x, w):
+def forward_and_backward(x, w):
     """Checked by its proof."""
     up = scan(lambda s, a: s * 2 + a, 1, x, parents=w)
     v, k = accumulate(lambda c, a: (c + a, (a * c)), 0, up, parents=w, keep=True)
@@ -342,7 +342,7 @@ def only_shared(x):
 
 @kernel(x=N, y=M)
 def aliasing(x, y):
-    """A row that is carried on while its table changes."""
+    """A row that is carried to the next iteration while its table changes."""
     line = PGA3.multivector({"e1": 1})
     return fold(lambda s, a: fold(lambda t, b: b, s, each(lambda b: (b * a) * line + s, y)), line, x)
 
@@ -394,7 +394,7 @@ HARD = (
     conformal,
     nested_iteration,
     loop_in_iteration,
-    both_ways,
+    forward_and_backward,
     gathered,
     reversed_,
     copies,
@@ -413,12 +413,12 @@ HARD = (
 )
 
 
-# What they compile to, and what that means.
+# The compiled examples and their interpretation.
 
 
 @cache
 def loop_source(definition: Kernel) -> LoopSource:
-    """A kernel with loops as modules have it, with facts for readers."""
+    """A kernel with loops as it is stored in modules, with facts for readers."""
     compiled = compile_loops(definition)
     layouts = []
     for parameter in definition.parameters:
@@ -477,7 +477,7 @@ def interpreted(
     given: Mapping[str, Any],
     number: Callable[[Any], Any] = float,
 ) -> list[np.ndarray[Any, Any]]:
-    """The results of one element as a procedure means them, every operation rounded once."""
+    """Interpret a procedure for one element, with every operation rounded once."""
     rows: dict[str, Sequence[Sequence[Any]]] = {}
     for table in procedure.parameters:
         kind = int if table.storage is Storage.INDEX else number
@@ -490,7 +490,7 @@ def interpreted(
 
 
 def element(procedure: Procedure, lengths: Mapping[str, int], given: Mapping[str, Any], k: int) -> dict[str, Any]:
-    """The arguments of one element of a batch."""
+    """Select the arguments of one element of a batch."""
     tables = {table.name: table for table in procedure.parameters}
     return {
         name: array[k] if array.ndim > len(shape_of(tables[name], lengths)) else array for name, array in given.items()

@@ -21,7 +21,7 @@ SUFFIX = {np.dtype(np.float64): "f64", np.dtype(np.float32): "f32"}
 
 
 def build_loops(module: ModuleSource, folder: Path) -> ctypes.CDLL:
-    """The library of a module, built."""
+    """Build the library of a module."""
     write_files(runtime_files(), folder)
     (folder / f"{module.name}.c").write_text(c_source(module))
     (folder / f"{module.name}.h").write_text(c_header(module))
@@ -33,7 +33,7 @@ def build_loops(module: ModuleSource, folder: Path) -> ctypes.CDLL:
 def call_one(
     library: ctypes.CDLL, module: str, procedure: Procedure, lengths: Mapping[str, int], arguments: Mapping[str, Array]
 ) -> list[Array]:
-    """The plain function of one element; nothing is written behind results or work space."""
+    """Call the plain function of one element; check that nothing is written past results and work space."""
     dtype = _dtype(procedure, arguments)
     real = ctypes.c_double if dtype == np.float64 else ctypes.c_float
     sizes = [ctypes.c_ssize_t(lengths[name]) for name in procedure.lengths]
@@ -63,7 +63,7 @@ def call_rows(
     arguments: Mapping[str, Array],
     count: int,
 ) -> list[Array]:
-    """The function of a batch: arguments have one leading axis more, or are the same for all elements."""
+    """Call the function of a batch: arguments have one additional leading axis or are the same for all elements."""
     dtype = _dtype(procedure, arguments)
     arrays, steps = [], []
     for table in procedure.parameters:
@@ -73,7 +73,7 @@ def call_rows(
         steps.append(array.strides[0] if varies else 0)
     for table in procedure.results:
         shape = shape_of(table, lengths)
-        # Elements are further apart than they are long.
+        # The stride between elements is larger than an element.
         arrays.append(np.full((count, prod(shape) + 1), 7, dtype))
         steps.append(arrays[-1].strides[0])
     sizes = (ctypes.c_ssize_t * len(procedure.lengths))(*(lengths[name] for name in procedure.lengths))

@@ -1,4 +1,4 @@
-"""What tests of calls share: the same module with the extension, without it, on plain arrays and on numba."""
+"""Shared by tests of calls: the same module with the extension, without it, on plain arrays and on numba."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from backend_programs import extension_of, load_beside, write
 from gacompiler.backends import ModuleSource, build_library
 from gacompiler.gac_runtime.names import extension_name, extension_path
 
-WAYS = ("extension", "c", "arrays")
+IMPLEMENTATIONS = ("extension", "c", "arrays")
 
 
 def build_once(source: ModuleSource, folder: Path) -> Path:
-    """Where in `folder` the module is written and built; again nothing is done."""
+    """Write and build the module in `folder` if that has not been done, and return its folder."""
     built = folder / "built"
     if not built.exists():
         built.mkdir()
@@ -28,8 +28,10 @@ def build_once(source: ModuleSource, folder: Path) -> Path:
     return built
 
 
-def load_ways(source: ModuleSource, folder: Path, wanted: Sequence[str] = WAYS) -> dict[str, ModuleType]:
-    """The module by each way to run it that is there; ``numba`` is numba called by the extension."""
+def load_implementations(
+    source: ModuleSource, folder: Path, wanted: Sequence[str] = IMPLEMENTATIONS
+) -> dict[str, ModuleType]:
+    """Load the available implementations of a module by name; ``numba`` is numba called by the extension."""
     built = build_once(source, folder)
     plain = folder / "plain"
     found = {}
@@ -37,23 +39,23 @@ def load_ways(source: ModuleSource, folder: Path, wanted: Sequence[str] = WAYS) 
     shutil.copytree(built, plain)
     extension_path(plain).unlink(missing_ok=True)
     places = {"extension": (built, "c"), "c": (plain, "c"), "arrays": (plain, "arrays"), "numba": (built, "numba")}
-    for way, (place, backend) in places.items():
-        if way not in wanted or (place is built and not has_extension):
+    for name, (place, backend) in places.items():
+        if name not in wanted or (place is built and not has_extension):
             continue
-        if way == "c" and not list(place.glob("_build/*.so")):
+        if name == "c" and not list(place.glob("_build/*.so")):
             continue
         with pytest.MonkeyPatch.context() as patch:
             patch.setenv("GAC_BACKEND", backend)
             patch.setenv("GAC_CACHE", str(folder / "nothing"))
             if place is plain:
                 patch.delitem(sys.modules, extension_name(), raising=False)
-            found[way] = load_beside(place / f"{source.name}.py", f"{source.name}_{way}")
-        assert (extension_of(found[way]) is not None) == (place is built)
+            found[name] = load_beside(place / f"{source.name}.py", f"{source.name}_{name}")
+        assert (extension_of(found[name]) is not None) == (place is built)
     return found
 
 
 def outcome(function: Callable[..., Any], *arguments: Any, **named: Any) -> tuple[Any, ...]:
-    """What a call gives, or which error, in a form that can be compared."""
+    """The result of a call, or its error, in a form that can be compared."""
     try:
         result = function(*arguments, **named)
     except Exception as error:

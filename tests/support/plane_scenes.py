@@ -1,4 +1,4 @@
-"""Pixels of two views of points of which a part is on a plane, with noise and wrong pairs, for tests of robust F."""
+"""Two views of points, some of them on a plane, with noise and wrong pairs, for tests of robust F."""
 
 from __future__ import annotations
 

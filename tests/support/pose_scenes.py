@@ -1,4 +1,4 @@
-"""Points and their pixels under poses that are known, for tests of poses."""
+"""Points and their pixels under known poses, for tests of pose estimation."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ INTRINSICS = np.array([[800.0, 0, 320], [0, 800, 240], [0, 0, 1]])
 
 
 def bent_board(bend: float) -> Array:
-    """9 x 6 points, 30 mm apart, whose middle stands out by so many millimetres."""
+    """9 x 6 points, 30 mm apart, on a board whose centre is raised by `bend` millimetres."""
     flat = np.stack(np.meshgrid(np.arange(9.0) - 4, np.arange(6.0) - 2.5), -1).reshape(-1, 2) * 30
     return np.c_[flat, bend * np.cos(flat[:, 0] / 120 * np.pi)]
 
@@ -26,7 +26,7 @@ def thick_points(rng: np.random.Generator, n_points: int, thickness: float) -> A
 def seen_from_somewhere(
     rng: np.random.Generator, points: Array, distance: float, offset: float = 0.0, noise: float = 0.0
 ) -> tuple[Array, Array, Array, Array]:
-    """Points in the world, their pixels, and the turn from the world and centre of the camera that sees them.
+    """Points in the world, their pixels, and the rotation from the world and the centre of the camera.
 
     The origin of the world is `offset` away from that of the points.
     """
@@ -43,7 +43,7 @@ def seen_from_somewhere(
 
 
 def camera_error(pose: Array, turn: Array, centre: Array) -> tuple[float, float]:
-    """The angle in radians, and the distance of the centre, by which a pose is wrong."""
+    """The error of a pose: the angle in radians and the distance of the centres."""
     matrix = pga3.motor_to_matrix(pose)
     angle = Rotation.from_matrix(matrix[:3, :3] @ turn).magnitude()
     return float(angle), float(np.linalg.norm(matrix[:3, 3] - centre))

@@ -1,4 +1,4 @@
-"""Random scripts of Gaalop's language: mostly well formed, some with a word too many, too few or out of place."""
+"""Random scripts of Gaalop's language: most are well formed; some have an extra, missing or misplaced word."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ def scripts(seed: int, n: int) -> list[tuple[str, str]]:
     random = Random(seed)
     found = []
     for _ in range(n):
-        # Algebras with many blades take longer, and have no rules of their own.
+        # Algebras with many blades take longer and have no additional rules.
         algebra = random.choices(ALGEBRAS, [3] * 7 + [1] * 4)[0]
         found.append((algebra, Writer(random, algebra).script()))
     return found

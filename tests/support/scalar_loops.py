@@ -1,4 +1,4 @@
-"""Which loops gcc leaves scalar: it does so without a word, and the results are the same."""
+"""Find the loops that gcc does not vectorise, which it does silently and without an effect on results."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from gacompiler.backends.build import GCC_FLAGS, compiler_flags, find_compiler
 
 
 def scalar_loops(c_path: Path, folder: Path) -> list[str]:
-    """The kernels of a C file of which a loop over elements runs one by one; `folder` is for what gcc writes.
+    """List the kernels of a C file with a scalar loop over elements; gcc writes its output to `folder`.
 
     A line instantiates the loops of a kernel, or of a form, once for both precisions and for one or two kinds of
-    machines, each with a report of its own for that line. What is left over after vectors of 32 or 64 bytes may have
-    another, which says less.
+    machines, each with a separate report for that line. The remainder after vectors of 32 or 64 bytes may have
+    another, shorter report.
     """
     compiler = find_compiler()
     if compiler is None or not set(GCC_FLAGS) <= set(compiler_flags(compiler)) or platform.machine() != "x86_64":

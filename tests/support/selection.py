@@ -1,4 +1,4 @@
-"""Which cases of a test wait for ``make slow``."""
+"""Mark those cases of a test that only ``make slow`` runs."""
 
 from __future__ import annotations
 

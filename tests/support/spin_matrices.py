@@ -1,4 +1,4 @@
-"""Exponentials of bivectors in many digits, by matrices of Pauli's that share nothing with the compiler."""
+"""Exponentials of bivectors in many digits, by Pauli matrices and without any code of the compiler."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def _outer(vectors: Sequence[Any]) -> Any:
 
 
 def exponential(matrix: Any) -> Any:
-    """By Taylor's series of a part so small that squarings lose none of `DIGITS`."""
+    """Taylor series of a scaled matrix, then squaring; the scale is so small that all `DIGITS` remain correct."""
     size = mp.norm(matrix, 1)
     halvings = int(mp.ceil(mp.log(size + 1, 2))) + 6
     small = matrix / mp.mpf(2) ** halvings
@@ -66,7 +66,7 @@ def exponential(matrix: Any) -> Any:
 
 
 def error(vectors: Sequence[Any], argument: Mapping[int, float], found: Mapping[int, Any]) -> float:
-    """How far `found` is from the exponential, relative to its largest coefficient."""
+    """The error of `found`, relative to the largest coefficient of the exponential."""
     with mp.workdps(DIGITS):
         difference = matrix_of(vectors, found) - exponential(matrix_of(vectors, argument))
         largest = max(abs(mp.mpf(float(value))) for value in found.values())

@@ -1,4 +1,4 @@
-"""Executes the notebooks and stores their outputs in a form that does not change from run to run; `make notebooks`.
+"""Execute the notebooks and store their outputs in a form that is reproducible (`make notebooks`).
 
 The tests execute each notebook again and compare what it prints with what is stored. A cell that needs a library of the
 extra `peers` has the tag ``peer:MODULE``; where that module is not installed, its outputs are not compared.
@@ -51,7 +51,7 @@ def peers_of(cell: Any) -> list[str]:
 
 
 def missing_peers(notebook: Any) -> list[str]:
-    """Those modules of all cells of a notebook that are not installed."""
+    """The modules that cells of a notebook need and that are not installed."""
     return sorted({peer for cell in notebook.cells for peer in peers_of(cell) if find_spec(peer) is None})
 
 
@@ -86,7 +86,7 @@ def execute(path: Path) -> Any:
 
 
 def normalised(notebook: Any) -> Any:
-    """A notebook without what depends on the kernel or on the number of times that it was executed."""
+    """A notebook without the parts that depend on the kernel or on the number of executions."""
     notebook.metadata = nbformat.from_dict(METADATA)
     count = 0
     for cell in notebook.cells:
@@ -106,7 +106,7 @@ def normalised(notebook: Any) -> Any:
 
 
 def _is_progress(output: Any) -> bool:
-    """Whether an output only says that a kernel is being compiled, which is printed where that takes long."""
+    """Whether an output only reports that a kernel is being compiled, which is printed if that takes long."""
     lines = output.text.splitlines() if output.get("name") == "stderr" else [""]
     return all(line.startswith("gac: building") for line in lines)
 
@@ -121,7 +121,7 @@ def _with_palette(image: str) -> str:
 
 
 def differences(stored: Any, fresh: Any) -> list[str]:
-    """Where the outputs of two executions of a notebook differ, a line each; of images only that they are there."""
+    """List the differences between the outputs of two executions; for images, only whether they exist."""
     found = []
     for number, (old, new) in enumerate(zip(stored.cells, fresh.cells, strict=True), 1):
         if old.cell_type != "code" or any(find_spec(peer) is None for peer in peers_of(old)):
@@ -133,7 +133,7 @@ def differences(stored: Any, fresh: Any) -> list[str]:
 
 
 def check_outputs(path: Path) -> None:
-    """Execute a notebook, and raise an AssertionError where it warns or prints something else than is stored."""
+    """Execute a notebook; raise an AssertionError if it warns or its output differs from the stored one."""
     fresh = execute(path)
     found = differences(nbformat.read(path, as_version=4), fresh)
     assert not found, "\n".join(
@@ -157,7 +157,7 @@ def _texts(cell: Any) -> list[str]:
 
 
 def same_text(one: str, two: str) -> bool:
-    """Whether two texts are equal but for rounding: numbers may differ by one unit of the last digit printed."""
+    """Whether two texts are equal up to rounding: numbers may differ by one unit in the last printed digit."""
     if _NUMBER.sub("#", one) != _NUMBER.sub("#", two):
         return False
     return all(_same_number(a, b) for a, b in zip(_NUMBER.findall(one), _NUMBER.findall(two), strict=True))

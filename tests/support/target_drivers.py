@@ -1,4 +1,4 @@
-"""Programs that run emitted kernels of other languages on numbers from a file, and write numbers to another.
+"""Programs that run kernels emitted in other languages on numbers from one file and write another file.
 
 A driver makes every `Call` in order. It reads float64 numbers, argument after argument, and writes the results, each as
 float64. A machine that has the compiler needs no more than this to run the text that is printed.
@@ -26,13 +26,13 @@ FUNCTIONS = {Op.SIN, Op.COS, Op.ATAN2, Op.ACOS, Op.EXP, Op.LOG}
 
 
 def size(part: Argument | Result) -> int:
-    """How many numbers an element has."""
+    """The number of scalars per element."""
     return prod(part.shape)
 
 
 @dataclass(frozen=True)
 class Call:
-    """A kernel on a batch; an array of one element stands for all."""
+    """A kernel on a batch; an array of one element is used for all elements."""
 
     module: str
     program: Program
@@ -46,15 +46,15 @@ class Call:
         return max(map(len, self.arrays))
 
     def stored(self) -> list[Array]:
-        """What stands in the file."""
+        """The content of the file."""
         return [array.T if self.by_component else array for array in self.arrays]
 
 
 def interpreted(call: Call, real: type) -> list[Array]:
-    """What the interpreter gives in one precision, every operation rounded once: (n, size) for each result."""
+    """Interpret in one precision, with every operation rounded once; shape (n, size) for each result."""
 
     def function(op: Op, values: list[Any]) -> Any:
-        if op is Op.MINIMUM or op is Op.MAXIMUM:  # the second of two zeros, where numpy promises nothing
+        if op is Op.MINIMUM or op is Op.MAXIMUM:  # the second of two zeros, where numpy specifies nothing
             a, b = values
             return np.where((a < b if op is Op.MINIMUM else a > b) | (a != a), a, b)
         return np.asarray(evaluate(op, values), real)  # comparisons of arrays give doubles
@@ -67,7 +67,7 @@ def interpreted(call: Call, real: type) -> list[Array]:
 
 
 def exact_entries(program: Program) -> list[Array]:
-    """For each result, which of its numbers depend on no function that is rounded differently here and there."""
+    """For each result, a mask of the numbers that depend on no function whose rounding differs between platforms."""
     rough: set[Any] = set()
     for line in program.lines:
         if line.op in FUNCTIONS or rough.intersection(line.operands):
@@ -76,7 +76,7 @@ def exact_entries(program: Program) -> list[Array]:
 
 
 def run(calls: Sequence[Call], command: Sequence[str], folder: Path) -> Array:
-    """Run a driver; all the numbers that it wrote."""
+    """Run a driver and return all numbers that it wrote."""
     numbers = folder / "numbers"
     np.concatenate([array.ravel() for call in calls for array in call.stored()]).astype(float).tofile(numbers)
     done = subprocess.run([*command, str(numbers), str(folder / "found")], capture_output=True, text=True)
@@ -85,7 +85,7 @@ def run(calls: Sequence[Call], command: Sequence[str], folder: Path) -> Array:
 
 
 class Found:
-    """Reads what a driver wrote, in order."""
+    """Read the output of a driver in order."""
 
     def __init__(self, numbers: Array) -> None:
         self._numbers, self._at = numbers, 0
@@ -101,12 +101,12 @@ class Found:
 
     @property
     def is_read(self) -> bool:
-        """Whether nothing is left."""
+        """Whether all numbers have been read."""
         return self._at == len(self._numbers)
 
 
 def rust_driver(calls: Sequence[Call], modules: Sequence[str]) -> str:
-    """For every precision, every call over the batch."""
+    """All calls over the batch in every precision."""
     lines = [f"mod {module};" for module in modules]
     lines += [
         "trait Number: Copy + Default { fn from_f64(x: f64) -> Self; fn to_f64(self) -> f64; }",
@@ -162,7 +162,7 @@ def rust_driver(calls: Sequence[Call], modules: Sequence[str]) -> str:
 
 
 def javascript_driver(calls: Sequence[Call], modules: Sequence[str]) -> str:
-    """Every call over the batch, on arrays of doubles and then on arrays of floats."""
+    """All calls over the batch, on arrays of doubles and then on arrays of floats."""
     lines = ['import { readFileSync, writeFileSync } from "node:fs";']
     lines += [f'import * as {module} from "./{module}.mjs";' for module in modules]
     lines += [
@@ -185,7 +185,7 @@ def javascript_driver(calls: Sequence[Call], modules: Sequence[str]) -> str:
 
 @dataclass(frozen=True)
 class Dialect:
-    """What C drivers of two languages differ in: names, and the text before everything else."""
+    """The differences between the C drivers of two languages: names, and the text at the top."""
 
     prelude: str
     one: str
@@ -196,7 +196,7 @@ class Dialect:
 
 
 def c_driver(calls: Sequence[Call], files: Sequence[str], dialect: Dialect) -> str:
-    """For every precision and call each element by itself and, by strides, the batch; both results are written."""
+    """All calls in every precision, once per element and once on the batch with strides; both results are written."""
     lines = [
         *("#include <math.h>", "#include <stdio.h>", "#include <stdlib.h>"),
         dialect.prelude,
@@ -218,7 +218,7 @@ def c_driver(calls: Sequence[Call], files: Sequence[str], dialect: Dialect) -> s
             "    for (long i = 0; i < n; i++) { double y = x[i]; fwrite(&y, sizeof y, 1, found); x[i] = 0; }",
             "}",
         ]
-        # A function for each call: one for all takes a compiler many times as long.
+        # One function per call: compilers take many times as long for a single large function.
         for k, call in enumerate(calls):
             lines += [f"static void call_{k}_{real}(void)", "{", *_c_call(call, real, dialect), "}"]
     runs = [

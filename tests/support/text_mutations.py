@@ -1,4 +1,4 @@
-"""Emitted text with one thing changed inside a kernel: a sign, operation, name, number, parentheses or an order."""
+"""Mutations of emitted kernels: one sign, operation, name, number, pair of parentheses or order is changed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 
 class Mutation(NamedTuple):
-    """A changed text."""
+    """A mutated text."""
 
     kind: str
     line: str
@@ -25,7 +25,7 @@ _NAME = re.compile(r"(?<![\w.])[A-Za-z]\w*(?![\w(])")
 
 
 def _bodies(text: str, kernel: str, of_forms: bool) -> list[tuple[int, int]]:
-    """Where the statements of a kernel, and of its forms if those are wanted, are in C or Python text."""
+    """Find the statements of a kernel, and of its forms if requested, in C or Python text."""
     if text.startswith("//"):
         more = r"_within|_(?:prepare|apply)_\w+" if of_forms else "_within"
         heads = rf"^(?:static )?INLINE void NAME\({kernel}(?:{more})?\)\([^{{]*?^{{\n(.*?)^}}$"
@@ -44,7 +44,7 @@ def _bodies(text: str, kernel: str, of_forms: bool) -> list[tuple[int, int]]:
 
 
 def mutations(text: str, kernel: str, of_forms: bool = True) -> Iterator[Mutation]:
-    """Every change of one thing in the bodies of a kernel, and of its forms if those are wanted."""
+    """All single mutations in the bodies of a kernel, and of its forms if requested."""
     for start, end in _bodies(text, kernel, of_forms):
         body = text[start:end]
         for kind, first, last, new in _changes(body, is_c=text.startswith("//")):
@@ -73,7 +73,7 @@ def _changes(body: str, is_c: bool) -> Iterator[tuple[str, int, int, str]]:
 
 
 def _without_parentheses(body: str) -> Iterator[tuple[str, int, int, str]]:
-    """Sums that no longer are one factor or subtrahend; other parentheses group what is equal without them."""
+    """Remove parentheses around sums that are factors or subtrahends; all others do not change the value."""
     for match in re.finditer(r"(?<=[-*/] )\(", body):
         depth, end = 0, match.start()
         top = ""
@@ -88,7 +88,7 @@ def _without_parentheses(body: str) -> Iterator[tuple[str, int, int, str]]:
 
 
 def _exchanged(body: str, pattern: str) -> Iterator[tuple[str, int, int, str]]:
-    """Neighbours in a list that have changed places: of components, of results, or of operands of a function."""
+    """Exchange neighbours in a list of components, results or operands of a function."""
     found = list(re.finditer(pattern, body))
     for a, b in itertools.pairwise(found):
         between = body[a.end() : b.start()]

@@ -1,4 +1,4 @@
-"""The text of ``docs/toolkit.md``. ``python tests/support/toolkit_page.py`` writes the page anew."""
+"""The text of ``docs/toolkit.md``. ``python tests/support/toolkit_page.py`` updates the page."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ TITLES = {
 
 
 def entries() -> tuple[Entry, ...]:
-    """All rows, those of one module together."""
+    """All rows, grouped by module."""
     found = (*toolkit_pga.ENTRIES, *toolkit_cga.ENTRIES, *toolkit_geometry.ENTRIES)
     return tuple(sorted(found, key=lambda entry: list(TITLES).index(entry.algebra)))
 

@@ -177,7 +177,7 @@ ENTRIES = (
         square root: motor_square_root
         power: motor_power
     """),
-    *rows("pga3", MURRAY, MOTORS + "screws_both_ways", """
+    *rows("pga3", MURRAY, MOTORS + "screws_and_motors", """
         screw of a motor: motor_to_screw
         screw of line, angle, pitch: motor_from_screw_pitch
         screw of a twist or wrench, and back: bivector_to_screw bivector_from_screw
@@ -192,7 +192,7 @@ ENTRIES = (
         velocity of point, line, plane: twist_on_point twist_on_line twist_on_plane
         Lie bracket: line_commutator
     """),
-    *rows("pga3", FEATHERSTONE, DYNAMICS + "momenta_and_wrenches_are_those_of_point_masses", """
+    *rows("pga3", FEATHERSTONE, DYNAMICS + "momenta_and_wrenches_equal_those_of_point_masses", """
         inertia of a moved body: inertia_of_moved_body
         momentum of a body: momentum
         wrench of a body that accelerates: inertial_wrench

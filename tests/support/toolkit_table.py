@@ -1,4 +1,4 @@
-"""One row of the table of the toolkit: what users of geometric algebra expect, and where it is."""
+"""One row of the table of the toolkit: an operation that users of geometric algebra expect, and its location."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """An operation, the function that does it, where its formula is from, and the test that compares it with truth."""
+    """An operation, its function, the source of its formula, and the test against an independent result."""
 
     entry: str
     """What it is, in a few words."""
@@ -22,7 +22,7 @@ class Entry:
 
 
 def rows(algebra: str, source: str, test: str, text: str) -> tuple[Entry, ...]:
-    """Entries of one algebra, source and test from lines ``what it is: function function ...``."""
+    """Entries of one algebra, source and test, from lines ``operation: function function ...``."""
     found = []
     for line in text.strip().splitlines():
         entry, _, functions = line.strip().partition(": ")

@@ -1,4 +1,4 @@
-"""Vector formulas, matrices and random figures that tests of the toolkit compare with. No geometric algebra here."""
+"""Vector formulas, matrices and random figures without geometric algebra, for tests of the toolkit."""
 
 from __future__ import annotations
 
@@ -29,35 +29,35 @@ def length(a: Any) -> Any:
 
 
 def along(factor: Any, vectors: Any) -> np.ndarray:
-    """Vectors times numbers, one for each."""
+    """Scale each vector by its factor."""
     return np.asarray(np.asarray(factor)[..., None] * vectors)
 
 
 def directions(rng: np.random.Generator, n: int = N, dimension: int = 3) -> np.ndarray:
-    """Random unit vectors, the first ones along the axes."""
+    """Random unit vectors; the first ones are along the axes."""
     found = unit(rng.normal(size=(n, dimension)))
     found[: 2 * dimension] = np.vstack([np.eye(dimension), -np.eye(dimension)])
     return found
 
 
 def line_of(p: Any, d: Any) -> np.ndarray:
-    """Coefficients e12 e13 e23 e01 e02 e03 of the line through p along d."""
+    """Coefficients e12 e13 e23 e01 e02 e03 of the line through p in direction d."""
     p, d = np.broadcast_arrays(p, d)
     return np.concatenate([d[..., 2:], -d[..., 1:2], d[..., :1], np.cross(p, d)], -1)
 
 
 def plane_of(n: Any, p: Any) -> np.ndarray:
-    """Coefficients e1 e2 e3 e0 (or e1 e2 e0) of the plane (line) through p of normal n."""
+    """Coefficients e1 e2 e3 e0 (or e1 e2 e0) of the plane (line) through p with normal n."""
     return np.concatenate([n, -dot(n, p)[..., None]], -1)
 
 
 def perpendicular(d: np.ndarray) -> np.ndarray:
-    """A unit vector at right angles to each."""
+    """A unit vector perpendicular to each vector."""
     return unit(np.cross(d, np.eye(3)[np.argmin(np.abs(d), -1)]))
 
 
 def angles() -> np.ndarray:
-    """Angles in [0, 2 pi] close to the ends and to half turns from both sides, and in between."""
+    """Angles in [0, 2 pi]: near the ends, near pi on both sides, and in between."""
     ends = np.concatenate([TINY, np.pi - TINY, np.pi + TINY, 2 * np.pi - TINY])
     return np.concatenate([ends, np.linspace(0.01, 6.27, N - len(ends))])
 
@@ -70,7 +70,7 @@ def pose(rotation: Rotation, t: np.ndarray) -> np.ndarray:
 
 
 def poses(rng: np.random.Generator, n: int = N, size: float = 1.0) -> np.ndarray:
-    """Random ones, among them no motion, pure translations, pure rotations, tiny and half turns."""
+    """Random poses, including the identity, pure translations, pure rotations, and tiny and half turns."""
     angle = rng.uniform(-np.pi, np.pi, n)
     special = np.concatenate([TINY, np.pi - TINY])
     angle[: len(special)] = special

@@ -32,12 +32,12 @@ def squares(x):
 
 
 def package(*arguments: str | Path) -> Result:
-    """``gac package`` with these arguments."""
+    """Run ``gac package`` with these arguments."""
     return CliRunner().invoke(main, ["package", *map(str, arguments)])
 
 
 def packaged(*arguments: str | Path, output: Path) -> Path:
-    """The wheel that ``gac package`` writes into a folder without others."""
+    """The wheel that ``gac package`` writes into an empty folder."""
     done = package(*arguments, "-o", output)
     assert done.exit_code == 0, done.output
     (wheel,) = output.glob("*.whl")
@@ -45,9 +45,9 @@ def packaged(*arguments: str | Path, output: Path) -> Path:
 
 
 class Environment:
-    """A virtual environment that has numpy, and what is installed into it.
+    """A virtual environment with numpy and the wheels installed into it.
 
-    Nothing is fetched: numpy is that of the environment that runs the tests.
+    Nothing is downloaded: numpy is that of the environment that runs the tests.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -60,24 +60,24 @@ class Environment:
             (self.site / path.name).symlink_to(path)
 
     def install(self, *wheels: Path) -> None:
-        """Install wheels with what they need, which has to be there."""
+        """Install wheels; their dependencies must already be present."""
         pip = [sys.executable, "-m", "pip", "--isolated", "--python", str(self.python)]
         done = subprocess.run([*pip, "install", "--no-index", *map(str, wheels)], capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
 
     def run(self, code: str, path: str = "", **variables: str) -> subprocess.CompletedProcess[str]:
-        """Run Python where programs are found on `path` only, and where nothing was built or kept before."""
+        """Run Python with `path` as the only PATH and with empty caches."""
         known = {"PATH": path, "HOME": str(self.folder), "GAC_CACHE": str(self.folder / "cache"), **variables}
         command = [str(self.python), "-I", "-c", code]
         return subprocess.run(command, capture_output=True, text=True, env=known, cwd=self.folder)
 
     def output(self, code: str, path: str = "", **variables: str) -> str:
-        """What Python prints, without an error or a warning."""
+        """The output of Python, which must run without errors and warnings."""
         done = self.run(code, path, **variables)
         assert (done.returncode, done.stderr) == (0, ""), done.stderr
         return done.stdout
 
 
 def compilers() -> str:
-    """The PATH of this process, where compilers are."""
+    """The PATH of this process, which includes compilers."""
     return os.environ["PATH"]

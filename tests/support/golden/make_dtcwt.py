@@ -1,4 +1,4 @@
-"""Makes ``dtcwt.npz``: coefficients of the dtcwt package 0.14, in an environment of its own, as it needs numpy below 2.
+"""Make ``dtcwt.npz``: coefficients of the dtcwt package 0.14, in a separate environment, as it needs numpy below 2.
 
 python -m venv peer && peer/bin/pip install "numpy<2" dtcwt==0.14.0
 peer/bin/python tests/support/golden/make_dtcwt.py
@@ -15,7 +15,7 @@ PATH = Path(__file__).with_name("dtcwt.npz")
 
 
 def main() -> None:
-    """The image stays the one of the file; for each pair of filters, three levels and what is left."""
+    """Keep the image of the file; store three levels and the lowpass residual for each pair of filters."""
     with np.load(PATH) as known:
         image = known["image"]
     numbers = {"image": image}

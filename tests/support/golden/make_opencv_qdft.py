@@ -1,4 +1,4 @@
-"""Makes ``opencv_qdft.npz``: OpenCV's quaternion Fourier transform, of its extra modules, in an environment of its own.
+"""Make ``opencv_qdft.npz``: the quaternion Fourier transform of OpenCV's extra modules, in a separate environment.
 
 python -m venv peer && peer/bin/pip install opencv-contrib-python-headless==4.10.0.84
 peer/bin/python tests/support/golden/make_opencv_qdft.py

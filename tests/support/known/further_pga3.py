@@ -20,7 +20,7 @@ UNIT_LINE, UNIT_PLANE = PGA3.UNIT_LINE, PGA3.UNIT_PLANE
 
 @kernel(p=UNIT_PLANE, m=MOTOR)
 def reflect_motor_in_plane(p, m):
-    """The motion that a mirror shows."""
+    """The mirror image of a motion."""
     return sandwich(p, m)
 
 
@@ -104,7 +104,7 @@ def kinetic_energy_of_point_mass(p, b):
 
 @kernel(m=MOTOR, n=MOTOR, b=LINE)
 def two_motors_line(m, n, b):
-    """A joint axis behind two joints."""
+    """A joint axis after two joints."""
     return sandwich(m, sandwich(n, b))
 
 

@@ -1,4 +1,4 @@
-"""Expressions of 3D plane-based geometric algebra whose operation counts others have published or asserted.
+"""Expressions of 3D plane-based geometric algebra whose operation counts are published or asserted elsewhere.
 
 Blades are named by any spelling; ``unit=True`` declares ``x ~x = 1`` (every coefficient).
 """
