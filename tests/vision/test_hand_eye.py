@@ -42,7 +42,7 @@ def test_the_equation_vanishes_on_the_motor_between_both_places() -> None:
     motor = pga3.motor_from_matrix(x)
     matrix = pga3.motor_equation(one, same * two)
     assert np.abs(matrix @ motor[..., None]).max() < 1e-12
-    # And is the difference of both products everywhere else.
+    # Elsewhere it is the difference of both products.
     other = pga3.motor_from_matrix(poses(rng, 1000))
     products = pga3.motor_product(one, other) - pga3.motor_product(other, two)
     np.testing.assert_allclose((pga3.motor_equation(one, two) @ other[..., None])[..., 0], products, atol=1e-13)
@@ -50,7 +50,7 @@ def test_the_equation_vanishes_on_the_motor_between_both_places() -> None:
 
 @pytest.mark.parametrize("n_motions", [2, 3, 10])
 @pytest.mark.parametrize("length", [1e-3, 1, 1e3])
-def test_exact_motions_give_the_exact_place(n_motions: int, length: float) -> None:
+def test_exact_motions_give_the_exact_pose(n_motions: int, length: float) -> None:
     rng = np.random.default_rng(n_motions)
     x, a = poses(rng, 500, length=length), poses(rng, 500, n_motions, length=length)
     found = hand_eye(*motions(rng, x, a))
@@ -75,13 +75,13 @@ def test_half_turns_take_their_signs_from_the_others() -> None:
     assert (alone.status == HandEyeStatus.AMBIGUOUS_SIGNS).all()
 
 
-def test_parallel_axes_and_pure_translations_are_told() -> None:
+def test_parallel_axes_and_pure_translations_are_reported() -> None:
     rng = np.random.default_rng(3)
     x, a = poses(rng), poses(rng, 6)
     a[:, :3, :3] = Rotation.from_rotvec(np.outer(rng.uniform(0.2, 2, 6), [0, 0.6, 0.8])).as_matrix()
     found = hand_eye(*motions(rng, x, a))
     assert found.status == HandEyeStatus.PARALLEL_AXES
-    # What is found solves the equations all the same.
+    # The result solves the equations nevertheless.
     assert found.rotation_residual < 1e-12 and found.translation_residual < 1e-12
     a[:, :3, :3] = np.eye(3)
     assert hand_eye(*motions(rng, x, a)).status == HandEyeStatus.SMALL_ANGLES
@@ -91,7 +91,7 @@ def test_parallel_axes_and_pure_translations_are_told() -> None:
 
 @pytest.mark.parametrize("n_motions", [2, 3, 6, 40])
 def test_noise_does_not_hide_parallel_axes(n_motions: int) -> None:
-    """Of the hand too, and of translations far more than of rotations: never OK, and OK where axes differ."""
+    """With noise also of the hand, mainly in translations, parallel axes are never OK, and different axes are."""
     rng = np.random.default_rng(21)
     x, a = poses(rng, 300), poses(rng, 300, n_motions)
     for parallel in (True, False):
@@ -108,8 +108,8 @@ def test_noise_does_not_hide_parallel_axes(n_motions: int) -> None:
 
 
 @pytest.mark.slow
-def test_motions_of_all_pairs_of_poses_are_told() -> None:
-    """Noise of few poses is in many motions: weighed as what it is, it does far less."""
+def test_motions_of_all_pairs_of_poses_are_recognised() -> None:
+    """Noise of few poses is in many motions: correct weights reduce its effect."""
     rng = np.random.default_rng(22)
     x, hands = poses(rng, 200), poses(rng, 200, 8)
     eyes = poses(rng, 200, 8, angle=4e-3, length=5e-4) @ poses(rng, 200, 1) @ hands @ x[:, None]
@@ -121,7 +121,7 @@ def test_motions_of_all_pairs_of_poses_are_told() -> None:
     ]
     found = hand_eye(*pairs)
     assert not found.status.any()
-    mixed = [each[:, ::-1] for each in pairs]  # in another order they are motions like others
+    mixed = [each[:, ::-1] for each in pairs]  # in a different order they are not recognised as motions of all pairs
 
     def error(motors: Array) -> float:
         return float(np.sqrt(np.mean((pga3.motor_to_matrix(motors) - x)[:, :3, 3] ** 2)))
@@ -135,8 +135,8 @@ def test_motions_of_all_pairs_of_poses_are_told() -> None:
     np.testing.assert_allclose(found.rotation_residual, np.sqrt(np.mean(turned**2, -1)), rtol=1e-3)
 
 
-def test_noise_of_either_end_of_motions_does_the_same() -> None:
-    """Of what the camera looks at from where it comes, or from where it goes to: inverse motions swap them."""
+def test_noise_of_either_end_of_motions_is_treated_equally() -> None:
+    """Noise at the start or at the end of motions: inverse motions exchange the two."""
     rng = np.random.default_rng(24)
     x, a = poses(rng, 300), poses(rng, 300, 12)
     b = np.linalg.inv(x)[:, None] @ a @ x[:, None]
@@ -152,7 +152,7 @@ def test_noise_of_either_end_of_motions_does_the_same() -> None:
 
 
 @pytest.mark.parametrize("whose", ["hand", "camera"])
-def test_whose_noise_it_is_need_not_be_said(whose: Any) -> None:
+def test_the_source_of_noise_is_optional(whose: Any) -> None:
     rng = np.random.default_rng(23)
     x, z, hands = poses(rng, 200), poses(rng, 200), poses(rng, 200, 10)
     eyes = np.linalg.inv(z)[:, None] @ hands @ x[:, None]
@@ -162,14 +162,14 @@ def test_whose_noise_it_is_need_not_be_said(whose: Any) -> None:
     else:
         eyes = noise @ eyes
     errors = []
-    for told in (whose, "either", "camera" if whose == "hand" else "hand"):
-        found = hand_eye_from_poses(pga3.motor_from_matrix(hands), pga3.motor_from_matrix(eyes), noise=told)
+    for given in (whose, "either", "camera" if whose == "hand" else "hand"):
+        found = hand_eye_from_poses(pga3.motor_from_matrix(hands), pga3.motor_from_matrix(eyes), noise=given)
         assert not found.status.any()
         errors.append(np.sqrt(np.mean((pga3.motor_to_matrix(found.motor) - x)[:, :3, 3] ** 2)))
     assert errors[1] < 1.1 * errors[0] and 1.5 * errors[1] < errors[2]
 
 
-def test_degenerate_input_has_a_status_of_its_own() -> None:
+def test_degenerate_input_has_a_separate_status() -> None:
     rng = np.random.default_rng(4)
     x, a = poses(rng, 3), poses(rng, 3, 5)
     one, two = motions(rng, x, a)
@@ -224,7 +224,7 @@ def test_units_of_length_do_not_matter(length: float) -> None:
     np.testing.assert_allclose(found[0].motor[:, 4:], found[1].motor[:, 4:] / length, atol=1e-6)
 
 
-def test_single_precision_stays_single() -> None:
+def test_single_precision_is_preserved() -> None:
     rng = np.random.default_rng(6)
     x = poses(rng)
     one, two = motions(rng, x, poses(rng, 8))
@@ -233,8 +233,8 @@ def test_single_precision_stays_single() -> None:
     assert np.abs(pga3.motor_to_matrix(found.motor) - x).max() < 1e-4
 
 
-def test_two_clean_motions_recover_the_place_to_the_last_digits() -> None:
-    """Axes 45 degrees apart and more; the rest of the error is in the motions themselves."""
+def test_two_clean_motions_recover_the_pose_to_the_last_digits() -> None:
+    """Axes are at least 45 degrees apart; the remaining error is that of the motions."""
     rng = np.random.default_rng(11)
     x, a = poses(rng, 2000), poses(rng, 2000, 2)
     axes = np.stack([Rotation.from_matrix(a[:, k, :3, :3]).as_rotvec() for k in (0, 1)])
@@ -247,7 +247,7 @@ def test_two_clean_motions_recover_the_place_to_the_last_digits() -> None:
 
 
 def test_the_conformal_form_has_the_same_coefficients() -> None:
-    """Motors of the conformal algebra fulfil ``A X = X B`` there, and go through the same function."""
+    """Motors of the conformal algebra satisfy ``A X = X B`` and are accepted by the same function."""
     rng = np.random.default_rng(12)
     x, a = poses(rng), poses(rng, 6)
     b = np.linalg.inv(x) @ a @ x
@@ -263,7 +263,7 @@ def test_the_conformal_form_has_the_same_coefficients() -> None:
     assert np.abs(cga3.motor_to_matrix(found.motor) - x).max() < 1e-14
 
 
-def test_poses_give_both_places() -> None:
+def test_poses_determine_both_transformations() -> None:
     rng = np.random.default_rng(13)
     x, z, hands = poses(rng, 100), poses(rng, 100), poses(rng, 100, 5)
     eyes = np.linalg.inv(z)[:, None] @ hands @ x[:, None]
@@ -285,8 +285,8 @@ def test_poses_give_both_places() -> None:
     assert still.status != HandEyeStatus.OK
 
 
-def test_refinement_is_the_least_squares_of_its_misfits() -> None:
-    """No small motion of X makes the weighed sum less: against derivatives by differences."""
+def test_refinement_minimises_the_sum_of_squares() -> None:
+    """The gradient of the weighted sum along motions of X vanishes, by finite differences."""
     rng = np.random.default_rng(14)
     x, a = poses(rng), poses(rng, 12)
     one, two = motions(rng, x, a)
@@ -307,7 +307,7 @@ def test_refinement_is_the_least_squares_of_its_misfits() -> None:
     assert np.abs(found.motor - linear.motor).max() > 1e-6
 
 
-def test_small_angles_are_told() -> None:
+def test_small_angles_are_reported() -> None:
     rng = np.random.default_rng(15)
     x, a = poses(rng), poses(rng, 8, angle=1e-4)
     one, two = motions(rng, x, a)
@@ -316,7 +316,7 @@ def test_small_angles_are_told() -> None:
     assert hand_eye(one, noisy).status == HandEyeStatus.SMALL_ANGLES
 
 
-def test_an_endoscope_under_a_tracker() -> None:
+def test_an_endoscope_with_a_tracker() -> None:
     """Millimetres; 0.35 mm and 0.2 degrees of noise of the tracker, 0.2 pixels of the images."""
     rng = np.random.default_rng(16)
     grid = np.stack(np.meshgrid(np.arange(9.0), np.arange(6.0), [0.0]), -1).reshape(-1, 3) * 5
@@ -345,8 +345,8 @@ def test_an_endoscope_under_a_tracker() -> None:
         calibrate_endoscope(motors[1:], grid, views, camera.intrinsics)
 
 
-def test_a_batch_gives_what_each_problem_gives_alone() -> None:
-    """Three motions that close, three that do not, one not finite, and ten thousand times as long ones that close."""
+def test_a_batch_equals_single_problems() -> None:
+    """Three closing motions, three that do not close, one not finite, and closing ones of 10000 times the length."""
     rng = np.random.default_rng(26)
     x, hands = poses(rng, 6), poses(rng, 6, 3)
     eyes = hands @ x[:, None] @ poses(rng, 6, 3, angle=1e-2, length=1e-2)
@@ -363,7 +363,7 @@ def test_a_batch_gives_what_each_problem_gives_alone() -> None:
         assert alone.status == found.status[k]
         np.testing.assert_allclose(found.motor[k], alone.motor, rtol=1e-9, atol=1e-12)
         np.testing.assert_allclose(found.residual[k], alone.residual, rtol=1e-8)
-    # All three measured motions count where they do not close.
+    # All three measured motions contribute if they do not close.
     moved = two.copy()
     moved[1, 2] = pga3.motor_product(two[1, 2], pga3.motor_exponential(1e-3 * rng.normal(size=6)))
     assert np.abs(hand_eye(one, moved).motor[1] - found.motor[1]).max() > 1e-5
@@ -378,7 +378,7 @@ def test_motions_in_other_units_of_length_give_the_same(closed: bool, length: fl
     i, j = np.triu_indices(3, 1)
     one, two = (pga3.motor_from_matrix(np.linalg.inv(each[:, i]) @ each[:, j]) for each in (hands, eyes))
     if not closed:
-        # Of translations alone: 1e-4 of them, far below 1e-6 in the larger unit.
+        # Noise of translations only: 1e-4 of them, far below 1e-6 in the larger unit.
         two = pga3.motor_product(two, pga3.motor_exponential(1e-4 * rng.normal(size=(100, 3, 6)) * [0, 0, 0, 1, 1, 1]))
     unit = np.repeat([1.0, length], 4)
     here, there = hand_eye(one, two), hand_eye(one * unit, two * unit)
@@ -392,7 +392,7 @@ def test_motions_in_other_units_of_length_give_the_same(closed: bool, length: fl
             hand_eye(wrong * np.repeat([1.0, size], 4), two * np.repeat([1.0, size], 4))
 
 
-def test_motors_that_are_not_unit_are_told_beside_far_larger_ones() -> None:
+def test_motors_that_are_not_unit_are_reported_next_to_far_larger_ones() -> None:
     rng = np.random.default_rng(28)
     one, two = motions(rng, poses(rng, 2), poses(rng, 2, 4))
     one[0, :, 4:] *= 1e6
@@ -402,8 +402,8 @@ def test_motors_that_are_not_unit_are_told_beside_far_larger_ones() -> None:
         hand_eye(one, two)
 
 
-def test_residuals_are_those_of_the_better_end_however_they_are_found() -> None:
-    """Of motions that close, of others and without refinement: by matrices."""
+def test_residuals_are_those_of_the_better_end_for_every_method() -> None:
+    """Compare with matrices, for closing motions, for others, and without refinement."""
     rng = np.random.default_rng(29)
     x, hands = poses(rng, 20), poses(rng, 20, 4)
     eyes = hands @ x[:, None] @ poses(rng, 20, 4, angle=0.05, length=1e-3)
@@ -424,7 +424,7 @@ def test_residuals_are_those_of_the_better_end_however_they_are_found() -> None:
         np.testing.assert_allclose(found.translation_residual, np.minimum(*ends), rtol=0.02)
 
 
-def test_a_step_that_leaves_more_is_taken_back(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_step_that_increases_the_residual_is_reverted(monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(30)
     x, hands = poses(rng, 4), poses(rng, 4, 6)
     eyes = hands @ x[:, None] @ poses(rng, 4, 6, angle=1e-2, length=1e-2)
@@ -445,8 +445,8 @@ def test_a_step_that_leaves_more_is_taken_back(monkeypatch: pytest.MonkeyPatch) 
     assert np.abs(start.motor[1] - right.motor[1]).max() > 1e-6
 
 
-def test_residuals_of_poses_are_root_mean_squares_of_what_remains() -> None:
-    """Against matrices: the angle of ``~(Z B) A X``, and the translation of the origin of the camera."""
+def test_residuals_of_poses_are_root_mean_squares() -> None:
+    """Compare with matrices: the angle of ``~(Z B) A X`` and the translation of the origin of the camera."""
     rng = np.random.default_rng(12)
     x, z, hands = poses(rng), poses(rng), poses(rng, 12)
     eyes = np.linalg.inv(z) @ hands @ x @ poses(rng, 12, angle=1e-3, length=1e-3)
@@ -458,7 +458,7 @@ def test_residuals_of_poses_are_root_mean_squares_of_what_remains() -> None:
     np.testing.assert_allclose(found.residual, wanted, rtol=1e-4)
 
 
-def test_sums_that_are_singular_or_not_finite_end_no_batch() -> None:
+def test_singular_or_non_finite_sums_do_not_affect_the_batch() -> None:
     rng = np.random.default_rng(31)
     turns, shifts = rng.normal(size=(2, 4, 5, 3, 13))
     hand, seen = rng.normal(size=(4, 3)), rng.normal(size=(4, 5, 3))

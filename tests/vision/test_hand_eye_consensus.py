@@ -26,7 +26,7 @@ def noisy_poses(rng: np.random.Generator, problems: int, n_poses: int = N_POSES)
 
 
 def spoiled(rng: np.random.Generator, eyes: Array, n_wrong: int, kind: str) -> Array:
-    """Poses of which the first are wrong: altogether, by a rotation, or by a translation."""
+    """Replace the first poses by wrong ones: random poses, or with a wrong rotation or translation."""
     bad, some = eyes.copy(), eyes[:, :n_wrong].shape[:2]
     if kind == "altogether":
         bad[:, :n_wrong] = poses(rng, *some)
@@ -37,15 +37,15 @@ def spoiled(rng: np.random.Generator, eyes: Array, n_wrong: int, kind: str) -> A
 
 
 def rotation_error(motors: Array, x: Array) -> Array:
-    """Angles, in radians, between rotations found and true ones."""
+    """Angles in radians between found and true rotations."""
     turns = np.swapaxes(pga3.motor_to_matrix(motors)[..., :3, :3], -1, -2) @ x[..., :3, :3]
     return np.asarray(Rotation.from_matrix(turns).magnitude())
 
 
 @pytest.mark.parametrize("kind", ["altogether", "turned", "shifted"])
 @pytest.mark.parametrize("n_wrong", some_slow([1, 3, 5, 7], 3, 5))
-def test_wrong_poses_are_left_out(n_wrong: int, kind: str) -> None:
-    """The place is that of the right poses alone, so that its error is theirs."""
+def test_wrong_poses_are_rejected(n_wrong: int, kind: str) -> None:
+    """The result is that of the correct poses alone, with the same error."""
     rng = np.random.default_rng(n_wrong)
     x, hands, eyes = noisy_poses(rng, 40)
     bad = spoiled(rng, eyes, n_wrong, kind)
@@ -61,8 +61,8 @@ def test_wrong_poses_are_left_out(n_wrong: int, kind: str) -> None:
 
 
 @pytest.mark.parametrize("n_wrong", [1, 4])
-def test_wrong_poses_are_left_out_of_all_motions_between_poses(n_wrong: int) -> None:
-    """Most motions between 15 poses are wrong where five of them are, yet two thirds of the poses agree."""
+def test_wrong_poses_are_rejected_from_all_motions_between_poses(n_wrong: int) -> None:
+    """If five of 15 poses are wrong, so are most motions between them, yet two thirds of the poses agree."""
     rng = np.random.default_rng(10 + n_wrong)
     x, hands, eyes = noisy_poses(rng, 20)
     bad = spoiled(rng, eyes, n_wrong, "altogether")
@@ -74,7 +74,7 @@ def test_wrong_poses_are_left_out_of_all_motions_between_poses(n_wrong: int) -> 
     assert rotation_error(found.motor, x).max() < 0.01
 
 
-def test_wrong_motions_are_left_out() -> None:
+def test_wrong_motions_are_rejected() -> None:
     rng = np.random.default_rng(20)
     x, a = poses(rng, 40), poses(rng, 40, 12)
     b = np.linalg.inv(x)[:, None] @ a @ x[:, None] @ poses(rng, 40, 12, angle=2e-3, length=2e-3)
@@ -85,8 +85,8 @@ def test_wrong_motions_are_left_out() -> None:
     assert rotation_error(found.motor, x).max() < 0.02
 
 
-def test_right_poses_are_all_kept() -> None:
-    """Noise alone, also of a few poses, and exact poses, leave no pose out."""
+def test_all_correct_poses_are_kept() -> None:
+    """No pose is rejected because of noise, also with few poses, or if poses are exact."""
     rng = np.random.default_rng(21)
     for n_poses in (5, 8, 15):
         _, hands, eyes = noisy_poses(rng, 100, n_poses)
@@ -98,7 +98,7 @@ def test_right_poses_are_all_kept() -> None:
 
 
 @pytest.mark.parametrize("n_poses", [6, 15])
-def test_poses_that_no_place_explains_are_inconsistent(n_poses: int) -> None:
+def test_poses_without_a_common_solution_are_inconsistent(n_poses: int) -> None:
     rng = np.random.default_rng(22)
     one, two = (pga3.motor_from_matrix(poses(rng, 50, n_poses)) for _ in range(2))
     assert (hand_eye_from_poses(one, two).status == HandEyeStatus.INCONSISTENT).all()
@@ -114,7 +114,7 @@ def test_different_units_of_length_are_inconsistent() -> None:
     assert (found.status == HandEyeStatus.INCONSISTENT).all()
 
 
-def test_a_batch_gives_what_each_problem_gives_alone() -> None:
+def test_a_batch_equals_single_problems() -> None:
     rng = np.random.default_rng(24)
     _, hands, eyes = noisy_poses(rng, 6)
     eyes[1::2] = spoiled(rng, eyes[1::2], 2, "altogether")
@@ -128,7 +128,7 @@ def test_a_batch_gives_what_each_problem_gives_alone() -> None:
 
 
 def test_screws_of_conjugate_motions_are_the_same() -> None:
-    """Against angles and translations along the axis of matrices (Chen's screw congruence)."""
+    """Compare with angles and translations along the axis from matrices (Chen's screw congruence)."""
     from generated import hand_eye as kernels
 
     rng = np.random.default_rng(25)
@@ -147,7 +147,7 @@ def test_screws_of_conjugate_motions_are_the_same() -> None:
 
 
 def test_the_point_that_motions_move_least() -> None:
-    """Rotations about one point, by matrices: least squares of displacements, with the pull towards the origin."""
+    """Rotations about one point, by matrices: least squares of displacements, regularised towards the origin."""
     from algorithms.vision.hand_eye_noise import still_points
 
     rng = np.random.default_rng(26)

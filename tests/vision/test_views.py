@@ -54,7 +54,7 @@ def scene(rng: np.random.Generator, n_views: int, n_points: int) -> tuple[list[A
 
 
 def scaled(tensor: Array, size: float = 400.0) -> Array:
-    """A tensor for image points (x, y, size), where all entries weigh alike in a comparison. Lines are 1/size there."""
+    """A tensor for image points (x, y, size), so that all entries have equal weight; lines scale by 1/size."""
     return tensor * size ** -np.sum(np.meshgrid(*[[0, 0, 1]] * tensor.ndim, indexing="ij"), 0)
 
 
@@ -176,7 +176,7 @@ def test_true_correspondences_of_the_motorcycle() -> None:
     assert np.abs(sampson_distance(found, one, two)).max() < 1e-10
 
 
-def test_points_that_leave_f_and_t_open(rng: np.random.Generator) -> None:
+def test_points_that_do_not_determine_f_and_t(rng: np.random.Generator) -> None:
     cameras, _, points, (one, two, three) = scene(rng, 3, 30)
     flat = points * [1, 1, 0]
     line = np.outer(np.linspace(-1, 1, 30), [1.0, 2, 3])
@@ -257,7 +257,7 @@ def test_invariants_of_two_and_three_views_are_those_of_space(rng: np.random.Gen
             kept[2].append(np.abs(two - truth) / (1 + np.abs(truth)))
             kept[3].append(np.abs(invariants_3d(*views, tensor=tensor) - truth) / (1 + np.abs(truth)))
     for k in (2, 3):
-        # The last per cent are points whose joins nearly go through the epipoles: there rounding of pixels is larger.
+        # The last per cent are points whose joins nearly pass through the epipoles, where rounding matters more.
         assert np.quantile(errors[k], 0.9) < 1e-12 and np.max(errors[k]) < 1e-7
     assert np.median(noisy[3]) <= np.median(noisy[2]) < 0.1
 
@@ -327,7 +327,7 @@ def test_omnidirectional_round_trip_and_lines(mirror: float, rng: np.random.Gene
 
 
 def test_images_by_conformal_meets(rng: np.random.Generator) -> None:
-    """The ray meets the sphere, and the line from the pole the image plane, by kernels of the conformal algebra."""
+    """Intersect the ray and the sphere, and the line from the pole and the image plane, by conformal kernels."""
     origin, north = cga3.embed_point(np.zeros(3)), np.array([0, 0, -0.7])
     sphere = cga3.sphere_from_centre(origin[:3] * 0, 1.0)
     places = rng.normal(size=(50, 3)) + np.array([0, 0, 1])
@@ -432,7 +432,7 @@ def test_factorization_of_clean_views(rng: np.random.Generator) -> None:
 def test_factorization_with_noise(rng: np.random.Generator) -> None:
     _, _, _, pixels = scene(rng, 8, 80)
     image = np.stack(pixels) + 0.5 * rng.normal(size=(8, 80, 2))
-    # What least squares leave of the noise, by the count of unknowns.
+    # The noise that remains after least squares, by the number of unknowns.
     left = np.sqrt(2 * 0.25 * (1 - (8 * 11 + 80 * 3 - 15) / (8 * 80 * 2)))
     assert factorize(image).residual < 1.2 * left
     hidden = rng.random(image.shape[:2]) < 0.3
@@ -492,7 +492,7 @@ def test_localization(rng: np.random.Generator) -> None:
 
 
 def test_blocks_of_the_page_run() -> None:
-    """In one namespace, from top to bottom; asserts in them hold."""
+    """Execute the blocks in one namespace, from top to bottom, including their assertions."""
     blocks = re.findall(r"```python\n(.*?)```", (Path(__file__).parents[2] / "docs/vision.md").read_text(), re.DOTALL)
     assert len(blocks) >= 6
     exec(compile("\n".join(blocks), "docs/vision.md", "exec"), {"__name__": "vision"})

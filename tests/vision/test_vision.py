@@ -20,7 +20,7 @@ from generated import pga3
 
 
 def random_camera(rng: np.random.Generator) -> tuple[Camera, np.ndarray]:
-    """A camera some 5 units from the origin that looks about there, and its matrix by numpy."""
+    """A camera about 5 units from the origin that looks towards it, and its matrix by numpy."""
     pose = np.eye(4)
     axis, angle = rng.normal(size=3), rng.uniform(0.1, 0.5)
     axis /= np.linalg.norm(axis)
@@ -72,7 +72,7 @@ def test_camera_matrix_and_projection() -> None:
 
 
 def test_a_camera_at_the_origin() -> None:
-    """The pixel of (x, y, z) is ``f x / z + c``, by hand."""
+    """The pixel of (x, y, z) is ``f x / z + c``."""
     camera = Camera.from_intrinsics(100.0, (320.0, 240.0))
     assert camera.project([1.0, -2.0, 4.0]) == pytest.approx((345.0, 190.0), abs=1e-13)
     assert camera.project([0, 0, 1]) == pytest.approx((320, 240))
@@ -111,7 +111,7 @@ def test_distance_to_the_epipolar_line_is_in_pixels() -> None:
 
 
 def test_projective_cameras_and_batches() -> None:
-    """Any matrices of rank 3 will do, and leading axes broadcast."""
+    """Any matrices of rank 3 are accepted, and leading axes broadcast."""
     rng = np.random.default_rng(2)
     one, two = rng.normal(size=(3, 4)), rng.normal(size=(5, 3, 4))
     matrices = fundamental_matrix(one, two)
@@ -153,8 +153,8 @@ def test_parallel_lines_of_sight_meet_at_no_finite_point() -> None:
     assert far[1] == pytest.approx((1.0, 0.0, 10.0), abs=1e-13)
 
 
-def test_rectified_pair_by_hand() -> None:
-    """Depth 10 at focal length 100 and baseline 1 is a disparity of 10 less the offset."""
+def test_rectified_pair_in_closed_form() -> None:
+    """Depth 10 at focal length 100 and baseline 1 is a disparity of 10 minus the offset."""
     pair = RectifiedPair(focal_length=100.0, centre=(50.0, 40.0), offset=4.0, baseline=1.0)
     left, right = pair.cameras()
     point = np.array([2.0, -1.0, 10.0])
@@ -192,7 +192,7 @@ def test_motorcycle_epipolar_constraint_and_depth(motorcycle: tuple[np.ndarray, 
 
 
 def test_motorcycle_disparities_are_those_of_the_left_image(motorcycle: tuple[np.ndarray, ...]) -> None:
-    """The colours of partners agree far better than with the sign turned round or without disparity."""
+    """The colours of partners agree far better than with the opposite sign or without disparity."""
     left, right, disparity = motorcycle
     pixels, partners = MOTORCYCLE.correspondences(disparity)
     inside = (partners[:, 0] > 0) & (2 * pixels[:, 0] - partners[:, 0] < left.shape[1] - 1)
@@ -238,7 +238,7 @@ def test_units_of_length_do_not_matter(motorcycle: tuple[np.ndarray, ...]) -> No
     assert np.abs(1e3 * in_metres / in_millimetres - 1)[:, 2].max() < 1e-13
 
 
-def test_nothing_is_known_of_a_pixel_that_is_not() -> None:
+def test_pixels_that_are_nan_give_nan() -> None:
     pixels, partners = MOTORCYCLE.correspondences(np.full((4, 5), np.nan))
     assert pixels.shape == partners.shape == (0, 2)
     points = triangulate(MOTORCYCLE.cameras(), ([[np.nan, 1.0], [300.0, 200.0]], [[1.0, 1.0], [250.0, 200.0]]))

@@ -1,4 +1,4 @@
-"""Many small problems at once, and what views complete, against truth from cameras and one problem after the other."""
+"""Batches of small problems and completion from views, against true cameras and single problems."""
 
 from __future__ import annotations
 
@@ -71,18 +71,18 @@ def test_fundamental_matrices(views: Any, rng: np.random.Generator) -> None:
         fundamental_matrices(one, two[:, 1:])
 
 
-def test_planes_of_ten_points_are_told_where_noise_is_known(views: Any, rng: np.random.Generator) -> None:
-    """By what F leaves two of a hundred are missed: of many F that nearly fit, one has less than noise must leave."""
+def test_planes_of_ten_points_are_reported_if_noise_is_known(views: Any, rng: np.random.Generator) -> None:
+    """Residuals of F miss two of a hundred: of many F that nearly fit, one has smaller residuals than the noise."""
     cameras, points, one, two = views
     flat = [
         np.array([pair[m].project(p[:10] * [1, 1, 0]) for pair, p in zip(cameras, points, strict=True)]) for m in (0, 1)
     ]
     flat = [x + 0.5 * rng.normal(size=x.shape) for x in flat]
     scenes = [x[:, :10] + 0.5 * rng.normal(size=(300, 10, 2)) for x in (one, two)]
-    told = fundamental_matrices(*flat, noise=0.5).status == VisionStatus.DEGENERATE
+    reported = fundamental_matrices(*flat, noise=0.5).status == VisionStatus.DEGENERATE
     refused = fundamental_matrices(*scenes, noise=0.5).status == VisionStatus.DEGENERATE
-    assert told.mean() > 0.99 and refused.mean() < 0.02
-    assert 0.9 < (fundamental_matrices(*flat).status == VisionStatus.DEGENERATE).mean() <= told.mean()
+    assert reported.mean() > 0.99 and refused.mean() < 0.02
+    assert 0.9 < (fundamental_matrices(*flat).status == VisionStatus.DEGENERATE).mean() <= reported.mean()
     with pytest.raises(DegenerateError):
         fundamental_matrix(flat[0][0], flat[1][0], noise=0.5)
     with pytest.raises(ValueError, match="noise: 0"):
@@ -153,7 +153,7 @@ def test_the_join_image_with_projective_depths_has_rank_four(rng: np.random.Gene
     join = np.concatenate([homogeneous(one), depths[:, None] * homogeneous(two)], 1)
     values = np.linalg.svd(join / np.abs(join).max(0), compute_uv=False)
     assert values[4] < 1e-12 * values[0] < 1e-6 * values[3]
-    # Euclidean depths have the same ratio for every point, but for one number.
+    # The ratio to Euclidean depths is the same for every point, up to a factor.
     ratio = cameras[1].depth(points) / cameras[0].depth(points) / depths
     assert np.abs(ratio / ratio[0] - 1).max() < 1e-10
     with pytest.raises(ValueError, match="rank"):

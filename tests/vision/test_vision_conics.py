@@ -1,4 +1,4 @@
-"""The conic through five points: the one there is, or a status that says that there are many."""
+"""The conic through five points, or a status if it is not unique."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def value(conic: Array, x: Array, y: Array) -> Array:
 
 
 def test_ellipses_and_hyperbolas() -> None:
-    """Other points of the curve are on it too."""
+    """Other points of the curve are also on the result."""
     rng = np.random.default_rng(0)
     angles = np.sort(rng.uniform(0, 2 * np.pi, (200, 9)), axis=1) + np.linspace(0, 0.5, 9)
     sizes, centre = rng.uniform(0.5, 3, (2, 200, 1)), rng.uniform(-5, 5, (2, 200, 1))
@@ -42,7 +42,7 @@ def test_ellipses_and_hyperbolas() -> None:
 
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
 @pytest.mark.parametrize("offset", [0.0, 1e3])
-def test_places_that_leave_many_conics(scale: float, offset: float) -> None:
+def test_points_that_determine_many_conics(scale: float, offset: float) -> None:
     rng = np.random.default_rng(1)
     along, direction = rng.uniform(-1, 1, (50, 4, 1)), rng.normal(size=(50, 1, 2))
     line = rng.normal(size=(50, 1, 2)) + along * direction
@@ -63,7 +63,7 @@ def test_places_that_leave_many_conics(scale: float, offset: float) -> None:
 
 
 def test_exact_integers() -> None:
-    """Four points of the line ``y = x``: conics were zeros without a word."""
+    """Regression test: for four points of the line ``y = x`` the conic was zero without an error."""
     found = conic_through_points([[0, 0], [1, 1], [2, 2], [3, 3], [0, 1]])
     assert found.status == VisionStatus.DEGENERATE and np.isnan(found.coefficients).all()
     circle = conic_through_points([[1, 0], [0, 1], [-1, 0], [0, -1], [0.6, 0.8]])

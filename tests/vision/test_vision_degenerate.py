@@ -1,6 +1,6 @@
-"""Every public function of vision on points that determine nothing: a status, an error or a number that is not finite.
+"""Every public function of vision on degenerate points: a status, an error or a result that is not finite.
 
-One table for all of them. What has no row for a kind of points has a reason in `NOT_ASKED`.
+There is one table for all functions. Combinations without a row have a reason in `NOT_APPLICABLE`.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ MAP = LandmarkMap.learn([RAYS[None]])
 SIX = [x[:6] for x in PIXELS]
 OUT = POINTS * np.where(np.arange(30)[:, None] == 7, [1, 1, 1], [1, 1, 0])  # all but one on a plane
 NEARLY_FLAT = [camera.project(OUT) for camera in CAMERAS]
-FEW = {n: np.arange(30) % n for n in (3, 6)}  # the same few again and again
+FEW = {n: np.arange(30) % n for n in (3, 6)}  # a few points, repeated
 RANDOM = RNG.uniform(0, 600, (30, 2))
 BEHIND = 2 * pga3.motor_to_matrix(CAMERAS[0].pose)[:3, 3] - POINTS  # the same lines of sight, behind the camera
 SAME = [np.tile(x[:1], (30, 1)) for x in PIXELS]
@@ -58,7 +58,7 @@ NOISE = 0.3 * np.random.default_rng(32).normal(size=(4, 30, 2))
 
 
 class Result(Enum):
-    """What must come of a call."""
+    """The required outcome of a call."""
 
     TOO_FEW = VisionStatus.TOO_FEW
     DEGENERATE = VisionStatus.DEGENERATE
@@ -279,7 +279,7 @@ TABLE: list[tuple[str, Callable[[], Any], Result]] = [
     ("localize_by_landmarks", lambda: vision.localize_by_landmarks(MAP, [RAYS[1:]], [RAYS], 1e-3), R.REFUSED),
 ]
 
-NOT_ASKED = {
+NOT_APPLICABLE = {
     "MOTORCYCLE": "a constant",
     "BatchEstimate": "a result",
     "ConicThroughPoints": "a result",
@@ -297,15 +297,15 @@ NOT_ASKED = {
 }
 
 
-def test_the_table_has_everything_that_is_public() -> None:
-    assert {name for name, _, _ in TABLE} | set(NOT_ASKED) == set(vision.__all__)
-    assert not {name for name, _, _ in TABLE} & set(NOT_ASKED)
+def test_the_table_has_all_public_functions() -> None:
+    assert {name for name, _, _ in TABLE} | set(NOT_APPLICABLE) == set(vision.__all__)
+    assert not {name for name, _, _ in TABLE} & set(NOT_APPLICABLE)
 
 
 @pytest.mark.parametrize(
     ("name", "call", "expected"), TABLE, ids=[f"{name}-{r.name}-{k}" for k, (name, _, r) in enumerate(TABLE)]
 )
-def test_nothing_wrong_comes_in_silence(name: str, call: Callable[[], Any], expected: Result) -> None:
+def test_wrong_results_are_reported(name: str, call: Callable[[], Any], expected: Result) -> None:
     with np.errstate(all="ignore"):
         if expected == Result.REFUSED:
             with pytest.raises(ValueError, match=r"expected|broadcast") as refused:
@@ -325,16 +325,16 @@ def test_nothing_wrong_comes_in_silence(name: str, call: Callable[[], Any], expe
     else:
         code = expected.value if isinstance(expected.value, VisionStatus) else HandEyeStatus(int(expected.value) // 10)
         assert found.status == code
-        # No model, or one of several solutions where motions leave that many.
+        # No model, or one of several solutions if motions allow several.
         model = next(getattr(found, k) for k in MODELS if hasattr(found, k))
-        told = isinstance(code, HandEyeStatus) and expected in (Result.MOTIONS_PARALLEL, Result.MOTIONS_SMALL)
-        assert told or name == "LandmarkMap" or not np.isfinite(model).any()
+        reported = isinstance(code, HandEyeStatus) and expected in (Result.MOTIONS_PARALLEL, Result.MOTIONS_SMALL)
+        assert reported or name == "LandmarkMap" or not np.isfinite(model).any()
 
 
 MODELS = ("coefficients", "motor", "models", "model", "pose", "intrinsics", "pixels", "landmark")
 
 
-def test_minus_zero_is_no_other_place() -> None:
+def test_minus_zero_is_equal_to_zero() -> None:
     signs = np.array([[0.0, 0], [-0.0, 0], [0, -0.0], [-0.0, -0.0]])
     assert distinct(signs, 4) == 1 and distinct(np.vstack([signs, [[0, 1]]]), 4) == 2
     places = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
@@ -342,7 +342,7 @@ def test_minus_zero_is_no_other_place() -> None:
     assert vision.localize(places, CAMERAS[0].project(places), K).status == VisionStatus.TOO_FEW
 
 
-def test_steps_that_meet_a_pixel_on_both_epipoles_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_steps_with_a_pixel_on_both_epipoles_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     start = fundamental.eight_points(PIXELS[0] + 3 * NOISE[0], PIXELS[1] + 3 * NOISE[1])
     gradient, calls = projective3.sampson_distance_gradient, []
 
@@ -357,7 +357,7 @@ def test_steps_that_meet_a_pixel_on_both_epipoles_are_kept(monkeypatch: pytest.M
 
 
 def seen_twice(rng: np.random.Generator, points: Array, base: float, noise: float = 1.0) -> Array:
-    """Pixels (2, ..., n, 2) with noise, of cameras so far apart and six units from the points."""
+    """Pixels (2, ..., n, 2) with noise, of cameras at this baseline and six units from the points."""
     views = []
     for k in (-0.5, 0.5):
         turn = pga3.rotor_to_matrix(pga3.rotor_from_rotation_vector([0.02, -k * base / 6, 0.05 * k]))
@@ -367,7 +367,7 @@ def seen_twice(rng: np.random.Generator, points: Array, base: float, noise: floa
 
 
 def refused(pairs: Array, noise: float | None = None) -> float:
-    """The share of point sets that leave F open, one after the other and in a batch; the batch has no refinement."""
+    """The share of point sets that do not determine F, one by one and in a batch; the batch has no refinement."""
     status = vision.fundamental_matrices(*pairs, noise).status
     alone = 0
     for first, second in zip(pairs[0][:10], pairs[1][:10], strict=True):
@@ -384,8 +384,8 @@ ENOUGH = [(8, 0.02), (9, 0.02), (10, 0.01), (12, 0.0), (20, 0.0)]
 
 
 @pytest.mark.parametrize(("n_points", "allowed"), some_slow(ENOUGH, (9, 0.02), (10, 0.01), (20, 0.0)))
-def test_few_good_points_are_enough(n_points: int, allowed: float) -> None:
-    """Scenes at half a pixel and one pixel of noise; planes and lines of as many points are refused."""
+def test_few_good_points_suffice(n_points: int, allowed: float) -> None:
+    """Scenes at half a pixel and one pixel of noise; planes and lines of as many points are rejected."""
     rng = np.random.default_rng(n_points)
     points = rng.uniform(-1, 1, (200, n_points, 3)) * [2, 1.5, 1.5]
     flat, line = points * [1, 1, 0] + points[..., :1] * [0, 0, 0.3], points[..., :1] * [1, 0.5, 0.3]
@@ -397,7 +397,7 @@ def test_few_good_points_are_enough(n_points: int, allowed: float) -> None:
 
 
 @pytest.mark.parametrize("n_points", [10, 15, 20])
-def test_repeated_points_and_planes_but_for_one_point_where_noise_is_known(n_points: int) -> None:
+def test_repeated_points_and_planes_except_one_point_if_noise_is_known(n_points: int) -> None:
     rng = np.random.default_rng(n_points)
     points = rng.uniform(-1, 1, (200, n_points, 3)) * [2, 1.5, 1.5]
     repeated = seen_twice(rng, points, 1.5)[..., np.arange(n_points) % 6, :]

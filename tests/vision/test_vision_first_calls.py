@@ -1,4 +1,4 @@
-"""First calls in a new process: what the C library computes needs no other compiler."""
+"""First calls in a new process: kernels of the C library do not load another compiler."""
 
 import json
 import subprocess
@@ -43,7 +43,7 @@ print(json.dumps([found, "numba" in sys.modules]))
 @pytest.mark.skipif(
     any(module.backend != "c" for module in (cga3, hand_eye, pga3, projective2)), reason="for compiled C"
 )
-def test_first_calls_load_no_compiler_and_take_little_longer_than_others() -> None:
+def test_first_calls_load_no_compiler_and_take_little_longer() -> None:
     done = subprocess.run([sys.executable, "-c", _TIMED], capture_output=True, text=True, check=True)
     spent, has_numba = json.loads(done.stdout.splitlines()[-1])
     assert not has_numba

@@ -30,7 +30,7 @@ Array = np.ndarray[Any, Any]
 
 
 def in_views(rng: np.random.Generator, noise: float, method: Any, n_scenes: int = 20) -> tuple[Array, Array, Array]:
-    """Errors from two and from three views, and what rounding of pixels does to those from two."""
+    """Errors from two and from three views, and the effect of rounding of pixels on those from two."""
     errors: list[Array] = []
     floors = []
     for _ in range(n_scenes):
@@ -49,8 +49,8 @@ def in_views(rng: np.random.Generator, noise: float, method: Any, n_scenes: int 
     return both[0].ravel(), both[1].ravel(), np.concatenate(floors).ravel() if floors else np.empty(0)
 
 
-def test_views_give_the_invariants_of_space_as_exactly_as_their_pixels_do() -> None:
-    """1e-12 wherever the last digit of the pixels says as much, which is told."""
+def test_views_give_the_invariants_of_space_to_the_accuracy_of_pixels() -> None:
+    """The error is 1e-12 wherever the last digit of the pixels permits, according to the reported deviation."""
     two, three, floor = in_views(np.random.default_rng(1), 0.0, "points")
     assert (floor < 1e-13).mean() > 0.97
     assert max(two[floor < 1e-13].max(), three[floor < 1e-13].max()) < 1e-12
@@ -59,8 +59,8 @@ def test_views_give_the_invariants_of_space_as_exactly_as_their_pixels_do() -> N
     assert (two < 1e-12).mean() > 0.95 and (three < 1e-12).mean() > 0.97 and max(two.max(), three.max()) < 1e-7
 
 
-def test_what_noise_does_to_invariants_is_told() -> None:
-    """Against the spread of invariants of noisy pixels."""
+def test_the_deviation_of_invariants_under_noise() -> None:
+    """Compare with the spread of invariants of noisy pixels."""
     rng = np.random.default_rng(8)
     cameras, _, _, pixels = scene(rng, 3, 120)
     views = [v.reshape(20, 6, 2) for v in pixels]
@@ -70,17 +70,17 @@ def test_what_noise_does_to_invariants_is_told() -> None:
         count = 2 if "fundamental" in known else 3
         found = invariants_3d(*noisy[:count], **known)
         middle = np.quantile(found, [0.16, 0.84], axis=0)
-        told = invariants_3d_deviation(*views[:count], noise=0.01, **known)
-        assert told.shape == (20, 3)
-        assert np.median((middle[1] - middle[0]) / (2 * told)) == pytest.approx(1, abs=0.1)
+        deviation = invariants_3d_deviation(*views[:count], noise=0.01, **known)
+        assert deviation.shape == (20, 3)
+        assert np.median((middle[1] - middle[0]) / (2 * deviation)) == pytest.approx(1, abs=0.1)
     with pytest.raises(ValueError, match="2 or 3 views"):
         invariants_3d_deviation(views[0])
     with pytest.raises(ValueError, match="noise"):
         invariants_3d_deviation(*views[:2], fundamental=matrix, noise=np.nan)
 
 
-def test_what_noise_does_is_told_of_each_set_alone() -> None:
-    """Whatever the size of the others, and of the other views."""
+def test_the_deviation_is_computed_for_each_set_alone() -> None:
+    """The deviation does not depend on the size of other sets and views."""
     rng = np.random.default_rng(10)
     cameras, _, _, pixels = scene(rng, 3, 24)
     views = [v.reshape(4, 6, 2) for v in pixels]
@@ -91,7 +91,7 @@ def test_what_noise_does_is_told_of_each_set_alone() -> None:
     found = invariants_3d_deviation(*views[:2], fundamental=matrix)
     np.testing.assert_allclose(found[:2], alone[:2], rtol=1e-9)
     assert np.isnan(found[2]).all() and np.isfinite(found[3]).all()
-    # The second image in a unit that makes it 1e7 times as large.
+    # The second image in a unit that scales it by 1e7.
     large = np.diag([1, 1, 1e7]) @ matrix
     other = [invariants_3d_deviation(views[0][k], 1e7 * views[1][k], fundamental=large) for k in range(2)]
     first_alone = invariants_3d_deviation(views[0][:2], 1e7 * views[1][:2], fundamental=large)
@@ -101,7 +101,7 @@ def test_what_noise_does_is_told_of_each_set_alone() -> None:
         invariants_3d_deviation(*views[:2], fundamental=matrix, noise=-1)
 
 
-def test_three_views_are_no_worse_than_two_under_noise() -> None:
+def test_three_views_are_at_least_as_accurate_as_two_under_noise() -> None:
     """The table of the page: medians for 0.1, 0.2, 0.5 and 1 pixels."""
     for noise, of_two, of_three in (
         (0.1, 0.0026, 0.0017),
@@ -135,7 +135,7 @@ def test_five_points_of_a_plane_in_any_order_and_under_any_map() -> None:
 
 
 def test_conformal_brackets_of_rays_are_those_of_the_plane() -> None:
-    """From images of an omnidirectional camera: five points of a plane of the scene have the same cross-ratio."""
+    """In images of an omnidirectional camera, five points of a plane have the cross-ratio of the scene."""
     rng = np.random.default_rng(4)
     camera = OmnidirectionalCamera.from_intrinsics(300.0, (320, 240), 0.8, pga3.motor_exponential(rng.normal(size=6)))
     inside = np.linalg.inv(pga3.motor_to_matrix(camera.camera.pose))
@@ -176,7 +176,7 @@ CAMERA = OmnidirectionalCamera.from_intrinsics(400.0, (640, 480), 1.0)
 
 
 def landmarks(rng: np.random.Generator, n: int, size: int = 10) -> list[Array]:
-    """Points of planes, 1.5 wide, none closer than a quarter."""
+    """Points of planes, 1.5 wide, with a minimum distance of a quarter."""
     found: list[Array] = []
     while len(found) < n:
         points = rng.uniform(-0.75, 0.75, (size, 2))
@@ -186,7 +186,7 @@ def landmarks(rng: np.random.Generator, n: int, size: int = 10) -> list[Array]:
 
 
 def seen(rng: np.random.Generator, points: Array, noise: float) -> Array:
-    """Directions of a landmark 1.5 to 3 away that faces the camera, more or less, with noise in pixels."""
+    """Directions of a landmark at a distance of 1.5 to 3 that approximately faces the camera, with noise in pixels."""
     turn = rng.uniform(0, 2 * np.pi)
     centre = rng.uniform(1.5, 3) * np.array([np.cos(turn), np.sin(turn), rng.uniform(-0.2, 0.6)])
     normal = -centre / np.linalg.norm(centre) + 0.35 * rng.normal(size=3)

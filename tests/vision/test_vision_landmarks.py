@@ -21,8 +21,8 @@ PIXEL = 1 / 400
 
 @pytest.mark.parametrize(("n_hidden", "least"), some_slow([(0, 0.95), (2, 0.88)], (0, 0.95)))
 def test_landmarks_are_recognised_with_points_hidden(n_hidden: int, least: float) -> None:
-    """With the noise of one pixel given as such: 46 % were recognised with two of ten points hidden."""
-    right = wrong = strangers = 0
+    """With one pixel of noise, given as such; the earlier method recognised 46 % with two of ten points hidden."""
+    right = wrong = unknown = 0
     rng = np.random.default_rng(9)
     shapes = landmarks(rng, 50)
     learned = LandmarkMap.learn([np.stack([seen(rng, shape, 1.0) for _ in range(5)]) for shape in shapes])
@@ -35,12 +35,12 @@ def test_landmarks_are_recognised_with_points_hidden(n_hidden: int, least: float
             matched = found.matches >= 0
             assert matched.sum() >= 8 and np.array_equal(found.matches[matched], order[matched])
     for shape in landmarks(rng, 15):
-        strangers += learned.recognize(seen(rng, shape, 1.0)[n_hidden:], PIXEL).status == VisionStatus.OK
-    assert right >= least * 50 and wrong == 0 and strangers == 0
+        unknown += learned.recognize(seen(rng, shape, 1.0)[n_hidden:], PIXEL).status == VisionStatus.OK
+    assert right >= least * 50 and wrong == 0 and unknown == 0
 
 
 def corridor(rng: np.random.Generator) -> tuple[list[Array], list[Array]]:
-    """Plane shapes (10, 2) of landmarks, and places (10, 3) of their points on both walls of a corridor."""
+    """Planar shapes (10, 2) of landmarks, and positions (10, 3) of their points on both walls of a corridor."""
     shapes = landmarks(rng, 20)
     places = []
     for k, shape in enumerate(shapes):
@@ -51,21 +51,21 @@ def corridor(rng: np.random.Generator) -> tuple[list[Array], list[Array]]:
 
 
 def directions(rng: np.random.Generator, pose: Array, place: Array, noise: float) -> Array:
-    """Directions, in the frame of the camera, of places that a camera at a pose sees with noise in pixels."""
+    """Directions of points in the frame of a camera at this pose, with noise in pixels."""
     camera = OmnidirectionalCamera(Camera(CAMERA.camera.intrinsics, pose), CAMERA.mirror)
     pixels = camera.project(place)
     return np.asarray(CAMERA.directions(pixels + noise * rng.normal(size=pixels.shape)))
 
 
-def test_a_camera_finds_its_place_in_a_corridor() -> None:
-    """At 12 places and headings, by the three landmarks nearest to it."""
+def test_a_camera_is_localised_in_a_corridor() -> None:
+    """Test 12 positions and headings, with the three nearest landmarks."""
     rng = np.random.default_rng(1)
     shapes, places = corridor(rng)
     learned = LandmarkMap.learn([np.stack([seen(rng, shape, 1.0) for _ in range(5)]) for shape in shapes])
     found_all, off, turned = 0, [], []
     for x in np.linspace(1, 19, 12):
         matrix = np.eye(4)
-        # The axis of the mirror stands upright, more or less.
+        # The axis of the mirror is approximately vertical.
         turn = Rotation.from_rotvec([0, 0, rng.uniform(-np.pi, np.pi)]) * Rotation.from_rotvec(0.1 * rng.normal(size=3))
         matrix[:3, :3], matrix[:3, 3] = turn.as_matrix(), [x, rng.uniform(-0.5, 0.5), 1.0]
         nearest = np.argsort([np.linalg.norm(place.mean(0) - matrix[:3, 3]) for place in places])[:3]
@@ -100,16 +100,16 @@ def test_exact_directions_give_the_exact_pose() -> None:
     np.testing.assert_allclose(pga3.motor_to_matrix(found.pose), matrix, atol=1e-8)
 
 
-def test_what_is_no_place_of_a_landmark_is_refused() -> None:
+def test_invalid_places_of_landmarks_are_rejected() -> None:
     rng = np.random.default_rng(3)
     shapes, places = corridor(rng)
     learned = LandmarkMap.learn([seen(rng, shape, 0.0)[None] for shape in shapes])
-    strangers = [seen(rng, shape, 1.0) for shape in landmarks(rng, 2)]
-    assert localize_by_landmarks(learned, places, strangers, PIXEL).status == VisionStatus.NO_CONSENSUS
+    unknown = [seen(rng, shape, 1.0) for shape in landmarks(rng, 2)]
+    assert localize_by_landmarks(learned, places, unknown, PIXEL).status == VisionStatus.NO_CONSENSUS
     assert localize_by_landmarks(learned, places, [], PIXEL).status == VisionStatus.TOO_FEW
     with pytest.raises(ValueError, match="places: "):
-        localize_by_landmarks(learned, places[:-1], strangers, PIXEL)
-    # Two landmarks that were exchanged contradict each other: no pose is that of more than half of them.
+        localize_by_landmarks(learned, places[:-1], unknown, PIXEL)
+    # Two exchanged landmarks contradict each other: no pose agrees with more than half of them.
     exchanged = [*places[:6], places[7], places[6], *places[8:]]
     pose = pga3.motor_from_matrix(np.array([[0.0, -1, 0, 7], [1, 0, 0, 0], [0, 0, 1, 1], [0, 0, 0, 1]]))
     groups = [directions(rng, pose, places[k], 0.0) for k in (6, 7)]

@@ -1,4 +1,4 @@
-"""Pictures of views show what they say: lines through partners, curves on conics, points where they are."""
+"""Pictures of views: lines pass through partners, curves are on conics, points are at their positions."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from algorithms.vision.pictures import (
 
 
 def colours_of(figure: Figure, path: Path) -> int:
-    """How many shades of grey a small copy of the saved picture has."""
+    """The number of shades of grey in a small copy of the saved picture."""
     figure.savefig(path)
     with Image.open(path) as image:
         return len(set(image.convert("L").resize((120, 120)).tobytes()))
@@ -39,7 +39,7 @@ def test_lines_end_at_the_frame() -> None:
     x, y = ends[~missed][..., 0], ends[~missed][..., 1]
     on_frame = np.min([np.abs(x + 0.5), np.abs(x - 639.5), np.abs(y + 0.5), np.abs(y - 479.5)], axis=0)
     assert on_frame.max() < 1e-6
-    # A line misses the image where all four corners are on one side of it.
+    # A line misses the image if all four corners are on one side of it.
     corners = homogeneous(np.array([[-0.5, -0.5], [639.5, -0.5], [-0.5, 479.5], [639.5, 479.5]]))
     sides = corners @ lines.T
     assert np.array_equal(missed, (sides > 0).all(0) | (sides < 0).all(0))
@@ -104,7 +104,7 @@ def test_curves_of_lines_are_on_their_conics(mirror: float, tmp_path: Path) -> N
         draw_omnidirectional(camera, a, b[1:], 640, 480)
 
 
-def test_what_is_no_image() -> None:
+def test_wrong_images() -> None:
     points, matrix = np.zeros((3, 2)), np.eye(3)
     with pytest.raises(ValueError, match="first: float64 of shape"):
         draw_epipolar_lines(np.zeros(3), np.zeros((4, 4)), matrix, points, points)

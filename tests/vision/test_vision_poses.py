@@ -1,4 +1,4 @@
-"""Poses from points where linear equations fail: nearly flat, far from the origin, few, or no image at all."""
+"""Poses from points where linear equations fail: nearly planar, far from the origin, few, or random pixels."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Array = np.ndarray[Any, Any]
 
 @pytest.mark.parametrize("bend", [0.0, 0.5, 1.0, 2.0, 5.0])
 def test_bent_boards(bend: float) -> None:
-    """9 x 6 points of 30 mm at 0.7 m, half a pixel of noise: a wrong start is 50 degrees off, noise 0.2."""
+    """9 x 6 points of 30 mm at 0.7 m, half a pixel of noise: a wrong start has an error of 50 degrees, noise 0.2."""
     rng = np.random.default_rng(int(10 * bend))
     views = [seen_from_somewhere(rng, bent_board(bend), 700.0, noise=0.5) for _ in range(20)]
     check(views, 2.0)
@@ -31,7 +31,7 @@ def test_thin_scenes(thickness: float) -> None:
 
 
 @pytest.mark.parametrize("offset", [1e2, 1e4, 1e6])
-def test_origins_far_away(offset: float) -> None:
+def test_distant_origins(offset: float) -> None:
     rng = np.random.default_rng(int(offset))
     views = [
         seen_from_somewhere(rng, thick_points(rng, 10, 1.0), rng.uniform(3, 8), offset, noise=0.5) for _ in range(20)
@@ -40,7 +40,7 @@ def test_origins_far_away(offset: float) -> None:
 
 
 def check(views: list[tuple[Array, Array, Array, Array]], degrees: float) -> None:
-    """All are solved, none with a larger error than noise makes, alone and in a batch."""
+    """All problems are solved with errors that noise explains, alone and in a batch."""
     many = localizations(np.array([v[0] for v in views]), np.array([v[1] for v in views]), INTRINSICS)
     assert (many.status == VisionStatus.OK).all()
     for (points, pixels, turn, centre), pose in zip(views, many.models, strict=True):
@@ -64,7 +64,7 @@ def test_few_exact_points(n_points: int, thickness: float) -> None:
 
 
 @pytest.mark.slow
-def test_random_pixels_are_no_image() -> None:
+def test_random_pixels_are_not_an_image() -> None:
     rng = np.random.default_rng(4)
     for n_points, allowed in ((4, 4), (5, 1), (8, 0), (30, 0)):
         points, pixels = rng.uniform(-1, 1, (300, n_points, 3)), rng.uniform(0, [640, 480], (300, n_points, 2))

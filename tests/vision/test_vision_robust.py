@@ -1,4 +1,4 @@
-"""Robust estimates: never OK by chance, of a plane or line, or before the confidence that was asked for."""
+"""Robust estimates are never OK by chance, for a plane or line, or before the requested confidence is reached."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ def test_pairs_sought_near_each_other_have_no_geometry(n_points: int, near: floa
 
 
 @pytest.mark.parametrize(("noise", "threshold"), [(0.5, 1.0), (1.0, 1.0), (0.3, 2.0), (0.0, 1.0)])
-def test_a_plane_is_no_scene_with_wrong_pairs_either(noise: float, threshold: float) -> None:
-    """Wrong pairs that agree with one of the many F of a plane do not decide for it, however tight the threshold is."""
+def test_a_plane_with_wrong_pairs_does_not_determine_f(noise: float, threshold: float) -> None:
+    """Wrong pairs that agree with one of the many F of a plane do not determine F, however tight the threshold is."""
     rng = np.random.default_rng(round(10 * noise))
     for n_points, wrong in ((40, 0.0), (40, 0.2), (200, 0.2), (200, 0.4), (1000, 0.2)):
         one, two, _, _ = seen_from_two_places(rng, n_points, 1.0, noise, wrong)
@@ -57,7 +57,7 @@ def test_a_plane_is_no_scene_with_wrong_pairs_either(noise: float, threshold: fl
         assert found.status == VisionStatus.DEGENERATE and np.isnan(found.model).all()
 
 
-def test_a_line_is_no_scene_with_wrong_pairs_either() -> None:
+def test_a_line_with_wrong_pairs_does_not_determine_f() -> None:
     rng = np.random.default_rng(3)
     line = np.outer(rng.uniform(-1, 1, 100), [2, 1, 0.7])
     for wrong in (0.0, 0.2):
@@ -68,7 +68,7 @@ def test_a_line_is_no_scene_with_wrong_pairs_either() -> None:
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 0.8, 0.9, 0.95])
 def test_points_off_a_plane_determine_f(share: float) -> None:
-    """Errors on fresh points are those that noise makes; an F of the plane alone is more than ten pixels off."""
+    """Errors on new points are those of noise; an F of the plane alone has an error of more than ten pixels."""
     rng = np.random.default_rng(round(100 * share))
     for _ in range(4):
         one, two, wrong, fresh = seen_from_two_places(rng, 400, share, 0.5, 0.2)
@@ -78,7 +78,7 @@ def test_points_off_a_plane_determine_f(share: float) -> None:
         assert error_on_fresh_points(found.model, *fresh) < (1.0 if share < 0.95 else 2.0)
 
 
-def test_shallow_scenes_are_no_planes() -> None:
+def test_shallow_scenes_are_not_planes() -> None:
     """All points within two pixels of a homography, with noise of a tenth of a pixel."""
     rng = np.random.default_rng(8)
     points = rng.uniform(-1, 1, (200, 3)) * [2, 1.5, 0.15]
@@ -87,14 +87,14 @@ def test_shallow_scenes_are_no_planes() -> None:
     assert found.status == VisionStatus.OK and error_on_fresh_points(found.model, *fresh) < 2.0
 
 
-def test_the_confidence_is_reached_or_the_status_says_so() -> None:
+def test_the_confidence_is_reached_or_the_status_reports_it() -> None:
     rng = np.random.default_rng(9)
     one, two, wrong, fresh = seen_from_two_places(rng, 300, 0.0, 0.3, 0.65)
     few = robust_fundamental_matrix(one, two, max_samples=2000)
     assert few.status == VisionStatus.NOT_CONVERGED and few.n_samples == 2000 and np.isnan(few.model).all()
     found = robust_fundamental_matrix(one, two)
     assert found.status == VisionStatus.OK and error_on_fresh_points(found.model, *fresh) < 0.5
-    # As many samples as make one without wrong pairs as likely as was asked.
+    # The number of samples that contain one without wrong pairs with the requested probability.
     assert 1 - (1 - found.inliers.mean() ** 7) ** found.n_samples >= 0.999
     flat, moved = one, one + np.array([30.0, 20])
     moved = np.where(wrong[:, None], rng.uniform(0, 480, moved.shape), moved)
@@ -115,7 +115,7 @@ def test_the_confidence_is_reached_or_the_status_says_so() -> None:
         ({"max_samples": -5}, "max_samples: -5"),
     ],
 )
-def test_numbers_that_mean_nothing(arguments: dict[str, Any], message: str) -> None:
+def test_invalid_numbers(arguments: dict[str, Any], message: str) -> None:
     rng = np.random.default_rng(1)
     one, two = rng.uniform(0, 500, (2, 30, 2))
     for call in (robust_fundamental_matrix, robust_homography):
@@ -127,7 +127,7 @@ def test_numbers_that_mean_nothing(arguments: dict[str, Any], message: str) -> N
         robust_homography(one, two, max_samples=2.5)  # type: ignore[arg-type]
 
 
-def test_pairs_that_are_repeated_count_once() -> None:
+def test_repeated_pairs_count_once() -> None:
     rng = np.random.default_rng(6)
     one, two = np.repeat(rng.uniform(0, [640, 480], (2, 9, 2)), 4, axis=1)
     assert robust_fundamental_matrix(one, two).status != VisionStatus.OK
@@ -135,7 +135,7 @@ def test_pairs_that_are_repeated_count_once() -> None:
 
 
 def test_the_bound_is_that_of_binomials() -> None:
-    """For one level that decides: 3 * 2^7 * binomial(30, 7) * P(B(23, 0.02) >= k - 7)."""
+    """At one deciding level: 3 * 2^7 * binomial(30, 7) * P(B(23, 0.02) >= k - 7)."""
     freedom = Freedom(sample_size=7, parameters=7, codimension=1, solutions=3, false_alarms=0.01)
     wrong = np.linspace(0, 100, 50001)[1:]  # a share of 0.02 within 2 pixels
     bounds = np.array([3 * 2**7 * 2035800 * binom.sf(k - 8, 23, 0.02) for k in range(8, 31)])

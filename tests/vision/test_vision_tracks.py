@@ -1,4 +1,4 @@
-"""Shape and motion with points that few views see and with tracks that are wrong, against what exact cameras show."""
+"""Shape and motion with points that few views see and with wrong tracks, against exact cameras."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def images(rng: np.random.Generator, n_views: int) -> Array:
 
 
 def spoiled(rng: np.random.Generator, pixels: Array, n_wrong: int, kind: str) -> tuple[Array, Array]:
-    """Pixels of which the first tracks are wrong, in all views or in a third of them, and which observations are."""
+    """Replace the first tracks by wrong ones in all or a third of the views; also return a mask of these."""
     wrong = np.zeros(pixels.shape[:2], bool)
     if kind == "everywhere":
         wrong[:, :n_wrong] = True
@@ -60,7 +60,7 @@ def test_wrong_tracks_do_not_move_the_others(n_wrong: int, n_views: int, kind: s
             assert np.isnan(found.points[:n_wrong]).all()
 
 
-def test_observations_are_corrected_where_the_others_agree() -> None:
+def test_observations_are_corrected_if_the_others_agree() -> None:
     rng = np.random.default_rng(3)
     exact = images(rng, 9)
     bad, wrong = spoiled(rng, exact, 10, "in some views")
@@ -71,7 +71,7 @@ def test_observations_are_corrected_where_the_others_agree() -> None:
 
 
 @pytest.mark.parametrize("n_views", [2, 4, 8])
-def test_a_point_seen_once_has_a_status_of_its_own(n_views: int) -> None:
+def test_a_point_seen_once_has_a_separate_status(n_views: int) -> None:
     rng = np.random.default_rng(4)
     exact = images(rng, n_views)
     pixels = exact.copy()
@@ -84,7 +84,7 @@ def test_a_point_seen_once_has_a_status_of_its_own(n_views: int) -> None:
     assert np.abs(found.pixels[:, 2:] - exact[:, 2:]).max() < 1e-7
 
 
-def test_a_view_that_sees_too_little_has_a_status_of_its_own() -> None:
+def test_a_view_that_sees_too_little_has_a_separate_status() -> None:
     rng = np.random.default_rng(5)
     exact = images(rng, 5)
     pixels = exact.copy()
@@ -95,8 +95,8 @@ def test_a_view_that_sees_too_little_has_a_status_of_its_own() -> None:
     assert np.abs(found.pixels[[0, 1, 2, 4]] - exact[[0, 1, 2, 4]]).max() < 1e-7
 
 
-def test_right_observations_are_all_used() -> None:
-    """Noise alone, also with half of the observations hidden."""
+def test_all_correct_observations_are_used() -> None:
+    """With noise only, also if half of the observations are hidden."""
     rng = np.random.default_rng(6)
     kept = asked = 0
     for _ in range(10):

@@ -1,4 +1,4 @@
-"""Vision in other units of pixels and directions: what goes along with the unit, and what does not change."""
+"""Vision in other units of pixels and directions: results that scale with the unit, and invariant ones."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def test_deviations_of_invariants_are_per_unit_of_pixels(unit: float) -> None:
     np.testing.assert_allclose(two, one, rtol=1e-4)
 
 
-def test_singular_values_are_by_the_first() -> None:
-    """For any unit, and with a view less of a point that the others determine."""
+def test_singular_values_are_relative_to_the_first() -> None:
+    """Test any unit, and one missing view of a point that the others determine."""
     rng = np.random.default_rng(2)
     _, pixels = views_of(5, rng.uniform(-1, 1, (20, 3)))
     hidden = pixels.copy()

@@ -38,7 +38,7 @@ def exponential(axis: Any, angle: np.ndarray) -> np.ndarray:
 
 
 def direct(field: np.ndarray, side: str = "two", axes: Any = ("i", "j"), sign: float = -1.0) -> np.ndarray:
-    """The sum over all pixels, frequency after frequency."""
+    """The sum over all pixels for each frequency."""
     m, n = field.shape[:2]
     x, y = np.arange(m)[:, None], np.arange(n)[None, :]
     result = np.empty_like(field)
@@ -129,7 +129,7 @@ def test_a_real_image_is_a_quaternion_image(side: str, size: tuple[int, int]) ->
 
 @pytest.mark.parametrize("side", SIDES)
 @pytest.mark.parametrize("axes", [("i", "j"), ("i", "i"), ("k", "i"), ("j", (0.0, -1.0, 0.0))], ids=str)
-def test_norms_are_those_of_scipy(side: str, axes: Any) -> None:
+def test_norms_equal_those_of_scipy(side: str, axes: Any) -> None:
     field = quaternions(6, 5)
     plain = qft(field, side, axes)
     for norm, scale in ((None, 1.0), ("backward", 1.0), ("ortho", 30**-0.5), ("forward", 1 / 30)):
@@ -140,12 +140,12 @@ def test_norms_are_those_of_scipy(side: str, axes: Any) -> None:
 
 @pytest.mark.parametrize("side", SIDES)
 def test_plancherel(side: str) -> None:
-    """The norm is kept by the orthonormal transform."""
+    """The orthonormal transform preserves the norm."""
     field = quaternions(33, 20)
     assert (qft(field, side, norm="ortho") ** 2).sum() == pytest.approx((field**2).sum(), rel=1e-14)
 
 
-def test_left_transform_of_complex_numbers_is_the_complex_one() -> None:
+def test_left_transform_of_complex_numbers_equals_the_complex_one() -> None:
     field = quaternions(9, 6)
     field[..., 2:] = 0
     expected = np.fft.fft2(field[..., 0] + 1j * field[..., 1])
@@ -217,7 +217,7 @@ def test_stacks_and_memory_order() -> None:
 
 @pytest.mark.parametrize("side", SIDES)
 @pytest.mark.parametrize("axes", [("i", "j"), ("k", "j")], ids=str)
-def test_single_precision_stays(side: str, axes: Any) -> None:
+def test_single_precision_is_preserved(side: str, axes: Any) -> None:
     field = quaternions(16, 9)
     single = field.astype(np.float32)
     for image in (single, single[..., 0]):
@@ -227,7 +227,7 @@ def test_single_precision_stays(side: str, axes: Any) -> None:
 
 
 def test_camera_image(camera: np.ndarray) -> None:
-    """A real image of bytes: there and back, its energy, its mean, its symmetry, and numpy's transform in it."""
+    """An image of bytes: inverse, energy, mean, symmetry, and comparison with numpy's transform."""
     image = camera.astype(float)
     spectrum = qft(camera)
     assert np.array_equal(spectrum, qft(image))
@@ -280,8 +280,8 @@ def test_bad_input(call: Any, error: type[Exception], message: str) -> None:
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("side", SIDES)
-def test_a_pixel_that_is_not_finite_is_refused(side: str, value: float) -> None:
-    """It would spoil every frequency."""
+def test_a_pixel_that_is_not_finite_is_rejected(side: str, value: float) -> None:
+    """A NaN or infinity would affect every frequency."""
     field = quaternions(6, 5)
     field[3, 2, 0] = value
     for function, image in ((qft, field), (qft, field[..., 0]), (iqft, field), (rqft, field[..., 0])):

@@ -36,7 +36,7 @@ def waves(shape: tuple[int, int], u: int, v: int) -> tuple[np.ndarray, np.ndarra
 
 
 @pytest.mark.parametrize("axis", [0, 1, -1, 2])
-def test_signals_are_those_of_scipy(axis: int) -> None:
+def test_signals_equal_those_of_scipy(axis: int) -> None:
     x = normal(7, 12, 9)
     assert np.abs(analytic_signal(x, axis) - scipy.signal.hilbert(x, axis=axis)).max() < 1e-14
     single = analytic_signal(x.astype(np.float32), axis)
@@ -60,7 +60,7 @@ def test_images_by_hilbert_transforms_along_axes(size: tuple[int, int]) -> None:
 
 
 def test_waves() -> None:
-    """``cos(a) cos(b)`` gives ``exp(i a) exp(j b)``; of a plane wave, what lies on the side of the direction stays."""
+    """``cos(a) cos(b)`` gives ``exp(i a) exp(j b)``; of a plane wave the half plane of the direction is kept."""
     a, b = waves((16, 21), 3, 5)
     q = quaternionic_analytic_signal(np.cos(a) * np.cos(b))
     assert np.abs(q - product(exponential("i", a + 0 * b), exponential("j", b + 0 * a))).max() < 1e-14
@@ -92,7 +92,7 @@ def test_the_quaternionic_spectrum_is_in_one_quadrant(size: tuple[int, int]) -> 
 
 @pytest.mark.parametrize("size", [(16, 21), (15, 12)])
 def test_monogenic_signal_of_waves(size: tuple[int, int]) -> None:
-    """A wave ``A cos(p)`` has amplitude A, phase p but for its sign, and the direction of its frequency."""
+    """A wave ``A cos(p)`` has amplitude A, phase p up to its sign, and the direction of its frequency."""
     a, b = waves(size, 3, -2)
     wave = 0.7 * np.cos(a + b + 0.4)
     found = monogenic_signal(wave)
@@ -107,7 +107,7 @@ def test_monogenic_signal_of_waves(size: tuple[int, int]) -> None:
     assert np.abs(turned - 1)[np.abs(sine) > 1e-3].max() < 1e-12
 
 
-def test_riesz_transforms_keep_energy_and_follow_quarter_turns() -> None:
+def test_riesz_transforms_preserve_energy_and_are_equivariant() -> None:
     f = normal(9, 9)
     f -= f.mean()
     found = monogenic_signal(f).vector

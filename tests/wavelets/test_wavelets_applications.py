@@ -33,7 +33,7 @@ def picture(name: str) -> np.ndarray:
 
 
 def moved(image: np.ndarray, u: float, v: float) -> np.ndarray:
-    """The periodic image whose content goes by u columns and v rows."""
+    """The periodic image shifted by u columns and v rows."""
     rows, columns = np.fft.fftfreq(image.shape[0])[:, None], np.fft.fftfreq(image.shape[1])
     return np.fft.ifft2(np.fft.fft2(image) * np.exp(-2j * np.pi * (rows * v + columns * u))).real
 
@@ -59,7 +59,7 @@ def test_whole_shifts_have_distance_0() -> None:
 
 @pytest.mark.parametrize(("u", "v"), [(2.3, -1.4), (0.5, 0.25), (1.1, 0.0)])
 def test_shifts_between_pixels(u: float, v: float) -> None:
-    """Along each axis, the least of a parabola through distances at quarters of a pixel."""
+    """Along each axis, the minimum of a parabola through distances at quarters of a pixel."""
     for texture in (blurred(64, 60), picture("gravel")[100:160, 100:164]):
         other = moved(texture, u, v)
         steps = np.arange(-4, 5) / 4
@@ -75,7 +75,7 @@ def test_shifts_between_pixels(u: float, v: float) -> None:
 
 
 def test_disparities_that_jump() -> None:
-    """Two planes in front of each other: right within half a pixel but at their borders, where one eye sees more."""
+    """Two planes at different depths: accurate to half a pixel except at borders, which only one eye sees."""
     texture = blurred(60, 140)
     left, right = texture[:, 20:120], moved(texture, -3, 0)[:, 20:120]
     front = blurred(30, 50)
@@ -94,7 +94,7 @@ def test_disparities_that_jump() -> None:
 
 
 def test_disparities_of_a_real_pair() -> None:
-    """A part of Motorcycle, against its measured disparities."""
+    """A part of the Motorcycle pair, against its measured disparities."""
     data = pytest.importorskip("skimage.data")
     left, right, truth = data.stereo_motorcycle()
     rows = slice(200, 330)
@@ -121,8 +121,8 @@ def real_features(images: np.ndarray) -> np.ndarray:
     return np.stack([*means, *(root - mean for root, mean in zip(roots, means, strict=True))], -1)
 
 
-def told_apart(features: Any) -> float:
-    """Trained on the upper halves of the images, tested on the lower ones: the nearest mean."""
+def accuracy(features: Any) -> float:
+    """Classify by the nearest mean, trained on the upper halves of the images and tested on the lower ones."""
     known = [features(patches(picture(name), 0, 256)) for name in TEXTURES]
     means, scale = np.array([each.mean(0) for each in known]), np.concatenate(known).std(0)
     right = []
@@ -133,14 +133,14 @@ def told_apart(features: Any) -> float:
 
 
 @pytest.mark.slow
-def test_textures_are_told_apart() -> None:
-    own = told_apart(lambda images: texture_features(images, 3))
+def test_textures_are_distinguished() -> None:
+    own = accuracy(lambda images: texture_features(images, 3))
     assert own >= 0.99
-    assert own > told_apart(real_features)
+    assert own > accuracy(real_features)
 
 
 def test_descriptions_hardly_change_under_shifts() -> None:
-    """Of windowed textures: less than half as much as those of a real transform, by the spread between textures."""
+    """For windowed textures the change is less than half that of a real transform, relative to their spread."""
     window = np.outer(np.hanning(66)[1:-1], np.hanning(66)[1:-1])
     changes = {}
     for name, features in (
@@ -182,8 +182,8 @@ def ratio(image: np.ndarray, other: np.ndarray) -> float:
 
 @pytest.mark.parametrize("sigma", [10.0, 25.0])
 @pytest.mark.parametrize("name", ["camera", "moon", "astronaut", "brick", "grass"])
-def test_less_noise_than_peers_leave(name: str, sigma: float) -> None:
-    """Above scikit-image's BayesShrink, with two wavelets, and soft thresholds of PyWavelets."""
+def test_less_noise_remains_than_with_peers(name: str, sigma: float) -> None:
+    """The ratio exceeds those of scikit-image's BayesShrink, with two wavelets, and of PyWavelets' soft thresholds."""
     restoration = pytest.importorskip("skimage.restoration")
     pywt = pytest.importorskip("pywt")
     image = picture(name)[:256, :256]
@@ -200,7 +200,7 @@ def test_less_noise_than_peers_leave(name: str, sigma: float) -> None:
     assert ratio(image, denoise(noisy, sigma, rule="bayes")) > ratio(image, noisy) + 1
 
 
-def test_noise_is_estimated_and_taken_away() -> None:
+def test_noise_is_estimated_and_removed() -> None:
     flat = 100 + 7 * normal(200, 210)
     assert estimated_noise(flat) == pytest.approx(7, rel=0.02)
     clean = denoise(flat)

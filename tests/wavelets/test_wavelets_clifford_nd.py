@@ -1,4 +1,4 @@
-"""Clifford wavelets in 2, 3 and 6 dimensions and on the sphere: direct sums, inverses, how they follow motions."""
+"""Clifford wavelets in 2, 3 and 6 dimensions and on the sphere: direct sums, inverses, equivariance."""
 
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ def test_direct_sum_in_the_plane() -> None:
         assert np.abs(found[b] - times(psi, there, by).sum((0, 1)) / scale).max() > 1e-3
 
 
-def test_in_space_it_is_the_clifford_wavelet() -> None:
+def test_in_space_it_equals_the_clifford_wavelet() -> None:
     f = field(8, 9, 10, 8)
     rotors = vga3.rotor_from_rotation_vector(field(3, 3))
-    told: list[tuple[int, int]] = []
-    known = clifford_wavelet(f, [1.0, 1.7], rotors, 1.2, (1.0, 1.5, 2.0), progress=lambda *done: told.append(done))
-    assert told == [(k + 1, 2 * len(rotors)) for k in range(2 * len(rotors))]
+    reported: list[tuple[int, int]] = []
+    known = clifford_wavelet(f, [1.0, 1.7], rotors, 1.2, (1.0, 1.5, 2.0), progress=lambda *done: reported.append(done))
+    assert reported == [(k + 1, 2 * len(rotors)) for k in range(2 * len(rotors))]
     calls: list[tuple[int, int]] = []
     found = clifford_wavelet_nd(
         f, [1.0, 1.7], vga3.rotor_to_matrix(rotors), 1.2, (1.0, 1.5, 2.0), lambda *done: calls.append(done)
@@ -77,7 +77,7 @@ def test_inverse_and_shifts(size: tuple[int, ...]) -> None:
     assert np.abs(moved.coefficients - expected).max() < 1e-12
     if n == 6:
         return
-    # What an inverse gives has the coefficients it came from: the kernel reproduces.
+    # The inverse has the coefficients that it was computed from: the kernel reproduces.
     again = clifford_wavelet_nd(transform.inverse(), [0.7, 1.0, 1.5], matrices, 1.5, 1.0)
     seen = np.abs(again.coefficients - transform.coefficients).max()
     assert seen < 2e-3 * np.abs(transform.coefficients).max()
@@ -107,13 +107,13 @@ def test_quarter_turns_and_dilations() -> None:
 
 
 def spread(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Turns that take e1 to directions on rings, and weights, of Gauss's rule on the sphere."""
+    """Rotors from e1 to directions on rings, and weights of Gaussian quadrature on the sphere."""
     directions, weights = sphere(count)
     return vga3.rotor_to_matrix(vga3.rotor_between_vectors(np.array([1.0, 0, 0]), directions)), weights / (4 * np.pi)
 
 
 def test_continuous_measure() -> None:
-    """All turns, and all scales by ``da / a**(n + 1)``, see every frequency alike: the constant of admissibility."""
+    """All rotations and scales with ``da / a**(n + 1)`` weight every frequency equally: the admissibility constant."""
     frequency, step = 1.5, 2**0.5
 
     def shell(s: float) -> float:
@@ -142,7 +142,7 @@ def test_types_of_six_dimensions() -> None:
 
 
 def sphere(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Directions on rings, with their areas: Gauss's rule for the heights."""
+    """Directions on rings and their areas, with Gaussian quadrature of heights."""
     heights, weights = np.polynomial.legendre.leggauss(count)
     angles = np.arange(2 * count) * np.pi / count
     flat = np.sqrt(1 - heights**2)[:, None]
@@ -155,7 +155,7 @@ TILT = vga3.rotor_from_rotation_vector(np.array([0.4, -0.8, 0.3]))
 
 @pytest.mark.parametrize("scale", [0.5, 1.0, 2.5])
 def test_dilations_of_the_sphere(scale: float) -> None:
-    """``t -> 2 atan(a tan(t / 2))``, and areas change by Antoine and Vandergheynst's factor; the sphere stays."""
+    """``t -> 2 atan(a tan(t / 2))`` maps the sphere to itself; areas change by Antoine and Vandergheynst's factor."""
     points, _ = sphere(12)
     versor = sphere_versor(np.array([1.0, 0, 0, 0]), scale)
     moved = cga3.transform_vector(versor, cga3.embed_point(points))
@@ -163,13 +163,13 @@ def test_dilations_of_the_sphere(scale: float) -> None:
     assert np.abs(np.linalg.norm(x, axis=-1) - 1).max() < 1e-13
     angle, there = np.arccos(points[:, 2]), np.arccos(np.clip(x[:, 2], -1, 1))
     assert np.abs(there - 2 * np.arctan(scale * np.tan(angle / 2))).max() < 1e-7
-    # Going back: 4 a**2 / ((a**2 - 1) cos t + a**2 + 1)**2.
+    # The inverse: 4 a**2 / ((a**2 - 1) cos t + a**2 + 1)**2.
     back = cga3.transform_vector(cga3.even_reverse(versor), cga3.embed_point(points))
     factor = 4 * scale**2 / ((scale**2 - 1) * points[:, 2] + scale**2 + 1) ** 2
     assert np.abs(back[:, 3] ** -2 / factor - 1).max() < 1e-12
 
 
-def test_wavelets_on_the_sphere_keep_their_norm_and_follow_turns() -> None:
+def test_wavelets_on_the_sphere_preserve_the_norm_and_are_equivariant() -> None:
     points, areas = sphere(100)
     frequency, sigma = 12.0, 0.25
     versors = sphere_versor(np.stack([np.eye(4)[0], TILT, TILT]), np.array([1.0, 0.6, 1.8]))

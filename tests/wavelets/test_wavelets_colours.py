@@ -43,7 +43,7 @@ def test_colours_are_pure_quaternions() -> None:
 
 @pytest.mark.parametrize("axis", ["i", "k", GREY])
 def test_transforms_of_colours_are_those_of_their_channels(axis: Any) -> None:
-    """From the left, channels are factors on the right: three complex transforms, each times i, j or k."""
+    """For the left transform, channels are factors on the right: three complex transforms times i, j or k."""
     rgb = colours(6, 5)
     mu = np.array([0, *({"i": (1, 0, 0), "k": (0, 0, 1)}.get(axis, axis) if isinstance(axis, str) else axis)])
     expected = np.zeros((6, 5, 4))
@@ -54,8 +54,8 @@ def test_transforms_of_colours_are_those_of_their_channels(axis: Any) -> None:
     assert np.abs(qft(from_rgb(rgb), "left", (axis, axis)) - expected).max() < 1e-13
 
 
-def test_luminance_and_chrominance_are_kept_apart(tmp_path: Any) -> None:
-    """Grey images have luminance only, and grey values that are all the same have it at frequency 0 only."""
+def test_luminance_and_chrominance_are_separated(tmp_path: Any) -> None:
+    """Grey images have only luminance, and constant ones only at frequency 0."""
     grey = np.repeat(colours(16, 20)[..., :1], 3, -1)
     tint = colours(16, 20, seed=1)
     tint -= tint.mean(-1, keepdims=True)
@@ -72,7 +72,7 @@ def test_luminance_and_chrominance_are_kept_apart(tmp_path: Any) -> None:
     assert np.abs(luminance - expected).max() < 1e-12 * expected.max()
 
 
-def test_what_is_no_colour_image() -> None:
+def test_wrong_colour_images() -> None:
     q = from_rgb(colours(6, 5))
     with pytest.raises(ValueError, match=r"image: shape \(6, 5, 4\).*leave alpha out: image\[..., :3\]"):
         from_rgb(q)
@@ -89,8 +89,8 @@ def test_what_is_no_colour_image() -> None:
 
 @pytest.mark.parametrize("name", IMAGES)
 @pytest.mark.parametrize(("channels", "word"), [(1, "one channel"), (2, "grey and alpha"), (3, "RGB"), (4, "RGBA")])
-def test_pictures_with_channels_are_refused(name: str, channels: int, word: str) -> None:
-    """By name, of bytes and of floats; quaternions, which floats with four channels may be, only by `qft`."""
+def test_pictures_with_channels_are_rejected(name: str, channels: int, word: str) -> None:
+    """Errors name the function, for bytes and floats; only `qft` accepts four channels of floats, as quaternions."""
     call, shape = CALLS[name]
     picture = np.random.default_rng(0).integers(0, 255, (*shape, channels)).astype(np.uint8)
     for each in (picture, picture / 255.0, picture.astype(np.float32)):
@@ -111,7 +111,7 @@ def test_channels_are_transformed_as_a_stack(name: str) -> None:
         assert np.abs(found[k] - alone).max() < 1e-12 * (1 + np.abs(alone).max())
 
 
-def test_small_stacks_are_no_pictures() -> None:
+def test_small_stacks_are_not_pictures() -> None:
     for shape in ((2, 3, 4), (2, 9, 3), (9, 3, 3), (3, 5, 5)):
         stack = np.random.default_rng(0).normal(size=shape)
         assert np.abs(rqft(stack)[1] - rqft(stack[1])).max() < 1e-13
@@ -121,7 +121,7 @@ def test_small_stacks_are_no_pictures() -> None:
 
 
 def test_stacks_of_few_columns() -> None:
-    """Explicit arguments say what is meant."""
+    """Explicit arguments resolve the ambiguity."""
     stack = np.random.default_rng(0).normal(size=(5, 32, 4))
     assert np.abs(qft(stack, values="real")[1] - qft(stack[1])).max() < 1e-13
     assert np.abs(qft(stack) - qft(stack, values="quaternion")).max() == 0

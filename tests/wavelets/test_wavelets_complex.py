@@ -1,4 +1,4 @@
-"""Magarey and Kingsbury's complex wavelets against filters written out, and more of PyWavelets: one and three axes."""
+"""Complex wavelets of Magarey and Kingsbury against explicit filters, and PyWavelets on one and three axes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def normal(*shape: int, seed: int = 0) -> np.ndarray:
 
 
 def halved(f: np.ndarray, taps: np.ndarray, axis: int) -> np.ndarray:
-    """Periodic filtering, at every other place."""
+    """Periodic filtering, downsampled by two."""
     moved = np.moveaxis(f, axis, 0)
     n = len(moved)
     rows = [sum(taps[3 - k] * moved[(2 * m + k - 1) % n] for k in range(4)) for m in range(n // 2)]
@@ -39,7 +39,7 @@ def test_bands_are_filters_and_their_conjugates() -> None:
 
 
 def test_filters_are_nearly_gabors() -> None:
-    """A Gaussian times a wave, to some percent: with the widths and frequencies that the paper gives."""
+    """A Gaussian times a wave, within a few percent, with the widths and frequencies of the paper."""
     n = np.arange(-1.5, 2)
     for taps, sigma, frequency, bound in ((LOW, 0.97, 0.51, 0.03), (HIGH, 1.07, 2.39, 0.03)):
         atom = np.exp(-(n**2) / (2 * sigma**2) + 1j * frequency * n)
@@ -48,7 +48,7 @@ def test_filters_are_nearly_gabors() -> None:
 
 
 def test_directions() -> None:
-    """An edge's band is the one of its angle: waves of the second level, of both diagonals."""
+    """The band of a wave is that of its angle: waves of the second level, along both diagonals."""
     x, y = np.meshgrid(np.arange(64), np.arange(64), indexing="ij")
     for sign, best in ((1, 4), (-1, 1)):
         wave = np.cos(2 * np.pi * 12 / 64 * (x + sign * y))
@@ -58,7 +58,7 @@ def test_directions() -> None:
 
 
 @pytest.mark.parametrize("size", [(16, 24), (2, 13, 18)])
-def test_the_image_is_found_again(size: tuple[int, ...]) -> None:
+def test_the_image_is_reconstructed(size: tuple[int, ...]) -> None:
     image = normal(*size)
     pyramid = complex_pyramid(image, 2)
     assert pyramid.detail[0].shape[-1] == 6
@@ -67,7 +67,7 @@ def test_the_image_is_found_again(size: tuple[int, ...]) -> None:
 
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("name", ["haar", "db3", "sym4", "coif1", "bior2.4"])
-def test_signals_and_volumes_are_those_of_pywavelets(name: str, mode: str) -> None:
+def test_signals_and_volumes_equal_those_of_pywavelets(name: str, mode: str) -> None:
     pywt = pytest.importorskip("pywt")
     signal, volume = normal(150), normal(21, 24, 33)
     found, expected = discrete_wavelet(signal, name, 3, mode), pywt.wavedec(signal, name, mode, 3)

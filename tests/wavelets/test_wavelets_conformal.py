@@ -1,4 +1,4 @@
-"""Conformal wavelets against the transform over similarities, and how they follow conformal maps."""
+"""Conformal wavelets against the transform over similarities, and their equivariance under conformal maps."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def transversion(c: np.ndarray) -> np.ndarray:
     return cga3.versor_exponential(bivector)
 
 
-def test_similarities_are_those_of_the_clifford_wavelet() -> None:
-    """On a grid that holds the wavelet; its ends in space and in frequency are below 1e-8."""
+def test_similarities_equal_the_clifford_wavelet() -> None:
+    """On a grid that contains the wavelet; its tails in space and in frequency are below 1e-8."""
     n, field = 32, normal(32, 32, 32, 8)
     for place in ((15, 16, 17), (16, 16, 16)):
         expected = clifford_wavelet(field, [1.3], ROTOR, 0.9, (2.0, 2.0, 2.0)).coefficients[0, 0][place]
@@ -48,15 +48,15 @@ def test_similarities_are_those_of_the_clifford_wavelet() -> None:
 
 
 def test_versors_of_similarities() -> None:
-    """Scaled by 1.7, turned, shifted, as matrices do it."""
+    """Versors scale by 1.7, rotate and translate like matrices."""
     shift, points = np.array([1.0, -2.0, 0.5]), normal(50, 3)
     moved = cga3.transform_vector(similarity_versor(shift, ROTOR, 1.7), cga3.embed_point(points))
     expected = 1.7 * vga3.rotate_vector(ROTOR, points) + shift
     assert np.abs(moved[:, :3] / moved[:, 3:4] - expected).max() < 1e-13
 
 
-def test_the_transform_follows_similarities() -> None:
-    """Moving points and wavelet alike, with the volumes of the points, changes nothing but the measure's root."""
+def test_the_transform_is_equivariant_under_similarities() -> None:
+    """Moving points, their volumes and the wavelet together changes results only by the square root of the measure."""
     field, points, weights = normal(200, 8), normal(200, 3), np.random.default_rng(1).uniform(1, 2, 200)
     versors = similarity_versor(normal(5, 3, seed=2), np.tile(ROTOR, (5, 1)), np.linspace(0.5, 2, 5))
     move = similarity_versor(np.array([0.3, 1.0, -2.0]), vga3.rotor_from_rotation_vector(np.array([1.0, 0.2, 0])), 1.6)
@@ -71,8 +71,8 @@ def test_the_transform_follows_similarities() -> None:
     assert np.abs(after - before).max() < 1e-12 * np.abs(before).max()
 
 
-def test_moved_wavelets_keep_their_norm() -> None:
-    """Also by transversions: the scalar part of W of a moved wavelet with itself is the norm of the first one."""
+def test_moved_wavelets_preserve_their_norm() -> None:
+    """Also for transversions, the scalar part of W of a moved wavelet with itself is the norm of the original."""
     step, sigma, frequency = 0.05, 0.25, 6.0
     points = grid(64, step)
     for versor in (
@@ -110,8 +110,8 @@ def general_versors(dimension: int, count: int, seed: int = 3) -> np.ndarray:
     return np.asarray(algebra.even_product(moves, algebra.versor_exponential(bivectors)))
 
 
-def test_the_plane_by_hand() -> None:
-    """Maps as formulas of numbers, and products with ``a + b e12`` from the right, coefficient by coefficient."""
+def test_the_plane_by_explicit_formulas() -> None:
+    """Maps as explicit formulas, and products with ``a + b e12`` from the right, coefficient by coefficient."""
     field, points, weights = normal(40, 4), normal(40, 2, seed=1), np.random.default_rng(2).uniform(1, 2, 40)
     shift, angle, scale, b = np.array([0.3, -0.8]), 0.7, 1.4, np.array([0.1, -0.05])
     frequency, sigma = 1.2, 0.9
@@ -134,7 +134,7 @@ def test_the_plane_by_hand() -> None:
     assert np.ptp(np.abs(d)) > 0.3
 
 
-def test_similarities_of_the_plane_are_those_of_the_clifford_wavelet() -> None:
+def test_similarities_of_the_plane_equal_the_clifford_wavelet() -> None:
     n, field, angle = 40, normal(40, 40, 4), 0.6
     turn = vga2.rotor_to_matrix(vga2.rotor_from_angle(angle))
     expected = clifford_wavelet_nd(field, [1.3], turn, 0.9, 2.0).coefficients[0, 0]
@@ -146,8 +146,8 @@ def test_similarities_of_the_plane_are_those_of_the_clifford_wavelet() -> None:
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_the_transform_follows_conformal_maps(dimension: int) -> None:
-    """Also transversions: fields lose the root by which areas or volumes about the points grow."""
+def test_the_transform_is_equivariant_under_conformal_maps(dimension: int) -> None:
+    """Also under transversions: fields are divided by the square root of the growth of areas or volumes."""
     algebra = cga2 if dimension == 2 else cga3
     field, points = normal(150, 2**dimension), normal(150, dimension, seed=1)
     weights = np.random.default_rng(2).uniform(1, 2, 150)
@@ -162,7 +162,7 @@ def test_the_transform_follows_conformal_maps(dimension: int) -> None:
     assert np.ptp(growth) > 0.1 * growth.mean()
 
 
-def test_moved_wavelets_of_the_plane_keep_their_norm() -> None:
+def test_moved_wavelets_of_the_plane_preserve_their_norm() -> None:
     step, sigma, frequency = 0.02, 0.25, 6.0
     axis = (np.arange(301) - 150) * step
     points = np.stack(np.meshgrid(axis, axis, indexing="ij"), -1).reshape(-1, 2)
@@ -183,17 +183,17 @@ def test_moved_wavelets_of_the_plane_keep_their_norm() -> None:
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_fields_are_found_again(dimension: int) -> None:
-    """From more versors than points; with errors, the nearest; from less, the smallest."""
+def test_fields_are_reconstructed(dimension: int) -> None:
+    """With more versors than points; with errors, the nearest field; with fewer versors, the smallest."""
     field, points = normal(40, 2**dimension), 2 * normal(40, dimension, seed=1)
     weights = np.random.default_rng(2).uniform(0.5, 2, 40)
     versors, options = general_versors(dimension, 160), (2.0, 0.7, weights)
-    told: list[tuple[int, int]] = []
+    reported: list[tuple[int, int]] = []
     known = conformal_wavelet(field, points, versors, *options)
     found = iconformal_wavelet(
-        known, points, versors, *options, workers=2, progress=lambda done, total: told.append((done, total))
+        known, points, versors, *options, workers=2, progress=lambda done, total: reported.append((done, total))
     )
-    assert found.rank == 40 and np.abs(found.field - field).max() < 1e-10 and told[-1] == (160, 160)
+    assert found.rank == 40 and np.abs(found.field - field).max() < 1e-10 and reported[-1] == (160, 160)
 
     wrong = known + 0.1 * normal(*known.shape, seed=4)
     nearest = iconformal_wavelet(wrong, points, versors, *options).field
@@ -203,7 +203,7 @@ def test_fields_are_found_again(dimension: int) -> None:
         assert ((conformal_wavelet(other, points, versors, *options) - wrong) ** 2).sum() > least
 
     few = iconformal_wavelet(known[:25], points, versors[:25], *options)
-    # Wavelets that are far from all points see nothing.
+    # Wavelets that are far from all points give zero.
     assert 20 <= few.rank <= 25
     assert np.abs(conformal_wavelet(few.field, points, versors[:25], *options) - known[:25]).max() < 1e-9
     assert (weights[:, None] * few.field**2).sum() < (weights[:, None] * field**2).sum()

@@ -39,7 +39,7 @@ def test_direct_sums(name: str, mode: str) -> None:
 
 
 def test_mexican_hat_of_a_gaussian() -> None:
-    """Again a Mexican hat, of the square sum of both widths."""
+    """The result is a Mexican hat whose squared width is the sum of the squared widths."""
     x, s = np.arange(-150.0, 151), 6.0
     scales = np.array([2.0, 5.0, 11.0])
     found = continuous_wavelet(np.exp(-(x**2) / (2 * s * s)), scales, "mexican_hat").coefficients
@@ -49,14 +49,14 @@ def test_mexican_hat_of_a_gaussian() -> None:
     assert np.abs(found - expected).max() < 1e-12
 
 
-def test_a_ridge_is_where_the_frequency_is() -> None:
+def test_a_ridge_is_at_the_frequency() -> None:
     t = np.arange(1024.0)
     scales = np.geomspace(5, 60, 200)
     chirp = np.cos(0.1 * t + 0.2e-3 * t**2)
     size = np.abs(continuous_wavelet(chirp, scales, "analytic_morlet").coefficients) / np.sqrt(scales)[:, None]
     frequency = 5 / scales[size.argmax(0)]
     assert np.abs(frequency / (0.1 + 0.4e-3 * t) - 1)[150:-150].max() < 0.02
-    assert np.abs(size.max(0)[150:-150] / np.sqrt(np.pi / 2) - 1).max() < 0.04  # blurred by the chirp
+    assert np.abs(size.max(0)[150:-150] / np.sqrt(np.pi / 2) - 1).max() < 0.04  # the chirp blurs the ridge
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -66,7 +66,7 @@ def test_energy_and_admissibility(name: str) -> None:
             "mexican_hat": lambda w: np.sqrt(8 / 3) * np.pi**0.25 * w**2 * np.exp(-(w**2) / 2),
             "morlet": lambda w: np.sqrt(np.pi / 2) * (np.exp(-((w - 5) ** 2) / 2) + np.exp(-((w + 5) ** 2) / 2)),
         }[name]
-        # In the logarithm of w: Morlet's wave has a sum of 1e-5, and its integral grows, if slowly, without end.
+        # In the logarithm of w: Morlet's wavelet has a sum of 1e-5, and its integral diverges slowly.
         integral = scipy.integrate.quad(lambda s: spectrum(np.exp(s)) ** 2, -40, 3, points=(0, 1.6), limit=500)
         truth = 2 * integral[0]
         assert admissibility(name) == pytest.approx(truth, rel=1e-9)
@@ -99,7 +99,7 @@ def test_inverse_on_the_covered_frequencies(name: str, mode: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["mexican_hat", "morlet"])
-def test_changed_coefficients_count(name: str) -> None:
+def test_changed_coefficients_affect_the_inverse(name: str) -> None:
     transform = continuous_wavelet(normal(128), np.geomspace(1, 20, 20), name)
     before = transform.inverse()
     transform.coefficients[...] *= 0.5
@@ -108,8 +108,8 @@ def test_changed_coefficients_count(name: str) -> None:
 
 
 @pytest.mark.parametrize(("name", "peer"), [("mexican_hat", "mexh"), ("morlet", "morl")])
-def test_those_of_pywavelets(name: str, peer: str) -> None:
-    """They average over a sample and are half a sample late, which is done to the signal here."""
+def test_coefficients_equal_those_of_pywavelets(name: str, peer: str) -> None:
+    """PyWavelets averages over a sample and is delayed by half a sample; the signal is modified accordingly."""
     pywt = pytest.importorskip("pywt")
     x = np.zeros(1024)
     x[250:-250] = normal(524)

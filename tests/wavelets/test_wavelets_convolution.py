@@ -1,4 +1,4 @@
-"""Convolution and correlation of fields of numbers against scipy.signal and scipy.ndimage, on the same bytes."""
+"""Convolution and correlation of scalar fields against scipy.signal and scipy.ndimage on the same arrays."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_scipy(size: tuple[int, ...], small: tuple[int, ...], method: str) -> No
             close(found, image(field, mask, mode=mode, cval=0.7), field, mask)
 
 
-def test_by_hand() -> None:
+def test_a_small_example() -> None:
     field, mask = [1, 2, 3, 4], [1, 10, 100]
     assert convolve(field, mask).tolist() == [1, 12, 123, 234, 340, 400]
     assert correlate(field, mask).tolist() == [100, 210, 321, 432, 43, 4]
@@ -62,7 +62,7 @@ def test_by_hand() -> None:
     assert convolve(field, mask, "constant", 5).tolist() == [512, 123, 234, 345]
 
 
-def test_a_correlation_is_the_convolution_with_the_turned_mask() -> None:
+def test_a_correlation_is_the_convolution_with_the_reversed_mask() -> None:
     field, mask = normal(12, 9), normal(3, 5)
     for mode in ("full", "same", "valid", *BOUNDARIES):
         close(correlate(field, mask, mode), convolve(field, mask[::-1, ::-1], mode), field, mask)

@@ -1,4 +1,4 @@
-"""Discrete wavelets and dual trees against their defining equations, PyWavelets, and numbers that dtcwt 0.14 gave."""
+"""Discrete wavelets and dual trees against their defining equations, PyWavelets, and stored results of dtcwt 0.14."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FEW = ("haar", "db2", "db7", "sym5", "coif2", "bior1.3", "bior3.5", "bior6.8")
 
 
 def moments(name: str) -> int:
-    """The number of vanishing moments that the name says."""
+    """The number of vanishing moments according to the name."""
     if name.startswith("bior"):
         return int(name[4])
     return int(name.strip("dbsymcoif")) * (2 if name.startswith("coif") else 1)
@@ -36,7 +36,7 @@ def camera() -> np.ndarray:
 
 @pytest.mark.parametrize("name", [*ORTHOGONAL, *ANALYSIS])
 def test_filters_solve_their_equations(name: str) -> None:
-    """Shifted by even numbers, analysis and synthesis are dual; sums are sqrt(2) and 0; moments vanish."""
+    """Even shifts of analysis and synthesis filters are dual; sums are sqrt(2) and 0; moments vanish."""
     filters = wavelet_filters(name)
     n = len(filters.low)
     for k in range(1 - n // 2, n // 2):
@@ -60,7 +60,7 @@ def test_filters_solve_their_equations(name: str) -> None:
 
 @pytest.mark.parametrize("name", QSHIFT)
 def test_trees_are_orthogonal_and_half_a_sample_apart(name: str) -> None:
-    """Kingsbury's equations: an orthogonal filter whose delay is nearly a quarter of a sample from its middle."""
+    """Kingsbury's equations: orthogonal filters with a delay of nearly a quarter of a sample from the centre."""
     low = np.array(QSHIFT[name])
     n = len(low)
     for k in range(n // 2):
@@ -74,7 +74,7 @@ def test_trees_are_orthogonal_and_half_a_sample_apart(name: str) -> None:
 
 @pytest.mark.parametrize("name", LEVEL_ONE_ANALYSIS)
 def test_filters_of_the_first_level(name: str) -> None:
-    """Symmetric, of sum 1, with a halfband product."""
+    """The filters are symmetric, have sum 1 and a halfband product."""
     low, back = np.array(LEVEL_ONE_ANALYSIS[name]), np.array(LEVEL_ONE_SYNTHESIS[name])
     for taps in (low, back):
         assert np.array_equal(taps, taps[::-1])
@@ -87,7 +87,7 @@ def test_filters_of_the_first_level(name: str) -> None:
 
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("name", [*ORTHOGONAL, *ANALYSIS])
-def test_one_level_is_that_of_pywavelets(name: str, mode: str) -> None:
+def test_one_level_equals_that_of_pywavelets(name: str, mode: str) -> None:
     pywt = pytest.importorskip("pywt")
     for size in (64, 41, 27):
         x = signal(size)
@@ -100,7 +100,7 @@ def test_one_level_is_that_of_pywavelets(name: str, mode: str) -> None:
 
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("name", FEW)
-def test_images_are_those_of_pywavelets(name: str, mode: str) -> None:
+def test_images_equal_those_of_pywavelets(name: str, mode: str) -> None:
     pywt = pytest.importorskip("pywt")
     image = signal(81, 72)
     found = discrete_wavelet(image, name, 2, mode)
@@ -114,7 +114,7 @@ def test_images_are_those_of_pywavelets(name: str, mode: str) -> None:
 
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("name", FEW)
-def test_the_inverse_gives_signals_images_and_volumes(name: str, mode: str) -> None:
+def test_the_inverse_reconstructs_signals_images_and_volumes(name: str, mode: str) -> None:
     for shape, axes in (((131,), None), ((65, 70), None), ((19, 20, 21), (0, 1, 2)), ((3, 64, 2), (1,))):
         x = signal(*shape)
         pyramid = discrete_wavelet(x, name, None, mode, axes)
@@ -144,14 +144,14 @@ def test_polynomials_have_no_details(name: str) -> None:
     assert np.abs(rough[inside:-inside]).max() < 1e-9
 
 
-def test_energy_is_kept_by_orthogonal_periodic_transforms() -> None:
+def test_orthogonal_periodic_transforms_preserve_energy() -> None:
     x = signal(64, 96)
     pyramid = discrete_wavelet(x, "sym4", 3, "periodization")
     energy = (pyramid.approx**2).sum() + sum((band**2).sum() for level in pyramid.detail for band in level.values())
     assert energy == pytest.approx((x**2).sum(), rel=1e-13)
 
 
-def test_types_stay() -> None:
+def test_types_are_preserved() -> None:
     x = signal(40, 33).astype(np.float32)
     for pyramid in (discrete_wavelet(x, "db2", 2), dual_tree(x, 2)):
         assert pyramid.approx.dtype == pyramid.inverse().dtype == np.float32
@@ -163,7 +163,7 @@ def test_types_stay() -> None:
 
 
 @pytest.mark.parametrize("names", ["near_sym_a qshift_a", "near_sym_b qshift_b", "near_sym_b qshift_d"])
-def test_dual_tree_is_that_of_dtcwt(names: str) -> None:
+def test_dual_tree_equals_that_of_dtcwt(names: str) -> None:
     with np.load(KNOWN) as known:
         found = dual_tree(known["image"], 3, *names.split())
         assert np.abs(found.approx - known[f"{names} approx"]).max() < 1e-14
@@ -201,7 +201,7 @@ def test_energy_hardly_changes_under_shifts(camera: np.ndarray) -> None:
 
 @pytest.mark.parametrize("later", ["qshift_b", "qshift_d"])
 def test_bands_are_nearly_analytic(later: str) -> None:
-    """A wavelet of the third level sees frequencies of one sign along each axis, but for a percent of its energy."""
+    """A wavelet of the third level has frequencies of one sign along each axis, except for a percent of its energy."""
     tree = dual_tree(np.zeros((128, 128)), 3, "near_sym_b", later)
     for band in (1, 4):
         parts = []
@@ -254,17 +254,17 @@ def test_bad_input(call: Any, error: type[Exception], message: str) -> None:
     ("shape", "axes"), [((301, 130), None), ((20000,), None), ((31, 40, 27), (0, 1, 2)), ((3, 90, 91), (1,))]
 )
 def test_workers_change_nothing(shape: tuple[int, ...], axes: tuple[int, ...] | None, mode: str) -> None:
-    """Of arrays that threads share: in parts of rows, of columns and of both."""
+    """Threads share arrays in blocks of rows, of columns and of both."""
     signal = np.random.default_rng(0).normal(size=shape)
-    told: list[tuple[int, int]] = []
+    reported: list[tuple[int, int]] = []
     alone = discrete_wavelet(signal, "db3", 2, mode, axes)
     for workers in (2, 3, 7):
-        shared = discrete_wavelet(signal, "db3", 2, mode, axes, workers, lambda *done: told.append(done))
+        shared = discrete_wavelet(signal, "db3", 2, mode, axes, workers, lambda *done: reported.append(done))
         assert np.array_equal(shared.approx, alone.approx)
         for one, other in zip(shared.detail, alone.detail, strict=True):
             assert all(np.array_equal(one[name], other[name]) for name in other)
-        assert np.array_equal(alone.inverse(workers, lambda *done: told.append(done)), alone.inverse())
-    assert told == 6 * [(1, 2), (2, 2)]
+        assert np.array_equal(alone.inverse(workers, lambda *done: reported.append(done)), alone.inverse())
+    assert reported == 6 * [(1, 2), (2, 2)]
     with pytest.raises(ValueError, match="workers: 0; expected"):
         alone.inverse(workers=0)
 
@@ -272,12 +272,12 @@ def test_workers_change_nothing(shape: tuple[int, ...], axes: tuple[int, ...] | 
 @pytest.mark.parametrize("size", [(300, 257), (2, 160, 170)])
 def test_workers_change_nothing_in_trees(size: tuple[int, ...]) -> None:
     image = np.random.default_rng(0).normal(size=size)
-    told: list[tuple[int, int]] = []
-    alone, shared = dual_tree(image, 3), dual_tree(image, 3, workers=3, progress=lambda *done: told.append(done))
+    reported: list[tuple[int, int]] = []
+    alone, shared = dual_tree(image, 3), dual_tree(image, 3, workers=3, progress=lambda *done: reported.append(done))
     assert np.array_equal(alone.approx, shared.approx)
     assert all(np.array_equal(*pair) for pair in zip(alone.detail, shared.detail, strict=True))
-    assert np.array_equal(alone.inverse(), shared.inverse(3, lambda *done: told.append(done)))
-    assert told == 2 * [(1, 3), (2, 3), (3, 3)]
+    assert np.array_equal(alone.inverse(), shared.inverse(3, lambda *done: reported.append(done)))
+    assert reported == 2 * [(1, 3), (2, 3), (3, 3)]
     quaternions = QuaternionPyramid(image, 3), QuaternionPyramid(image, 3, workers=3)
     for one, other in zip(*(pyramid.detail for pyramid in quaternions), strict=True):
         assert all(np.array_equal(one[name], other[name]) for name in "HVD")

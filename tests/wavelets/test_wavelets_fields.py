@@ -59,7 +59,7 @@ def exponential(blades: tuple[str, ...], root: str, angle: np.ndarray) -> np.nda
 
 
 def direct(field: np.ndarray, blades: Any, squares: Any, left: Any, right: Any, sign: float = -1) -> np.ndarray:
-    """The sum over all places; `left` and `right` are a root of -1 and the axes whose phases it has, or None."""
+    """The sum over all positions; `left` and `right` are a root of -1 and the axes of its phases, or None."""
     by, shape = table(blades, squares), field.shape[:-1]
     places = np.indices(shape)
     result = np.empty_like(field)
@@ -131,13 +131,13 @@ def test_a_travelling_wave_is_in_one_half_of_the_split() -> None:
 
 
 def periodic(f: np.ndarray, h: np.ndarray, by: np.ndarray) -> np.ndarray:
-    """The circular convolution, written out."""
+    """The circular convolution by direct sums."""
     space = tuple(range(f.ndim - 1))
     return sum(times(np.roll(f, y, space), h[y], by) for y in np.ndindex(h.shape[:-1]))
 
 
 def test_theorems_in_the_plane() -> None:
-    """Shift, modulation, and convolution with the two parts of the mask at opposite frequencies; never the product."""
+    """Shift, modulation, and convolution with the two parts of the mask at opposite frequencies."""
     f, h, by = field(5, 6, 4), field(5, 6, 4, seed=1), table(PLANE, {})
     u, v = np.meshgrid(np.arange(5), np.arange(6), indexing="ij")
     turn = exponential(PLANE, "12", -2 * np.pi * (u * 2 / 5 + v * 3 / 6))
@@ -249,7 +249,7 @@ ALGEBRAS = {
 
 @pytest.mark.parametrize("name", ALGEBRAS)
 def test_convolution_in_all_algebras(name: str) -> None:
-    """Direct and by Fourier transforms, against sums over a table that is read off the basis blades."""
+    """Direct and by Fourier transforms, against sums over a multiplication table of the basis blades."""
     kernel_or_signature, n = ALGEBRAS[name]
     product = made(*kernel_or_signature) if isinstance(kernel_or_signature, tuple) else kernel_or_signature
     by = np.array([[product(a, b) for b in np.eye(n)] for a in np.eye(n)])
@@ -273,7 +273,7 @@ def test_convolution_in_all_algebras(name: str) -> None:
 
 @pytest.mark.parametrize("mode", ["full", "same", "valid"])
 @pytest.mark.parametrize("size", [(3, 3), (2, 4), (1, 5), (6, 5)])
-def test_scalars_are_those_of_scipy(mode: str, size: tuple[int, int]) -> None:
+def test_scalars_equal_those_of_scipy(mode: str, size: tuple[int, int]) -> None:
     f, h = field(7, 6, 4) * [1, 0, 0, 0], field(*size, 4, seed=1) * [1, 0, 0, 0]
     for method in ("direct", "fft"):
         found = clifford_convolve(f, h, vga2.geometric_product, mode, method=method)
@@ -296,7 +296,7 @@ def test_divergence_and_curl() -> None:
     both = np.roll(both, (-20, -20), (0, 1))
 
     def smooth(*parts: tuple[float, np.ndarray]) -> np.ndarray:
-        """Waves of squared wave numbers w: the Gaussian of width s pixels makes them smaller."""
+        """Waves of squared wave numbers w, which the Gaussian of width s pixels attenuates."""
         return sum(np.exp(-((s * 2 * np.pi / 64) ** 2) * w / 2) * part for w, part in parts)
 
     wave = -np.sin(3 * x + y)
@@ -304,7 +304,7 @@ def test_divergence_and_curl() -> None:
     assert np.abs(both[..., 1] - smooth((5, curl - 3 * wave), (10, 3 * wave))).max() < 1e-10
 
 
-def test_correlation_of_vectors_says_where_and_how_much_turned() -> None:
+def test_correlation_of_vectors_gives_position_and_rotation() -> None:
     x, y = np.meshgrid(np.arange(-4, 5.0), np.arange(-4, 5.0), indexing="ij")
     weight = np.exp(-(x * x + y * y) / 6)
     template = np.stack([-y, x], -1) * weight[..., None]

@@ -55,13 +55,13 @@ def test_stereo_pair() -> None:
     ],
 )
 def test_noise(name: str, kind: str, sigma: float, bound: float) -> None:
-    """A quarter to two fifths of the errors of equations that are solved without regard to their noise."""
+    """Errors are a quarter to two fifths of those of equations solved without a model of noise."""
     case = warped(name, kind).noisy(sigma)
     assert case.error(optical_flow(case.first, case.second).uv) < bound
 
 
 def test_given_noise() -> None:
-    """In units of the images; much of it makes the motion smoother, and what is given as estimated changes little."""
+    """Noise is in units of the images; a large value smooths the motion, and the estimated value changes little."""
     case = warped("coins", "rotation").noisy(25)
     found = {noise: case.error(optical_flow(case.first, case.second, noise=noise).uv) for noise in (None, 0.0, 25.0)}
     assert found[25.0] < 0.16 < found[0.0]
@@ -86,7 +86,7 @@ def test_moving_squares(name: str, kind: str, bound: float) -> None:
     assert (flow.confidence[~flow.visible] == 0).all()
 
 
-def test_hidden_background_moves_as_the_visible_one() -> None:
+def test_hidden_background_moves_like_the_visible_one() -> None:
     case = moving_square("coins", "square").noisy(0)
     uv = optical_flow(case.first, case.second).uv
     hidden = ~case.visible & (np.linalg.norm(case.motion, axis=-1) == 0)
@@ -104,7 +104,7 @@ def test_extreme_and_read_only_images() -> None:
     assert mean_error(expected, motion) < 0.01
 
 
-def test_brightness_and_contrast_do_not_count() -> None:
+def test_brightness_and_contrast_do_not_matter() -> None:
     first, second, motion = pair(texture("gravel"), "translation")
     flow = optical_flow(first, 40 + 0.5 * second)
     assert mean_error(flow.uv, motion) < 0.01
@@ -142,8 +142,8 @@ SIZES = [(37, 71), (8, 8), (1, 5), (130, 164), (9, 300)]
     ("dtype", "error"), [(np.float32, 2e-4), pytest.param(np.float64, 1e-12, marks=pytest.mark.slow)]
 )
 @pytest.mark.parametrize("size", SIZES)
-def test_filters_and_medians_are_those_of_scipy(size: tuple[int, int], dtype: type, error: float) -> None:
-    """In parts of seven rows, with as many taps as there can be."""
+def test_filters_and_medians_equal_those_of_scipy(size: tuple[int, int], dtype: type, error: float) -> None:
+    """Filter in blocks of seven rows, with the largest number of taps."""
     rng = np.random.default_rng(0)
     images = rng.normal(size=(2, *size)).astype(dtype)
     even, low = ((taps + taps[:, ::-1]) / 2 for taps in rng.normal(size=(2, 2, 21)))
@@ -178,12 +178,12 @@ def test_medians_of_equal_numbers() -> None:
     assert np.array_equal(images.median_of_25(few), np.median(few.reshape(-1, 25), 1))
 
 
-def test_filters_of_too_many_taps_are_refused() -> None:
+def test_filters_with_too_many_taps_are_rejected() -> None:
     with pytest.raises(ValueError, match="taps: 23 of them; expected at most 21"):
         half_taps(np.ones(23), float)
 
 
-def test_samples_are_those_of_scipy() -> None:
+def test_samples_equal_those_of_scipy() -> None:
     rng = np.random.default_rng(0)
     image, uv = (rng.normal(size=size).astype(np.float32) for size in ((31, 40), (2, 31, 40)))
     result = np.empty_like(image)
@@ -195,15 +195,15 @@ def test_samples_are_those_of_scipy() -> None:
     assert np.abs(result - expected).max() < 1e-5
 
 
-def test_workers_change_nothing_and_steps_are_told() -> None:
+def test_workers_change_nothing_and_progress_is_reported() -> None:
     first, second, _ = pair(texture("gravel"), "rotation")
-    told: list[tuple[int, int]] = []
+    reported: list[tuple[int, int]] = []
     alone = optical_flow(first, second)
-    shared = optical_flow(first, second, workers=3, progress=lambda done, total: told.append((done, total)))
+    shared = optical_flow(first, second, workers=3, progress=lambda done, total: reported.append((done, total)))
     assert np.array_equal(alone.uv, shared.uv)
     assert np.array_equal(alone.confidence, shared.confidence)
     assert np.array_equal(alone.visible, shared.visible)
-    assert told == [(k, 36) for k in range(1, 37)]
+    assert reported == [(k, 36) for k in range(1, 37)]
 
 
 @pytest.mark.parametrize(

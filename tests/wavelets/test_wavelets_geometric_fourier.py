@@ -44,7 +44,7 @@ def negative(n: int) -> dict[str, int]:
     return dict.fromkeys("123456"[:n], -1)
 
 
-def one_after_the_other(f: np.ndarray, n: int, sign: float = -1) -> np.ndarray:
+def in_sequence(f: np.ndarray, n: int, sign: float = -1) -> np.ndarray:
     """The direct sum of ``f exp(-e1 p1) ... exp(-en pn)``."""
     by, shape, names = table(blades(n), negative(n)), f.shape[:-1], blades(n)
     places = np.indices(shape)
@@ -74,7 +74,7 @@ def test_pseudoscalar(size: tuple[int, ...], side: str) -> None:
 
 
 def test_pseudoscalar_in_six_dimensions() -> None:
-    """A few frequencies by their sums; inverse, energy, and the sides, which differ for odd elements only."""
+    """A few frequencies by direct sums; inverse, energy, and both sides, which differ only for odd elements."""
     size, names = (2, 3, 2, 1, 2, 3), blades(6)
     f = field(*size, 64)
     by = table(names, {})
@@ -93,22 +93,22 @@ def test_pseudoscalar_in_six_dimensions() -> None:
 
 
 @pytest.mark.parametrize("size", [(9,), (6, 5), (3, 4, 5), (2, 3, 2, 3), (1, 4)])
-def test_one_vector_for_each_axis(size: tuple[int, ...]) -> None:
+def test_one_vector_per_axis(size: tuple[int, ...]) -> None:
     n = len(size)
     f = field(*size, 2**n)
-    truth, found = one_after_the_other(f, n), product_fft(f)
+    truth, found = in_sequence(f, n), product_fft(f)
     assert np.abs(found - truth).max() < 1e-12
     assert np.abs(iproduct_fft(found) - f).max() < 1e-14
     assert np.linalg.norm(product_fft(f, "ortho")) == pytest.approx(np.linalg.norm(f), rel=1e-14)
     assert np.abs(iproduct_fft(product_fft(f, "forward"), "forward") - f).max() < 1e-14
     real = field(*size, seed=3)
     embedded = np.concatenate([real[..., None], np.zeros((*size, 2**n - 1))], -1)
-    assert np.abs(real_product_fft(real) - one_after_the_other(embedded, n)).max() < 1e-12
+    assert np.abs(real_product_fft(real) - in_sequence(embedded, n)).max() < 1e-12
     assert np.abs(iproduct_fft(real_product_fft(real, norm="ortho"), "ortho") - embedded).max() < 1e-14
 
 
 def test_small_dimensions_are_known_transforms() -> None:
-    """One: the complex transform. Two: the quaternionic one, with both exponentials from the right."""
+    """In 1D it is the complex transform, in 2D the quaternionic one with both exponentials from the right."""
     signal = field(10, 2)
     truth = np.fft.fft(signal[:, 0] + 1j * signal[:, 1])
     assert np.abs(product_fft(signal) - np.stack([truth.real, truth.imag], -1)).max() < 1e-14
@@ -122,10 +122,10 @@ def test_small_dimensions_are_known_transforms() -> None:
 
 
 def test_any_roots() -> None:
-    """Two factors on either side, one of them no blade, in space-time."""
+    """Two factors on either side in space-time, one of them not a blade."""
     by = table(SPACETIME, OPPOSITE_TIME)
     f = field(3, 4, 2, 3, 16)
-    # A bivector, turned by a rotor.
+    # A bivector rotated by a rotor.
     mixed = times(
         times(exponential(SPACETIME, "12", np.array(0.7)), np.eye(16)[SPACETIME.index("23")], by),
         exponential(SPACETIME, "12", np.array(-0.7)),
@@ -150,7 +150,7 @@ def test_any_roots() -> None:
         assert np.abs(igeometric_fft(there, spacetime_product(), left, right, norm) - f).max() < 1e-13
 
 
-def test_other_transforms_are_cases_of_it() -> None:
+def test_other_transforms_are_special_cases() -> None:
     q = quaternions(6, 5)
     oblique = np.array([0, 0.6, 0.0, 0.8])
     found = geometric_fft(q, quaternion.product, [(np.eye(4)[1], (0,))], [(oblique, (1,))])
@@ -164,19 +164,19 @@ def test_other_transforms_are_cases_of_it() -> None:
     e4, e123 = (np.eye(16)[SPACETIME.index(name)] for name in ("4", "123"))
     found = geometric_fft(time, spacetime_product(), [(e4, (0,))], [(e123, (1, 2, 3))])
     assert np.abs(found - spacetime_fft(time)).max() < 1e-12
-    # Axes without a root stay, also in a degenerate algebra.
+    # Axes without a root are not transformed, also in a degenerate algebra.
     euclidean = field(4, 5, 16)
     e12 = np.eye(16)[pga3.geometric_product.layouts["a"].blades.index("e12")]
     found = geometric_fft(euclidean, pga3.geometric_product, right=[(e12, (1,))])
     assert np.abs(found[2] - geometric_fft(euclidean[2], pga3.geometric_product, right=[(e12, (0,))])).max() < 1e-13
 
 
-def test_factors_without_axes_are_no_steps() -> None:
-    f, root, told = field(3, 4, 4), np.eye(4)[3], list[tuple[int, int]]()
+def test_factors_without_axes_are_not_steps() -> None:
+    f, root, reported = field(3, 4, 4), np.eye(4)[3], list[tuple[int, int]]()
     left, right = [(root, ()), (root, (0,))], [(root, ())]
-    found = geometric_fft(f, vga2.geometric_product, left, right, progress=lambda *step: told.append(step))
+    found = geometric_fft(f, vga2.geometric_product, left, right, progress=lambda *step: reported.append(step))
     assert np.array_equal(found, geometric_fft(f, vga2.geometric_product, left[1:]))
-    assert told == [(1, 1)]
+    assert reported == [(1, 1)]
 
 
 @pytest.mark.parametrize("size", [(3, 2, 4, 3), (4, 1, 3, 2)])

@@ -1,4 +1,4 @@
-"""What all public functions of the package do with wrong shapes, odd sizes, integers and what is not finite."""
+"""All public functions of the package with wrong shapes, odd sizes, integers and non-finite numbers."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ CALLS: dict[str, tuple[Call, tuple[int, ...]]] = {
         (19, 17),
     ),
 }
-"""Each function with one array for its data, and the shape of one that is right; sizes are odd."""
+"""Each function with one array for its data, and the shape of a valid array; sizes are odd."""
 
 OTHERS = {
     "admissibility": "takes a name",
@@ -136,7 +136,7 @@ def whole(shape: tuple[int, ...]) -> np.ndarray:
     return np.random.default_rng(0).integers(-20, 20, shape)
 
 
-def test_all_public_functions_are_here() -> None:
+def test_all_public_functions_are_listed() -> None:
     functions = {name for name in w.__all__ if not inspect.isclass(getattr(w, name))}
     assert functions == ({name for name in CALLS if name.islower()} | set(OTHERS))
     takes_levels = {name for name in functions if "levels" in inspect.signature(getattr(w, name)).parameters}
@@ -156,7 +156,7 @@ def test_integers_are_floats(name: str) -> None:
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 @pytest.mark.parametrize("name", CALLS)
-def test_numbers_that_are_not_finite_are_refused(name: str, value: float) -> None:
+def test_numbers_that_are_not_finite_are_rejected(name: str, value: float) -> None:
     call, shape = CALLS[name]
     array = whole(shape).astype(float)
     array[tuple(n // 2 for n in shape)] = value
@@ -165,7 +165,7 @@ def test_numbers_that_are_not_finite_are_refused(name: str, value: float) -> Non
 
 
 @pytest.mark.parametrize("name", CALLS)
-def test_other_numbers_are_refused(name: str) -> None:
+def test_other_types_of_numbers_are_rejected(name: str) -> None:
     call, shape = CALLS[name]
     for array in (np.ones(shape, complex), np.full(shape, "a"), np.ones(shape, object)):
         with pytest.raises(TypeError, match="expected real numbers"):
@@ -173,8 +173,8 @@ def test_other_numbers_are_refused(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", CALLS)
-def test_wrong_shapes_are_refused(name: str) -> None:
-    """One number; no number along an axis; another number of coefficients."""
+def test_wrong_shapes_are_rejected(name: str) -> None:
+    """A scalar, an axis of length 0, and a wrong number of coefficients."""
     call, shape = CALLS[name]
     for array in (np.float64(1), np.ones((0, *shape[1:])), np.ones((*shape[:-1], 0))):
         if name == "similarity_distance" and array.ndim == 0:
@@ -187,8 +187,8 @@ def test_wrong_shapes_are_refused(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", CALLS)
-def test_masked_numbers_are_refused(name: str) -> None:
-    """A mask would be forgotten; where nothing is masked, there is nothing to forget."""
+def test_masked_numbers_are_rejected(name: str) -> None:
+    """A mask would be ignored; arrays without masked elements are accepted."""
     call, shape = CALLS[name]
     array = whole(shape).astype(float)
     mask = np.zeros(shape, bool)
@@ -213,7 +213,7 @@ SHAPES_ONLY = {
 @pytest.mark.parametrize("name", [name for name in CALLS if name not in ("texture_features",)])
 @pytest.mark.filterwarnings("error")
 def test_numbers_of_any_size(name: str, dtype: type) -> None:
-    """Powers of 2 are factors of all results, from 1e-300 to 1e300; what is larger may be refused, but not silently."""
+    """Scaling by powers of 2 scales all results, from 1e-300 to 1e300; larger numbers may only raise an error."""
     call, shape = CALLS[name]
     if name == "denoise":
         call = w.denoise
@@ -238,7 +238,7 @@ def test_numbers_of_any_size(name: str, dtype: type) -> None:
 
 @pytest.mark.filterwarnings("error")
 def test_amplitudes_and_phases_of_any_size() -> None:
-    """Of quaternions one by one, of bands, of noise and of textures, whose logarithms move."""
+    """Test single quaternions, bands, noise, and textures, whose logarithms are shifted."""
     rng = np.random.default_rng(4)
     q, powers = rng.normal(size=(300, 4)), rng.integers(-1000, 1000, 300)
     q[7] = 0
@@ -265,7 +265,7 @@ def test_amplitudes_and_phases_of_any_size() -> None:
 
 
 @pytest.mark.parametrize("name", LEVELS)
-def test_too_many_levels_are_refused(name: str) -> None:
+def test_too_many_levels_are_rejected(name: str) -> None:
     for levels in (12, -1, 1.5, True):
         with pytest.raises(ValueError, match=f"levels: {levels}; expected"):
             LEVELS[name](levels)
@@ -283,22 +283,22 @@ def test_workers_change_nothing(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", [name for name in CALLS if "progress" in options(name)])
-def test_progress_ends_when_all_is_done(name: str) -> None:
+def test_progress_reaches_the_total(name: str) -> None:
     call, shape = CALLS[name]
     array = np.random.default_rng(1).normal(size=shape)
-    told: list[tuple[int, int]] = []
-    found = call(array, progress=lambda done, total: told.append((done, total)))
+    reported: list[tuple[int, int]] = []
+    found = call(array, progress=lambda done, total: reported.append((done, total)))
     assert np.array_equal(found, call(array))
-    assert told == [(k + 1, len(told)) for k in range(len(told))]
-    assert told
+    assert reported == [(k + 1, len(reported)) for k in range(len(reported))]
+    assert reported
 
 
-def test_all_functions_of_arrays_take_workers() -> None:
+def test_all_functions_of_arrays_have_workers() -> None:
     assert {name for name in CALLS if "workers" not in options(name)} == set(ALONE)
 
 
 @pytest.mark.parametrize("name", CALLS)
-def test_arrays_that_cannot_be_written_and_single_precision(name: str) -> None:
+def test_read_only_arrays_and_single_precision(name: str) -> None:
     """The result of float32 is float32, near that of float64."""
     call, shape = CALLS[name]
     array = np.random.default_rng(2).normal(size=shape).astype(np.float32)

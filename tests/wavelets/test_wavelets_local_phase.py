@@ -20,12 +20,12 @@ def wrapped(angle: np.ndarray, period: float = 2 * np.pi) -> np.ndarray:
 
 
 def moved(image: np.ndarray, x: float, y: float) -> np.ndarray:
-    """A periodic image whose content goes by (x, y): exact, as the image has no frequencies near 1/2."""
+    """A periodic image shifted by (x, y), exactly, as the image has no frequencies near 1/2."""
     u, v = np.fft.fftfreq(image.shape[0])[:, None], np.fft.fftfreq(image.shape[1])
     return np.fft.ifft2(np.fft.fft2(image) * np.exp(-2j * np.pi * (u * x + v * y))).real
 
 
-def test_banks_are_those_of_skimage() -> None:
+def test_banks_equal_those_of_skimage() -> None:
     filters = pytest.importorskip("skimage.filters")
     impulse = np.zeros((71, 71))
     impulse[35, 35] = 1
@@ -100,7 +100,7 @@ def test_quaternionic_phase_and_frequency_of_a_wave() -> None:
 
 
 def area_under_curve(good: np.ndarray, score: np.ndarray) -> float:
-    """The chance that a good pixel has a higher score than a bad one."""
+    """The probability that a good pixel has a higher score than a bad one."""
     order = np.argsort(np.argsort(score))
     count = good.sum()
     return float((order[good].sum() - count * (count - 1) / 2) / (count * (good.size - count)))
@@ -151,7 +151,7 @@ def test_confidence_of_quaternionic_phases(motion: tuple[float, float], area: fl
 
 @pytest.mark.parametrize("value", [0.0, 7.0, 1e-300, -1e300, np.float32(0.1)])
 def test_constant_images_have_no_phase(value: float) -> None:
-    """Bands of rounding errors are not sure of anything."""
+    """Bands of rounding errors have no confidence."""
     image = np.full((2, 40, 50), value)
     for found in (
         local_phase(image, (0.12, -0.1)),

@@ -1,4 +1,4 @@
-"""The blocks of the page on wavelets run, and what they assert holds."""
+"""The blocks of the page on wavelets run without failing assertions."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ def recomposed(phase: Any) -> np.ndarray:
     return phase.amplitude[..., None] * product(product(turns[0], turns[1]), turns[2])
 
 
-def test_phases_give_the_quaternion_again() -> None:
+def test_phases_reconstruct_the_quaternion() -> None:
     q = normal(20000, 4) * 10 ** normal(20000, 1, seed=1)
     phase = quaternion_phase(q)
     size = np.linalg.norm(q, axis=-1)
@@ -34,7 +34,7 @@ def test_phases_give_the_quaternion_again() -> None:
     assert not phase.singular.any()
 
 
-def test_phases_are_found_again() -> None:
+def test_phases_are_recovered() -> None:
     rng = np.random.default_rng(3)
     phi, theta, psi = rng.uniform(-1, 1, (3, 5000)) * np.array([np.pi, np.pi / 2, 0.24 * np.pi])[:, None]
     q = product(product(exponential("i", phi), exponential("k", psi)), exponential("j", theta))
@@ -44,7 +44,7 @@ def test_phases_are_found_again() -> None:
 
 
 def test_singular_set() -> None:
-    """At psi = pi/4 only the difference of phi and theta counts, at -pi/4 the sum; near it, q is kept all the same."""
+    """At psi = pi/4 only the difference of phi and theta is determined, at -pi/4 the sum; q is recovered near both."""
     phi, theta = np.random.default_rng(4).uniform(-np.pi / 2, np.pi / 2, (2, 1000))
     for psi in (np.pi / 4, -np.pi / 4):
         for distance in (0.0, 1e-12, 1e-8, 1e-4):
@@ -60,20 +60,20 @@ def test_singular_set() -> None:
 
 
 def test_phases_follow_a_shift() -> None:
-    """In the spectrum of a real image, phi and theta move by ``-2 pi u a / M`` and ``-2 pi v b / N``; psi stays."""
+    """In the spectrum of a real image, phi and theta change by ``-2 pi u a / M`` and ``-2 pi v b / N``, psi by 0."""
     image, (a, b) = normal(16, 20), (3, 5)
     before, after = quaternion_phase(qft(image)), quaternion_phase(qft(np.roll(image, (a, b), (0, 1))))
     u, v = np.arange(16)[:, None] / 16, np.arange(20)[None] / 20
     regular = np.cos(2 * before.psi) > 1e-3
     regular[[0, 8]], regular[:, [0, 10]] = False, False
     for one, other, shift in ((before.phi, after.phi, u * a), (before.theta, after.theta, v * b)):
-        # Both angles are periodic by pi, if they change together.
+        # Both angles together have the period pi.
         turn = np.exp(2j * (other - one + 2 * np.pi * shift))
         assert np.abs(turn - 1)[regular].max() < 1e-9
     assert np.abs(after.psi - before.psi)[regular].max() < 1e-11
 
 
-def test_gabor_filters_are_those_of_skimage() -> None:
+def test_gabor_filters_equal_those_of_skimage() -> None:
     filters = pytest.importorskip("skimage.filters")
     impulse = np.zeros((65, 65))
     impulse[32, 32] = 1
@@ -105,8 +105,8 @@ def test_transfer_function_of_a_gabor_filter() -> None:
 
 
 @pytest.mark.parametrize(("truncate", "error"), [(4.0, 2e-4), (5.5, 2e-7), (6.0, 1e-8)])
-def test_where_gabor_filters_end(truncate: float, error: float) -> None:
-    """The spectrum of the filter is the Gaussian, of its two widths, but for what is cut off."""
+def test_truncation_of_gabor_filters(truncate: float, error: float) -> None:
+    """The spectrum of the filter is the Gaussian with its two widths, up to truncation."""
     impulse = np.zeros((100, 100))
     impulse[50, 50] = 1
     sigma, aspect, u, v = 6.0, 1.5, 12 / 100, 20 / 100
@@ -145,7 +145,7 @@ def test_pyramids_are_invertible(kind: str, size: tuple[int, ...]) -> None:
     assert half.inverse().dtype == half.detail[0]["H"].dtype == np.float32
 
 
-def test_quaternions_of_the_dual_tree_are_its_six_bands() -> None:
+def test_quaternions_of_the_dual_tree_equal_its_six_bands() -> None:
     """Chan's map: with ``P = (z1 + z2) / 2`` and ``Q = (z2 - z1) / 2``, here with i for rows and j for columns."""
     with np.load(KNOWN) as known:
         image = known["image"]

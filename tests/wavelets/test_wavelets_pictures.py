@@ -1,4 +1,4 @@
-"""Pictures of transforms show the numbers that they are of."""
+"""Pictures of transforms show the right numbers."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ def normal(*shape: int, seed: int = 0) -> np.ndarray:
 
 
 def shown(figure: Any, panel: int = 0) -> np.ndarray:
-    """What the panel's image is of."""
+    """The data of the image in a panel."""
     panels = [axes for axes in figure.axes if axes.images]
     return np.ma.getdata(panels[panel].images[0].get_array())
 
 
 def saved(figure: Any, path: Path) -> None:
-    """It can be drawn, and is not one colour."""
+    """The figure can be saved and does not have a single colour."""
     figure.savefig(path / "figure.png", dpi=40)
     with Image.open(path / "figure.png") as image:
         assert len(set(image.convert("L").resize((100, 100)).tobytes())) > 10
@@ -99,7 +99,7 @@ def test_matches(tmp_path: Path) -> None:
     figure = draw_matches(field, matches)
     cross, line = figure.axes[0].lines
     assert (cross.get_xdata()[0], cross.get_ydata()[0]) == (13, 6)
-    # Not turned: along e1, which is down the picture.
+    # Not rotated: along e1, which points down in the picture.
     assert np.abs(np.diff(line.get_xdata())).max() < 1e-12 and np.diff(line.get_ydata())[0] > 0
     saved(figure, tmp_path)
 
@@ -108,7 +108,7 @@ def test_flow_and_disparity(tmp_path: Path) -> None:
     image, uv = normal(20, 25), np.zeros((20, 25, 2))
     uv[..., 0] = 2.0
     figure = draw_flow(image, Flow(uv, np.ones((20, 25))))
-    # To the right, at full speed and surely: red.
+    # Full speed to the right with high confidence is red.
     assert np.array_equal(shown(figure, 1), np.broadcast_to([1.0, 0, 0], (20, 25, 3)))
     assert np.array_equal(shown(figure), image)
     saved(figure, tmp_path)

@@ -1,4 +1,4 @@
-"""Transforms in either memory order, shared among threads, with progress, in parts and in one piece."""
+"""Transforms in either memory order, with threads and progress, in blocks and in one piece."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ def test_memory_orders_and_threads(
     assert np.abs(back(expected, workers=-1) - field).max() <= 20 * np.finfo(dtype).eps * np.abs(field).max()
 
 
-def test_plain_complex_transforms_are_inside() -> None:
-    """The plane 1, e123 of a volume is a complex transform by itself; sizes need several parts."""
+def test_complex_transforms_are_contained() -> None:
+    """The plane 1, e123 of a volume has a separate complex transform; sizes require several blocks."""
     rng = np.random.default_rng(1)
     field = np.zeros((9, 128, 130, 8))
     z = rng.normal(size=field.shape[:-1]) + 1j * rng.normal(size=field.shape[:-1])
@@ -60,7 +60,7 @@ def test_threads_do_not_change_real_images() -> None:
 
 
 @pytest.mark.parametrize("workers", [None, 2])
-def test_progress_ends_when_all_is_done(workers: int | None) -> None:
+def test_progress_reaches_the_total(workers: int | None) -> None:
     field = np.random.default_rng(3).normal(size=(6, 7, 8, 8))
     steps: list[tuple[int, int]] = []
     found = clifford_fft(field, workers=workers, progress=lambda done, total: steps.append((done, total)))
@@ -73,6 +73,6 @@ def test_progress_ends_when_all_is_done(workers: int | None) -> None:
 
 
 @pytest.mark.parametrize("workers", [0, -1000])
-def test_impossible_numbers_of_threads_are_refused(workers: int) -> None:
+def test_impossible_numbers_of_threads_are_rejected(workers: int) -> None:
     with pytest.raises(ValueError, match=f"workers: {workers}; expected 1 or more"):
         qft(np.ones((4, 4, 4)), workers=workers)

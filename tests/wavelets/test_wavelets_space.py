@@ -1,4 +1,4 @@
-"""Clifford wavelets in space against direct sums, and how they follow shifts and turns."""
+"""Clifford wavelets in space against direct sums, and their equivariance under shifts and rotations."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def wavelet(x: np.ndarray, frequency: float, sigma: np.ndarray) -> tuple[np.ndar
 
 
 def test_direct_sum() -> None:
-    """In space, with the wavelet of the definition, turned by scipy. Its ends in space and frequency are below 1e-8."""
+    """In space, with the wavelet of the definition, rotated by scipy; its tails in both domains are below 1e-8."""
     f, n, scale, sigma = field(32, 32, 32), 32, 1.3, np.array([2.0, 1.95, 2.05])
     turn = Rotation.from_rotvec([0.3, -0.5, 0.7])
     rotor = vga3.rotor_from_rotation_vector(turn.as_rotvec())
@@ -52,13 +52,13 @@ def test_direct_sum() -> None:
         assert np.abs(found[b] - expected).max() < 1e-7 * np.abs(found).max()
 
 
-def test_follows_shifts_and_quarter_turns() -> None:
+def test_equivariant_under_shifts_and_quarter_turns() -> None:
     f = field(8, 8, 6)
     sigma = (2.0, 1.5, 1.0)
     before = clifford_wavelet(f, [1.0, 1.7], directions()[:3], sigma=sigma).coefficients
     moved = clifford_wavelet(np.roll(f, (1, 2, 3), (0, 1, 2)), [1.0, 1.7], directions()[:3], sigma=sigma).coefficients
     assert np.abs(np.roll(before, (1, 2, 3), (2, 3, 4)) - moved).max() < 1e-13
-    # Odd sizes, where a grid turned about its first place is the same grid.
+    # For odd sizes, a grid rotated about its first point is the same grid.
     f = field(9, 9, 5)
 
     def turned(g: np.ndarray, first: int) -> np.ndarray:
@@ -83,7 +83,7 @@ def test_inverse_on_the_covered_frequencies() -> None:
     assert single.coefficients.dtype == single.inverse().dtype == np.float32
 
 
-def test_a_wave_is_seen_by_the_wavelet_of_its_frequency_and_direction() -> None:
+def test_a_wave_matches_the_wavelet_of_its_frequency_and_direction() -> None:
     x = np.arange(24)
     wave = np.zeros((24, 24, 24, 8))
     wave[..., 2] = np.cos(2 * np.pi * 3 * x / 24)[:, None]

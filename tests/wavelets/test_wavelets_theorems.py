@@ -1,4 +1,4 @@
-"""Theorems of the quaternionic and the Clifford-Fourier transforms, in the forms that hold, and OpenCV's numbers."""
+"""Theorems of the quaternion and Clifford Fourier transforms in their valid forms, and results of OpenCV."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def mirrored(f: np.ndarray, *axes: int) -> np.ndarray:
 
 
 def convolved(f: np.ndarray, h: np.ndarray) -> np.ndarray:
-    """The circular convolution of quaternion images, written out."""
+    """The circular convolution of quaternion images by direct sums."""
     return sum(product(np.roll(f, y, (0, 1)), np.broadcast_to(h[y], f.shape)) for y in np.ndindex(h.shape[:2]))
 
 
@@ -41,7 +41,7 @@ def test_linear_over_real_numbers(side: str) -> None:
 
 
 def test_modulation() -> None:
-    """Waves that stand where the exponentials stand move the spectrum."""
+    """Waves on the same sides as the exponentials shift the spectrum."""
     f = quaternions(7, 10)
     x, y = 2 * np.pi * np.arange(7)[:, None] / 7 + np.zeros(10), 2 * np.pi * np.arange(10) / 10 + np.zeros((7, 1))
     wave = product(product(exponential("i", 2 * x), f), exponential("j", 3 * y))
@@ -54,7 +54,7 @@ def test_modulation() -> None:
 
 @pytest.mark.parametrize("side", SIDES)
 def test_dilation(side: str) -> None:
-    """Of periodic images, by factors without a divisor in common with the size: 3 along x, 7 along y."""
+    """Dilate periodic images by factors coprime to the size: 3 along x, 7 along y."""
     f = quaternions(7, 10)
     x, y = (3 * np.arange(7)) % 7, (7 * np.arange(10)) % 10
     assert np.abs(qft(f[x][:, y], side)[x][:, y] - qft(f, side)).max() < 1e-12
@@ -65,7 +65,7 @@ def test_parity_and_exchange_of_the_axes() -> None:
     for side in SIDES:
         assert np.abs(qft(mirrored(f, 0, 1), side) - mirrored(qft(f, side), 0, 1)).max() < 1e-12
     assert np.abs(qft(mirrored(f, 0)) - mirrored(qft(f), 0)).max() < 1e-12
-    # Turned over, the exponentials change sides: a conjugate brings them back, with opposite phases.
+    # Transposition exchanges the sides of the exponentials; conjugation restores them with opposite phases.
     conjugate = np.array([1, -1, -1, -1])
     expected = mirrored(qft(f * conjugate, axes=("j", "i")), 0, 1) * conjugate
     assert np.abs(qft(np.swapaxes(f, 0, 1)) - np.swapaxes(expected, 0, 1)).max() < 1e-12
@@ -99,7 +99,7 @@ def test_derivatives() -> None:
 
 
 @pytest.mark.parametrize("side", SIDES)
-def test_scalar_products_are_kept(side: str) -> None:
+def test_scalar_products_are_preserved(side: str) -> None:
     f, g = quaternions(8, 9), quaternions(8, 9, seed=1)
     assert (qft(f, side, norm="ortho") * qft(g, side, norm="ortho")).sum() == pytest.approx((f * g).sum(), rel=1e-12)
 
@@ -118,7 +118,7 @@ def test_convolution_with_real_images() -> None:
 
 
 def test_convolution_of_quaternion_images() -> None:
-    """From the left, the part of F that commutes with i meets H, the other one H at the opposite frequency."""
+    """Left transform: the part of F that commutes with i multiplies H, the other one H at the opposite frequency."""
     f, h = quaternions(5, 6), quaternions(5, 6, seed=1)
     spectrum, other = qft(f, "left"), qft(h, "left")
     along, across = spectrum * [1, 1, 0, 0], spectrum * [0, 0, 1, 1]
@@ -153,7 +153,7 @@ def test_symmetry_of_vector_fields() -> None:
 
 
 def test_derivative_in_the_plane() -> None:
-    """The vector derivative from the left has the spectrum ``w F(-w) e12``: e12 turns round past the vector."""
+    """The vector derivative from the left has the spectrum ``w F(-w) e12``: e12 anticommutes with vectors."""
     by, x = table(PLANE, {}), [2 * np.pi * each / n for each, n in zip(np.indices((9, 8)), (9, 8), strict=True)]
     f, derivative = 0, 0
     for amplitude, w in zip(field(4, 4), ([1, 2], [0, -3], [3, 1], [-2, 0]), strict=True):
@@ -168,7 +168,7 @@ def test_derivative_in_the_plane() -> None:
 
 
 def test_theorems_in_space_and_time() -> None:
-    """Shifts and waves, where time stands on the left and space on the right; scalar products."""
+    """Shifts and modulations, with time on the left and space on the right; scalar products."""
     f, by = field(3, 4, 2, 5, 16), table(SPACETIME, OPPOSITE_TIME)
     t, *x = [2 * np.pi * each / n for each, n in zip(np.indices(f.shape[:-1]), f.shape[:-1], strict=True)]
     spectrum = spacetime_fft(f)

@@ -1,4 +1,4 @@
-"""Divergence, curl and turned templates of vector fields that are known in closed form."""
+"""Divergence, curl and rotated templates of vector fields in closed form."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_derivatives_of_linear_fields_are_exact() -> None:
 
 
 def test_waves_in_space() -> None:
-    """Divergence and curl of ``a cos(w x)``, smaller by what the Gaussian leaves of the wave."""
+    """Divergence and curl of ``a cos(w x)``, attenuated by the Gaussian."""
     sizes = np.array([24, 20, 18])
     w, a = 2 * np.pi * np.array([2, -1, 1]) / sizes, np.array([0.3, -1.0, 0.7])
     phase = np.moveaxis(np.indices(sizes), 0, -1) @ w
@@ -35,7 +35,7 @@ def test_waves_in_space() -> None:
     bivector = [w[i] * a[j] - w[j] * a[i] for i, j in ((0, 1), (0, 2), (1, 2))]
     smooth = np.exp(-(sigma**2) * (w @ w) / 2)
     expected = -np.sin(phase)[..., None] * smooth * np.array([w @ a, *bivector])
-    # The slope of a sampled Gaussian is scaled to be exact for lines.
+    # The derivative of a sampled Gaussian is scaled to be exact for linear functions.
     assert np.abs(found - expected).max() < 2e-3 * np.abs(expected).max()
     single = divergence_and_curl((np.cos(phase)[..., None] * a).astype(np.float32), sigma, "wrap")
     assert single.dtype == np.float32 and np.abs(single - found).max() < 1e-6
@@ -43,8 +43,8 @@ def test_waves_in_space() -> None:
     assert derivative_mask(2, 1.5, truncate=5.0).shape == (17, 17, 2)
 
 
-def test_where_masks_of_derivatives_end() -> None:
-    """Waves in the plane: with a longer mask, what the whole Gaussian gives."""
+def test_truncation_of_masks_of_derivatives() -> None:
+    """Waves in the plane: results converge to those of the whole Gaussian for longer masks."""
     phase = 2 * np.pi * (2 * np.arange(64)[:, None] + np.arange(72) * 64 / 72) / 64
     u, v = 4 * np.pi / 64, 2 * np.pi / 72
     field = np.stack([np.cos(phase), 2 * np.sin(phase)], -1)
@@ -59,7 +59,7 @@ def test_where_masks_of_derivatives_end() -> None:
 
 
 @pytest.mark.parametrize("angle", [0.3, -2.9, 3.1, np.pi])
-def test_turned_vectors_in_the_plane(angle: float) -> None:
+def test_rotated_vectors_in_the_plane(angle: float) -> None:
     template, rotor = normal(7, 5, 2), vga2.rotor_from_angle(angle)
     field = 0.1 * normal(40, 50, 2, seed=1)
     field[10:17, 20:25] = vga2.rotate_vector(rotor, template)
@@ -69,7 +69,7 @@ def test_turned_vectors_in_the_plane(angle: float) -> None:
 
 
 @pytest.mark.parametrize("turn", [(0.3, 0.2, -0.1), (2.0, 1.0, 2.0), (0.0, 3.1, 0.0), (0.0, 0.0, np.pi)])
-def test_turned_vectors_in_space(turn: Any) -> None:
+def test_rotated_vectors_in_space(turn: Any) -> None:
     template, rotor = normal(5, 5, 5, 3), vga3.rotor_from_rotation_vector(np.array(turn))
     field = 0.1 * normal(14, 15, 16, 3, seed=1)
     field[3:8, 6:11, 7:12] = vga3.rotate_vector(rotor, template)
@@ -97,8 +97,8 @@ def placed(pattern: Any, place: tuple[int, int], angle: float, size: tuple[int, 
 
 @pytest.mark.parametrize("pattern", [saddle, vortex])
 @pytest.mark.parametrize("angle", [0.3, -1.3, 2.9])
-def test_a_whole_pattern_is_turned(pattern: Any, angle: float) -> None:
-    """Position exact, angle to 1e-3, also with noise; then the second best."""
+def test_a_whole_pattern_is_rotated(pattern: Any, angle: float) -> None:
+    """The position is exact and the angle within 1e-3, also with noise; then test the second best match."""
     size = (60, 70)
     field = placed(pattern, (25, 40), angle, size) + 0.8 * placed(pattern, (44, 15), angle - 2, size)
     template = pattern(np.moveaxis(np.indices((15, 15)), 0, -1) - 7.0)
@@ -113,7 +113,7 @@ def test_a_whole_pattern_is_turned(pattern: Any, angle: float) -> None:
     assert noisy.place in {(25, 40), (44, 15)} and abs(noisy.rotor @ truth) > 1 - 5e-5
 
 
-def test_a_whole_pattern_is_turned_in_space() -> None:
+def test_a_whole_pattern_is_rotated_in_space() -> None:
     def pattern(x: np.ndarray) -> np.ndarray:
         g = np.exp(-(x**2).sum(-1) / 6)[..., None]
         a, b, c = np.moveaxis(x, -1, 0)
