@@ -1,4 +1,4 @@
-"""What is said of a kernel that cannot be: one line with file, line and kernel, at the earliest moment."""
+"""Errors of invalid kernels: one line with file, line and kernel, as early as possible."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def test_one_line_with_its_place(case: str, tmp_path: Path, monkeypatch: pytest.
         assert "Traceback (most recent call last)" in text and text.strip().splitlines()[-1] == lines[0]
 
 
-def test_errors_keep_their_kind_and_cause() -> None:
+def test_errors_keep_their_type_and_cause() -> None:
     @kernel(a=PGA3.MOTOR)
     def wrong(a: Any) -> Any:
         """Wrong."""
@@ -100,7 +100,7 @@ def test_errors_keep_their_kind_and_cause() -> None:
 
 
 def test_names_that_functions_cannot_have() -> None:
-    """Refused when the kernel is declared; the C compiler used to find out."""
+    """The declaration of the kernel raises an error, before the C compiler does."""
     with pytest.raises(
         KernelError, match=r"test_declarations\.py:\d+: kernel <lambda>: not a valid function name.*define it with def"
     ):
@@ -120,9 +120,9 @@ def test_names_that_functions_cannot_have() -> None:
 @pytest.mark.parametrize(
     "name", ["double", "ONLY_F64", "FLT_MAX", "M_LOG2E", "NULL", "REAL", "memcpy", "out", "switch", "_x"]
 )
-def test_names_that_mean_something_in_c(name: str) -> None:
-    """Words and macros of C may name parameters and kernels, but for macros of the runtime, which only parameters may
-    have as names.
+def test_names_with_a_meaning_in_c(name: str) -> None:
+    """Keywords and macros of C may be names of parameters and kernels; macros of the runtime may only be names of
+    parameters.
     """
     made: dict[str, Any] = {}
     exec(f"def {name}({name}):\n    return {name} * {name} + 1", made)
@@ -173,7 +173,7 @@ def test_a_layout_of_the_blade_1_has_an_axis() -> None:
         function(np.ones(5), 2.0)
 
 
-def test_no_compiler_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_compiler_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "nocc -O2")
     assert "$CC is 'nocc -O2'" in no_compiler() and "not set" not in no_compiler()
     monkeypatch.delenv("CC")
@@ -187,7 +187,7 @@ def test_list_of_nothing() -> None:
 
 
 def test_the_steps_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """In the order that they are read in: `gac new` comes before the file that it writes."""
+    """The steps are in the order in which they must be executed: `gac new` comes before the file that it writes."""
     text = (Path(__file__).parents[2] / "README.md").read_text()
     section = text.partition("## Generate your own")[2].partition("## Derive")[0]
     assert section.index("gac new my_kernels") < section.index("# my_kernels.py")

@@ -90,7 +90,7 @@ def test_symmetric_rationals_are_solved_exactly(n: int) -> None:
 
 
 @pytest.mark.parametrize("n", SIZES)
-def test_a_singular_matrix_says_so(n: int) -> None:
+def test_singular_matrices_are_reported(n: int) -> None:
     zero = [[0] * n for _ in range(n)]
     ones = [[1] * n for _ in range(n)]
     for matrix in [zero, ones] if n > 1 else [zero]:
@@ -129,7 +129,7 @@ def inverting(n: int) -> Any:
 
 @cache
 def conditioned(n: int, condition: float, seed: int) -> np.ndarray:
-    """Matrices with given condition: singular values between, evenly in their logarithm."""
+    """Matrices with a given condition number and logarithmically spaced singular values."""
     numbers = random(seed)
     left, right = (np.linalg.qr(numbers.standard_normal((N, n, n)))[0] for _ in range(2))
     return (left * np.geomspace(1, 1 / condition, n)) @ right
@@ -190,12 +190,12 @@ def test_pivots_and_singular_floats() -> None:
 
 
 def vector(x: Any, y: Any, z: Any) -> Any:
-    """Three results as one, which can be differentiated."""
+    """Three results as one vector, which can be differentiated."""
     return ga.assemble(VGA3, {"e1": x, "e2": y, "e3": z})
 
 
 def moved(a: Any, t: Any, b: Any) -> Any:
-    """``a + t b`` for nested sequences: derivatives by t are derivatives along b."""
+    """``a + t b`` for nested sequences: derivatives with respect to t are derivatives along b."""
     if isinstance(a, tuple):
         return tuple(moved(x, t, y) for x, y in zip(a, b, strict=True))
     return a + t * b
@@ -228,7 +228,7 @@ def test_derivative_of_a_solution() -> None:
         lambda: ga.eigenvectors_symmetric([[1, 2], [3]]),
     ],
 )
-def test_wrong_sizes_are_refused(call: Callable[[], Any]) -> None:
+def test_wrong_sizes_are_rejected(call: Callable[[], Any]) -> None:
     with pytest.raises(KernelError, match=r"expected"):
         call()
 
@@ -349,7 +349,7 @@ def with_roots(values: np.ndarray) -> np.ndarray:
 
 
 def paired(values: np.ndarray) -> np.ndarray:
-    """Pairs of conjugate roots from pairs of columns; a last one stays."""
+    """Pairs of conjugate roots from pairs of columns; a last single column is kept."""
     result = values.astype(complex)
     for k in range(0, values.shape[1] - 1, 2):
         result[:, k], result[:, k + 1] = values[:, k] + 1j * values[:, k + 1], values[:, k] - 1j * values[:, k + 1]
@@ -357,7 +357,7 @@ def paired(values: np.ndarray) -> np.ndarray:
 
 
 def polynomials(degree: int) -> Iterator[tuple[str, np.ndarray]]:
-    """Coefficients for which residuals are to be of the size of rounding."""
+    """Coefficients for which residuals must be of the size of rounding errors."""
     numbers = random(degree)
     general = numbers.standard_normal((N, degree + 1))
     yield "random", general

@@ -1,4 +1,4 @@
-"""Declaring and tracing kernels: what they become, and what is said when they cannot."""
+"""Declaring and tracing kernels: expressions, inferred results and errors."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def test_shapes_and_components() -> None:
         (lambda: array(SCALAR, 2, -1), "array(): shape (2, -1)"),
     ],
 )
-def test_a_wrong_declaration_says_why(declare: Callable[[], Any], message: str) -> None:
+def test_errors_of_wrong_declarations(declare: Callable[[], Any], message: str) -> None:
     with pytest.raises(KernelError) as caught:
         declare()
     assert message in str(caught.value)
@@ -129,7 +129,7 @@ def test_the_expression_is_what_was_written() -> None:
     assert text == "(((m * p) * ~m).grade(3) + (2 * dual(p)))"
 
 
-def test_operators_and_functions_are_one() -> None:
+def test_operators_and_functions_are_equal() -> None:
     a, b = (move_point.parameters[k].symbols() for k in (0, 1))
     pairs = [
         (a * b, gacompiler.geometric_product(a, b)),
@@ -148,7 +148,7 @@ def test_operators_and_functions_are_one() -> None:
 
 
 @pytest.mark.parametrize("name", sorted(set(MEANINGS) - {"abs", "less", "less_equal", "select"}))
-def test_every_operation_has_a_function_of_its_name(name: str) -> None:
+def test_every_operation_has_a_function_with_its_name(name: str) -> None:
     operators = {"add", "subtract", "negate", "divide"}
     assert name in operators or hasattr(gacompiler, name)
 
@@ -159,7 +159,7 @@ def test_blades_are_inferred_by_form() -> None:
     assert (x * y).blades == {0, 3, 5, 6} and (x ^ y).blades == {3, 5, 6}
     assert (x ^ y ^ x).blades == {7} and dual(x).blades == {3, 5, 6}
     assert norm_squared(x).is_scalar and x["e1"].is_scalar and not (x * y).is_scalar
-    assert (x - x).blades == {1, 2, 4}, "cancellation is for polynomials to decide"
+    assert (x - x).blades == {1, 2, 4}, "cancellation is decided on polynomials"
     assert inverse(x).blades >= {1, 2, 4}
     assert (1 + x).blades == {0, 1, 2, 4} and x.grade(2).blades == frozenset()
 
@@ -302,7 +302,7 @@ STRANGER = other_input()
         ({"a": PGA3.POINT}, gacompiler.polarity, None, "the metric is degenerate and I has no inverse; use dual()"),
     ],
 )  # fmt: skip
-def test_a_wrong_kernel_says_where_and_why(
+def test_errors_of_wrong_kernels_name_place_and_reason(
     parameters: dict[str, Any], function: Callable[..., Any], returns: Any, message: str
 ) -> None:
     declared = tuple(Parameter(name, given) for name, given in parameters.items())
@@ -327,7 +327,7 @@ def test_a_wrong_kernel_says_where_and_why(
     ids=["itself", "motor", "null point", "inverse of null point", "number", "circle"],
 )
 def test_an_identically_zero_divisor_is_named(parameters: dict[str, Any], function: Callable[..., Any]) -> None:
-    """Also where only the relations of the inputs make it zero."""
+    """The divisor may be zero only because of the relations of the inputs."""
     declared = tuple(Parameter(name, given) for name, given in parameters.items())
     definition = Kernel("divides", function, declared, None, "")
     with pytest.raises(KernelError, match="identically zero") as caught:
@@ -336,12 +336,12 @@ def test_an_identically_zero_divisor_is_named(parameters: dict[str, Any], functi
 
 
 def test_comparing_expressions_with_equality_signs_is_not_a_condition() -> None:
-    """``==`` compares expressions, not values; what it gives must not pass for a condition."""
+    """``==`` compares expressions, not values; its result must not be accepted as a condition."""
     with pytest.raises(KernelError, match="equal"):
         compile_kernel(kernel(a=SCALAR, b=SCALAR)(named(lambda a, b: select(a == b, 1, a))))
 
 
-def test_coefficients_are_asked_for_by_bitmap_too() -> None:
+def test_coefficients_are_also_indexed_by_bitmaps() -> None:
     symbol = move_point.parameters[1].symbols()
     value = PGA3.POINT.element([2, 3, 5])
     inputs = dict(zip(symbol.data.components, (2, 3, 5), strict=True))
@@ -378,7 +378,7 @@ def test_deep_expressions_do_not_recurse() -> None:
     assert evaluate([total], {"x": 2})[0].scalar == 6002
 
 
-def test_nodes_say_what_they_are() -> None:
+def test_repr_of_nodes() -> None:
     expression = node(Operation.OUTER_PRODUCT, VGA3.basis()[0], 2)
     assert repr(expression) == "Expression((e1 ^ 2))"
     assert str(only(kernel(a=VGA3.VECTOR)(named(lambda a: -a["e1"] / 2)))) == "(-a[e1] / 2)"

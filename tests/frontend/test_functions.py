@@ -1,4 +1,4 @@
-"""Exponentials, logarithms and roots: inverse to each other, and equal to functions of matrices of other libraries."""
+"""Exponentials, logarithms and roots: inverse to each other, and equal to matrix functions of other libraries."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def bivectors(algebra: Algebra) -> Layout:
 
 @cache
 def functions(algebra: Algebra) -> tuple[Function, Function, Function]:
-    """exp, log and sqrt of one algebra, on arrays: in C where the closed form has two numbers, else by numpy."""
+    """exp, log and sqrt of one algebra on arrays: in C where the closed form has two numbers, otherwise by numpy."""
 
     @kernel(b=bivectors(algebra), returns=algebra.even)
     def exponential(b):  # type: ignore[no-untyped-def]
@@ -129,7 +129,7 @@ def reverse(algebra: Algebra, x: Array) -> Array:
 
 
 def difference(a: Array, b: Array) -> Array:
-    """Of each element, relative to its largest coefficient."""
+    """The difference of each element, relative to its largest coefficient."""
     return np.abs(a - b).max(axis=-1) / np.maximum(np.abs(b).max(axis=-1), 1e-300)
 
 
@@ -157,9 +157,9 @@ def simple_exponential(algebra: Algebra, plane: Array, size: Array) -> Array:
 
 
 def special(algebra: Algebra, rng: np.random.Generator) -> tuple[Array, Array, Array]:
-    """Bivectors that are hard, moved by random versors, and their exponentials by those of their commuting parts.
+    """Difficult bivectors, moved by random versors, and their exponentials as products over commuting parts.
 
-    The last array tells which are no two half turns at once, or nearly, which have no logarithm of their own.
+    The last array is false for two simultaneous half turns, and nearly so, which have no unique logarithm.
     """
     bs, versors, single = [], [], []
     sizes = np.array([*ANGLES, *(a + 1e-9 for a in ANGLES), *rng.uniform(0, 3, 12)])
@@ -185,7 +185,7 @@ def left_matrix(algebra: Algebra, b: Array) -> Array:
 
 
 def random_bivectors(algebra: Algebra, rng: np.random.Generator, largest: float) -> Array:
-    """Of norms up to `largest` and down to 1e-14."""
+    """Random bivectors with norms from 1e-14 to `largest`."""
     n = N if algebra in CATALOG else N // 10
     found = rng.normal(size=(n, len(algebra.blades(2))))
     found /= np.linalg.norm(found, axis=1)[:, None]
@@ -207,9 +207,9 @@ def test_functions_are_inverse_to_each_other(algebra: Algebra, rng: np.random.Ge
 
 @pytest.mark.parametrize("algebra", some_slow(PLANES, CGA2, FOUR, CGA3, STA, SPLIT), ids=name_of)
 def test_hard_versors(algebra: Algebra, rng: np.random.Generator) -> None:
-    """Nearly no motion, nearly half turns, equal angles, boosts, translations, null rotations, in moving frames.
+    """Nearly the identity, nearly half turns, equal angles, boosts, translations, null rotations, in moved frames.
 
-    A versor with large coefficients determines what it moves, and its logarithm, to their square only.
+    A versor with large coefficients determines its action and its logarithm only up to an error with their square.
     """
     exponential, logarithm, root = functions(algebra)
     b, r, chosen = special(algebra, rng)
@@ -239,7 +239,7 @@ def test_equal_to_functions_of_matrices(algebra: Algebra, rng: np.random.Generat
     "algebra", some_slow([CGA3, FOUR, SPLIT, TWO_TIMES, TWO_NULL], CGA3, SPLIT, TWO_TIMES, TWO_NULL), ids=name_of
 )
 def test_values_are_numbers_everywhere(algebra: Algebra) -> None:
-    """At 0, on basis blades and sums of two, whatever their squares; and far away."""
+    """Functions are defined at 0, on basis blades and sums of two with any squares, and for large arguments."""
     exponential, logarithm, root = functions(algebra)
     blades = np.eye(len(algebra.blades(2)))
     sums = (blades[:, None] + blades).reshape(-1, len(blades))
@@ -255,8 +255,8 @@ def test_two_half_turns_at_once_have_no_logarithm() -> None:
 
 
 @pytest.mark.parametrize("algebra", some_slow([VGA3, PGA3, STA, CGA2], STA, CGA2), ids=name_of)
-def test_derivatives_are_those_of_the_series(algebra: Algebra, rng: np.random.Generator) -> None:
-    """Along any tangent, at 0 and where squares vanish as well: a block of the exponential of a larger matrix."""
+def test_derivatives_equal_those_of_the_series(algebra: Algebra, rng: np.random.Generator) -> None:
+    """Derivatives along tangents, also at 0 and null elements, are blocks of the exponential of a larger matrix."""
 
     @kernel(b=bivectors(algebra), returns=algebra.even)
     def exponential(b):  # type: ignore[no-untyped-def]
@@ -275,7 +275,7 @@ def test_derivatives_are_those_of_the_series(algebra: Algebra, rng: np.random.Ge
 
 
 @pytest.mark.slow
-def test_derivative_of_a_logarithm_undoes_that_of_the_exponential(rng: np.random.Generator) -> None:
+def test_derivatives_of_logarithm_and_exponential_are_inverse(rng: np.random.Generator) -> None:
     @kernel(b=STA.BIVECTOR)
     def both(b):  # type: ignore[no-untyped-def]
         return ga.log(ga.exp(b), unit=True)
@@ -313,7 +313,7 @@ def test_complex_numbers(rng: np.random.Generator) -> None:
 
 
 def test_dual_and_double_numbers(rng: np.random.Generator) -> None:
-    """A dual number has a function's value and derivative; a double number has two values."""
+    """A function of a dual number has its value and derivative, that of a double number has two values."""
     exponential, logarithm, root = numbers(DUAL_NUMBERS, DUAL_NUMBERS.NUMBER)
     x, y = rng.uniform(0.1, 3, size=(2, 1000))
     a = np.stack([x, y], axis=-1)
@@ -338,7 +338,7 @@ def test_dual_and_double_numbers(rng: np.random.Generator) -> None:
 def test_numbers_of_more_dimensions(algebra: Algebra, layout: Layout, rng: np.random.Generator) -> None:
     exponential, logarithm, root = numbers(algebra, layout)
     a = rng.normal(size=(1000, layout.size)) * 10 ** rng.uniform(-8, 0, size=(1000, layout.size))
-    if algebra is VGA2:  # two vectors have positive squares, so that not all have logarithms
+    if algebra is VGA2:  # two vectors have positive squares, so not all elements have logarithms
         a[:, 0] = 1 + np.abs(a).sum(axis=1)
     a = np.concatenate([a, np.eye(layout.size)[:1], -np.eye(layout.size)[:1]])
     assert difference(exponential(logarithm(a)), a).max() < 1e-14
@@ -368,7 +368,7 @@ def test_on_numbers_and_multivectors() -> None:
     assert max(map(abs, (ga.sqrt(motor) * ga.sqrt(motor) - motor).terms.values())) < 1e-15
 
 
-def test_what_has_no_logarithm_says_so() -> None:
+def test_errors_of_elements_without_a_logarithm() -> None:
     e1, e2, e3 = VGA3.basis()
     for wrong in (e1, e1 + e2 * e3, 1 + e1 + e1 * e2 * e3 + e2 * e3):
         with pytest.raises(KernelError, match="expected a scalar"):
@@ -376,7 +376,7 @@ def test_what_has_no_logarithm_says_so() -> None:
 
 
 def turning(algebra: Algebra) -> list[int]:
-    """The places of bivectors that turn, those with a square, among all."""
+    """The indices of the basis bivectors that generate rotations, which have a nonzero square."""
     return [k for k, blade in enumerate(algebra.blades(2)) if algebra.blade_product(blade, blade).get(0)]
 
 
@@ -392,7 +392,7 @@ def powers(layout: Layout) -> Function:
 
 
 @pytest.mark.parametrize("algebra", some_slow([*CATALOG, FOUR], CGA2, FOUR, CGA3, STA), ids=name_of)
-def test_power_is_a_part_of_the_way(algebra: Algebra, rng: np.random.Generator) -> None:
+def test_power_is_a_part_of_the_motion(algebra: Algebra, rng: np.random.Generator) -> None:
     exponential, _, _ = functions(algebra)
     b, t = 0.3 * rng.normal(size=(100, len(algebra.blades(2)))), rng.normal(size=100)
     for sign in (1, -1):
@@ -404,9 +404,9 @@ def test_power_is_a_part_of_the_way(algebra: Algebra, rng: np.random.Generator) 
 @pytest.mark.parametrize("algebra", [VGA2, VGA3, PGA2, PGA3], ids=name_of)
 @pytest.mark.parametrize("size", [0.0, 1e-20, 1e-15, 1e-9, 1e-6, 1e-3, 0.5, 1.57])
 def test_large_powers_of_small_turns(algebra: Algebra, size: float, rng: np.random.Generator) -> None:
-    """As exact as the exponential of so large an angle, from no turn to nearly half a turn; `size` is half the angle.
+    """As exact as the exponential of the large angle, from the identity to nearly a half turn; `size` is angle / 2.
 
-    The cosine of a small angle does not say what the angle is, so the sine must not come from it.
+    The cosine of a small angle does not determine the angle, so the sine must not be computed from it.
     """
     exponential, _, _ = functions(algebra)
     b = rng.normal(size=(200, len(algebra.blades(2))))
@@ -420,7 +420,7 @@ def test_large_powers_of_small_turns(algebra: Algebra, size: float, rng: np.rand
 @pytest.mark.parametrize("t", some_slow([0.5, 3.0, 1000.0], 3.0, 1000.0))
 @pytest.mark.parametrize("algebra", some_slow([VGA3, PGA2, PGA3], PGA2, PGA3), ids=name_of)
 def test_derivatives_of_parts_of_small_turns(algebra: Algebra, t: float, rng: np.random.Generator) -> None:
-    """Those of ``exp(t b)`` along a change of `b`: derivatives of a quotient divide by the square of the sine."""
+    """Compare with ``exp(t b)`` along a change of `b`: derivatives of a quotient divide by the squared sine."""
     unit = algebra.UNIT_EVEN
 
     @kernel(b=bivectors(algebra), returns=unit)
@@ -448,8 +448,8 @@ def test_derivatives_of_parts_of_small_turns(algebra: Algebra, t: float, rng: np
 
 
 @pytest.mark.parametrize("number", [COMPLEX.NUMBER, QUATERNIONS.QUATERNION, VGA3.EVEN], ids=str)
-def test_powers_of_numbers_that_turn(number: Layout, rng: np.random.Generator) -> None:
-    """Those of complex numbers, along the part that is not a scalar."""
+def test_powers_of_numbers_that_rotate(number: Layout, rng: np.random.Generator) -> None:
+    """Compare with powers of complex numbers in the plane of the part that is not a scalar."""
     power = powers(number)
     a, t = rng.normal(size=(1000, number.size)), rng.normal(size=1000)
     a[::2, 1:] *= 10 ** rng.uniform(-12, 0, size=(500, 1))
@@ -470,7 +470,7 @@ def test_powers_of_numbers_that_turn(number: Layout, rng: np.random.Generator) -
 @pytest.mark.parametrize(
     "number", some_slow([DOUBLE_NUMBERS.NUMBER, DUAL_NUMBERS.NUMBER], DOUBLE_NUMBERS.NUMBER), ids=str
 )
-def test_powers_of_numbers_that_do_not_turn(number: Layout, rng: np.random.Generator) -> None:
+def test_powers_of_numbers_that_do_not_rotate(number: Layout, rng: np.random.Generator) -> None:
     @kernel(a=number, t=SCALAR, returns=number)
     def by_logarithm(a, t):  # type: ignore[no-untyped-def]
         return ga.exp(t * ga.log(a))
@@ -481,8 +481,8 @@ def test_powers_of_numbers_that_do_not_turn(number: Layout, rng: np.random.Gener
 
 
 @pytest.mark.parametrize("algebra", some_slow([VGA2, VGA3, PGA2, PGA3], PGA3), ids=name_of)
-def test_interpolation_goes_the_part_of_the_way_at_constant_speed(algebra: Algebra, rng: np.random.Generator) -> None:
-    """From no turn at all to nearly half a turn; sizes are half the angle."""
+def test_interpolation_moves_at_constant_speed(algebra: Algebra, rng: np.random.Generator) -> None:
+    """Test angles from zero to nearly a half turn; sizes are half the angle."""
     unit = algebra.UNIT_EVEN
 
     @kernel(a=unit, b=unit, t=SCALAR, returns=unit)
@@ -509,7 +509,7 @@ def test_interpolation_goes_the_part_of_the_way_at_constant_speed(algebra: Algeb
 
 @pytest.mark.parametrize("algebra", UP_TO_FIVE, ids=name_of)
 def test_interpolation_of_multivectors_in_any_metric(algebra: Algebra, rng: np.random.Generator) -> None:
-    """Summed or by the power of the ratio, of even versors and of odd ones, and where there is no way to go."""
+    """Interpolate by sums or by powers of the ratio, for even and odd versors, and where there is no interpolation."""
 
     def bivector(size: float, blades: Any) -> Multivector:
         return Multivector(algebra, dict(zip(blades, map(float, size * rng.normal(size=len(blades))), strict=True)))

@@ -29,7 +29,7 @@ def bivector(algebra: Algebra, coefficients: Any) -> Multivector:
 
 
 def arguments(algebra: Algebra, seed: int = 0) -> list[Multivector]:
-    """Random ones up to where hyperbolic functions overflow, rotations of norm 1000, and degenerate ones."""
+    """Random bivectors up to the overflow of hyperbolic functions, rotations of norm 1000, and degenerate bivectors."""
     rng = np.random.default_rng(seed)
     planes = algebra.blades(2)
     found = []
@@ -54,7 +54,7 @@ def _is_definite(algebra: Algebra, blade: int) -> bool:
 
 @pytest.mark.parametrize("name", some_slow(CASES, "G(3,3)", "G(4,2)", "G33"))
 def test_accuracy(name: str) -> None:
-    """1e-13 of the largest coefficient was the aim; the older four squarings were wrong from norms of 8 on."""
+    """The error is at most 1e-13 of the largest coefficient; a fixed number of four squarings fails from norm 8 on."""
     algebra, make = CASES[name]
     vectors = make()
     for b in arguments(algebra):
@@ -73,14 +73,14 @@ def test_eight_dimensions(p: int, q: int) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("p", "q"), [(8, 0), (4, 4)])
 def test_objects_of_eight_dimensions(p: int, q: int) -> None:
-    """By products of objects, single ones and arrays, with a scalar part, and with numbers that are not finite."""
+    """Test objects and arrays of objects, with a scalar part, and with numbers that are not finite."""
     algebra, vectors = orthogonal(p, q), generators([1] * p + [-1] * q)
     space = Space(algebra)
     several = [b for b in arguments(algebra) if _norm(b) > 1]
     rows = np.array([[b.terms.get(plane, 0) for plane in algebra.blades(2)] for b in several])
     found = space.bivector(rows).exp()
     alone = space.bivector(rows[0]).exp()
-    # in the definite metric the one of norm 1000, in the other the one whose hyperbolic functions are not the largest
+    # in the definite metric the bivector of norm 1000, otherwise one whose hyperbolic functions are not the largest
     k = 0 if q else int(np.argmax([_norm(b) for b in several]))
     values = {algebra.blade(name)[1]: float(found[k][name]) for name in algebra.even.blades}
     assert error(vectors, several[k].terms, values) < 1e-13
@@ -99,7 +99,7 @@ def _norm(b: Multivector) -> float:
 
 @pytest.mark.slow
 def test_compiled() -> None:
-    """As by the definition, after the optimiser had its way with it; not a number beyond the bound, never wrong."""
+    """The optimised program agrees with the definition; beyond the bound results are NaN, never wrong."""
     algebra, make = CASES["G(3,3)"]
     space, vectors = Space(algebra), make()
     several = arguments(algebra, 1)
@@ -125,7 +125,7 @@ def test_compiled() -> None:
 
 @pytest.mark.slow
 def test_other_elements() -> None:
-    """Anything without a closed form: even elements of conformal space, vectors with bivectors."""
+    """Elements without a closed form: even elements of conformal space, vectors plus bivectors."""
     from scipy.linalg import expm
 
     for algebra, blades in ((CGA3, CGA3.blades(2, 4)), (VGA3, VGA3.blades(1, 2))):
@@ -145,7 +145,7 @@ def test_other_elements() -> None:
 
 @pytest.mark.parametrize("function", [ga.log, ga.sqrt, lambda r: ga.power(r, 0.5)], ids=["log", "sqrt", "power"])
 def test_no_logarithm_in_six_dimensions(function: Any) -> None:
-    """A line, without a list of 32 blades."""
+    """The message is one line without a list of 32 blades."""
     algebra = orthogonal(6)
 
     @ga.kernel(r=algebra.UNIT_EVEN)

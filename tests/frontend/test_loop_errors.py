@@ -1,4 +1,4 @@
-"""What kernels with loops refuse: one line with file, line and kernel."""
+"""Errors of kernels with loops: one line with file, line and kernel."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ M = array(SCALAR, "m")
 
 
 def refused(function: Callable[..., Any], message: str, **parameters: Any) -> None:
-    """Assert that a kernel is refused with a message, and with its place in this file."""
+    """Assert that a kernel raises an error with this message and with its place in this file."""
     with pytest.raises(GacError, match=message) as caught:
         compile_loops(kernel(**parameters)(function))
     assert "test_loop_errors.py" in str(caught.value)
 
 
 def named(function: Callable[..., Any]) -> Callable[..., Any]:
-    """A lambda under a name that a kernel can have."""
+    """A lambda with a valid name for a kernel."""
     function.__name__ = "declared"
     return function
 
@@ -135,7 +135,7 @@ def test_symbols_of_other_kernels() -> None:
     refused(named(lambda y: total(lambda b: b, seen[0][0])), "an array of another kernel", y=N)
 
 
-def test_index_tables_are_no_numbers() -> None:
+def test_index_tables_are_not_numbers() -> None:
     refused(named(lambda x, w: each(lambda a, b: a, x, w)), "Index, Rows", x=N, w=index("n"))
     refused(named(lambda x, w: w), "is the index table w", x=N, w=index("n"))
     refused(named(lambda x, w: total(lambda a: a * w, x)), "an array of rows", x=N, w=index("n"))

@@ -1,4 +1,4 @@
-"""Kernels with loops: what each loop function computes, against closed forms, and what it refuses."""
+"""Kernels with loops: the results of each loop function, against closed forms, and its errors."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def loops(**parameters: Any) -> Callable[[Callable[..., Any]], LoopCompilation]:
 
 
 def results(compiled: LoopCompilation, **arguments: Any) -> list[Any]:
-    """What a procedure gives on lists of numbers: a list of rows for arrays, else a number or a list of them."""
+    """Run a procedure on lists of numbers; return a list of rows for arrays, otherwise a number or a list."""
     procedure, lengths, rows = compiled.procedure, dict[str, int](), dict[str, list[list[Any]]]()
     for table in procedure.parameters:
         given = arguments[table.name]
@@ -48,7 +48,7 @@ def results(compiled: LoopCompilation, **arguments: Any) -> list[Any]:
     return values
 
 
-# What the functions compute.
+# Results of the loop functions.
 
 
 def test_fold() -> None:
@@ -104,7 +104,7 @@ def test_gather_and_scatter() -> None:
     assert found == [[20, 20, 10], [3, 3], [20, 40, 30]]
 
 
-def test_rows_without_a_number_are_left_out_of_sums() -> None:
+def test_rows_without_an_index_are_left_out_of_sums() -> None:
     @loops(x=N, which=index("n", into="m"), y=M)
     def moved(x: Any, which: Any, y: Any) -> Any:
         return scatter(x, which, y)
@@ -185,7 +185,7 @@ def test_kernels_are_functions_in_kernels_with_loops() -> None:
 
 
 class Doubled:
-    """A body with a state of its own."""
+    """A body with internal state."""
 
     def __call__(self, carry: Any, row: Any) -> Any:
         return 2 * carry + row
@@ -216,7 +216,7 @@ def test_carries_keep_their_names() -> None:
     assert results(moved, x=[1, 2]) == [0 + 1 + 2, 4]
 
 
-def test_values_that_change_places() -> None:
+def test_values_that_are_swapped() -> None:
     @loops(x=N)
     def swapped(x: Any) -> Any:
         pair = fold(lambda s, a: (s[1], s[0]), (0, 1), x)
@@ -251,7 +251,7 @@ def test_the_product_of_unit_motors_is_one() -> None:
 
 
 def test_motions_by_unit_motors_are_cheap() -> None:
-    """The sandwich knows that its motor is one, as in a kernel without loops."""
+    """The sandwich uses that its motor is unit, as in a kernel without loops."""
 
     @loops(m=array(PGA3.MOTOR, "n"), p=PGA3.POINT)
     def moved(m: Any, p: Any) -> Any:
@@ -262,7 +262,7 @@ def test_motions_by_unit_motors_are_cheap() -> None:
     assert moved.costs[0][1].mul == 48 + 21
 
 
-def test_sums_of_motors_are_none() -> None:
+def test_sums_of_motors_are_not_motors() -> None:
     @loops(m=array(PGA3.MOTOR, "n"), which=index("n", into="k"), y=array(SCALAR, "k"))
     def sums(m: Any, which: Any, y: Any) -> Any:
         return total(lambda each: each, m), scatter(m, which, y)
@@ -281,7 +281,7 @@ def test_sums_of_points_store_their_weight() -> None:
     assert found[0] == found[1][0] and found[0][0] == 2
 
 
-def test_conformal_points_keep_what_they_imply() -> None:
+def test_conformal_points_keep_implied_coefficients() -> None:
     @loops(p=array(CGA3.POINT, "n"), m=array(CGA3.MOTOR, "n"))
     def moved(p: Any, m: Any) -> Any:
         last = fold(lambda s, point, motor: motor * point * ~motor, CGA3.multivector({"e0": 1}), p, m)
@@ -326,7 +326,7 @@ def test_rows_of_a_fixed_shape() -> None:
     assert found == [[[2, 1], [4, 3]]]
 
 
-# No needless work.
+# No unnecessary work.
 
 
 def test_the_text_is_short() -> None:
@@ -344,7 +344,7 @@ def test_the_text_is_short() -> None:
     ]
 
 
-def test_results_are_written_where_they_belong() -> None:
+def test_results_are_written_directly() -> None:
     @loops(x=N)
     def sums(x: Any) -> Any:
         return total(lambda a: a, x), scan(lambda s, a: s + a, 0, x)
@@ -377,8 +377,8 @@ def test_outer_values_are_computed_once() -> None:
     assert dict(scaled.costs)[""].call == 1 and dict(scaled.costs)["n"].call == 0
 
 
-def test_names_that_meet() -> None:
-    """Parameters called as counters and results, bodies whose parameters are called as lengths and results."""
+def test_names_that_collide() -> None:
+    """Parameters with the names of counters and results; bodies with parameters named like lengths and results."""
 
     @loops(i=N, out=N)
     def named(i: Any, out: Any) -> Any:
@@ -395,7 +395,7 @@ def test_names_that_meet() -> None:
     assert results(as_its_length, n=[1, 2]) == [3, 4]
 
 
-def test_index_tables_of_proofs_are_what_a_procedure_can_use() -> None:
+def test_index_tables_of_proofs_are_valid() -> None:
     @loops(x=N, w=index("n"), v=index("n"), u=index("n"))
     def all_kinds(x: Any, w: Any, v: Any, u: Any) -> Any:
         return scan(lambda s, a: s + a, 0, x, parents=w), gather(x, v), scatter(x, u, x)
@@ -408,8 +408,8 @@ def test_index_tables_of_proofs_are_what_a_procedure_can_use() -> None:
         assert all(0 <= k < 4 for k in found["v"]) and all(-1 <= k < 4 for k in found["u"])
 
 
-def test_signs_of_outer_values_stay_in_the_body() -> None:
-    """The reverse of a motor costs nothing; as a value of its own it would not be known to be that of the motor."""
+def test_signs_of_outer_values_are_kept_in_the_body() -> None:
+    """The reverse of a motor costs nothing; as a separate value it would not be known to be that of the motor."""
 
     @loops(m=PGA3.MOTOR, p=array(PGA3.POINT, "n"))
     def moved(m: Any, p: Any) -> Any:

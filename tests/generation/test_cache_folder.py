@@ -1,4 +1,4 @@
-"""The folder of compiled code is the user's alone, or it is not used."""
+"""The folder of compiled code is used only if no other user can write to it."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from gacompiler.errors import BackendError
 from gacompiler.generation.cache import open_cache
 from gacompiler.runtime import compile as compiled
 
-pytestmark = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="modes of files say nothing here")
+pytestmark = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="file modes have no effect on this system")
 
 
 @pytest.fixture
 def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A user without anything, and temporary folders of their own."""
+    """An empty home folder and a separate folder for temporary files."""
     for name in ("GAC_CACHE", "GAC_CACHE_SIZE", "XDG_CACHE_HOME"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
@@ -37,7 +37,7 @@ def mode(path: Path) -> int:
     return stat.S_IMODE(path.stat().st_mode)
 
 
-def test_it_is_made_for_the_user_alone(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_it_is_created_for_the_user_only(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert cache_folder() == lasting_folder() == home / ".cache" / "gacompiler"
     assert mode(cache_folder()) == mode(cache_part("objects")) == 0o700
     assert cache_part("objects") == cache_folder() / "objects"
@@ -48,7 +48,7 @@ def test_it_is_made_for_the_user_alone(home: Path, monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.parametrize("wrong", [0o770, 0o720, 0o707, 0o702, 0o777, 0o1777])
-def test_a_folder_that_others_can_write_is_refused(wrong: int, home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_folder_that_others_can_write_is_rejected(wrong: int, home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     chosen = home / "chosen"
     chosen.mkdir(parents=True)
     monkeypatch.setenv("GAC_CACHE", str(chosen))
@@ -58,10 +58,10 @@ def test_a_folder_that_others_can_write_is_refused(wrong: int, home: Path, monke
             use()
     assert list(chosen.iterdir()) == []
     chosen.chmod(0o755)
-    assert cache_folder() == chosen, "others may read it"
+    assert cache_folder() == chosen, "other users may read it"
 
 
-def test_a_folder_of_another_user_is_refused(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_folder_of_another_user_is_rejected(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (home / "chosen").mkdir(parents=True)
     monkeypatch.setenv("GAC_CACHE", str(home / "chosen"))
     monkeypatch.setattr(os, "geteuid", lambda: (home / "chosen").stat().st_uid + 1)
@@ -69,7 +69,7 @@ def test_a_folder_of_another_user_is_refused(home: Path, monkeypatch: pytest.Mon
         cache_folder()
 
 
-def test_a_folder_that_anyone_can_replace_is_refused(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_folder_that_anyone_can_replace_is_rejected(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (home / "open" / "inner").mkdir(parents=True)
     (home / "link").symlink_to(home / "open" / "inner")
     (home / "open").chmod(0o777)
@@ -77,11 +77,11 @@ def test_a_folder_that_anyone_can_replace_is_refused(home: Path, monkeypatch: py
         monkeypatch.setenv("GAC_CACHE", str(chosen))
         with pytest.raises(BackendError, match=r"anyone may write to .*open;"):
             cache_folder()
-    (home / "open").chmod(0o1777)  # as /tmp is: what lies there can only be replaced by its owner
+    (home / "open").chmod(0o1777)  # like /tmp: files in it can only be replaced by their owner
     assert cache_folder() == home / "link" / "chosen"
 
 
-def test_a_folder_that_is_a_file_is_refused(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_folder_that_is_a_file_is_rejected(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     home.mkdir()
     (home / "chosen").write_text("")
     monkeypatch.setenv("GAC_CACHE", str(home / "chosen"))
@@ -89,7 +89,7 @@ def test_a_folder_that_is_a_file_is_refused(home: Path, monkeypatch: pytest.Monk
         cache_folder()
 
 
-def test_a_part_that_others_can_write_is_refused(home: Path) -> None:
+def test_a_subfolder_that_others_can_write_is_rejected(home: Path) -> None:
     cache_part("objects").chmod(0o777)
     with pytest.raises(BackendError, match="objects: others may write to it"):
         cache_part("objects")
@@ -102,14 +102,14 @@ def product_of_numbers(a, b):  # type: ignore[no-untyped-def]
 
 
 @pytest.mark.parametrize("trouble", ["read-only", "taken", "open to others", "no home"])
-def test_without_a_place_nothing_is_kept_and_all_works(
+def test_without_a_folder_nothing_is_cached_and_everything_works(
     trouble: str, home: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A home that is read-only or missing is no error; files are in one temporary folder of the process."""
+    """A read-only or missing home folder is not an error; files are in one temporary folder of the process."""
     home.mkdir()
     if trouble == "read-only":
         home.chmod(0o500)
-        # the superuser can write everywhere
+        # the superuser can write to every folder
         real = os.access
         monkeypatch.setattr(os, "access", lambda path, how: home not in Path(path).parents and real(path, how))
     elif trouble == "taken":
@@ -125,7 +125,7 @@ def test_without_a_place_nothing_is_kept_and_all_works(
     monkeypatch.setattr("gacompiler.runtime._compiled", {})
     assert compiled(product_of_numbers, backend="arrays")(2.0, 3.0) == 6.0
     names = {path.name for path in folder.iterdir()}
-    assert "modules" in names and names <= {"modules", "_build"}, "_build is made where a compiler is found"
+    assert "modules" in names and names <= {"modules", "_build"}, "_build is created if there is a compiler"
 
 
 def no_home() -> Path:

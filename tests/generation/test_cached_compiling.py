@@ -1,4 +1,4 @@
-"""What comes from the cache is what would be compiled, and nothing else comes from it."""
+"""Results from the cache equal compiled ones, and invalid entries are not used."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from gacompiler.passes.record import Compilation
 
 ROOT = Path(__file__).parents[2]
 SPEC = '''
-"""A spec with a function beside its kernel."""
+"""A spec with a helper function and a kernel."""
 from gacompiler import kernel
 from gacompiler.algebra.catalog import PGA3
 
@@ -57,7 +57,7 @@ def spec_of(folder: Path, operation: str = "&") -> Spec:
 
 @pytest.fixture
 def nothing_is_compiled(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """From where it is called on, compiling is an error."""
+    """After a call of this fixture, compiling is an error."""
 
     def refuse(definition: Any) -> Any:
         raise AssertionError(f"{definition.name} is compiled")
@@ -66,8 +66,8 @@ def nothing_is_compiled(monkeypatch: pytest.MonkeyPatch) -> Any:
 
 
 @pytest.mark.parametrize("name", some_slow(["vga2", "quaternion"], "quaternion"))
-def test_what_is_kept_comes_back_equal(name: str, cache: Cache, nothing_is_compiled: Any) -> None:
-    """Functions, branches, matrices, forms for uniform arguments: every field, and the types of numbers."""
+def test_cached_kernels_round_trip(name: str, cache: Cache, nothing_is_compiled: Any) -> None:
+    """Compare every field and the types of numbers, with functions, branches, matrices and forms."""
     spec = load_spec(next(path for path in own_specs() if path.stem == name))
     first = compile_kernels(spec, cache=cache)
     assert [each.kernel for each in first] == list(spec.kernels)
@@ -86,17 +86,17 @@ def test_modules_are_printed_once(cache: Cache, tmp_path: Path, monkeypatch: pyt
     monkeypatch.setattr(compiling, "compile_kernel", None)
     assert render_spec(spec, cache=cache) == rendered_before(spec, cache) == files
     with pytest.raises(TypeError):
-        render_spec(spec)  # without a cache all is done again
+        render_spec(spec)  # without a cache everything is computed again
 
 
 def test_the_names_of_all_kernels_are_reported(cache: Cache, tmp_path: Path) -> None:
-    told: list[str] = []
+    reported: list[str] = []
     for _ in range(2):
-        compile_kernels(spec_of(tmp_path), told.append, cache)
-    assert told == ["combining.combined"] * 2
+        compile_kernels(spec_of(tmp_path), reported.append, cache)
+    assert reported == ["combining.combined"] * 2
 
 
-def test_a_changed_helper_is_compiled_anew(cache: Cache, tmp_path: Path) -> None:
+def test_a_changed_helper_is_compiled_again(cache: Cache, tmp_path: Path) -> None:
     (first,) = compile_kernels(spec_of(tmp_path), cache=cache)
     (second,) = compile_kernels(spec_of(tmp_path, "^"), cache=cache)
     assert first.source.program != second.source.program
@@ -104,7 +104,7 @@ def test_a_changed_helper_is_compiled_anew(cache: Cache, tmp_path: Path) -> None
     assert render_spec(spec_of(tmp_path), cache=cache) != render_spec(spec_of(tmp_path, "^"), cache=cache)
 
 
-def test_a_changed_header_is_printed_anew(cache: Cache, tmp_path: Path) -> None:
+def test_a_changed_header_is_printed_again(cache: Cache, tmp_path: Path) -> None:
     spec = spec_of(tmp_path)
     texts = [
         render_spec(each, cache=cache)["combining.h"]
@@ -126,7 +126,7 @@ def test_an_entry_of_another_form_is_replaced(wrong: Any, cache: Cache, tmp_path
     assert rendered_before(spec, cache) == files
 
 
-def test_parts_of_an_entry_are_not_taken() -> None:
+def test_partial_entries_are_not_used() -> None:
     compiled = Compiled.of(compile_kernel(moved))
     whole = packed(compiled)
     assert unpacked(moved, whole) == compiled
@@ -141,8 +141,8 @@ def moved(m, p):  # type: ignore[no-untyped-def]
     return m * p * ~m
 
 
-def test_a_program_that_is_none_is_not_taken(cache: Cache) -> None:
-    """A line that uses what no line computes."""
+def test_an_invalid_program_is_not_used(cache: Cache) -> None:
+    """The program has a line with an undefined operand."""
     compiled = compile_definition(moved, cache)
     (key,) = (path.name for path in cache.folder.iterdir())
     entry = cache.get(key)
@@ -171,7 +171,7 @@ def test_errors_are_the_same_with_a_cache(cache: Cache) -> None:
     assert list(cache.folder.iterdir()) == []
 
 
-def test_a_kernel_that_cannot_be_described_is_not_kept(cache: Cache) -> None:
+def test_a_kernel_without_a_description_is_not_cached(cache: Cache) -> None:
     quotient = VGA3.layout("QUOTIENT", "e1 e2", implied={"e3": lambda x: x["e1"] / x["e2"]})
 
     @kernel(a=quotient)
@@ -189,7 +189,7 @@ def test_a_digest_is_of_names_and_contents(tmp_path: Path) -> None:
     def now(newest: int = 2**63) -> str | None:
         return digest(tmp_path, ("a.py", "folder"), newest)
 
-    assert now() is None, "no sources are there"
+    assert now() is None, "there are no sources"
     (tmp_path / "folder" / "__pycache__").mkdir(parents=True)
     found = []
     for name, text in [("a.py", "x"), ("a.py", "y"), ("folder/b.py", ""), ("folder/c.jinja", ""), ("folder/b.py", "x")]:
@@ -204,7 +204,7 @@ def test_a_digest_is_of_names_and_contents(tmp_path: Path) -> None:
     os.utime(tmp_path / "folder" / "b.py", ns=(0, 10**18))
     for path in ("a.py", "folder/d.jinja"):
         os.utime(tmp_path / path, ns=(0, 0))
-    assert now(10**18) == found[-1] and now(10**18 - 1) is None, "not the source that runs"
+    assert now(10**18) == found[-1] and now(10**18 - 1) is None, "this is not the source that runs"
 
 
 def loaded_by(module: str) -> set[str]:
@@ -217,7 +217,7 @@ def loaded_by(module: str) -> set[str]:
 
 
 ABOVE = ("__init__.py", "extras.py", "load_time.py", "derivatives/", "robots/", "cluscript/", "scripts.py")
-"""What the package itself loads: it makes definitions, and these are traced before they are looked for."""
+"""Modules that the package itself loads: it creates definitions, which are traced before they are looked up."""
 
 
 @pytest.mark.parametrize(
@@ -233,7 +233,7 @@ def test_no_source_is_forgotten(module: str, sources: tuple[str, ...]) -> None:
 def test_no_cache_is_used_while_the_sources_are_not_known(
     cache: Cache, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A process whose sources were edited after it began would keep what the old ones give under the new ones."""
+    """A process whose sources were edited after its start would store results of the old ones under the new hash."""
     monkeypatch.setattr(compiling, "fingerprint", lambda sources: None)
     spec = spec_of(tmp_path)
     assert render_spec(spec, cache=cache) == render_spec(spec)
@@ -260,7 +260,7 @@ print(n_compiled, before)
 
 
 @pytest.mark.slow
-def test_a_changed_compiler_compiles_anew_and_a_changed_printer_prints_anew(cache: Cache, tmp_path: Path) -> None:
+def test_changes_of_compiler_and_printer_invalidate_their_entries(cache: Cache, tmp_path: Path) -> None:
     spec_of(tmp_path)
     shutil.copytree(ROOT / "gacompiler", tmp_path / "copy" / "gacompiler", ignore=shutil.ignore_patterns("__pycache__"))
 
@@ -286,7 +286,7 @@ def test_the_sources_of_this_process_are_known() -> None:
     assert program is not None and text is not None and program != text
 
 
-def test_only_what_was_proved_is_kept(cache: Cache, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_proved_kernels_are_cached(cache: Cache, monkeypatch: pytest.MonkeyPatch) -> None:
     def unproved(definition: Any, effort: int) -> Compilation:
         raise KernelError(definition.name, "it is not proved")
 

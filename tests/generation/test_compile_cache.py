@@ -1,4 +1,4 @@
-"""Entries on disk: what is not whole is no entry, writers do not disturb each other, and the size has a limit."""
+"""Entries on disk: incomplete files are ignored, concurrent writers are safe, and the size has a limit."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def cache(tmp_path: Path) -> Cache:
     return Cache(tmp_path)
 
 
-def test_what_was_put_is_found(cache: Cache) -> None:
+def test_stored_entries_are_found(cache: Cache) -> None:
     assert cache.get(KEY) is None
     cache.put(KEY, VALUE)
     assert cache.get(KEY) == VALUE and cache.get(OTHER) is None
@@ -31,11 +31,11 @@ def test_what_was_put_is_found(cache: Cache) -> None:
     assert stat.S_IMODE((cache.folder / KEY).stat().st_mode) == 0o600
 
 
-def test_keys_depend_on_every_part_and_on_where_it_ends() -> None:
+def test_keys_depend_on_every_part_and_its_length() -> None:
     assert len({key_of("ab", "c"), key_of("a", "bc"), key_of("abc"), key_of("c", "ab"), key_of("ab", "c", "")}) == 5
 
 
-def test_a_truncated_file_is_no_entry(cache: Cache) -> None:
+def test_a_truncated_file_is_ignored(cache: Cache) -> None:
     cache.put(KEY, VALUE)
     path = cache.folder / KEY
     content = path.read_bytes()
@@ -48,7 +48,7 @@ def test_a_truncated_file_is_no_entry(cache: Cache) -> None:
     assert cache.get(KEY) == VALUE
 
 
-def test_no_changed_byte_is_taken(cache: Cache) -> None:
+def test_entries_with_a_changed_byte_are_ignored(cache: Cache) -> None:
     cache.put(KEY, VALUE)
     path = cache.folder / KEY
     content = path.read_bytes()
@@ -57,13 +57,13 @@ def test_no_changed_byte_is_taken(cache: Cache) -> None:
         assert cache.get(KEY) is None, place
 
 
-def test_an_entry_under_another_key_is_not_taken(cache: Cache) -> None:
+def test_an_entry_under_another_key_is_ignored(cache: Cache) -> None:
     cache.put(KEY, VALUE)
     os.rename(cache.folder / KEY, cache.folder / OTHER)
     assert cache.get(OTHER) is None
 
 
-def test_what_is_no_file_is_no_entry(cache: Cache) -> None:
+def test_a_folder_is_not_an_entry(cache: Cache) -> None:
     (cache.folder / KEY).mkdir()
     assert cache.get(KEY) is None
     cache.put(KEY, VALUE)
@@ -89,7 +89,7 @@ def entries_of_equal_size(cache: Cache, n: int) -> tuple[list[str], int]:
     return keys, size
 
 
-def test_what_was_used_longest_ago_is_removed(cache: Cache) -> None:
+def test_least_recently_used_entries_are_removed(cache: Cache) -> None:
     keys, size = entries_of_equal_size(cache, 6)
     cache.prune()
     assert all(map(cache.get, keys))
@@ -103,7 +103,7 @@ def test_what_was_used_longest_ago_is_removed(cache: Cache) -> None:
     assert list(cache.folder.iterdir()) == []
 
 
-def test_what_a_writer_left_behind_is_removed_too(cache: Cache) -> None:
+def test_temporary_files_left_by_writers_are_removed(cache: Cache) -> None:
     (cache.folder / ".abandoned").write_bytes(b"x" * 1000)
     os.utime(cache.folder / ".abandoned", ns=(0, 0))
     cache.put(KEY, VALUE)
@@ -112,7 +112,7 @@ def test_what_a_writer_left_behind_is_removed_too(cache: Cache) -> None:
 
 
 def write_and_read(cache: Cache, number: int) -> list[str]:
-    """Write the same entries as all others do, of other content, and say what was read that nobody wrote."""
+    """Write the same keys as other processes with different content, and return everything read that nobody wrote."""
     wrong = []
     for k in range(200):
         key = key_of(str(k % 5))
@@ -125,12 +125,12 @@ def write_and_read(cache: Cache, number: int) -> list[str]:
     return wrong
 
 
-def test_processes_write_at_the_same_time(cache: Cache) -> None:
+def test_processes_write_concurrently(cache: Cache) -> None:
     small = Cache(cache.folder, 2_000)
     with multiprocessing.get_context("spawn").Pool(3) as pool:
         assert pool.starmap(write_and_read, [(small, number) for number in range(3)]) == [[], [], []]
     names = {path.name for path in cache.folder.iterdir()}
-    assert names and names <= {key_of(str(k)) for k in range(5)}, "no scratch file is left"
+    assert names and names <= {key_of(str(k)) for k in range(5)}, "no temporary file is left"
 
 
 def test_the_limit_is_a_number_of_megabytes(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

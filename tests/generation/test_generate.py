@@ -1,4 +1,4 @@
-"""The generated modules are what the specs give, to the byte, and generation never leaves half-written files."""
+"""Generated text is reproducible to the byte, and generation never leaves partially written files."""
 
 from __future__ import annotations
 
@@ -77,12 +77,12 @@ def test_bad_specs_name_the_place(tmp_path: Path, text: str, words: list[str]) -
     assert "\n" not in str(caught.value)
 
 
-def test_missing_spec_says_what_to_do(tmp_path: Path) -> None:
+def test_error_of_a_missing_spec(tmp_path: Path) -> None:
     with pytest.raises(SpecError, match="gac new"):
         load_spec(tmp_path / "absent.py")
 
 
-def test_write_reports_what_changed_and_leaves_the_rest(tmp_path: Path, spec_file: Path) -> None:
+def test_write_reports_changes_and_keeps_other_files(tmp_path: Path, spec_file: Path) -> None:
     files = render(compile_spec(load_spec(spec_file)))
     folder = tmp_path / "out"
     assert {path.name for path in write(files, folder)} == {"two.py", "two.c", "two.h"}

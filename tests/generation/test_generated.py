@@ -1,4 +1,4 @@
-"""The checked-in modules are what their specs give, and proved; for all of them `make check` compiles once for both."""
+"""The checked-in modules equal the output of their specs and are proved; `make check` does both for all of them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FEW = ("vga2", "projective2", "omnidirectional", "hand_eye")
 
 
 @pytest.mark.parametrize("name", some_slow(FEW, "hand_eye"))
-def test_a_module_is_what_its_spec_gives_and_is_proved(name: str) -> None:
+def test_a_module_equals_the_output_of_its_spec_and_is_proved(name: str) -> None:
     [path] = (path for path in own_specs() if path.stem == name)
     spec = load_spec(path, f"gac generate --all {path.stem}")
     records = compile_kernels(spec, cache=open_cache())
@@ -35,7 +35,7 @@ def test_a_module_is_what_its_spec_gives_and_is_proved(name: str) -> None:
 
 
 @pytest.mark.parametrize("path", own_specs(), ids=lambda path: path.stem)
-def test_a_module_is_of_its_spec_as_it_is_now_and_was_not_edited(path: Path) -> None:
+def test_a_module_is_of_its_current_spec_and_was_not_edited(path: Path) -> None:
     digest = load_spec(path).digest
     for ending in ("py", "c", "h"):
         text = (generated_folder() / f"{path.stem}.{ending}").read_text()

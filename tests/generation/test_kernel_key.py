@@ -1,4 +1,4 @@
-"""Kernels have one description exactly if they are compiled alike."""
+"""Kernels have the same description exactly if they compile to the same result."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def moved(
     returns: Any = None,
     body: Callable[..., Any] = sandwich,
 ) -> Kernel:
-    """The kernel of a function that uses a closure, made anew at every call."""
+    """Create a kernel of a function with a closure, a new one at every call."""
 
     def function(*arguments: Any) -> Any:
         return factor * body(*arguments)
@@ -53,9 +53,11 @@ def signature(*names: str) -> Any:
     return Signature([Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in names])
 
 
-def test_a_kernel_that_is_made_anew_has_the_same_description() -> None:
+def test_a_recreated_kernel_has_the_same_description() -> None:
     assert described(moved()) == described(moved())
-    assert described(moved()) == described(pickle.loads(pickle.dumps(moved()))), "traced expressions for a function"
+    assert described(moved()) == described(pickle.loads(pickle.dumps(moved()))), (
+        "traced expressions instead of a function"
+    )
     assert described(moved(factor=0.1)) == described(moved(factor=Fraction(1, 10)))
 
 
@@ -73,11 +75,11 @@ def test_a_kernel_that_is_made_anew_has_the_same_description() -> None:
     ],
     ids=lambda change: "-".join(change),
 )
-def test_every_change_of_a_definition_is_seen(change: dict[str, Any]) -> None:
+def test_every_change_of_a_definition_is_detected(change: dict[str, Any]) -> None:
     assert described(moved(**change)) != described(moved())
 
 
-def test_a_changed_function_that_the_kernel_calls_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_changed_function_that_the_kernel_calls_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     uses_another = moved(body=lambda m, p: helper(m, p))
     before = described(uses_another)
     assert described(uses_another) == before
@@ -89,7 +91,7 @@ def helper(m: Any, p: Any) -> Any:
     return m * p
 
 
-def test_shapes_and_the_names_of_results_are_seen() -> None:
+def test_shapes_and_names_of_results_are_distinguished() -> None:
     def first(x: Any) -> Any:
         return x[0]
 
@@ -112,8 +114,8 @@ def conic(factor: int) -> Callable[[Multivector], Multivector]:
     return lambda x: x * x - factor
 
 
-def test_everything_of_a_layout_is_seen() -> None:
-    """Functions by what they give: two that are written alike are the same, whatever objects they are."""
+def test_all_attributes_of_layouts_are_distinguished() -> None:
+    """Functions are described by their results: two objects with the same source have the same description."""
     texts = [
         own(VGA3),
         own(VGA3, name="OTHER"),
@@ -132,8 +134,8 @@ def test_everything_of_a_layout_is_seen() -> None:
     assert own(VGA3, implied={"e3": lambda x: x["e2"] * x["e1"]}) == texts[6]
 
 
-def test_everything_of_an_algebra_is_seen() -> None:
-    """Its name and its named layouts as well, though algebras are equal without them: results get named layouts."""
+def test_all_attributes_of_algebras_are_distinguished() -> None:
+    """Includes its name and its named layouts, which results use although they do not affect equality of algebras."""
 
     def layouts(blades: str) -> Callable[[Algebra], list[Layout]]:
         return lambda algebra: [Layout.of(algebra, "NAMED", blades)]
@@ -152,12 +154,12 @@ def test_everything_of_an_algebra_is_seen() -> None:
     assert own(Algebra("A", "e1 e2", [1, 1], layouts=layouts("e2"))) == texts[-1]
 
 
-def test_what_has_no_exact_text_is_not_described() -> None:
+def test_values_without_exact_text_have_no_description() -> None:
     def fails(x: Any) -> Any:
         raise ValueError("no polynomial")
 
     class Odd:
-        """A number of a kind of one's own."""
+        """A user-defined type of number."""
 
         def __mul__(self, other: Any) -> Any:
             return self
@@ -181,7 +183,7 @@ def named_product(constant: Multivector) -> Callable[[Any], Any]:
 
 
 @pytest.mark.slow
-def test_all_kernels_of_the_package_have_descriptions_of_their_own() -> None:
+def test_all_kernels_of_the_package_have_distinct_descriptions() -> None:
     kernels = [each for path in own_specs() for each in load_spec(path).kernels]
     texts = {(each.name, described(each)) for each in kernels}
     again = {(each.name, described(each)) for path in own_specs() for each in load_spec(path).kernels}
@@ -202,7 +204,7 @@ print(hashlib.sha256("".join(texts).encode()).hexdigest())
 
 @pytest.mark.slow
 def test_descriptions_do_not_depend_on_the_process() -> None:
-    """Else nothing would be found again: neither by the seed of hashes, nor by what else was traced before."""
+    """Descriptions are independent of the hash seed and of kernels traced earlier, so that entries are found again."""
     found = {
         subprocess.run(
             [sys.executable, "-c", DIGEST], env={**os.environ, "PYTHONHASHSEED": seed}, cwd=ROOT,
@@ -217,4 +219,4 @@ def test_descriptions_do_not_depend_on_the_process() -> None:
 def test_layouts_are_described_in_full_and_once() -> None:
     text = described(moved())
     assert kernel_key._layout_text(PGA3.MOTOR) in eval(next(r for r in text.splitlines() if "'layout'" in r))
-    assert sum("'algebra'" in row for row in text.splitlines()) == 2, "PGA3, and that of numbers"
+    assert sum("'algebra'" in row for row in text.splitlines()) == 2, "PGA3, and the algebra of numbers"

@@ -1,4 +1,4 @@
-"""Kernels with loops in specs: compiled once, found again, shown, counted, and proved from their text."""
+"""Kernels with loops in specs: compiled once, cached, shown, counted, and proved from their text."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def spec_of(folder: Path, step: str = "1") -> Spec:
 
 @pytest.fixture(scope="module")
 def compiled(tmp_path_factory: pytest.TempPathFactory) -> tuple[Spec, list[Compiled | CompiledLoops]]:
-    """The spec and what its kernels compile to."""
+    """The spec and its compiled kernels."""
     spec = spec_of(tmp_path_factory.mktemp("spec"))
     return spec, list(compile_kernels(spec))
 
@@ -96,10 +96,10 @@ def run(*words: str) -> Result:
     return CliRunner().invoke(main, list(words))
 
 
-# Compiling and keeping.
+# Compiling and caching.
 
 
-def test_what_is_kept_comes_back_equal(cache: Cache, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cached_kernels_round_trip(cache: Cache, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     first = compile_kernels(spec_of(tmp_path), cache=cache)
     monkeypatch.setattr(compiling, "compile_loops", None)
     monkeypatch.setattr(compiling, "compile_kernel", None)
@@ -123,7 +123,7 @@ def test_procedures_as_plain_data(loops: list[CompiledLoops]) -> None:
         assert procedure_of(data) == record.source.procedure
 
 
-def test_what_is_said_of_a_kernel_with_loops(loops: list[CompiledLoops]) -> None:
+def test_docstring_of_a_kernel_with_loops(loops: list[CompiledLoops]) -> None:
     forward, tree, _ = (record.source for record in loops)
     assert [name for name, _ in forward.layouts] == ["q", "axes", "tool", "out"]
     assert [name for name, _ in tree.layouts] == ["x", "y", "a", "out_0", "out_1", "out_2"]
@@ -134,7 +134,7 @@ def test_what_is_said_of_a_kernel_with_loops(loops: list[CompiledLoops]) -> None
     assert dict(tree.costs)["n"].add == 1 + 2 + 1
 
 
-def test_modules_have_loops_behind_other_kernels(
+def test_modules_have_loops_after_other_kernels(
     compiled: tuple[Spec, list[Compiled | CompiledLoops]],
 ) -> None:
     module = source_of(*compiled)
@@ -155,7 +155,7 @@ def test_the_compiled_procedure_is_proved(loops: list[CompiledLoops]) -> None:
 
 
 def with_body(procedure: Procedure, change: Any) -> Procedure:
-    """A procedure with every statement changed by a function."""
+    """Apply a function to every statement of a procedure."""
 
     def changed(statement: Statement) -> Statement:
         inner = getattr(statement, "body", None)
@@ -165,7 +165,7 @@ def with_body(procedure: Procedure, change: Any) -> Procedure:
     return replace(procedure, body=tuple(map(changed, procedure.body)))
 
 
-def test_other_loops_and_programs_are_found(loops: list[CompiledLoops]) -> None:
+def test_wrong_loops_and_programs_are_detected(loops: list[CompiledLoops]) -> None:
     record, *_ = loops
     known, own = part_truths(record), record.source.procedure
     assert len(known) == len(computes(record.trace.statements)) == 3

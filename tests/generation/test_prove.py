@@ -1,4 +1,4 @@
-"""The proof finds every wrong sign and every swapped operand in emitted text."""
+"""The proof detects every wrong sign and every swapped operand in emitted text."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ def records() -> Mapping[str, list[Compiled]]:
     }
 
 
-def _same_program(text: str, readers: Callable[[str], Mapping[str, object]]) -> bool:
-    """Whether a mutated text is legal at all; what the reader refuses is caught already."""
+def _is_readable(text: str, readers: Callable[[str], Mapping[str, object]]) -> bool:
+    """Whether the reader accepts a mutated text; text that it rejects is already detected."""
     try:
         readers(text)
     except (BackendError, ProofError):
@@ -48,8 +48,8 @@ def _same_program(text: str, readers: Callable[[str], Mapping[str, object]]) -> 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("ending", ["py", "c"])
-def test_random_mutations_are_caught(records: Mapping[str, list[Compiled]], ending: str) -> None:
-    """Mutations are made where every operation matters: in kernels without branches and even functions.
+def test_random_mutations_are_detected(records: Mapping[str, list[Compiled]], ending: str) -> None:
+    """Mutations are in kernels where every operation matters: those without branches and even functions.
 
     Changes of kernels with loops are tested with the readers of their text, in `tests/backends`.
     """
@@ -74,7 +74,7 @@ def test_random_mutations_are_caught(records: Mapping[str, list[Compiled]], endi
         mutation = random.choice(found[random.choice(sorted(found))])
         kinds[mutation.kind] += 1
         texts[ending] = mutation.text
-        if not _same_program(mutation.text, python_programs if ending == "py" else c_programs):
+        if not _is_readable(mutation.text, python_programs if ending == "py" else c_programs):
             continue
         if verify_kernel(record, python_programs(texts["py"]), c_programs(texts["c"])).is_proved:
             survivors.append((record.kernel.name, mutation.kind, mutation.line, mutation.changed))
@@ -93,8 +93,8 @@ def test_a_missing_kernel_is_not_proved() -> None:
     assert "not in" in verdict.python and "not in" in verdict.c
 
 
-def test_a_wrong_library_is_found() -> None:
-    """What runs is measured too: a function that returns something else has an error no rounding explains."""
+def test_a_wrong_library_is_detected() -> None:
+    """Compiled code is measured too: a wrong result has an error that rounding does not explain."""
 
     @kernel(a=PGA3.POINT, b=PGA3.POINT)
     def line(a, b):  # type: ignore[no-untyped-def]

@@ -1,4 +1,4 @@
-"""Specs in processes of their own: the same results, in order, and the same errors as in one."""
+"""Specs in separate processes: the same results, in order, and the same errors as in one process."""
 
 from __future__ import annotations
 
@@ -65,15 +65,15 @@ def ending(spec: Spec, progress: Progress) -> str:
 
 
 def test_every_spec_has_a_process(specs: list[Spec]) -> None:
-    told: list[str] = []
-    results = each_spec(named, specs, told.append, jobs=2)
+    reported: list[str] = []
+    results = each_spec(named, specs, reported.append, jobs=2)
     assert [name for name, _ in results] == ["points", "planes", "motors"]
-    assert sorted(told) == ["motors", "planes", "points"]
+    assert sorted(reported) == ["motors", "planes", "points"]
     assert os.getpid() not in {process for _, process in results}
 
 
 @pytest.mark.parametrize("jobs, n_specs", [(1, 3), (8, 1)])
-def test_one_needs_no_other_process(specs: list[Spec], jobs: int, n_specs: int) -> None:
+def test_one_spec_needs_no_other_process(specs: list[Spec], jobs: int, n_specs: int) -> None:
     results = each_spec(named, specs[:n_specs], lambda name: None, jobs)
     assert {process for _, process in results} == {os.getpid()}
 
@@ -84,7 +84,7 @@ def test_texts_are_the_same(specs: list[Spec]) -> None:
 
 
 @pytest.mark.slow
-def test_errors_come_back_whole(specs: list[Spec], tmp_path: Path) -> None:
+def test_errors_are_returned_completely(specs: list[Spec], tmp_path: Path) -> None:
     with pytest.raises(KernelError, match="planes: a reason; expected another; a remedy") as caught:
         each_spec(failing, specs, lambda name: None, jobs=2)
     assert caught.value.remedy == "a remedy"
@@ -95,7 +95,7 @@ def test_errors_come_back_whole(specs: list[Spec], tmp_path: Path) -> None:
         each_spec(named, specs, lambda name: None, jobs=2)
 
 
-def test_an_error_ends_the_other_processes(specs: list[Spec]) -> None:
+def test_an_error_terminates_the_other_processes(specs: list[Spec]) -> None:
     with pytest.raises(KernelError, match="a reason"):
         each_spec(slow_but_for_planes, specs, lambda name: None, jobs=3)
     assert not any(process.name.startswith("SpawnProcess") and process.is_alive() for process in left_behind())
