@@ -37,7 +37,7 @@ def cloud(seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def body_of(masses: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Mass, centre and tensor about the centre, by their definitions."""
+    """Mass, centre of mass, and inertia tensor about the centre, by their definitions."""
     centre = masses @ points / masses.sum()
     r = points - centre
     tensor = sum(m * (p @ p * np.eye(3) - np.outer(p, p)) for m, p in zip(masses, r, strict=True))
@@ -49,7 +49,7 @@ def parts(line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.array([line[2], -line[1], line[0]]), line[3:]
 
 
-def test_momenta_and_wrenches_are_those_of_point_masses() -> None:
+def test_momenta_and_wrenches_equal_those_of_point_masses() -> None:
     masses, points = cloud(1)
     w, v, dw, dv = np.random.default_rng(2).normal(size=(4, 3))
     twist, rate = pga3.twist_from_velocities(w, v), pga3.twist_from_velocities(dw, dv)
@@ -70,7 +70,7 @@ def test_momenta_and_wrenches_are_those_of_point_masses() -> None:
 
 
 def test_the_twist_after_a_joint_is_a_derivative() -> None:
-    """Twists add up, and an axis that is carried changes as it is dragged along."""
+    """Twists add up, and a moving axis changes with the twist of the body that carries it."""
     v, a, axis = np.random.default_rng(3).normal(size=(3, 6))
     axis = pga3.line_from_direction_moment(*pga3.line_to_direction_moment(axis))
     assert np.abs(pga3.twist_after_joint(v, axis, 0.7) - (v + 0.7 * axis)).max() < 1e-15
@@ -139,7 +139,7 @@ def test_a_cart_with_a_pole() -> None:
 
 
 def lagrange(rows: list[dict[str, Any]], bodies: list[Body]) -> Any:
-    """Forces from Lagrange's equations, derived by sympy from 4 x 4 matrices; gravity along -z."""
+    """Generalised forces from Lagrange's equations, derived by sympy from 4 x 4 matrices; gravity along -z."""
     n = len(rows)
     q, qd, qdd = (sympy.symbols(f"{name}:{n}", real=True) for name in ("q", "v", "a"))
     pose, kinetic, potential = sympy.eye(4), sympy.S(0), sympy.S(0)
@@ -190,7 +190,7 @@ def test_lagranges_equations_of_a_spatial_arm() -> None:
     assert np.abs(arm.inverse_dynamics(q, qd, qdd) - expected).max() < 1e-12
 
 
-# Laws.
+# Physical laws.
 
 ARMS = {
     "spatial": Robot.from_dh(SPATIAL, bodies=SPATIAL_BODIES),
@@ -202,7 +202,7 @@ ARMS = {
 
 
 @pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS)
-def test_forces_are_made_of_mass_matrix_coriolis_and_gravity(arm: Robot) -> None:
+def test_forces_are_sums_of_inertia_coriolis_and_gravity(arm: Robot) -> None:
     q, qd, qdd = states(arm, 40)
     mass, tau = arm.mass_matrix(q), arm.inverse_dynamics(q, qd, qdd)
     size = np.abs(tau).max()
@@ -237,7 +237,7 @@ def test_the_rate_of_the_mass_matrix_less_two_c_is_skew(arm: Robot) -> None:
 
 
 @pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS)
-def test_gravity_is_the_slope_of_height_and_power_is_balanced(arm: Robot) -> None:
+def test_gravity_is_the_gradient_of_potential_energy_and_power_is_balanced(arm: Robot) -> None:
     q, qd, qdd = states(arm, 20)
     tau = arm.inverse_dynamics(q, qd, qdd)
     assert along(arm.potential_energy, q, qd) == pytest.approx((arm.gravity(q) * qd).sum(-1), abs=1e-9)
@@ -253,8 +253,8 @@ def test_gravity_is_the_slope_of_height_and_power_is_balanced(arm: Robot) -> Non
 
 
 @pytest.mark.parametrize("arm", [two_links(), Robot.named("ur5")], ids=["pendulum", "ur5"])
-def test_energy_stays(arm: Robot) -> None:
-    """Ten seconds of free motion."""
+def test_energy_is_conserved(arm: Robot) -> None:
+    """Energy is conserved in ten seconds of free motion."""
     start = np.full(arm.n_joints, 0.4)
     q, qd = arm.simulate(start, 0 * start, 0.008, 1250)
     energy = arm.kinetic_energy(q, qd) + arm.potential_energy(q)
@@ -262,7 +262,7 @@ def test_energy_stays(arm: Robot) -> None:
     assert np.abs(energy - energy[0]).max() < 1e-8
 
 
-def test_motion_under_forces_does_their_work() -> None:
+def test_work_of_forces_changes_the_energy() -> None:
     arm = two_links()
 
     def push(time: float, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
@@ -279,8 +279,8 @@ def test_motion_under_forces_does_their_work() -> None:
         arm.simulate([0.1, 0.2], [40.0, -90.0], 0.3, 3)
 
 
-def test_puma_as_the_toolbox_prints_it() -> None:
-    """Gravity, and the diagonal of the inertia with armature, at the nominal pose."""
+def test_puma_equals_the_output_of_the_toolbox() -> None:
+    """Gravity and the diagonal of the mass matrix with armature, at the nominal pose."""
     arm = Robot.named("puma560")
     qn = np.array([0, pi / 4, pi, 0, pi / 4, 0])
     assert arm.gravity(qn)[1:3] == pytest.approx((31.6399, 6.0351), abs=5e-5)
@@ -307,7 +307,7 @@ def chain_of(robot: Robot) -> robots.Chain:
 
 
 def forked() -> Robot:
-    """A tree with oblique axes, a slide in the middle, and rotors that are felt."""
+    """A tree with oblique axes, a prismatic joint in the middle, and rotors with inertia."""
     rng = np.random.default_rng(9)
     directions, points = rng.normal(size=(4, 3)), rng.normal(size=(4, 3))
     axes = pga3.line_from_direction_moment(directions, np.cross(points, directions))
@@ -383,7 +383,7 @@ def test_leading_axes_types_and_order() -> None:
         arm.gravity(q[..., :5])
 
 
-def test_masses_that_are_missing_or_wrong() -> None:
+def test_missing_or_wrong_masses() -> None:
     with pytest.raises(MissingInertiaError, match="unknown masses"):
         Robot.named("iiwa").mass_matrix(np.zeros(7))
     with pytest.raises(JointCountError, match="1 bodies for 2 joints"):
@@ -399,8 +399,8 @@ def test_masses_that_are_missing_or_wrong() -> None:
 
 
 @pytest.mark.parametrize("arm", [*ARMS.values(), forked()], ids=[*ARMS, "forked"])
-def test_slopes_of_the_dynamics(arm: Robot) -> None:
-    """Along random directions, against differences."""
+def test_derivatives_of_the_dynamics(arm: Robot) -> None:
+    """Compare derivatives along random directions with finite differences."""
     q, qd, qdd = states(arm, 10)
     tau = arm.inverse_dynamics(q, qd, qdd)
     direction = states(arm, 10, seed=6)[0]
@@ -418,14 +418,14 @@ def test_slopes_of_the_dynamics(arm: Robot) -> None:
         assert np.abs(found - slope).max() < 1e-7 * np.abs(slope).max(), k
 
 
-def test_the_books_scalar_inertia_is_exact_where_axes_are_parallel() -> None:
+def test_scalar_inertia_is_exact_for_parallel_axes() -> None:
     arm = two_links()
     q, qd, _ = states(arm, 20)
     mass, coriolis, gravity = scalar_inertia_dynamics(arm, [I1, I2], q, qd)
     assert np.abs(mass - arm.mass_matrix(q)).max() < 1e-14
     assert np.abs(coriolis - arm.coriolis(q, qd)).max() < 1e-13
     assert np.abs(gravity - arm.gravity(q)).max() < 1e-13
-    # elsewhere gravity is exact, and the rest is as if bodies were points and spheres that add up their joints' rates
+    # otherwise gravity is exact, and the rest treats bodies as points and spheres that add up the rates of their joints
     arm = ARMS["panda"]
     q, qd, _ = states(arm, 20)
     points = replace(arm, bodies=np.hstack([arm.bodies[:, :4], np.zeros((7, 6))]))

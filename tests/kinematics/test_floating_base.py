@@ -1,4 +1,4 @@
-"""Robots whose base floats: closed forms of a rigid body, rigid motions of everything, and the same robot by angles."""
+"""Robots with a floating base: closed forms of a rigid body, rigid motions, and the same robot by angles."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ M, C = 1.5, np.array([0.1, -0.2, 0.3])
 
 @pytest.fixture(scope="module")
 def robot(tmp_path_factory: pytest.TempPathFactory) -> Robot:
-    """A slide, turning joints, two branches, and a finger that follows another."""
+    """A robot with a prismatic joint, revolute joints, two branches, and a finger that mimics another."""
     return Robot.from_urdf(written(tmp_path_factory.mktemp("free"), ARM + FINGERS), base="floating")
 
 
 def states(robot: Robot, count: int, seed: int = 0, shift: Any = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Configurations, speeds and accelerations; the first two with a pitch of a quarter turn and a half turn."""
+    """Configurations, velocities and accelerations; the first two have a pitch of a quarter and a half turn."""
     rng = np.random.default_rng(seed)
     rotors = rng.normal(size=(count, 4))
     rotors[:2] = pga3.rotor_from_axis_angle([[0.0, 1, 0], [0.6, 0, 0.8]], [pi / 2, pi])
@@ -48,7 +48,7 @@ def relative(found: Any, expected: Any) -> float:
 
 
 def test_a_rigid_body_by_newton_and_euler(tmp_path: Path) -> None:
-    """Torque about the origin of the base and force, in its frame; energies and momenta by hand."""
+    """Torque about the origin of the base and force, in its frame; energies and momenta by closed forms."""
     body = Robot.from_urdf(written(tmp_path, [link("body")]), base="floating")
     assert isinstance(body, FloatingRobot) and (body.n_joints, body.n_positions) == (6, 8)
     turn = Rotation.from_euler("xyz", [0.2, 0.1, -0.4]).as_matrix()
@@ -87,8 +87,8 @@ VECTORS = (
 
 
 @pytest.mark.parametrize("distance", DISTANCES)
-def test_a_rigid_motion_of_everything_changes_nothing(robot: Robot, distance: float) -> None:
-    """Gravity turns with the robot; velocities of the end effector do, too."""
+def test_results_are_invariant_under_rigid_motions(robot: Robot, distance: float) -> None:
+    """Gravity rotates with the robot, and so do velocities of the end effector."""
     rows = states(robot, 8)
     motor = pga3.motor_from_rotation_vector_translation([1.1, -0.7, 0.4], distance * SHIFT)
     turn = pga3.motor_to_matrix(motor)[:3, :3]
@@ -104,7 +104,7 @@ def test_a_rigid_motion_of_everything_changes_nothing(robot: Robot, distance: fl
         assert relative(getattr(elsewhere, name)(*there[:count]).reshape(both.shape), both) < 1e-14, name
     frames = pga3.motor_to_matrix(motor) @ robot.pose(rows[0])
     assert relative(elsewhere.pose(there[0]), frames) < 1e-14
-    # without the turn, not a bit changes: motors that differ by a translation have the same rotor
+    # without the rotation no bit changes: motors that differ by a translation have the same rotor
     shifted = moved(rows[0], pga3.motor_from_rotation_vector_translation(np.zeros(3), distance * SHIFT))
     for name, count in METHODS:
         expected, found = getattr(robot, name)(*rows[:count]), getattr(robot, name)(shifted, *rows[1:count])
@@ -178,7 +178,7 @@ def test_derivatives_along_small_motions(robot: Robot) -> None:
     assert relative(robot.jacobian(q)[:, 3:], place) < 1e-8
     turning = (robot.jacobian(robot.integrate(q, h * v)) - robot.jacobian(robot.integrate(q, -h * v))) / (2 * h)
     assert relative(robot.jacobian_rate(q, v), turning) < 1e-8
-    # the rate of the mass matrix less twice C is skew, and C makes the forces
+    # the rate of the mass matrix minus 2 C is skew-symmetric, and C gives the forces
     rate = (robot.mass_matrix(robot.integrate(q, h * v)) - robot.mass_matrix(robot.integrate(q, -h * v))) / (2 * h)
     matrix = robot.coriolis_matrix(q, v)
     rest = rate - 2 * matrix
@@ -187,7 +187,7 @@ def test_derivatives_along_small_motions(robot: Robot) -> None:
 
 
 def test_free_fall_of_a_body_that_tumbles(tmp_path: Path) -> None:
-    """The centre falls on a parabola, angular momentum about it and energy stay; far away as near the origin."""
+    """The centre falls on a parabola; angular momentum about it and energy are conserved, also far from the origin."""
     body = Robot.from_urdf(written(tmp_path, [link("body")]), base="floating")
     tensor = body.bodies[5, 4:][[0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(3, 3)
     w, u, step, count = np.array([2.0, -3.0, 4.0]), np.array([1.0, 2.0, -0.5]), 0.01, 100
@@ -206,8 +206,8 @@ def test_free_fall_of_a_body_that_tumbles(tmp_path: Path) -> None:
         assert np.abs(energy - energy[0]).max() < 1e-11 * (1 + distance)
 
 
-def test_a_robot_in_free_fall_keeps_its_momentum(robot: Robot) -> None:
-    """Joints swing under springs; the whole falls as a point does."""
+def test_a_robot_in_free_fall_conserves_momentum(robot: Robot) -> None:
+    """Joints swing under springs, and the centre of mass falls like a point."""
     q, v, _ = states(robot, 2, seed=12)
     q[:, 8:] *= 0.3
     heavy = [(k, body) for k, body in enumerate(robot.bodies) if body[0] > 0]
@@ -215,7 +215,7 @@ def test_a_robot_in_free_fall_keeps_its_momentum(robot: Robot) -> None:
     def centre(q: np.ndarray) -> np.ndarray:
         frames = pga3.motor_between_frames(
             robot.home, robot.forward_all(q)
-        )  # what motions have done to what is at home
+        )  # the bodies after the motions of their frames
         parts = [body[0] * pga3.move_point(frames[..., k, :], body[1:4]) for k, body in heavy]
         return sum(parts) / sum(body[0] for _, body in heavy)
 
@@ -233,7 +233,7 @@ def test_a_robot_in_free_fall_keeps_its_momentum(robot: Robot) -> None:
 
 
 def test_a_file_whose_root_carries_a_floating_joint(robot: Robot, tmp_path: Path) -> None:
-    """That joint is the floating base, and no second one comes before it."""
+    """This joint is the floating base, and no second one is added."""
     world = [link("world", ""), joint("free", "floating", "world", "base", place("1 2 3"))]
     same = Robot.from_urdf(written(tmp_path, [*world, *ARM, *FINGERS]), base="floating")
     assert same.n_joints == robot.n_joints and same.joint_names == robot.joint_names
@@ -244,7 +244,7 @@ def test_a_file_whose_root_carries_a_floating_joint(robot: Robot, tmp_path: Path
 
 
 @pytest.mark.parametrize("name", ["ur5", "stanford", "floating"])
-def test_integrate_and_difference_undo_each_other(name: str, robot: Robot) -> None:
+def test_integrate_and_difference_are_inverse(name: str, robot: Robot) -> None:
     arm = robot if name == "floating" else Robot.named(name)
     rng = np.random.default_rng(6)
     if name == "floating":
@@ -264,7 +264,7 @@ def test_integrate_and_difference_undo_each_other(name: str, robot: Robot) -> No
             same[:, :8] *= sign
             assert np.abs(arm.difference(q, same) - v).max() < 1e-12
             assert np.abs(arm.pose(same) - arm.pose(end)).max() < 1e-13
-        # on a screw, by scipy
+        # along a screw, by scipy
         step = pga3.motor_to_matrix(pga3.motor_relative(q[:, :8], end[:, :8]))
         assert np.abs(Rotation.from_matrix(step[:, :3, :3]).as_rotvec() - v[:, :3])[3:].max() < 1e-12
     else:
@@ -320,7 +320,7 @@ def test_kinds_of_numbers(robot: Robot) -> None:
         robot.gravity(q + 0j)
 
 
-def test_changes_of_a_robot_that_floats(robot: Robot) -> None:
+def test_changes_of_a_floating_robot(robot: Robot) -> None:
     q, v, a = states(robot, 3, seed=9)
     loaded = robot.with_payload(2.0, (0.1, 0, 0))
     assert isinstance(loaded, FloatingRobot)

@@ -1,4 +1,4 @@
-"""The Barrett hand against products of 4 x 4 matrices of its table."""
+"""The Barrett hand against products of the 4 x 4 matrices of its table."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def turned_z(angle: float) -> np.ndarray:
 
 
 def lifted(angle: float) -> np.ndarray:
-    """A turn that carries x towards z."""
+    """A rotation from x towards z."""
     return np.array([[cos(angle), 0, -sin(angle), 0], [0, 1, 0, 0], [sin(angle), 0, cos(angle), 0], [0, 0, 0, 1.0]])
 
 
@@ -28,7 +28,7 @@ def shifted(x: float, y: float = 0.0) -> np.ndarray:
 
 
 def tip(spread: float, bend: float, finger: int) -> np.ndarray:
-    """The table of OpenRAVE, row by row; the third finger is one without spread, turned round."""
+    """The table of OpenRAVE, row by row; the third finger has no spread and is rotated by half a turn."""
     foot = {1: shifted(0, -0.025) @ turned_z(-spread), 2: shifted(0, 0.025) @ turned_z(spread), 3: turned_z(pi)}[finger]
     finger_alone = shifted(0.05) @ lifted(bend) @ shifted(0.07) @ lifted(bend / 3 + radians(50)) @ shifted(0.05)
     return (foot @ finger_alone)[:3, 3]
@@ -45,7 +45,7 @@ def test_fingertips() -> None:
 
 
 def test_fingers_meet_when_they_close() -> None:
-    """Without spread all tips are in planes y = const, and fingers one and three reach to each other."""
+    """Without spread all tips are in planes y = const, and fingers one and three approach each other."""
     hand = barrett_hand()
     tips = [pga3.motor_to_matrix(hand.link(f"tip {k}", [0, 0.9, 0.9, 0.9]))[:3, 3] for k in (1, 2, 3)]
     assert tips[0][1] == pytest.approx(-0.025) and tips[1][1] == pytest.approx(0.025) and tips[2][1] == pytest.approx(0)
@@ -54,12 +54,12 @@ def test_fingers_meet_when_they_close() -> None:
     assert turned[0] == pytest.approx(-tips[0][0])
 
 
-def test_the_last_joint_follows() -> None:
-    """The Jacobian of a tip by the bend, by differences: both joints of the finger take part."""
+def test_the_last_joint_is_coupled() -> None:
+    """The Jacobian of a tip with respect to the bend, by differences: both joints of the finger contribute."""
     hand = barrett_hand()
     assert isinstance(hand, Robot)
     q, h = np.array([0.4, 0.7, 0.3, 1.1]), 1e-6
-    by_bend = hand.jacobian(q)[3:, 3]  # the end effector is what the last joint carries
+    by_bend = hand.jacobian(q)[3:, 3]  # the end effector is the link after the last joint
     ahead, behind = (hand.pose(q + s * h * np.eye(4)[3])[:3, 3] for s in (1, -1))
     assert np.abs(by_bend - (ahead - behind) / (2 * h)).max() < 1e-9
     assert np.abs(hand.jacobian(q)[:, :3]).max() == 0

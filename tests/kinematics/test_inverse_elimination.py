@@ -1,4 +1,4 @@
-"""Arms of six joints without structure: every branch, against poses made by matrices and a search from many starts."""
+"""Arms of six joints without structure: all branches, against poses by matrices and a search from many starts."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def pose_by_matrices(rows: Rows, q: np.ndarray) -> np.ndarray:
 
 
 def calibrated(name: str, size: float) -> Rows:
-    """A known arm with errors of manufacture in every number: its axes nearly meet, and meet no more."""
+    """A known arm with manufacturing errors in every parameter: its axes nearly intersect, but not exactly."""
     rng = np.random.default_rng(0)
     keys = ("d", "a", "alpha", "theta")
     return [{key: getattr(row, key) + size * float(rng.normal()) for key in keys} for row in TABLES[name].rows]
@@ -111,7 +111,7 @@ def test_all_branches(name: str) -> None:
 
 @pytest.mark.parametrize(("name", "size"), [("puma560", 1e-4), ("ur5", 1e-5)])
 def test_rounding_loses_no_branch_where_roots_are_close(name: str, size: float) -> None:
-    """Axes that nearly meet, and wrists that are nearly straight: eigenvectors differ from processor to processor."""
+    """Axes nearly meet or wrists are nearly straight, where eigenvectors depend on the processor."""
     rows, rng = calibrated(name, size), np.random.default_rng(5)
     q = rng.uniform(-pi, pi, (450, 6))
     q[:150, 4] *= 1e-3
@@ -129,7 +129,7 @@ def test_rounding_loses_no_branch_where_roots_are_close(name: str, size: float) 
 
 
 @pytest.mark.parametrize("slides", [(0, 1, 2), (1, 3, 5), (0, 4), (1, 4), (2, 3)], ids=str)
-def test_arms_of_which_several_joints_slide(slides: tuple[int, ...]) -> None:
+def test_arms_with_several_prismatic_joints(slides: tuple[int, ...]) -> None:
     rows = random_arm(sum(2**joint for joint in slides), *slides)
     turns = np.array([joint not in slides for joint in range(6)])
     q = np.random.default_rng(4).uniform(-pi, pi, (200, 6))
@@ -147,7 +147,7 @@ def test_arms_of_which_several_joints_slide(slides: tuple[int, ...]) -> None:
         assert found.valid.all() and found.valid.shape == (200, 2)
 
 
-def test_slides_in_one_plane_and_turns_about_one_direction_are_searched() -> None:
+def test_coplanar_prismatic_and_parallel_revolute_joints_are_searched() -> None:
     for kinds, alphas in (("ppprrr", (0, 0, 0, 1, 1, 1)), ("pprrrr", (0, 1, 0, 0, 0, 0))):
         words = {"p": "prismatic", "r": "revolute"}
         rows: Rows = [{"a": 0.3, "alpha": a, "kind": words[k]} for k, a in zip(kinds, alphas, strict=True)]
@@ -175,7 +175,7 @@ def test_no_branch_is_missed_that_a_search_finds(name: str) -> None:
         assert len(other) and np.nanmin(away, axis=0).max() < 1e-5
 
 
-def test_what_is_out_of_reach_is_flagged() -> None:
+def test_unreachable_poses_are_flagged() -> None:
     for name in ("random 1", "jaco"):
         robot = Robot.from_dh(ARMS[name])
         poses = robot.pose(np.random.default_rng(8).uniform(-1, 1, (60, 6)))
@@ -187,7 +187,7 @@ def test_what_is_out_of_reach_is_flagged() -> None:
 
 
 def test_where_two_branches_meet() -> None:
-    """On the way from a pose that is reached to one that is not, branches meet in pairs: singular."""
+    """Between a reachable pose and an unreachable one, branches meet in pairs at singular configurations."""
     rows = random_arm(1)
     robot = Robot.from_dh(rows)
     rng = np.random.default_rng(10)
@@ -205,7 +205,7 @@ def test_where_two_branches_meet() -> None:
     assert np.abs(robot.pose(found.nearest) - poses).max() < 1e-10
 
 
-def test_a_robot_of_seven_joints_with_one_given() -> None:
+def test_a_robot_of_seven_joints_with_one_fixed() -> None:
     rows = [*random_arm(2), {"d": 0.2, "a": 0.1, "alpha": 0.4}]
     robot = Robot.from_dh(rows)
     q = np.random.default_rng(11).uniform(-pi, pi, (50, 7))
@@ -216,7 +216,7 @@ def test_a_robot_of_seven_joints_with_one_given() -> None:
 
 @pytest.mark.parametrize("slides", [(0, 4), (1, 4), (2, 3)], ids=str)
 def test_roots_of_a_scan_are_bracketed_before_they_are_improved(slides: tuple[int, ...]) -> None:
-    """Halving the bracket of a change of sign gives configurations that reach the goal, without a step of Newton."""
+    """Bisection of a bracketed sign change gives configurations that reach the goal without a Newton step."""
     arm = Robot.from_dh(random_arm(3, *slides), "standard")
     chain = Chain(arm.axes, tuple(kind.value == "prismatic" for kind in arm.kinds))
     scan = Scan.of(chain)

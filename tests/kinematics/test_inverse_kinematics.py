@@ -1,4 +1,4 @@
-"""Inverse kinematics against products of 4 x 4 matrices, the law of cosines, and where poses came from."""
+"""Inverse kinematics against products of 4 x 4 matrices, the law of cosines, and the configurations of poses."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ SKEW: Rows = [
 
 
 def random_wrist(seed: int) -> Rows:
-    """Three skew axes, then three through a point, not at right angles, and a tool."""
+    """Three skew axes, then three oblique ones through a point, and a tool."""
     rng = np.random.default_rng(seed)
     rows: Rows = [
         {
@@ -189,8 +189,8 @@ def test_the_modified_convention(rows: Rows) -> None:
     check(rows, q, found, "modified")
 
 
-def test_an_arm_from_its_other_end() -> None:
-    """The first three axes of this arm meet, and no others: the table of an arm with a wrist, backwards."""
+def test_an_arm_in_reverse_order() -> None:
+    """Only the first three axes of this arm meet: the table of an arm with a wrist in reverse order."""
     rows: Rows = [
         {"alpha": -QUARTER},
         {"alpha": QUARTER},
@@ -205,7 +205,7 @@ def test_an_arm_from_its_other_end() -> None:
     assert found.method == "spherical shoulder"
 
 
-def test_panda_with_its_last_joint_given() -> None:
+def test_panda_with_its_last_joint_fixed() -> None:
     q = configurations(PANDA, POSES, 2)
     arm = Robot.from_dh(PANDA, "modified")
     found = arm.inverse(pose_by_matrices(PANDA, q, "modified"), locked={6: q[:, 6]})
@@ -221,13 +221,13 @@ def test_seven_joints_with_an_angle_of_the_elbow() -> None:
     found = arm.inverse(poses, elbow=elbow_angle(arm, q))
     check(IIWA, q, found)
     assert (found.valid.sum(-1) == 8).all()
-    # Another angle: the same pose and wrist, the elbow where it was wanted.
+    # A different angle: the same pose and wrist, with the elbow at the requested position.
     turned = arm.inverse(poses[:200], elbow=0.7)
     assert turned.valid.all() and np.abs(elbow_angle(arm, turned.q) - 0.7).max() < 1e-7
     assert np.abs(pose_by_matrices(IIWA, turned.q) - poses[:200, None]).max() < 1e-10
 
 
-def test_seven_joints_with_any_joint_given() -> None:
+def test_seven_joints_with_any_joint_fixed() -> None:
     for joint in (0, 2):
         q = configurations(IIWA, 300, 4)
         q[:, joint] = np.repeat([0.4, -1.1, 2.0], 100)
@@ -266,7 +266,7 @@ def test_the_search_finds_configurations_of_an_arm_of_seven_joints() -> None:
 
 
 @pytest.mark.parametrize("rows", [PUMA560, UR5, STANFORD[:2] + SKEW[2:3] + PUMA560[3:], random_wrist(1), PLANAR, IIWA])
-def test_what_is_out_of_reach(rows: Rows) -> None:
+def test_unreachable_poses(rows: Rows) -> None:
     q = configurations(rows, 300, 10)
     poses = pose_by_matrices(rows, q)
     total = sum(abs(row.get("a", 0.0)) + abs(row.get("d", 0.0)) for row in rows)
@@ -278,15 +278,15 @@ def test_what_is_out_of_reach(rows: Rows) -> None:
     assert not found.valid.any() and np.isnan(found.q).all()
     near = pose_by_matrices(rows, found.nearest)
     assert np.isfinite(near).all()
-    # No pose of random configurations is nearer, in lengths and in angles times a length.
+    # No pose of random configurations is nearer in the metric of lengths and scaled angles.
     others = pose_by_matrices(rows, configurations(rows, 2000, 12))
     for k in range(0, 300, 30):
         far = np.linalg.norm(others[:, :3, 3] - poses[k, :3, 3], axis=-1)
         assert np.linalg.norm(near[k, :3, 3] - poses[k, :3, 3]) < np.median(far)
 
 
-def test_the_nearest_that_a_planar_arm_reaches_is_stretched() -> None:
-    """Two links; the goal lies ahead on x, turned by 0: both links along x."""
+def test_the_nearest_configuration_of_a_planar_arm_is_stretched() -> None:
+    """Two links and a goal on the x axis without rotation: both links are along x."""
     goal = np.eye(4)
     goal[0, 3] = 2.0
     found = Robot.from_dh(PLANAR[:2]).inverse(goal)
@@ -370,7 +370,7 @@ def test_poses_that_are_not_finite_have_a_status() -> None:
 
 
 def test_configurations_next_to_singular_ones_are_among_the_branches() -> None:
-    """Of 1e5 at random a few are so close to a singularity that normal equations would have too few digits."""
+    """A few of 1e5 random configurations are so close to a singularity that normal equations would be inaccurate."""
     arm, q = Robot.named("panda"), np.random.default_rng(12).uniform(-np.pi, np.pi, (100_000, 7))
     found = arm.inverse(arm.forward(q), locked={6: q[:, 6]})
     away = np.abs((found.q - q[:, None] + np.pi) % (2 * np.pi) - np.pi).max(-1)
@@ -398,7 +398,7 @@ def test_wrong_arguments_are_named() -> None:
         elbow_angle(Robot.from_dh(IIWA), np.zeros(6))
 
 
-# The steps, as vectors turned by Rodrigues' formula.
+# Steps of the method on vectors rotated by Rodrigues' formula.
 
 
 def turned(v: np.ndarray, axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
@@ -411,7 +411,7 @@ def unit(rng: np.random.Generator, count: int) -> np.ndarray:
     return v / np.linalg.norm(v, axis=-1, keepdims=True)
 
 
-def test_turns_to_a_plane_and_to_a_sphere() -> None:
+def test_rotations_to_a_plane_and_to_a_sphere() -> None:
     rng = np.random.default_rng(15)
     n = 2000
     axis, through, p, centre, normal = (
@@ -438,14 +438,14 @@ def test_turns_to_a_plane_and_to_a_sphere() -> None:
     )
     moved = through[:, None] + turned((p - through)[:, None], axis[:, None], angles)
     assert np.abs(np.linalg.norm(moved - centre[:, None], axis=-1) - 1.5)[gap > 0].max() < 1e-9
-    # Where there is none, the angle that comes nearest.
+    # If there is no solution, the nearest angle is returned.
     missed = gap < -1e-3
     assert np.abs(np.linalg.norm(moved - centre[:, None], axis=-1) - 1.5)[missed].max(-1) == pytest.approx(
         np.abs(heights[missed]).min(-1), abs=1e-3
     )
 
 
-def test_turns_about_two_axes() -> None:
+def test_rotations_about_two_axes() -> None:
     rng = np.random.default_rng(16)
     n = 2000
     first, second, a = unit(rng, n), unit(rng, n), unit(rng, n)
@@ -459,7 +459,7 @@ def test_turns_about_two_axes() -> None:
     assert nearest.max() < 1e-5 and (gap > -1e-12).all()
 
 
-def test_an_ellipse_meets_the_circle_where_a_fine_sampling_does() -> None:
+def test_intersections_of_ellipse_and_circle_agree_with_sampling() -> None:
     rng = np.random.default_rng(17)
     p, s = rng.normal(size=(500, 2, 2)), 0.5 * rng.normal(size=(500, 2))
     angles, imaginary = arms.turns_of_ellipse(p, s)
@@ -474,8 +474,8 @@ def test_an_ellipse_meets_the_circle_where_a_fine_sampling_does() -> None:
     assert clear.any() and set(crossings) == {0, 2, 4}
 
 
-def test_joints_that_do_not_move_the_end_effector_stay() -> None:
-    """A gripper's finger beside the arm, and another that follows it."""
+def test_joints_that_do_not_move_the_end_effector_are_kept() -> None:
+    """A finger of a gripper that is not in the chain of the arm, and another that mimics it."""
     arm = Robot.from_dh(UR5)
     kinds = (arm.kinds[0], PRISMATIC, *arm.kinds[1:], PRISMATIC, PRISMATIC)
     order = [0, 0, *range(1, 6), 5, 5]

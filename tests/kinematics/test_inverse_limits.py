@@ -1,4 +1,4 @@
-"""Which branches joint limits allow, and what is offered where they allow none."""
+"""Branches that joint limits allow, and the results if they allow none."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ def limited(robot: Robot, pairs: list[tuple[float, float]]) -> Robot:
     return replace(robot, limits=np.array([(low, high, np.inf, np.inf) for low, high in pairs]))
 
 
-def test_the_elbow_that_limits_forbid() -> None:
-    """Two branches, elbow up and down: with an elbow that bends one way there is one."""
+def test_an_elbow_outside_of_its_limits() -> None:
+    """Of two branches, elbow up and down, one is left if the elbow bends only to one side."""
     arm = limited(Robot.from_dh(PLANAR), [(-pi, pi), (0.0, 2.5), (-pi, pi)])
     q = np.random.default_rng(0).uniform((-3, 0.1, -3), (3, 2.4, 3), (200, 3))
     found = arm.inverse(arm.forward(q))
@@ -27,8 +27,8 @@ def test_the_elbow_that_limits_forbid() -> None:
     assert np.abs(found.nearest - q).max() < 1e-9
 
 
-def test_whole_turns_count() -> None:
-    """An elbow from 3 to 4 radians, beyond half a turn: the branch is given there."""
+def test_full_turns_are_added() -> None:
+    """The elbow has limits of 3 and 4 radians, beyond a half turn: the branch is shifted into this range."""
     arm = limited(Robot.from_dh(PLANAR), [(-10, 10), (3.0, 4.0), (-10, 10)])
     q = np.array([0.3, 3.6, 0.2])
     found = arm.inverse(arm.forward(q))
@@ -38,8 +38,8 @@ def test_whole_turns_count() -> None:
 
 @pytest.mark.parametrize("low", [-20.0, -3.0, 0.0, pi / 2, 5.0, 100.0])
 @pytest.mark.parametrize("name", ["ur5", "puma560", "stanford"])
-def test_what_is_flagged_is_inside(name: str, low: float) -> None:
-    """Limits anywhere, less than a turn wide: a branch is flagged where some whole turns put it inside."""
+def test_flagged_branches_are_within_limits(name: str, low: float) -> None:
+    """For any limits less than a full turn wide, a branch is flagged if adding full turns puts it inside."""
     arm = Robot.named(name)
     turns = np.array([kind.value == "revolute" for kind in arm.kinds])
     pairs = [(low, low + 5.0) if turn else (-0.4, 0.7) for turn in turns]
@@ -58,8 +58,8 @@ def test_what_is_flagged_is_inside(name: str, low: float) -> None:
     assert np.array_equal(possible, found.within_limits[found.valid])
 
 
-def test_a_limit_that_is_reached() -> None:
-    """Rounding puts a joint that is at its limit beyond it: it is given at the limit, to the last digit."""
+def test_a_joint_at_its_limit() -> None:
+    """Rounding puts a joint at its limit slightly beyond it: the result is exactly the limit."""
     arm = limited(Robot.named("ur5"), [(-1.0, 0.7)] * 6)
     q = np.where(np.random.default_rng(5).random((200, 6)) < 0.5, 0.7, -1.0)
     found = arm.inverse(arm.forward(q))
@@ -67,8 +67,8 @@ def test_a_limit_that_is_reached() -> None:
     assert (found.nearest <= 0.7).all() and (found.nearest >= -1.0).all()
 
 
-def test_the_branch_nearest_to_where_the_robot_is() -> None:
-    arm = Robot.named("ur5")  # two turns each way
+def test_the_branch_nearest_to_the_current_configuration() -> None:
+    arm = Robot.named("ur5")  # two full turns in each direction
     rng = np.random.default_rng(6)
     q = rng.uniform(-2 * pi, 2 * pi, (200, 6))
     near = np.clip(q + rng.normal(size=(200, 6)) * 0.02, -2 * pi, 2 * pi)
@@ -90,7 +90,7 @@ def test_the_branch_nearest_to_where_the_robot_is() -> None:
         arm.inverse(arm.forward(q), near=np.full(6, np.nan))
 
 
-def test_values_of_locked_joints_are_those_that_were_given() -> None:
+def test_locked_joints_keep_the_given_values() -> None:
     arm = limited(Robot.named("iiwa"), [(pi / 2, 3 * pi / 2)] * 7)
     q = np.random.default_rng(7).uniform(pi / 2, 3 * pi / 2, (50, 7))
     found = arm.inverse(arm.forward(q), locked={0: q[:, 0]})
@@ -100,7 +100,7 @@ def test_values_of_locked_joints_are_those_that_were_given() -> None:
     assert beside.valid.any() and not beside.within_limits.any()
 
 
-def test_slides_do_not_turn() -> None:
+def test_prismatic_joints_have_no_full_turns() -> None:
     rows = [{"a": 0.4}, {"a": 0.3}, {"kind": "prismatic"}, {}]
     arm = limited(Robot.from_dh(rows), [(-pi, pi)] * 2 + [(0.0, 0.2), (-pi, pi)])
     q = np.array([[0.3, 0.5, 0.1, 0.2], [0.3, 0.5, -0.1, 0.2], [0.3, 0.5, 0.1 + 2 * pi, 0.2]])
@@ -124,7 +124,7 @@ def test_named_robots(name: str, locked: tuple[int, ...]) -> None:
     assert ((chosen >= low - 1e-9) & (chosen <= high + 1e-9)).any(0).all()
 
 
-def test_limits_of_the_panda_are_the_makers() -> None:
+def test_limits_of_the_panda_are_those_of_the_manufacturer() -> None:
     assert Robot.named("panda").limits[3, :2].tolist() == [-3.0718, -0.0698]
     assert Robot.named("puma560").limits[0, 1] == pytest.approx(radians(160))
 
@@ -138,7 +138,7 @@ def test_a_robot_whose_tool_is_on_a_branch() -> None:
     assert found.within_limits.any() and np.abs(found.nearest - q).max() < 1e-9
     beyond = part.inverse(part.forward([0.4, -0.9, 0.0]))
     assert beyond.valid.any() and not beyond.within_limits.any()
-    # the joint behind the tool is where it may be
+    # the joint after the tool is within its limits
     moved = limited(part, [(-pi, pi), (0.0, 2.5), (0.5, 1.0)])
     found = moved.inverse(moved.forward(q))
     assert found.within_limits.any() and found.nearest[2] == 0.5
@@ -153,7 +153,7 @@ def test_a_robot_whose_tool_is_on_a_branch() -> None:
         ([-1, 1, 2, -np.inf], "speed 2.0, effort -inf; expected no negative number"),
     ],
 )
-def test_limits_that_no_joint_can_have(row: list[float], words: str) -> None:
+def test_invalid_limits(row: list[float], words: str) -> None:
     arm = Robot.named("ur5")
     limits = arm.limits.copy()
     limits[2] = row

@@ -1,4 +1,4 @@
-"""The affine and the conformal method give the branches that motors give."""
+"""The affine and the conformal method give the same branches as motors."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ def test_the_same_branches(robot: str, method: str) -> None:
 @pytest.mark.parametrize("method", ["motors", *GEOMETRIES])
 @pytest.mark.parametrize("five", [0.0, 1e-12, 1e-10, 1e-8, 1e-6])
 @pytest.mark.parametrize("robot", ["puma560", "stanford", "ur5", "shoulder", "offset"])
-def test_wrists_that_are_straight(robot: str, five: float, method: str) -> None:
-    """Circles become points, and places come to axes: the pose is reached all the same, by as many branches."""
+def test_straight_wrists(robot: str, five: float, method: str) -> None:
+    """Circles degenerate to points, and points are on axes: the pose is reached by the same number of branches."""
     rows = {"shoulder": SHOULDER, "offset": OFFSET}
     arm = Robot.from_dh(rows[robot]) if robot in rows else Robot.named(robot)
     turns = np.array([kind.value == "revolute" for kind in arm.kinds])
@@ -90,7 +90,7 @@ def test_a_wrist_above_the_first_axis(method: str) -> None:
 
 @pytest.mark.parametrize("method", GEOMETRIES)
 @pytest.mark.parametrize("name", ["puma560", "ur5"])
-def test_pairs_of_points_that_are_imaginary(name: str, method: str) -> None:
+def test_imaginary_point_pairs(name: str, method: str) -> None:
     arm = Robot.named(name)
     poses = arm.pose(np.random.default_rng(2).uniform(-pi, pi, (50, 6)))
     poses[:, :3, 3] *= 5.0 / np.linalg.norm(poses[:, :3, 3], axis=-1, keepdims=True)

@@ -119,7 +119,7 @@ def test_planar_arm_in_closed_form() -> None:
     assert np.abs(pose[:, 2, 3]).max() == 0
 
 
-def test_motors_are_unit_and_turn_by_the_right_hand_rule() -> None:
+def test_motors_are_unit_and_follow_the_right_hand_rule() -> None:
     arm = Robot.from_dh([{}])
     quarter = pga3.move_point(arm.forward([QUARTER]), np.array([1.0, 0.0, 0.0]))
     assert quarter == pytest.approx((0, 1, 0), abs=1e-15)
@@ -143,7 +143,7 @@ def test_units_of_length_do_not_matter() -> None:
 
 
 def test_leading_axes_blocks_and_empty_batches() -> None:
-    """More configurations than are worked on at once give what one at a time gives."""
+    """Batches larger than one block give the same results as single configurations."""
     arm, q = Robot.named("puma560"), joints(6, 3, 3001)
     motors = arm.forward(q)
     assert motors.shape == (3, 3001, 8)
@@ -169,7 +169,7 @@ def test_any_memory_order_and_nothing_is_written() -> None:
     assert np.array_equal(frozen, q)
 
 
-def test_single_precision_stays() -> None:
+def test_single_precision_is_preserved() -> None:
     arm, q = Robot.named("puma560"), joints(6, 200)
     single = q.astype(np.float32)
     assert arm.forward(single).dtype == arm.forward_all(single).dtype == arm.pose(single).dtype == np.float32
@@ -183,7 +183,7 @@ def test_integers_and_lists_are_joint_variables_too() -> None:
     assert arm.forward(np.array([0, 1, 2, 0, 1, 0])) == pytest.approx(expected, abs=1e-15)
 
 
-def test_a_joint_that_is_not_known_spoils_its_own_configuration_only() -> None:
+def test_a_nan_affects_only_its_configuration() -> None:
     arm, q = Robot.named("ur5"), joints(6, 5)
     good = arm.forward(q)
     q[2, 4] = np.nan

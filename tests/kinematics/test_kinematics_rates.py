@@ -1,4 +1,4 @@
-"""Jacobians, their rates and what is made of them, against derivatives of poses and closed forms."""
+"""Jacobians, their rates and quantities derived from them, against derivatives of poses and closed forms."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def states(arm: Robot, count: int = 10) -> tuple[np.ndarray, np.ndarray, np.ndar
 
 
 def slope(function: Callable[[float], np.ndarray], h: float = 4e-3) -> np.ndarray:
-    """The derivative at 0, by differences of order 8."""
+    """The derivative at 0, by finite differences of order 8."""
     weights = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
     terms = (w * (function(k * h) - function(-k * h)) for k, w in enumerate(weights, 1))
     total: np.ndarray = sum(terms) / h  # type: ignore[assignment]
@@ -55,7 +55,7 @@ def test_velocities_are_rates_of_poses(arm: Robot) -> None:
 
 
 @pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS)
-def test_elements_that_the_end_effector_holds(arm: Robot) -> None:
+def test_elements_attached_to_the_end_effector(arm: Robot) -> None:
     q, qd, _ = states(arm)
     rng = np.random.default_rng(5)
     point, plane = rng.normal(size=3), rng.normal(size=4)
@@ -72,7 +72,7 @@ def test_elements_that_the_end_effector_holds(arm: Robot) -> None:
 
 
 def test_twists_of_joints_are_their_axes() -> None:
-    """A turning joint leaves the points of its axis in place; the twist of a slide is where it goes."""
+    """A revolute joint keeps the points of its axis in place; the twist of a prismatic joint is its direction."""
     arm = Robot.named("stanford")
     q, _, _ = states(arm)
     twists, frames = arm.twists_of_joints(q), arm.forward_all(q)
@@ -110,7 +110,7 @@ def test_manipulability() -> None:
 
 
 def test_manipulability_of_less_than_six_variables() -> None:
-    """By determinants of what each arm is for."""
+    """Compare with determinants of the Jacobian of the task of each arm."""
     rng = np.random.default_rng(7)
     reach = {
         "three in a plane": ([{"a": 0.7}, {"a": 0.4}, {"a": 0.2}], 0.28, 1),
@@ -123,7 +123,7 @@ def test_manipulability_of_less_than_six_variables() -> None:
         straight = q.copy()
         straight[:, elbow] = 0
         assert arm.manipulability(straight).max() < 1e-15
-    # three joints in space are for points, and four or five for what they can do
+    # for three joints in space the task is the position, for four or five the space of their motions
     shoulder = Robot.from_dh([{"d": 0.3, "alpha": np.pi / 2}, {"a": 0.4}, {"a": 0.2}])
     q = rng.normal(size=(20, 3))
     s1, s12, c1, c12 = np.sin(q[:, 1]), np.sin(q[:, 1] + q[:, 2]), np.cos(q[:, 1]), np.cos(q[:, 1] + q[:, 2])
@@ -146,7 +146,7 @@ def test_screws_give_the_same_robot_as_the_table() -> None:
         assert np.abs(again.jacobian_rate(q, qd) - arm.jacobian_rate(q, qd)).max() < 1e-13
 
 
-def test_screws_that_are_none() -> None:
+def test_invalid_screws() -> None:
     z, one = np.array([[1.0, 0, 0, 0, 0, 0]]), np.eye(8)[0]
     for axes in ([[0.0, 0, 0, 1, 0, 0]], [[1.0, 0, 0, 0, 0, 1]], [[np.nan, 0, 0, 0, 0, 0]]):
         with pytest.raises(DescriptionError, match="axes: not lines"):
@@ -163,7 +163,7 @@ def test_screws_that_are_none() -> None:
         replace(Robot.named("iiwa"), tool=np.full(8, np.nan))
 
 
-def test_manipulability_of_what_is_not_finite() -> None:
+def test_manipulability_of_non_finite_configurations() -> None:
     arm = Robot.named("ur5")
     q = np.linspace(-1, 1, 18).reshape(3, 6)
     expected = arm.manipulability(q)
@@ -182,7 +182,7 @@ def test_robots_are_pickled_and_copied() -> None:
             assert np.array_equal(other.limits, arm.limits)
 
 
-def test_limits_the_wrong_way_and_names_of_no_robot() -> None:
+def test_reversed_limits_and_unknown_names() -> None:
     with pytest.raises(DescriptionError, match="limits of joint 1"):
         replace(Robot.named("ur5"), limits=np.array([[-1.0, 1, 1, 1], [1, -1, 1, 1], *[[0, 0, 1, 1]] * 4]))
     with pytest.raises(TypeError, match="expected one of the names"):

@@ -1,4 +1,4 @@
-"""A robot that was changed computes with what it is now: every change, by every method, with kernels of its own."""
+"""A changed robot computes with its new parameters: every change, for every method, with specialised kernels."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ CHANGES: dict[str, tuple[Callable[[Robot], Robot], str]] = {
     "replaced parents": (lambda r: replace(r, parents=(-1, 0, 1, 2, 3, *range(3, r.n_joints - 2))), "mass_matrix"),
     "replaced kinds": (lambda r: replace(r, kinds=(*r.kinds[:-1], SLIDE)), "forward jacobian mass_matrix"),
 }
-"""What is changed, and methods that it has to be seen in."""
+"""Changes, and methods whose results they must affect."""
 
 
 def largest(found: Any, expected: Any) -> float:
@@ -80,7 +80,7 @@ def test_every_change_reaches_every_method(name: str, change: str) -> None:
             assert largest(expected, getattr(robot, method)(*rows[:count])) > 1e-9, method
 
 
-def test_what_each_method_runs_on() -> None:
+def test_kernels_that_each_method_uses() -> None:
     robot = Robot.named("ur5")
     moves, forces = {"forward", "pose", "jacobian"}, {"inverse_dynamics"}
 
@@ -97,17 +97,17 @@ def test_what_each_method_runs_on() -> None:
     assert own(robot.with_base(BASE)) == set() == own(replace(robot, module=None))
     assert robot.with_gravity((0, 0, -1.62)).uses["gravity"] == "generated.robots"
     assert robot.uses["acceleration"] == "generated.ur5, generated.robots"
-    # a robot whose joints follow others has variables that no kernel of the module has
+    # a robot with coupled joints has variables that no kernel of the module has
     coupled = replace(robot, coupling=np.eye(6, 7), limits=np.empty(0))
     assert set(coupled.uses.values()) == {"generated.robots"}
     q = np.linspace(-1, 1, 6)
     assert largest(coupled.mass_matrix(q), robot.mass_matrix(q)) < 1e-14
-    # a change that is taken back
+    # a change that is reverted
     assert own(robot.with_gravity((0, 0, 9.81)).with_gravity((0, 0, -9.81))) == everything
     assert own(robot.with_tool(TOOL).with_tool(pga3.motor_inverse(TOOL))) == everything
 
 
-def test_modules_of_other_robots_are_refused() -> None:
+def test_modules_of_other_robots_are_rejected() -> None:
     robot = Robot.named("ur5")
     lighter = replace(robot, bodies=robot.bodies - np.eye(1, 10) * 0.001)
     cases = {
@@ -132,7 +132,7 @@ def test_modules_of_other_robots_are_refused() -> None:
             robot.with_module(wrong)
 
 
-def test_digests_are_read_where_python_has_no_docstrings() -> None:
+def test_digests_are_read_without_docstrings() -> None:
     code = "from algorithms.kinematics import Robot; print(Robot.named('ur5').uses['forward'], Robot.named.__doc__)"
     done = subprocess.run([sys.executable, "-OO", "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["generated.ur5", "None"]
@@ -140,7 +140,7 @@ def test_digests_are_read_where_python_has_no_docstrings() -> None:
 
 @pytest.mark.parametrize("name", ["ur5", "panda"])
 def test_digests_do_not_depend_on_the_last_digit(name: str) -> None:
-    """Another processor or library of functions may round it otherwise."""
+    """Another processor or math library may round it differently."""
     robot, rng = Robot.named(name), np.random.default_rng(10)
     for _ in range(20):
 
@@ -170,7 +170,7 @@ def test_inverse_kinematics_of_changed_robots(name: str) -> None:
 
 @pytest.mark.parametrize("distance", [10.0, 1e3, 1e6])
 def test_dynamics_far_from_the_origin(distance: float) -> None:
-    """Lines are stored to rounding at that distance, and no more than that is lost: not its square."""
+    """The error is proportional to the distance, like that of the stored lines, not to its square."""
     robot = Robot.named("ur5").with_payload(2.0, (0, 0.1, 0.05), (0.1, 0, 0, 0.2, 0, 0.3))
     q, qd, qdd = np.random.default_rng(8).uniform(-2, 2, (3, 20, 6))
     base = pga3.motor_from_rotation_vector_translation([0, 0, 0.3], distance * np.array([0.6, -0.48, 0.64]))
@@ -194,7 +194,7 @@ LENGTH, NEAR, MASS, MOMENT, ROTOR = 0.7, 0.3, 2.0, 0.05, 0.02
 
 @pytest.fixture(scope="module")
 def pendulum(tmp_path_factory: pytest.TempPathFactory) -> Robot:
-    """One link that turns about y, along x at home, with kernels of its own."""
+    """One link that rotates about y, along x in the zero configuration, with specialised kernels."""
     folder = tmp_path_factory.mktemp("pendulum")
     path = folder / "pendulum.urdf"
     path.write_text(
@@ -208,17 +208,19 @@ def pendulum(tmp_path_factory: pytest.TempPathFactory) -> Robot:
 
 
 def written(path: Path, folder: Path, change: Callable[[str], str] = str) -> ModuleType:
-    """The module that gac robot writes."""
+    """Write the module with ``gac robot``."""
     name, text = robot_spec(str(path), None, None, ())
     spec = folder / f"{name}.py"
     spec.write_text(change(text))
     write(render(compile_spec(load_spec(spec))), folder / "out")
-    shutil.rmtree(folder / "out" / "__pycache__", ignore_errors=True)  # bytecode of the same second and size
+    shutil.rmtree(
+        folder / "out" / "__pycache__", ignore_errors=True
+    )  # remove stale bytecode, as the file may have the same time and size
     return load_module(folder / "out" / f"{name}.py", f"_{name}", "arrays")
 
 
-def test_a_pendulum_by_hand(pendulum: Robot) -> None:
-    """Upwards is z; the angle counts from x upwards."""
+def test_a_pendulum_in_closed_form(pendulum: Robot) -> None:
+    """The z axis points upwards; the angle is measured from x upwards."""
     q, qd, qdd, load, g, long = 0.4, 1.3, -0.7, 1.5, 9.81, LENGTH + 0.2
     state = [np.array([x]) for x in (q, qd, qdd)]
     stick = np.array([1, 0, 0, 0, -0.1, 0, 0, 0])  # 0.2 m along x
@@ -245,18 +247,20 @@ def test_a_pendulum_by_hand(pendulum: Robot) -> None:
         assert robot.kinetic_energy(*state[:2]) == pytest.approx(inertia * qd**2 / 2, rel=1e-13)
         assert robot.potential_energy(state[0]) == pytest.approx(first * fall * sin(q), rel=1e-13)
         assert robot.inverse_dynamics_derivatives(*state)[0] == pytest.approx(-first * fall * sin(q), rel=1e-12)
-        # mounted elsewhere, and gravity turned with it
+        # mounted elsewhere, with gravity rotated accordingly
         leaning = robot.with_base(BASE)
         assert np.abs(leaning.pose(state[0]) - pga3.motor_to_matrix(BASE) @ robot.pose(state[0])).max() < 1e-14
         turned = leaning.with_gravity(pga3.motor_to_matrix(BASE)[:3, :3] @ robot.free_fall)
         assert turned.inverse_dynamics(*state) == pytest.approx(float(tau[0]), rel=1e-12)
     wall = pendulum.with_base(pga3.motor_from_rotation_vector_translation([0, pi / 2, 0], [1.0, 2.0, 3.0]))
-    assert wall.gravity(state[0]) == pytest.approx(MASS * NEAR * g * sin(q), rel=1e-13)  # x of the base hangs down
+    assert wall.gravity(state[0]) == pytest.approx(
+        MASS * NEAR * g * sin(q), rel=1e-13
+    )  # x of the base points downwards
     assert pga3.motor_to_matrix(wall.link("base", state[0]))[:3, 3] == pytest.approx((1, 2, 3), abs=1e-14)
 
 
-def test_a_spec_that_was_edited_is_another_robots(pendulum: Robot, tmp_path: Path) -> None:
-    """Digests are those of the numbers that the kernels were made from, not of those that were first written."""
+def test_an_edited_spec_is_of_another_robot(pendulum: Robot, tmp_path: Path) -> None:
+    """Digests are computed from the numbers that the kernels were generated from, not from the first spec."""
     path = tmp_path / "heavy.urdf"
     path.write_text(
         '<robot name="heavy"><link name="a"/><link name="b"><inertial><mass value="2.25"/><inertia ixx="1" ixy="0" '

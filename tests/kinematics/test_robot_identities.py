@@ -1,4 +1,4 @@
-"""Identities that tie methods of robots together, closed forms, and what has no inertia."""
+"""Identities between methods of robots, closed forms, and robots without inertia."""
 
 from __future__ import annotations
 
@@ -48,13 +48,13 @@ def times(matrix: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 
 def slope(function: Callable[[float], Any], h: float = 4e-3) -> Any:
-    """The derivative at 0, by differences of order 8: to some 1e-11 of the values."""
+    """The derivative at 0, by finite differences of order 8, with a relative error of about 1e-11."""
     weights = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
     return sum(w * (function(k * h) - function(-k * h)) for k, w in enumerate(weights, 1)) / h
 
 
 def jacobian_by(function: Callable[[np.ndarray], Any], n: int) -> np.ndarray:
-    """Derivatives by the entries of the argument, along the last axis."""
+    """Derivatives with respect to the entries of the argument, along the last axis."""
     return np.stack([slope(lambda t, step=step: function(t * step)) for step in np.eye(n)], axis=-1)
 
 
@@ -65,7 +65,7 @@ def test_the_mass_matrix_times_its_inverse(robot: Robot) -> None:
     assert relative(inverse, inverse.mT) < 1e-13 and (np.linalg.eigvalsh(inverse) > 0).all()
 
 
-def test_forward_dynamics_undoes_inverse_dynamics(robot: Robot) -> None:
+def test_forward_dynamics_inverts_inverse_dynamics(robot: Robot) -> None:
     q, qd, qdd = states(robot)
     tau = robot.inverse_dynamics(q, qd, qdd)
     assert relative(robot.forward_dynamics(q, qd, tau), qdd) < 1e-14 * np.linalg.cond(robot.mass_matrix(q)).max()
@@ -95,7 +95,7 @@ def test_the_regressor_times_inertias_is_the_force(robot: Robot) -> None:
     found = np.einsum("...ijk,jk->...i", regressor, robot.link_inertias)
     bare = robot.with_armature(np.zeros(len(robot.kinds)))
     assert relative(found, bare.inverse_dynamics(q, qd, qdd)) < 1e-13
-    # it knows nothing of the masses, and the force is linear in them
+    # it does not depend on the masses, and the force is linear in them
     heavy = replace(bare, bodies=bare.bodies * np.array([3.0, 1, 1, 1, *[3.0] * 6]))
     assert np.array_equal(heavy.torque_regressor(q, qd, qdd), regressor)
     assert relative(3 * found, heavy.inverse_dynamics(q, qd, qdd)) < 1e-13
@@ -106,7 +106,7 @@ def test_power_changes_the_energy(robot: Robot) -> None:
     power = (robot.inverse_dynamics(q, qd, qdd) * qd).sum(-1)
 
     def energy(t: float) -> Any:
-        # The velocity is constant over the step in the group of motions: its change is added to the first order.
+        # The velocity is constant during a step in the group of motions; its change is added to first order.
         place = robot.integrate(q, t * qd)
         return robot.kinetic_energy(place, qd + t * qdd) + robot.potential_energy(place)
 
@@ -115,7 +115,7 @@ def test_power_changes_the_energy(robot: Robot) -> None:
 
 
 def test_the_centre_of_mass_by_potential_energy(robot: Robot) -> None:
-    """The energy in three directions of gravity gives three coordinates."""
+    """The energies for three directions of gravity give three coordinates."""
     q, qd, _ = states(robot)
     mass = robot.bodies[:, 0].sum()
     energies = [robot.with_gravity(-direction).potential_energy(q) for direction in np.eye(3)]
@@ -127,11 +127,11 @@ def test_the_centre_of_mass_by_potential_energy(robot: Robot) -> None:
 
 
 def test_momenta_are_sums_over_the_bodies(robot: Robot) -> None:
-    """From the positions of mass centres, their rates, and the turns of the bodies."""
+    """Compare with sums of the positions and velocities of mass centres and the rotations of bodies."""
     q, qd, _ = states(robot)
 
     def placed(t: float) -> tuple[np.ndarray, np.ndarray]:
-        """Centres of mass, and rotations since home."""
+        """Centres of mass, and rotations from the zero configuration."""
         frames = robot.forward_all(robot.integrate(q, t * qd))
         moves = pga3.motor_product(frames, pga3.motor_inverse(robot.home))
         return pga3.move_point(moves, robot.bodies[:, 1:4]), pga3.motor_to_matrix(moves)[..., :3, :3]
@@ -167,7 +167,7 @@ def test_jacobians_of_links(robot: Robot) -> None:
         robot.jacobian(q, link="none")
 
 
-def test_links_of_the_base_stand_still(tmp_path: Any) -> None:
+def test_links_of_the_base_do_not_move(tmp_path: Any) -> None:
     robot = Robot.from_urdf(written(tmp_path, ARM + FINGERS))
     q = np.ones((2, robot.n_joints), np.float32)
     assert robot.jacobian(q, link="base").dtype == robot.link("base", q).dtype == np.float32
@@ -175,8 +175,8 @@ def test_links_of_the_base_stand_still(tmp_path: Any) -> None:
     assert np.array_equal(robot.link("base", q), np.eye(8)[[0, 0]])
 
 
-def test_one_slide_and_one_turn_by_hand() -> None:
-    """A cart of 3 kg along z that carries a rod of 2 kg, which turns about z: nothing is coupled."""
+def test_one_prismatic_and_one_revolute_joint_in_closed_form() -> None:
+    """A cart of 3 kg along z carries a rod of 2 kg that rotates about z: the motions are not coupled."""
     rows = [{"kind": "prismatic"}, {}]
     cart = Body(3.0)
     rod = Body(2.0, (0.5, 0, 0), (0.1, 0, 0, 0.2, 0, 0.3))
@@ -188,7 +188,7 @@ def test_one_slide_and_one_turn_by_hand() -> None:
     assert robot.inverse_mass_matrix(q) == pytest.approx(np.diag([0.2, 1 / turn]), abs=1e-15)
     assert robot.forward_dynamics(q, qd, [0.0, 1.0]) == pytest.approx([-9.81, 1 / turn])
     assert robot.centre_of_mass(q) == pytest.approx([0.2 * c, 0.2 * s, 0.7])
-    # about the common centre, the rod's own turn and the distances of both centres
+    # about the common centre: the spin of the rod and the distances of both centres
     spin = -2.0 * (0.3 + 3 * 2 / 5 * 0.5**2)
     expected = [0, 0, spin, 2 * 0.5 * s * 2.0, -2 * 0.5 * c * 2.0, 5 * 1.5]
     found = robot.centroidal_momentum(q, qd)
@@ -197,7 +197,7 @@ def test_one_slide_and_one_turn_by_hand() -> None:
 
 @pytest.mark.parametrize("distance", DISTANCES)
 def test_results_far_from_the_origin(distance: float) -> None:
-    """No more is lost than lines and points have at that distance; see also `test_robot_changes`."""
+    """The error is that of lines and points at this distance; see also `test_robot_changes`."""
     arm = replace(Robot.named("ur5"), module=None)
     base = pga3.motor_from_rotation_vector_translation(np.zeros(3), distance * np.array([0.6, -0.48, 0.64]))
     far = arm.with_base(base)
@@ -232,8 +232,8 @@ NO_INERTIA: dict[str, tuple[list[dict[str, Any]], list[Body]]] = {
 
 
 @pytest.mark.parametrize("what", NO_INERTIA)
-def test_what_has_no_inertia_has_no_acceleration(what: str) -> None:
-    """Every acceleration is NaN, not a large number that rounding made; a rotor is inertia enough."""
+def test_accelerations_without_inertia_are_nan(what: str) -> None:
+    """Every acceleration is NaN, not a large number from rounding; the inertia of a rotor suffices."""
     rows, bodies = NO_INERTIA[what]
     robot = Robot.from_dh(rows, bodies=bodies)
     q, qd, tau = np.random.default_rng(3).uniform(-2, 2, (3, 200, robot.n_joints))
@@ -251,18 +251,18 @@ def test_what_has_no_inertia_has_no_acceleration(what: str) -> None:
 
 
 def test_light_links_have_accelerations() -> None:
-    """A link of a milligram on an arm of a ton is not without inertia."""
+    """A link of a milligram on an arm of a ton has enough inertia."""
     heavy = Body(1000.0, (0.3, 0.1, 0.2), (100.0, 0, 0, 200.0, 0, 250.0))
     light = Body(1e-6, (0.01, 0, 0), (1e-10, 0, 0, 1e-10, 0, 1e-10))
     robot = Robot.from_dh([{"a": 0.7, "alpha": 0.4}, {"a": 0.5}, {}], bodies=[heavy, heavy, light])
     q, qd, qdd = np.random.default_rng(3).uniform(-2, 2, (3, 50, 3))
     tau = robot.inverse_dynamics(q, qd, qdd)
     assert np.abs(robot.forward_dynamics(q, qd, tau) - qdd)[:, :2].max() < 1e-10
-    # the force of the last joint is 1e-10, of which rounding takes a part
+    # the force of the last joint is 1e-10, with a large relative rounding error
     assert np.abs(robot.forward_dynamics(q, qd, tau) - qdd).max() < 1e-6
 
 
-def test_trees_beside_one_without_inertia_move() -> None:
+def test_trees_next_to_one_without_inertia_move() -> None:
     arm = Robot.from_dh([{"a": 0.5}, {"a": 0.5}], bodies=[ROD, MASSLESS])
     fields = ("name", "kinds", "axes", "home", "bodies")
     both = Robot(**{name: getattr(arm, name) for name in fields}, parents=(-1, -1))

@@ -25,7 +25,7 @@ def test_a_skeleton_goes_from_the_base_to_the_end_effector() -> None:
     lengths = np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1)
     assert lengths == pytest.approx((0.089459, 0.425, 0.39225, 0.10915, 0.09465, 0.0823, 0), abs=1e-12)
     hand = skeleton(barrett_hand(), np.zeros(4))
-    assert np.abs(hand[:8, 0] - hand[:8, 1]).max() > 0.06  # fingers, which the palm carries
+    assert np.abs(hand[:8, 0] - hand[:8, 1]).max() > 0.06  # fingers are attached to the palm
     assert np.array_equal(hand[0, 0], np.zeros(3)) and np.array_equal(hand[3, 0], np.zeros(3))
 
 
@@ -46,7 +46,7 @@ def test_a_workspace_is_within_reach_and_limits() -> None:
     assert 0.85 < reach.max() < 0.425 + 0.39225 + 0.10915 + 0.09465 + 0.0823
     hand = barrett_hand()
     tips = workspace(hand, 300)
-    assert np.abs(tips[:, 1]).max() < 1e-15  # what the last joint, of the finger without spread, carries
+    assert np.abs(tips[:, 1]).max() < 1e-15  # the link after the last joint, that of the finger without spread
     slide = pga3.line_from_direction_moment([[1.0, 0, 0]], [[0.0, 0, 0]])
     assert np.abs(workspace(Robot.from_screws(slide, np.eye(8)[0], ["prismatic"]), 200)).max() <= 1
 

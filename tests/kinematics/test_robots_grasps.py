@@ -1,4 +1,4 @@
-"""Grasps: motors are recovered from what they move, and freedoms are those of geometry."""
+"""Grasps: motors are recovered from moved elements, and degrees of freedom agree with geometry."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_a_flag_determines_the_motor() -> None:
         pairs = [(one[None], two[None]) for one, two in zip((x, ln, h), moved, strict=True)]
         found = grasp(*pairs, oriented=True)
         assert found.freedoms.tolist() == [0] and same(found.motors[0], m) < 1e-9 and found.residuals[0] < 1e-12
-        # of either sense: half turns about line, normal, and what is across both
+        # with either orientation: half turns about the line, the normal, and their common perpendicular
         either = grasp(*pairs)
         assert len(either.motors) == 4 and min(same(one, m) for one in either.motors) < 1e-9
         for one in either.motors:
@@ -70,7 +70,7 @@ def test_a_flag_determines_the_motor() -> None:
         ("hhh", 0),
     ],
 )
-def test_freedoms_that_are_left(kinds: str, freedoms: int) -> None:
+def test_remaining_degrees_of_freedom(kinds: str, freedoms: int) -> None:
     x, ln, h = flag()
     m, near = motor(), motor()
     given: dict[str, list[np.ndarray]] = {"x": [], "l": [], "h": []}
@@ -100,7 +100,7 @@ ORIGIN = np.zeros(3)
 
 
 def turned(vector: np.ndarray) -> np.ndarray:
-    """A turn about the origin, as a matrix (4, 4)."""
+    """A rotation about the origin as a matrix (4, 4)."""
     found = np.eye(4)
     found[:3, :3] = Rotation.from_rotvec(vector).as_matrix()
     return found
@@ -122,13 +122,13 @@ FREE: dict[str, tuple[dict[str, list[np.ndarray]], int, Callable[[np.ndarray], n
     "two planes": ({"planes": [plane(ORIGIN, np.eye(3)[k]) for k in (0, 1)]}, 1, lambda u: slid(0, 0, u[0])),
     "line across plane": ({"lines": [line(ORIGIN, Z)], "planes": [plane(ORIGIN, Z)]}, 1, lambda u: turned(u[0] * Z)),
 }
-"""What is held at the origin, how many freedoms are left, and the motions that are, as matrices of their variables."""
+"""Elements held at the origin, the number of remaining degrees of freedom, and the free motions as matrices."""
 
 
 @pytest.mark.parametrize("length", [0.1, 1.0, 3.0])
 @pytest.mark.parametrize("name", FREE)
 def test_the_nearest_grasp_is_the_one_that_a_search_finds(name: str, length: float) -> None:
-    """All grasps are one of them after the motions that leave the gripper's features alone; scipy goes over these."""
+    """All grasps are one grasp after motions that preserve the features of the gripper; scipy minimises over these."""
     held, freedoms, motion = FREE[name]
     moves = {"points": pga3.move_point, "lines": pga3.move_line, "planes": pga3.move_plane}
     rng = np.random.default_rng(len(name))
@@ -144,8 +144,8 @@ def test_the_nearest_grasp_is_the_one_that_a_search_finds(name: str, length: flo
         back = np.linalg.inv(frame)
 
         def square(pose: np.ndarray, wanted: np.ndarray = wanted) -> float:
-            way, turn = pose[:3, 3] - wanted[:3, 3], pose[:3, :3] - wanted[:3, :3]
-            return float(way @ way + length**2 * np.square(turn).sum() / 2)
+            offset, turn = pose[:3, 3] - wanted[:3, 3], pose[:3, :3] - wanted[:3, :3]
+            return float(offset @ offset + length**2 * np.square(turn).sum() / 2)
 
         def away(u: np.ndarray, first: np.ndarray = first, frame: np.ndarray = frame, back: np.ndarray = back) -> float:
             return square(first @ frame @ motion(u) @ back)
@@ -161,8 +161,8 @@ def test_the_nearest_grasp_is_the_one_that_a_search_finds(name: str, length: flo
         assert same(again.motors[0], found.motors[0]) < 1e-9
 
 
-def test_of_several_senses_the_nearest_comes_first() -> None:
-    """A gripper's axis on a line, either way round: nearest is the way round that it has."""
+def test_the_nearest_of_several_orientations_is_first() -> None:
+    """The axis of a gripper on a line in either orientation: the nearest grasp has the current orientation."""
     own = line(ORIGIN, Z)[None]
     for angle in (0.3, 3.0):
         near = pga3.motor_from_line(line(ORIGIN, np.array([1.0, 0, 0])), angle)
@@ -173,7 +173,7 @@ def test_of_several_senses_the_nearest_comes_first() -> None:
         assert found.distances[0] == pytest.approx(2 * np.sin(min(angle, np.pi - angle) / 2), abs=1e-9)
 
 
-def test_what_is_no_pose_to_be_near() -> None:
+def test_invalid_reference_poses() -> None:
     own = line(ORIGIN, Z)[None]
     for near in (np.zeros(8), np.eye(8)[5]):
         with pytest.raises(ValueError, match=r"grasp: near: .*; expected a motor"):
@@ -188,7 +188,7 @@ def test_what_is_no_pose_to_be_near() -> None:
 
 def test_constraints_that_contradict_each_other() -> None:
     x = RNG.normal(size=(2, 3))
-    assert len(grasp(points=(x, 2 * x)).motors) == 0  # another distance
+    assert len(grasp(points=(x, 2 * x)).motors) == 0  # a different distance
     with pytest.raises(ValueError, match="no constraint"):
         grasp()
     with pytest.raises(ValueError, match="grasp: points: 2 of the gripper, 1 of the object"):

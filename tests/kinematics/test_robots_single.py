@@ -1,4 +1,4 @@
-"""Calls of robots' methods: one configuration and many, kinds of numbers, what is refused, threads, first calls."""
+"""Calls of methods of robots: one configuration and many, types of numbers, errors, threads, first calls."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ NAMES = ("q", "qd", "qdd")
 
 
 def tree() -> Robot:
-    """Two branches, a slide and rotors: the end effector is on the second branch."""
+    """Two branches, a prismatic joint and rotors: the end effector is on the second branch."""
     rng = np.random.default_rng(4)
     rows = [
         {"d": 0.3, "a": 0.2, "alpha": 0.7},
@@ -74,7 +74,7 @@ def tree() -> Robot:
 
 
 def coupled() -> Robot:
-    """The last joint follows the one before it."""
+    """The last joint mimics the previous one."""
     coupling = np.eye(6, 7)[:, [0, 1, 2, 3, 4, 6]]
     coupling[5] = 0, 0, 0, 0, -0.5, 0.2
     return replace(tree(), name="coupled", coupling=coupling, limits=np.empty(0))
@@ -89,7 +89,7 @@ def robot(request: pytest.FixtureRequest) -> Robot:
 
 
 def states(robot: Robot, *lead: int) -> np.ndarray:
-    """Positions, speeds and accelerations."""
+    """Positions, velocities and accelerations."""
     return np.random.default_rng(1).uniform(-1.5, 1.5, (3, *lead, robot.n_joints))
 
 
@@ -104,7 +104,7 @@ def error(found: Any, expected: Any) -> float:
 
 
 @pytest.mark.parametrize("name", METHODS)
-def test_one_configuration_gives_what_a_batch_gives(robot: Robot, name: str) -> None:
+def test_one_configuration_equals_its_element_of_a_batch(robot: Robot, name: str) -> None:
     method, rows = getattr(robot, name), states(robot, 2, 3)[: METHODS[name]]
     batch, one = method(*rows), method(*rows[:, 1, 2])
     for mine, expected in zip(parts(one), parts(batch), strict=True):
@@ -143,7 +143,7 @@ def test_kinds_of_numbers(robot: Robot, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", METHODS)
-def test_wrong_arguments_are_refused_by_name(robot: Robot, name: str) -> None:
+def test_wrong_arguments_are_rejected_by_name(robot: Robot, name: str) -> None:
     method, rows, count = getattr(robot, name), states(robot, 4), METHODS[name]
     for k in range(count):
 
@@ -163,7 +163,7 @@ def test_wrong_arguments_are_refused_by_name(robot: Robot, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", METHODS)
-def test_a_nan_spoils_its_own_configuration_only(robot: Robot, name: str) -> None:
+def test_a_nan_affects_only_its_configuration(robot: Robot, name: str) -> None:
     method, rows = getattr(robot, name), states(robot, 3)[: METHODS[name]]
     expected = parts(method(*rows))
     for value in (np.nan, np.inf):
@@ -177,7 +177,7 @@ def test_a_nan_spoils_its_own_configuration_only(robot: Robot, name: str) -> Non
 
 
 def test_threads_share_a_robot() -> None:
-    """One that nothing has called yet: tables are made by whichever thread comes first."""
+    """Use a new robot, so that whichever thread is first creates the tables."""
     rows = states(ROBOTS["tree"], 50)
     expected = {name: getattr(ROBOTS["tree"], name)(*rows[:count]) for name, count in METHODS.items()}
     for _ in range(3):
@@ -251,7 +251,7 @@ def test_former_names_warn(what: str) -> None:
     assert error(found, getattr(robot, f"{what}_derivatives")(*rows)) == 0.0
 
 
-def test_a_robot_keeps_its_numbers_and_leaves_those_of_others_alone() -> None:
+def test_a_robot_copies_its_numbers() -> None:
     arm = Robot.named("puma560")
     axes, home, bodies = arm.axes.copy(), arm.home.copy(), arm.bodies.copy()
     robot = Robot("mine", arm.kinds, axes, home, bodies=bodies)
@@ -265,7 +265,7 @@ def test_a_robot_keeps_its_numbers_and_leaves_those_of_others_alone() -> None:
     assert np.array_equal(robot.forward(np.ones(6)), expected[1])
 
 
-def test_descriptions_of_no_robot_have_errors_of_their_own() -> None:
+def test_errors_of_invalid_descriptions() -> None:
     arm = Robot.named("puma560")
     given: dict[str, Any] = {name: getattr(arm, name) for name in ("name", "kinds", "axes", "home", "bodies", "limits")}
 

@@ -42,10 +42,10 @@ def test_a_screw_of_the_end_effector(name: str) -> None:
     q = screw_motion(arm, start, motors[1], 40)
     assert np.array_equal(q[0], start) and np.abs(arm.pose(q[-1]) - arm.pose(end)).max() < 1e-9
     assert np.abs(np.diff(q, axis=0)).max() < 0.3
-    # All displacements share one axis and one pitch, and are apart as the quintic says.
-    way = pga3.motor_product(arm.forward(q), pga3.motor_inverse(motors[0]))
-    way *= np.where(way[:, :1] < 0, -1, 1)
-    twist = pga3.motor_to_twist(way)
+    # All displacements have the same axis and pitch, and their distances follow the quintic.
+    displacement = pga3.motor_product(arm.forward(q), pga3.motor_inverse(motors[0]))
+    displacement *= np.where(displacement[:, :1] < 0, -1, 1)
+    twist = pga3.motor_to_twist(displacement)
     whole = twist[-1]
     part = twist @ whole / (whole @ whole)
     t = np.linspace(0, 1, 40)
@@ -54,7 +54,7 @@ def test_a_screw_of_the_end_effector(name: str) -> None:
     assert np.abs(screw_motion(arm, start, arm.pose(end), 40) - q).max() < 1e-8
 
 
-def test_a_way_that_leaves_what_can_be_reached() -> None:
+def test_a_path_that_leaves_the_workspace() -> None:
     arm = Robot.named("ur5")
     start = np.array([0.3, -0.8, 0.9, -1.4, 0.8, 1.2])
     goal = arm.pose(start)

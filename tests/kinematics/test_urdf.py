@@ -1,4 +1,4 @@
-"""Robots from URDF files against products of matrices and the same robots put together by hand."""
+"""Robots from URDF files against products of matrices and the same robots constructed directly."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def origin(xyz: tuple[float, ...], rpy: tuple[float, ...] = (0, 0, 0)) -> np.nda
 
 
 def poses(q: np.ndarray) -> dict[str, np.ndarray]:
-    """Where the links of `ARM` and `FINGERS` are, by matrices."""
+    """The poses of the links of `ARM` and `FINGERS` by matrices."""
     one = origin((0.1, 0.2, 0.3), (0.4, -0.5, 0.6)) @ about(np.array([0.0, 1, 0]), q[0])
     two = one @ origin((0.5, 0, -0.1), (-0.3, 0.7, 0.1)) @ shifted(np.array([1, 1, 0]) / 2**0.5 * q[1])
     flange = two @ origin((0, 0.3, 0.2)) @ about(np.array([0.2, -0.4, 0.7]), q[2])
@@ -115,8 +115,8 @@ def test_an_arm_with_every_type_of_joint(tmp_path: Path) -> None:
         arm.link("hand", np.zeros(3))
 
 
-def test_links_that_are_fixed_weigh_with_what_carries_them(tmp_path: Path) -> None:
-    """Potential energy by the centres of all links; a link that is locked stays in place and keeps its weight."""
+def test_masses_of_fixed_links_are_added_to_their_parents(tmp_path: Path) -> None:
+    """Potential energy by the centres of all links; a locked link remains in place and keeps its weight."""
     path = written(tmp_path, ARM)
     arm, held = Robot.from_urdf(path), Robot.from_urdf(path, locked=["b"])
     q = np.array([0.3, 0.0, -0.8])
@@ -129,7 +129,7 @@ def test_links_that_are_fixed_weigh_with_what_carries_them(tmp_path: Path) -> No
     assert np.abs(held.mass_matrix(q[[0, 2]]) - mass).max() < 1e-13
 
 
-def test_a_tree_with_a_joint_that_follows_another(tmp_path: Path) -> None:
+def test_a_tree_with_a_mimic_joint(tmp_path: Path) -> None:
     path = written(tmp_path, ARM + FINGERS)
     hand = Robot.from_urdf(path, tip="right")
     assert hand.n_joints == 4 and hand.joint_names == ("a", "b", "c", "left", "right") and len(hand.limits) == 4
@@ -138,7 +138,7 @@ def test_a_tree_with_a_joint_that_follows_another(tmp_path: Path) -> None:
     for one, pose, left in zip(q, hand.pose(q), hand.link("left", q), strict=True):
         assert np.abs(pose - poses(one)["right"]).max() < 1e-14
         assert np.abs(pga3.motor_to_matrix(left) - poses(one)["left"]).max() < 1e-14
-    # As if the joint had a variable, with forces and rates carried over.
+    # Compare with a robot where the joint has a variable, with forces and rates mapped to it.
     loose = replace(hand, coupling=np.empty(0), limits=np.empty(0))
     follow = np.vstack([np.eye(4), [0, 0, 0, 0.5]])
     x, v, a = q @ follow.T + [0, 0, 0, 0, 0.01], qd @ follow.T, qdd @ follow.T
@@ -147,7 +147,7 @@ def test_a_tree_with_a_joint_that_follows_another(tmp_path: Path) -> None:
     assert np.abs(hand.inverse_dynamics(q, qd, qdd) - loose.inverse_dynamics(x, v, a) @ follow).max() < 1e-12
     tau = hand.inverse_dynamics(q, qd, qdd)
     assert np.abs(hand.forward_dynamics(q, qd, tau) - qdd).max() < 1e-11
-    # by energies, which need no matrices of the joints
+    # by energies, which do not need the matrices of joints
     h = 1e-4
     ahead, behind = (hand.potential_energy(q + s * h * qd) for s in (1, -1))
     assert (ahead - behind) / (2 * h) == pytest.approx((hand.gravity(q) * qd).sum(-1), abs=1e-6)
@@ -164,7 +164,7 @@ def test_floating_and_planar(tmp_path: Path) -> None:
     x, y, z = np.eye(3)
     base = shifted(q[:3]) @ about(z, q[3]) @ about(y, q[4]) @ about(x, q[5])
     assert np.abs(free.pose(q) - base @ poses(q[6:])["tool"]).max() < 1e-14
-    # Nothing holds it: falling freely at rest takes no forces.
+    # In free fall from rest no forces act.
     fall = np.zeros(9)
     fall[2] = -9.81
     assert np.abs(free.inverse_dynamics(q, np.zeros(9), fall)).max() < 1e-12
@@ -178,7 +178,7 @@ def test_floating_and_planar(tmp_path: Path) -> None:
     assert Robot.from_urdf(written(tmp_path, [*slab[:2], whole])).n_joints == 6
 
 
-def test_missing_inertia_is_told_when_it_matters(tmp_path: Path) -> None:
+def test_missing_inertia_is_reported_when_it_matters(tmp_path: Path) -> None:
     arm = Robot.from_urdf(written(tmp_path, [ARM[0], link("one", ""), *ARM[2:]]))
     assert arm.pose(np.zeros(3)).shape == (4, 4)
     for call in (arm.mass_matrix, arm.gravity, arm.potential_energy):
@@ -187,7 +187,7 @@ def test_missing_inertia_is_told_when_it_matters(tmp_path: Path) -> None:
     half = link("one", '<inertial><mass value="1"/></inertial>')
     with pytest.raises(MissingInertiaError):
         Robot.from_urdf(written(tmp_path, [ARM[0], half, *ARM[2:]])).gravity(np.zeros(3))
-    # of the base, and of what is fixed to something that weighs, nobody asks
+    # the base, and links fixed to a link with mass, do not need inertia
     fine = [link("base", ""), *ARM[1:4], link("tool", ""), *ARM[5:]]
     assert Robot.from_urdf(written(tmp_path, fine)).gravity(np.zeros(3)).shape == (3,)
 
@@ -220,7 +220,7 @@ BAD = {
                       DescriptionError, "no izz"),
     "negative inertia": ([link("a", INERTIAL.replace("0.4", "-0.4")), link("b"), joint("x", "revolute", "a", "b")],
                          DescriptionError, "expected no negative mass, ixx, iyy, izz"),
-    "limits the wrong way": (
+    "reversed limits": (
         [*map(link, "ab"), joint("x", "revolute", "a", "b", '<limit lower="1" upper="-1"/>')],
         DescriptionError, "joint 'x': limits 1.0 to -1.0"),
     "nan as a limit": (
@@ -244,16 +244,14 @@ BAD = {
 
 
 @pytest.mark.parametrize(("parts", "error", "message"), BAD.values(), ids=BAD)
-def test_files_that_describe_no_robot(
-    parts: list[str], error: type[DescriptionError], message: str, tmp_path: Path
-) -> None:
+def test_invalid_files(parts: list[str], error: type[DescriptionError], message: str, tmp_path: Path) -> None:
     with pytest.raises(error, match=message) as caught:
         Robot.from_urdf(written(tmp_path, parts))
     assert "robot.urdf" in str(caught.value) and isinstance(caught.value, ValueError)
 
 
 def test_the_end_effector_moves_if_anything_does(tmp_path: Path) -> None:
-    """A sensor on the base is further from it, by fixed joints, than what moves."""
+    """A sensor on the base is further away, by fixed joints, than the moving links."""
     parts = [
         *map(link, ("base", "plate", "imu", "one", "two")),
         joint("weld", "fixed", "base", "plate"),
@@ -266,11 +264,11 @@ def test_the_end_effector_moves_if_anything_does(tmp_path: Path) -> None:
     assert Robot.from_urdf(written(tmp_path, parts), tip="two").tip == 1
     with pytest.raises(DescriptionError, match="link 'imu' does not move"):
         Robot.from_urdf(written(tmp_path, parts), tip="imu")
-    assert Robot.from_urdf(written(tmp_path, parts), base="floating").tip == 5  # where everything moves
+    assert Robot.from_urdf(written(tmp_path, parts), base="floating").tip == 5  # a robot whose joints all move
 
 
 @pytest.mark.parametrize("wrong", [5, 0, True, None, 2.5, b"robot.urdf", ["robot.urdf"]])
-def test_what_names_no_file_is_not_opened(wrong: Any, tmp_path: Path) -> None:
+def test_invalid_file_names_are_not_opened(wrong: Any, tmp_path: Path) -> None:
     held = os.open(written(tmp_path, ARM), os.O_RDONLY)
     try:
         for path in (wrong, held):
@@ -291,7 +289,7 @@ NO_BODY = {
 
 
 @pytest.mark.parametrize(("xx", "xy", "yy", "zz", "reason"), NO_BODY.values(), ids=NO_BODY)
-def test_moments_of_inertia_that_no_body_has(xx: str, xy: str, yy: str, zz: str, reason: str, tmp_path: Path) -> None:
+def test_impossible_moments_of_inertia(xx: str, xy: str, yy: str, zz: str, reason: str, tmp_path: Path) -> None:
     inside = (
         f'<inertial><mass value="1"/><inertia ixx="{xx}" ixy="{xy}" ixz="0" iyy="{yy}" iyz="0" izz="{zz}"/></inertial>'
     )
@@ -301,8 +299,8 @@ def test_moments_of_inertia_that_no_body_has(xx: str, xy: str, yy: str, zz: str,
     assert len(caught) == 1 and caught[0].filename == __file__
 
 
-def test_moments_of_inertia_that_bodies_have(tmp_path: Path) -> None:
-    """Bodies of random points; rods and plates, which are at the limit, as decimals; points, which have none."""
+def test_possible_moments_of_inertia(tmp_path: Path) -> None:
+    """Bodies of random points; rods and plates, which are at the limit, as decimals; points without inertia."""
     rng = np.random.default_rng(11)
     for thickness in (1.0, 1e-3, 0.0):
         points = rng.normal(size=(20, 3)) * [1, 1, thickness]
@@ -334,7 +332,7 @@ def test_lengths_and_masses_without_bounds(parts: list[str], message: str, tmp_p
 
 
 def test_a_robot_far_from_the_root_of_its_file(tmp_path: Path) -> None:
-    """Inertias are joined and summed beside the robot."""
+    """Inertias are joined and summed near the robot, not at the origin."""
     weld = joint("weld", "fixed", "world", "base", place("6e5 -4.8e5 6.4e5"))
     far = Robot.from_urdf(written(tmp_path, [link("world", ""), weld, *ARM]))
     arm = Robot.from_urdf(written(tmp_path, ARM))
@@ -343,7 +341,7 @@ def test_a_robot_far_from_the_root_of_its_file(tmp_path: Path) -> None:
     assert np.abs(far.mass_matrix(q) - arm.mass_matrix(q)).max() < 1e-8
 
 
-def test_limits_that_are_left_of_a_joint_that_is_fixed_now_mean_nothing(tmp_path: Path) -> None:
+def test_limits_of_fixed_joints_are_ignored(tmp_path: Path) -> None:
     left = '<limit lower="1" upper="-1" velocity="-1" effort="nan"/>'
     parts = [*map(link, "abc"), joint("x", "fixed", "a", "b", left), joint("y", "revolute", "b", "c")]
     assert Robot.from_urdf(written(tmp_path, parts)).n_joints == 1
@@ -356,14 +354,14 @@ def test_limits_may_be_infinite_and_one_joint_locked_by_its_name(tmp_path: Path)
     assert Robot.from_urdf(written(tmp_path, parts), locked="xx").joint_names == ("yy",)
 
 
-def test_a_chain_may_be_longer_than_functions_nest(tmp_path: Path) -> None:
+def test_a_chain_may_be_longer_than_the_recursion_limit(tmp_path: Path) -> None:
     n = 1200
     parts = [link(f"l{k}", "") for k in range(n + 1)]
     parts += [joint(f"j{k}", "fixed" if k % 100 else "revolute", f"l{k}", f"l{k + 1}") for k in range(n)]
     assert Robot.from_urdf(written(tmp_path, parts)).n_joints == 12
 
 
-def test_other_things_that_are_wrong(tmp_path: Path) -> None:
+def test_other_errors(tmp_path: Path) -> None:
     path = written(tmp_path, ARM)
     with pytest.raises(DescriptionError, match="no link 'hand'"):
         Robot.from_urdf(path, tip="hand")

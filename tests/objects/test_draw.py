@@ -1,4 +1,4 @@
-"""Pictures: what is drawn is where the geometry is."""
+"""Pictures: the drawn shapes agree with the geometry."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def rounds(ax: Any) -> list[Round]:
 
 
 def test_a_circle_of_the_plane_is_a_circle_of_the_picture() -> None:
-    """Through three points: the circumcircle by its closed form."""
+    """The circle through three points equals the circumcircle by its closed form."""
     for a, b, c in RNG.normal(size=(20, 3, 2)):
         ax = draw(CGA2.point(a) ^ CGA2.point(b) ^ CGA2.point(c))
         m = 2 * np.array([b - a, c - a])
@@ -133,7 +133,7 @@ def test_labels_colours_and_limits() -> None:
     again = draw(PGA2.point(5, 5), ax=ax)
     assert again is ax and len(ax.collections) == 2
     low, high = draw(b).get_xlim()
-    assert low < -1 and high > 1, "what is drawn is seen"
+    assert low < -1 and high > 1, "drawn shapes are within the limits"
 
 
 def test_flats_are_cut_at_the_limits() -> None:
@@ -163,19 +163,19 @@ def test_flats_are_cut_at_the_limits() -> None:
         (lambda: draw(PGA3.point(1, 2, 3), ax=pyplot.figure().add_subplot()), AlgebraError, "3d"),
     ],
 )
-def test_errors_say_what_is_wrong(wrong: Any, error: type[Exception], message: str) -> None:
+def test_error_messages(wrong: Any, error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         wrong()
 
 
-def test_pictures_to_turn_say_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_interactive_pictures_name_a_missing_library(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "plotly", None)
     monkeypatch.setitem(sys.modules, "plotly.graph_objects", None)
     with pytest.raises(BackendError, match="pip install plotly"):
         view(PGA3.point(1, 2, 3))
 
 
-def test_pictures_to_turn(tmp_path: Path) -> None:
+def test_interactive_pictures(tmp_path: Path) -> None:
     pytest.importorskip("plotly")
     file = tmp_path / "scene.html"
     objects = [
@@ -196,6 +196,6 @@ def test_pictures_to_turn(tmp_path: Path) -> None:
     assert np.allclose(np.hypot(circle.x, circle.y), 3) and np.allclose(circle.z, 0) and circle.line.dash == "solid"
     assert len(cloud.x) == 60 and cloud.mode == "markers"
     text = file.read_text()
-    assert "plotly" in text and not re.search(r"<script[^>]*\ssrc=", text), "it needs no network"
+    assert "plotly" in text and not re.search(r"<script[^>]*\ssrc=", text), "the file needs no network"
     flat = view(CGA2.circle([1, 2], 3), PGA2.point(1, 1))
     assert np.allclose(np.hypot(np.array(flat.data[0].x) - 1, np.array(flat.data[0].y) - 2), 3)

@@ -1,4 +1,4 @@
-"""Files of objects: what is read is what was written, and what is no such file is refused."""
+"""Files of objects: objects are read as they were written, and invalid files are rejected."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ OBLIQUE = Algebra("OBLIQUE", "a b", [[Fraction(2), Fraction(1, 3)], [Fraction(1,
 
 
 @pytest.mark.parametrize("ending", ["json", "npz"])
-def test_objects_come_back_as_they_were(tmp_path: Path, ending: str) -> None:
+def test_objects_round_trip(tmp_path: Path, ending: str) -> None:
     random = np.random.default_rng(0)
     plain = Space(OBLIQUE)
     written: dict[str, Any] = {
@@ -46,7 +46,7 @@ def test_objects_come_back_as_they_were(tmp_path: Path, ending: str) -> None:
     assert np.all((found["screw"] >> found["points"]).isclose(written["screw"] >> written["points"]))
 
 
-def test_text_is_for_others_too(tmp_path: Path) -> None:
+def test_text_is_valid_json(tmp_path: Path) -> None:
     save(tmp_path / "line.json", line=PGA3.point(0, 0, 0) & PGA3.point(1, 0, 0))
     line = json.loads((tmp_path / "line.json").read_text())["line"]
     assert line["algebra"] == "PGA3" and len(line["blades"]) == len(line["values"]) == 6
@@ -56,13 +56,13 @@ def test_text_is_for_others_too(tmp_path: Path) -> None:
     ("name", "text"),
     [("a.json", "{"), ("a.json", "[1]"), ("a.json", '{"x": 1}'), ("a.npz", "no archive"), ("a.txt", "")],
 )
-def test_what_is_no_file_of_objects_is_refused(tmp_path: Path, name: str, text: str) -> None:
+def test_invalid_files_are_rejected(tmp_path: Path, name: str, text: str) -> None:
     (tmp_path / name).write_text(text)
     with pytest.raises(ValueError, match=r"save|json or \.npz|allow_pickle"):
         load(tmp_path / name)
 
 
-def test_nothing_is_half_written(tmp_path: Path) -> None:
+def test_no_partial_file_is_written(tmp_path: Path) -> None:
     path = tmp_path / "a.json"
     save(path, p=PGA3.point(1, 2, 3))
     before = path.read_bytes()
@@ -75,7 +75,7 @@ def test_nothing_is_half_written(tmp_path: Path) -> None:
 
 
 def ganja_product(first: str, second: str) -> tuple[int, str]:
-    """Of blades by the numbers in their names, where vector 0 squares to 0 and 5 to -1: sorted by swaps."""
+    """The product of blades by the digits of their names, sorted by swaps; vector 0 squares to 0 and 5 to -1."""
     numbers, sign = list((first + second).replace("e", "")), 1
     k = 0
     while k < len(numbers) - 1:
@@ -103,7 +103,7 @@ def ganja_product(first: str, second: str) -> tuple[int, str]:
         ),
     ],
 )
-def test_products_are_those_of_ganja(space: Space, basis: str) -> None:
+def test_products_equal_those_of_ganja(space: Space, basis: str) -> None:
     names = basis.split()
     assert ganja_basis(space) == tuple(names)
     table = np.zeros((len(names),) * 3)
@@ -118,7 +118,7 @@ def test_products_are_those_of_ganja(space: Space, basis: str) -> None:
 
 
 def test_points_of_ganja() -> None:
-    """A point of the scene that comes with ganja.js, and of the modules that it generates."""
+    """A point of the example scene of ganja.js, and of the modules that it generates."""
     assert to_ganja(CGA3.point(-1, 0, 1)).tolist() == [0, -1, 0, 1, 0.5, 1.5] + [0] * 26
     point = PGA3.point([[1, 2, 3], [4, 5, 6]])
     there = to_ganja(point, GENERATED_PGA3)
@@ -135,7 +135,7 @@ def test_scenes_of_ganja(tmp_path: Path) -> None:
     assert colour == 0xFF0000 and rest[:3] == to_ganja(points).tolist()
     assert rest[3:6] == ["p", 0x00FF01, to_ganja(sphere).tolist()] and rest[6] == 0x0000FF and rest[8] == "s"
     assert np.linalg.matrix_rank(np.array([rest[5], rest[7]])) == 1
-    # Each element by itself: a point, and small and light spheres, as vectors.
+    # Each element separately: a point, and spheres of small radius and weight, as vectors.
     light = 1e-5 * CGA3.sphere([4, 0, 0], 1e-3).polarity()
     vectors = [x.as_layout(CGA3.VECTOR).values for x in (points[0], light)]
     mixed = CGA3.of(CGA3.VECTOR, vectors)
@@ -146,7 +146,7 @@ def test_scenes_of_ganja(tmp_path: Path) -> None:
     assert [type(each) for each in json.loads(file.read_text())] == [int, list]
 
 
-def test_what_ganja_does_not_have_is_refused(tmp_path: Path) -> None:
+def test_objects_that_ganja_does_not_support_are_rejected(tmp_path: Path) -> None:
     p = PGA3.point(1, 2, 3)
     for call, words in (
         (lambda: to_ganja(p, "1 e0 e1"), "3 different blades; expected all 16"),

@@ -58,7 +58,7 @@ INVOLUTIONS = ["negate", "reverse", "grade_involution", "clifford_conjugate", "d
 
 
 def some(space: Space, layout: str, seed: int, shape: tuple[int, ...] = ()) -> Any:
-    """Objects with small binary fractions as coefficients, whose products doubles hold exactly."""
+    """Objects with small binary fractions as coefficients, whose products are exact in doubles."""
     kind = getattr(space, layout)
     return space.of(kind, np.random.default_rng(seed).integers(-24, 25, (*shape, kind.size)) / 8)
 
@@ -69,10 +69,10 @@ def exact(x: Any, algebra: Algebra) -> ga.Multivector:
 
 @pytest.mark.parametrize("name", PRODUCTS)
 @pytest.mark.parametrize(("space", "left", "right"), PAIRS, ids=lambda x: x.algebra.name if isinstance(x, Space) else x)
-def test_products_are_those_of_the_algebra_to_the_last_bit(name: str, space: Space, left: str, right: str) -> None:
+def test_products_equal_those_of_the_algebra_to_the_last_bit(name: str, space: Space, left: str, right: str) -> None:
     a, b = some(space, left, 1), some(space, right, 2)
     wanted = MEANINGS[name](a.exactly(), b.exactly())
-    for _ in range(2):  # when it is compiled, and afterwards
+    for _ in range(2):  # while the operation is compiled, and afterwards
         assert exact(getattr(a, name)(b) if hasattr(a, name) else OPERATORS[name](a, b), space.algebra) == wanted
         if name in OPERATORS:
             assert exact(OPERATORS[name](a, b), space.algebra) == wanted
@@ -80,7 +80,7 @@ def test_products_are_those_of_the_algebra_to_the_last_bit(name: str, space: Spa
 
 @pytest.mark.parametrize("name", INVOLUTIONS)
 @pytest.mark.parametrize(("space", "layout"), sorted({(s, left) for s, left, _ in PAIRS}, key=str), ids=str)
-def test_involutions_are_those_of_the_algebra(name: str, space: Space, layout: str) -> None:
+def test_involutions_equal_those_of_the_algebra(name: str, space: Space, layout: str) -> None:
     a = some(space, layout, 3)
     assert exact(getattr(a, name)(), space.algebra) == MEANINGS[name](a.exactly())
     assert exact(~a, space.algebra) == ~a.exactly()
@@ -88,7 +88,7 @@ def test_involutions_are_those_of_the_algebra(name: str, space: Space, layout: s
     assert exact(a.grade(1, 2), space.algebra) == a.exactly().grade(1, 2)
 
 
-def test_numbers_beside_objects() -> None:
+def test_numbers_as_operands() -> None:
     a = some(PGA3, "EVEN", 4)
     x, one = a.exactly(), PGA3.algebra.scalar(1)
     for _ in range(2):
@@ -131,7 +131,7 @@ def test_inverses_and_quotients() -> None:
 
 
 def test_layouts_of_results() -> None:
-    """What things are follows from what they are made of; nothing is stored that is known."""
+    """The layout of a result follows from those of the operands; known coefficients are not stored."""
     p, q = PGA3.point(1, 2, 3), PGA3.point(0, 1, 5)
     m = PGA3.motor([1, 2, 3], 0.3, 2)
     c, t = CGA3.point(1, 2, 3), CGA3.motor([1, 0, 0], 0.5, 1, 2, 3)
@@ -164,7 +164,7 @@ def test_shapes_broadcast_and_elements_are_the_same_alone() -> None:
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.complex128])
-def test_other_kinds_of_numbers_stay_what_they_are(dtype: type) -> None:
+def test_other_types_of_numbers_are_preserved(dtype: type) -> None:
     a, b = (PGA3.of(PGA3.EVEN, some(PGA3, "EVEN", k, (5,)).values.astype(dtype)) for k in (7, 8))
     product = a * b
     assert product.values.dtype == dtype and (~product).values.dtype == dtype
@@ -214,7 +214,7 @@ def test_equality_and_pickles() -> None:
         assert np.all((again + x).isclose(2 * x))
     m = objects[0]
     assert m == m and m != ~m and hash(m) == hash(pickle.loads(pickle.dumps(m)))
-    assert m != m * 1.0 and m.isclose(m * 1.0), "a motor and an even element are of two layouts"
+    assert m != m * 1.0 and m.isclose(m * 1.0), "a motor and an even element have different layouts"
     assert list(np.asarray(objects[2] == CGA3.point([[1, 1, 1], [2, 2, 2]]))) == [True, False]
     with pytest.raises(TypeError, match="not hashable"):
         hash(objects[2])
@@ -278,7 +278,7 @@ def test_making_multivectors_of_any_algebra() -> None:
         (lambda: PGA3.nothing, AttributeError, "no layout nothing"),
     ],
 )
-def test_errors_say_what_is_wrong(wrong: Any, error: type[Exception], message: str) -> None:
+def test_error_messages(wrong: Any, error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         wrong()
 
@@ -297,7 +297,7 @@ def test_an_operation_is_compiled_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def every_operator() -> Iterator[Any]:
-    """All that the tests above have used; a few where they did not run."""
+    """All operators that the tests above have used, or a few if these tests did not run."""
     for space, left, right in PAIRS[:4]:
         some(space, left, 1) * some(space, right, 2)
     (PGA3.motor([1, 2, 3], 0.3, 2)).log().exp()
@@ -306,7 +306,7 @@ def every_operator() -> Iterator[Any]:
 
 @pytest.mark.slow
 def test_without_a_c_compiler_the_numbers_are_the_same() -> None:
-    """The text of the program and its C, on the same numbers: to the bit, sines and their kin too."""
+    """The Python and the C text of a program give the same bits, including transcendental functions."""
     rng, count = np.random.default_rng(13), 0
     for operator in every_operator():
         arrays = [rng.uniform(0.5, 1.5, (3, *argument.shape)) for argument in operator.program.arguments]
@@ -314,7 +314,7 @@ def test_without_a_c_compiler_the_numbers_are_the_same() -> None:
             pytest.skip("no C compiler")
         in_c, in_python = operator(arrays), operator._in_python(arrays, (3,))
         assert np.array_equal(in_c, in_python, equal_nan=True), operator.kernel.name
-        many = [np.repeat(each, operators.FEW, axis=0) for each in arrays]  # then numpy computes them
+        many = [np.repeat(each, operators.FEW, axis=0) for each in arrays]  # numpy computes these
         assert np.allclose(
             operator(many), np.repeat(in_c, operators.FEW, axis=0), rtol=1e-12, atol=1e-13, equal_nan=True
         )
@@ -350,8 +350,8 @@ OPERATORS_OF_TWO = {
 
 
 @pytest.mark.parametrize("symbol", OPERATORS_OF_TWO)
-def test_operators_leave_python_after_first_use(symbol: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of two objects, and of an object and a number: then nothing of this package is called any more."""
+def test_operators_do_not_run_python_after_first_use(symbol: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """After their first use, operators on two objects or an object and a number run no Python code of this package."""
     if arrays_module.extension() is None:
         pytest.skip("no extension")
     run = OPERATORS_OF_TWO[symbol]
@@ -403,7 +403,7 @@ def test_a_program_without_c_prints_the_same() -> None:
 
 
 @pytest.mark.slow
-def test_large_arrays_run_as_generated_modules_do(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_large_arrays_run_like_generated_modules(monkeypatch: pytest.MonkeyPatch) -> None:
     found = operators.operator_of(BINARY["sandwich"], (PGA3.ROTOR, PGA3.DIRECTION))
     if found.wait() is None:
         pytest.skip("no C compiler")
@@ -431,7 +431,7 @@ def test_definitions_are_the_names_of_the_compiler() -> None:
 
 
 def test_blocks_of_the_page_run(capsys: pytest.CaptureFixture[str]) -> None:
-    """In one namespace, from top to bottom; asserts in them hold."""
+    """Execute the blocks in one namespace, from top to bottom, including their assertions."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -452,7 +452,7 @@ def test_objects_keep_their_numbers_when_the_array_changes() -> None:
         points.values[0] = 7
 
 
-def test_masks_and_lists_choose_elements() -> None:
+def test_masks_and_lists_select_elements() -> None:
     points = PGA3.point(np.arange(15.0).reshape(5, 3))
     mask = np.array([True, False, True, False, False])
     assert np.array_equal(points[mask].values, points.values[[0, 2]])
@@ -462,7 +462,7 @@ def test_masks_and_lists_choose_elements() -> None:
     assert np.array_equal(grid[np.eye(2, dtype=bool)].values, grid.values[[0, 1], [0, 1]])
 
 
-def test_what_a_layout_implies_is_checked() -> None:
+def test_implied_coefficients_are_checked() -> None:
     point = CGA3.vector(1, 2, 3, 1, 7).as_layout(CGA3.POINT)
     assert point == CGA3.point(1, 2, 3)
     with pytest.raises(LayoutError, match=r"einf = 100; expected 7 in a CGA3\.POINT"):
@@ -476,7 +476,7 @@ def test_coefficients_of_one_blade_are_arrays_too() -> None:
         PGA3.multivector({"e1": [1, 2], "e2": [1, 2, 3]})
 
 
-def test_numbers_are_printed_as_the_format_says() -> None:
+def test_numbers_are_printed_in_the_given_format() -> None:
     point = PGA3.point(1 / 3, -2, 0)
     assert f"{point}" == "0.333333 e032 - 2 e013 + e123"
     assert f"{point:.2f}" == "0.33 e032 - 2.00 e013 + 1.00 e123" and f"{point:.3e}".startswith("3.333e-01 e032 - 2.0")
@@ -484,14 +484,14 @@ def test_numbers_are_printed_as_the_format_says() -> None:
     assert str(VGA3.multivector({"e1": 1j, "e2": -1})) == "(0+1j) e1 + (-1+0j) e2"
 
 
-def test_a_negative_radius_is_refused() -> None:
+def test_a_negative_radius_is_rejected() -> None:
     for call in (lambda r: CGA3.sphere([0, 0, 0], r), lambda r: CGA2.circle([0, 0], [1, r])):
         with pytest.raises(LayoutError, match=r"a radius of -2; expected 0 or more.*radius_squared"):
             call(-2)
 
 
-def test_points_that_a_versor_does_not_keep_are_found_by_one_of_them() -> None:
-    """A motor keeps the weight of a point, a dilation does not; nothing has to be proved to know that."""
+def test_weights_that_a_versor_changes_are_found_by_one_example() -> None:
+    """A motor preserves the weight of a point, a dilation does not; this is known without a proof."""
     versor = CGA3.rotor([0, 0, 1], 0.3, centre=[1, 2, 3]) * CGA3.dilator(2)
     motor = CGA3.motor([0, 0, 1], 0.3, 1, 2, 3)
     point = CGA3.point(1, 2, 3)

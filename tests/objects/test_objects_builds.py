@@ -1,6 +1,6 @@
-"""Numeric objects get their compiled functions with default settings and an empty cache, and never wait for them.
+"""Numeric objects compile their functions with default settings and an empty cache, and never wait for them.
 
-Every program runs in a process of its own, on one processor: what starts there fills the queue at once.
+Every program runs in a separate process on one processor, so that a single build fills the queue.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def environment(folder: Path, compiler: Path | None = None) -> dict[str, str]:
 
 
 def ran(program: str, env: dict[str, str]) -> str:
-    """What a program prints; it is skipped where single objects are arrays."""
+    """The output of a program; the test is skipped if single objects are arrays."""
     done = subprocess.run(
         [sys.executable, "-c", HEAD + program], env=env, cwd=ROOT, capture_output=True, text=True, timeout=PATIENCE * 2
     )
@@ -72,7 +72,7 @@ def ran(program: str, env: dict[str, str]) -> str:
 
 
 def own_compiler(folder: Path, first: str, of: str = "*/objects/*") -> Path:
-    """A C compiler that does something first when it is given an operation, or something else."""
+    """A C compiler that first runs a command when it compiles an operation, or another given source."""
     path = folder / "own_cc"
     real = " ".join(find_compiler() or ())
     path.write_text(f'#!/bin/sh\ncase "$*" in {of}) {first};; esac\nexec {real} "$@"\n')
@@ -95,8 +95,8 @@ print("compiled")
 """
 
 
-def test_the_example_of_the_readme_is_compiled_by_itself(tmp_path: Path) -> None:
-    """With an empty cache, and again in a second process, which has nothing to wait for."""
+def test_the_example_of_the_readme_is_compiled_automatically(tmp_path: Path) -> None:
+    """Run with an empty cache, and again in a second process, which has nothing to compile."""
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
     (example,) = (block for block in blocks if "gacompiler.objects" in block)
     assert ran(example + PRODUCTS, environment(tmp_path)).endswith("compiled\n")
@@ -112,7 +112,7 @@ print("started compiled")
 
 
 def test_no_call_waits_for_a_compiler(tmp_path: Path) -> None:
-    """The compiler does nothing until it is allowed to; all calls return before, with the numbers that come after."""
+    """The compiler is blocked at first; all calls return before it runs, with the same numbers as afterwards."""
     go = tmp_path / "go"
     program = f"""
 go = Path({str(go)!r})
@@ -135,7 +135,7 @@ print("never waited")
     assert ran(program, environment(tmp_path, waits)).endswith("never waited\n")
 
 
-def test_what_was_begun_reaches_the_cache_after_the_program(tmp_path: Path) -> None:
+def test_started_builds_reach_the_cache_after_the_program(tmp_path: Path) -> None:
     begun, go = tmp_path / "begun", tmp_path / "go"
     program = f"""
 v = VGA3.vector(1, 2, 3)
@@ -152,7 +152,7 @@ print("ended")
         if [each.suffix for each in folder.iterdir()] == [".so"]:
             break
         time.sleep(0.02)
-    assert [each.suffix for each in folder.iterdir()] == [".so"], "one library and nothing else"
+    assert [each.suffix for each in folder.iterdir()] == [".so"], "the cache contains one library only"
 
 
 def test_failed_builds_are_reported_and_block_nothing(tmp_path: Path) -> None:
@@ -182,7 +182,7 @@ except BackendError as error:
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
-def test_a_forked_process_goes_on_building(tmp_path: Path) -> None:
+def test_a_forked_process_continues_to_build(tmp_path: Path) -> None:
     go = tmp_path / "go"
     program = f"""
 v = VGA3.vector(1, 2, 3)
@@ -204,7 +204,7 @@ print("both")
 @pytest.mark.slow
 @pytest.mark.skipif(not (Path(sysconfig.get_path("include")) / "Python.h").is_file(), reason="no headers of Python")
 def test_no_call_waits_for_the_extension(tmp_path: Path) -> None:
-    """Where no module has it: objects are arrays until it is there, and those that were made before are no slower."""
+    """Without an extension in any module, objects are arrays until it is built, and earlier objects are no slower."""
     go = tmp_path / "go"
     program = f"""
 m, n = PGA3.motor([1, 2, 3], 0.3, 2), PGA3.motor([0, 1, 0], -0.4, 1)

@@ -29,7 +29,7 @@ def close(a: Any, b: Any, tolerance: float = 1e-12) -> bool:
     return bool(np.allclose(a, b, rtol=0, atol=tolerance))
 
 
-def test_rotors_turn_by_the_right_hand_rule() -> None:
+def test_rotors_follow_the_right_hand_rule() -> None:
     wanted = ROTATIONS.apply(PLACES)
     assert close((VGA3.rotor(AXES, ANGLES) >> VGA3.vector(PLACES)).values, wanted)
     assert close(PGA3.coordinates(PGA3.rotor(AXES, ANGLES) >> PGA3.point(PLACES)), wanted)
@@ -167,14 +167,14 @@ def test_boosts() -> None:
         (lambda: PGA3.line(PGA3.point(1, 2, 3)), LayoutError, "objects to join"),
     ],
 )
-def test_errors_say_what_is_wrong(wrong: Any, error: type[Exception], message: str) -> None:
+def test_error_messages(wrong: Any, error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         wrong()
 
 
 @pytest.mark.parametrize("space", [PGA2, PGA3, CGA2, CGA3])
 def test_random_motors(space: Any) -> None:
-    """Uniform rotations: the mean of a matrix is 0, and of its trace's square 1 (Schur); normal translations."""
+    """Rotations are uniform: matrices have mean 0, squared traces mean 1 (Schur); translations are normal."""
     d, n = space.algebra.POINT.size, 4000
     m = space.random_motor(n, 2.0, 0)
     assert m.layout == space.algebra.MOTOR and m.shape == (n,) and space.random_motor((2, 3)).shape == (2, 3)

@@ -1,4 +1,4 @@
-"""numpy's functions on objects, and numbers that are results of products: element by element against exact sums."""
+"""numpy's functions on objects, and products that are scalars: element by element against exact sums."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ARRAYS = [POINTS, ROUND_POINTS, MOTORS, PLANES]
 
 
 def full(x: Any) -> np.ndarray[Any, Any]:
-    """All coefficients of an array, by bitmaps."""
+    """All coefficients of an array, indexed by bitmaps."""
     return np.stack([x[x.algebra.spelling(b)[1]] * x.algebra.spelling(b)[0] for b in x.algebra.blades()], -1)
 
 
@@ -38,7 +38,7 @@ def same(x: Any, values: Any, tolerance: float = 0.0) -> bool:
 
 
 def test_stacking_keeps_blades() -> None:
-    """The instance of the defect: one of two blades was lost."""
+    """Regression test: one of two blades was lost."""
     both = np.stack([PGA3.e1, PGA3.e2])
     assert both.shape == (2,) and both[0].isclose(PGA3.e1) and both[1].isclose(PGA3.e2)
     three = np.concatenate([PLANES, VGA2.of(VGA2.full, np.ones((2, 4, 4))), np.full((1, 4), 7.0)])
@@ -57,7 +57,7 @@ STACKING: list[Callable[..., Any]] = [
 @pytest.mark.parametrize("k", range(len(STACKING)))
 @pytest.mark.parametrize("x", ARRAYS, ids=lambda x: str(x.layout))
 def test_joining_arrays(x: Any, k: int) -> None:
-    """Of one layout, and of several: every coefficient goes where numpy would put it."""
+    """Join arrays of one or several layouts: every coefficient is where numpy places its element."""
     other = x * 2.0 if x is not PLANES else x * VGA2.e12 + 1
     for operands in ([x, x[::-1]], [x, other], [other, x]):
         found = STACKING[k](operands)
@@ -110,7 +110,7 @@ SUMS: list[Callable[[Any], Any]] = [
 @pytest.mark.parametrize("k", range(len(SUMS)))
 @pytest.mark.parametrize("x", ARRAYS, ids=lambda x: str(x.layout))
 def test_sums_and_means(x: Any, k: int) -> None:
-    """A sum of points is no point, their mean in projective space is one; nothing that is known stays untrue."""
+    """A sum of points is not a point, but their mean in projective space is; layouts of results remain correct."""
     found, parts = SUMS[k](x), full(x)
     wanted = np.stack([SUMS[k](parts[..., b]) for b in range(parts.shape[-1])], -1)
     assert same(found, wanted, 1e-15 * parts[..., 0].size)
@@ -132,7 +132,7 @@ def test_products_are_in_order() -> None:
     assert np.prod(MOTORS, axis=1).layout == PGA3.MOTOR
 
 
-def test_universal_functions_are_operators_and_methods() -> None:
+def test_universal_functions_equal_operators_and_methods() -> None:
     m, n, p = PGA3.motor([1, 2, 3], 0.3, 2), PGA3.motor([0, 1, 1], 0.5, 1), PGA3.point(1, 2, 3)
     pairs: list[tuple[Any, Any]] = [
         (np.multiply(m, n), m * n), (np.add(m, n), m + n), (np.subtract(m, 1.0), m - 1), (np.divide(m, 2), m / 2),
@@ -176,7 +176,7 @@ WRONG: list[tuple[str, Callable[[], Any]]] = [
 
 
 @pytest.mark.parametrize("k", range(len(WRONG)), ids=lambda k: WRONG[k][0])
-def test_all_other_functions_are_refused_by_name(k: int) -> None:
+def test_all_other_functions_are_rejected_by_name(k: int) -> None:
     name, call = WRONG[k]
     with pytest.raises(TypeError, match=rf"np\.{name}"):
         call()
@@ -205,8 +205,8 @@ def results() -> list[Any]:
 
 
 @pytest.mark.parametrize("times", some_slow([1, 2], 2))
-def test_numbers_keep_the_methods_of_multivectors(times: int) -> None:
-    """In Python, and once the compiled function gives them."""
+def test_scalars_keep_the_methods_of_multivectors(times: int) -> None:
+    """Test results of Python, and of the compiled function when it is available."""
     v = VGA3.vector(1, 2, 2)
     for _ in range(times):
         for x, value in zip(results(), [1, 11, 9, 3, 104, 9, 11, 11, 1], strict=True):

@@ -1,6 +1,7 @@
-"""The constructors of PGA2, PGA3, CGA2 and CGA3 take the same calls and make the same things.
+"""The constructors of PGA2, PGA3, CGA2 and CGA3 accept the same calls and construct the same objects.
 
-Truth is vector algebra: scipy's rotations, equations of lines and planes, circumscribed circles from linear equations.
+Expected results are from vector algebra: scipy's rotations, equations of lines and planes, and circumscribed circles
+from linear equations.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ def places(space: Any, count: int, shape: tuple[int, ...] = ()) -> list[np.ndarr
 
 
 def forms(space: Any, *points: Any) -> list[tuple[Any, ...]]:
-    """The same points as coordinates, lists, objects, objects of another weight, and some of each."""
+    """The same points as coordinates, lists, objects, objects of another weight, and a mixture."""
     objects = [space.point(x) for x in points]
     weighted = [2.5 * x for x in objects]
     return [tuple(points), tuple(x.tolist() for x in points), tuple(objects), tuple(weighted)]
@@ -65,7 +66,7 @@ def equation(space: Any, x: Any) -> Any:
 
 
 def through(*points: Any) -> Any:
-    """The same, through points, from the null vector of a matrix."""
+    """The equations of the flats through points, from the null vector of a matrix."""
     rows = np.concatenate([np.stack(points, -2), np.ones((*points[0].shape[:-1], len(points), 1))], -1)
     found = np.linalg.svd(rows)[2][..., -1, :]
     found = found / np.linalg.norm(found[..., :-1], axis=-1, keepdims=True)
@@ -147,7 +148,7 @@ def test_rounds(space: Any, shape: tuple[int, ...]) -> None:
     radius = RNG.uniform(0.5, 2, shape)
     given = (a,) if space is CGA2 else (a, b)
     for first in forms(space, *given):
-        if space is CGA3:  # a normal is no point
+        if space is CGA3:  # a normal is not a point
             first = (first[0], b)
         for circle in (space.circle(*first, radius), space.circle(*first, radius_squared=radius**2)):
             assert close(space.centre(circle), a) and close(space.radius_squared(circle), radius**2)
@@ -227,7 +228,7 @@ def test_translators(space: Any) -> None:
 
 
 def wrong_calls(space: Any) -> list[tuple[str, Callable[[], Any]]]:
-    """A constructor, and a call of it that means nothing."""
+    """Pairs of a constructor and an invalid call of it."""
     d = dimension(space)
     o, a, b = np.zeros(d), np.eye(d)[0], np.eye(d)[1]
     p, q = space.point(a), space.point(b)
@@ -311,7 +312,7 @@ WRONG = [(space, k) for space in SPACES for k in range(len(wrong_calls(space)))]
 @pytest.mark.parametrize(
     ("space", "k"), WRONG, ids=lambda x: getattr(x, "algebra", x) and str(getattr(getattr(x, "algebra", x), "name", x))
 )
-def test_all_else_is_refused_by_name(space: Any, k: int) -> None:
+def test_wrong_calls_are_rejected_by_name(space: Any, k: int) -> None:
     name, call = wrong_calls(space)[k]
     with pytest.raises((GacError, TypeError), match=name):
         call()
@@ -338,7 +339,7 @@ def test_elements_of_arrays_that_do_not_exist_are_not_a_number(space: Any) -> No
         assert list(np.isnan(each.values).any(-1)) == [True, False, True, False], each
 
 
-def test_other_algebras_refuse_what_has_no_axis() -> None:
+def test_other_algebras_reject_calls_without_an_axis() -> None:
     for call in (
         lambda: VGA3.rotor([0, 0, 0], 1.0), lambda: QUATERNIONS.rotation([0, 0, 0], 1.0),
         lambda: STA.rotor([0, 0, 0], 1.0), lambda: VGA3.rotor_between(VGA3.e1, -VGA3.e1),
@@ -349,8 +350,8 @@ def test_other_algebras_refuse_what_has_no_axis() -> None:
     assert list(np.isnan(VGA3.rotor([[0, 0, 0], [0, 0, 1]], 1.0).values[:, 0])) == [True, False]
 
 
-def test_what_is_not_a_number_is_handed_on() -> None:
-    """A coordinate that is not a number is no wrong call."""
+def test_nan_coordinates_propagate() -> None:
+    """A NaN coordinate is not an error."""
     for space in SPACES:
         d = dimension(space)
         assert np.isnan(space.line(np.full(d, np.nan), np.ones(d)).values).any()

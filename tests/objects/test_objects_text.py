@@ -1,4 +1,4 @@
-"""Numeric objects from text: sums of blades as people write them, and whatever is printed."""
+"""Numeric objects from text: sums of blades in usual notation, and everything that is printed."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ WRITTEN: dict[str, dict[str, float]] = {
 
 
 @pytest.mark.parametrize("text", WRITTEN)
-def test_sums_as_people_write_them(text: str) -> None:
+def test_sums_in_usual_notation(text: str) -> None:
     found, wanted = PGA3.parse(text), PGA3.multivector(WRITTEN[text])
     assert found.layout == wanted.layout and np.array_equal(found.values, wanted.values)
 
 
-def test_numbers_alone_are_numbers() -> None:
+def test_a_number_alone_is_a_scalar() -> None:
     assert PGA3.parse("2.5") == 2.5 and isinstance(PGA3.parse("1 + 1"), float)
     assert PGA3.parse("[1, -2]").tolist() == [1, -2]
     assert PGA3.parse("2.5", PGA3.even).layout == PGA3.even
@@ -57,7 +57,7 @@ def printed() -> list[Any]:
 
 
 @pytest.mark.parametrize("x", printed(), ids=str)
-def test_what_is_printed_is_read(x: MultivectorArray) -> None:
+def test_printed_text_is_read_back(x: MultivectorArray) -> None:
     space = Space(x.algebra)
     again = space.parse(repr(x))
     assert again.layout == x.layout and again.shape == x.shape and np.array_equal(again.values, x.values)
@@ -106,20 +106,20 @@ REFUSED: dict[str, tuple[type[GacError], str]] = {
 
 
 @pytest.mark.parametrize("text", REFUSED)
-def test_other_text_is_refused_where_it_goes_wrong(text: str) -> None:
+def test_errors_name_the_position_in_other_text(text: str) -> None:
     kind, words = REFUSED[text]
     with pytest.raises(kind, match=words):
         PGA3.parse(text)
 
 
-def test_other_arguments_are_refused() -> None:
+def test_other_arguments_are_rejected() -> None:
     with pytest.raises(AlgebraError, match="of type int; expected text"):
         PGA3.parse(5)  # type: ignore[arg-type]
     with pytest.raises(AlgebraError, match="expected one of PGA3"):
         PGA3.parse("e123", PGA2.POINT)
     with pytest.raises(AlgebraError, match="a multivector of CGA3; expected one of PGA3"):
         PGA3.parse("CGA3.POINT(e123)", PGA3.POINT)
-    # Beside a large coefficient a weight and a blade are what they are.
+    # A large coefficient does not affect the weight and the other blades.
     for text in ("1000000 e032 + 3 e123", "1000000 e032 + 5 e1 + e123", "1000000 e032"):
         with pytest.raises(LayoutError):
             PGA3.parse(text, PGA3.POINT)

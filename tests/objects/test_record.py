@@ -1,4 +1,4 @@
-"""``gac record``: a program becomes a spec of what it used, and the generated kernels give the same numbers."""
+"""``gac record`` writes a spec of the operations of a program, and the generated kernels give the same numbers."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, 
     return folder / "arm_kernels.py", dict(np.load(folder / "numbers.npz"))
 
 
-def test_generated_kernels_give_the_numbers_of_the_program(recorded: tuple[Path, dict[str, Any]]) -> None:
+def test_generated_kernels_reproduce_the_program(recorded: tuple[Path, dict[str, Any]]) -> None:
     spec, numbers = recorded
     names = [kernel.name for kernel in load_spec(spec).kernels]
     assert names.count("regressive_product_point_point") == 1 and len(set(names)) == len(names)
@@ -80,7 +80,7 @@ def test_generated_kernels_give_the_numbers_of_the_program(recorded: tuple[Path,
     assert seen == len([key for key in numbers if key.endswith(".out")]) == 8
 
 
-def test_exactly_the_kernels_that_were_used(recorded: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
+def test_the_spec_has_exactly_the_kernels_that_were_used(recorded: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
     (tmp_path / "small.py").write_text(
         "from gacompiler.objects import PGA3\n"
         "line = PGA3.point(1, 2, 3) & PGA3.point(0, 0, 0)\n"
@@ -95,7 +95,7 @@ def test_exactly_the_kernels_that_were_used(recorded: tuple[Path, dict[str, Any]
     ]
 
 
-def test_the_text_depends_on_the_program_alone(recorded: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
+def test_the_text_depends_only_on_the_program(recorded: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
     spec, _ = recorded
     again = tmp_path / "again.py"
     assert gac("record", "--separate", spec.parent / "arm.py", "-o", again).exit_code == 0
@@ -105,7 +105,7 @@ def test_the_text_depends_on_the_program_alone(recorded: tuple[Path, dict[str, A
         '"""Operations used by arm.py."""\n\nimport gacompiler as ga\nfrom gacompiler import SCALAR, Algebra, kernel\n'
     )
     assert not re.search(r"/tmp|[^\S\n]\n", text) and max(map(len, text.splitlines())) <= 120
-    assert not list(spec.parent.glob(".*")), "nothing half written is left"
+    assert not list(spec.parent.glob(".*")), "no partial file is left"
 
 
 @pytest.mark.parametrize(
@@ -120,7 +120,7 @@ def test_the_text_depends_on_the_program_alone(recorded: tuple[Path, dict[str, A
         pytest.param("import os\nos._exit(4)\n", "status 4", marks=pytest.mark.slow),
     ],
 )
-def test_errors_say_what_is_wrong(program: str | None, message: str, tmp_path: Path) -> None:
+def test_error_messages(program: str | None, message: str, tmp_path: Path) -> None:
     script, spec = tmp_path / "program.py", tmp_path / "spec.py"
     if program is not None:
         script.write_text(program)
@@ -129,7 +129,7 @@ def test_errors_say_what_is_wrong(program: str | None, message: str, tmp_path: P
     assert not spec.exists()
 
 
-def test_a_spec_is_not_written_over(recorded: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
+def test_a_spec_is_not_overwritten(recorded: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
     spec, _ = recorded
     before = spec.read_text()
     result = gac("record", spec.parent / "arm.py", "-o", spec)

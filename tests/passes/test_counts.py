@@ -1,4 +1,4 @@
-"""Operation counts that are reached. A higher one fails; a lower one asks to be recorded in `known_counts.py`."""
+"""Operation counts of known expressions. A higher count fails; record a lower one in `known_counts.py`."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ def kernels() -> dict[str, Kernel]:
 
 
 SLOW = ("composed_motors_point", "nested_motors_point", "join_of_moved_points", "versor_vector", "sphere_4_points")
-"""Those that take more than half a second to compile."""
+"""Kernels that take more than half a second to compile."""
 
 
 @pytest.mark.parametrize("name", some_slow(COUNTS, *SLOW))
-def test_counts_are_those_recorded(name: str) -> None:
+def test_counts_equal_the_recorded_ones(name: str) -> None:
     published, reached = COUNTS[name]
     cost = compile_kernel(kernels()[name]).cost
     assert (cost.mul, cost.add) == reached, f"{name}: {cost}; record it in known_counts.py if it is an improvement"

@@ -1,7 +1,7 @@
 """Operation counts of the further expressions, and the page that lists all of them.
 
-As in `test_counts.py`, a higher count fails and a lower one asks to be recorded. No count is above that of the author's
-own structure. They are compiled where they are compared with kingdon's.
+As in `test_counts.py`, a higher count fails, and a lower one must be recorded. No count exceeds that of the author's
+own structure. The expressions are compiled when they are compared with kingdon's.
 """
 
 from __future__ import annotations
@@ -120,13 +120,13 @@ NAMES = list(known())
 
 @pytest.fixture(scope="module")
 def listed() -> dict[str, tuple[str, ...]]:
-    """The rows of the page that is checked in."""
+    """The rows of the stored page."""
     return table_cells((ROOT / PAGE).read_text())
 
 
 @pytest.mark.peers
 @pytest.mark.parametrize("name", NAMES)
-def test_counts_are_those_recorded_and_listed(name: str, listed: dict[str, tuple[str, ...]]) -> None:
+def test_counts_equal_those_recorded_and_listed(name: str, listed: dict[str, tuple[str, ...]]) -> None:
     record = compiled(name)
     written = record.candidates[0]
     assert written.origin == "as written"
@@ -136,7 +136,7 @@ def test_counts_are_those_recorded_and_listed(name: str, listed: dict[str, tuple
     assert listed.get(name) == count_cells(known()[name], record), f"{name}: run `make counts`"
 
 
-def test_every_further_expression_is_counted_and_says_what_it_is() -> None:
+def test_every_further_expression_is_counted_and_documented() -> None:
     further = {name: each for name, each in known().items() if each.published is None}
     assert set(further) == set(FURTHER)
     assert all(each.kernel.summary.endswith(".") for each in further.values())
@@ -147,7 +147,7 @@ def test_the_page_lists_nothing_else(listed: dict[str, tuple[str, ...]]) -> None
     assert list(listed) == NAMES
 
 
-def test_a_page_of_made_up_figures() -> None:
+def test_a_page_with_invented_figures() -> None:
     """The page has the counts of kingdon in sentences and in cells."""
     each = known()["rotor_vector"]
     record = compiled("rotor_vector")

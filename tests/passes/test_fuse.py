@@ -1,4 +1,4 @@
-"""Fused procedures compute what the procedure did, and loops are fused only where that holds."""
+"""Fusing loops preserves the results of procedures and is done only where it is valid."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from gacompiler.passes.fuse import fuse
 
 
 def apply(target: Place, *sources: Place) -> Apply:
-    """The sum of some numbers, plus one, to a place."""
+    """Store the sum of some numbers plus one in a place."""
     names = tuple(f"a{k}" for k in range(len(sources)))
     lines, last = [Line("t", Op.ADD, (Fraction(1), names[0] if names else Fraction(1)))], "t"
     for k, name in enumerate(names[1:]):
@@ -43,7 +43,7 @@ def apply(target: Place, *sources: Place) -> Apply:
 
 
 def at(table: str, loop: str = "i") -> Place:
-    """The row that a loop has come to."""
+    """The current row of a loop."""
     return Place(table, Counter(loop))
 
 
@@ -78,7 +78,7 @@ def n_loops(of: Procedure) -> int:
 
 
 def check(expected: int, *body: Statement) -> Procedure:
-    """Check that so many loops are left, and that nothing else changes."""
+    """Check the number of loops after fusion, and that the results are unchanged."""
     given = procedure(*body)
     fused = fuse(given)
     assert n_loops(fused) == expected
@@ -102,16 +102,16 @@ def test_a_table_of_which_other_rows_are_used_is_kept() -> None:
     assert fused.table("work").lengths == ("n",)
 
 
-def test_a_previous_row_is_there_and_a_following_one_is_not() -> None:
+def test_a_previous_row_is_available_and_a_following_one_is_not() -> None:
     first = loop(apply(at("work"), at("x")))
     check(1, apply(Place("start")), first, loop(apply(at("out"), Place("work", Previous("i", "start")))))
     check(2, Clear("work"), loop(apply(at("out"), at("work"))), loop(Add(at("x"), Place("work", Following("i")))))
 
 
-def test_a_scan_over_parents_joins_what_it_reads() -> None:
+def test_a_scan_over_parents_joins_the_loop_that_it_reads() -> None:
     carry = Place("out", Parent("index", "i", "start"))
     fused = check(1, loop(apply(at("work"), at("x"))), apply(Place("start")), loop(apply(at("out"), carry, at("work"))))
-    assert isinstance(fused.body[0], Apply)  # what the scan begins with is moved in front of the loop
+    assert isinstance(fused.body[0], Apply)  # the initial value of the scan is moved in front of the loop
 
 
 def test_sums_towards_parents_are_read_by_the_same_loop_only_downwards() -> None:
@@ -121,7 +121,7 @@ def test_sums_towards_parents_are_read_by_the_same_loop_only_downwards() -> None
     check(2, Clear("more"), down, loop(apply(at("out"), at("more"))))
 
 
-def test_loops_in_opposite_directions_stay_apart_where_both_carry() -> None:
+def test_loops_in_opposite_directions_are_not_fused_if_both_carry() -> None:
     forward = loop(apply(at("work"), Place("work", Previous("i", "start")), at("x")))
     backward = loop(apply(at("out"), Place("out", Previous("i", "start")), at("x")), reverse=True)
     check(2, forward, backward)
@@ -129,7 +129,7 @@ def test_loops_in_opposite_directions_stay_apart_where_both_carry() -> None:
 
 
 def _random_body(random: Random) -> Sequence[Statement]:
-    """Loops over random rows, in an order in which everything is computed before it is used as a whole."""
+    """Loops over random rows, ordered so that tables are computed before they are used as a whole."""
     body: list[Statement] = [apply(Place("start")), Clear("work"), Clear("more"), Clear("out"), Clear("other")]
     for _ in range(random.randint(2, 6)):
         reverse = random.random() < 0.3
@@ -169,7 +169,7 @@ def test_rows_of_a_table_that_is_written_are_read_in_order() -> None:
     check(2, apply(Place("start")), start, loop(Add(through, at("other"))), carried)
 
 
-def test_a_copy_of_a_row_that_changes_stays_a_table() -> None:
+def test_a_copy_of_a_row_that_changes_remains_a_table() -> None:
     """In emitted text a single row may be another name of the row that it was copied from."""
     body = [Copy(at("out"), at("work")), apply(at("out"), at("x")), apply(at("other"), at("work"))]
     fused = check(1, loop(apply(at("out"), at("x"))), loop(*body))
@@ -178,7 +178,7 @@ def test_a_copy_of_a_row_that_changes_stays_a_table() -> None:
     assert fused.table("work").lengths == ()
 
 
-def test_sines_stay_apart_from_loops_that_carry() -> None:
+def test_sines_are_not_fused_with_loops_that_carry() -> None:
     sine = Program("sine", (Argument("a", (), ("a",)),), (Line("t", Op.SIN, ("a",)),), (Result("r", (), ("t",)),))
     turns = loop(Apply(sine, (at("x"),), (at("work"),)))
     carry = Place("out", Previous("i", "start"))

@@ -1,4 +1,4 @@
-"""Algebras of 9 to 16 dimensions on typed layouts: nothing there may cost 2**n, and every result is compared with
+"""Algebras of 9 to 16 dimensions with typed layouts: no step may cost 2**n, and every result is compared with
 plain linear algebra.
 
 - G(6,3): three conformal lines, quadrics along the axes (Zamora-Esquivel, *Adv. Appl. Clifford Algebras* 24, 2014).
@@ -35,7 +35,7 @@ Coefficients = Mapping[str, Any]
 
 @pytest.fixture(autouse=True)
 def no_list_of_all_blades(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whoever asks for all ``2**n`` blades of a large algebra fails."""
+    """Raise an error if all ``2**n`` blades of a large algebra are listed."""
     blades = Algebra.blades
 
     def refusing(self: Algebra, *grades: int) -> tuple[int, ...]:
@@ -46,7 +46,7 @@ def no_list_of_all_blades(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def touched(algebra: Algebra) -> set[int]:
-    """Every blade that took part in a product of this algebra so far."""
+    """All blades that have occurred in products of this algebra."""
     found = {blade for pair in algebra._products._memory for blade in pair}
     found |= {blade for terms in algebra._products._memory.values() for blade in terms}
     for (_, left), row in algebra._rows.items():
@@ -66,7 +66,7 @@ def define(function: Callable[..., Any], returns: Type | None = None, **types: T
 
 
 class Compiled:
-    """A kernel that was compiled, run on whole numbers and compared as arrays."""
+    """A compiled kernel, run on integers and compared as arrays."""
 
     def __init__(self, definition: Kernel, highest_grade: int) -> None:
         self.record = compile_kernel(definition)
@@ -111,7 +111,7 @@ def antisymmetric(n: int, coefficients: np.ndarray) -> np.ndarray:
     return matrix
 
 
-# Any metric.
+# Arbitrary metrics.
 
 
 def with_null_pairs(name: str, pairs: int) -> Algebra:
@@ -145,7 +145,7 @@ METRICS: dict[str, Callable[[], Algebra]] = {
 }
 
 
-def test_making_an_algebra_lists_nothing() -> None:
+def test_creating_an_algebra_lists_no_blades() -> None:
     for algebra in (
         null_pairs(8),
         orthogonal(9, 6),
@@ -238,7 +238,7 @@ def axis_coefficients(x: np.ndarray) -> np.ndarray:
 
 
 def move_along_axes(t: Any, x: Any) -> Any:
-    """By a translator of each conformal line, ``1 - t e n / 2``."""
+    """Move by a translator of each conformal line, ``1 - t e n / 2``."""
     vector = dict(zip(x.algebra.vectors, x.algebra.basis(), strict=True))
     for k in AXES:
         x = sandwich(1 - t[k] * (vector[f"e{k + 1}"] * vector[f"n{k + 1}"]) * HALF, x)
@@ -317,7 +317,7 @@ def embed(algebra: Algebra) -> Callable[[Any], Any]:
 
 
 def move_twice(t: Any, x: Any) -> Any:
-    """By the product of the two conformal translators ``1 - t en / 2``."""
+    """Move by the product of the two conformal translators ``1 - t en / 2``."""
     basis = x.algebra.basis()
     for first in (0, 5):
         direction = t[0] * basis[first] + t[1] * basis[first + 1] + t[2] * basis[first + 2]
@@ -334,7 +334,7 @@ def torus(large: float, small: float) -> np.ndarray:
 
 
 def test_a_double_point_is_its_coordinates() -> None:
-    """The compiler proves the implied coefficients of the layout, so nothing is left to compute."""
+    """The compiler proves the implied coefficients of the layout, so no operations remain."""
     algebra = double_conformal()
     made = embed(algebra)
     record = compile_kernel(define(made, double_point(algebra), x=array(SCALAR, 3)))
@@ -422,7 +422,7 @@ def test_point_on_a_general_quadric() -> None:
     assert found.record.cost.mul <= 20
 
 
-def test_quadric_points_know_their_distance() -> None:
+def test_distance_of_quadric_points() -> None:
     algebra = with_null_pairs("G(9,6)", 6)
     point = quadric_point(algebra)
     found = Compiled(define(lambda a, b: -2 * inner_product(a, b), a=point, b=point), 2)

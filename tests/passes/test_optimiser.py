@@ -1,4 +1,4 @@
-"""The passes that find cheaper programs: each keeps its meaning exactly, and does what it is for."""
+"""The passes that find cheaper programs: each preserves the meaning exactly and has its intended effect."""
 
 from __future__ import annotations
 
@@ -103,8 +103,8 @@ def outputs_at(system: System, inputs: list[Fraction]) -> list[Fraction]:
     ],
     ids=lambda algebra: algebra.name,
 )
-def test_matrix_product_is_the_geometric_product(algebra: Algebra) -> None:
-    """Through every plan and any number of its levels, of two factors and of three, dense and sparse."""
+def test_matrix_product_equals_the_geometric_product(algebra: Algebra) -> None:
+    """Test every plan with any number of its levels, for two and three factors, dense and sparse."""
     random = Random(4)
     even, vectors = algebra.blades(*range(0, algebra.dimension + 1, 2)), algebra.blades(1)
     assert plans(algebra)
@@ -143,7 +143,7 @@ def test_matrices_of_the_algebra_that_occurs() -> None:
 
 
 def test_counts_through_matrices() -> None:
-    """Two products of quaternions; two quaternions on a vector of four dimensions; matrices on a vector of G(2, 2)."""
+    """Two products of quaternions; two quaternions applied to a 4D vector; matrices applied to a vector of G(2, 2)."""
     four, split = orthogonal(4), null_pairs(2)
 
     @kernel(a=four.even, b=four.even)
@@ -179,7 +179,7 @@ def same_value(a: Expression, b: Expression, random: Random) -> bool:
 
 @pytest.mark.parametrize("algebra", [VGA3, PGA3, CGA3, STA, null_pairs(2), OBLIQUE, GRASSMANN], ids=name_of)
 def test_reflections_and_sandwiches_as_differences(algebra: Algebra) -> None:
-    """In every metric, for vectors and even elements of any norm, and for every grade that is reflected."""
+    """Test every metric, vectors and even elements of any norm, and every grade that is reflected."""
     random = Random(algebra.name)
     v, m, full = element("v", algebra, 1), element("m", algebra, 0, 2, 4), element("x", algebra)
     for x in (full, *(element("x", algebra, grade) for grade in range(algebra.dimension + 1))):
@@ -237,7 +237,7 @@ def test_only_products_of_three_vectors_are_expanded() -> None:
 
 
 def test_chains_in_the_cheapest_order() -> None:
-    """Small factors are multiplied with each other first; what a chain is does not depend on its brackets."""
+    """Small factors are multiplied first; the value of a chain does not depend on its brackets."""
     m, r, t, u = (
         symbol(*each) for each in zip("mrtu", (PGA3.MOTOR, PGA3.ROTOR, PGA3.TRANSLATOR, PGA3.TRANSLATOR), strict=True)
     )
@@ -256,7 +256,7 @@ def test_chains_in_the_cheapest_order() -> None:
         assert associate(other) is None
 
 
-def test_conjugations_one_by_one() -> None:
+def test_conjugations_in_sequence() -> None:
     p, q, v = (element(name, QUATERNIONS) for name in "pqv")
     for conjugate in (clifford_conjugate, reverse):
         together = p * q * v * conjugate(p * q)
@@ -268,7 +268,7 @@ def test_conjugations_one_by_one() -> None:
         assert split_conjugation(other) is None
 
 
-def test_versors_are_pulled_out_before_sandwiches_become_sums() -> None:
+def test_versors_are_factored_out_before_sandwiches_become_sums() -> None:
     @kernel(m=PGA3.MOTOR, a=PGA3.LINE, b=PGA3.LINE)
     def bracket(m, a, b):  # type: ignore[no-untyped-def]
         return commutator(sandwich(m, a), sandwich(m, b))
@@ -292,7 +292,7 @@ def test_counts_of_chains() -> None:
 
 
 def test_counts_of_expanded_products() -> None:
-    """The plane through a line and a point, where the line is given by two planes; contractions in five dimensions."""
+    """The plane through a point and a line given by two planes; contractions in five dimensions."""
 
     @kernel(a=PGA3.PLANE, b=PGA3.PLANE, p=PGA3.POINT)
     def plane(a, b, p):  # type: ignore[no-untyped-def]
@@ -309,7 +309,7 @@ def test_counts_of_expanded_products() -> None:
     assert str(compile_kernel(plane).cost) == "14 mul, 10 add"
     assert str(compile_kernel(contracted).cost) == "20 mul, 13 add"
     record = compile_kernel(through_points)
-    assert min(str(c.cost) for c in record.candidates) == "12 mul, 10 add", "which loses digits where points are close"
+    assert min(str(c.cost) for c in record.candidates) == "12 mul, 10 add", "this loses digits where points are close"
     assert str(record.cost) == "18 mul, 14 add"
 
 
@@ -326,8 +326,8 @@ def test_counts_of_reflections() -> None:
     assert compile_kernel(scaled).cost.total <= 21
 
 
-def test_differences_with_what_is_computed_from_them_are_not_circular() -> None:
-    """All inputs and the first name may move together; the name is computed from differences, so an input is put at 0.
+def test_differences_with_values_computed_from_them_are_not_circular() -> None:
+    """All inputs and the first name may be shifted; the name is computed from differences, so an input is set to 0.
 
     The product ``(a - b) c`` has the name ``s``, which only ever occurs in the difference ``a - s``.
     """
@@ -348,7 +348,7 @@ def symbol(name: str, layout: Layout) -> Expression:
     )
 
 
-def test_squares_that_are_known() -> None:
+def test_known_squares() -> None:
     m, n, d, p = (
         symbol(*each) for each in zip("mndp", (CGA3.MOTOR, CGA3.ROTOR, CGA3.DILATOR, CGA3.POINT), strict=True)
     )
@@ -376,11 +376,11 @@ def test_a_coefficient_follows_from_the_square() -> None:
     assert solvable(CGA3, point | {8: x}) is None, "the weight is not constant"
     assert solvable(CGA3, point | {3: y}) is None, "not a vector"
     assert solvable(CGA3, point | {16: x}) is None, "nothing would be saved"
-    assert solvable(VGA3, {1: x, 2: y * y, 4: ring.constant(1)}) is None, "a square of one's own"
+    assert solvable(VGA3, {1: x, 2: y * y, 4: ring.constant(1)}) is None, "a square defined by the user"
 
 
 def test_counts_of_moved_conformal_points() -> None:
-    """21 products and 18 sums move a point of PGA3; its square takes 4 and 2 more."""
+    """A point of PGA3 is moved by 21 products and 18 sums; its square takes 4 products and 2 sums more."""
 
     @kernel(m=CGA3.MOTOR, x=CGA3.POINT)
     def moved(m, x):  # type: ignore[no-untyped-def]
@@ -400,7 +400,7 @@ def test_sparse_gives_each_result_its_own_square() -> None:
     assert simplify(a * b, [relation]) == a * b
 
 
-def test_sparse_stays_equal_on_the_relations() -> None:
+def test_sparse_remains_equal_on_the_relations() -> None:
     ring = PolynomialRing()
     s, p = ring.variable("s"), ring.variable("p")
     relation = s * s + p * p - 1
@@ -456,7 +456,7 @@ def test_offset_of_a_plane_is_divided_by_its_normal() -> None:
         assert outputs_at(divided, inputs) == outputs_at(system, inputs)
 
 
-def test_the_normal_is_put_in_differences_though_the_offset_is_not() -> None:
+def test_the_normal_is_written_in_differences_though_the_offset_is_not() -> None:
     system = plane_system()
     divided = resubstitute(system)
     assert divided is not None
@@ -484,7 +484,7 @@ def test_divisors_and_their_roots_divide_once() -> None:
 
     record = compile_kernel(both)
     assert record.cost.div == 1 and record.candidates[0].cost.div == 6
-    assert divide_once(record.program) is None, "as it is so already"
+    assert divide_once(record.program) is None, "the program already has this form"
     at = {"a": [Fraction(2), Fraction(3), Fraction(6)], "b": [Fraction(k) for k in (49, 98, 0)]}
     assert interpret(record.program, at)["out"] == (Fraction(9, 7), Fraction(17, 7), Fraction(6, 7))
 
@@ -505,7 +505,7 @@ def test_dividing_once_keeps_zeros_and_infinities(size: float) -> None:
     np.testing.assert_allclose(found, author, rtol=1e-14)
 
 
-def test_divisors_that_occur_once_stay() -> None:
+def test_divisors_that_occur_once_are_kept() -> None:
     @kernel(a=VGA3.VECTOR, b=VGA3.VECTOR)
     def apart(a, b):  # type: ignore[no-untyped-def]
         return inner_product(a, b) / sqrt(norm_squared(a)) + 1 / norm_squared(b)
@@ -514,7 +514,7 @@ def test_divisors_that_occur_once_stay() -> None:
 
 
 def test_a_cheap_form_that_loses_digits_is_not_taken() -> None:
-    """Close to the identity ``1 - s**2`` says nothing about the angle, though it is exact for unit rotors."""
+    """Close to the identity ``1 - s**2`` loses all digits of the angle, though it is exact for unit rotors."""
 
     @kernel(r=VGA3.ROTOR)
     def sine_squared(r):  # type: ignore[no-untyped-def]
@@ -530,7 +530,7 @@ def test_a_cheap_form_that_loses_digits_is_not_taken() -> None:
 
 
 def test_many_times_a_small_motion_keeps_its_digits() -> None:
-    """An angle from a rounded cosine is as good as any for small powers of small turns, and wrong for large ones."""
+    """An angle from a rounded cosine suffices for small powers of small rotations, and is wrong for large powers."""
 
     @kernel(r=VGA3.ROTOR, t=SCALAR)
     def cosine_of_power(r, t):  # type: ignore[no-untyped-def]
@@ -559,7 +559,7 @@ def kernel_with_domain() -> Kernel:
     return gamma
 
 
-def test_samples_meet_a_bounded_domain() -> None:
+def test_samples_are_in_a_bounded_domain() -> None:
     definition = kernel_with_domain()
     record = compile_kernel(definition)
     assert record.trace is not None

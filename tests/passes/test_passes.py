@@ -1,4 +1,4 @@
-"""Every pass keeps the meaning; the pipeline as a whole equals the author's definition, exactly, at random points."""
+"""Every pass preserves the meaning, and the whole pipeline equals the author's definition exactly at random points."""
 
 from __future__ import annotations
 
@@ -83,11 +83,11 @@ ROOT = Path(__file__).parents[2]
 POLICIES = [Policy(a, b) for a in (False, True) for b in (False, True)]
 
 
-# What "keeps the meaning" means
+# Definition of "preserves the meaning"
 
 
 def check_against_author(record: Compilation, seed: int, points: int = 2) -> None:
-    """Interpret the program at points of the relations and compare with the author's definition."""
+    """Interpret the program at points that satisfy the relations and compare with the author's definition."""
     random = Random(seed)
     assert record.trace is not None and record.decision is not None
     definition = record.kernel
@@ -175,7 +175,7 @@ def test_factored_sums_have_the_polynomials_values(seed: int, policy: Policy) ->
 
 
 @pytest.mark.parametrize("policy", POLICIES, ids=str)
-def test_extraction_finds_what_a_person_finds(policy: Policy) -> None:
+def test_extraction_finds_obvious_factors(policy: Policy) -> None:
     """``(a + b) c`` and ``(a + b) d``: one sum; ``a b c`` and ``a b d``: one product."""
     ring = PolynomialRing()
     a, b, c, d = (ring.variable(name) for name in "abcd")
@@ -210,7 +210,7 @@ def test_extraction_never_costs_more() -> None:
 
 
 def test_differences_are_found() -> None:
-    """The area of a triangle depends on differences of its corners only."""
+    """The area of a triangle depends only on differences of its corners."""
     ring = PolynomialRing()
     ax, ay, bx, by, cx, cy = (ring.variable(name) for name in ("ax", "ay", "bx", "by", "cx", "cy"))
     area = (bx * cy - cx * by) - (ax * cy - cx * ay) + (ax * by - bx * ay)
@@ -278,7 +278,7 @@ WIDE = orthogonal(6)
 WIDE_VERSOR, WIDE_VECTOR = symbol("w", WIDE.UNIT_EVEN), symbol("v", WIDE.layout("V", "e1 e2 e3 e4 e5 e6"))
 
 
-def test_rules_on_an_example_each() -> None:
+def test_each_rule_on_an_example() -> None:
     assert recognise_sandwich(M * P * ~M) == sandwich(M, P)
     assert recognise_sandwich(M * (P * ~M)) == sandwich(M, P)
     assert recognise_sandwich(FREE * P * ~FREE) == sandwich(FREE, P)
@@ -383,12 +383,12 @@ REWRITABLE: dict[str, tuple[dict[str, Any], Callable[..., Any]]] = {
 
 
 def declare(name: str, parameters: dict[str, Any], function: Callable[..., Any], returns: Any = None) -> Kernel:
-    """A kernel of any function, whatever its parameters are called."""
+    """A kernel of any function, for any names of its parameters."""
     return Kernel(name, function, tuple(Parameter(key, given) for key, given in parameters.items()), returns, "")
 
 
 @pytest.mark.parametrize("name", some_slow(REWRITABLE, "chain", "join of moved points", "meet of moved planes"))
-def test_every_rewriting_keeps_the_meaning(name: str) -> None:
+def test_every_rewriting_preserves_the_meaning(name: str) -> None:
     definition = declare(name, *REWRITABLE[name])
     expressions = trace(definition).expressions
     variants = rewrite(expressions)
@@ -409,7 +409,7 @@ def test_every_rewriting_keeps_the_meaning(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["join of moved points", "nested", "inverse of moved", "moved versor"])
 @pytest.mark.parametrize("reduce", [True, False])
-def test_every_choice_of_stages_keeps_the_meaning(name: str, reduce: bool) -> None:
+def test_every_choice_of_stages_preserves_the_meaning(name: str, reduce: bool) -> None:
     definition = declare(name, *REWRITABLE[name])
     expressions = trace(definition).expressions
     found = stages(expressions)
@@ -426,7 +426,7 @@ def test_every_choice_of_stages_keeps_the_meaning(name: str, reduce: bool) -> No
 # Decide
 
 
-def test_what_vanishes_is_left_out_and_what_is_constant_is_proved() -> None:
+def test_zero_coefficients_are_omitted_and_constants_are_proved() -> None:
     record = compiled(declare("moved", {"m": PGA3.MOTOR, "p": PGA3.POINT}, sandwich))
     assert record.decision is not None and record.decision.layouts == (PGA3.POINT,)
     assert record.decision.constants[0, PGA3.blade("e123")[1]] == -1 or record.decision.constants[0, 0b0111] == 1
@@ -442,8 +442,8 @@ def test_what_vanishes_is_left_out_and_what_is_constant_is_proved() -> None:
     assert record.program.results[0].operands == (1,)
 
 
-def test_what_only_seems_constant_is_kept() -> None:
-    """Equal at a few points is not proved: ``min(x, 100)`` is x at every small point."""
+def test_coefficients_that_only_seem_constant_are_kept() -> None:
+    """Equality at a few points is not a proof: ``min(x, 100)`` is x at every small point."""
     record = compiled(declare("seems", {"x": SCALAR}, lambda x: minimum(x, 100) - x))
     assert record.program.results[0].operands != (0,)
     record = compiled(declare("seems", {"x": SCALAR}, lambda x: select(x < 1000, 1, x)))
@@ -474,7 +474,7 @@ ONLY_E12_E3 = VGA3.layout("ONLY", "e12 e3")
 def test_a_pinned_layout_that_cannot_hold_the_result(
     parameters: dict[str, Any], function: Callable[..., Any], returns: Any, message: str
 ) -> None:
-    """Never a dropped coefficient: an error that names the blade and the kernel."""
+    """No coefficient is dropped: an error names the blade and the kernel."""
     with pytest.raises(KernelError) as caught:
         compile_kernel(declare("pinned", parameters, function, returns))
     assert message in str(caught.value) and "kernel pinned" in str(caught.value)
@@ -490,7 +490,7 @@ def test_a_pinned_layout_that_holds_the_result() -> None:
 
 
 def test_an_inferred_layout_claims_only_what_is_proved() -> None:
-    """Layouts with relations are for inputs; a result with the same blades need not satisfy them."""
+    """Layouts with relations are for inputs; a result with the same blades may violate them."""
 
     def layouts(algebra: Algebra) -> list[Any]:
         return [algebra.layout("ON_THE_CIRCLE", "e1 e2", relations=lambda x: x * x - 1)]
@@ -502,7 +502,7 @@ def test_an_inferred_layout_claims_only_what_is_proved() -> None:
     assert record.decision is not None and record.decision.layouts == (VGA3.VECTOR,)
 
 
-# Points where something goes wrong must not decide whether a kernel compiles
+# Points outside of the domain must not affect whether a kernel compiles
 
 
 @pytest.mark.parametrize(
@@ -520,7 +520,7 @@ def test_an_inferred_layout_claims_only_what_is_proved() -> None:
     ids=["min sqrt", "max acos", "log less", "atan2 sqrt", "abs log", "exp sin", "angle", "guarded"],
 )
 def test_kernels_outside_the_domain_of_a_function(parameters: dict[str, Any], function: Callable[..., Any]) -> None:
-    """Random points have negative radicands and logarithms of them; kernels compile all the same."""
+    """Kernels compile although random points have negative radicands and arguments of logarithms."""
     record = compile_kernel(declare("f", parameters, function))
     random = Random(3)
     assert record.trace is not None
@@ -544,7 +544,7 @@ def test_kernels_outside_the_domain_of_a_function(parameters: dict[str, Any], fu
 
 @pytest.mark.parametrize("offset", range(3))
 def test_a_pole_at_a_random_point_is_no_error(offset: int) -> None:
-    """``1 / (x - v)`` is a kernel, also where `v` is a point that the compiler happens to try."""
+    """``1 / (x - v)`` is a valid kernel even if `v` is a random point that the compiler tries."""
     random = Random(7)
     probe = declare("probe", {"x": SCALAR}, lambda x: x)
     value = [sample(probe, random)["x"] for _ in range(3)][offset]
@@ -579,14 +579,14 @@ def test_the_best_never_costs_more_than_the_author(name: str) -> None:
 
 
 def test_known_counts() -> None:
-    """What is published, or better; higher fails, and lower asks to be written down here."""
+    """Counts are at most the published ones; a higher count fails, and a lower one must be recorded here."""
     known = {"move_point": (21, 18), "rotate": (18, 12), "motor_product": (48, 40)}
     for name, (mul, add) in known.items():
         found = compile_kernel(declare(name, *CHOSEN[name])).cost
         assert (found.mul, found.add) == (mul, add), name
 
 
-def test_stages_fill_in_records_and_change_none() -> None:
+def test_stages_extend_records_and_modify_none() -> None:
     record = Compilation(declare("f", *CHOSEN["rotate"]))
     names = [field.name for field in fields(Compilation)]
     for stage in PIPELINE:
@@ -641,14 +641,14 @@ def test_programs_do_not_depend_on_hash_seeds() -> None:
     assert texts[0] == texts[1] and len(texts[0].splitlines()) > 50
 
 
-# The real test
+# Random kernels
 
 
 FUZZ_ALGEBRAS = (VGA3, PGA3, CGA2, STA, NULL_PAIRS, OBLIQUE, PGA2)
 
 
 def random_layout(random: Random, algebra: Algebra, name: str) -> Any:
-    """A named layout of the algebra, or a sparse one with a fixed coefficient, in random orientation and order."""
+    """A named layout of the algebra, or a sparse one with a fixed coefficient, with random orientation and order."""
     if algebra.layouts and random.random() < 0.5:
         return random.choice([layout for layout in algebra.layouts.values() if layout.size <= 8])
     blades = random.sample(algebra.blades(), random.randint(1, min(4, len(algebra.blades()))))
@@ -681,7 +681,7 @@ def random_expression(random: Random, leaves: list[Any], depth: int) -> Any:
 
 @pytest.mark.parametrize("seed", some_slow(range(63), *(seed for seed in range(63) if seed % 4)))
 def test_random_kernels_equal_their_definition(seed: int) -> None:
-    """Random products of random sparse layouts: the program is the author's definition, exactly."""
+    """Programs of random products of random sparse layouts equal the author's definition exactly."""
     random = Random(seed)
     algebra = FUZZ_ALGEBRAS[seed % len(FUZZ_ALGEBRAS)]
     count = random.randint(1, 3)
@@ -757,7 +757,7 @@ def test_kernels_of_every_kind_equal_their_definition(name: str) -> None:
     check_against_author(record, 11, 3)
 
 
-def test_unit_quaternions_are_inverted_rightly() -> None:
+def test_inverses_of_unit_quaternions() -> None:
     """``inverse(q)`` of a unit quaternion negates i, j and k."""
     record = compile_kernel(declare("f", {"q": QUATERNIONS.UNIT_QUATERNION}, inverse))
     values = [Fraction(1, 2), Fraction(1, 2), Fraction(-1, 2), Fraction(1, 2)]
@@ -768,7 +768,7 @@ def test_unit_quaternions_are_inverted_rightly() -> None:
 
 @pytest.mark.slow
 def test_long_sums_compile() -> None:
-    """Hundreds of terms in a row are ordinary: a weighted mean of a hundred points."""
+    """Sums of hundreds of terms are common, for example a weighted mean of a hundred points."""
     layout = ArrayOf(SCALAR, (500,))
     record = compile_kernel(declare("f", {"x": layout}, lambda x: sum(x)))
     assert interpret(record.program, {"x": list(range(500))})["out"] == (124750,)

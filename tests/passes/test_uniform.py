@@ -1,4 +1,4 @@
-"""Forms for batches in which some arguments stay the same: what they are, and that calls give the same numbers."""
+"""Forms of kernels for batches in which some arguments are uniform: their structure, and equality of results."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ def records() -> Records:
     return {definition.name: compile_kernel(definition) for definition in KERNELS}
 
 
-# What a form is.
+# The structure of forms.
 
 
 def test_all_kinds_of_kernels_are_here(records: Records) -> None:
@@ -146,7 +146,7 @@ def test_all_kinds_of_kernels_are_here(records: Records) -> None:
 
 
 @pytest.mark.parametrize("name", [definition.name for definition in KERNELS])
-def test_forms_are_the_definition(name: str, records: Records) -> None:
+def test_forms_equal_the_definition(name: str, records: Records) -> None:
     record = records[name]
     assert record.trace is not None and record.decision is not None
     known = truths(record.kernel, record.trace.expressions, record.decision.slots, record.program)
@@ -162,7 +162,7 @@ def test_forms_are_the_definition(name: str, records: Records) -> None:
 
 
 def check_arguments(form: Uniform, program: Program) -> None:
-    """What is prepared depends on what stays the same alone, and all of it is used."""
+    """Prepared values depend only on uniform arguments, and all of them are used."""
     arguments = {argument.name: argument for argument in program.arguments}
     fixed = {component for name in form.same for component in arguments[name].components}
     verify(form.prepare)
@@ -181,7 +181,7 @@ def check_arguments(form: Uniform, program: Program) -> None:
 
 @pytest.mark.parametrize("name", [definition.name for definition in KERNELS])
 def test_a_split_keeps_the_lines(name: str, records: Records) -> None:
-    """Each line stands in one part, in its order."""
+    """Each line is in exactly one part, in the original order."""
     program = records[name].program
     names = [argument.name for argument in program.arguments]
     for same in (same for size in range(1, len(names)) for same in combinations(names, size)):
@@ -199,24 +199,24 @@ def test_a_split_keeps_the_lines(name: str, records: Records) -> None:
 
 
 def test_counts_of_a_motor_on_points(records: Records) -> None:
-    """A matrix takes nine products and nine sums a point, and that is what is found."""
+    """The form applies a matrix with nine products and nine sums per point."""
     (form,) = records["move_point"].uniform
     assert form.same == ("m",)
     assert (form.costs[1].mul, form.costs[1].add) == (9, 9)
 
 
 def test_names_of_arguments_may_be_ambiguous(records: Records) -> None:
-    """The same a and b, and the same a_b."""
+    """Uniform a and b, and uniform a_b."""
     assert {("a", "b"), ("a_b",)} <= {form.same for form in records["ambiguous"].uniform}
 
 
-def test_nothing_that_stays_gives_no_form(records: Records) -> None:
+def test_no_form_without_uniform_arguments(records: Records) -> None:
     assert split(records["move_point"].program, ()) is None
     unused = traced("second", {"a": (3,), "b": (3,)}, lambda a, b: [x * x for x in b])
     assert split(unused, ("a",)) is None
 
 
-def test_what_is_prepared_has_a_name_of_its_own() -> None:
+def test_prepared_values_have_unique_names() -> None:
     program = traced(
         "both",
         {"prepared": (2,), "b": (2,)},
@@ -230,7 +230,7 @@ def test_what_is_prepared_has_a_name_of_its_own() -> None:
 
 
 def test_more_parts_than_a_word_has_bits_are_not_split() -> None:
-    """A loop over a batch has a bit for each part."""
+    """A loop over a batch uses one bit per part."""
     for n in (MOST - 1, MOST):
         shapes: dict[str, tuple[int, ...]] = {f"x{k}": () for k in range(n)}
         program = traced("long", shapes, lambda *x: [x[0] * x[0] * sum(x[1:], x[0])])
@@ -239,7 +239,7 @@ def test_more_parts_than_a_word_has_bits_are_not_split() -> None:
 
 @pytest.mark.parametrize("name", some_slow(NAMES, *(name for k, name in enumerate(NAMES) if k % 3)))
 def test_both_texts_are_read_back(name: str, records: Records) -> None:
-    """With all forms, whatever the arguments are called."""
+    """Test all forms, for any names of arguments."""
     record = records[name]
     text = texts(record)
     python, c = python_programs(text["py"]), c_programs(text["c"])
@@ -271,7 +271,7 @@ def modules(records: Records, tmp_path_factory: pytest.TempPathFactory) -> Mappi
 
 
 def elements(record: Compilation, n: int, dtype: Any = float) -> list[Array]:
-    """Arguments that satisfy what the layouts say; few distinct ones, in turn."""
+    """Arguments that satisfy the relations of their layouts; a few distinct ones, repeated."""
     random = Random(12)
     points = [sample(record.kernel, random, near_one=True) for _ in range(min(n, 13))]
     found = []
@@ -292,7 +292,7 @@ def assert_same(found: Any, expected: Any) -> None:
 
 
 def each_form(records: Records, names: tuple[str, ...]) -> Iterator[tuple[Compilation, Uniform, list[bool]]]:
-    """A kernel, one of its forms, and which arguments stay the same in it."""
+    """Yield a kernel, one of its forms, and which arguments are uniform in it."""
     for name in names:
         record = records[name]
         for form in record.uniform:
@@ -300,17 +300,17 @@ def each_form(records: Records, names: tuple[str, ...]) -> Iterator[tuple[Compil
 
 
 def many(arrays: list[Array], same: list[bool]) -> list[Array]:
-    """All arguments for each element: what a call with the first element of those that stay must be equal to."""
-    return [np.repeat(x[:1], len(x), axis=0) if stays else x for x, stays in zip(arrays, same, strict=True)]
+    """Repeat the first element of uniform arguments; the results must equal those of a call with that element."""
+    return [np.repeat(x[:1], len(x), axis=0) if uniform else x for x, uniform in zip(arrays, same, strict=True)]
 
 
-WAYS: Mapping[str, Callable[[Array], Array]] = {
+UNIFORM: Mapping[str, Callable[[Array], Array]] = {
     "without the axis": lambda x: x[0],
     "an axis of one": lambda x: x[:1],
     "an axis without strides": lambda x: np.broadcast_to(x[0], x.shape),
     "an axis without strides, Fortran order": lambda x: np.broadcast_to(np.array(x[0], order="F"), x.shape),
 }
-"""How an argument is the same for all elements."""
+"""Kinds of uniform arguments."""
 
 
 def reversed_in_memory(x: Array) -> Array:
@@ -320,7 +320,7 @@ def reversed_in_memory(x: Array) -> Array:
 
 
 def apart(x: Array) -> Array:
-    """The same numbers, with others between them along every axis."""
+    """The same numbers, with gaps along every axis."""
     wide = np.full([2 * size for size in x.shape], np.nan, x.dtype)
     wide[(slice(None, None, 2),) * x.ndim] = x
     return wide[(slice(None, None, 2),) * x.ndim]
@@ -351,23 +351,23 @@ def test_batches_of_every_size(backend: str, dtype: type, records: Records, modu
             arrays = elements(record, n, dtype)
             expected = function(*many(arrays, same))
             one = elements(record, 1, dtype)
-            given = [x[0] if stays else y for x, y, stays in zip(one, arrays, same, strict=True)]
+            given = [x[0] if uniform else y for x, y, uniform in zip(one, arrays, same, strict=True)]
             assert_same(function(*given), expected)
 
 
 @pytest.mark.parametrize("order", some_slow(ORDERS, "Fortran", "negative", "read-only"))
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_batches_in_every_order(backend: str, order: str, records: Records, modules: Mapping[str, ModuleType]) -> None:
-    """Of the arguments that change and of those that stay, however they stay."""
+    """Test every order of the varying arguments and every kind of uniform argument."""
     names = tuple(records) if backend == "c" else FEW
     for record, _, same in each_form(records, names):
         function = getattr(modules[backend], record.kernel.name)
         arrays = elements(record, 37)
         expected = function(*many(arrays, same))
-        for way in WAYS.values():
-            given = [way(x) if stays else ORDERS[order](x) for x, stays in zip(arrays, same, strict=True)]
+        for change in UNIFORM.values():
+            given = [change(x) if uniform else ORDERS[order](x) for x, uniform in zip(arrays, same, strict=True)]
             assert_same(function(*given), expected)
-        single = [ORDERS[order](x)[0] if stays else x for x, stays in zip(arrays, same, strict=True)]
+        single = [ORDERS[order](x)[0] if uniform else x for x, uniform in zip(arrays, same, strict=True)]
         assert_same(function(*single), expected)
 
 
@@ -377,8 +377,8 @@ def test_leading_axes_broadcast(backend: str, records: Records, modules: Mapping
         function = getattr(modules[backend], record.kernel.name)
         arrays = elements(record, 35)
         cores = [argument.shape for argument in record.program.arguments]
-        for stay, change in (((5, 1), (1, 7)), ((5, 1), (5, 7)), ((7,), (5, 7)), ((1, 7), (5, 1)), ((), (5, 7))):
-            leads = [stay if stays else change for stays in same]
+        for common, varying in (((5, 1), (1, 7)), ((5, 1), (5, 7)), ((7,), (5, 7)), ((1, 7), (5, 1)), ((), (5, 7))):
+            leads = [common if uniform else varying for uniform in same]
             given = [
                 x[: int(np.prod(lead, dtype=int))].reshape(lead + core)
                 for x, lead, core in zip(arrays, leads, cores, strict=True)
@@ -397,7 +397,7 @@ def test_results_in_given_arrays(backend: str, records: Records, modules: Mappin
         function = getattr(modules[backend], record.kernel.name)
         arrays = elements(record, 37)
         expected = as_tuple(function(*many(arrays, same)))
-        given = [x[0] if stays else x for x, stays in zip(arrays, same, strict=True)]
+        given = [x[0] if uniform else x for x, uniform in zip(arrays, same, strict=True)]
         for order in ("C", "Fortran", "strided", "negative"):
             outs = tuple(ORDERS[order](np.zeros_like(result)) for result in expected)
             out = outs if len(outs) > 1 else outs[0]
@@ -410,7 +410,7 @@ def test_results_in_given_arrays(backend: str, records: Records, modules: Mappin
 def test_results_over_an_argument(
     backend: str, dtype: type, records: Records, modules: Mapping[str, ModuleType]
 ) -> None:
-    """Over the argument that changes, in its place and beside it, and over the one that stays."""
+    """Write over the varying argument, exactly and with an offset, and over the uniform one."""
     move, record = modules[backend].move_point, records["move_point"]
     for n in (1, 2, 16, 40, 300):
         m, p = elements(record, n + 1, dtype)
@@ -427,7 +427,7 @@ def test_results_over_an_argument(
             assert_same(turned, expected[::-1])
 
 
-def test_results_over_an_argument_that_stays(records: Records, modules: Mapping[str, ModuleType]) -> None:
+def test_results_over_a_uniform_argument(records: Records, modules: Mapping[str, ModuleType]) -> None:
     for module in modules.values():
         a, b, c = elements(records["join_three_points"], 40)
         expected = module.join_three_points(np.repeat(a[3:4], 40, axis=0), np.repeat(c[5:6], 40, axis=0), c)
@@ -439,32 +439,30 @@ def test_results_over_an_argument_that_stays(records: Records, modules: Mapping[
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_what_is_no_number_stays_in_its_element(
-    backend: str, records: Records, modules: Mapping[str, ModuleType]
-) -> None:
+def test_nan_affects_only_its_element(backend: str, records: Records, modules: Mapping[str, ModuleType]) -> None:
     for record, _, same in each_form(records, tuple(records) if backend == "c" else FEW):
         function = getattr(modules[backend], record.kernel.name)
         for n, place in ((5, 3), (16, 0), (40, 39), (300, 77)):
             arrays = elements(record, n)
-            given = [x[0] if stays else x for x, stays in zip(arrays, same, strict=True)]
+            given = [x[0] if uniform else x for x, uniform in zip(arrays, same, strict=True)]
             clean = as_tuple(function(*given))
             for value in (np.nan, np.inf):
-                for x, stays in zip(given, same, strict=True):
-                    if not stays:
+                for x, uniform in zip(given, same, strict=True):
+                    if not uniform:
                         x[place] = value
                 results = as_tuple(function(*given))
                 assert any(not np.isfinite(result[place]).all() for result in results)
                 for found, before in zip(results, clean, strict=True):
                     np.testing.assert_array_equal(np.delete(found, place, 0), np.delete(before, place, 0))
         given = [
-            np.full_like(x[0], np.nan) if stays else x for x, stays in zip(elements(record, 300), same, strict=True)
+            np.full_like(x[0], np.nan) if uniform else x for x, uniform in zip(elements(record, 300), same, strict=True)
         ]
         assert any(np.isnan(result).any() for result in as_tuple(function(*given)))
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_calls_of_one_shape_in_turn(backend: str, records: Records, modules: Mapping[str, ModuleType]) -> None:
-    """What is remembered of a call depends on strides, not only on shapes."""
+def test_alternating_calls_of_one_shape(backend: str, records: Records, modules: Mapping[str, ModuleType]) -> None:
+    """The cached plan of a call depends on strides, not only on shapes."""
     record = records["move_point"]
     move = modules[backend].move_point
     m, p = elements(record, 64)
@@ -480,16 +478,16 @@ def test_calls_of_one_shape_in_turn(backend: str, records: Records, modules: Map
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_every_combination_of_arguments_that_stay(
+def test_every_combination_of_uniform_arguments(
     backend: str, records: Records, modules: Mapping[str, ModuleType]
 ) -> None:
-    """Also those without a form of their own, which may do with that of fewer arguments."""
+    """Test also combinations without a form, which may use the form for fewer uniform arguments."""
     for name in ("screw", "motor_from_screw", "ambiguous") if backend == "c" else FEW[2:3]:
         record, function = records[name], getattr(modules[backend], name)
         arrays = elements(record, 50)
         for same in np.ndindex(*(2,) * len(arrays)):
             if not all(same):
-                given = [x[0] if stays else x for x, stays in zip(arrays, same, strict=True)]
+                given = [x[0] if uniform else x for x, uniform in zip(arrays, same, strict=True)]
                 assert_same(function(*given), function(*many(arrays, list(map(bool, same)))))
 
 
@@ -502,7 +500,7 @@ def texts(record: Compilation) -> dict[str, str]:
 
 
 def is_found(compiled: Compiled, whole: Mapping[str, str], ending: str, changed: str) -> bool:
-    """Whether a changed text is refused, or read as something else than the definition."""
+    """Whether a changed text is rejected or read as a different definition."""
     both = dict(whole) | {ending: changed}
     try:
         return not verify_kernel(compiled, python_programs(both["py"]), c_programs(both["c"])).is_proved
@@ -512,8 +510,8 @@ def is_found(compiled: Compiled, whole: Mapping[str, str], ending: str, changed:
 
 @pytest.mark.parametrize("ending", ["py", "c"])
 @pytest.mark.parametrize("name", some_slow(["move_point", "sampson_distance", "ambiguous"], "sampson_distance"))
-def test_changes_of_a_form_in_the_text_are_found(name: str, ending: str, records: Records) -> None:
-    """Changes of every kind, in the functions that prepare and apply."""
+def test_changes_of_a_form_in_the_text_are_detected(name: str, ending: str, records: Records) -> None:
+    """Test changes of every kind, in the functions that prepare and in those that apply."""
     record, random = records[name], Random(4)
     whole, compiled = texts(record), Compiled.of(record)
     own = set(mutations(whole[ending], name, of_forms=False))
@@ -528,7 +526,7 @@ def test_changes_of_a_form_in_the_text_are_found(name: str, ending: str, records
 
 
 def numbers_of_forms(text: str, ending: str) -> list[tuple[int, int]]:
-    """Where the numbers and names in the tables and loops of forms stand, besides the statements."""
+    """Find the numbers and names in the tables and loops of forms, apart from the statements."""
     heads = {
         "c": r"^#define (?:PARTS|SAME)_\w+\(.*?[^\\]$|^GAC_(?:FORM|KERNEL_AND_FORMS)\(.*?\)$",
         "py": r"^_module\.form\(.*?^\)$",
@@ -543,8 +541,8 @@ def numbers_of_forms(text: str, ending: str) -> list[tuple[int, int]]:
 
 @pytest.mark.parametrize("ending", ["py", "c"])
 @pytest.mark.parametrize("name", some_slow(["move_point", "sampson_distance"], "sampson_distance"))
-def test_changes_around_a_form_in_the_text_are_found(name: str, ending: str, records: Records) -> None:
-    """From how many elements on, which arguments stay, what is prepared from where: each number, one more."""
+def test_changes_around_a_form_in_the_text_are_detected(name: str, ending: str, records: Records) -> None:
+    """Increase each number: the least number of elements, the uniform arguments, the places of prepared values."""
     record = records[name]
     whole, compiled = texts(record), Compiled.of(record)
     text = whole[ending]
@@ -569,7 +567,7 @@ def test_changes_around_a_form_in_the_text_are_found(name: str, ending: str, rec
         ("c", "AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2,", "AND IN(2, 2, 3, 3, 1, 3) AND OUT(1, 1,"),
     ],
 )
-def test_changes_of_how_a_form_is_called_are_found(ending: str, old: str, new: str, records: Records) -> None:
+def test_changes_of_the_call_of_a_form_are_detected(ending: str, old: str, new: str, records: Records) -> None:
     record = records["move_point"]
     whole = texts(record)
     assert old in whole[ending]
@@ -589,7 +587,7 @@ def test_a_kernel_may_not_have_the_name_of_a_form(name: str, records: Records) -
 
 
 def test_a_kernel_may_have_a_name_like_that_of_a_form(records: Records) -> None:
-    """A reader takes no other kernel for a form."""
+    """A reader does not mistake another kernel for a form."""
     other = compile_kernel(renamed(move_point, "move_point_prepare_q"))
     module = ModuleSource("both", "", "", "", (kernel_source(records["move_point"]), kernel_source(other)))
     python, c = python_programs(python_source(module)), c_programs(c_source(module))

@@ -1,4 +1,4 @@
-"""``gac show --why``: what each step saves is read off the candidates that were tried, and nothing else is claimed."""
+"""``gac show --why``: savings of steps follow from the candidates that were tried, and nothing else is claimed."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def record() -> Compilation:
 
 
 def made(record: Compilation, best: int, *candidates: tuple[str, int], limits: tuple[str, ...] = ()) -> Compilation:
-    """A record with candidates of these steps and numbers of products; all compute what the author wrote."""
+    """A record with candidates of these steps and numbers of products; all are equal to the author's definition."""
     author = record.candidates[0]
     found = tuple(
         Candidate(tuple(steps.split(", ")), author.program, Cost(mul, 0, 0, 0, 0, 0, mul)) for steps, mul in candidates
@@ -36,14 +36,14 @@ def made(record: Compilation, best: int, *candidates: tuple[str, int], limits: t
 
 
 def rows(record: Compilation) -> dict[str, str]:
-    """The table of savings: step -> what it saves."""
+    """The table of savings by step."""
     table = why(record).split("\n\n")[1].splitlines()
     assert table[0].split() == ["step", "cheapest", "without", "it", "saves"]
     at = {name: table[0].index(name) for name in ("cheapest", "saves")}
     return {line[: at["cheapest"]].strip(): line[at["saves"] :] for line in table[1:]}
 
 
-def test_the_example_says_what_saved_what() -> None:
+def test_the_example_lists_savings() -> None:
     result = CliRunner().invoke(main, ["show", f"{EXAMPLE}:move_point", "--why"])
     assert result.exit_code == 0
     first, taken, *rest = result.output.splitlines()
@@ -63,7 +63,7 @@ def test_every_step_of_the_one_taken_has_a_row(record: Compilation) -> None:
     assert all(0 <= int(text.split(",")[0]) <= total for text in saved.values())
 
 
-def test_a_step_is_worth_what_the_cheapest_without_it_costs_more(record: Compilation) -> None:
+def test_a_step_saves_the_difference_to_the_cheapest_without_it(record: Compilation) -> None:
     made_up = made(
         record, 2, ("as written", 50), ("as written, 0 stages, not reduced, factorised", 40),
         ("as written, 2 stages, reduced, factorised, split_numbers", 30),
@@ -78,7 +78,7 @@ def test_a_step_is_worth_what_the_cheapest_without_it_costs_more(record: Compila
     }
 
 
-def test_another_rewriting_is_what_a_rewriting_is_compared_with(record: Compilation) -> None:
+def test_a_rewriting_is_compared_with_another_rewriting(record: Compilation) -> None:
     made_up = made(
         record, 1, ("as written", 50), ("sandwiches recognised, results by results, in differences, factorised", 30),
         ("as written, in differences, factorised", 35), ("as written, results by results, factorised", 41),
@@ -91,7 +91,7 @@ def test_another_rewriting_is_what_a_rewriting_is_compared_with(record: Compilat
     }
 
 
-def test_what_is_as_cheap_with_less_is_named(record: Compilation) -> None:
+def test_equally_cheap_candidates_with_fewer_steps_are_named(record: Compilation) -> None:
     made_up = made(
         record, 1, ("as written", 50), ("sandwiches recognised, 1 stages, factorised", 30),
         ("as written, 0 stages, factorised", 30),
@@ -119,7 +119,7 @@ def test_the_author_wins() -> None:
     assert text.startswith("author's structure taken, 3 mul, 2 add: no accurate one of")
 
 
-def test_what_loses_digits_is_said_to_be_rejected() -> None:
+def test_candidates_that_lose_digits_are_reported_as_rejected() -> None:
     """``1 - cos**2`` is cheaper than ``sin**2`` and useless at small angles."""
 
     @kernel(r=VGA3.ROTOR)
@@ -130,7 +130,7 @@ def test_what_loses_digits_is_said_to_be_rejected() -> None:
     assert "rejected, because they lose digits: " in text and "the cheapest 1 mul, 1 add: as written" in text
 
 
-def test_candidates_that_lose_digits_are_no_alternative() -> None:
+def test_candidates_that_lose_digits_are_not_alternatives() -> None:
     @kernel(r=VGA3.ROTOR)
     def squared_sine(r):  # type: ignore[no-untyped-def]
         return r["e12"] * r["e12"] + r["e13"] * r["e13"] + r["e23"] * r["e23"]
@@ -144,14 +144,14 @@ def test_candidates_that_lose_digits_are_no_alternative() -> None:
     assert rows(replace(record, candidates=(author, best, near), best=best)) == {"factorised": "3"}
 
 
-def test_weights_are_said_where_they_count(record: Compilation) -> None:
+def test_weights_are_reported_where_they_matter(record: Compilation) -> None:
     assert "weights" not in why(record)
     root = Candidate(("as written",), record.program, Cost(36, 33, 1, 1, 0, 0, 70))
     text = why(replace(record, candidates=(root, *record.candidates[1:])))
     assert "saved: 46 of 85 (weights: div 8, sqrt 8)" in text
 
 
-def test_where_the_search_stopped_short_is_said(record: Compilation) -> None:
+def test_limits_of_the_search_are_reported(record: Compilation) -> None:
     limits = ("7 systems of polynomials were too large",)
     for text in (why(replace(record, limits=limits)), stage_text(replace(record, limits=limits), "candidates")):
         assert text.splitlines()[-1] == f"not tried: {limits[0]}"
@@ -159,6 +159,6 @@ def test_where_the_search_stopped_short_is_said(record: Compilation) -> None:
         assert "not tried" not in text
 
 
-def test_help_says_what_why_is() -> None:
+def test_help_explains_why() -> None:
     text = CliRunner().invoke(main, ["show", "--help"]).output
     assert "--why" in text and "saves" in text and "move_point --why" in text
