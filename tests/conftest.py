@@ -1,14 +1,15 @@
-"""What holds for the whole run of tests."""
+"""Settings for the whole run of tests."""
 
 from __future__ import annotations
 
 import gc
 
-gc.disable()  # Until all tests are collected: what that makes stays, and to look through it takes as long as the rest.
+# Until all tests are collected: collection creates many objects that live to the end, and scanning them takes long.
+gc.disable()
 
 
 def pytest_collection_finish() -> None:
-    """Leave what collection made out of later collections of garbage: a second each, and some tests ask for many.
+    """Exclude objects made by test collection from garbage collections: each takes a second, and some tests run many.
 
     Compiled kernels and tables that are cached grow with the tests, and looking through them took a seventh of the
     time, so that garbage is looked for more rarely than Python does.

@@ -88,7 +88,7 @@ def test_long_labels_are_joined_by_circumflexes() -> None:
     assert algebra.blade("e11^e1") == (-1, 1 | 1 << 10)
 
 
-def test_an_ambiguous_name_is_refused() -> None:
+def test_an_ambiguous_name_is_rejected() -> None:
     algebra = orthogonal(12)
     with pytest.raises(AlgebraError, match=r"blade 'e123'.*ambiguous"):
         algebra.blade("e123")
@@ -108,7 +108,7 @@ def test_an_ambiguous_name_is_refused() -> None:
         ("e1^e1", "a basis vector occurs twice"),
     ],
 )
-def test_a_wrong_name_says_what_is_right(spelling: str, message: str) -> None:
+def test_errors_of_wrong_names_suggest_valid_ones(spelling: str, message: str) -> None:
     with pytest.raises(AlgebraError) as caught:
         VGA3.multivector({spelling: 1})
     assert message in str(caught.value)
@@ -125,7 +125,7 @@ def test_a_wrong_name_says_what_is_right(spelling: str, message: str) -> None:
         ("e1 e2", [[1, 2], [2]], "expected 2 x 2 or 2 squares"),
     ],
 )
-def test_a_wrong_definition_is_refused(vectors: str, gram: list[Any], message: str) -> None:
+def test_a_wrong_definition_is_rejected(vectors: str, gram: list[Any], message: str) -> None:
     with pytest.raises(AlgebraError) as caught:
         Algebra("BAD", vectors, gram)
     assert str(caught.value).startswith("BAD: ") and message in str(caught.value)
@@ -321,7 +321,7 @@ def test_inverse_in_six_dimensions_by_recursion() -> None:
     ],
     ids=str,
 )
-def test_what_has_no_inverse_says_so(x: Multivector) -> None:
+def test_errors_of_elements_without_an_inverse(x: Multivector) -> None:
     with pytest.raises((AlgebraError, ZeroDivisionError), match=r"^inverse"):
         inverse(x)
 
@@ -385,7 +385,7 @@ def norm_by_components(x: Multivector) -> Any:
     return sum(value * value for value in x.terms.values())
 
 
-def test_only_products_that_are_asked_for_are_remembered() -> None:
+def test_only_requested_products_are_cached() -> None:
     algebra = orthogonal(10)
     a = algebra.multivector({"e1": 1, "e2": 1})
     _ = a * a
@@ -463,7 +463,7 @@ def scalar_value(node: Any, x: Fraction = Fraction(5, 3)) -> Any:
 
 @every_ring
 def test_products_over_any_ring(ring_of: Callable[[int], Any]) -> None:
-    """``(a e1 + b e2)(c e1 + d e2) = (ac + bd) + (ad - bc) e12`` whatever a, b, c, d are."""
+    """``(a e1 + b e2)(c e1 + d e2) = (ac + bd) + (ad - bc) e12`` for any a, b, c, d."""
     a, b, c, d = map(ring_of, (2, 3, 5, 7))
     left, right = VGA3.multivector({"e1": a, "e2": b}), VGA3.multivector({"e1": c, "e2": d})
     product = left * right
@@ -570,15 +570,15 @@ def test_scalar_functions_agree_in_all_rings(name: str) -> None:
     assert scalar_function(name, *map(sympy.Integer, arguments[name])) == sympy.Integer(int(exact))
 
 
-def test_least_and_greatest_of_arrays_keep_what_is_no_number() -> None:
-    """As numpy's do, from either side."""
+def test_least_and_greatest_of_arrays_propagate_nan() -> None:
+    """NaN is propagated as in numpy, from either side."""
     a, b = np.array([np.nan, 1.0, 2.0, -1.0]), np.array([0.0, np.nan, 1.0, 3.0])
     assert np.array_equal(scalar_function("minimum", a, b), np.minimum(a, b), equal_nan=True)
     assert np.array_equal(scalar_function("maximum", a, b), np.maximum(a, b), equal_nan=True)
 
 
 @pytest.mark.parametrize("name", ["less", "minimum", "abs", "atan2"])
-def test_functions_of_order_refuse_complex_numbers(name: str) -> None:
+def test_functions_of_order_reject_complex_numbers(name: str) -> None:
     arguments = (mpmath.mpc(1, 2), mpmath.mpf(1))[: 1 if name == "abs" else 2]
     with pytest.raises(ValueError, match=f"{name} of a number that is not real"):
         scalar_function(name, *arguments)
@@ -595,7 +595,7 @@ def test_double_conformal_space_has_two_that_are_orthogonal() -> None:
     [("sqrt", (2,)), ("sqrt", (-1,)), ("sin", (1,)), ("cos", (1,)), ("exp", (1,)), ("log", (2,)), ("log", (0,)),
      ("acos", (0,)), ("acos", (2,)), ("atan2", (1, 1)), ("atan2", (0, -1)), ("atan2", (0, 0))],
 )  # fmt: skip
-def test_irrational_values_are_refused_exactly(name: str, arguments: tuple[int, ...]) -> None:
+def test_irrational_values_are_rejected_by_exact_numbers(name: str, arguments: tuple[int, ...]) -> None:
     with pytest.raises(InexactError, match=f"^{name}"):
         scalar_function(name, *map(Fraction, arguments))
 

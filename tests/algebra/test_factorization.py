@@ -87,14 +87,14 @@ def test_factors_of_polynomials_need_no_division() -> None:
     ],
     ids=["grades", "isoclinic", "zero"],
 )
-def test_what_is_no_blade_is_refused(element: Multivector, words: str) -> None:
+def test_elements_that_are_not_blades_are_rejected(element: Multivector, words: str) -> None:
     with pytest.raises(AlgebraError, match=words):
         factorize_blade(element)
     with pytest.raises(AlgebraError, match=words):
         join(element, element.lift(1) * element.algebra.basis()[0])
 
 
-def test_mixed_algebras_are_refused() -> None:
+def test_mixed_algebras_are_rejected() -> None:
     with pytest.raises(AlgebraError, match="VGA3 and PGA3"):
         meet(VGA3.basis()[0], PGA3.basis()[0])
 
@@ -197,7 +197,7 @@ def test_factors_of_floats_in_any_unit(size: float) -> None:
     ],
     ids=str,
 )
-def test_what_is_no_versor_is_refused(element: Multivector) -> None:
+def test_elements_that_are_not_versors_are_rejected(element: Multivector) -> None:
     with pytest.raises(AlgebraError, match="versor"):
         factorize_versor(element)
 
@@ -244,7 +244,7 @@ def test_a_bivector_is_a_sum_of_commuting_blades() -> None:
 
 @pytest.mark.parametrize("size", [1e-4, 1.0, 1e4])
 def test_splits_of_floats_in_any_unit(size: float) -> None:
-    """Squares that differ single out a split, equal ones do not, and a third part is seen, whatever the unit."""
+    """Different squares determine a unique split, equal ones do not, and a third part is detected, in any unit."""
     space = orthogonal(4)
     e1, e2, e3, e4 = space.basis()
     turn = (1 + 0.3 * (e1 ^ e3)) * (2 + 0.7 * (e2 ^ e4)) * (1 - 0.4 * (e1 ^ e4))
@@ -262,7 +262,7 @@ def test_splits_of_floats_in_any_unit(size: float) -> None:
         split_bivector(six.multivector({"e1e2": size, "e3e4": 2.0 * size, "e5e6": 3.0 * size}))
 
 
-def test_bivectors_without_a_split_are_refused() -> None:
+def test_bivectors_without_a_split_are_rejected() -> None:
     with pytest.raises(AlgebraError, match="same square"):
         split_bivector(orthogonal(4).multivector({"e1e2": 1, "e3e4": 1}))
     with pytest.raises(AlgebraError, match="three parts"):
@@ -274,7 +274,7 @@ def test_bivectors_without_a_split_are_refused() -> None:
 
 
 def test_floats_of_every_scale_and_nearly_dependent_factors() -> None:
-    """Against exact factors: rounding of the coefficients is all that is lost."""
+    """The error relative to exact factors is the rounding of coefficients."""
     random = Random(3)
     for scale in (1e-8, 1.0, 1e8):
         for n, k in ((4, 2), (6, 3), (7, 4)):

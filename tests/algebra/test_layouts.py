@@ -93,7 +93,7 @@ def test_elements_and_coefficients_are_inverse(layout: Layout) -> None:
         (CGA3.POINT, {"e0": 1, "e1": 1, "einf": 1}, "layout POINT: einf = 1; expected einf = 1/2"),
     ],
 )
-def test_an_element_that_does_not_fit_is_refused(layout: Layout, element: dict[str, int], message: str) -> None:
+def test_an_element_that_does_not_fit_is_rejected(layout: Layout, element: dict[str, int], message: str) -> None:
     with pytest.raises(LayoutError) as caught:
         layout.coefficients(layout.algebra.multivector(element))
     assert str(caught.value) == message
@@ -113,7 +113,7 @@ def test_wrong_numbers_of_coefficients() -> None:
         (lambda: VGA3.layout("L", "e1 e4"), AlgebraError, "blade 'e4': not a blade of VGA3"),
     ],
 )
-def test_wrong_layouts_are_refused(make: Callable[[], Layout], error: type[Exception], message: str) -> None:
+def test_wrong_layouts_are_rejected(make: Callable[[], Layout], error: type[Exception], message: str) -> None:
     with pytest.raises(error) as caught:
         make()
     assert message in str(caught.value)

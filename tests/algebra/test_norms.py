@@ -1,4 +1,4 @@
-"""Norms and unit elements of every layout of the catalog, beside exact ``x ~x``: of either sign, and zero."""
+"""Norms and unit elements of every layout of the catalog, against exact ``x ~x``: of either sign, and zero."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_every_layout_of_the_catalog(backend: str, layout: Layout, monkeypatch: 
                 continue
             assert abs(each.norm_squared() - sign) < 1e-12 and np.isfinite(np.asarray(each.values)).all()
             assert abs(each.norm() - 1) < 1e-12
-            if each.layout.has_relations:  # what a layout claims is true
+            if each.layout.has_relations:  # the claims of a layout are true
                 check_relations("here", each.layout, np.asarray(each.values), 1e-12)
 
 
@@ -89,7 +89,7 @@ def test_all_signs_were_met() -> None:
 
 @pytest.mark.parametrize("layout", [each for each in LAYOUTS if each.size <= 32], ids=str)
 def test_signs_follow_from_the_metric(layout: Layout) -> None:
-    """What is left out of a kernel is never needed: no element has a sign that the metric is said to exclude."""
+    """Branches omitted from a kernel are never needed: no element has a sign that the metric excludes."""
     signs = norm_signs(layout.algebra, layout.support)
     for row in elements(layout):
         square = exact_square(layout, row)

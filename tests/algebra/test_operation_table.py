@@ -1,4 +1,4 @@
-"""Every row of the table of operations is found wherever users look for it, and nothing is found that has no row."""
+"""Every row of the table of operations is available in all interfaces, and nothing else is."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def symbols(operation: Operation) -> list[Expression]:
 
 
 @pytest.mark.parametrize("operation", Operation, ids=str)
-def test_a_row_has_one_name_and_says_what_it_is(operation: Operation) -> None:
+def test_a_row_has_one_name_and_a_summary(operation: Operation) -> None:
     assert operation == operation.row.name == operation.name.lower() and BY_NAME[operation.row.name] is operation
     assert operation.row.summary.endswith(".") and "\n" not in operation.row.summary
     assert (operation in MEANINGS) == (operation.row.kind is not Kind.DATA)
@@ -141,7 +141,7 @@ def test_nothing_has_no_row() -> None:
     assert {symbol for symbol, _ in SYMBOLS} == set("+-*/^&|~") | {">>", "()"}
 
 
-def test_passes_know_every_product() -> None:
+def test_passes_handle_every_product() -> None:
     assert set(PRODUCTS) <= set(lower._HEAVY) and set(PRODUCTS) <= set(rewrite._EQUIVARIANT)
 
 
@@ -154,7 +154,7 @@ LINES = {
     "symbolic/functions.py": ("\ncommutator = binary(", "\neven_product = binary(_apply, Operation.EVEN_PRODUCT)"),
     "objects/methods.py": ("    commutator = _binary(", "    even_product = _binary(Operation.EVEN_PRODUCT)\n"),
 }
-"""What a new product needs: a file, what it is put before, and its line."""
+"""Changes that a new product needs: a file, the text before which a line is inserted, and the line."""
 
 PROGRAM = """
 import gacompiler as ga
@@ -185,7 +185,7 @@ assert (p | p).even_product(q) == 0
 
 @pytest.mark.slow
 def test_a_product_is_one_row_and_a_line_for_each_kind_of_user(tmp_path: Path) -> None:
-    """In a copy of the compiler: four files are touched, and nothing else has to know of it."""
+    """In a copy of the compiler only four files have to be changed."""
     shutil.copytree(ROOT / "gacompiler", tmp_path / "gacompiler", ignore=shutil.ignore_patterns("__pycache__", "specs"))
     for name, (before, line) in LINES.items():
         path = tmp_path / "gacompiler" / name

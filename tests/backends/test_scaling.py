@@ -19,7 +19,7 @@ _NAMES = [info.name for info in pkgutil.iter_modules(generated.__path__) if not 
 MODULES = [importlib.import_module(f"generated.{name}") for name in _NAMES]
 KERNELS = [getattr(module, name) for module in MODULES for name in module.kernels]
 STRAIGHT = [kernel for kernel in KERNELS if isinstance(kernel, pga3.Kernel)]
-"""Those without loops, whose arguments have fixed shapes."""
+"""Modules without loops, whose arguments have fixed shapes."""
 
 
 def shapes(signature: str) -> tuple[list[tuple[int, ...]], list[tuple[int, ...]]]:

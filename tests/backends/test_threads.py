@@ -16,7 +16,7 @@ from backend_programs import DISTANCE, MOVE_POINT, NORMALIZE, expected, inputs
 
 PROGRAMS = (MOVE_POINT, NORMALIZE, DISTANCE)
 LARGE = 120_001
-"""More elements than wake threads, and no multiple of anything."""
+"""Enough elements to start threads; not a multiple of block sizes."""
 
 
 def results(found: Any) -> list[np.ndarray[Any, Any]]:

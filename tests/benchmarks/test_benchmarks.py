@@ -1,4 +1,4 @@
-"""The benchmarks run and write their page. Nothing here looks at how long anything took."""
+"""The benchmarks run and write their page. No test depends on measured times."""
 
 from __future__ import annotations
 
@@ -150,7 +150,7 @@ def made_up(times: tuple[float, ...], theirs: tuple[float | None, ...]) -> Run:
 
 
 def test_the_page_of_made_up_figures() -> None:
-    """Ratios, shares, order and units, from figures that are known."""
+    """Ratios, shares, order and units from known figures."""
     text = page(made_up((1e-6, 80e-9), (2e-6, None)))
     found = tables(text)
     assert found["Kernels, float64"][1] == [CASES[0].title, "21", "18", "1 div, 2 call", "1,000", "80.0", "80.0"]
@@ -169,13 +169,13 @@ def test_the_page_of_made_up_figures() -> None:
 
 
 def targets(text: str) -> dict[str, str]:
-    """By section, what it says of its target."""
+    """The text about its target for each section."""
     sections = text.split("\n## ")[1:]
     return {section.partition("\n")[0]: " ".join(section.partition("Target: ")[2].split()) for section in sections}
 
 
 def test_methods_of_calling_of_made_up_figures() -> None:
-    """Ratios the right way round, and what misses its target by name."""
+    """Ratios are not inverted, and missed targets are listed by name."""
     text = page(made_up((1e-6, 80e-9), (2e-6, 40e-9)))
     found, said = tables(text), targets(text)
     assert found["Comparison with hand-written C"] == [

@@ -1,4 +1,4 @@
-"""The benchmark of kernels under numba writes its page. Nothing here looks at how long anything took."""
+"""The benchmark of kernels under numba writes its page. No test depends on measured times."""
 
 from __future__ import annotations
 

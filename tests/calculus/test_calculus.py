@@ -134,7 +134,7 @@ class TestDerivativesByMultivectors:
         assert differential(x, a, x * reverse(x)) == cube.diff(t).subs(t, 0)
 
 
-def test_derivatives_refuse_what_they_cannot_do() -> None:
+def test_errors_of_derivatives() -> None:
     m = symbols("m", layout=VGA3.ROTOR)
     with pytest.raises(AlgebraError, match="not free"):
         derivative_by(m, m * m)
@@ -343,7 +343,7 @@ def test_eigenblades() -> None:
     assert reduce(multivector(VGA3, rotation.determinant)) == 1
 
 
-def test_linear_functions_refuse_what_is_none() -> None:
+def test_errors_of_linear_functions() -> None:
     with pytest.raises(AlgebraError, match="not linear"):
         LinearFunction.of(VGA3, lambda a: a * a["e1"])
     with pytest.raises(AlgebraError, match="a vector"):
@@ -481,7 +481,7 @@ def test_dirac_spinors() -> None:
         assert sympy.expand(component - (column.H * matrices[0] * matrix * column)[0]) == 0
 
 
-def test_spinors_refuse_other_things() -> None:
+def test_errors_of_spinors() -> None:
     with pytest.raises(AlgebraError, match="2 complex numbers"):
         pauli_spinor([1, 2, 3])
     with pytest.raises(AlgebraError, match="even element of VGA3"):

@@ -1,4 +1,4 @@
-"""The page on linear functions, integrals, fields and spinors is true, and its pictures show what they say."""
+"""The page on linear functions, integrals, fields and spinors runs, and its pictures are correct."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "fields.md"
 
 
 def test_blocks_of_the_page_run() -> None:
-    """In one namespace, from top to bottom; asserts in them hold."""
+    """Execute the blocks in one namespace, from top to bottom, including their assertions."""
     blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
     assert len(blocks) >= 6
     exec(compile("\n".join(blocks), "docs/fields.md", "exec"), {"__name__": "fields"})

@@ -56,7 +56,7 @@ def test_ill_conditioned_frames_lose_no_digit_twice() -> None:
     np.testing.assert_allclose(reciprocal_frame(frame).vectors, [[1, -1e9, 0], [0, 1e9, 0]], 1e-6)
 
 
-def test_frames_that_have_no_reciprocal() -> None:
+def test_frames_without_a_reciprocal() -> None:
     cases = [[[1.0, 2, 3], [2, 4, 6]], [[0.0, 0, 0], [1, 0, 0]], [[np.nan, 0, 0], [1, 0, 0]], [[1.0, 0, 0], [0, 1, 0]]]
     found = reciprocal_frame(cases)
     assert found.status.tolist() == [1, 1, 1, 0] and np.isnan(found.vectors[:3]).all()
@@ -86,7 +86,7 @@ def test_barycentric_coordinates(k: int, n: int) -> None:
         np.testing.assert_allclose(barycentric_coordinates(simplex, points + 1e3 * off), weights, 0, 1e-6)
 
 
-def test_barycentric_coordinates_find_the_simplex_that_scipy_finds() -> None:
+def test_barycentric_coordinates_agree_with_scipy_on_the_simplex() -> None:
     rng = np.random.default_rng(5)
     mesh = Delaunay(rng.normal(size=(60, 3)))
     points = rng.normal(size=(200, 3)) / 2
@@ -123,7 +123,7 @@ def test_facets_are_those_of_qhull(n: int) -> None:
     assert np.isclose((found.heights * found.contents)[0] / n, hull.volume)
 
 
-def test_facets_turn_as_their_measures_say() -> None:
+def test_facets_have_the_orientation_of_their_measures() -> None:
     """The measure of a facet, from outside, together with the outward normal has the orientation of the simplex."""
     simplex = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     found = facets(simplex)

@@ -99,7 +99,7 @@ def test_the_wave_operator_of_spacetime(rng: np.random.Generator) -> None:
     np.testing.assert_allclose(g[..., 1], -np.sin(t), atol=1e-12)
 
 
-def test_what_does_not_fit_is_refused() -> None:
+def test_wrong_arguments_are_rejected() -> None:
     f = np.zeros((5, 6, 4))
     for arguments, options, text in (
         ((f, [1.0, 1.0, 1.0]), {}, "values: shape"),

@@ -107,8 +107,8 @@ def test_a_boundary_has_no_boundary(n: int, rng: np.random.Generator) -> None:
 def test_boundaries_are_outward() -> None:
     triangle = SimplicialMesh([[0, 0], [1, 0], [0, 1.0]], [[0, 1, 2]])
     boundary = triangle.boundary()
-    ways = zip(boundary.cells.tolist(), boundary.weights.tolist(), strict=True)
-    assert sorted(ways) == [([0, 1], 1), ([0, 2], -1), ([1, 2], 1)]
+    signed_cells = zip(boundary.cells.tolist(), boundary.weights.tolist(), strict=True)
+    assert sorted(signed_cells) == [([0, 1], 1), ([0, 2], -1), ([1, 2], 1)]
     tetrahedron = SimplicialMesh(np.concatenate([np.zeros((1, 3)), np.eye(3)]), [[0, 1, 2, 3]]).boundary()
     slanted = tetrahedron.cells.tolist().index([1, 2, 3])
     # e12 e13 e23: the face opposite the origin has the normal (1, 1, 1)
@@ -269,7 +269,7 @@ def test_residues_in_the_plane() -> None:
 
 
 def test_cauchy_in_space(rng: np.random.Generator) -> None:
-    """Gradients of harmonic polynomials, and what they turn into on multiplying by constants from the right."""
+    """Gradients of harmonic polynomials, also multiplied by constants from the right."""
     for n, degree in ((2, 24), (3, 16)):
         surface = box_mesh((2,) * n, np.ones(n)).boundary()
         traceless = np.diag(np.arange(n) - (n - 1) / 2) + np.eye(n)[::-1] - np.diag(np.diag(np.eye(n)[::-1]))
@@ -285,7 +285,7 @@ def test_cauchy_in_space(rng: np.random.Generator) -> None:
         np.testing.assert_allclose(cauchy_integral(surface, monogenic, np.full(n, 2.0), degree), 0, atol=1e-8)
 
 
-def test_what_does_not_fit_is_refused() -> None:
+def test_wrong_arguments_are_rejected() -> None:
     points = np.eye(3)
     with pytest.raises(ValueError, match="cells: index 0 or 3; expected 0 to 2"):
         SimplicialMesh(points, [[0, 1, 3]])

@@ -132,7 +132,7 @@ def test_units_do_not_matter(rng: np.random.Generator) -> None:
         assert polar(scale * matrix).status == LinearStatus.OK
 
 
-def test_singular_functions_say_so(rng: np.random.Generator) -> None:
+def test_singular_functions_are_reported(rng: np.random.Generator) -> None:
     a, b = rng.normal(size=(2, 5, 3))
     rank_three = a.T @ b
     for matrix in (np.zeros((3, 3)), np.ones((4, 4)), (b @ a.T) - (b @ a.T), a @ b.T):
@@ -229,7 +229,7 @@ def test_equal_eigenvalues_form_one_eigenblade(rng: np.random.Generator) -> None
 
 
 def test_chains_of_near_eigenvalues_are_one_blade(rng: np.random.Generator) -> None:
-    """A real eigenvalue beside pairs, each within the tolerance of the next; and Jordan blocks with rounding."""
+    """A real eigenvalue and pairs, each within the tolerance of the next, and Jordan blocks with rounding."""
     blocks = [[[1.0]], *([[1.0, -w], [w, 1.0]] for w in (0.09, 0.17))]
     frame = np.linalg.qr(rng.normal(size=(5, 5)))[0]
     norm = np.linalg.norm(scipy.linalg.block_diag(*blocks))
@@ -253,7 +253,7 @@ def test_polar_decomposition(rng: np.random.Generator) -> None:
         u, p = scipy.linalg.polar(one)
         np.testing.assert_allclose(rotation, u, atol=1e-12)
         np.testing.assert_allclose(stretch, p, atol=1e-12)
-        # the rotation is a versor: as many reflections, up to 4, as its determinant says
+        # the rotation is a versor: at most 4 reflections, with the parity of its determinant
         assert (-1) ** len(reflections_of(rotation)) == np.sign(np.linalg.det(one))
     assert (found.status == LinearStatus.OK).all()
     singular = polar(np.diag([2.0, 1, 0]))
@@ -303,7 +303,7 @@ def test_skew_functions_turn_in_planes(n: int, rng: np.random.Generator) -> None
     assert (found.status[2:] == LinearStatus.OK).all()
 
 
-def test_what_does_not_fit_is_refused() -> None:
+def test_wrong_arguments_are_rejected() -> None:
     with pytest.raises(ValueError, match=r"matrix: shape \(3,\); expected"):
         LinearFunction([1.0, 2, 3])
     with pytest.raises(ValueError, match=r"matrix: nan at \(0, 1\); expected finite numbers"):

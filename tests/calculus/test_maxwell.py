@@ -24,7 +24,7 @@ def event_grid(shape: tuple[int, int, int, int], lengths: np.ndarray) -> np.ndar
 
 
 def partials(values: np.ndarray, lengths: np.ndarray) -> list[np.ndarray]:
-    """Derivatives along the four first axes of a periodic array, exact for what its grid resolves."""
+    """Derivatives along the first four axes of a periodic array, exact for frequencies that its grid resolves."""
     found = []
     for axis, length in enumerate(lengths):
         n = values.shape[axis]
@@ -55,7 +55,7 @@ def test_plane_waves_solve_maxwells_equations(rng: np.random.Generator) -> None:
 
 
 def test_fields_of_potentials_and_their_currents(rng: np.random.Generator) -> None:
-    """A potential made of any Fourier modes: D ^ F = 0, and the current is that of vector calculus."""
+    """A potential with arbitrary Fourier modes: D ^ F = 0, and the current is that of vector calculus."""
     shape, lengths = (5, 5, 5, 5), np.array([1.0, 2, 1.5, 1])
     potential = rng.normal(size=(*shape, 4))
     at, ax, ay, az = partials(potential, lengths)
@@ -148,7 +148,7 @@ def test_waves_have_the_dispersion_of_the_grid(rng: np.random.Generator) -> None
 
 
 @pytest.mark.parametrize("walls", ["periodic", "conducting"])
-def test_energy_and_charge_stay_over_ten_thousand_steps(walls: str, rng: np.random.Generator) -> None:
+def test_energy_and_charge_are_conserved_over_ten_thousand_steps(walls: str, rng: np.random.Generator) -> None:
     box = YeeBox((9, 8, 7), (1, 1, 1), 0.07, walls)
     start = Fields(rng.normal(size=(2, *box.shape, 3)), rng.normal(size=(2, *box.shape, 3)))
     start = box.run(start, 0)
@@ -216,7 +216,7 @@ def test_a_cavity_rings_at_its_frequency() -> None:
 
 
 def test_currents_make_fields() -> None:
-    """A uniform current: ``E = -integral of J``, and a charge that stays behind where a current ends."""
+    """A uniform current: ``E = -integral of J``, and a charge that accumulates where a current ends."""
     box = YeeBox((4, 4, 4), (1, 1, 1), 0.1)
     still = Fields(np.zeros((4, 4, 4, 3)), np.zeros((4, 4, 4, 3)))
     end = box.run(still, 50, current=lambda t: np.broadcast_to([0, np.cos(t), 0], (4, 4, 4, 3)))
@@ -245,7 +245,7 @@ def test_callbacks_follow_and_end_a_run(rng: np.random.Generator) -> None:
 
 
 def test_courants_limit() -> None:
-    """Above the limit steps are refused, and rightly so: the fastest oscillation would grow."""
+    """Steps above the limit are rejected, because the fastest oscillation would grow."""
     box = YeeBox((8, 8, 8), (1, 2, 4), 0.1)
     limit = 1 / np.sqrt(8.0**2 + 4**2 + 2**2)
     assert box.courant_limit == pytest.approx(limit)
@@ -268,7 +268,7 @@ def test_courants_limit() -> None:
     assert np.abs(over.run(start, 400).electric).max() > 1e9
 
 
-def test_what_does_not_fit_is_refused() -> None:
+def test_wrong_arguments_are_rejected() -> None:
     with pytest.raises(ValueError, match="walls: 'open'; expected one of periodic, conducting"):
         YeeBox((2, 2, 2), (1, 1, 1), 0.1, "open")
     with pytest.raises(ValueError, match=r"shape: \(2, 0, 2\); expected three numbers of cells"):

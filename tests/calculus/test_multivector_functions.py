@@ -83,7 +83,7 @@ def test_multivectors_of_space(name: str) -> None:
 
 @pytest.mark.parametrize("squares", [(0,), (1,), (-1,), (1, 1), (1, 0), (-1, -1), (1, 1, 1, 0), (1, -1, -1, -1)])
 def test_identities(squares: tuple[int, ...]) -> None:
-    """In any metric, null vectors too: each function undoes the other, and tan is sin by cos."""
+    """In any metric, also for null vectors, functions are inverse to each other, and tan is sin / cos."""
     rng = np.random.default_rng(3)
     x = rng.normal(size=(4, 1 << len(squares)))
     x *= 0.4 / np.abs(x).sum(-1, keepdims=True)
@@ -127,7 +127,7 @@ def test_where_there_is_no_value() -> None:
         (("sin", np.ones(128)), "7 basis vectors; expected 1 to 6"),
     ],
 )
-def test_refusals(arguments: Any, message: str) -> None:
+def test_errors(arguments: Any, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         multivector_function(*arguments)
     with pytest.raises(TypeError, match="x: dtype"):

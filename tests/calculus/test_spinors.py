@@ -90,7 +90,7 @@ def test_a_spin_precesses_about_a_constant_field(rng: np.random.Generator) -> No
 
 
 def test_rabis_oscillation() -> None:
-    """A field along e3 and one that turns about it: ``P(t) = (w1/W)**2 sin(W t/2)**2``."""
+    """A field along e3 and one that rotates about it: ``P(t) = (w1/W)**2 sin(W t/2)**2``."""
     w0, w1 = 5.0, 0.8
     for detuning in (0.0, 0.7):
         drive = w0 - detuning
@@ -125,7 +125,7 @@ def test_precession_is_of_fourth_order(rng: np.random.Generator) -> None:
     assert np.log2(errors[1] / errors[2]) == pytest.approx(4, abs=0.2) and errors[2] < 1e-5
 
 
-def test_batches_of_spinors_in_fields_of_their_own(rng: np.random.Generator) -> None:
+def test_batches_of_spinors_in_separate_fields(rng: np.random.Generator) -> None:
     psi, w = rng.normal(size=(7, 4)), rng.normal(size=(3, 1, 3))
     found = precess(psi, lambda t: (1 + t) * w, [0.0, 1.0, 2.0], steps=2)
     assert found.shape == (3, 3, 7, 4)

@@ -1,4 +1,4 @@
-"""The cache as a person meets it: commands are faster the second time, and say the same."""
+"""The cache of the command line: the second run of a command compiles nothing and prints the same."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def line(a, b):
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("GAC_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setenv("GAC_BACKEND", "arrays")  # nothing here waits for numba
+    monkeypatch.setenv("GAC_BACKEND", "arrays")  # avoid the start-up time of numba
     monkeypatch.delenv("GAC_CACHE_SIZE", raising=False)
     (tmp_path / "lines.py").write_text(SPEC)
     return tmp_path
@@ -37,7 +37,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def compiled(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """The names of the kernels that this process compiles, as it goes on."""
+    """The names of the kernels that this process has compiled so far."""
     names: list[str] = []
     real = compiling.compile_kernel
 
@@ -82,7 +82,7 @@ def test_nothing_is_compiled_twice(words: tuple[str, ...], here: Path, compiled:
     assert entries(here) == kept
 
 
-def test_without_a_cache_nothing_is_kept(here: Path, compiled: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_cache_nothing_is_stored(here: Path, compiled: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     for words in COMMANDS[:4]:
         assert run(*words, "--no-cache").exit_code == 0
     assert compiled == ["line"] * 4 and not (here / "cache").exists()
@@ -91,8 +91,8 @@ def test_without_a_cache_nothing_is_kept(here: Path, compiled: list[str], monkey
     assert len(compiled) == 5 and not (here / "cache").exists()
 
 
-def test_check_takes_what_generate_kept(here: Path, compiled: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Differences are found, and the text is proved, whether programs come from the cache or not."""
+def test_check_uses_the_entries_of_generate(here: Path, compiled: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Differences are detected and the text is proved with and without programs from the cache."""
     assert run("generate", "--all", "vga2", "--no-build", "-o", "out").exit_code == 0
     n = len(compiled)
     result = run("check", "vga2")
@@ -121,7 +121,7 @@ def test_verify_with_a_cache_finds_a_flipped_sign(here: Path) -> None:
 def test_processes_share_the_cache(here: Path, compiled: list[str]) -> None:
     (here / "others.py").write_text(SPEC.replace("def line", "def other"))
     words = ("lines.py", "others.py", "--no-build", "-o", "out", "-j", "2")
-    assert run("generate", *words).exit_code == 0 and compiled == [], "other processes did"
+    assert run("generate", *words).exit_code == 0 and compiled == [], "other processes compiled them"
     assert len(entries(here)) == 4
     assert run("generate", *words, "-j", "1").exit_code == 0 and compiled == []
 
@@ -144,10 +144,10 @@ def test_cache_is_shown_and_cleared(here: Path) -> None:
     assert data["parts"]["modules"] == data["parts"]["objects"] == {"files": 1, "bytes": 3}
     assert run("cache", "--clear").exit_code == 0
     assert json.loads(run("cache", "--json").output)["parts"] == {part: {"files": 0, "bytes": 0} for part in PARTS}
-    assert (here / "cache" / "foreign").is_dir(), "what this package did not put there stays"
+    assert (here / "cache" / "foreign").is_dir(), "files that are not part of the cache are kept"
 
 
-def test_the_limit_is_kept(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_limit_is_respected(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     run("generate", "lines.py", "--no-build")
     (here / "cache" / "compilations" / ("0" * 64)).write_bytes(b"x" * 1_000_000)
     monkeypatch.setenv("GAC_CACHE_SIZE", "1")
@@ -158,7 +158,7 @@ def test_the_limit_is_kept(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("words", [*COMMANDS[:4], ("cache",), ("cache", "--clear")], ids=lambda words: "-".join(words))
-def test_a_folder_that_others_can_write_is_one_clear_line(words: tuple[str, ...], here: Path) -> None:
+def test_a_folder_that_others_can_write_is_an_error_of_one_line(words: tuple[str, ...], here: Path) -> None:
     (here / "cache").mkdir()
     (here / "cache").chmod(0o777)
     result = run(*words)
@@ -170,7 +170,7 @@ def test_a_folder_that_others_can_write_is_one_clear_line(words: tuple[str, ...]
         assert run(*words, "--no-cache").exit_code == 0
 
 
-def test_a_home_that_cannot_be_used_is_said_and_is_no_error(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unusable_home_folder_is_reported_but_not_an_error(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("GAC_CACHE")
     monkeypatch.setenv("XDG_CACHE_HOME", str(here / "lines.py"))
     assert run("generate", "lines.py", "--no-build").exit_code == 0

@@ -1,4 +1,4 @@
-"""The command line as a person meets it: output, exit status, one-line errors."""
+"""The command line: output, exit status, one-line errors."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def test_every_command_has_help_with_examples() -> None:
         ("@kernel(m=PGA3.MOTOR, v=VGA3.VECTOR)\ndef f(m, v):\n    return m * v", ["f", "PGA3", "VGA3"]),
     ],
 )
-def test_bad_kernels_are_one_clear_line(here: Path, body: str, words: list[str]) -> None:
+def test_bad_kernels_are_errors_of_one_line(here: Path, body: str, words: list[str]) -> None:
     (here / "bad.py").write_text(
         f"from gacompiler import kernel\nfrom gacompiler.algebra.catalog import PGA3, VGA3\n\n{body}\n"
     )

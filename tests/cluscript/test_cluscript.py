@@ -1,7 +1,7 @@
-"""Scripts of Gaalop's language: what each computes, by C, numba and the algebra layer, and where others are refused.
+"""Scripts of Gaalop's language: their results by C, numba and the algebra layer, and errors of invalid scripts.
 
-Every file of `cluscript` names its algebra in its first line. The truth here is closed forms in coordinates, and
-products of multivectors written out again.
+Every file of `cluscript` names its algebra in its first line. Expected results are closed forms in coordinates and
+products of multivectors.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def script(name: str) -> Script:
 
 
 def inputs_of(one: Script) -> dict[str, float]:
-    """Numbers for the inputs of a script, the same every time."""
+    """Reproducible numbers for the inputs of a script."""
     given = INPUTS.get(one.name, {})
     return {name: given.get(name, random.Random(name).randint(20, 90) / 64) for name in one.inputs}
 
@@ -106,7 +106,7 @@ def as_dict(values: Any, layout: Any) -> dict[str, float]:
     return dict(zip(blades_of(layout), np.atleast_1d(values).tolist(), strict=True))
 
 
-# Truth. Each function gets the inputs and gives what every output is: a multivector, or a number.
+# Expected results: each function maps the inputs to the value of every output, a multivector or a number.
 
 Truth = Callable[..., dict[str, Any]]
 TRUTH: dict[str, Truth] = {}
@@ -291,7 +291,7 @@ def ideal_3d(x: float, y: float, z: float) -> dict[str, Any]:
 
 @truth
 def between_points(**k: float) -> dict[str, Any]:
-    """The translator half way: the square root of B / A up to a factor, so it moves A to B."""
+    """The translator is the square root of B / A up to a factor, so it moves A to B."""
     a, b = (np.array([k[n + axis] for axis in "xyz"]) for n in "ab")
     ratio = 1 + pga_point(*b.tolist()) * inverse(pga_point(*a.tolist()))
     return {"V": ratio / 2, "C": pga_point(*b.tolist())}
@@ -659,14 +659,14 @@ def check(found: Any, layout: Any, value: Any) -> None:
         assert got == pytest.approx(expected_blades(rest[0], layout), rel=1e-9, abs=1e-11)
 
 
-def test_there_are_enough() -> None:
+def test_there_are_enough_scripts() -> None:
     assert set(TRUTH) == set(FILES)
     assert len(FILES) >= 40 and len(REFUSED) >= 10
     assert {algebra_of(path) for path in FILES.values()} > set(NAMES)
 
 
 @pytest.mark.parametrize("name", some_slow(FILES, *LARGE))
-def test_what_a_script_computes(name: str, request: pytest.FixtureRequest) -> None:
+def test_results_of_scripts(name: str, request: pytest.FixtureRequest) -> None:
     modules = request.getfixturevalue("large" if name in LARGE else "small")
     one, record = compiled(name)
     values = inputs_of(one)
@@ -702,7 +702,7 @@ NUMBA = (
 
 
 @pytest.mark.parametrize("name", REFUSED)
-def test_what_is_refused(name: str) -> None:
+def test_invalid_scripts_are_rejected(name: str) -> None:
     text = REFUSED[name].read_text()
     _, algebra, place = text.split()[:3]
     with pytest.raises(ScriptError) as caught:
@@ -736,7 +736,7 @@ def test_a_script_is_a_kernel() -> None:
     assert float(np.asarray(slope(3.0, 1.0)[1])) == pytest.approx(1.0)
 
 
-def test_what_is_drawn() -> None:
+def test_drawn_objects() -> None:
     one = script("drawing")
     assert [(each.name, each.null_space) for each in one.drawn] == [("a", "IPNS"), ("b", "IPNS"), ("c", "OPNS")]
     assert one.background == (1.0, 1.0, 1.0, 1.0)
@@ -748,7 +748,7 @@ def test_what_is_drawn() -> None:
     assert only.outputs == () and only.draw()[0].value == c1
 
 
-def test_what_pragmas_say() -> None:
+def test_pragmas() -> None:
     one = script("pragma_others")
     assert one.ranges == {"t": (0.0, 1.0), "s": (-2.5, 10.0)}
     assert one.segments == (("A", "B"), ("B", "C")) and one.triangles == (("A", "B", "C"),)
@@ -772,7 +772,7 @@ def test_time_has_three_names() -> None:
     assert read_cluscript("?d = *e1;", "sta").multivectors().d == STA.multivector({"g123": -1})
 
 
-def test_messages_say_what_to_do() -> None:
+def test_messages_name_a_remedy() -> None:
     with pytest.raises(ScriptError, match="did you mean createPoint"):
         read_cluscript("?x = createPiont(1, 2, 3);", "cga")
     with pytest.raises(ScriptError, match=r"Dual = \{"):
@@ -783,7 +783,7 @@ def test_messages_say_what_to_do() -> None:
         read_cluscript("?x = 1;")
 
 
-def test_older_scripts_say_their_algebra() -> None:
+def test_older_scripts_name_their_algebra() -> None:
     assert read_cluscript("DefVarsN3();\n?p = VecN3(1, 2, 3);").algebra == CGA3
     assert read_cluscript(":DefVarsE3();\n:N3_OPNS;\n?p = VecE3(1, 2, 3);").algebra == VGA3
     assert read_cluscript("?p = e1;", "CGA3").algebra == read_cluscript("?p = e1;", CGA3).algebra == CGA3
@@ -794,7 +794,7 @@ def test_older_scripts_say_their_algebra() -> None:
     [(0, "e1,n,m", ":1"), (3, "e1=1,p=1", ":4"), (3, "e1=1,p=1,q=x", ":4"), (4, "n=0.5*q", ":5"),
      (4, "n=0.5*z,m=p", ":5"), (1, "p=2*w", ":2")],
 )  # fmt: skip
-def test_definitions_that_are_none(line: int, text: str, place: str, tmp_path: Path) -> None:
+def test_invalid_definitions(line: int, text: str, place: str, tmp_path: Path) -> None:
     lines = (FOLDER / "oblique" / "definition.csv").read_text().splitlines()
     lines[line] = text
     (tmp_path / "definition.csv").write_text("\n".join(lines))
@@ -804,7 +804,7 @@ def test_definitions_that_are_none(line: int, text: str, place: str, tmp_path: P
 
 
 def test_the_definition_of_conformal_space(tmp_path: Path) -> None:
-    """Gaalop's own five lines give the catalog's algebra, up to the order of its vectors; irrational factors too."""
+    """The five lines of Gaalop give the algebra of the catalog, up to the order of vectors, with irrational factors."""
     (tmp_path / "definition.csv").write_text(
         "1,e1,e2,e3,einf,e0\nep=0.5*einf-e0,em=0.5*einf+e0\n1,e1,e2,e3,ep,em\n"
         "e1=1,e2=1,e3=1,ep=1,em=-1\ne0=0.5*em-0.5*ep,einf=em+ep\n"
@@ -840,7 +840,7 @@ def test_the_command_line(tmp_path: Path) -> None:
 
 
 def test_the_page_runs() -> None:
-    """In one namespace, from top to bottom; asserts in it hold."""
+    """Execute the page in one namespace, from top to bottom, including its assertions."""
     blocks = re.findall(r"```python\n(.*?)```", (FOLDER.parents[2] / "docs" / "cluscript.md").read_text(), re.DOTALL)
     assert len(blocks) == 2
     exec(compile("\n".join(blocks), "docs/cluscript.md", "exec"), {"__name__": "cluscript"})

@@ -1,4 +1,4 @@
-"""Whatever a script says, it is read, or refused in one line that says where: no exception of Python gets out."""
+"""Every script is read or rejected with an error of one line that names the place, never with another exception."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FEW = 1000
 
 
 @pytest.mark.parametrize("n", some_slow([FEW, N], N))
-def test_random_scripts_are_read_or_refused(n: int) -> None:
+def test_random_scripts_are_read_or_rejected(n: int) -> None:
     """Read, traced and lowered, evaluated on exact and on floating-point numbers, and drawn."""
     found: Counter[str] = Counter()
     for k, (algebra, text) in enumerate(scripts(SEED, n)):
@@ -49,7 +49,7 @@ def test_random_scripts_are_read_or_refused(n: int) -> None:
     assert found["read"] > n / 5 and found["refused"] > n / 5 and found["undefined"], found
 
 
-def test_random_scripts_are_compiled_or_refused() -> None:
+def test_random_scripts_are_compiled_or_rejected() -> None:
     compiled = 0
     for algebra, text in scripts(SEED + 1, N_COMPILED):
         try:
@@ -101,14 +101,14 @@ def test_one_line(case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_small_numbers_are_numbers() -> None:
-    """What is beyond the doubles is refused, what is within them is not."""
+    """Numbers outside of the range of doubles are rejected, others are not."""
     script = read_cluscript("?a = 1e-300 * 1e-20 * x; ?b = 1e308 * x; ?c = fact(170) / fact(169) * x;", "cga")
     found = script.multivectors(x=1)
     assert float(found.a.scalar) == 1e-320 and float(found.b.scalar) == 1e308 and found.c.scalar == 170
 
 
 def test_output_pragma_on_a_scalar() -> None:
-    """It used to refuse the script: "True of type bool"."""
+    """Regression test: the script was rejected with "True of type bool"."""
     for pragma, blades in (("1", ()), ("1.0", ()), ("1 e1", ("1", "e1")), ("e1", ("e1",))):
         script = read_cluscript(f"#pragma output z {pragma}\n?z = x - d;", "cga")
         (found,) = script.function(*(p.symbols() for p in script.parameters))
@@ -120,7 +120,7 @@ def test_output_pragma_on_a_scalar() -> None:
 
 
 def test_a_semicolon_may_be_missing_before_the_result_of_a_macro() -> None:
-    """Gaalop's own tests have it so."""
+    """The tests of Gaalop contain such macros."""
     for body in ("k = _P(1) + _P(2)\n k", "k = _P(1) + _P(2); k", "k = _P(1); j = k + _P(2) j", "k = _P(2) _P(1) + k"):
         script = read_cluscript(f"m = {{ {body} }}\n?z = m(x, y);", "3d")
         assert script.multivectors(x=2, y=5).z.scalar == 7

@@ -1,4 +1,4 @@
-"""Derivative kernels equal derivatives that share no code with them: polynomials in a step, or numeric limits."""
+"""Derivative kernels against independent derivatives: polynomials in a step, or numerical limits."""
 
 from __future__ import annotations
 
@@ -214,7 +214,7 @@ def test_matrix_of_a_linear_kernel() -> None:
     assert [sum(matrix[3 * k + j] * vector[j] for j in range(3)) for k in range(3)] == expected
 
 
-def test_what_cannot_be_differentiated_says_so() -> None:
+def test_errors_of_kernels_without_a_derivative() -> None:
     definition = declare(sandwich, {"m": PGA3.MOTOR, "p": PGA3.POINT})
     with pytest.raises(KernelError, match="no parameter q; expected one of m p"):
         jacobian(definition, "q")
@@ -228,8 +228,8 @@ def test_what_cannot_be_differentiated_says_so() -> None:
         jacobian(declare(lambda a: (a, a), {"a": VGA3.VECTOR}), "a")
 
 
-def test_a_derivative_that_is_a_number_is_a_multivector_still() -> None:
-    """The derivative of ``s s + e12`` by s is the number 2 s: what is taken of the sum is taken of that number."""
+def test_a_derivative_that_is_a_number_remains_a_multivector() -> None:
+    """The derivative of ``s s + e12`` with respect to s is the number 2 s, which remains a multivector."""
     e12 = VGA3.multivector({"e12": 1})
     for taken, expected in (
         (lambda s: (s * s + e12)["1"], 6),
@@ -393,7 +393,7 @@ AT_THE_SWITCH: dict[str, tuple[Callable[..., Any], Fraction | int]] = {
 
 @pytest.mark.parametrize("name", list(AT_THE_SWITCH))
 def test_derivative_at_the_switch(name: str) -> None:
-    """What the module says of the places where a function has no derivative, or two."""
+    """Test the documented results at points where a function has no derivative, or two."""
     function, expected = AT_THE_SWITCH[name]
     definition = declare(function, {"x": SCALAR})
     assert run(jacobian(definition, "x"), {"x": Fraction(2)})[1] == (expected,)

@@ -107,7 +107,7 @@ def test_rows_with_others_need_no_order(slopes: tuple[Spec, list[Any], Path]) ->
     assert index_rules(pairs.source.procedure) == {"others": "a row of n"}
 
 
-# Sums of rows that may not be there.
+# Sums of rows that may not exist.
 
 
 def procedure(*indices: str) -> Procedure:
@@ -151,14 +151,14 @@ def test_texts_guard_rows_that_are_added(indices: tuple[str, ...]) -> None:
         ("_sum(sum, x", "_sum(out, x"),
     ],
 )
-def test_python_text_without_the_guard_is_refused(old: str, new: str) -> None:
+def test_python_text_without_the_guard_is_rejected(old: str, new: str) -> None:
     text = python_source(module_of(procedure(*(("which", "other") if "and" in old else ("which",)))))
     assert old in text
     with pytest.raises(BackendError):
         python_procedures(text.replace(old, new, 1))
 
 
-def test_c_text_without_the_guard_is_refused() -> None:
+def test_c_text_without_the_guard_is_rejected() -> None:
     text = c_source(module_of(procedure("which")))
     with pytest.raises(BackendError):
         c_procedures(text.replace("if (which[i] >= 0)", "if (which[i] >= 1)"))

@@ -182,7 +182,7 @@ def compiled(definition: Kernel) -> LoopCompilation:
 
 @cache
 def derived(make: Any, definition: Kernel, wrt: str, *further: str) -> Kernel:
-    """A derivative, one object for each, so that it is compiled once."""
+    """A derivative, cached so that it is compiled once."""
     found: Kernel = make(definition, wrt, *further)
     return found
 
@@ -242,7 +242,7 @@ def many_digits():
         yield
 
 
-# Against differences.
+# Comparisons with finite differences.
 
 
 def check_jvp(definition: Kernel, wrt: str) -> None:
@@ -312,7 +312,7 @@ def test_the_gradient_of_a_sum_of_squares() -> None:
     assert list(exact(derived(jacobian, squares, "x"), {"x": x}, n=5).values())[1] == [[2 * v] for (v,) in x]
 
 
-def test_no_rows_have_a_gradient_of_no_rows() -> None:
+def test_the_gradient_of_no_rows_has_no_rows() -> None:
     found = exact(derived(vjp, backwards, "start"), {"x": [], "start": [[2]], "cotangent": []}, n=0)
     assert list(found.values()) == [[], [[0]]]
     found = exact(derived(vjp, arm, "q"), {"q": [], "axes": [], "tool": [[1, *[0] * 7]], "cotangent": [[1] * 8]}, n=0)
@@ -458,12 +458,12 @@ def test_derivatives_are_called_in_loops() -> None:
     check_vjp(slope_in_a_loop, "y")
 
 
-# What procedures do.
+# Properties of procedures.
 
 
 @pytest.mark.parametrize(("definition", "wrt"), some_slow(CASES, *SLOW), ids=NAMES)
 def test_nothing_is_read_before_it_is_written(definition: Kernel, wrt: str) -> None:
-    """Tables of intermediate values hold anything at first."""
+    """Tables of intermediate values are uninitialised."""
     for make in (jvp, vjp):
         made = derived(make, definition, wrt)
         procedure, arguments = compiled(made).procedure, arguments_of(made)
@@ -479,7 +479,7 @@ def test_a_gradient_costs_a_constant_for_each_row(definition: Kernel, wrt: str) 
     assert {often for often, _ in compiled(derived(vjp, definition, wrt)).costs} <= {"", "n"}
 
 
-def test_adding_a_row_that_is_not_there_does_nothing() -> None:
+def test_adding_a_missing_row_does_nothing() -> None:
     tables = (
         Table("x", ("m",), (), Storage.ARGUMENT),
         Table("which", ("n",), (), Storage.INDEX, True, "m"),
@@ -491,10 +491,10 @@ def test_adding_a_row_that_is_not_there_does_nothing() -> None:
     assert run_procedure(procedure, {"n": 3, "m": 2}, arguments) == {"out": [[7], [0], [5]]}
 
 
-# What is refused.
+# Errors.
 
 
-def test_what_cannot_be_differentiated_says_so() -> None:
+def test_errors_of_kernels_without_a_derivative() -> None:
     with pytest.raises(KernelError, match=r"iterate.*depends on a; .* use jvp"):
         compile_loops(vjp(root, "a"))
     with pytest.raises(KernelError, match=r"Jacobian of rows over n by rows over n; .* use jvp"):

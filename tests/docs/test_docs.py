@@ -1,4 +1,4 @@
-"""The documentation shows what really happens: every ``$`` block is run and must print what stands there.
+"""The documentation shows real output: every ``$`` block is run and must print the text in the page.
 
 ``python tests/docs/test_docs.py`` writes the current output into the blocks.
 """
@@ -21,14 +21,14 @@ BLOCK = re.compile(r"```\n\$ gac ([^\n]+)\n(.*?)```", re.DOTALL)
 
 
 def output(command: str) -> str:
-    """What ``gac command`` prints, run from the root of the repository."""
+    """The output of ``gac command``, run from the root of the repository."""
     result = CliRunner().invoke(main, shlex.split(command))
     assert result.exit_code == 0, result.output
     return result.stdout.rstrip() + "\n"
 
 
 def current(page: Path) -> str:
-    """The page with the output of now in its blocks."""
+    """The page with the current output in its blocks."""
     return BLOCK.sub(lambda match: f"```\n$ gac {match[1]}\n{output(match[1])}```", page.read_text())
 
 
@@ -40,7 +40,7 @@ def test_blocks_print_what_is_shown(page: Path, monkeypatch: pytest.MonkeyPatch)
 
 @pytest.mark.parametrize("name", ["speed", "loops"])
 def test_blocks_of_a_page_run(name: str) -> None:
-    """In one namespace, from top to bottom; asserts in them hold."""
+    """Execute the blocks in one namespace, from top to bottom, including their assertions."""
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / f"{name}.md").read_text(), re.DOTALL)
     assert len(blocks) >= 4
     exec(compile("\n".join(blocks), f"docs/{name}.md", "exec"), {"__name__": name})

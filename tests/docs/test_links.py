@@ -1,4 +1,4 @@
-"""Links of the pages, the notebooks and the README lead to files and headings that are there."""
+"""Links of the pages, the notebooks and the README lead to existing files and headings."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from website.places import CONTENTS, notebooks, pages
 
 
 @pytest.mark.parametrize("path", [CONTENTS, *pages(), *notebooks()], ids=lambda path: path.name)
-def test_links_are_right(path: Path) -> None:
+def test_links_are_valid(path: Path) -> None:
     assert wrong_links(path) == []
 
 

@@ -1,6 +1,6 @@
-"""Every notebook runs in a fresh kernel and prints what is stored in it; `make notebooks` stores outputs.
+"""Every notebook runs in a fresh kernel and prints its stored output; `make notebooks` stores outputs.
 
-`tests/peers/test_notebooks_peers.py` runs them beside the libraries that they compare with.
+`tests/peers/test_notebooks_peers.py` runs them with the libraries that they compare with.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def outputs(notebook: Any) -> list[Any]:
 
 @pytest.mark.slow
 @each_notebook
-def test_notebook_prints_what_is_stored(path: Path) -> None:
+def test_notebook_prints_its_stored_output(path: Path) -> None:
     check_outputs(path)
 
 
@@ -53,7 +53,7 @@ def test_there_are_nine_notebooks_and_the_readme_counts_them() -> None:
 
 
 @each_notebook
-def test_first_cell_says_for_whom_what_and_with_what(path: Path) -> None:
+def test_first_cell_names_readers_topic_and_requirements(path: Path) -> None:
     notebook = read(path)
     first, last = notebook.cells[0], notebook.cells[-1]
     assert first.cell_type == last.cell_type == "markdown"
@@ -97,7 +97,7 @@ def test_texts_are_equal_up_to_rounding() -> None:
 
 
 def test_differences_are_found() -> None:
-    """A changed number, a lost image and a lost text; but not those of a cell whose peer is not installed."""
+    """A changed number, a missing image and a missing text are found, except in a cell whose peer is not installed."""
 
     def notebook(text: str, tag: str = "peer:numpy", image: str | None = None) -> Any:
         printed = nbformat.v4.new_output("stream", name="stdout", text=text)

@@ -1,4 +1,4 @@
-"""Every block of the tutorials runs, and commands print what is shown.
+"""Every block of the tutorials runs, and commands print the output in the page.
 
 ``python tests/docs/test_tutorials.py`` writes the current output into the blocks of commands.
 """
@@ -20,7 +20,7 @@ BLOCK = re.compile(r"```(?:python\n(?P<code>.*?)|\n\$ gac (?P<command>[^\n]+)\n(
 
 
 def run(page: Path) -> str:
-    """The page with the output of now, its blocks run in the folder of now, in one namespace from top to bottom."""
+    """The page with the current output; its blocks run in the current folder, in one namespace, from top to bottom."""
     names = {"__name__": page.stem}
 
     def done(match: re.Match[str]) -> str:

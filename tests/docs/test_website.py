@@ -1,4 +1,4 @@
-"""The pages that the documentation site adds are complete, the same at every call, and say what the code says."""
+"""The pages that the documentation site adds are complete, reproducible, and agree with the code."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def test_every_generated_module_has_a_page() -> None:
 
 
 @pytest.mark.parametrize("name", ["pga2", "robots"])
-def test_the_page_of_a_module_says_what_the_module_says(name: str) -> None:
+def test_the_page_of_a_module_agrees_with_the_module(name: str) -> None:
     """Compared with the text of the module, read without running it."""
     text = modules.page(name)
     source = (ROOT / "generated" / f"{name}.py").read_text()
@@ -149,7 +149,7 @@ def test_the_gallery_has_stored_pictures_of_notebooks(tmp_path: Path, monkeypatc
     assert (tmp_path / found.path).read_bytes() == b"\x89PNG"
 
 
-def test_markdown_is_read_as_repository_browsers_do() -> None:
+def test_markdown_is_read_like_in_repository_browsers() -> None:
     text = "# A `b`, *c*\n\n## A\n\n## A\n\n[x](y.md#a) `[no](z.md)` ![the *p*](q.png)\n\n```\n[no](w.md)\n```\n"
     assert headings(text) == ["A b, c", "A", "A"] and anchors(text) == {"a-b-c", "a", "a-1"}
     assert links(text) == ["y.md#a", "q.png"] and images(text) == [("q.png", "the *p*")]

@@ -44,7 +44,7 @@ FOUR, FIVE, SPLIT, TWO_TIMES, SPACETIME, TWO_NULL = (
 OTHERS = (FOUR, FIVE, SPLIT, TWO_TIMES, SPACETIME, TWO_NULL)
 UP_TO_FIVE = (*CATALOG, *OTHERS)
 LONG = (CGA2, FOUR, CGA3, STA, FIVE, SPLIT, TWO_TIMES, SPACETIME, TWO_NULL)
-"""Their functions take seconds to compile, each."""
+"""Algebras whose functions take seconds to compile."""
 PLANES: dict[Algebra, tuple[tuple[str, ...], ...]] = {
     VGA2: (("e12",),),
     VGA3: (("e12",),),

@@ -1,4 +1,4 @@
-"""What data determine: thresholds from both sides, in any unit, of one set of data and of sets with leading axes."""
+"""Whether data determine a result: both sides of thresholds, in any unit, for single sets and with leading axes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ UNITS = (1e-4, 1.0, 1e4)
 
 
 def motions() -> np.ndarray:
-    """Random ones, without the special ones at the beginning."""
+    """Random directions without the special ones at the beginning."""
     return poses(np.random.default_rng(1), 40)[-10:].reshape(*LEADING, 4, 4)
 
 
@@ -57,7 +57,7 @@ CROSS = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])
     ids=["rotor", "motor", "similarity", "objects"],
 )
 def test_a_cross_with_a_short_arm(call: Callable[..., Any], shift: float, size: float) -> None:
-    """Arms 1 and w: the two largest eigenvalues differ by w**2, to be more than 1e-10 of the mean square of 1/2."""
+    """Arms 1 and w: the two largest eigenvalues differ by w**2, which must exceed 1e-10 of the mean square of 1/2."""
     for width, expected in ((3e-5, True), (1.2e-5, True), (4e-6, False), (1e-6, False)):
         start = np.broadcast_to(size * CROSS * [1, width, 1], (*LEADING, 4, 3))
         end = start @ np.swapaxes(frames(), -1, -2) + shift * size
@@ -125,7 +125,7 @@ BOX = np.array([[x, y, z] for x in (-1.0, 1) for y in (-1.0, 1) for z in (-1.0, 
     ids=["plane", "circle", "sphere", "sphere on a line"],
 )
 def test_boxes_that_are_nearly_flat(fit: Callable[..., Any], shape: list[Any], size: float) -> None:
-    """Spread w across, of about 1 along: to be more than 1e-10; the centroid is far from the origin, too."""
+    """The thickness w relative to a length of about 1 must exceed 1e-10, also with the centroid far from the origin."""
     for width, expected in ((1e-6, True), (3e-10, True), (5e-11, False), (0.0, False)):
         if fit is fit_circle and width == 3e-10:
             continue  # the circle is determined, and yet its radius is of the order of 1e9
@@ -136,7 +136,7 @@ def test_boxes_that_are_nearly_flat(fit: Callable[..., Any], shape: list[Any], s
 
 @pytest.mark.parametrize("size", UNITS)
 def test_lines_through_points_that_are_nearly_round(size: float) -> None:
-    """Mean squares 1 and 1 - w: their difference is to be more than 1e-10 of the larger."""
+    """Mean squares 1 and 1 - w: their difference must exceed 1e-10 of the larger."""
     for gap, expected in ((1e-2, True), (1e-9, True), (1e-11, False), (0.0, False)):
         points = size * CROSS * [1.0, np.sqrt(1 - gap), 1.0]
         given = np.broadcast_to(points, (*LEADING, 4, 3)) @ np.swapaxes(frames(), -1, -2)
@@ -177,7 +177,7 @@ def test_cylinders_and_cones_in_batches_and_through_flat_points(fit: Callable[..
     ],
 )
 def test_rounding_of_the_same_points_determines_nothing(fit: Callable[..., Any], far: float, size: float) -> None:
-    """And of points on a line nothing but the line: their coordinates differ by the last digit."""
+    """Points whose coordinates differ in the last digit determine nothing, and points on a line only the line."""
     rng = np.random.default_rng(7)
     same = size * far * np.ones((20, 10, 3))
     straight = same + size * np.linspace(-1, 1, 10)[:, None] * [0.3, -0.5, 0.8]

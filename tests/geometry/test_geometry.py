@@ -49,7 +49,7 @@ def circles(n: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, n
 
 
 def on_circle(centre: Any, normal: Any, radius: Any, turn: Any) -> np.ndarray:
-    """Points, from a frame of its own."""
+    """Points of a circle, from an independent frame."""
     u = perpendicular(normal)
     v = np.cross(normal, u)
     turn = np.asarray(turn)
@@ -67,7 +67,7 @@ def to_circle(p: np.ndarray, centre: Any, normal: Any, radius: Any) -> np.ndarra
 
 
 def least_of_circles(one: Any, two: Any) -> np.ndarray:
-    """Sampled, then the golden section about the best samples: needs no derivative and no polynomial."""
+    """Sample, then refine the best samples by golden section search, without derivatives and polynomials."""
     parts = [x[:, None] for x in two]
     turn = np.broadcast_to(TURN, (len(one[0]), len(TURN)))
     best = np.argsort(to_circle(on_circle(*one, turn), *parts), -1)[:, :24]
@@ -90,7 +90,7 @@ def test_points_of_circles() -> None:
     close(dot(np.cross(p - centre, q - centre), normal) / radius**2, 1.0, 1e-11)
 
 
-def test_circles_are_as_near_as_their_nearest_points() -> None:
+def test_distances_of_circles_are_those_of_nearest_points() -> None:
     rng = np.random.default_rng(3)
     (*one, a), (*two, b) = circles(N, rng), circles(N, rng)
     found = nearest_on_circles(a, b)
@@ -158,7 +158,7 @@ def test_imaginary_circles_and_lines_have_no_nearest_points() -> None:
 
 
 def test_half_squares_of_distances_and_their_derivatives() -> None:
-    """Against the distance by vectors, and central differences."""
+    """Compare with the distance by vectors and central differences."""
     rng = np.random.default_rng(9)
     curves, up, h = rng.normal(size=(40, 3, 3)), np.array([0, 0, 1.0]), 1e-5
     for e, (radius, turn) in enumerate(rng.uniform(0.2, 3, (40, 2))):
@@ -171,7 +171,7 @@ def test_half_squares_of_distances_and_their_derivatives() -> None:
 
 
 def test_steps_lead_to_the_least_distance_nearby() -> None:
-    """Against 2,000 angles within a step's reach: nothing there is nearer, and the distance is that by vectors."""
+    """None of 2,000 angles within the range of a step is nearer, and the distance is that by vectors."""
     rng = np.random.default_rng(10)
     up, span = np.array([0, 0, 1.0]), np.pi / 24
     for curve, radius in zip(rng.normal(size=(20, 3, 3)), rng.uniform(0.2, 3, 20), strict=True):
@@ -186,7 +186,7 @@ def test_steps_lead_to_the_least_distance_nearby() -> None:
         close(slopes, np.zeros(2), 1e-7)
 
 
-def test_angles_that_are_no_numbers_hide_no_others() -> None:
+def test_angles_that_are_nan_do_not_affect_others() -> None:
     """Half axes along x and y of a circle about (3, 0, 0): nearest to the unit circle at half a turn, 1 from it."""
     curve = np.tile(np.array([[3.0, 1, 0], [0, 0, 1], [0, 0, 0]]), (4, 1, 1))
     curve[2] = np.nan
@@ -236,7 +236,7 @@ def test_every_pair_of_kinds_has_a_distance() -> None:
 
 @pytest.mark.parametrize("kinds", PAIRS, ids=" ".join)
 def test_distances_are_least(kinds: tuple[str, str]) -> None:
-    """Going to and fro between nearest points, from many points of both, comes as near and never nearer."""
+    """Alternating projections from many points of both objects reach the distance and never a smaller one."""
     rng = np.random.default_rng(5)
     n = 60
     (one, samples, on_one), (two, others, on_two) = objects(kinds[0], n, rng), objects(kinds[1], n, rng)
@@ -294,7 +294,7 @@ def test_angles_of_kinds() -> None:
 
 @pytest.mark.parametrize("kinds", [pair for pair in PAIRS if "point" not in pair[0]], ids=" ".join)
 def test_meets_lie_on_both(kinds: tuple[str, str]) -> None:
-    """Objects through a common point meet there, and what they have in common lies on both."""
+    """Objects through a common point meet there, and their intersection lies on both."""
     rng = np.random.default_rng(7)
     n = 200
     common, far = rng.normal(size=(2, n, 3))
@@ -332,7 +332,7 @@ def test_meets_lie_on_both(kinds: tuple[str, str]) -> None:
         assert (how[distance(kinds[0], one, kinds[1], away[kinds[1]]()) > 1e-6] == -1).all()
 
 
-def test_what_points_and_pairs_have_in_common() -> None:
+def test_intersections_of_points_and_pairs() -> None:
     rng = np.random.default_rng(8)
     p, q, d = rng.normal(size=(3, N, 3))
     line, pair = cga3.line_from_point_direction(p, d), cga3.point_pair_from_points(p, q)
@@ -427,7 +427,7 @@ def test_similarities_take_rounds_to_rounds() -> None:
 
 
 def test_similarities_between_centres() -> None:
-    """Points go as by matrices: the least rotation between two directions by Rodrigues' formula."""
+    """Points move as by matrices: the least rotation between two directions by Rodrigues' formula."""
     rng = np.random.default_rng(17)
     p, q, x = rng.normal(size=(3, N, 3))
     n, m = unit(rng.normal(size=(2, N, 3)))
@@ -461,7 +461,7 @@ def test_versors_between_objects_of_every_kind() -> None:
 
 
 def motor_of(versor: np.ndarray) -> np.ndarray:
-    """The motor that a versor is: by the motion of four points."""
+    """The motor equal to a versor, from the motion of four points."""
     frame = np.vstack([np.zeros(3), np.eye(3)])
     images = cga3.transform_point(versor[:, None], frame)
     matrix = np.zeros((len(versor), 4, 4))
@@ -533,7 +533,7 @@ def test_fits_of_noisy_points_are_least_squares() -> None:
         close(line.residual, np.hypot(*values[1:]) / np.sqrt(30), 1e-12)
 
 
-def test_fits_of_too_little() -> None:
+def test_fits_of_too_few_points() -> None:
     line = np.outer(np.linspace(-1, 1, 9), [1.0, 2, 3])
     flat = RNG.normal(size=(9, 3)) * [1, 1, 0]
     assert not fit_plane(line).determined and not fit_circle(line).determined and not fit_sphere(flat).determined

@@ -1,4 +1,4 @@
-"""Cylinders, cones and meshes of `algorithms.geometry`, against what made the points, and against scipy."""
+"""Cylinders, cones and meshes of `algorithms.geometry`, against the true parameters and scipy."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_cones_are_recovered_from_one_half_and_from_both(low: float) -> None:
 
 
 def test_with_noise_no_fit_is_better() -> None:
-    """Than where scipy ends, begun at what made the points."""
+    """The fit is at least as good as that of scipy started at the true parameters."""
     random = np.random.default_rng(3)
     for make, fit in ((cylinder_points, fit_cylinder), (cone_points, fit_cone)):
         for _ in range(4):
@@ -86,7 +86,7 @@ def test_batches_and_units() -> None:
     np.testing.assert_allclose(large.radius, found.radius * 1e6, rtol=1e-7)
 
 
-def test_what_fits_nothing_is_said() -> None:
+def test_data_without_a_fit_are_reported() -> None:
     random = np.random.default_rng(5)
     same, line = np.ones((8, 3)), np.arange(8.0)[:, None] * [1, 2, 3]
     circle = np.stack([np.cos(np.arange(9.0)), np.sin(np.arange(9.0)), np.zeros(9)], -1)
@@ -99,12 +99,12 @@ def test_what_fits_nothing_is_said() -> None:
             fit(np.full((9, 3), np.nan))
         with pytest.raises(ValueError, match="shape"):
             fit(random.normal(size=(9, 2)))
-    assert not fit_cone(circle).determined, "any apex over the middle will do"
-    assert not fit_cylinder(circle).determined, "a circle is no cylinder, though one goes through it"
+    assert not fit_cone(circle).determined, "any apex above the centre is a solution"
+    assert not fit_cylinder(circle).determined, "a circle does not determine a cylinder"
 
 
 def test_rays_through_a_convex_hull() -> None:
-    """From inside each ray leaves once, where the nearest plane along it is; from outside it enters or misses."""
+    """From inside each ray leaves once, at the nearest plane along it; from outside it enters or misses."""
     random = np.random.default_rng(6)
     vertices = random.normal(size=(60, 3))
     hull = ConvexHull(vertices)
@@ -124,7 +124,7 @@ def test_rays_through_a_convex_hull() -> None:
     assert not back.hits.any() and np.isinf(back.distance).all() and np.isnan(back.weights).all()
 
 
-def test_no_ray_gets_through_an_edge() -> None:
+def test_no_ray_passes_through_an_edge() -> None:
     cube = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
     turned = cube @ frame(np.random.default_rng(7))
     faces = ConvexHull(turned).simplices
@@ -138,7 +138,7 @@ def test_no_ray_gets_through_an_edge() -> None:
     assert hit_mesh(np.zeros(3), middles, cube, exact).hits.all()
 
 
-def test_meshes_that_make_no_sense() -> None:
+def test_invalid_meshes() -> None:
     vertices, faces = np.eye(3), [[0, 1, 2]]
     empty = hit_mesh(np.zeros((4, 3)), np.ones(3), vertices, np.empty((0, 3), int))
     assert empty.face.tolist() == [-1] * 4

@@ -10,7 +10,7 @@ from algorithms.geometry import inverse_stereographic_projection, stereographic_
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 5])
-def test_there_and_back(n: int) -> None:
+def test_round_trip(n: int) -> None:
     rng = np.random.default_rng(n)
     y = rng.normal(size=(300, n)) * 10.0 ** rng.uniform(-12, 7, (300, 1))
     x = inverse_stereographic_projection(y)
@@ -36,7 +36,7 @@ def test_digits() -> None:
 
 
 def test_it_is_an_inversion() -> None:
-    """In the sphere about the pole through the equator: conformal points reflected in it by the conformal algebra."""
+    """It is the inversion in the sphere about the pole through the equator, by the conformal algebra."""
     rng = np.random.default_rng(1)
     x = rng.normal(size=(50, 3))
     x /= np.linalg.norm(x, axis=-1, keepdims=True)
@@ -48,7 +48,7 @@ def test_it_is_an_inversion() -> None:
 
 
 def test_circles_become_circles() -> None:
-    """Four points of a circle of the sphere stay on a circle: a cross-ratio of complex numbers stays real."""
+    """The images of four points of a circle on the sphere are on a circle: their complex cross-ratio is real."""
     angles = np.array([0.1, 1.0, 2.5, 4.0])
     axis = np.array([0.3, -0.4, np.sqrt(0.75)])
     u = np.cross(axis, [1.0, 0, 0])
@@ -60,7 +60,7 @@ def test_circles_become_circles() -> None:
     assert abs(ratio.imag) < 1e-14 * abs(ratio)
 
 
-def test_poles_and_refusals() -> None:
+def test_poles_and_errors() -> None:
     assert stereographic_projection([0, 0, -1.0]).tolist() == [0, 0]
     assert stereographic_projection([0, 0, 1.0]).tolist() == [np.inf, np.inf]
     assert inverse_stereographic_projection([0.0, 0]).tolist() == [0, 0, -1]

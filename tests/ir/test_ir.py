@@ -39,7 +39,7 @@ REFERENCE: dict[Op, Callable[..., Any]] = {
     Op.EQUAL: lambda a, b: 1 if a == b else 0,
     Op.SELECT: lambda c, a, b: a if c != 0 else b,
 }
-"""What the operations mean, said a second time."""
+"""A second, independent definition of the operations."""
 
 
 def program_of(roots: list[Scalar], names: tuple[str, ...] = NAMES) -> Program:
@@ -72,7 +72,7 @@ def test_folding_keeps_the_value(seed: int) -> None:
 
 
 def test_folding_rules() -> None:
-    """Each rule once, by the node that comes out."""
+    """Test each rule once by the resulting node."""
     g = Graph()
     x, y, z = map(g.variable, NAMES)
     assert x + 0 is x and 0 + x is x and x - 0 is x and (0 - x) is -x
@@ -122,14 +122,14 @@ def test_functions_of_numbers_fold_only_when_rational(op: Op) -> None:
 
 
 @pytest.mark.parametrize("divisor", [0, Fraction(0), 0.0])
-def test_division_by_zero_is_refused(divisor: Any) -> None:
+def test_division_by_zero_is_rejected(divisor: Any) -> None:
     with pytest.raises(
         ZeroDivisorError, match="the divisor is identically zero; expected a divisor that can differ from zero"
     ):
         _ = Graph().variable("x") / divisor
 
 
-def test_constants_that_are_no_numbers_are_refused() -> None:
+def test_constants_that_are_not_numbers_are_rejected() -> None:
     for nothing in (float("nan"), float("inf"), -np.inf, np.float32("nan")):
         with pytest.raises(InexactError, match="expected a finite number"):
             _ = Graph().lift(nothing)
@@ -150,7 +150,7 @@ def test_floats_are_their_shortest_decimals() -> None:
 
 
 def test_nodes_of_two_graphs_do_not_mix() -> None:
-    """Node numbers of different graphs mean different things: mixing them would share what is not equal."""
+    """Node numbers of different graphs are unrelated: mixing them would share nodes that are not equal."""
     a, b = Graph(), Graph()
     x = a.variable("x")
     _, y = b.variable("u"), b.variable("y")
@@ -197,7 +197,7 @@ def test_a_valid_program_passes() -> None:
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
-def test_an_invalid_program_is_refused(program: Program, message: str) -> None:
+def test_an_invalid_program_is_rejected(program: Program, message: str) -> None:
     with pytest.raises(ProofError) as caught:
         verify(program)
     assert str(caught.value).startswith("program f: ") and message in str(caught.value)
@@ -210,7 +210,7 @@ def test_shapes_are_checked() -> None:
         Result("out", (3,), ("x", "y"))
 
 
-def test_programs_print_and_say_their_signature() -> None:
+def test_programs_print_their_signature() -> None:
     lines = (line("t0", Op.MULTIPLY, "x", "y_0"), line("t1", Op.SQRT, "t0"), line("t2", Op.LESS, "t1", Fraction(1, 2)),
              line("t3", Op.NEGATE, "t2"))  # fmt: skip
     program = verify(made(lines, ("t3", Fraction(0))))
@@ -282,7 +282,7 @@ def test_every_operation_in_every_ring(op: Op, ring: str) -> None:
 
 @pytest.mark.parametrize("op", [Op.SQRT, Op.SIN, Op.COS, Op.ACOS, Op.EXP, Op.LOG, Op.ATAN2], ids=lambda op: op.value)
 def test_functions_at_irrational_values(op: Op) -> None:
-    """Floats, arrays and 50 digits agree; exact numbers say that they cannot."""
+    """Floats, arrays and 50 digits agree; exact numbers raise an error."""
     values = [Fraction(7, 10), Fraction(-3, 10)][: ARITY[op]]
     expected = getattr(math, op.value)(*map(float, values))
     assert evaluate(op, list(map(float, values))) == expected

@@ -51,7 +51,7 @@ METHODS = {
     "kinetic_energy": 2,
     "potential_energy": 1,
 }
-"""How many of positions, speeds and accelerations each takes."""
+"""The number of positions, velocities and accelerations that each method takes."""
 NAMES = ("q", "qd", "qdd")
 
 

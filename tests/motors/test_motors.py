@@ -80,7 +80,7 @@ def test_the_mean_of_rotations_is_that_of_scipy(rng: np.random.Generator) -> Non
         close(weights @ steps / weights.sum(), 0, 1e-14)
 
 
-def test_the_mean_goes_along_with_motions_from_both_sides(rng: np.random.Generator) -> None:
+def test_the_mean_is_equivariant_under_motions_from_both_sides(rng: np.random.Generator) -> None:
     a, b = pga3.motor_from_matrix(poses(rng)[100:102])
     motors = near(rng, a, 0.4, 30)
     weights = rng.uniform(0.1, 1, 30)
@@ -135,7 +135,7 @@ def test_means_check_their_arguments() -> None:
 # Interpolation
 
 
-def test_slerp_is_that_of_scipy_and_signs_do_not_matter(rng: np.random.Generator) -> None:
+def test_slerp_equals_that_of_scipy_and_signs_do_not_matter(rng: np.random.Generator) -> None:
     rotation = Rotation.from_rotvec(along(rng.uniform(0, 3, 40), directions(rng, 40)))
     t = np.linspace(0, 1, 11)
     for k in range(0, 40, 2):
@@ -145,7 +145,7 @@ def test_slerp_is_that_of_scipy_and_signs_do_not_matter(rng: np.random.Generator
             close(pga3.rotor_to_matrix(slerp(a, sign * b, t)), expected, 1e-13)
 
 
-def test_screw_interpolation_is_uniform_and_does_not_see_signs(rng: np.random.Generator) -> None:
+def test_screw_interpolation_is_uniform_and_independent_of_signs(rng: np.random.Generator) -> None:
     first, second = poses(rng), poses(rng)[::-1]
     a, b = pga3.motor_from_matrix(first), pga3.motor_from_matrix(second)
     clear = np.abs(dot(a[:, :4], b[:, :4])) > 1e-6
@@ -280,7 +280,7 @@ def test_reflected_points_give_a_rotation(rng: np.random.Generator) -> None:
     close(matrix, Rotation.align_vectors(-a, a)[0].as_matrix(), 1e-12)
 
 
-def test_data_that_do_not_determine_the_motion_say_so(rng: np.random.Generator) -> None:
+def test_data_that_do_not_determine_the_motion_are_reported(rng: np.random.Generator) -> None:
     d = directions(rng, 10)
     s = rng.normal(size=(10, 5))
     parallel = s[..., None] * d[:, None]
@@ -301,7 +301,7 @@ def test_data_that_do_not_determine_the_motion_say_so(rng: np.random.Generator) 
 
 @pytest.mark.parametrize("noise", [0.0, 0.1, 3.0])
 def test_similarities_are_those_of_umeyama(rng: np.random.Generator, noise: float) -> None:
-    """By singular values, with the sign that makes a rotation; with much noise the best would mirror."""
+    """Singular values, with the sign that gives a rotation; with much noise the optimum would be a reflection."""
     n, count = 1000, 6
     matrices, scales = poses(rng, n), np.exp(rng.normal(size=n))
     a, weights = rng.normal(size=(n, count, 3)), rng.uniform(0.1, 1, (n, count))
@@ -323,7 +323,7 @@ def test_similarities_are_those_of_umeyama(rng: np.random.Generator, noise: floa
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("count", [1, 3, 5, 7, 9999])
 def test_no_similarity_of_points_that_are_all_the_same(count: int, dtype: type, rng: np.random.Generator) -> None:
-    """Nor where their mean is rounded, as that of five times 0.1 is."""
+    """Test also points whose mean is rounded, such as that of five times 0.1."""
     other = rng.normal(size=(count, 3)).astype(dtype)
     weights = rng.uniform(0.1, 1, count).astype(dtype)
     for point in ((0.1, 0.3, 1.7), (1e6 + 0.1, -0.7, 1 / 3), (0, 0, 0)):
@@ -424,7 +424,7 @@ def test_euler_angles_are_those_of_scipy(rng: np.random.Generator, sequence: str
 @pytest.mark.parametrize("fixed_axes", [False, True])
 @pytest.mark.parametrize("sequence", SEQUENCES)
 def test_euler_angles_in_gimbal_lock(rng: np.random.Generator, sequence: str, fixed_axes: bool) -> None:
-    """Exactly in it the third angle of moving axes is 0, as scipy has it; near it the rotation is right to 1e-14."""
+    """In gimbal lock the third angle of moving axes is 0, as in scipy; near it the rotation has an error of 1e-14."""
     name = sequence if fixed_axes else sequence.upper()
     ends = np.array([0, np.pi]) - (0 if sequence[0] == sequence[2] else np.pi / 2)
     first, third = rng.uniform(-np.pi, np.pi, (2, N))
@@ -466,8 +466,8 @@ def test_euler_sequences_are_checked() -> None:
         rotor_from_euler("xyz", [0, 0])
 
 
-def test_the_truth_of_this_file(rng: np.random.Generator) -> None:
-    """`rotor_of` by what its rotors do to vectors."""
+def test_helpers_of_this_file(rng: np.random.Generator) -> None:
+    """Test `rotor_of` by the action of its rotors on vectors."""
     matrices = poses(rng)
     p = rng.normal(size=(N, 3))
     rotors = rotor_of(Rotation.from_matrix(matrices[:, :3, :3]))

@@ -26,7 +26,7 @@ from gacompiler.objects import arrays as arrays_module
 from gacompiler.objects.definitions import BINARY, UNARY
 
 OBLIQUE = Space(Algebra("oblique", "a b c", [[2, 1, 0], [1, -1, 3], [0, 3, 0]]))
-"""Neither orthogonal nor of one sign, with a null vector."""
+"""An algebra with an indefinite, oblique metric and a null vector."""
 
 PAIRS = [
     (PGA3, "POINT", "POINT"),

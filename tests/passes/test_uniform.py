@@ -259,7 +259,7 @@ Array = np.ndarray[Any, Any]
 FEW = ("move_point", "back_project_pixel", "screw", "bracket")
 """Kernels that numba compiles here: vectors, a matrix, four arguments and two results, a number as the result."""
 LIMIT = 100
-"""Units of the last place of the largest coefficient: a form is another program, as accurate as the first."""
+"""Units of the last place of the largest coefficient: a form is a different program with the same accuracy."""
 
 
 @pytest.fixture(scope="module")

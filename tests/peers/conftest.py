@@ -1,4 +1,4 @@
-"""Files of comparisons are not even imported where they are deselected: other libraries take seconds to load."""
+"""Files of comparisons are not imported if they are deselected, because other libraries take seconds to load."""
 
 from __future__ import annotations
 
@@ -8,5 +8,5 @@ import pytest
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
-    """Leave out this folder; a file named on the command line is never asked about."""
+    """Ignore this folder; pytest does not call this hook for files named on the command line."""
     return True if "not peers" in config.option.markexpr and collection_path.suffix == ".py" else None

@@ -1,4 +1,4 @@
-"""Kernels on torch tensors and jax arrays: their derivatives, by the frameworks, are those of our compiled kernels.
+"""Kernels on torch tensors and jax arrays: their derivatives by the frameworks equal those of our compiled kernels.
 
 What torch and jax differentiate is the array text of the generated modules; `vjp` and `jvp` of the same definitions are
 compiled on their own. Arguments with relations (unit motors) vary along the manifold alone: off it, a kernel may be any
@@ -204,7 +204,7 @@ def gradients(function: Callable[..., Any], *arguments: Any) -> list[list[np.nda
 
 @kernel(x=SCALAR, y=SCALAR)
 def switches(x, y):
-    """A sum of everything that switches, told apart by powers of ten."""
+    """A sum of all functions with branches, distinguished by powers of ten."""
     choice = select(x < y, 10000 * x, 2000 * x) + select(x <= y, 300000 * x, 40000 * x)
     return absolute(x) + 10 * minimum(x, y) + 100 * maximum(x, y) + choice
 
@@ -254,8 +254,8 @@ def angle(y, x):
     return atan2(y, x)
 
 
-def test_what_the_frameworks_do_otherwise() -> None:
-    """As docs/scaling.md says: a branch that is not taken, with an infinite derivative; the angle of nothing."""
+def test_differences_between_the_frameworks() -> None:
+    """As in docs/scaling.md: a branch that is not taken, with an infinite derivative; the angle of zero."""
     assert gacompiler.compile(vjp(guarded_root, "x"))(0.0, 1.0)[1] == [3.0]
     assert all(np.isnan(found[0]) for found in gradients(gacompiler.compile(guarded_root), 0.0))
     assert np.isnan(gacompiler.compile(vjp(angle, "y"))(0.0, 0.0, 1.0)[1])
@@ -267,8 +267,8 @@ def test_what_the_frameworks_do_otherwise() -> None:
 
 
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
-def test_numbers_and_lists_beside_tensors(dtype: str) -> None:
-    """They are as exact as the tensors, and widen nothing; numpy arrays keep their type."""
+def test_numbers_and_lists_together_with_tensors(dtype: str) -> None:
+    """Numbers and lists have the precision of the tensors and do not widen results; numpy arrays keep their dtype."""
     axis, angle = [0.1, 0.2, 0.3], 0.1
     right = vga3.rotor_from_axis_angle(np.array(axis, dtype), np.array(angle, dtype))
     for array in (torch.tensor, jnp.asarray):
@@ -282,7 +282,7 @@ def test_numbers_and_lists_beside_tensors(dtype: str) -> None:
         assert vga3.rotate_vector(array(np.eye(4)[0]), np.empty((0, 3))).shape == (0, 3)
 
 
-def test_read_only_arrays_beside_tensors() -> None:
+def test_read_only_arrays_together_with_tensors() -> None:
     p = np.ones((4, 3))
     p.flags.writeable = False
     m = torch.tensor(np.eye(8)[0])

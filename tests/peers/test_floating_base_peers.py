@@ -1,4 +1,4 @@
-"""Robots whose base floats, beside Pinocchio's free flyer: near the origin and far from it, at any attitude."""
+"""Robots with a floating base against Pinocchio's free flyer: near the origin and far from it, at any attitude."""
 
 from __future__ import annotations
 

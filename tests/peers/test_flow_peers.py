@@ -1,4 +1,4 @@
-"""Optical flow beside scikit-image and OpenCV on the same known motions."""
+"""Optical flow compared with scikit-image and OpenCV on the same known motions."""
 
 from __future__ import annotations
 

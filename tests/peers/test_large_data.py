@@ -40,13 +40,13 @@ def points() -> np.ndarray[Any, Any]:
 
 
 def rigid(m: Any, p: Any) -> Any:
-    """Where motors take points, by matrices: what every way of calling must give."""
+    """Points moved by matrices: the expected result of every call."""
     matrix = pga3.motor_to_matrix(m)
     return (matrix[..., :3, :3] @ p[..., None])[..., 0] + matrix[..., :3, 3]
 
 
 def apply(kernel: Any, *arrays: Any, **options: Any) -> Any:
-    """`apply_gufunc` with nothing but what a kernel says of itself."""
+    """`apply_gufunc` with only the attributes of a kernel."""
     dtype = np.result_type(*arrays)
     options = {"output_dtypes": [dtype] * len(kernel.definition.outputs), "output_sizes": kernel.output_sizes} | options
     if len(kernel.definition.outputs) == 1:
@@ -98,7 +98,7 @@ def test_core_dimensions_first_and_matrices(motors: Any, points: Any) -> None:
 
 
 def test_chunks_that_do_not_fit(motors: Any, points: Any) -> None:
-    """Coefficients of one element in several chunks, and loops cut at different places, as docs/scaling.md says."""
+    """Coefficients of one element in several chunks, and loop dimensions with other chunks, as in docs/scaling.md."""
     m, p = da.from_array(motors, chunks=(300, 4)), da.from_array(points, chunks=(300, -1))
     with pytest.raises(ValueError, match="Core dimension `'8'`"):
         apply(pga3.move_point, m, p)
@@ -111,14 +111,14 @@ def test_chunks_that_do_not_fit(motors: Any, points: Any) -> None:
 
 def test_map_blocks(motors: Any, points: Any) -> None:
     m, p = da.from_array(motors, chunks=(300, -1)), da.from_array(points, chunks=(300, -1))
-    for told in ({"dtype": p.dtype}, {"meta": np.empty((0, 3))}):
-        moved = da.map_blocks(pga3.move_point, m, p, chunks=p.chunks, **told)
+    for given in ({"dtype": p.dtype}, {"meta": np.empty((0, 3))}):
+        moved = da.map_blocks(pga3.move_point, m, p, chunks=p.chunks, **given)
         assert (moved.shape, moved._meta.dtype) == ((N, 3), np.float64)
         np.testing.assert_allclose(moved, rigid(motors, points), 0, 1e-13)
 
 
 def test_the_type_cannot_be_guessed(motors: Any, points: Any) -> None:
-    """dask tries arrays of shape (1, 1); no motor has one coefficient, so the types must be given, and dask says so."""
+    """dask tries arrays of shape (1, 1); no motor has one coefficient, so dask reports that it needs the types."""
     with pytest.raises(
         ValueError, match=r"(?s)specify the dtype explicitly.*m has shape \(1, 1\); expected \(..., 8\)"
     ):
@@ -190,12 +190,12 @@ def test_more_data_than_memory(client: Any) -> None:
     mean = apply(pga3.move_point, m, p).mean(axis=0).compute()
     np.testing.assert_allclose(mean, rigid(m, np.array([0.5, 1.0, 0.5])), 0, 1e-12)
     workers = client.scheduler_info(n_workers=-1)["workers"]
-    assert workers.keys() == before.keys()  # none died and was replaced
+    assert workers.keys() == before.keys()  # no worker died and was replaced
     assert [worker["memory_limit"] for worker in workers.values()] == [512 * 2**20] * 2
 
 
 def test_kernels_in_processes(client: Any, motors: Any, points: Any) -> None:
-    """A kernel travels as its name, and gives in another process what it gives here."""
+    """A kernel is pickled by name and gives the same result in another process."""
     found = client.submit(pga3.move_point, motors, points, pure=False).result()
     np.testing.assert_array_equal(found, pga3.move_point(motors, points))
     assert client.submit(lambda kernel: kernel.name, pga3.move_point).result() == "move_point"
@@ -203,7 +203,7 @@ def test_kernels_in_processes(client: Any, motors: Any, points: Any) -> None:
 
 
 def test_the_page() -> None:
-    """Every block of the page runs, one after the other, except that for Ray, which need not be installed."""
+    """Execute every block of the page in order, except the one for Ray, which need not be installed."""
     names: dict[str, Any] = {"__name__": "page"}
     for block in BLOCKS:
         code = compile(block, PAGE.name, "exec")

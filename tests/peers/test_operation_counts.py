@@ -1,4 +1,4 @@
-"""Operation counts beside kingdon: the same expressions, written in its operators, counted by the same rules."""
+"""Operation counts compared with kingdon: the same expressions, written in its operators, counted by the same rules."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.peers
 
 LIMIT = 6.0
 TOO_SLOW = {"distance_squared_of_moved_points", "three_motors_point", "circle_3_moved_points"}
-"""What kingdon may fail to finish within the limit."""
+"""Expressions that kingdon may not finish within the limit."""
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +35,7 @@ def test_kingdon_takes_no_fewer_operations(name: str, worker: Worker) -> None:
     cost = compiled(name).cost
     peer = count_with_kingdon(worker, name, LIMIT)
     if peer.found is None:
-        # How long kingdon takes is the machine's affair; any other reason is a fault.
+        # The time that kingdon takes depends on the machine; any other reason is an error.
         assert name in TOO_SLOW or peer.reason.startswith(">"), peer.reason
         pytest.skip(f"kingdon: {peer.reason}")
     assert peer.total is not None

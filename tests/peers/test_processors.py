@@ -1,4 +1,4 @@
-"""Other processors, by switches of numpy and OpenBLAS: text, branches of arms and statuses stay the same."""
+"""Other processors, by switches of numpy and OpenBLAS: text, branches of arms and statuses do not change."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FILES = (
     "vision/test_hand_eye_degenerate.py",
 )
 FEATURES = "import numpy; print(*numpy.show_config(mode='dicts').get('SIMD Extensions', {}).get('found', []))"
-# Only what this machine has: numpy warns of what it has not, and refuses to do without its baseline.
+# Only features of this machine: numpy warns about missing ones, and its baseline cannot be disabled.
 FOUND = " ".join(np.show_config(mode="dicts").get("SIMD Extensions", {}).get("found", []))
 MACHINES = {
     "Haswell": {"OPENBLAS_CORETYPE": "Haswell"},

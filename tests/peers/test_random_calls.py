@@ -1,4 +1,4 @@
-"""A million calls with whatever a program may hand over: a right result, or an error that names the argument."""
+"""A million calls with arbitrary arguments give a correct result or an error that names the argument."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ JUNK = (None, "motor", b"", object(), [], [[1.0], [2.0, 3.0]], {}, 1j, np.array(
 
 
 def _good(rng: np.random.Generator, shape: tuple[int, ...]) -> Any:
-    """An array, in one of the ways that numpy has for it."""
+    """An array in one of the forms that numpy supports."""
     leading = LEADING[rng.integers(len(LEADING))]
     kind = rng.integers(12)
     if not shape and not leading:
@@ -52,7 +52,7 @@ def _good(rng: np.random.Generator, shape: tuple[int, ...]) -> Any:
 
 
 def _bad(rng: np.random.Generator, shape: tuple[int, ...]) -> Any:
-    """Something that is no argument, or one of another kernel."""
+    """An invalid argument, or one of another kernel."""
     kind = rng.integers(len(JUNK) + 4)
     if kind < len(JUNK):
         return JUNK[kind]
@@ -61,7 +61,7 @@ def _bad(rng: np.random.Generator, shape: tuple[int, ...]) -> Any:
 
 
 def _out(rng: np.random.Generator, kernel: Any, arrays: list[Any]) -> Any:
-    """Somewhere to write, right or wrong."""
+    """A valid or invalid `out`."""
     shape = kernel.definition.out_shapes[0]
     choices = (np.empty(shape), np.empty((3, *shape)), np.empty(shape, np.float32), [0.0], arrays[0], np.empty((7, 7)))
     return choices[rng.integers(len(choices))]

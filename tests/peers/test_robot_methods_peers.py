@@ -1,4 +1,4 @@
-"""Every method of robots beside Pinocchio: all files of example-robot-data, joints that follow others, far bases."""
+"""Every method of robots against Pinocchio: all files of example-robot-data, mimic joints, distant bases."""
 
 from __future__ import annotations
 
@@ -180,7 +180,7 @@ def check(peer: Peer, robot: Robot, count: int = COUNT) -> None:
 def inverses(
     robot: Robot, mass: np.ndarray, q: Any, qd: Any, tau: np.ndarray, qdd: np.ndarray, found: dict[str, float]
 ) -> None:
-    """Inverses lose what the condition of the mass matrix says; those of singular matrices are NaN."""
+    """Errors of inverses grow with the condition number of the mass matrix; those of singular matrices are NaN."""
     inverse, ahead = robot.inverse_mass_matrix(q), robot.forward_dynamics(q, qd, tau)
     regular = np.isfinite(inverse).all((-2, -1))
     if not regular.all():
@@ -196,7 +196,7 @@ def inverses(
 
 @pytest.mark.parametrize("name", urdf_files())
 def test_all_files(name: str) -> None:
-    """All joints, also those that follow others, have variables of their own."""
+    """All joints, also mimic joints, have separate variables."""
     path = described(name)
     try:
         robot = robot_of(path)
@@ -230,7 +230,7 @@ def test_random_trees_with_slides(seed: int, tmp_path: Path) -> None:
 @pytest.mark.parametrize("distance", [1e3, 1e6])
 @pytest.mark.parametrize("name", ["ur5", "panda", "talos"])
 def test_far_bases(name: str, distance: float) -> None:
-    """Forces are those of the robot beside the origin; what is lost is the rounding of its lines."""
+    """Forces equal those of the robot near the origin up to the rounding of its lines."""
     path = described(name)
     robot = robot_of(path)
     peer = Peer.of(path, robot)

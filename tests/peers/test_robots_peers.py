@@ -184,7 +184,7 @@ def _with_payload(model: Any, frame: int, mass: float, centre: Any, t: Any) -> N
 
 @pytest.mark.parametrize("change", ["tool", "base", "gravity", "payload", "armature", "all"])
 def test_changed_robots_with_kernels_of_their_own(change: str, tmp_path: Path) -> None:
-    """Every change by every method, beside the same change of Pinocchio's model."""
+    """Every change with every method, compared with the same change of Pinocchio's model."""
     robot, model, frame = loaded(random_tree(tmp_path, 7, 4))
     name, text = robot_spec(str(tmp_path / "tree7.urdf"), None, None, ())
     (tmp_path / f"{name}.py").write_text(text)

@@ -38,7 +38,7 @@ def compared(
 
 @pytest.mark.parametrize("share", [0.9, 0.95])
 def test_a_plane_with_most_points(share: float) -> None:
-    """Of 375 pairs a fifth is wrong; our F is right wherever it is OK."""
+    """A fifth of 375 pairs is wrong; our F is correct wherever its status is OK."""
     states, errors = compared(round(100 * share), 30, 375, share, 0.2)
     assert states[VisionStatus.OK] >= 28 and set(states) <= {VisionStatus.OK, VisionStatus.DEGENERATE}
     ours, theirs, others = np.median(errors, 0)

@@ -1,4 +1,4 @@
-"""No kernel reads or writes out of bounds, on arrays of any shape and strides; the sanitizers of gcc would say so."""
+"""No kernel reads or writes out of bounds, on arrays of any shape and strides, according to the sanitizers of gcc."""
 
 import os
 import shutil
@@ -26,7 +26,7 @@ MODULES = sorted(path.stem for path in generated_folder().glob("*.c"))
 
 
 def runtime(compiler: str) -> str:
-    """Where the sanitizer's library lives, which has to be loaded before Python."""
+    """The path of the library of the sanitizer, which must be loaded before Python."""
     found = subprocess.run([compiler, "-print-file-name=libasan.so"], capture_output=True, text=True, check=False)
     return found.stdout.strip()
 

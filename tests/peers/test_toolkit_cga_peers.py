@@ -216,7 +216,7 @@ def same_object_to(found: Any, expected: Any, tolerance: float) -> None:
 
 
 def test_closest_points(g3c: Any, rng: np.random.Generator) -> None:
-    """Of lines the middle is theirs; on circles their iteration, which may end elsewhere, is never nearer."""
+    """For lines, clifford gives the midpoint; for circles its iteration may end elsewhere, but is never nearer."""
     as_near = 0
     for _ in range(20):
         one, two = objects(g3c, rng), objects(g3c, rng)

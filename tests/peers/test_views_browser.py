@@ -62,7 +62,7 @@ def browser() -> Path:
 
 
 def looked_at(page: str, folder: Path) -> dict[str, Any]:
-    """What a headless Chromium has of a page when it has drawn it."""
+    """The content of a page after a headless Chromium has drawn it."""
     script = folder / "look.js"
     script.write_text(SCRIPT)
     command = [str(browser()), "plotly", f"--plotlyjs={script}", "--no-sandbox", "--disable-gpu"]
@@ -118,7 +118,7 @@ def test_space_is_drawn(tmp_path: Path) -> None:
 
 
 def test_errors_of_a_page_are_heard(tmp_path: Path) -> None:
-    """Else the tests above could not fail."""
+    """Otherwise the tests above could not fail."""
     view(CGA2.circle([1, 2], 2), file=tmp_path / "plane.html")
     page = (tmp_path / "plane.html").read_text()
     broken = page.replace("</body>", "<script>console.error('lost'); throw new Error('torn')</script></body>")

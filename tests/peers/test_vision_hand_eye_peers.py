@@ -77,7 +77,7 @@ def test_rotations_and_translations_under_noise(of_hand: float) -> None:
 
 @pytest.mark.parametrize("n_wrong", [1, 3, 5])
 def test_wrong_poses_do_no_harm(n_wrong: int) -> None:
-    """With wrong poses among 15, rotations are as exact as without them, and as any of OpenCV's without them."""
+    """With wrong poses among 15, rotations are as accurate as without them, and as those of OpenCV without them."""
     cv2 = pytest.importorskip("cv2")
     rng = np.random.default_rng(40 + n_wrong)
     x, z, hands = rigid(rng, (N_TRIALS,), 1, 0.3), rigid(rng, (N_TRIALS,), 1, 1), rigid(rng, (N_TRIALS, 15), 0.8, 1)

@@ -96,7 +96,7 @@ ALLOWED: dict[str, set[str]] = {
     "__init__": {"extras", "load_time", "algebra", "frontend", "derivatives", "runtime", "scripts"},
     "__main__": {"cli"},
 }
-"""What each package, and each file beside them, of the compiler may import beside the standard library."""
+"""The imports, in addition to the standard library, that are allowed in each package and file of the compiler."""
 
 EXCEPTIONS: dict[str, set[str]] = {
     "algebra/coefficients.py": {"numpy", "mpmath", "sympy"},
@@ -316,7 +316,7 @@ def test_files_are_short() -> None:
         if len(text.splitlines()) > LINES:
             docstring = ast.get_docstring(tree_of(path)) or ""
             assert "lines" in docstring or "one file" in docstring, (
-                f"{path.relative_to(ROOT)} says no reason for its length"
+                f"{path.relative_to(ROOT)} gives no reason for its length"
             )
 
 

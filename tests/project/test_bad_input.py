@@ -1,4 +1,4 @@
-"""What is no input: a table of calls and what they say, for objects, kernels and algorithms. Empty arrays are input."""
+"""Invalid input: a table of calls and their errors, for objects, kernels and algorithms. Empty arrays are valid."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_bad_input_is_named(case: tuple[str, Callable[[], Any], type[Exception],
 
 
 def test_normalised_motors_have_logarithms() -> None:
-    """What the message of `log` says to do."""
+    """Follow the advice in the message of `log`."""
     assert (2 * M).normalize().log().isclose(M.log())
     assert (2 * M).normalize().layout == PGA3.MOTOR
 

@@ -23,7 +23,7 @@ def run(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]
     "backend", [pytest.param("", marks=pytest.mark.slow), pytest.param("numba", marks=pytest.mark.peers)]
 )
 def test_demo(tmp_path: Path, backend: str) -> None:
-    """Runs on real input with whatever is built, and without a C library; writes its pictures and the key figures."""
+    """Run on real input with existing builds and without a C library; check the pictures and the key figures."""
     image = pytest.importorskip("PIL.Image")
     pytest.importorskip("skimage.data")
     done = run("-m", "algorithms.demo", "--out", str(tmp_path / "new" / "folder"), GAC_BACKEND=backend)
@@ -58,7 +58,7 @@ def test_demo_says_where_it_cannot_write(tmp_path: Path) -> None:
 
 
 def test_algorithms_and_the_demonstration_load_neither_the_compiler_nor_sympy() -> None:
-    """Also while they run; the demonstration alone loads what draws and prints."""
+    """They do not load these while they run either; only the demonstration loads packages for pictures."""
     code = """
 import sys
 import numpy as np

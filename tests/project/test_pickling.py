@@ -1,4 +1,4 @@
-"""Whatever the packages hand out can be pickled, copied and hashed, whatever was called before."""
+"""Public values of the packages can be pickled, copied and hashed, independently of earlier calls."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ EXAMPLES: dict[str, Callable[[], Any]] = {
     "Builds": builds,
     "Chain": lambda: Chain(("revolute",), (-1,), ((1, 0, 0, 0, 0, 0),), 0, (1, 0, 0, 0, 0, 0, 0, 0)),
 }
-"""One of each public type whose objects hold anything."""
+"""An example of each public type whose objects have content."""
 
 
 def again(value: Any) -> Any:
@@ -101,10 +101,10 @@ def same(a: Any, b: Any) -> bool:
 
 
 def touch(value: Any) -> None:
-    """Ask for every property, so that whatever is kept for later is kept now."""
+    """Access every property, so that cached values are computed."""
     for name in dir(type(value)):
         if not name.startswith("_") and not callable(getattr(type(value), name)):
-            with contextlib.suppress(ga.errors.GacError, AttributeError):  # a property that this value has not
+            with contextlib.suppress(ga.errors.GacError, AttributeError):  # a property that this value does not have
                 getattr(value, name)
 
 
@@ -180,7 +180,7 @@ def test_long_derivations_have_no_limit() -> None:
 
 
 def test_kernels() -> None:
-    """Those of modules are themselves, the rest have the same meaning; a pickled closed form refuses other blades."""
+    """Kernels of modules are identical after a round trip, others equal; a pickled closed form rejects other blades."""
     assert again(move_point) is move_point
     derivative = ga.jacobian(move_point, "m")
     for kernel in (MOVE, derivative, SCRIPT):
@@ -202,7 +202,7 @@ MOTOR, POINT = np.array([0.6, 0.8, 0, 0, 1, 2, 3, 0.5]), np.array([1.0, 2, 3])
 
 
 def elsewhere(kernel: Any) -> Any:
-    """In another process: the kernel's result, and the kernel itself back."""
+    """Call a kernel in another process; return its result and the kernel."""
     return kernel(MOTOR, POINT), kernel
 
 

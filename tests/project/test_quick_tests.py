@@ -41,7 +41,7 @@ OF_COMMANDS = {
     "package": "wheels/test_packages.py::test_wrong_arguments",
     "robot": "robots/test_robot_command.py::test_a_tree_from_a_file",
     "new": "cli/test_cli.py::test_new_writes_a_spec_that_compiles",
-    "record": "objects/test_record.py::test_exactly_the_kernels_that_were_used",
+    "record": "objects/test_record.py::test_the_spec_has_exactly_the_kernels_that_were_used",
     "classify": "structure/test_structure_classification.py::test_command",
 }
 """A test that runs the command."""

@@ -9,9 +9,8 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
-SOURCES = sorted(
-    path for folder in ("gacompiler", "algorithms", "benchmarks", "docs") for path in (ROOT / folder).rglob("*.py")
-)
+FOLDERS = ("gacompiler", "algorithms", "benchmarks", "docs", "tests")
+SOURCES = sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob("*.py") if path != Path(__file__))
 
 
 def avoided() -> list[str]:
@@ -55,7 +54,7 @@ def test_the_list_is_found_and_finds() -> None:
     assert all(map(perhaps().search, divided)) and not perhaps().search("of the kind before")
 
 
-@pytest.mark.parametrize("folder", ["gacompiler", "algorithms", "benchmarks", "docs"])
+@pytest.mark.parametrize("folder", FOLDERS)
 def test_sources_avoid_the_words(folder: str) -> None:
     words, somewhere, found = pattern(), perhaps(), []
     for path in SOURCES:

@@ -124,7 +124,7 @@ def test_polynomials_are_values() -> None:
     assert x + y - y == x and x != y and x - x + 3 == 3 and x != 3
 
 
-def test_inexact_numbers_are_refused() -> None:
+def test_inexact_numbers_are_rejected() -> None:
     _, (x, *_) = new_ring()
     with pytest.raises(KernelError, match="expected an exact number"):
         _ = x + 0.5
@@ -166,7 +166,7 @@ def test_functions_of_numbers_are_numbers(name: str, arguments: tuple[int, ...],
     assert scalar_function(name, *map(ring.constant, arguments)) == value
 
 
-def test_functions_of_irrational_value_stay() -> None:
+def test_functions_with_irrational_values_are_kept() -> None:
     ring, (x, y, *_) = new_ring()
     root = scalar_function("sqrt", ring.constant(2))
     assert root.constant_value is None
@@ -240,7 +240,7 @@ def test_normal_forms_keep_values_on_the_relations(layout: Layout) -> None:
         p = Polynomial(ring, terms)
         reduced = ideal.reduce(p)
         assert all(value_at(p, at) == value_at(reduced, at) for at in points)
-        assert ideal.reduce(reduced) == reduced, "a normal form is its own"
+        assert ideal.reduce(reduced) == reduced, "a normal form is its own normal form"
         factor = Polynomial(ring, {tuple(sorted(random.choices(range(n), k=random.randint(0, 2)))): 1})
         for relation in relations:
             assert ideal.reduce(relation * factor).is_zero
@@ -250,7 +250,7 @@ def test_normal_forms_keep_values_on_the_relations(layout: Layout) -> None:
 
 @pytest.mark.parametrize("layout", [VGA3.ROTOR, PGA2.MOTOR, PGA3.MOTOR, CGA3.MOTOR, STA.ROTOR, CGA3.UNIT_EVEN], ids=str)
 def test_versors_move_vectors_to_vectors(layout: Layout) -> None:
-    """What geometry says of ``m v ~m``, algebra proves: other grades vanish, and lengths stay."""
+    """Normal forms prove properties of ``m v ~m``: other grades vanish, and lengths are preserved."""
     ring, versor, relations = elements(layout)
     algebra = layout.algebra
     components = [ring.variable(f"v{k}") for k in range(algebra.dimension)]
@@ -317,7 +317,7 @@ def test_an_empty_ideal_changes_nothing() -> None:
 
 
 @pytest.mark.parametrize("order", [1, -1])
-def test_contradictions_are_refused(order: int) -> None:
+def test_contradictions_are_rejected(order: int) -> None:
     _, (x, y, *_) = new_ring()
     with pytest.raises(KernelError, match=r"they contradict each other \(they imply 1 = 0\)"):
         Ideal([x * y - 1, x][::order], 3)

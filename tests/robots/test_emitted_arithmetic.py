@@ -1,6 +1,6 @@
 """Emitted text is the same on every machine: its numbers are added and multiplied in one order, and rounded once.
 
-BLAS sums in an order of its own, with fused operations where the processor has them, and numpy's vectors of sines
+The order of sums in BLAS and its use of fused operations depend on the processor, and numpy's vectors of sines
 differ in the last digit from processor to processor. So the source between a spec, or a robot's file, and the text is
 searched for them. `tests/peers/test_processors.py` repeats the tests of text under other kernels of BLAS and without
 vectors.
@@ -28,11 +28,11 @@ STARTS = (
     "gacompiler.robots.descriptions",
     "gacompiler.specs",
 )
-"""What writes text, and what it is written from; what these import belongs to it, inside functions too."""
+"""Modules that write text and their input, including everything that they import, also inside functions."""
 
 _SUMS = "dot vdot inner matmul einsum tensordot linalg sum nansum mean std var cumsum cumprod prod"
 ARRAYS = frozenset(_SUMS.split())
-"""Names of numpy and of methods of its arrays that add or multiply many numbers in an order of their own."""
+"""Names of numpy and of methods of its arrays that add or multiply many numbers in an unspecified order."""
 _MORE = """
 average trace trapezoid reduce reduceat accumulate kron convolve correlate lapack blas fma
 sin cos tan sinc sinh cosh tanh asin acos atan atan2 arcsin arccos arctan arctan2 asinh acosh atanh arcsinh arccosh
@@ -43,7 +43,7 @@ LIBRARIES_OWN = frozenset(_MORE.split())
 LIBRARIES = frozenset({"numpy", "scipy", "math", "cmath", "numba"})
 
 READERS = frozenset(f"algorithms/kinematics/{name}.py" for name in ("bodies", "denavit_hartenberg", "named", "urdf"))
-"""Where robots are read: nothing is allowed there."""
+"""Modules that read robots, in which no exception is allowed."""
 ALLOWED: Mapping[str, str] = {
     "gacompiler/algebra/coefficients.py": "the table of functions of numbers in double; constants are exact, and "
     "errors that are printed are measured with functions that are rounded correctly (`passes.accuracy.run_in_double`)",
@@ -88,7 +88,7 @@ def closure() -> tuple[Path, ...]:
 
 
 def findings(tree: ast.Module) -> Iterator[tuple[int, str]]:
-    """What is not the same on every machine, with its line."""
+    """Expressions whose results depend on the machine, with their lines."""
     modules, functions = dict[str, str](), dict[str, str]()
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -142,7 +142,7 @@ def test_no_number_of_the_text_depends_on_the_machine() -> None:
     assert {"gacompiler/backends/c.py", "algorithms/kinematics/urdf.py", "algorithms/arguments.py"} <= read
     found = everything()
     assert [f"{file}:{line}: {what}" for file, line, what, entry in found if not entry] == []
-    assert {entry for *_, entry in found} == set(ALLOWED)  # an entry that nothing needs is taken off
+    assert {entry for *_, entry in found} == set(ALLOWED)  # remove entries that are not needed
 
 
 @pytest.mark.parametrize(
@@ -163,7 +163,7 @@ def test_no_number_of_the_text_depends_on_the_machine() -> None:
         ("import gacompiler as ga\nx = ga.cos(q)", ""),
     ],
 )
-def test_what_is_found(source: str, what: str) -> None:
+def test_findings(source: str, what: str) -> None:
     assert [text for _, text in findings(ast.parse(source))] == [what] * bool(what)
 
 

@@ -1,4 +1,4 @@
-"""Every method with the constants of one robot folded, beside the loops of any robot that it is made from."""
+"""Every method with the constants of one robot folded, against the loops for any robot."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ TREE = "".join([
 
 
 def written(robot: str, folder: Path, methods: tuple[str, ...]) -> Callable[[Robot], Robot]:
-    """What gives a robot the module that is written for it."""
+    """Functions that attach to a robot the module written for it."""
     name, text = robot_spec(robot, None, None, (), methods)
     (folder / f"{name}.py").write_text(text)
     write(render(compile_spec(load_spec(folder / f"{name}.py"))), folder / "out")
@@ -73,7 +73,7 @@ FEW = ("forward", "jacobian", "gravity", "kinetic_energy")
 
 
 @pytest.mark.parametrize("which", some_slow(["few", "all"], "all"))
-def test_every_method_of_a_tree_with_a_slide_and_a_joint_that_follows(which: str, tmp_path: Path) -> None:
+def test_every_method_of_a_tree_with_prismatic_and_mimic_joints(which: str, tmp_path: Path) -> None:
     methods = FEW if which == "few" else tuple(METHODS)
     path = tmp_path / "tree.urdf"
     path.write_text(TREE)
@@ -81,7 +81,7 @@ def test_every_method_of_a_tree_with_a_slide_and_a_joint_that_follows(which: str
     assert plain.n_joints == 3 and len(plain.kinds) == 4
     robot = written(str(path), tmp_path, methods)(plain)
     check(robot, plain, methods)
-    # another ratio is another robot
+    # a different ratio is a different robot
     other = replace(plain, coupling=plain.coupling * 1.001)
     with pytest.raises(DescriptionError, match="different joints"):
         other.with_module(robot.module)

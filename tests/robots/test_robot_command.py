@@ -1,4 +1,4 @@
-"""``gac robot``: kernels of one robot with its constants folded, beside the generic path."""
+"""``gac robot``: kernels of one robot with its constants folded, against the generic path."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_a_tree_from_a_file(tmp_path: Path) -> None:
     q, qd, qdd = np.random.default_rng(0).normal(size=(3, 20, 2))
     for name in ("pose", "jacobian", "mass_matrix", "gravity"):
         assert np.abs(getattr(folded, name)(q) - getattr(generic, name)(q)).max() < 1e-9, name
-    assert folded.uses["gravity"] == module.__name__  # though a joint follows another
+    assert folded.uses["gravity"] == module.__name__  # although one joint mimics another
     both = [robot.inverse_dynamics(q, qd, qdd) for robot in (folded, generic)]
     assert np.abs(both[0] - both[1]).max() < 1e-9
     assert np.abs(folded.coriolis_matrix(q, qd) - generic.coriolis_matrix(q, qd)).max() < 1e-9
@@ -67,7 +67,7 @@ def test_without_masses_there_are_two_kernels(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", sorted(FOLDED))
-def test_specs_that_are_checked_in_are_what_the_command_writes(name: str) -> None:
+def test_checked_in_specs_equal_the_output_of_the_command(name: str) -> None:
     path = Path(robots.__file__).parents[1] / "specs" / f"{name}.py"
     assert path.read_text() == robot_spec(name, None, None, ())[1]
 
@@ -84,7 +84,7 @@ def test_methods_and_languages(tmp_path: Path) -> None:
     assert re.findall(r"^def (\w+)", every, re.MULTILINE) == ["forward", "forward_all", "jacobian", "jacobian_rate"]
 
 
-def test_robots_that_there_are_not(tmp_path: Path) -> None:
+def test_unknown_robots(tmp_path: Path) -> None:
     with pytest.raises(SpecError, match="unknown; expected one of puma560"):
         robot_spec("r2d2", None, None, ())
     with pytest.raises(SpecError, match="No such file"):
@@ -95,7 +95,7 @@ def test_robots_that_there_are_not(tmp_path: Path) -> None:
         robot_spec("ur5", "3 d", None, ())
 
 
-def test_chains_that_are_none() -> None:
+def test_invalid_chains() -> None:
     z, tool = (1.0, 0, 0, 0, 0, 0), (1.0, *(0.0,) * 7)
     for kinds, parents, message in (
         (("revolute",), (-1, 0), "2 parents for 1 joints"),

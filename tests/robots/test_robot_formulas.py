@@ -70,20 +70,20 @@ def test_the_stanford_arm_less_the_product_of_matrices_is_zero(convention: str) 
         assert not vanishes(expected + 1) and vanishes(found - expected)
 
 
-def test_a_convention_that_there_is_not() -> None:
+def test_an_unknown_convention() -> None:
     with pytest.raises(SpecError, match="'standard' or 'modified'"):
         robots.row_motor(convention="craig")
 
 
 def chain(n: int) -> robots.Chain:
-    """Axes along z and y in turn, as most arms have them."""
+    """Axes alternately along z and y, as in most arms."""
     axes = [(1.0, 0, 0, 0, 0, 0) if k % 2 == 0 else (0, 1.0, 0, float(k), 0, -0.3 * k) for k in range(n)]
     body = (1.0, 0.1, 0.2, 0.3, 0.5, 0.01, 0.02, 0.6, 0.03, 0.7)
     return robots.Chain(("revolute",) * n, tuple(range(-1, n - 1)), tuple(axes), n - 1, (1.0, *(0.0,) * 7), (body,) * n)
 
 
 def products(n: int) -> tuple[int, int]:
-    """Of the mass matrix and of gravity for a chain of n joints."""
+    """Operation counts of the mass matrix and of gravity for a chain of n joints."""
     arm, joints = chain(n), ga.array(ga.SCALAR, n)
 
     @ga.kernel(q=joints, returns=ga.array(ga.SCALAR, n, n))

@@ -1,4 +1,4 @@
-"""Specs take kernels from families: their order, their names, the places of errors, and the hash of all their texts."""
+"""Kernels of families in specs: their order and names, the places of errors, and the hash of all source texts."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_kernels_of_a_family_are_where_a_spec_assigns_them(tmp_path: Path) -> No
     assert spec.kernels[2].summary == "The point `p` of the plane, moved."
 
 
-def test_what_a_spec_imports_or_names_otherwise_is_not_its_own(tmp_path: Path) -> None:
+def test_imported_and_renamed_kernels_are_not_part_of_a_spec(tmp_path: Path) -> None:
     other = SPEC.replace("motor_inverse", "turned_back")
     text = "from other import move_point, turned_back as back\nimport other\nproduct = other.motor_product\n" + SPEC
     spec = load_spec(written(tmp_path, spec=text.replace("\nmove_point", "\nmoved"), shared=FAMILY, other=other))
@@ -165,7 +165,7 @@ def test_libraries_and_the_compiler_are_not_hashed(tmp_path: Path, imported: str
     assert (digest != hashlib.sha256(text.encode()).hexdigest()[:16]) == counts
 
 
-def test_an_edited_family_is_read_anew(tmp_path: Path) -> None:
+def test_an_edited_family_is_read_again(tmp_path: Path) -> None:
     path = written(tmp_path, spec=SPEC, shared=FAMILY)
     assert load_spec(path).kernels[0].summary == "First `b`, then `a`."
     written(tmp_path, shared=FAMILY.replace("First `b`, then `a`.", "One after the other."))
@@ -189,7 +189,7 @@ def test_a_family_is_made_for_each_algebra() -> None:
     assert plane(*(PGA2.multivector({"e12": 1, "e20": x}) for x in (0, 1))) == PGA2.multivector({"e2": 1})
 
 
-def test_a_family_refuses_what_a_kernel_refuses() -> None:
+def test_a_family_has_the_errors_of_kernels() -> None:
     with pytest.raises(KernelError) as plain:
         kernel(a=PGA2.POINT)(lambda b: b)
     with pytest.raises(KernelError) as inside:
@@ -197,7 +197,7 @@ def test_a_family_refuses_what_a_kernel_refuses() -> None:
     assert str(plain.value).partition(": ")[2] == str(inside.value).partition(": ")[2]
 
 
-def test_files_of_families_are_no_specs() -> None:
+def test_files_of_families_are_not_specs() -> None:
     names = {path.stem for path in own_specs()}
     folder = own_specs()[0].parent
     assert {path.parent for path in own_specs()} == {folder}

@@ -1,4 +1,4 @@
-"""What the specs compile to against truth that is not geometric algebra: matrices, scipy rotations, vector formulas.
+"""Compiled specs against results without geometric algebra: matrices, scipy rotations, vector formulas.
 
 The programs are read from the generated modules, which ``gac check --prove`` compares with the specs.
 """
@@ -37,7 +37,7 @@ HALF_TURN = np.pi * np.vstack([np.eye(3), -np.eye(3), [[0.6, 0.8, 0], [0, -0.6, 
 
 @cache
 def programs(module: str) -> Mapping[str, Read]:
-    """The programs that are checked in; ``gac check`` says that they are what the spec gives."""
+    """The checked-in programs; ``gac check`` compares them with the output of the spec."""
     return python_programs((generated_folder() / f"{module}.py").read_text())
 
 
@@ -93,7 +93,7 @@ def same_up_to_sign(found: Any, expected: Any, tolerance: float = 1e-12) -> None
 
 
 def rotation_vectors(rng: np.random.Generator) -> np.ndarray:
-    """Random ones, none, tiny ones, half turns exact and nearly, each in many directions."""
+    """Random, zero and tiny rotations, exact and nearly half turns, each in many directions."""
     directions = rng.normal(size=(N, 3))
     directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
     angles = np.concatenate([rng.uniform(0, np.pi, N - 9), [0, 1e-12, 1e-9, 1e-7, 1e-4, np.pi, np.pi - 1e-9, 3.1, 1]])

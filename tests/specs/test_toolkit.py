@@ -1,4 +1,4 @@
-"""``docs/toolkit.md`` is the table of the toolkit, and every function and every test that it names is there."""
+"""``docs/toolkit.md`` is the table of the toolkit, and every function and test that it names exists."""
 
 from __future__ import annotations
 

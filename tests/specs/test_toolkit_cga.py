@@ -371,12 +371,12 @@ def circle_at(c: Any, n: Any, r: float) -> Any:
 
 
 def line_at(p: Any, d: Any) -> Any:
-    """As a circle."""
+    """A line as a circle."""
     return cga3.circle_from_line(cga3.line_from_point_direction(np.array(p, float), np.array(d, float)))
 
 
 def plane_at(p: Any, n: Any) -> Any:
-    """As a dual sphere."""
+    """A plane as a dual sphere."""
     plane = cga3.plane_from_point_normal(np.array(p, float), np.array(n, float))
     return cga3.sphere_polarity(cga3.sphere_from_plane(plane))
 
@@ -410,7 +410,7 @@ CIRCLES = [
 
 @pytest.mark.parametrize("scale", [1.0, 1e-3, 1e3])
 def test_kinds_of_meets(rng: np.random.Generator, scale: float) -> None:
-    """As they are, and moved, turned, scaled, with other weights and the arguments exchanged."""
+    """Test the objects also translated, rotated, scaled, with other weights and exchanged arguments."""
     w = np.roll(Rotation.random(N, random_state=11).as_quat(), 1, -1)
     motors = cga3.motor_from_rotor_translation(w, rng.normal(size=(N, 3)) * 3)
     dilator = cga3.versor_from_dilator(cga3.dilator_from_scale(np.full(N, scale)))

@@ -174,7 +174,7 @@ def duals(rng: np.random.Generator) -> Any:
 
 @pytest.mark.parametrize("scale", [1.0, 1e-3, 1e3])
 def test_kinds_of_meets(rng: np.random.Generator, scale: float) -> None:
-    """As they are, and moved, turned, scaled, with other weights and exchanged."""
+    """Test the objects also translated, rotated, scaled, with other weights and exchanged."""
     v, _ = random_versors(rng)
     motor = cga2.motor_from_rotor_translation(cga2.versor_decomposition(v)[1], 3 * rng.normal(size=(N, 2)))
     dilator = cga2.versor_from_dilator(cga2.dilator_from_scale(np.full(N, scale)))
@@ -286,7 +286,7 @@ def test_motors(rng: np.random.Generator) -> None:
 
 
 def test_parts_and_powers_of_motors(rng: np.random.Generator) -> None:
-    """Against complex numbers ``turn z + t``; whole turns, half turns, pure translations and 1e-12 from them."""
+    """Compare with complex numbers ``turn z + t``; full turns, half turns, pure translations and 1e-12 from them."""
     ends = [0, 1e-12, -1e-12, 2 * np.pi - 1e-12, np.pi - 1e-12, 1e-7, 6.0, -6.0]
     angle = np.r_[rng.uniform(-2 * np.pi, 2 * np.pi, N - len(ends)), ends]
     x, t, u = vectors(rng, 3)

@@ -328,8 +328,8 @@ def test_more_motors_of_the_plane(rng: np.random.Generator) -> None:
         close(pga2.move_line(pga2.motor_between_lines(one, two), one), two, 1e-10)
 
 
-def test_poses_are_what_they_say(rng: np.random.Generator) -> None:
-    """The truth of this file against itself: the poses contain translations, half turns and no motion at all."""
+def test_poses_of_this_file(rng: np.random.Generator) -> None:
+    """Test the poses of this file: they include translations, half turns and the identity."""
     matrices = poses(rng)
     still = np.abs(matrices - np.eye(4)).max((1, 2))
     assert still.min() < 1e-15 and np.sum(np.trace(matrices, axis1=1, axis2=2) < 1e-12) >= 4

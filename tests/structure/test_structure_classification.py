@@ -65,7 +65,7 @@ def test_the_published_table() -> None:
 
 
 def test_table_modulo_eight_to_ten_vectors() -> None:
-    """As it is printed everywhere: p - q mod 8, and the exponent of the size."""
+    """The table in its usual form: p - q mod 8, and the exponent of the size."""
     known = {
         0: ("R", 0, ""), 2: ("R", 0, ""), 1: ("R", 1, "2"), 3: ("C", 1, ""), 7: ("C", 1, ""),
         4: ("H", 2, ""), 6: ("H", 2, ""), 5: ("H", 3, "2"),
@@ -191,7 +191,7 @@ def test_complex_matrices_are_a_representation() -> None:
 
 
 def test_complex_double_and_dual_numbers_and_quaternions() -> None:
-    """The small algebras by the rules that everybody knows; dual numbers differentiate."""
+    """The small algebras by their well-known rules; dual numbers differentiate."""
     rng = random.Random(8)
     a, b, c, d = (rng.randint(-9, 9) for _ in range(4))
     for algebra, square in ((orthogonal(0, 1), -1), (orthogonal(1), 1), (orthogonal(0, 0, 1), 0)):
@@ -227,7 +227,7 @@ def test_complex_algebras(n: int) -> None:
     assert set(np.unique(generators)) <= {0, 1, -1, 1j, -1j}
 
 
-def test_it_is_the_optimisers_matrices() -> None:
+def test_matrices_equal_those_of_the_optimiser() -> None:
     """The levels that large products are compiled through are those of the representation."""
     for algebra in (CGA3, STA, orthogonal(0, 3), orthogonal(5, 1)):
         assert plans(algebra)[0] == tower(algebra)[0]
@@ -335,7 +335,7 @@ def test_idempotents_and_ideals(p: int, q: int) -> None:
     assert np.array_equal(ideal.column(x * spinor), moved)
 
 
-def test_what_is_no_spinor_is_refused() -> None:
+def test_invalid_spinors_are_rejected() -> None:
     ideal = LeftIdeal(representation(orthogonal(3)))
     with pytest.raises(AlgebraError, match="ideal"):
         ideal.column(orthogonal(3).scalar(1))

@@ -74,10 +74,10 @@ def test_products_of_vectors_are_members(three: tuple[int, int, int]) -> None:
         assert found.is_pin == (abs(norm) == 1) and found.is_spin == (abs(norm) == 1 and count % 2 == 0)
 
 
-def test_who_is_no_member() -> None:
+def test_elements_that_are_not_members() -> None:
     e = orthogonal(6).basis()
     pseudoscalar = orthogonal(6).pseudoscalar
-    trap = 1 + pseudoscalar  # x ~x is a number, yet vectors do not stay vectors
+    trap = 1 + pseudoscalar  # x ~x is a number, but vectors are not mapped to vectors
     assert trap * ~trap == 2 and not membership(trap).is_lipschitz
     assert not membership(e[0] + e[1] * e[2]).is_lipschitz
     assert not membership(1 + e[0]).is_lipschitz
@@ -287,7 +287,7 @@ def test_brackets_and_meets(n: int) -> None:
 
 
 def test_meet_of_lines_and_planes() -> None:
-    """Two lines of the projective plane meet where numpy says; two planes of space in a line that lies on both."""
+    """Two lines of the projective plane meet in the point by numpy; two planes of space in a line on both."""
     a, b, c, d = integers(4, 3, 9)
     found = shuffle_product([a, b], [c, d])
     expected = np.cross(np.cross(a, b), np.cross(c, d))
@@ -336,7 +336,7 @@ def test_straightening_keeps_the_value_and_gives_standard_tableaux(n: int) -> No
 
 
 def test_relations_of_brackets_straighten_to_zero() -> None:
-    """The three-term relation; and van der Waerden's syzygies, whatever the letters."""
+    """The three-term relation; and van der Waerden's syzygies, for any letters."""
     ab_cd = {(("a", "b"), ("c", "d")): 1, (("a", "c"), ("b", "d")): -1, (("a", "d"), ("b", "c")): 1}
     assert straighten(ab_cd) == {}
     for column in range(3):

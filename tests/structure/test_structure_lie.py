@@ -83,7 +83,7 @@ def test_structure_constants_are_those_of_matrices(algebra: Algebra) -> None:
 
 @pytest.mark.parametrize("algebra", ALGEBRAS, ids=lambda algebra: algebra.name)
 def test_jacobi_and_killing_form(algebra: Algebra) -> None:
-    """``K(a, b) = (n - 2) tr(M_a M_b)`` for so(p, q), whatever the metric (Helgason 1978, ch. III)."""
+    """``K(a, b) = (n - 2) tr(M_a M_b)`` for so(p, q) in any metric (Helgason 1978, ch. III)."""
     lie = bivector_algebra(algebra)
     c = lie.structure_constants
     twice = np.einsum("ijm,mkl->ijkl", c, c)
@@ -105,14 +105,14 @@ def test_jacobi_and_killing_form(algebra: Algebra) -> None:
     ids=lambda value: getattr(value, "name", None),
 )  # fmt: skip
 def test_compact_and_semisimple(algebra: Algebra, signature: tuple[int, int, int], semisimple: bool) -> None:
-    """so(p, q) has p q boosts and the rest rotations; motions have translations beside them."""
+    """so(p, q) has p q boosts, and the rest are rotations; motions also have translations."""
     lie = bivector_algebra(algebra)
     assert lie.killing_signature == signature
     assert lie.is_semisimple == semisimple and lie.is_compact == (signature[1] == lie.dimension)
     assert lie.derived.dimension == (lie.dimension if semisimple or algebra is PGA3 else 2)
 
 
-def test_four_dimensions_fall_apart() -> None:
+def test_four_dimensions_decompose() -> None:
     """so(4) = su(2) + su(2): self-dual and anti-self-dual bivectors commute."""
     e1, e2, e3, e4 = orthogonal(4).basis()
     lie = bivector_algebra(orthogonal(4))
@@ -224,7 +224,7 @@ def test_bivectors_and_skew_matrices(algebra: Algebra) -> None:
 
 @pytest.mark.parametrize("order", [1, 2, 3, 4])
 def test_baker_campbell_hausdorff(order: int) -> None:
-    """What is left out falls with the power of the next order, against logarithms of scipy."""
+    """The truncation error decreases with the power of the next order, against logarithms of scipy."""
     algebra = orthogonal(4)
     a, b = floats(algebra), floats(algebra)
     errors = []
@@ -245,7 +245,7 @@ def random_skew_hermitian(n: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 4])
-def test_what_commutes_with_j_is_u_n(n: int) -> None:
+def test_the_commutant_of_j_is_u_n(n: int) -> None:
     """``n**2`` generators, found as a commutant, are those written down; su(n) is compact and has ``n**2 - 1``."""
     found = bivector_algebra(complex_space(n)).commutant(complex_structure(n))
     known = unitary_algebra(n)
@@ -276,7 +276,7 @@ def test_brackets_are_commutators_of_complex_matrices(n: int) -> None:
 
 @pytest.mark.parametrize("n", [1, 2, 3, 4])
 def test_rotors_of_unitary_matrices(n: int) -> None:
-    """By exponentials and by reflections, against scipy: U(2) and U(3) to 1e-12."""
+    """Rotors by exponentials and by reflections, against scipy: U(2) and U(3) to 1e-12."""
     for _ in range(4 if n < 4 else 1):
         matrix = random_skew_hermitian(n)
         unitary = scipy.linalg.expm(matrix)
@@ -294,7 +294,7 @@ def test_rotors_of_unitary_matrices(n: int) -> None:
     assert np.abs(unitary_of_rotor(rotor_of_unitary(special)) - special).max() < 1e-13
 
 
-def test_maps_that_are_not_unitary_are_refused() -> None:
+def test_maps_that_are_not_unitary_are_rejected() -> None:
     e = complex_space(2).basis()
     with pytest.raises(AlgebraError, match="complex linear"):
         unitary_of_rotor((1 + e[0] * e[1]) * 0.5**0.5)

@@ -208,7 +208,7 @@ def test_polar_factors() -> None:
             assert distance(rotation * frame[k], image * rotation) < 1e-13
 
 
-def test_what_is_no_linear_map_is_refused() -> None:
+def test_invalid_linear_maps_are_rejected() -> None:
     with pytest.raises(AlgebraError, match="determinant 0"):
         versor_of_linear_map([[1, 2], [2, 4]])
     with pytest.raises(AlgebraError, match="square"):
@@ -318,7 +318,7 @@ CASES = {
 
 @pytest.mark.parametrize("case", CASES)
 def test_directed_distances(case: str) -> None:
-    """Against least squares on plain vectors, both ways, for all pairs of points, lines and planes."""
+    """Compare with least squares on plain vectors, in both orders, for all pairs of points, lines and planes."""
     space = Horosphere(3)
     one, two = CASES[case]
     a, b = space.flat(*one), space.flat(*two)
@@ -344,7 +344,7 @@ def test_support_is_nearest_to_the_origin() -> None:
 
 
 def test_flags_and_incidence() -> None:
-    """A point on a line on a plane stays there under rigid motions, exactly."""
+    """Incidence of a point, a line and a plane is preserved exactly by rigid motions."""
     space = Horosphere(3)
     points = [[1, 0, 2], [3, 1, -1], [0, 4, 5]]
     flag = [space.flat(*points[:k]) for k in (1, 2, 3)]

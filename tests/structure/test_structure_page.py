@@ -14,7 +14,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "structure.md"
 
 
 def test_blocks_run() -> None:
-    """In one namespace, from top to bottom; asserts in them hold."""
+    """Execute the blocks in one namespace, from top to bottom, including their assertions."""
     blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
     assert len(blocks) >= 6
     exec(compile("\n".join(blocks), "docs/structure.md", "exec"), {"__name__": "structure"})

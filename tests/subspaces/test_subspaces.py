@@ -199,7 +199,7 @@ def test_angles_decide_dimensions(tolerance: float) -> None:
 
 @pytest.mark.parametrize(("n", "a", "b"), [(3, 1, 1), (5, 2, 3), (6, 3, 2), (7, 1, 6), (8, 3, 3)])
 def test_joins_of_blades_apart_are_outer_products(n: int, a: int, b: int) -> None:
-    """By minors of integers; a few blades nearly share a direction, and where one does the grades differ."""
+    """Compare with minors of integers; a few blades nearly share a direction, and if they share one, grades differ."""
     rows = RANDOM.integers(-9, 10, (400, a + b, n)).astype(float)
     rows = rows[np.linalg.cond(rows) < 1e3]
     rows[::37, a] = rows[::37, 0] + rows[::37, a] * 2.0**-12
@@ -334,7 +334,7 @@ def test_delta_products_of_exact_blades(algebra: Algebra) -> None:
 
 @pytest.mark.parametrize("apart", [1.0, 1e-4, 1e-8, 1e-11])
 def test_rows_near_to_each_other_become_orthonormal(apart: float) -> None:
-    """To rounding, whatever is left of them, and the volume is that of numpy's triangle."""
+    """Rows are orthonormal up to rounding, however small the remainder, and the volume equals that of numpy's QR."""
     rows = RANDOM.normal(size=(3, 1, 6)) + apart * RANDOM.normal(size=(3, 4, 6))
     volumes = np.abs(np.diagonal(np.linalg.qr(np.swapaxes(rows, -1, -2))[1], axis1=-2, axis2=-1)).prod(-1)
     made = rows.copy()
@@ -367,7 +367,7 @@ def test_a_coarse_tolerance_is_for_sines_of_principal_angles(size: int) -> None:
 
 @pytest.mark.parametrize("apart", [1e-2, 1e-5, 1e-7])
 def test_joins_of_subspaces_near_to_each_other_are_orthonormal(apart: float) -> None:
-    """To rounding, and not to rounding divided by the sine between them."""
+    """The error is that of rounding, not of rounding divided by the sine between them."""
     rows = RANDOM.normal(size=(20, 3, 9))
     one, two = (FactoredBlade.of_vectors(x) for x in (rows, rows + apart * RANDOM.normal(size=rows.shape)))
     found = join_and_meet(one, two, 1e-11).join()
@@ -376,7 +376,7 @@ def test_joins_of_subspaces_near_to_each_other_are_orthonormal(apart: float) -> 
 
 
 def test_delta_products_in_batches() -> None:
-    """With two leading axes of different lengths, each as alone."""
+    """Batches with two leading axes of different lengths equal single products."""
     rng = np.random.default_rng(8)
     shared, x, y = rng.normal(size=(2, 3, 1, 5)), rng.normal(size=(2, 3, 1, 5)), rng.normal(size=(2, 3, 2, 5))
     a, b = (FactoredBlade.of_vectors(np.concatenate([shared, each], -2)) for each in (x, y))

@@ -126,7 +126,7 @@ def test_rates_far_apart_need_no_subspaces(
     """Polynomials of the bivector find the parts by themselves, in batches with leading axes and in any unit."""
 
     def refuse(*_: object) -> None:
-        raise AssertionError("the slow way is for rates that polynomials cannot tell apart")
+        raise AssertionError("the slow method is for rates that polynomials cannot separate")
 
     monkeypatch.setattr(bivectors, "_by_subspaces", refuse)
     n, metric = len(squares), np.diag(np.array(squares, float))
@@ -143,7 +143,7 @@ def test_rates_far_apart_need_no_subspaces(
 
 @pytest.mark.parametrize("gap", [1e-9, 1e-3, 0.2])
 def test_equal_and_near_rates_of_other_metrics(gap: float) -> None:
-    """By subspaces for small gaps: whichever way is taken, the parts are simple, commute and have their squares."""
+    """Subspaces are used for small gaps: by either method, the parts are simple, commute and have their squares."""
     metric = np.diag([1.0, 1, 1, 1, 1, -1])
     given = np.stack([made(6, metric, [1.0 + gap, 1.0, 0.5], seed)[0] for seed in range(4)])
     found = split_bivectors(given, 6, metric)
@@ -153,7 +153,7 @@ def test_equal_and_near_rates_of_other_metrics(gap: float) -> None:
 
 
 def test_screws_and_null_rotations() -> None:
-    """In PGA a screw is a rotation and a translation that commute; in STA and beyond null parts stay whole."""
+    """In PGA a screw is a commuting rotation and translation; in STA and beyond null parts are not divided."""
     screw = np.array([2.0, 0.3, 0.5, 1.0, -0.7, 0.2])
     gram = gram_of(PGA3)
     found = split_bivectors(screw, 4, gram)
@@ -172,7 +172,7 @@ def test_screws_and_null_rotations() -> None:
     assert np.allclose(np.sort(found.squares), [-9, 0, 0], atol=1e-8)
 
 
-def test_small_boosts_beside_fast_turns() -> None:
+def test_small_boosts_with_fast_rotations() -> None:
     minkowski = np.diag([1.0, 1, 1, 1, 1, -1])
     skew = np.zeros((6, 6))
     skew[0, 1], skew[2, 3], skew[4, 5] = 5.0, 5.0, 1e-7
@@ -184,8 +184,8 @@ def test_small_boosts_beside_fast_turns() -> None:
 
 
 @pytest.mark.parametrize("scale", [1e-4, 1.0, 1e4])
-def test_a_small_part_beside_nearly_equal_ones_is_simple_in_any_unit(scale: float) -> None:
-    """What subtracting the large parts leaves of rounding is measured by the size of the bivector."""
+def test_a_small_part_with_nearly_equal_ones_is_simple_in_any_unit(scale: float) -> None:
+    """Rounding errors after subtraction of the large parts are relative to the size of the bivector."""
     gram = np.diag([1.0, 1, 1, 1, -1, -1])
     bivector, parts = made(6, gram, [1.0, 1.001, 1e-8], 7)
     found = split_bivectors(scale * bivector, 6, gram)
@@ -205,7 +205,7 @@ def test_where_no_real_split_is_singled_out() -> None:
     assert found.is_split.tolist() == [False, True]
     assert np.allclose(found.parts.sum(-2)[0], bivector)
     null = np.zeros((8, 8))
-    null[0, 1], null[2, 3] = 1.0, 2.0  # w1^w2 + 2 w3^w4: null in many ways
+    null[0, 1], null[2, 3] = 1.0, 2.0  # w1^w2 + 2 w3^w4: the squares and products of its parts vanish
     assert not split_bivectors(coefficients(null - null.T), 8, gram_of(null_pairs(4))).is_split
     null[2, 3] = 0.0
     assert split_bivectors(coefficients(null - null.T), 8, gram_of(null_pairs(4))).is_split

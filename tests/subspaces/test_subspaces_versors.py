@@ -200,7 +200,7 @@ def test_thirty_dimensions() -> None:
 
 
 def test_the_sign_of_a_turn_by_two_pi() -> None:
-    """Half turns twice are -1, which their map does not show."""
+    """Two half turns are -1, which their map does not show."""
     half = FactoredVersor(np.eye(3)[:2])
     whole = half.geometric_product(half)
     assert np.allclose(versor_coefficients(whole), [-1, 0, 0, 0, 0, 0, 0, 0])

@@ -44,7 +44,7 @@ TEN = _ten()
 
 ALGEBRAS = (VGA3, PGA3, CGA3, STA, NULL_PAIRS, OBLIQUE, TEN, GRASSMANN)
 WITH_VERSORS = ALGEBRAS[:-1]
-"""Those in which some vector has an inverse."""
+"""Algebras in which some vector has an inverse."""
 NON_DEGENERATE = tuple(algebra for algebra in ALGEBRAS if algebra not in (PGA3, GRASSMANN))
 
 

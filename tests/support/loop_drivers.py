@@ -31,7 +31,7 @@ class LoopCall:
     procedure: Procedure
     lengths: Mapping[str, int]
     given: Mapping[str, Array]
-    """Arguments, with a leading axis where elements differ in them, and index tables."""
+    """Arguments, with a leading axis if they differ between elements, and index tables."""
     count: int
 
     @property

@@ -41,7 +41,7 @@ del matplotlib_inline
 _PEER = "peer:"
 _NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d*)?(?:e[+-]?\d+)?(?![\w.])|(?<![\w.])-?\.\d+(?:e[+-]?\d+)?(?![\w.])")
 _RELATIVE = 1e-9
-"""Numbers that agree to this are equal, however many digits are printed."""
+"""Numbers within this relative tolerance are equal, for any number of printed digits."""
 
 
 def peers_of(cell: Any) -> list[str]:

@@ -22,7 +22,7 @@ from gacompiler.ir.scalar import Op
 Array = np.ndarray[Any, Any]
 PRECISIONS = ("double", "float")
 FUNCTIONS = {Op.SIN, Op.COS, Op.ATAN2, Op.ACOS, Op.EXP, Op.LOG}
-"""Operations that IEEE 754 does not round for everyone alike."""
+"""Operations whose rounding IEEE 754 does not specify."""
 
 
 def size(part: Argument | Result) -> int:

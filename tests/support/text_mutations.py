@@ -14,7 +14,7 @@ class Mutation(NamedTuple):
 
     kind: str
     line: str
-    """The line as it was."""
+    """The original line."""
     changed: str
     text: str
 

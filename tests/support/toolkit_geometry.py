@@ -22,7 +22,7 @@ ENTRIES = (
     *rows("cga3", VECTORS, GEOMETRY + "points_of_circles", """
         point of a circle at an angle: point_on_circle
     """),
-    *rows("cga3", VECTORS, GEOMETRY + "circles_are_as_near_as_their_nearest_points", """
+    *rows("cga3", VECTORS, GEOMETRY + "distances_of_circles_are_those_of_nearest_points", """
         circle in the frame of a circle: circle_relative_to_circle
     """),
     *rows("cga3", VECTORS, GEOMETRY + "parallel_planes", """
@@ -40,7 +40,7 @@ ENTRIES = (
     *rows("geometry", VECTORS, GEOMETRY + "projections_of_kinds", """
         projection of one kind on another: project
     """),
-    *rows("geometry", VRANEK, GEOMETRY + "circles_are_as_near_as_their_nearest_points", """
+    *rows("geometry", VRANEK, GEOMETRY + "distances_of_circles_are_those_of_nearest_points", """
         closest points and distance of circles in space: nearest_on_circles
     """),
     *rows("geometry", VECTORS, GEOMETRY + "similarities_take_rounds_to_rounds", """
@@ -67,7 +67,7 @@ ENTRIES = (
     *rows("geometry", VECTORS, ROUNDS + "rays_through_a_convex_hull", """
         first hit of a ray on a mesh: hit_mesh
     """),
-    *rows("geometry", BOOK, "test_stereographic.py::test_there_and_back", """
+    *rows("geometry", BOOK, "test_stereographic.py::test_round_trip", """
         stereographic projection from a sphere, and back: stereographic_projection inverse_stereographic_projection
     """),
     *rows("geometry", BOOK, GEOMETRY + "cycloidal_curves", """

@@ -314,13 +314,13 @@ ENTRIES = (
     *rows("motors", MARKLEY, ALGORITHMS + "means_of_one_two_and_translations", """
         linear average, weighted: average_motors
     """),
-    *rows("motors", PENNEC, ALGORITHMS + "the_mean_goes_along_with_motions_from_both_sides", """
+    *rows("motors", PENNEC, ALGORITHMS + "the_mean_is_equivariant_under_motions_from_both_sides", """
         intrinsic mean, with status: mean_motor
     """),
-    *rows("motors", SHOEMAKE, ALGORITHMS + "slerp_is_that_of_scipy_and_signs_do_not_matter", """
+    *rows("motors", SHOEMAKE, ALGORITHMS + "slerp_equals_that_of_scipy_and_signs_do_not_matter", """
         slerp: slerp
     """),
-    *rows("motors", KAVAN, ALGORITHMS + "screw_interpolation_is_uniform_and_does_not_see_signs", """
+    *rows("motors", KAVAN, ALGORITHMS + "screw_interpolation_is_uniform_and_independent_of_signs", """
         ScLERP: sclerp
         NLERP: nlerp
     """),

@@ -10,7 +10,7 @@ class Entry:
     """An operation, its function, the source of its formula, and the test against an independent result."""
 
     entry: str
-    """What it is, in a few words."""
+    """The operation in a few words."""
     algebra: str
     """``pga3``, ``pga2``, ``cga3`` ..., the generated module, or ``motors`` for ``algorithms.motors``."""
     function: str

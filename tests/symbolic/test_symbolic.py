@@ -1,4 +1,4 @@
-"""Symbolic multivectors: arithmetic, printing, solving, relations, and the way to kernels and back."""
+"""Symbolic multivectors: arithmetic, printing, solving, relations, and conversion to kernels and back."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ EXPRESSIONS = [
 
 
 @pytest.mark.parametrize("expression", EXPRESSIONS, ids=str)
-def test_the_ring_reads_and_writes_what_sympy_means(expression: Any) -> None:
+def test_the_ring_round_trips_expressions_of_sympy(expression: Any) -> None:
     back = Expanded.of(expression).expression
     assert sympy.simplify(back - expression) == 0
     assert (Expanded.of(expression) - expression).is_zero
@@ -96,7 +96,7 @@ def value(expression: Any) -> complex:
     return complex(sympy.N(expression.replace(f, sympy.cosh).doit().subs(numbers)))
 
 
-def test_the_ring_computes_as_sympy_does() -> None:
+def test_the_ring_computes_like_sympy() -> None:
     random = Random(3)
     for a in EXPRESSIONS:
         for b in random.sample(EXPRESSIONS, 4):
@@ -128,8 +128,8 @@ def test_powers_that_become_ordinary_keep_their_numbers(a: Any, b: Any, product:
     assert sympy.simplify((Expanded.of(a) * b).expression - product) == 0
 
 
-def test_floats_are_short_fractions_or_stay() -> None:
-    """2.5 is 5/2; 0.1 is no fraction of a small power of two; quotients of floats divide."""
+def test_floats_are_short_fractions_or_kept() -> None:
+    """2.5 is 5/2; 0.1 is not a fraction of a small power of two; quotients of floats divide."""
     assert Expanded.of(2.5).expression == sympy.Rational(5, 2)
     assert Expanded.of(-100.25).expression == sympy.Rational(-401, 4)
     assert isinstance(Expanded.of(0.1).expression, sympy.Float)
@@ -138,7 +138,7 @@ def test_floats_are_short_fractions_or_stay() -> None:
 
 
 @pytest.mark.parametrize("value", [sympy.oo, -sympy.oo, sympy.zoo, sympy.nan], ids=str)
-def test_infinite_numbers_are_refused(value: Any) -> None:
+def test_infinite_numbers_are_rejected(value: Any) -> None:
     for each in (value, X + value):
         with pytest.raises(AlgebraError, match="expected a number or a sympy expression"):
             Expanded.of(each)
@@ -288,7 +288,7 @@ def test_operands_mix() -> None:
         (lambda a: a.subs("e1", 2), "a symbol"),
     ],
 )
-def test_what_makes_no_sense_is_refused(operation: Any, message: str) -> None:
+def test_invalid_operations_are_rejected(operation: Any, message: str) -> None:
     with pytest.raises(AlgebraError, match=message):
         operation(symbols("a", layout=VGA3.VECTOR))
 
@@ -321,7 +321,7 @@ def test_inverse_of_a_general_element(algebra: Algebra) -> None:
     assert set(determinant(a).terms) == {0}
 
 
-def test_duals_undo_each_other() -> None:
+def test_duals_are_inverse() -> None:
     a = unknowns("a", PGA3)
     assert undual(dual(a)) == a
 
@@ -577,7 +577,7 @@ def test_several_results_and_changed_coefficients() -> None:
     assert constant.tolist() == [1]
 
 
-def test_kernels_refuse_formulas_that_they_cannot_hold() -> None:
+def test_kernels_reject_formulas_that_do_not_fit() -> None:
     a, b = symbols("a b", layout=VGA3.VECTOR)
     s = symbols("s")
     with pytest.raises(KernelError, match="b_e1"):
@@ -604,7 +604,7 @@ def test_kernels_refuse_formulas_that_they_cannot_hold() -> None:
         )
 
 
-def test_a_kernel_comes_back_as_a_formula() -> None:
+def test_a_kernel_is_converted_to_a_formula() -> None:
     @kernel(m=PGA3.MOTOR, p=PGA3.POINT)
     def move(m: Any, p: Any) -> Any:
         return gacompiler.sandwich(m, p)
@@ -641,7 +641,7 @@ def test_loading_the_package_does_not_load_sympy() -> None:
 
 
 def test_blocks_of_the_page_on_derivation_run() -> None:
-    """In one namespace, from top to bottom; asserts in them hold."""
+    """Execute the blocks in one namespace, from top to bottom, including their assertions."""
     page = Path(__file__).parents[2] / "docs" / "derivation.md"
     blocks = re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL)
     assert len(blocks) >= 6

@@ -87,7 +87,7 @@ def test_quarter_turns_and_dilations() -> None:
     f, scales = field(9, 9, 4), [1.3]
 
     def turned(g: np.ndarray, first: int) -> np.ndarray:
-        """What was at (x, y) is at (-y, x)."""
+        """Rotate a field: the value at (x, y) moves to (-y, x)."""
         return np.roll(np.flip(np.swapaxes(g, first, first + 1), first), 1, first)
 
     before = clifford_wavelet_nd(f, scales, turns(8)[:3], sigma=(2.0, 1.0)).coefficients

@@ -23,7 +23,7 @@ IMAGES = [
 """Functions of images of one number per pixel."""
 
 ONE = {"optical_flow", "denoise", "disparity", "estimated_noise", "similarity_distance"}
-"""Those that take no stacks."""
+"""Functions that do not accept stacks."""
 
 
 def colours(*size: int, seed: int = 0) -> np.ndarray:

@@ -35,7 +35,7 @@ def spacetime_product() -> Any:
 
 
 def blades(n: int) -> tuple[str, ...]:
-    """By grade, then by the last vector, then the one before."""
+    """Blades by grade, then by the last vector, then by the previous one."""
     names = ["".join(each) for grade in range(n + 1) for each in combinations("123456"[:n], grade)]
     return tuple(sorted(names, key=lambda name: (len(name), name[::-1])))
 

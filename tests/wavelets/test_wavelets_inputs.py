@@ -101,7 +101,7 @@ ALONE = {
     "local_phase": "one filter",
     "quaternion_local_phase": "one filter",
 }
-"""Functions of arrays that take one thread."""
+"""Functions of arrays that use one thread."""
 
 DOUBLE = {
     "clifford_convolve",
@@ -114,7 +114,7 @@ DOUBLE = {
     "match_template",
     "sphere_wavelet",
 }
-"""Functions whose other arguments are float64, or which give a number of Python."""
+"""Functions whose other arguments are float64, or which return a Python number."""
 
 LEVELS: dict[str, Call] = {
     "complex_pyramid": lambda levels: w.complex_pyramid(np.ones((19, 17)), levels),

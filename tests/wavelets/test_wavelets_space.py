@@ -62,7 +62,7 @@ def test_equivariant_under_shifts_and_quarter_turns() -> None:
     f = field(9, 9, 5)
 
     def turned(g: np.ndarray, first: int) -> np.ndarray:
-        """What was at (x, y) is at (-y, x)."""
+        """Rotate a field: the value at (x, y) moves to (-y, x)."""
         return np.roll(np.flip(np.swapaxes(g, first, first + 1), first), 1, first)
 
     turns = [vga3.rotor_product(QUARTER, r) for r in directions()[:3]]

@@ -1,4 +1,4 @@
-"""Wheels installed where there is numpy and nothing else: no compiler, no cffi, no numba."""
+"""Wheels installed with numpy only: no compiler, no cffi, no numba."""
 
 from __future__ import annotations
 
@@ -191,7 +191,7 @@ def test_a_source_install_builds_on_first_use(pure: Path, empty: Environment) ->
     empty.install(pure)
     code = "from generated import vga2; print(vga2.geometric_product([2, 0, 0, 0], [0, 3, 0, 0]), vga2.backend)"
     assert empty.output(code) == "[0. 6. 0. 0.] arrays\n"
-    # Where that takes more than a second, a line on stderr says so.
+    # If it takes more than a second, a line on stderr reports it.
     assert empty.run(code, compilers()).stdout == "[0. 6. 0. 0.] c\n"
     assert len(list(empty.site.glob("generated/_build/vga2-*.so"))) == 1
     assert empty.output(code) == "[0. 6. 0. 0.] c\n"
@@ -226,7 +226,7 @@ def spec(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_package_of_kernels(spec: Path, empty: Environment, tmp_path: Path) -> None:
-    """Two packages of the same kernels live side by side, each on its own runtime."""
+    """Two packages of the same kernels coexist, each with its own runtime."""
     first = packaged(spec, output=tmp_path / "first")
     again = packaged(spec, output=tmp_path / "again")
     assert first.read_bytes() == again.read_bytes()
@@ -252,7 +252,7 @@ def test_a_pure_package_runs_without_a_compiler(spec: Path, empty: Environment, 
     assert "numba is not installed" in failed.stderr.splitlines()[-1]
 
 
-def test_a_library_that_cannot_be_loaded_is_no_end(spec: Path, empty: Environment, tmp_path: Path) -> None:
+def test_a_library_that_cannot_be_loaded_has_a_fallback(spec: Path, empty: Environment, tmp_path: Path) -> None:
     level = f"v{LEVELS[-1]}" if LEVELS else ""
     options = ["--target-level", level] if level else []
     empty.install(packaged(spec, *options, output=tmp_path / "one"))
@@ -266,7 +266,7 @@ def test_a_library_that_cannot_be_loaded_is_no_end(spec: Path, empty: Environmen
 
 
 def test_another_machine(spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Libraries for aarch64, where its compiler is; they have no levels, and the extension is left out."""
+    """Libraries for aarch64, if its compiler is installed; they have no levels, and the extension is omitted."""
     if not shutil.which("aarch64-linux-gnu-gcc"):
         pytest.skip("no compiler for aarch64")
     monkeypatch.setenv("CC", "aarch64-linux-gnu-gcc")

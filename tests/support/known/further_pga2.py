@@ -38,7 +38,7 @@ def reflect_point_in_line_2d(line, p):
 
 @kernel(a=POINT, b=POINT, c=POINT, d=POINT)
 def crossing_of_segments_2d(a, b, c, d):
-    """Where the line through two points meets that through two others, with its weight."""
+    """The intersection of two lines through two points each, with its weight."""
     return meet(join(a, b), join(c, d))
 
 

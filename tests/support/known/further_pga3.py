@@ -140,7 +140,7 @@ def meet_of_moved_planes(m, a, b):
 
 @kernel(a=POINT, b=POINT, n=PLANE)
 def line_through_points_meets_plane(a, b, n):
-    """Where a ray given by two points hits a plane, with its weight."""
+    """The intersection of a ray through two points and a plane, with its weight."""
     return meet(join(a, b), n)
 
 
