@@ -1,0 +1,242 @@
+"""Kalman filters: numpy's matrices, the batch solution, the steady state, gates, missing numbers, batches."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from scipy.linalg import block_diag, expm, solve_discrete_are
+from scipy.stats import chi2
+
+from algorithms.arguments import Reals
+from algorithms.estimation import EstimationStatus, ExtendedKalmanFilter, KalmanFilter
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(2)
+
+
+class Problem(NamedTuple):
+    """A linear system."""
+
+    state: Reals
+    covariance: Reals
+    transition: Reals
+    process: Reals
+    rows: Reals
+    noise: Reals
+
+
+def moving(order: int, axes: int, dt: float = 0.1) -> Problem:
+    """Points on axes with constant velocity or acceleration, of which positions are measured."""
+    one = expm(dt * np.eye(order, k=1))
+    side = np.array([dt**k for k in range(order, 0, -1)])
+    process = 0.3 * np.outer(side, side) + 1e-6 * np.eye(order)
+    rows = np.eye(1, order)
+    n = order * axes
+    r = np.eye(axes) * 0.2 + 0.05
+    return Problem(np.zeros(n), 2 * np.eye(n), block_diag(*[one] * axes), block_diag(*[process] * axes),
+                   block_diag(*[rows] * axes), r)  # fmt: skip
+
+
+PROBLEMS = [moving(2, 1), moving(2, 2), moving(2, 3), moving(3, 1), moving(1, 1), moving(3, 3), moving(2, 4)]
+
+
+def simulated(rng: np.random.Generator, p: Problem, t: int) -> tuple[Reals, Reals]:
+    x = np.linalg.cholesky(p.covariance) @ rng.normal(size=len(p.state)) + p.state
+    truth, seen = [], []
+    for _ in range(t):
+        x = p.transition @ x + np.linalg.cholesky(p.process) @ rng.normal(size=len(x))
+        truth.append(x)
+        seen.append(p.rows @ x + np.linalg.cholesky(p.noise) @ rng.normal(size=len(p.rows)))
+    return np.array(truth), np.array(seen)
+
+
+def by_batch(p: Problem, measurements: Reals) -> tuple[Reals, Reals]:
+    """All states given all measurements, and their covariances, by the equations of conditional Gaussians."""
+    t, n = len(measurements), len(p.state)
+    powers = [np.linalg.matrix_power(p.transition, k) for k in range(t + 1)]
+    mean = np.concatenate([powers[k + 1] @ p.state for k in range(t)])
+    spread = np.zeros((t * n, t * n))
+    own = p.covariance
+    for j in range(t):
+        own = p.transition @ own @ p.transition.T + p.process
+        for k in range(j, t):
+            block = powers[k - j] @ own
+            spread[k * n : (k + 1) * n, j * n : (j + 1) * n] = block
+            spread[j * n : (j + 1) * n, k * n : (k + 1) * n] = block.T
+    rows = block_diag(*[p.rows] * t)
+    seen = rows @ spread @ rows.T + block_diag(*[p.noise] * t)
+    gain = np.linalg.solve(seen, rows @ spread).T
+    after = mean + gain @ (measurements.ravel() - rows @ mean)
+    return after.reshape(t, n), np.array(
+        [(spread - gain @ rows @ spread)[k * n : (k + 1) * n, k * n : (k + 1) * n] for k in range(t)]
+    )
+
+
+@pytest.mark.parametrize("p", PROBLEMS, ids=lambda p: f"{len(p.state)}x{len(p.rows)}")
+def test_filter_and_smoother_equal_the_batch(rng: np.random.Generator, p: Problem) -> None:
+    """The last filtered and all smoothed states are those of the joint distribution of all states."""
+    measurements = simulated(rng, p, 12)[1]
+    f = KalmanFilter(*p)
+    found = f.run(measurements)
+    smoothed = f.smooth(found)
+    states, covariances = by_batch(p, measurements)
+    assert np.abs(found.states[-1] - states[-1]).max() < 1e-11
+    assert np.abs(smoothed.states - states).max() < 1e-10
+    assert np.abs(smoothed.covariances - covariances).max() < 1e-10
+    assert np.array_equal(f.state, found.states[-1]) and found.used.all()
+    assert np.abs(np.swapaxes(found.covariances, -1, -2) - found.covariances).max() == 0
+
+
+@pytest.mark.parametrize("p", PROBLEMS, ids=lambda p: f"{len(p.state)}x{len(p.rows)}")
+def test_steps_equal_the_recording(rng: np.random.Generator, p: Problem) -> None:
+    """Steps, joint and in sequence, give what the kernel of a recording gives."""
+    measurements = simulated(rng, p, 20)[1]
+    found = KalmanFilter(*p).run(measurements)
+    for in_sequence in (False, True):
+        f = KalmanFilter(*p)
+        for k, z in enumerate(measurements):
+            f.predict()
+            f.update(z, in_sequence=in_sequence)
+            assert f.status == EstimationStatus.OK
+            assert np.abs(f.state - found.states[k]).max() < 1e-12
+            assert np.abs(f.covariance - found.covariances[k]).max() < 1e-12
+            assert abs(f.square - found.squares[k]) < 1e-9 * (1 + found.squares[k])
+
+
+@pytest.mark.parametrize("p", PROBLEMS[:3], ids=lambda p: f"{len(p.state)}x{len(p.rows)}")
+def test_steady_state_solves_the_riccati_equation(p: Problem) -> None:
+    found = KalmanFilter(*p).run(np.zeros((2000, len(p.rows))))
+    exact = solve_discrete_are(p.transition.T, p.rows.T, p.process, p.noise)
+    assert np.abs(found.predicted_covariances[-1] - exact).max() < 1e-9
+
+
+def test_innovations_have_their_covariance(rng: np.random.Generator) -> None:
+    """Squared innovations and errors of 1,000 filters, run as one batch, are in the 95 % band."""
+    p, n_runs, t = PROBLEMS[1], 1000, 30
+    truths, measurements = (np.array(x) for x in zip(*(simulated(rng, p, t) for _ in range(n_runs)), strict=True))
+    found = KalmanFilter(np.zeros((n_runs, 4)), *p[1:]).run(measurements)
+    assert found.states.shape == (n_runs, t, 4)
+    low, high = chi2.interval(0.95, 2 * n_runs * t)
+    assert low < found.squares.sum() < high
+    last = truths[:, -1] - found.states[:, -1]
+    squares = np.einsum("ki,kij,kj", last, np.linalg.inv(found.covariances[:, -1]), last)
+    low, high = chi2.interval(0.95, 4 * n_runs)
+    assert low < squares < high
+    single = KalmanFilter(*p).run(measurements[7])
+    assert np.abs(single.states - found.states[7]).max() < 1e-12
+
+
+@pytest.mark.parametrize("p", [PROBLEMS[1], PROBLEMS[6]], ids=["4x2", "8x4"])
+def test_missing_numbers_are_left_out(rng: np.random.Generator, p: Problem) -> None:
+    """A missing number is as if it were not measured: the filter with fewer rows, or the prediction."""
+    measurements = simulated(rng, p, 10)[1]
+    measurements[3, 0] = np.nan
+    measurements[5] = np.nan
+    found = KalmanFilter(*p).run(measurements)
+    assert found.n_missing == 1 + len(p.rows)
+    x, spread = p.state, p.covariance
+    for k, z in enumerate(measurements):
+        x, spread = p.transition @ x, p.transition @ spread @ p.transition.T + p.process
+        seen = np.isfinite(z)
+        rows, noise = p.rows[seen], p.noise[np.ix_(seen, seen)]
+        gain = spread @ rows.T @ np.linalg.inv(rows @ spread @ rows.T + noise)
+        x, spread = x + gain @ (z[seen] - rows @ x), spread - gain @ rows @ spread
+        assert np.abs(found.states[k] - x).max() < 1e-11
+        assert np.abs(found.covariances[k] - spread).max() < 1e-11
+    f = KalmanFilter(*p)
+    f.update(np.full(len(p.rows), np.nan))
+    assert f.status == EstimationStatus.SKIPPED
+
+
+def test_gate(rng: np.random.Generator) -> None:
+    p = PROBLEMS[1]
+    measurements = simulated(rng, p, 50)[1]
+    measurements[20] += 100
+    found = KalmanFilter(*p, gate=30.0).run(measurements)
+    assert not found.used[20] and found.used.sum() == 49
+    assert np.array_equal(found.states[20], found.predicted[20])
+    f = KalmanFilter(*p, gate=30.0)
+    f.update(np.array([1e3, 0]))
+    assert f.status == EstimationStatus.REJECTED and not f.state.any()
+    f = KalmanFilter(*p[:5], 0.2 * np.eye(2), gate=30.0)
+    f.update(np.array([1e3, 0.1]), in_sequence=True)
+    assert f.status == EstimationStatus.OK and f.state[2] > 0 and f.state[0] < 1
+
+
+def test_indefinite_covariances_and_bad_arguments() -> None:
+    p = PROBLEMS[0]
+    f = KalmanFilter(p.state, np.diag([1.0, -1]), *p[2:])
+    assert f.status == EstimationStatus.NOT_DEFINITE and np.linalg.eigvalsh(f.covariance)[0] > 0
+    f.predict()
+    f.update([0.3])
+    assert np.isfinite(f.state).all() and np.linalg.eigvalsh(f.covariance)[0] > 0
+    with pytest.raises(ValueError, match="state: 13 numbers; expected 1 to 12"):
+        KalmanFilter(np.zeros(13), np.eye(13), np.eye(13), np.eye(13), np.eye(13), np.eye(13))
+    with pytest.raises(ValueError, match=r"transition: shape \(3, 3\); expected \(2, 2\)"):
+        KalmanFilter(p.state, p.covariance, np.eye(3), *p[3:])
+    with pytest.raises(ValueError, match="process_noise"):
+        KalmanFilter(*p[:3], np.full((2, 2), np.nan), *p[4:])
+
+
+def test_joseph_form_keeps_covariances_positive() -> None:
+    """An exact measurement of a state with a large covariance, where P - K H P has negative eigenvalues."""
+    x, spread = np.zeros(2), np.array([[1e12, 1e12 - 1], [1e12 - 1, 1e12]])
+    f = KalmanFilter(x, spread, np.eye(2), np.zeros((2, 2)), np.array([[1.0, 0]]), np.array([[1e-12]]))
+    for _ in range(50):
+        f.update([1.0])
+    assert np.linalg.eigvalsh(f.covariance)[0] > -1e-4 * np.trace(f.covariance)
+
+
+def test_extended_filter_of_bearings(rng: np.random.Generator) -> None:
+    """Position and velocity by range and bearing from the origin: errors as predicted, better than the measurements."""
+    dt, sigma = 0.1, np.array([0.05, 0.02])
+    move = np.block([[np.eye(2), dt * np.eye(2)], [np.zeros((2, 2)), np.eye(2)]])
+    process = np.diag([1e-6, 1e-6, 1e-4, 1e-4])
+
+    def expected(x: Reals) -> tuple[Reals, Reals]:
+        r = np.hypot(x[0], x[1])
+        rows = np.array([[x[0] / r, x[1] / r, 0, 0], [-x[1] / r**2, x[0] / r**2, 0, 0]])
+        return np.array([r, np.arctan2(x[1], x[0])]), rows
+
+    def difference(a: Reals, b: Reals) -> Reals:
+        change = a - b
+        change[1] = np.angle(np.exp(1j * change[1]))
+        return np.asarray(change)
+
+    squares, errors = [], []
+    for _ in range(60):
+        first = np.diag([0.1, 0.1, 0.3, 0.3])
+        start = np.array([-4.0, 0.0, 0, 0.5])
+        x = start + np.sqrt(np.diag(first)) * rng.normal(size=4)
+        f = ExtendedKalmanFilter(start, first, n_linearisations=2)
+        for _ in range(40):
+            x = move @ x + np.sqrt(np.diag(process)) * rng.normal(size=4)
+            f.predict(lambda s: (move @ s, move), process)
+            status = f.update(
+                expected(x)[0] + sigma * rng.normal(size=2), expected, np.diag(sigma**2), difference=difference
+            )
+            assert status == EstimationStatus.OK
+        off = x - f.state
+        squares.append(off @ np.linalg.solve(f.covariance, off))
+        errors.append(off[:2])
+    low, high = chi2.interval(0.999, 4 * 60)
+    assert low < sum(squares) < high
+    assert np.sqrt(np.mean(np.square(errors))) < 0.05
+
+
+def test_extended_filter_of_a_linear_problem(rng: np.random.Generator) -> None:
+    p = PROBLEMS[2]
+    measurements = simulated(rng, p, 10)[1]
+    found = KalmanFilter(*p).run(measurements)
+    f = ExtendedKalmanFilter(p.state, p.covariance)
+    for z in measurements:
+        f.predict(lambda x: (p.transition @ x, p.transition), p.process)
+        f.update(z, lambda x: (p.rows @ x, p.rows), p.noise)
+    assert np.abs(f.state - found.states[-1]).max() < 1e-12
+    assert f.update(np.full(3, np.nan), lambda x: (p.rows @ x, p.rows), p.noise) == EstimationStatus.SKIPPED
+    assert f.update(np.zeros(3), lambda x: (p.rows @ x * np.nan, p.rows), p.noise) == EstimationStatus.NOT_CONVERGED
+    assert np.isfinite(f.state).all()
