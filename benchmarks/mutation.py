@@ -63,6 +63,10 @@ PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
     "subspaces": ("algorithms/subspaces", ("test_subspaces", "test_subspaces_bivectors", "test_subspaces_versors")),
     "geometry": ("algorithms/geometry", ("test_geometry", "test_geometry_rounds", "test_determined")),
     "vision": ("algorithms/vision", ("test_vision*", "test_hand_eye*")),
+    "estimation": (
+        "algorithms/estimation",
+        ("test_kalman", "test_motor_filter", "test_orientation", "test_rotor_filter"),
+    ),
     "kinematics": (
         "algorithms/kinematics",
         ("test_kinematics*", "test_dynamics", "test_inverse*", "test_urdf", "test_robots*", "test_hands"),

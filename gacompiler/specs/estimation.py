@@ -336,13 +336,24 @@ def _taken(carry, vector, seen, variance, gate):
 def update_by_vectors(rotor, covariance, vectors, seen, variance, gate):
     """Update a rotor by measured vectors ``r v ~r``, with noise of the same variance in each coordinate.
 
-    The covariance is that of a rotation about the axes of the frame of reference. The numbers are the sum of squared
+    Vectors are linearised at the prediction and again at the result. The covariance is that of a rotation about the
+    axes of the frame of reference. The numbers are the sum of squared
     innovations, each divided by its variance, and how many vectors are used.
     """
-    start = (rotor, (0, 0, 0), tuple(covariance), (0, 0))
-    _, error, spread, numbers = fold(lambda c, v, w: _taken(c, v, w, variance, gate), start, vectors, seen)
-    half = _matrix(ga.exp(-_plane(error) / 4))
-    return _of_unit_length(ga.exp(-_plane(error) / 2) * rotor), triangle(congruent(half, square(spread, 3))), numbers
+
+    def linearised(at, error, spread):
+        start = (at, error, spread, (0, 0))
+        return fold(lambda c, v, w: _taken(c, v, w, variance, gate), start, vectors, seen)[1:]
+
+    def turned(error, spread):
+        half = _matrix(ga.exp(-_plane(error) / 4))
+        return triangle(congruent(half, square(spread, 3)))
+
+    # The second time, at the result of the first, from where the error of the prediction is the opposite.
+    first, _, _ = linearised(rotor, (0, 0, 0), tuple(covariance))
+    now = _of_unit_length(ga.exp(-_plane(first) / 2) * rotor)
+    error, spread, numbers = linearised(now, tuple(-x for x in first), turned(first, covariance))
+    return _of_unit_length(ga.exp(-_plane(error) / 2) * now), spread, numbers
 
 
 @kernel(
