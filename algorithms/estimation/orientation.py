@@ -121,7 +121,7 @@ def estimate_orientation(
     """Estimate the orientation of an inertial sensor for every sample of a recording.
 
     An error-state Kalman filter estimates the rotation, the bias of the gyroscope and a horizontal velocity, which is 0
-    on average because the sensor stays in reach; so accelerations tilt the estimate only as far as they last. The
+    on average because the sensor remains in reach; so accelerations tilt the estimate only as far as they last. The
     magnetic field corrects the heading alone, with less weight the more its size and dip differ from their means, and
     is moved to the time of the rates by a delay that is estimated from the recording. The first two seconds determine
     the first orientation; apart from this, the estimate at a sample uses no later samples.

@@ -62,7 +62,7 @@ def test_rows_of_a_line_are_its_motion(rng: np.random.Generator) -> None:
 
 def test_innovations_and_errors_have_their_covariance(rng: np.random.Generator) -> None:
     """Normalised errors and innovations of 1,000 runs are in the 95 % band of their chi-square distributions."""
-    n_runs, n_lines, n_steps = 1000, 5, 3
+    n_runs, n_lines, n_steps = 1000, 5, 2
     errors, innovations = np.zeros((n_runs, n_steps)), np.zeros((n_runs, n_steps))
     for k in range(n_runs):
         start = motor(rng)
@@ -80,7 +80,7 @@ def test_innovations_and_errors_have_their_covariance(rng: np.random.Generator) 
         assert low < innovations[:, j].sum() < high
 
 
-@pytest.mark.parametrize(("n_lines", "n_steps", "n_runs"), [(6, 2, 1000), (1, 15, 60)])
+@pytest.mark.parametrize(("n_lines", "n_steps", "n_runs"), [(6, 2, 200), (1, 15, 40)])
 def test_converges_from_afar(rng: np.random.Generator, n_lines: int, n_steps: int, n_runs: int) -> None:
     """From 180 degrees and 10 m, all runs converge, with several lines at a time or with one."""
     for _ in range(n_runs):
@@ -97,7 +97,8 @@ def test_converges_from_afar(rng: np.random.Generator, n_lines: int, n_steps: in
 
 
 @pytest.mark.slow
-def test_converges_from_afar_with_one_line_at_a_time(rng: np.random.Generator) -> None:
+def test_a_thousand_runs_converge_from_afar(rng: np.random.Generator) -> None:
+    test_converges_from_afar(rng, 6, 2, 1000)
     test_converges_from_afar(rng, 1, 15, 1000)
     test_converges_from_afar(rng, 2, 7, 1000)
 
@@ -123,7 +124,7 @@ def batch(start: Reals, model: Reals, measured: Reals) -> Reals:
 def test_as_good_as_the_batch(rng: np.random.Generator) -> None:
     """The root mean square error of lines one after the other is at most 1.02 times that of least squares for all."""
     ours, theirs = [], []
-    for _ in range(150):
+    for _ in range(80):
         start = motor(rng)
         truth = disturbed(rng, start, NEAR)
         model = lines(rng, 30)
@@ -166,7 +167,7 @@ def test_long_recording_remains_a_unit_motor(rng: np.random.Generator) -> None:
 
 def test_points_and_planes(rng: np.random.Generator) -> None:
     squares = {"points": [], "planes": []}  # type: dict[str, list[float]]
-    for _ in range(300):
+    for _ in range(200):
         start = motor(rng)
         truth = disturbed(rng, start, NEAR)
         f = MotorFilter(start, NEAR)

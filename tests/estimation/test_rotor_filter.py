@@ -32,7 +32,7 @@ def test_errors_have_their_covariance(rng: np.random.Generator) -> None:
         start = vga3.rotor_exponential(rng.normal(size=3))
         truth = Rotation.from_rotvec(0.1 * rng.normal(size=3)) * rotation(start)
         f, g = RotorFilter(start, 0.01 * np.eye(3)), LinearRotorFilter(start, 0.0025 * np.eye(4))
-        for _ in range(3):
+        for _ in range(2):
             rate = rng.normal(size=3)
             truth = truth * Rotation.from_rotvec(0.1 * rate)
             f.predict(rate, 0.1)
@@ -48,7 +48,7 @@ def test_errors_have_their_covariance(rng: np.random.Generator) -> None:
         linear.append(np.linalg.norm(off(truth, g.rotor)) ** 2)
     low, high = chi2.interval(0.95, 3 * 1000)
     assert low < sum(errors) < high
-    low, high = chi2.interval(0.95, 6 * 3 * 1000)
+    low, high = chi2.interval(0.95, 6 * 2 * 1000)
     assert low < sum(innovations) < high
 
 
