@@ -18,6 +18,8 @@ _JOINT = {2: 1, 4: 2, 6: 3}
 LARGEST = 12
 """The largest number of states."""
 _OPEN = 1e300
+_Parts = tuple[Reals, Reals, Reals, Reals, Reals, Reals, Reals]
+"""The first fields of `Filtered`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -111,7 +113,7 @@ class KalmanFilter:
     @property
     def n_states(self) -> int:
         """The number n of states."""
-        return self._state.shape[-1]
+        return int(self._state.shape[-1])
 
     @property
     def state(self) -> Reals:
@@ -179,7 +181,7 @@ class KalmanFilter:
                 to_triangle(_padded_square(self._noise, wide)), self._gate,
             )  # fmt: skip
             states, triangles, before, before_triangles, innovations, squares, used = found
-            parts = (
+            parts: _Parts = (
                 states[..., :n], from_triangle(triangles, size)[..., :n, :n], before[..., :n],
                 from_triangle(before_triangles, size)[..., :n, :n], innovations[..., :m], squares, used > 0,
             )  # fmt: skip
@@ -188,9 +190,9 @@ class KalmanFilter:
         if z.shape[-2]:
             self._state, self._covariance = parts[0][..., -1, :].copy(), parts[1][..., -1, :, :].copy()
         missing = (~np.isfinite(np.broadcast_to(z, (*leading, *z.shape[-2:])))).sum((-1, -2))
-        return Filtered(*parts, missing)
+        return Filtered(*parts, n_missing=missing)
 
-    def _steps(self, measurements: Reals) -> tuple[Reals, ...]:
+    def _steps(self, measurements: Reals) -> _Parts:
         rows: list[tuple[Reals, ...]] = []
         leading = measurements.shape[:-2]
         self._state = np.broadcast_to(self._state, (*leading, self.n_states)).copy()
@@ -201,8 +203,11 @@ class KalmanFilter:
             self.update(z)
             used = self._status == EstimationStatus.OK
             rows.append((self._state, self._covariance, before, spread, self._innovation, self._square, used))
-        axes = (-2, -3, -2, -3, -2, -1, -1)
-        return tuple(np.stack(part, axis) for part, axis in zip(zip(*rows, strict=True), axes, strict=True))
+        columns = [list(column) for column in zip(*rows, strict=True)]
+        states, befores, innovations = (np.stack(columns[k], -2) for k in (0, 2, 4))
+        spreads, spreads_before = (np.stack(columns[k], -3) for k in (1, 3))
+        squares, used = (np.stack(columns[k], -1) for k in (5, 6))
+        return states, spreads, befores, spreads_before, innovations, squares, used
 
     def smooth(self, filtered: Filtered) -> Smoothed:
         """Smooth a recording that was filtered with `run` (Rauch, Tung and Striebel, *AIAA Journal* 3:1445, 1965)."""

@@ -285,8 +285,9 @@ class MotorFilter:
         return self._status
 
     def _turn(self) -> float:
-        """Return the largest standard deviation of the rotation."""
-        return float(np.sqrt(np.linalg.eigvalsh(self._covariance[:3, :3])[-1]))
+        """Return the largest standard deviation of the rotation about an axis of the frame of reference."""
+        spread = self._covariance
+        return float(max(spread[0, 0], spread[1, 1], spread[2, 2]) ** 0.5)
 
     def _began(self, kind: _Kind, model: Reals, seen: Reals, variances: Reals) -> _Beginning | None:
         """Return what is used together, if the rotation is uncertain."""
@@ -466,7 +467,7 @@ class LinearMotorFilter:
 def _unit_lines(value: ArrayLike, name: str) -> Reals:
     lines = real_array(value, name, (-1, 6)).astype(float)
     size = np.linalg.norm(lines[..., :3], axis=-1, keepdims=True)
-    return np.divide(lines, size, out=np.full_like(lines, np.nan), where=size > 0)
+    return np.asarray(np.divide(lines, size, out=np.full_like(lines, np.nan), where=size > 0))
 
 
 def _unit_motor(value: ArrayLike) -> Reals:
@@ -488,9 +489,11 @@ def _matrix(value: ArrayLike, name: str, n: int = 6) -> Reals:
 
 
 def _variances(sigma: ArrayLike) -> Reals:
+    if type(sigma) is float and 0 < sigma < np.inf:
+        return np.array((sigma * sigma, sigma * sigma))
     pair = finite(real_array(sigma, "sigma").astype(float), "sigma")
     if pair.size not in (1, 2) or (pair <= 0).any():
-        raise ValueError(f"sigma: {sigma}; expected a positive number, or two")
+        raise ValueError(f"sigma: {pair.tolist()}; expected a positive number, or two")
     return np.array(np.broadcast_to(pair.ravel() ** 2, (2,)))
 
 

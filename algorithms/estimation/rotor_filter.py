@@ -126,7 +126,7 @@ def _unit_rotor(value: ArrayLike) -> Reals:
     rotor = finite(real_array(value, "rotor", (4,)).astype(float), "rotor")
     if rotor.ndim != 1 or abs(np.linalg.norm(rotor) - 1) > 1e-3:
         raise ValueError(f"rotor: {rotor}; expected one unit rotor (4,), see vga3.normalize_rotor")
-    return rotor / np.linalg.norm(rotor)
+    return np.asarray(rotor / np.linalg.norm(rotor))
 
 
 def _pair(vectors: ArrayLike, measured: ArrayLike) -> tuple[Reals, Reals]:
