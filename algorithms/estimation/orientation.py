@@ -44,7 +44,7 @@ class OrientationSettings:
     """s. Time constant of that mean square."""
     heading_noise: float = 0.18
     """rad sqrt(s). Noise of the heading of an undisturbed magnetic field."""
-    disturbance: float = 5.0
+    disturbance: float = 8.0
     """The same in relation to the relative change of the field."""
     field_time: float = 20.0
     """s. Time after which a changed field counts as undisturbed."""

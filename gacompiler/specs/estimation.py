@@ -219,7 +219,7 @@ def _orientation_step(carry, rate, acceleration, field, dt, settings):
         quiet,
         rate,
         field,
-        ga.maximum(has_field, carry.has_field),
+        has_field,
         (above, below),
         reference,
     )

@@ -124,7 +124,9 @@ def test_missing_samples_are_skipped(recording: Recording, rng: np.random.Genera
     found = estimate_orientation(rates, accelerations, fields, r.rate)
     assert found.n_skipped.tolist() == [int((~np.isfinite(x)).any(1).sum()) for x in (rates, accelerations, fields)]
     assert found.status == EstimationStatus.OK and np.isfinite(found.rotors).all()
-    assert errors(found.rotors, r)[0] < 1.5 * errors(of(r), r)[0]
+    assert errors(found.rotors, r)[0] < errors(of(r), r)[0] + 0.7
+    # Differences of the field are taken between neighbouring samples only.
+    assert abs(found.delays[-1] - 0.010) < 0.002
 
 
 def test_nothing_is_finite() -> None:
