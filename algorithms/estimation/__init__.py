@@ -1,18 +1,33 @@
-"""Kalman filters, filters for rotors and motors, calibration of moving cameras, and visual tracking."""
+"""Kalman filters, filters for rotors and motors, calibration of moving cameras, clocks, and visual tracking."""
 
+from .body_eye import BodyEye, body_eye
+from .circles_of_points import BodyEyeStatus, JointAxis, joint_axis, stereo_information
+from .clocks import ClockOffset, ClockStatus, clock_offset, poses_at
 from .end_effector import EndEffectorTrack, track_end_effector
 from .extended import ExtendedKalmanFilter
+from .image_jacobians import Image, image_of_line, image_of_plane, image_of_point
 from .kalman import Filtered, KalmanFilter, Smoothed
 from .motor_filter import LinearMotorFilter, MotorFilter, Observability, filter_lines, observability
 from .orientation import Orientation, OrientationSettings, estimate_orientation, orientation
+from .pan_tilt import Aim, aim, calibrated_head, gaze_rates, pan_tilt_head
 from .rotor_filter import LinearRotorFilter, RotorFilter
 from .status import EstimationStatus
+from .tracking import ForceStep, Tracker, TrackingStatus, VelocityStep
+from .tracking_simulation import Prediction, Recording, Sensor, simulate_tracking
 
 __all__ = [
+    "Aim",
+    "BodyEye",
+    "BodyEyeStatus",
+    "ClockOffset",
+    "ClockStatus",
     "EndEffectorTrack",
     "EstimationStatus",
     "ExtendedKalmanFilter",
     "Filtered",
+    "ForceStep",
+    "Image",
+    "JointAxis",
     "KalmanFilter",
     "LinearMotorFilter",
     "LinearRotorFilter",
@@ -20,11 +35,30 @@ __all__ = [
     "Observability",
     "Orientation",
     "OrientationSettings",
+    "Prediction",
+    "Recording",
     "RotorFilter",
+    "Sensor",
     "Smoothed",
+    "Tracker",
+    "TrackingStatus",
+    "VelocityStep",
+    "aim",
+    "body_eye",
+    "calibrated_head",
+    "clock_offset",
     "estimate_orientation",
     "filter_lines",
+    "gaze_rates",
+    "image_of_line",
+    "image_of_plane",
+    "image_of_point",
+    "joint_axis",
     "observability",
     "orientation",
+    "pan_tilt_head",
+    "poses_at",
+    "simulate_tracking",
+    "stereo_information",
     "track_end_effector",
 ]

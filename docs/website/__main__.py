@@ -61,7 +61,7 @@ def collect() -> None:
         written[name] = contents.with_links_to_index(path.read_text(), name)
     for name, text in written.items():
         write(SOURCE / name, text)
-    copied = [*notebooks(), *(p for p in DOCS.rglob("*.*") if p.suffix in (".png", ".svg"))]
+    copied = [*notebooks(), *(p for p in DOCS.rglob("*.*") if p.suffix in (".png", ".svg", ".gif"))]
     for path in copied:
         target = SOURCE / path.relative_to(ROOT)
         target.parent.mkdir(parents=True, exist_ok=True)

@@ -54,7 +54,7 @@ def of_pages() -> list[Picture]:
             maker = re.search(r"(`[^`\n]+`) writes this page", text)
             made = f"Made by {maker[1]}: " if maker else "From "
             shown.setdefault(picture, Picture(picture, description, f"{made}[{title_of(text)}](/{place})."))
-    files = sorted(path for ending in ("png", "svg") for path in DOCS.rglob(f"*.{ending}"))
+    files = sorted(path for ending in ("png", "svg", "gif") for path in DOCS.rglob(f"*.{ending}"))
     unknown = [path.name for path in files if path.relative_to(ROOT).as_posix() not in shown]
     if unknown:
         raise ValueError(f"docs: no page shows {' '.join(unknown)}; add them to a page with a description")

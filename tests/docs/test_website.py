@@ -128,7 +128,7 @@ def test_every_command_has_its_options_and_examples() -> None:
 
 def test_the_gallery_has_every_picture_of_the_pages() -> None:
     found = gallery.of_pages()
-    expected = {path.relative_to(ROOT).as_posix() for path in DOCS.iterdir() if path.suffix in (".png", ".svg")}
+    expected = {path.relative_to(ROOT).as_posix() for path in DOCS.iterdir() if path.suffix in (".png", ".svg", ".gif")}
     assert {each.path for each in found} == expected and len(found) >= 4
     assert all(len(each.caption) > 10 for each in found)
     growth = next(each for each in found if each.path.endswith("growth.svg"))
