@@ -95,7 +95,7 @@ def page(found: list[tuple[Task, dict[str, float]]], rounds: int) -> str:
         "# How fast filters are",
         "",
         f"Written by `python -m benchmarks estimation`, beside {peers}, one thread each. Microseconds for one",
-        f"step: the least of {rounds} rounds in which libraries take turns. VQF is compiled C++; filterpy is Python on",
+        f"step: the least of {rounds} rounds in which libraries alternate. VQF is compiled C++; filterpy is Python on",
         "numpy.",
         "",
         "| | here | others | ratio |",

@@ -184,7 +184,7 @@ def page(found: list[tuple[Task, dict[str, float]]], rounds: int) -> str:
         "",
         f"Written by `python -m benchmarks tracking`, beside numpy {np.__version__}, scipy {version('scipy')} and",
         f"Pinocchio {version('pin')}, on one thread. Microseconds for one problem: the least of {rounds} rounds in",
-        "which libraries take turns. Pinocchio computes the Jacobian of the camera, numpy the rest of the same law.",
+        "which libraries alternate. Pinocchio computes the Jacobian of the camera, numpy the rest of the same law.",
         "",
         "| | here | others |",
         "| --- | ---: | --- |",

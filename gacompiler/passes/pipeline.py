@@ -32,12 +32,13 @@ def trace_kernel(record: Compilation) -> Compilation:
 
 
 def rewrite_expressions(record: Compilation) -> Compilation:
-    """Find equivalent forms of the expressions."""
+    """Find equivalent forms of the expressions; without a search, the rewriting to saturation is omitted."""
     assert record.trace is not None
     variants = rewrite(record.trace.expressions)
-    saturated = saturate(record.trace.expressions)
-    if saturated not in variants.values():
-        variants["rewritten to saturation"] = saturated
+    if record.effort.level:
+        saturated = saturate(record.trace.expressions)
+        if saturated not in variants.values():
+            variants["rewritten to saturation"] = saturated
     return replace(record, variants=variants)
 
 

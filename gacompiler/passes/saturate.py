@@ -31,6 +31,8 @@ CHOICES = 12
 """Maximum number of combinations of forms of the arguments of one form."""
 ROUNDS = 6
 """Maximum number of rounds."""
+MOST = 1_000
+"""Number of expressions in all classes after which no further round begins."""
 GROWTH = 3
 """Forms that cost more than this multiple of the cheapest form of their class are not kept."""
 
@@ -44,7 +46,7 @@ def saturate(expressions: tuple[Expression, ...], rules: Sequence[Rule] = RULES)
     for each in order:
         classes.add(each)
     for _ in range(ROUNDS):
-        if not classes.apply(rules):
+        if not classes.apply(rules) or classes.size > MOST:
             break
     best = map(classes.best, expressions)
     return tuple(a if cost_of(a) < cost_of(b) else b for a, b in zip(best, expressions, strict=True))
@@ -65,6 +67,11 @@ class _Classes:
         self._parent: list[int] = []
         self._forms: list[dict[Expression, None]] = []
         self._done: set[Expression] = set()
+
+    @property
+    def size(self) -> int:
+        """The number of expressions in all classes."""
+        return len(self._class)
 
     def add(self, expression: Expression) -> int:
         """Return the class of an expression, which is added with its subexpressions."""
@@ -132,6 +139,7 @@ def _applied(rule: Rule, expression: Expression) -> Expression | None:
 
 _COSTS: dict[Expression, int] = {}
 """Costs of single operations over parameters with canonical names."""
+_OPERATIONS: dict[Expression, int] = {}
 _TOTALS: dict[Expression, int] = {}
 _STRUCTURES: dict[Expression, tuple[object, ...]] = {}
 
@@ -146,6 +154,12 @@ def cost_of(expression: Expression) -> int:
 
 
 def _cost_of_operation(expression: Expression) -> int:
+    if expression not in _OPERATIONS:
+        _OPERATIONS[expression] = _cost_on_leaves(expression)
+    return _OPERATIONS[expression]
+
+
+def _cost_on_leaves(expression: Expression) -> int:
     """Return the number of scalar operations of one operation on arguments with these blades and relations."""
     arguments = expression.arguments[0].arguments if _selects(expression) else expression.arguments
     leaves = {each: _layout(each) for each in arguments if each.operation is not Operation.CONSTANT}
