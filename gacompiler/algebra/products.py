@@ -45,7 +45,7 @@ def product(algebra: BladeAlgebra, name: str, a: Terms, b: Terms) -> dict[int, C
     if len(a) * len(b) >= MANY and (whole := _common_denominators(a, b)) is not None:
         numerators, others, denominator = whole
         terms = product(algebra, name, numerators, others)
-        return {blade: Fraction(value, denominator) for blade, value in terms.items()}
+        return {blade: exact(Fraction(value, denominator)) for blade, value in terms.items()}
     result: dict[int, Coefficient] = {}
     rights = tuple(b.items())
     near = _near(algebra, name, b) if len(rights) > _FEW else None

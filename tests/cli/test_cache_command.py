@@ -41,9 +41,9 @@ def compiled(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     names: list[str] = []
     real = compiling.compile_kernel
 
-    def noted(definition: Any) -> Any:
+    def noted(definition: Any, **options: Any) -> Any:
         names.append(definition.name)
-        return real(definition)
+        return real(definition, **options)
 
     monkeypatch.setattr(compiling, "compile_kernel", noted)
     return names
