@@ -147,7 +147,7 @@ class Composer:
             return None
         slots = tuple(slot for _, _, slots in self._search.results for slot in slots)
         scalars = pick([values[each] for each in expressions], slots, graph)
-        candidate = self._search.candidate((*steps, f"{n} parts"), scalars)
+        candidate = self._search.candidate((*steps, f"{n}{_PARTS}"), scalars)
         return _Composition(roots, layouts, candidate)
 
     def _evaluated(
@@ -239,6 +239,7 @@ _SUMS = (Operation.ADD, Operation.SUBTRACT)
 _DIRECT = (*PRODUCTS, Operation.DIVIDE)
 _LEAVES = (Operation.INPUT, Operation.CONSTANT)
 _AS_WRITTEN = "as written"
+_PARTS = " parts"
 
 
 def _is_function(expression: Expression) -> bool:
@@ -255,3 +256,8 @@ def named_results(expressions: Sequence[Expression]) -> frozenset[Expression]:
 def composable(variants: Mapping[str, tuple[Expression, ...]]) -> dict[str, tuple[Expression, ...]]:
     """Return the forms to compose: those in which sandwiches are not expanded, since parts choose their own form."""
     return {name: each for name, each in variants.items() if name not in EXPANDED}
+
+
+def is_composed(candidate: Candidate) -> bool:
+    """Return whether a candidate is a composition, or was made from one."""
+    return any(step.endswith(_PARTS) for step in candidate.steps)

@@ -10,11 +10,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partial
 
-from ..errors import GacError, KernelError
+from ..errors import GacError, KernelError, ProofError
 from ..frontend.kernel import Kernel, trace
 from ..ir.cost import Cost
 from .accuracy import Gate
-from .compose import Composer, composable
+from .compose import Composer, composable, is_composed
 from .decide import decide
 from .effort import DEFAULT, LEVELS, effort_of
 from .interruption import is_interrupted
@@ -118,6 +118,22 @@ def split_uniform(record: Compilation) -> Compilation:
     return replace(record, uniform=forms)
 
 
+def prove_best(record: Compilation) -> Compilation:
+    """Prove the selected program. If it is a composition and cannot be proved, select and prove another one.
+
+    Compositions may rely on relations that called kernels declare and that do not hold for all arguments, for example
+    those of another branch of a function.
+    """
+    try:
+        return prove_program(record)
+    except ProofError:
+        others = tuple(candidate for candidate in record.candidates if not is_composed(candidate))
+        if record.best is None or not is_composed(record.best):
+            raise
+    again = choose_program(replace(record, candidates=others))
+    return prove_program(split_uniform(again) if record.uniform else again)
+
+
 PIPELINE: tuple[Callable[[Compilation], Compilation], ...] = (
     trace_kernel,
     rewrite_expressions,
@@ -125,7 +141,7 @@ PIPELINE: tuple[Callable[[Compilation], Compilation], ...] = (
     find_candidates,
     choose_program,
     split_uniform,
-    prove_program,
+    prove_best,
 )
 
 

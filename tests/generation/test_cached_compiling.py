@@ -248,10 +248,10 @@ from gacompiler.generation.cache import Cache
 from gacompiler.generation import compiling
 from gacompiler.generation.spec_files import load_spec
 n_compiled = 0
-def counted(kernel, compile_kernel=compiling.compile_kernel):
+def counted(kernel, compile_kernel=compiling.compile_kernel, **options):
     global n_compiled
     n_compiled += 1
-    return compile_kernel(kernel)
+    return compile_kernel(kernel, **options)
 compiling.compile_kernel = counted
 before = compiling.rendered_before(load_spec(Path(sys.argv[1])), Cache(Path(sys.argv[2]))) is not None
 compiling.render_spec(load_spec(Path(sys.argv[1])), cache=Cache(Path(sys.argv[2])))

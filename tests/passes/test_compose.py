@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from random import Random
 from typing import Any
 
@@ -97,48 +98,58 @@ def test_counts_of_compositions(each: Kernel) -> None:
     assert (cost.mul, cost.add) == REACHED[each], f"{each.name}: {cost}; record it here if it is an improvement"
 
 
-def check(outer: Kernel, place: int, inner: Kernel) -> bool:
-    """Compile and prove a composition. Return False if its definition is not one."""
+def check(outer: Kernel, place: int, inner: Kernel) -> str | None:
+    """Compile and prove a composition.
+
+    Returns an empty string if it costs at most as much as its parts, the excess otherwise, and None if its definition
+    is not a composition.
+    """
     try:
+        parts = alone(outer).cost.total + alone(inner).cost.total
         record = compile_kernel(composed(outer, place, inner), forms=False)
     except KernelError:
-        return False  # For example, it divides by zero for every argument.
-    parts = alone(outer).cost.total + alone(inner).cost.total
-    if record.cost.total > parts and not has_the_meaning_of_its_parts(outer, place, inner):
-        return False
-    assert record.cost.total <= parts, f"{outer.name} of {inner.name}: {record.cost}"
-    return True
+        return None  # For example, it divides by zero for every argument.
+    if record.cost.total <= parts:
+        return ""
+    if not has_the_meaning_of_its_parts(outer, place, inner):
+        return None
+    return f"{outer.name} of {inner.name}: {record.cost}"
 
 
-SPECS = ("pga2", "vga3", "pga3", "cga2", "cga3")
+def exceptions(found: Iterable[str | None], least: int) -> list[str]:
+    """Return the compositions that cost more than their parts, of at least the given number."""
+    known = [each for each in found if each is not None]
+    assert len(known) >= least
+    return [each for each in known if each]
 
 
 @pytest.mark.parametrize("spec", ["vga3", "pga2"])
 def test_some_pairs_of_catalog_kernels(spec: str) -> None:
-    assert sum(check(*pair) for pair in Random(5).sample(list(pairs(spec)), 6)) >= 4
+    assert exceptions((check(*pair) for pair in Random(5).sample(list(pairs(spec)), 6)), 4) == []
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("spec", SPECS)
-def test_pairs_of_catalog_kernels(spec: str) -> None:
-    found = list(pairs(spec))
-    chosen = found if len(found) <= 400 else Random(6).sample(found, 400)
-    assert sum(check(*pair) for pair in chosen) > 20
+@pytest.mark.parametrize(("spec", "count"), [("pga2", 60), ("vga3", 60), ("pga3", 30), ("cga2", 10)])
+def test_pairs_of_catalog_kernels(spec: str, count: int) -> None:
+    """One pair in fifty may cost more than its parts: its program is rejected because it is less accurate."""
+    chosen = Random(6).sample(list(pairs(spec)), count)
+    assert len(found := exceptions((check(*pair) for pair in chosen), count // 2)) <= -(-count // 50), found
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("spec", SPECS)
-def test_triples_of_catalog_kernels(spec: str) -> None:
+@pytest.mark.parametrize(("spec", "count"), [("pga2", 15), ("vga3", 15), ("pga3", 8)])
+def test_triples_of_catalog_kernels(spec: str, count: int) -> None:
+    """One triple in ten may cost more than its parts."""
     random = Random(7)
-    found = list(pairs(spec))
-    n = 0
-    for _ in range(60):
-        outer, place, inner = random.choice(found)
-        below = [(k, other) for each, k, other in found if each is inner]
+    known = list(pairs(spec))
+    results = []
+    for _ in range(count):
+        outer, place, inner = random.choice(known)
+        below = [(k, other) for each, k, other in known if each is inner]
         if below:
             second, innermost = random.choice(below)
-            n += check(outer, place, composed(inner, second, innermost))
-    assert n > 5
+            results.append(check(outer, place, composed(inner, second, innermost)))
+    assert len(found := exceptions(results, 2)) <= -(-count // 10), found
 
 
 @kernel(m=PGA3.even, p=POINT)
