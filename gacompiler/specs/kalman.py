@@ -68,7 +68,7 @@ def _factorised(matrix):
 
 def _forward(factor, inverse, column):
     """Solve ``L x = b``."""
-    found = []
+    found: list[object] = []
     for j, b in enumerate(column):
         found.append((b - dot(factor[j][:j], found)) * inverse[j])
     return found
