@@ -25,7 +25,7 @@ from generated import pga3
 from . import pages
 from .libraries import installed
 from .machine import version
-from .timing import least
+from .timing import minimum_times
 
 PAGE = Path("docs/tracking-speed.md")
 ROUNDS = 15
@@ -212,7 +212,7 @@ def main(arguments: list[str] | None = None) -> int:
     rounds = 1 if options.quick else ROUNDS
     found = []
     for task in tasks(options.quick):
-        spent = least(task.calls, rounds, TURN)
+        spent = minimum_times(task.calls, rounds, TURN)
         found.append((task, {name: 1e6 * each / task.elements for name, each in spent.items()}))
     return pages.publish("tracking", out, page(found, rounds), f"{len(found)} tasks")
 
