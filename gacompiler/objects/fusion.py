@@ -173,6 +173,8 @@ class _Call:
     events: list[_Event] = field(default_factory=list)
     kept: list[np.ndarray[Any, Any]] = field(default_factory=list)
     """Inputs, so that their memory is not used again while the call is recorded."""
+    results: set[Memory] = field(default_factory=set)
+    """The memory of the results of the events."""
 
 
 class Recorder:
@@ -213,11 +215,17 @@ class Recorder:
             self._calls.append(call)
         given = tuple(arrays)
         operands = tuple(_memory(array) if array.ndim else None for array in given)
-        call.kept += [array for array in given if array.ndim and not _is_result(array, call)]
+        # Views of results are not kept: they would count as values that outlive the call.
+        call.kept += [
+            array
+            for array, place in zip(given, operands, strict=True)
+            if place is not None and place not in call.results
+        ]
         numbers = tuple(float(array) for array in given if not array.ndim)
         callers = itertools.takewhile(lambda each: each is not stack[0], _frames())
         is_internal = any(Path(each.f_code.co_filename).name in _CONSTRUCTORS for each in callers)
         call.events.append(_Event(operator, operands, numbers, out, frame.f_lineno, is_internal))
+        call.results.add(_memory(out))
 
     @property
     def kernels(self) -> tuple[Fused, ...]:
@@ -255,11 +263,6 @@ def _frames() -> Iterator[FrameType]:
     while frame is not None:
         yield frame
         frame = frame.f_back
-
-
-def _is_result(array: np.ndarray[Any, Any], call: _Call) -> bool:
-    memory = _memory(array)
-    return any(_memory(event.out) == memory for event in call.events)
 
 
 def _parts(call: _Call) -> Iterator[tuple[str, list[_Event]]]:
