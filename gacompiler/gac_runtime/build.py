@@ -62,6 +62,11 @@ _SMALL = 40_000
 _PATIENCE = 1.0
 """Seconds after which a message about the build is printed."""
 
+_ERROR = re.compile(
+    r"(^|[\s:])(fatal )?error:|multiple definition of|undefined (reference|symbol)|cannot find|No space left"
+)
+"""A message of a compiler or linker that names the cause; paths that contain the word "error" do not match."""
+
 
 class BuildError(RuntimeProblem):
     """A compiler failed, or a file cannot be read or written."""
@@ -467,8 +472,7 @@ def _check(command: list[str], run: subprocess.CompletedProcess[str], c_file: Pa
         return
     # gcc's last line, "collect2: error: ld returned 1", only refers to messages of the linker above it.
     lines = [line for line in run.stderr.splitlines() if line.strip() and not line.startswith("collect2:")]
-    telling = (line for line in lines if re.search(r"error|multiple definition|undefined|cannot find|No space", line))
-    first = next(telling, lines[0] if lines else f"status {run.returncode}")
+    first = next(filter(_ERROR.search, lines), lines[0] if lines else f"status {run.returncode}")
     raise BuildError(
         str(c_file), f"{command[0]} failed: {first.strip()}", "a file that compiles", f"run {shlex.join(command)}"
     )

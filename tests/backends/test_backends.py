@@ -252,6 +252,16 @@ def test_a_failed_build_leaves_nothing(tmp_path: Path) -> None:
 
 
 @needs_compiler
+def test_warnings_in_a_folder_called_error_do_not_hide_the_error(tmp_path: Path) -> None:
+    folder = tmp_path / "error"
+    folder.mkdir()
+    c_path = write(module_source("bare", SWAP), folder)
+    c_path.write_text(f"#warning harmless\n{c_path.read_text()}int wrong(void) {{ return nothing; }}\n")
+    with pytest.raises(BackendError, match=r"nothing.*undeclared"):
+        build_library(c_path)
+
+
+@needs_compiler
 def test_linker_messages_are_reported(tmp_path: Path) -> None:
     c_path = write(module_source("bare", SWAP), tmp_path)
     # The precisions of a long file are compiled in parallel.
