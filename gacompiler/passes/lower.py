@@ -154,6 +154,9 @@ class Lowering:
         by_squares: bool = False,
     ) -> None:
         self.ring = PolynomialRing(budget, effort)
+        self._effort = effort
+        self.pairs = 0
+        """The number of pairs of terms that were multiplied for the system."""
         inputs: dict[str, Polynomial] = {}
         for parameter in kernel.parameters:
             inputs.update({name: self.ring.variable(name) for name in parameter.components})
@@ -205,12 +208,14 @@ class Lowering:
         return Multivector(value.algebra, {blade: terms[blade] for blade in polynomials})
 
     def system(self, slots: Sequence[Slot]) -> System:
-        """Return the system of polynomials that computes `slots`."""
+        """Return the system of polynomials that computes `slots`. Work on the system has the same limit again."""
         outputs = []
         for slot in slots:
             value = self.ring.lift(self.values[slot.expression].terms.get(slot.blade, 0))
             outputs.append(value if slot.sign > 0 else -value)
         outputs = self.relations.reduce(outputs, self._reduction)
+        self.pairs = self._effort - self.ring.effort
+        self.ring.effort = self._effort
         return System(self.ring, self._n_inputs, tuple(self._definitions), tuple(outputs))
 
 

@@ -247,7 +247,7 @@ class Search:
                         too_large.append((method, cuts))
                         left -= most
                         continue
-                    left -= most - lowering.ring.effort
+                    left -= lowering.pairs
                     if not _has_effect(method, lowering) or _size(system) > self._budget:
                         continue
                     steps = (name, f"{len(cuts)} stages", *_steps_of(method, lowering))

@@ -90,17 +90,18 @@ def _collected(
     fixed = {component for argument in arguments if argument.name in same for component in argument.components}
     seen = set()
     for reduction in Reduction:
+        # The limit of the lowering also holds for the products that follow, in which little of it may be left.
         try:
             system = Lowering(kernel, expressions, frozenset(), reduction, LARGEST, 10 * LARGEST).system(slots)
+            if sum(len(output.terms) for output in system.outputs) > LARGEST or system.key in seen:
+                continue
+            seen.add(system.key)
+            collected = _by_coefficients(system, fixed)
+            if collected is None:
+                continue
+            todo = iter(share(collected, Policy(split_numbers=True)))
         except TooLargeError:
             continue
-        if sum(len(output.terms) for output in system.outputs) > LARGEST or system.key in seen:
-            continue
-        seen.add(system.key)
-        collected = _by_coefficients(system, fixed)
-        if collected is None:
-            continue
-        todo = iter(share(collected, Policy(split_numbers=True)))
         shaped = tuple((r.name, r.shape, tuple(next(todo) for _ in r.operands)) for r in results)
         yield schedule(kernel.name, arguments, shaped)
 

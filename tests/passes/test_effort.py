@@ -22,6 +22,7 @@ from gacompiler.errors import KernelError
 from gacompiler.frontend.kernel import Kernel
 from gacompiler.generation.cache import Cache
 from gacompiler.generation.compiling import compile_definition
+from gacompiler.ir.cost import cost
 from gacompiler.passes import interruption
 from gacompiler.passes.effort import LEVELS, effort_of
 from gacompiler.passes.interruption import interruptible, is_interrupted, reporting
@@ -43,6 +44,21 @@ def moved_twice(m: Any, n: Any, v: Any) -> Any:
 @kernel(a=CGA3.POINT, b=CGA3.POINT, c=CGA3.POINT)
 def circle(a: Any, b: Any, c: Any) -> Any:
     return a ^ b ^ c
+
+
+def test_limits_of_work_end_a_search_and_not_the_compilation() -> None:
+    """The forms of this kernel for uniform arguments exceed the limit on products of polynomials."""
+
+    @kernel(m=CGA3.MOTOR, k=CGA3.MOTOR, x=CGA3.POINT)
+    def by_two_motors(m: Any, k: Any, x: Any) -> Any:
+        return sandwich(m, sandwich(k, x))
+
+    @kernel(m=CGA3.MOTOR, x=CGA3.POINT)
+    def by_one(m: Any, x: Any) -> Any:
+        return sandwich(m, x)
+
+    two, one = (cost(compile_kernel(each).program).total for each in (by_two_motors, by_one))
+    assert two <= 2 * one
 
 
 @pytest.mark.parametrize(
