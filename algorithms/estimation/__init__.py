@@ -7,7 +7,10 @@ from .end_effector import EndEffectorTrack, track_end_effector
 from .extended import ExtendedKalmanFilter
 from .image_jacobians import Image, image_of_line, image_of_plane, image_of_point
 from .kalman import Filtered, KalmanFilter, Smoothed
-from .motor_filter import LinearMotorFilter, MotorFilter, Observability, filter_lines, observability
+from .line_recordings import filter_lines
+from .linear_motor_filter import LinearMotorFilter
+from .motor_filter import MotorFilter
+from .motor_objects import Observability, observability
 from .orientation import Orientation, OrientationSettings, estimate_orientation, orientation
 from .pan_tilt import Aim, aim, calibrated_head, gaze_rates, pan_tilt_head
 from .rotor_filter import LinearRotorFilter, RotorFilter

@@ -1,0 +1,122 @@
+"""Lines, points and planes that a motor is estimated from: their kernels, and what they determine of the motor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import motor_filters as kernels
+from generated import pga3
+
+from ..arguments import Reals, finite, real_array
+from .matrices import from_triangle
+
+_UNDETERMINED = 1e-9
+"""Eigenvalues of the scaled information below this count as zero."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """The kernels for objects of one kind."""
+
+    name: str
+    length: int
+    """The number of coefficients."""
+    n_numbers: int
+    """The number of residuals."""
+    update: Any
+    information: Any
+
+
+LINES = Kind("lines", 6, 4, kernels.update_by_lines.bind(), kernels.information_of_lines)
+POINTS = Kind("points", 3, 3, kernels.update_by_points.bind(), kernels.information_of_points)
+PLANES = Kind("planes", 4, 3, kernels.update_by_planes.bind(), kernels.information_of_planes)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Observability:
+    """What measured objects determine of a motor."""
+
+    rank: int
+    """The number of determined directions, of 6: 4 for a line, 5 for parallel lines, 6 for two other lines."""
+    information: Reals
+    """(6, 6) The inverse covariance of the error of the motor by the objects alone."""
+    undetermined: Reals
+    """(6 - rank, 6) Twists that the objects do not determine, as lines of `generated.pga3`."""
+
+
+def observability(
+    motor: ArrayLike,
+    *,
+    lines: ArrayLike | None = None,
+    points: ArrayLike | None = None,
+    planes: ArrayLike | None = None,
+    sigma: ArrayLike = 1.0,
+) -> Observability:
+    """Compute what objects of a model determine of a motor, and what not.
+
+    Parameters
+    ----------
+    motor : array_like, (8,)
+        Unit motor of `generated.pga3`.
+    lines, points, planes : array_like, (k, 6), (k, 3) or (k, 4), optional
+        Objects of the model.
+    sigma : float or pair of floats
+        Standard deviations as in `MotorFilter`.
+
+    Returns
+    -------
+    Observability
+    """
+    at = unit_motor(motor)
+    information = np.zeros((6, 6))
+    for kind, objects in ((LINES, lines), (POINTS, points), (PLANES, planes)):
+        if objects is not None:
+            rows = real_array(objects, kind.name, (-1, kind.length)).astype(float)
+            information += from_triangle(kind.information(at, rows, variances_of(sigma)), 6)
+    values, vectors, scale = _spectrum(information)
+    rank = int((values > _UNDETERMINED).sum())
+    free = vectors[:, : 6 - rank].T * scale
+    return Observability(rank, information, free / np.linalg.norm(free, axis=1, keepdims=True))
+
+
+def unit_motor(value: ArrayLike) -> Reals:
+    motor = finite(real_array(value, "motor", (8,)).astype(float), "motor")
+    if motor.ndim != 1:
+        raise ValueError(f"motor: shape {motor.shape}; expected (8,), one motor")
+    if abs(np.linalg.norm(motor[:4]) - 1) > 1e-3:
+        raise ValueError(f"motor: norm {np.linalg.norm(motor[:4])}; expected a unit motor, see pga3.normalize_motor")
+    return np.asarray(pga3.normalize_motor(motor))
+
+
+def covariance_matrix(value: ArrayLike, name: str, n: int = 6) -> Reals:
+    array = finite(real_array(value, name).astype(float), name)
+    if array.ndim < 2:
+        array = np.diag(np.broadcast_to(array, (n,)))
+    if array.shape != (n, n):
+        raise ValueError(f"{name}: shape {array.shape}; expected ({n}, {n}), ({n},) or a number")
+    return array
+
+
+def variances_of(sigma: ArrayLike) -> Reals:
+    if type(sigma) is float and 0 < sigma < np.inf:
+        return np.array((sigma * sigma, sigma * sigma))
+    pair = finite(real_array(sigma, "sigma").astype(float), "sigma")
+    if pair.size not in (1, 2) or (pair <= 0).any():
+        raise ValueError(f"sigma: {pair.tolist()}; expected a positive number, or two")
+    return np.array(np.broadcast_to(pair.ravel() ** 2, (2,)))
+
+
+def _spectrum(information: Reals) -> tuple[Reals, Reals, Reals]:
+    """Return eigenvalues and vectors of the information scaled to ones on its diagonal, and the scale."""
+    diagonal = np.diag(information)
+    scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1))
+    values, vectors = np.linalg.eigh(information * np.outer(scale, scale))
+    return values, vectors, scale
+
+
+def rank_of(information: Reals) -> int:
+    return int((_spectrum(information)[0] > _UNDETERMINED).sum())
