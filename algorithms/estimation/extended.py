@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import Reals, finite, real_array
-from .kalman import LARGEST, predicted, updated
+from .kalman_steps import LARGEST, predicted, updated
 from .matrices import as_definite
 from .status import EstimationStatus
 

@@ -10,14 +10,22 @@ from numpy.typing import ArrayLike
 from generated import kalman as kernels
 
 from ..arguments import Reals, finite, real_array
+from .kalman_steps import (
+    JOINT,
+    LARGEST,
+    OPEN,
+    System,
+    Whitened,
+    padded,
+    padded_square,
+    updated_in_sequence,
+)
 from .matrices import as_definite, from_triangle, to_triangle
 from .status import EstimationStatus
 
-_JOINT = {2: 1, 4: 2, 6: 3}
-"""The numbers of states of kernels, and how many measured numbers their joint updates take."""
-LARGEST = 12
-"""The largest number of states."""
-_OPEN = 1e300
+_FLOAT64 = np.dtype(np.float64)
+_PREDICTED = np.full((), EstimationStatus.OK)
+_PREDICTED.flags.writeable = False
 _Parts = tuple[Reals, Reals, Reals, Reals, Reals, Reals, Reals]
 """The first fields of `Filtered`."""
 
@@ -93,37 +101,42 @@ class KalmanFilter:
         measurement_noise: ArrayLike,
         gate: float = np.inf,
     ) -> None:
-        self._state = finite(real_array(state, "state", (-1,)).astype(float), "state")
-        n = self.n_states
+        first = finite(real_array(state, "state", (-1,)).astype(float), "state")
+        n = self._n = first.shape[-1]
         if not 0 < n <= LARGEST:
             raise ValueError(f"state: {n} numbers; expected 1 to {LARGEST}")
-        rows = finite(real_array(measurement, "measurement", (-1, n)).astype(float), "measurement")
-        self._rows = rows.reshape(-1, n)
-        self._transition = _square(transition, "transition", n)
-        first, definite = _definite(covariance, "covariance", n)
-        self._process, process_definite = _definite(process_noise, "process_noise", n)
-        self._noise, noise_definite = _definite(measurement_noise, "measurement_noise", len(self._rows))
-        self._covariance = np.broadcast_to(first, (*self._state.shape[:-1], n, n)).copy()
-        self._gate = min(float(gate), _OPEN)
-        self._innovation = np.full((*self._state.shape[:-1], len(self._rows)), np.nan)
-        self._square = np.zeros(self._state.shape[:-1])
+        rows = finite(real_array(measurement, "measurement", (-1, n)).astype(float), "measurement").reshape(-1, n)
+        m = len(rows)
+        move = _square(transition, "transition", n)
+        spread, definite = _definite(covariance, "covariance", n)
+        process, process_definite = _definite(process_noise, "process_noise", n)
+        self._noise, noise_definite = _definite(measurement_noise, "measurement_noise", m)
+        self._system = System.of(move, process, rows, self._noise)
+        self._whitened: Whitened | None = None
+        leading = first.shape[:-1]
+        self._state = padded(first, self._system.size)
+        self._triangle = to_triangle(padded_square(np.broadcast_to(spread, (*leading, n, n)), self._system.size))
+        self._gate = min(float(gate), OPEN)
+        self._shape = (m,)
+        self._innovation = np.full((*leading, m), np.nan)
+        self._numbers = np.zeros((*leading, 2))
         good = definite and process_definite and noise_definite
-        self._status = np.full(self._state.shape[:-1], EstimationStatus.OK if good else EstimationStatus.NOT_DEFINITE)
+        self._status: Reals | None = np.full(leading, EstimationStatus.OK if good else EstimationStatus.NOT_DEFINITE)
 
     @property
     def n_states(self) -> int:
         """The number n of states."""
-        return int(self._state.shape[-1])
+        return self._n
 
     @property
     def state(self) -> Reals:
         """(..., n) The estimate."""
-        return self._state
+        return self._state[..., : self._n]
 
     @property
     def covariance(self) -> Reals:
         """(..., n, n) The covariance of its error."""
-        return self._covariance
+        return from_triangle(self._triangle, self._system.size)[..., : self._n, : self._n]
 
     @property
     def innovation(self) -> Reals:
@@ -133,198 +146,126 @@ class KalmanFilter:
     @property
     def square(self) -> Reals:
         """(...) The square of the last innovation divided by its covariance."""
-        return self._square
+        return np.asarray(self._numbers[..., 0])
 
     @property
     def status(self) -> Reals:
         """(...) int, an `EstimationStatus` each: OK, SKIPPED, REJECTED or NOT_DEFINITE, of the last call."""
+        if self._status is None:
+            # Computed here, because it takes longer than an update.
+            missing = ~np.isfinite(self._innovation).any(-1)
+            status = np.where(missing, EstimationStatus.SKIPPED, EstimationStatus.REJECTED)
+            self._status = np.where((self._numbers[..., 1] > 0) & ~missing, EstimationStatus.OK, status)
         return self._status
 
     def predict(self, transition: ArrayLike | None = None, process_noise: ArrayLike | None = None) -> None:
         """Predict the next state, with another F or Q if given."""
-        n = self.n_states
-        move = self._transition if transition is None else _square(transition, "transition", n)
-        noise = self._process if process_noise is None else _definite(process_noise, "process_noise", n)[0]
-        self._state, self._covariance = predicted(self._state, self._covariance, move, noise)
-        self._status = np.full(self._state.shape[:-1], EstimationStatus.OK)
+        system, n = self._system, self._n
+        move, noise = system.transition, system.process
+        if transition is not None:
+            move = padded_square(_square(transition, "transition", n), system.size)
+        if process_noise is not None:
+            noise = to_triangle(padded_square(_definite(process_noise, "process_noise", n)[0], system.size))
+        self._state, self._triangle = system.predict(self._state, self._triangle, move, noise)
+        leading = self._state.shape[:-1]
+        self._status = np.full(leading, EstimationStatus.OK) if leading else _PREDICTED
 
     def update(self, measurement: ArrayLike, *, in_sequence: bool = False) -> None:
         """Update the state by a measurement (..., m).
 
         With `in_sequence`, the numbers are taken one after the other, and the gate applies to each of them.
         """
-        z = real_array(measurement, "measurement", (len(self._rows),)).astype(float)
-        self._innovation = z - self._state @ self._rows.T
-        found = updated(
-            self._state, self._covariance, self._innovation, self._rows, self._noise, self._gate, in_sequence
-        )
-        self._state, self._covariance, self._square, used = found
-        missing = ~np.isfinite(self._innovation).any(-1)
-        status = np.where(missing, EstimationStatus.SKIPPED, EstimationStatus.REJECTED)
-        self._status = np.where(used & ~missing, EstimationStatus.OK, status)
+        z, system, m = measurement, self._system, self._shape[0]
+        if type(z) is not np.ndarray or z.dtype is not _FLOAT64 or z.shape != self._shape:
+            z = real_array(measurement, "measurement", (m,)).astype(float)
+        innovation = self._innovation = z - self._state @ system.columns
+        if system.wide and not in_sequence:
+            self._state, self._triangle, self._numbers = system.update(
+                self._state, self._triangle, innovation if m == system.wide else padded(innovation, system.wide),
+                system.rows, system.noise, self._gate,
+            )  # fmt: skip
+        else:
+            if self._whitened is None:
+                self._whitened = Whitened.of(system.rows[:m], self._noise)
+            self._state, self._triangle, self._numbers = updated_in_sequence(
+                self._state, self._triangle, innovation, system.rows[:m], self._noise, self._whitened, self._gate,
+                in_sequence,
+            )  # fmt: skip
+        self._status = None
 
     def run(self, measurements: ArrayLike) -> Filtered:
         """Filter a recording: predict and update for each measurement (..., t, m).
 
         The state of the filter becomes that after the last measurement.
         """
-        z = real_array(measurements, "measurements", (-1, len(self._rows))).astype(float)
+        m = self._shape[0]
+        z = real_array(measurements, "measurements", (-1, m)).astype(float)
         leading = np.broadcast_shapes(self._state.shape[:-1], z.shape[:-2])
-        n, m = self.n_states, len(self._rows)
-        size = _size(n)
-        if size in _JOINT and m <= _JOINT[size]:
-            wide = _JOINT[size]
-            found = getattr(kernels, f"filter_{size}_{wide}")(
-                _padded(self._state, size), to_triangle(_padded_square(self._covariance, size)),
-                _padded(z, wide), _padded_square(self._transition, size),
-                to_triangle(_padded_square(self._process, size)), _padded_rows(self._rows, wide, size),
-                to_triangle(_padded_square(self._noise, wide)), self._gate,
-            )  # fmt: skip
-            states, triangles, before, before_triangles, innovations, squares, used = found
-            parts: _Parts = (
-                states[..., :n], from_triangle(triangles, size)[..., :n, :n], before[..., :n],
-                from_triangle(before_triangles, size)[..., :n, :n], innovations[..., :m], squares, used > 0,
-            )  # fmt: skip
-        else:
-            parts = self._steps(np.broadcast_to(z, (*leading, *z.shape[-2:])))
+        whole = np.broadcast_to(z, (*leading, *z.shape[-2:]))
+        parts = self._recorded(z) if self._system.wide else self._steps(whole)
+        return Filtered(*parts, n_missing=(~np.isfinite(whole)).sum((-1, -2)))
+
+    def _recorded(self, z: Reals) -> _Parts:
+        """Filter a recording by one kernel."""
+        system, n, m = self._system, self._n, self._shape[0]
+        size, wide = system.size, system.wide
+        states, triangles, before, before_triangles, innovations, squares, used = getattr(
+            kernels, f"filter_{size}_{wide}"
+        )(
+            self._state, self._triangle, padded(z, wide), system.transition, system.process, system.rows, system.noise,
+            self._gate,
+        )  # fmt: skip
         if z.shape[-2]:
-            self._state, self._covariance = parts[0][..., -1, :].copy(), parts[1][..., -1, :, :].copy()
-        missing = (~np.isfinite(np.broadcast_to(z, (*leading, *z.shape[-2:])))).sum((-1, -2))
-        return Filtered(*parts, n_missing=missing)
+            self._state, self._triangle = states[..., -1, :].copy(), triangles[..., -1, :].copy()
+        return (
+            states[..., :n], from_triangle(triangles, size)[..., :n, :n], before[..., :n],
+            from_triangle(before_triangles, size)[..., :n, :n], innovations[..., :m], squares, used > 0,
+        )  # fmt: skip
 
     def _steps(self, measurements: Reals) -> _Parts:
-        rows: list[tuple[Reals, ...]] = []
-        leading = measurements.shape[:-2]
-        self._state = np.broadcast_to(self._state, (*leading, self.n_states)).copy()
-        self._covariance = np.broadcast_to(self._covariance, (*leading, *self._covariance.shape[-2:])).copy()
-        for z in np.moveaxis(measurements, -2, 0):
+        """Filter a recording step by step."""
+        leading, n_steps = measurements.shape[:-2], measurements.shape[-2]
+        n, m = self._n, self._shape[0]
+        self._state = np.broadcast_to(self._state, (*leading, self._system.size)).copy()
+        self._triangle = np.broadcast_to(self._triangle, (*leading, self._triangle.shape[-1])).copy()
+        states, before = (np.empty((*leading, n_steps, n)) for _ in range(2))
+        spreads, spreads_before = (np.empty((*leading, n_steps, n, n)) for _ in range(2))
+        innovations, squares = np.empty((*leading, n_steps, m)), np.empty((*leading, n_steps))
+        used = np.empty((*leading, n_steps), bool)
+        for k in range(n_steps):
             self.predict()
-            before, spread = self._state, self._covariance
-            self.update(z)
-            used = self._status == EstimationStatus.OK
-            rows.append((self._state, self._covariance, before, spread, self._innovation, self._square, used))
-        columns = [list(column) for column in zip(*rows, strict=True)]
-        states, befores, innovations = (np.stack(columns[k], -2) for k in (0, 2, 4))
-        spreads, spreads_before = (np.stack(columns[k], -3) for k in (1, 3))
-        squares, used = (np.stack(columns[k], -1) for k in (5, 6))
-        return states, spreads, befores, spreads_before, innovations, squares, used
+            before[..., k, :], spreads_before[..., k, :, :] = self.state, self.covariance
+            self.update(measurements[..., k, :])
+            states[..., k, :], spreads[..., k, :, :] = self.state, self.covariance
+            innovations[..., k, :], squares[..., k] = self._innovation, self.square
+            used[..., k] = self.status == EstimationStatus.OK
+        return states, spreads, before, spreads_before, innovations, squares, used
 
     def smooth(self, filtered: Filtered) -> Smoothed:
         """Smooth a recording that was filtered with `run` (Rauch, Tung and Striebel, *AIAA Journal* 3:1445, 1965)."""
-        n, size = self.n_states, _size(self.n_states)
+        n, size = self._n, self._system.size
+        transition = self._system.transition[:n, :n]
         states, spreads = filtered.states, filtered.covariances
         following = np.concatenate([filtered.predicted[..., 1:, :], states[..., -1:, :]], -2)
         following_spreads = np.concatenate([filtered.predicted_covariances[..., 1:, :, :], spreads[..., -1:, :, :]], -3)
-        if size in _JOINT:
+        if size in JOINT:
             ahead = np.ones(states.shape[-2])
             ahead[-1:] = 0
-            last, last_spread = _padded(states[..., -1, :], size), _padded_square(spreads[..., -1, :, :], size)
+            last, last_spread = padded(states[..., -1, :], size), padded_square(spreads[..., -1, :, :], size)
             found, triangles = getattr(kernels, f"smooth_{size}")(
-                _padded(states, size), to_triangle(_padded_square(spreads, size)), _padded(following, size),
-                to_triangle(_padded_square(following_spreads, size)), ahead, last, to_triangle(last_spread),
-                _padded_square(self._transition, size),
+                padded(states, size), to_triangle(padded_square(spreads, size)), padded(following, size),
+                to_triangle(padded_square(following_spreads, size)), ahead, last, to_triangle(last_spread),
+                self._system.transition,
             )  # fmt: skip
             return Smoothed(found[..., :n], from_triangle(triangles, size)[..., :n, :n])
         after, after_spread = states.copy(), spreads.copy()
         for t in reversed(range(states.shape[-2] - 1)):
-            gain = np.linalg.solve(following_spreads[..., t, :, :], self._transition @ spreads[..., t, :, :])
+            gain = np.linalg.solve(following_spreads[..., t, :, :], transition @ spreads[..., t, :, :])
             change = (after[..., t + 1, :] - following[..., t, :])[..., None]
             after[..., t, :] += (np.swapaxes(gain, -1, -2) @ change)[..., 0]
             more = after_spread[..., t + 1, :, :] - following_spreads[..., t, :, :]
             after_spread[..., t, :, :] += np.swapaxes(gain, -1, -2) @ more @ gain
         return Smoothed(after, after_spread)
-
-
-def predicted(state: Reals, covariance: Reals, transition: Reals, noise: Reals) -> tuple[Reals, Reals]:
-    """Return the next states (..., n) and covariances, by the kernel of the next larger size."""
-    n, size = state.shape[-1], _size(state.shape[-1])
-    after, triangle = getattr(kernels, f"predict_{size}")(
-        _padded(state, size), to_triangle(_padded_square(covariance, size)), _padded_square(transition, size),
-        to_triangle(_padded_square(noise, size)),
-    )  # fmt: skip
-    return after[..., :n], from_triangle(triangle, size)[..., :n, :n]
-
-
-def updated(
-    state: Reals,
-    covariance: Reals,
-    innovation: Reals,
-    rows: Reals,
-    noise: Reals,
-    gate: float,
-    in_sequence: bool = False,
-) -> tuple[Reals, Reals, Reals, Reals]:
-    """Return states, covariances, squared innovations and whether measurements are used.
-
-    `rows` (m, n) are the derivatives of the measured numbers by the state.
-    """
-    n, m = state.shape[-1], innovation.shape[-1]
-    size = _size(n)
-    wide = _JOINT.get(size, 0)
-    first = _padded(state, size), to_triangle(_padded_square(covariance, size))
-    if m <= wide and not in_sequence:
-        after, triangle, numbers = getattr(kernels, f"update_{size}_{wide}")(
-            *first, _padded(innovation, wide), _padded_rows(rows, wide, size), to_triangle(_padded_square(noise, wide)),
-            gate,
-        )  # fmt: skip
-        used = numbers[..., 1] > 0
-    else:
-        run = getattr(kernels, f"update_in_sequence_{size}")
-        white, independent, variances = _whitened(innovation, rows, noise)
-        after, triangle, numbers = run(
-            *first, white, _padded_rows(independent, m, size), variances, gate if in_sequence else _OPEN
-        )
-        used = numbers[..., 1] > 0
-        if not in_sequence:
-            used &= numbers[..., 0] <= gate
-            after = np.where(used[..., None], after, first[0])
-            triangle = np.where(used[..., None], triangle, first[1])
-    return after[..., :n], from_triangle(triangle, size)[..., :n, :n], numbers[..., 0], used
-
-
-def _whitened(innovation: Reals, rows: Reals, noise: Reals) -> tuple[Reals, Reals, Reals]:
-    """Return innovations and rows with independent noise, and its variances."""
-    if np.array_equal(noise, np.diag(np.diag(noise))):
-        return innovation, rows, np.diag(noise)
-    seen = np.isfinite(innovation)
-    if seen.all():
-        factor = np.linalg.cholesky(noise)
-        return (
-            np.linalg.solve(factor, innovation[..., None])[..., 0],
-            np.linalg.solve(factor, rows),
-            np.ones(len(noise)),
-        )
-    both = seen[..., :, None] & seen[..., None, :]
-    factor = np.linalg.cholesky(np.where(both, noise, np.eye(len(noise))))
-    white = np.linalg.solve(factor, np.where(seen, innovation, 0)[..., None])[..., 0]
-    return np.where(seen, white, np.nan), np.linalg.solve(factor, rows * seen[..., None]), np.ones(len(noise))
-
-
-def _size(n: int) -> int:
-    return next(size for size in (*_JOINT, LARGEST) if n <= size)
-
-
-def _padded(vector: Reals, size: int) -> Reals:
-    """Return vectors with zeros appended."""
-    more = size - vector.shape[-1]
-    return vector if not more else np.concatenate([vector, np.zeros((*vector.shape[:-1], more))], -1)
-
-
-def _padded_rows(rows: Reals, m: int, n: int) -> Reals:
-    found = np.zeros((*rows.shape[:-2], m, n))
-    found[..., : rows.shape[-2], : rows.shape[-1]] = rows
-    return found
-
-
-def _padded_square(matrix: Reals, size: int) -> Reals:
-    """Return matrices with ones appended to the diagonal: states and measured numbers of their own."""
-    n = matrix.shape[-1]
-    if n == size:
-        return matrix
-    found = np.zeros((*matrix.shape[:-2], size, size))
-    found[..., range(n, size), range(n, size)] = 1
-    found[..., :n, :n] = matrix
-    return found
 
 
 def _square(value: ArrayLike, name: str, n: int) -> Reals:

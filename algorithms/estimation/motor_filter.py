@@ -26,7 +26,7 @@ _UNLIKELY = 1e-9
 _SETTLED, _FEWEST = 0.1, 3
 """Objects are kept, and used again with those measured next, until the rotation is known to this standard deviation in
 rad and at least this many were used."""
-_ONES = np.ones(2)
+_ONES, _IDENTITY = np.ones(2), np.eye(8)[0]
 
 
 class MotorFilter:
@@ -300,7 +300,8 @@ class MotorFilter:
         self._motor = motor
         self._set_covariance(triangle)
         if self._rank < 6:
-            self._information += from_triangle(kind.information(motor, model, _ONES), 6)
+            # In the frame of the model, errors of the estimate do not turn what remains undetermined.
+            self._information += from_triangle(kind.information(_IDENTITY, model, _ONES), 6)
             self._rank = rank_of(self._information)
             self._observed = EstimationStatus.OK if self._rank == 6 else EstimationStatus.UNOBSERVED
 

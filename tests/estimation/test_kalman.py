@@ -107,6 +107,37 @@ def test_steps_equal_the_recording(rng: np.random.Generator, p: Problem) -> None
             assert abs(f.square - found.squares[k]) < 1e-9 * (1 + found.squares[k])
 
 
+@pytest.mark.parametrize("p", [PROBLEMS[1], PROBLEMS[3], PROBLEMS[6]], ids=lambda p: f"{len(p.state)}x{len(p.rows)}")
+def test_steps_of_lists_and_batches(rng: np.random.Generator, p: Problem) -> None:
+    """Lists, batches of states and batches of measurements give what single arrays give."""
+    measurements = simulated(rng, p, 5)[1]
+    single, listed, batch = KalmanFilter(*p), KalmanFilter(*p), KalmanFilter(np.tile(p.state, (3, 1)), *p[1:])
+    for z in measurements:
+        for f in (single, listed, batch):
+            f.predict()
+            assert (f.status == EstimationStatus.OK).all() and f.status.shape == f.state.shape[:-1]
+        single.update(z)
+        listed.update(z.tolist())
+        batch.update(np.stack([z, z + 1, np.full_like(z, np.nan)]))
+        assert np.array_equal(single.state, listed.state) and np.array_equal(single.covariance, listed.covariance)
+        assert np.allclose(batch.state[0], single.state, rtol=0, atol=1e-13)
+        assert batch.status.tolist() == [EstimationStatus.OK, EstimationStatus.OK, EstimationStatus.SKIPPED]
+        assert batch.square.shape == (3,) and batch.innovation.shape == (3, len(z))
+    other = np.eye(len(p.state))
+    single.predict(other, 0 * other)
+    assert np.array_equal(single.state, listed.state) and np.array_equal(single.covariance, listed.covariance)
+    wide = KalmanFilter(*p)
+    wide.update(measurements)
+    assert wide.state.shape == (5, len(p.state))
+
+
+def test_singular_noise() -> None:
+    """Two numbers with exactly the same error: their difference is exact."""
+    f = KalmanFilter(np.zeros(3), np.eye(3), np.eye(3), np.zeros((3, 3)), np.eye(3)[:2], np.ones((2, 2)))
+    f.update([2.0, 1.0])
+    assert f.status == EstimationStatus.OK and abs(f.state[0] - f.state[1] - 1) < 1e-12
+
+
 @pytest.mark.parametrize("p", PROBLEMS[:3], ids=lambda p: f"{len(p.state)}x{len(p.rows)}")
 def test_steady_state_solves_the_riccati_equation(p: Problem) -> None:
     found = KalmanFilter(*p).run(np.zeros((2000, len(p.rows))))

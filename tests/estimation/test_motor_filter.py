@@ -10,6 +10,7 @@ from scipy.stats import chi2
 
 from algorithms.arguments import Reals
 from algorithms.estimation import EstimationStatus, LinearMotorFilter, MotorFilter, filter_lines, observability
+from algorithms.estimation.motor_filter import Model
 from generated import motor_filters, pga3
 
 SIGMA = (0.01, 0.02)
@@ -156,6 +157,53 @@ def test_recording_is_the_same_filter(rng: np.random.Generator) -> None:
     assert np.allclose(f.covariance, covariances[-1], rtol=0.02, atol=1e-7)
     assert numbers[:, 1].all() and 2 < numbers[:, 0].mean() < 6
     assert max(unit_error(m) for m in motors) < 1e-12
+
+
+@pytest.mark.parametrize("model_of_motion", ["random walk", "constant twist"])
+def test_lists_and_arrays_give_the_same(rng: np.random.Generator, model_of_motion: Model) -> None:
+    """Arrays of double precision are not checked if the kernel takes them: the result is that of checked arguments."""
+    start = motor(rng)
+    fast, checked = (MotorFilter(start, NEAR, model=model_of_motion, noise=1e-5, gate=40.0) for _ in range(2))
+    for k in range(30):
+        model = lines(rng, 2 if k != 12 else 3)
+        measured = seen(rng, start, model, SIGMA)
+        if k == 7:
+            measured[1] = np.nan
+        if k == 11:
+            measured[0] = pga3.move_line(motor(rng), model[0])
+        sigma = 0.01 + 0.001 * (k // 10)
+        for f, one, two in ((fast, model, measured), (checked, model.tolist(), measured.tolist())):
+            assert f.predict(0.1 if f is fast else np.float64(0.1)) == f.status
+            f.update_lines(one, two, sigma)
+        assert np.array_equal(fast.motor, checked.motor) and np.array_equal(fast.covariance, checked.covariance)
+        assert np.array_equal(fast.twist, checked.twist) and fast.status == checked.status
+        assert fast.innovation == checked.innovation and fast.rank == checked.rank
+    assert fast.n_skipped == checked.n_skipped == 2
+
+
+def test_a_direction_that_is_never_observed(rng: np.random.Generator) -> None:
+    """A single line leaves two directions undetermined, however often it is measured."""
+    start, model = motor(rng), lines(rng, 1)
+    f = MotorFilter(start, 0.01 * NEAR)
+    for _ in range(50):
+        assert f.update_lines(model, seen(rng, start, model, SIGMA), 0.02) == EstimationStatus.UNOBSERVED
+    assert f.rank == 4
+    other = lines(rng, 1)
+    assert f.update_lines(other, pga3.move_line(f.motor, other), 0.02) == EstimationStatus.OK and f.rank == 6
+    with pytest.raises(ValueError, match=r"measured: shape \(3, 1, 6\)"):
+        f.update_lines(np.stack([model] * 3), np.stack([model] * 3), 0.02)
+
+
+def test_covariance_that_is_not_finite(rng: np.random.Generator) -> None:
+    """After an infinite uncertainty of the position, updates are rejected and leave the motor as it is."""
+    start, model = motor(rng), lines(rng, 3)
+    f = MotorFilter(start, 0.01 * NEAR, noise=[0, 0, 0, 1e10, 1e10, 1e10])
+    f.update_lines(model, seen(rng, start, model, SIGMA), 0.02)
+    before = f.motor
+    with np.errstate(over="ignore"):
+        f.predict(1e300)
+    assert f.update_lines(model, seen(rng, start, model, SIGMA), 0.02) == EstimationStatus.REJECTED
+    assert np.array_equal(f.motor, before)
 
 
 def test_long_recording_remains_a_unit_motor(rng: np.random.Generator) -> None:
