@@ -1,11 +1,12 @@
 """Kalman filters, filters for rotors and motors, calibration of moving cameras, clocks, and visual tracking."""
 
 from .body_eye import BodyEye, body_eye
-from .circles_of_points import BodyEyeStatus, JointAxis, joint_axis, stereo_information
+from .circles_of_points import BodyEyeStatus, JointAxis, stereo_information
 from .clocks import ClockOffset, ClockStatus, clock_offset, poses_at
 from .end_effector import EndEffectorTrack, track_end_effector
 from .extended import ExtendedKalmanFilter
 from .image_jacobians import Image, image_of_line, image_of_plane, image_of_point
+from .joint_axes import joint_axis
 from .kalman import Filtered, KalmanFilter, Smoothed
 from .line_recordings import filter_lines
 from .linear_motor_filter import LinearMotorFilter

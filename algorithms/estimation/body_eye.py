@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 from generated import pga3, vga3
 
 from ..arguments import Reals, real_array
-from .circles_of_points import BodyEyeStatus, JointAxis, axis_of, refined, tracks_of
+from .circles_of_points import BodyEyeStatus, JointAxis, refined
+from .joint_axes import axis_and_tracks
 
 _PARALLEL = 1e-6
 """Axes are parallel if the sine of their angle is below this,"""
@@ -59,6 +60,8 @@ def body_eye(
     pan_information: ArrayLike | None = None,
     tilt_information: ArrayLike | None = None,
     refine: bool = True,
+    threshold: float | None = None,
+    seed: int = 0,
 ) -> BodyEye:
     """Calibrate an eye on a pan-tilt head by the circles of points that it tracks while one joint moves at a time.
 
@@ -84,6 +87,11 @@ def body_eye(
         Inverse covariances of the points.
     refine : bool
         Whether to refine axes and pose.
+    threshold : float, optional
+        Points and tracks that do not agree with their axis are rejected, see `joint_axis`. Which points were used is in
+        ``pan.inliers`` and ``tilt.inliers`` of the result.
+    seed : int, optional
+        Of the random samples by which wrong points are found.
 
     Returns
     -------
@@ -99,8 +107,9 @@ def body_eye(
         design = np.asarray(pga3.normalize_line(real_array(axes, "axes", (2, 6), "lines").astype(np.float64)))
         if not np.isfinite(design).all():
             raise ValueError("axes: not lines with a direction; expected two lines of generated.pga3")
-    parts = [tracks_of(pan, pan_information), tracks_of(tilt, tilt_information)]
-    first, second = (axis_of(part, each, refine) for part, each in zip(parts, (pan_angles, tilt_angles), strict=True))
+    first, pan_tracks = axis_and_tracks(pan, pan_angles, pan_information, refine, threshold, seed)
+    second, tilt_tracks = axis_and_tracks(tilt, tilt_angles, tilt_information, refine, threshold, seed)
+    parts = [pan_tracks, tilt_tracks]
     found = first, second
     worst = next((each.status for each in found if each.status != BodyEyeStatus.OK), BodyEyeStatus.OK)
     lines = np.stack([each.line for each in found])

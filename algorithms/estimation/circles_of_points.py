@@ -42,7 +42,8 @@ class BodyEyeStatus(IntEnum):
     COLLINEAR = 2
     """The points run on parallel lines, or do not move by more than their noise: the joint moves too little."""
     NOT_CIRCLES = 3
-    """The points do not run on circles about a common axis: the residual exceeds 0.3 of the radii."""
+    """The points do not run on circles about a common axis: the residual exceeds 0.3 of the radii, or more than half of
+    the points were rejected."""
     NOT_CONVERGED = 4
     """The refinement ended before it was stationary."""
     PARALLEL_AXES = 5
@@ -64,6 +65,8 @@ class JointAxis:
     residual."""
     radii: Reals
     """(n_points,) The radius of each point's circle; NaN for points that were not used."""
+    inliers: NDArray[np.bool_]
+    """(n_frames, n_points) Which points were used: those that were seen in three frames and not rejected."""
 
 
 class Tracks(NamedTuple):
@@ -81,39 +84,23 @@ class Tracks(NamedTuple):
     n_frames: int
     n_points: int
 
+    @property
+    def is_used(self) -> NDArray[np.bool_]:
+        """(n_frames, n_points) Which points are here."""
+        found = np.zeros((self.n_frames, self.n_points), bool)
+        found[self.frame, self.used[self.circle]] = True
+        return found
 
-def joint_axis(
-    points: ArrayLike, angles: ArrayLike | None = None, information: ArrayLike | None = None, refine: bool = True
-) -> JointAxis:
-    """Estimate the axis of a rotating joint in the frame of an eye that it carries.
-
-    The eye sees fixed points while only this joint moves, so that they run on circles about the joint's axis. The
-    bisector planes of all pairs of points of a circle contain the axis; the start is the line nearest to all of them.
-    Gauss-Newton steps then minimise the squared distances of the points from their circles, which all have this axis.
-
-    Parameters
-    ----------
-    points : array_like, (n_frames, n_points, 3)
-        Places of points in the frame of the eye, NaN where a point was not seen.
-    angles : array_like, (n_frames,), optional
-        Readings of the joint, of which only the order matters: the result is directed so that the joint rotates
-        positively about it. By default angles increase from frame to frame.
-    information : array_like, (n_frames, n_points, 3, 3), optional
-        Inverse covariances of the points, for instance by `stereo_information`. Points are left out if theirs is not
-        finite, or has a diagonal that is not positive. By default all points have the same isotropic noise.
-    refine : bool
-        Whether to refine the line nearest to the bisector planes.
-
-    Returns
-    -------
-    JointAxis
-
-    Raises
-    ------
-    TypeError, ValueError
-        If an argument has a different shape or type.
-    """
-    return axis_of(tracks_of(points, information), angles, refine)
+    def subset(self, keep: NDArray[np.bool_]) -> Tracks:
+        """Return some of the points, (n,) bool, without circles that have fewer than three of them."""
+        counts = np.bincount(self.circle[keep], minlength=len(self.used))
+        rows = keep & (counts >= _FEWEST)[self.circle]
+        kept = counts >= _FEWEST
+        return self._replace(
+            points=self.points[rows], information=self.information[rows],
+            circle=(np.cumsum(kept) - 1)[self.circle[rows]], frame=self.frame[rows], used=self.used[kept],
+            counts=counts[kept].astype(np.float64),
+        )  # fmt: skip
 
 
 def stereo_information(points: ArrayLike, focal_length: float, baseline: float, pixel: float = 1.0) -> Reals:
@@ -185,18 +172,18 @@ def tracks_of(points: ArrayLike, information: ArrayLike | None) -> Tracks:
 
 def axis_of(tracks: Tracks, angles: ArrayLike | None, refine: bool) -> JointAxis:
     """Return the result of `joint_axis` for tracks."""
-    status, line = _first_axis(tracks)
+    status, line = first_axis(tracks)
     radii = np.full(tracks.n_points, np.nan)
     if status != BodyEyeStatus.OK:
-        return JointAxis(line, status, 0.0, np.full(2, np.inf), radii)
+        return JointAxis(line, status, 0.0, np.full(2, np.inf), radii, tracks.is_used)
     fit = refined([tracks], line[None], np.eye(8)[0], refine)
     line = _directed(np.asarray(pga3.move_line(fit.motor, line)), tracks, angles)
     radii[tracks.used] = fit.radii
-    return JointAxis(line, fit.status, fit.residual, _deviation(fit, tracks, line), radii)
+    return JointAxis(line, fit.status, fit.residual, _deviation(fit, tracks, line), radii, tracks.is_used)
 
 
-def _first_axis(tracks: Tracks) -> tuple[BodyEyeStatus, Reals]:
-    """Return the line nearest to all bisector planes, 0 if points do not determine it."""
+def first_axis(tracks: Tracks) -> tuple[BodyEyeStatus, Reals]:
+    """Return the unrefined axis: the line nearest to all bisector planes, 0 if points do not determine it."""
     none = np.zeros(6)
     if not len(tracks.used):
         return BodyEyeStatus.TOO_FEW, none
