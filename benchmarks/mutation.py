@@ -65,7 +65,10 @@ PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
     "vision": ("algorithms/vision", ("test_vision*", "test_hand_eye*")),
     "estimation": (
         "algorithms/estimation",
-        ("test_kalman", "test_motor_filter", "test_orientation", "test_rotor_filter"),
+        (
+            *("test_kalman", "test_motor_filter", "test_orientation", "test_rotor_filter", "test_end_effector"),
+            *("test_body_eye", "test_wrong_tracks", "test_clocks", "test_tracking", "test_tracking_simulation"),
+        ),
     ),
     "kinematics": (
         "algorithms/kinematics",
