@@ -9,13 +9,20 @@ from typing import Any
 
 import numpy as np
 
-from algorithms.estimation import KalmanFilter, MotorFilter, OrientationSettings, filter_lines, orientation
+from algorithms.estimation import (
+    ExtendedKalmanFilter,
+    KalmanFilter,
+    MotorFilter,
+    OrientationSettings,
+    filter_lines,
+    orientation,
+)
 from generated import pga3
 
 from . import pages
 from .libraries import installed
 from .machine import version
-from .vision import OURS, Task, _text, interleaved
+from .tasks import OURS, Task, interleaved, others_text, time_text
 
 PAGE = Path("docs/estimation-speed.md")
 ROUNDS = 15
@@ -35,21 +42,29 @@ def _recording(quick: bool) -> Task:
     return Task(f"orientation of an inertial sensor, a sample of {n:,}", n, calls)
 
 
-def _kalman(axes: int, t: int) -> Task:
-    rng = np.random.default_rng(axes)
+def _system(axes: int) -> tuple[Any, ...]:
+    """Points that move on axes, of which the positions are measured."""
     dt, n = 0.1, 2 * axes
     move = np.kron(np.eye(axes), [[1, dt], [0, 1]])
     process = np.kron(np.eye(axes), [[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]])
     rows = np.kron(np.eye(axes), [[1.0, 0]])
-    noise = 0.2 * np.eye(axes)
+    return np.zeros(n), np.eye(n), move, process, rows, 0.2 * np.eye(axes)
+
+
+def _by_filterpy(system: tuple[Any, ...]) -> Any:
+    theirs = importlib.import_module("filterpy.kalman").KalmanFilter(dim_x=len(system[0]), dim_z=len(system[4]))
+    theirs.x, theirs.P, theirs.F, theirs.Q, theirs.H, theirs.R = system
+    return theirs
+
+
+def _kalman(axes: int, t: int) -> Task:
+    rng = np.random.default_rng(axes)
     measurements = np.cumsum(rng.normal(size=(t, axes)), 0)
-    system = (np.zeros(n), np.eye(n), move, process, rows, noise)
+    system = _system(axes)
     ours = KalmanFilter(*system)
     calls: dict[str, Any] = {OURS: lambda: ours.run(measurements)}
     if installed("filterpy"):
-        peer = importlib.import_module("filterpy.kalman")
-        theirs = peer.KalmanFilter(dim_x=n, dim_z=axes)
-        theirs.x, theirs.P, theirs.F, theirs.Q, theirs.H, theirs.R = system
+        theirs = _by_filterpy(system)
 
         def run() -> None:
             for z in measurements:
@@ -57,7 +72,50 @@ def _kalman(axes: int, t: int) -> Task:
                 theirs.update(z)
 
         calls["filterpy"] = run
-    return Task(f"Kalman filter, {n} states, {axes} measured, a step of {t:,}", t, calls)
+    return Task(f"Kalman filter, {2 * axes} states, {axes} measured, a step of {t:,}", t, calls)
+
+
+def _steps(axes: int) -> Task:
+    """One prediction and update at a time, as a program does that measures as it goes."""
+    system = _system(axes)
+    ours, z = KalmanFilter(*system), np.ones(axes)
+
+    def run() -> None:
+        ours.predict()
+        ours.update(z)
+
+    calls: dict[str, Any] = {OURS: run}
+    if installed("filterpy"):
+        theirs = _by_filterpy(system)
+
+        def their_run() -> None:
+            theirs.predict()
+            theirs.update(z)
+
+        calls["filterpy"] = their_run
+    return Task(f"Kalman filter, {2 * axes} states, {axes} measured, a prediction and an update", 1, calls)
+
+
+def _extended(axes: int) -> Task:
+    """The linear problem by functions that return a value and its derivatives."""
+    state, spread, move, process, rows, noise = _system(axes)
+    ours, z = ExtendedKalmanFilter(state, spread), np.ones(axes)
+
+    def run() -> None:
+        ours.predict(lambda x: (move @ x, move), process)
+        ours.update(z, lambda x: (rows @ x, rows), noise)
+
+    calls: dict[str, Any] = {OURS: run}
+    if installed("filterpy"):
+        theirs = importlib.import_module("filterpy.kalman").ExtendedKalmanFilter(dim_x=2 * axes, dim_z=axes)
+        theirs.x, theirs.P, theirs.F, theirs.Q, theirs.R = state, spread, move, process, noise
+
+        def their_run() -> None:
+            theirs.predict()
+            theirs.update(z, lambda x: rows, lambda x: rows @ x)
+
+        calls["filterpy"] = their_run
+    return Task(f"extended Kalman filter, {2 * axes} states, {axes} measured, a prediction and an update", 1, calls)
 
 
 def _lines(n: int) -> list[Task]:
@@ -78,14 +136,23 @@ def _lines(n: int) -> list[Task]:
         Task(f"motor filter, a line of a recording of {n:,}", n,
              {OURS: lambda: filter_lines(one, prior, lines, seen, 0.01, noise=1e-6)}),
         Task("motor filter, a line of 100 of an update", 100, {OURS: update(100)}),
-        Task("motor filter, prediction and update by one line", 1, {OURS: update(1)}),
+        *(
+            Task(f"motor filter, a line of a prediction and an update by {k}", k, {OURS: update(k)})
+            for k in (1, 4, 16)
+        ),
     ]  # fmt: skip
 
 
 def tasks(quick: bool) -> list[Task]:
     """All tasks."""
     t = 50 if quick else 1000
-    return [_recording(quick), *(_kalman(axes, t) for axes in (1, 2, 3)), *_lines(100 if quick else 10_000)]
+    return [
+        _recording(quick),
+        *(_kalman(axes, t) for axes in (1, 2, 3)),
+        *map(_steps, (1, 2, 3, 4)),
+        *map(_extended, (2, 3)),
+        *_lines(100 if quick else 10_000),
+    ]
 
 
 def page(found: list[tuple[Task, dict[str, float]]], rounds: int) -> str:
@@ -96,16 +163,16 @@ def page(found: list[tuple[Task, dict[str, float]]], rounds: int) -> str:
         "",
         f"Written by `python -m benchmarks estimation`, beside {peers}, one thread each. Microseconds for one",
         f"step: the least of {rounds} rounds in which libraries alternate. VQF is compiled C++; filterpy is Python on",
-        "numpy.",
+        "numpy. Extended filters are Python too, apart from the algebra of a step. The smoother for 7 to 12 states is",
+        "numpy, because its kernel takes more than six minutes to compile.",
         "",
         "| | here | others | ratio |",
         "| --- | ---: | --- | ---: |",
     ]
     for task, times in found:
         others = {name: spent for name, spent in times.items() if name != OURS}
-        text = ", ".join(f"{name} {_text(spent)}" for name, spent in others.items())
         ratio = ", ".join(f"{spent / times[OURS]:.1f}" for spent in others.values())
-        lines.append(f"| {task.name} | {_text(times[OURS])} | {text} | {ratio} |")
+        lines.append(f"| {task.name} | {time_text(times[OURS])} | {others_text(times)} | {ratio} |")
     return "\n".join(lines) + "\n"
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -25,24 +24,11 @@ from generated import pga3
 from . import pages
 from .libraries import installed
 from .machine import version
-from .timing import minimum_times
+from .tasks import OURS, Task, interleaved, others_text, time_text
 
 PAGE = Path("docs/tracking-speed.md")
 ROUNDS = 15
-TURN = 0.005
-"""Seconds of a turn, at least."""
-OURS = "gacompiler"
 Array = np.ndarray[Any, Any]
-
-
-@dataclass(frozen=True, slots=True)
-class Task:
-    """The same problem for several libraries."""
-
-    name: str
-    elements: int
-    """Problems that a call solves: times are for one of them."""
-    calls: dict[str, Callable[[], object]]
 
 
 def tasks(quick: bool) -> list[Task]:
@@ -190,13 +176,8 @@ def page(found: list[tuple[Task, dict[str, float]]], rounds: int) -> str:
         "| --- | ---: | --- |",
     ]
     for task, spent in found:
-        others = ", ".join(f"{name} {_text(each)}" for name, each in spent.items() if name != OURS)
-        lines.append(f"| {task.name} | {_text(spent[OURS])} | {others} |")
+        lines.append(f"| {task.name} | {time_text(spent[OURS])} | {others_text(spent)} |")
     return "\n".join(lines) + "\n"
-
-
-def _text(spent: float) -> str:
-    return f"{spent:,.0f}" if spent >= 100 else f"{spent:.1f}" if spent >= 10 else f"{spent:.2f}"
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -210,10 +191,7 @@ def main(arguments: list[str] | None = None) -> int:
     options = pages.options("tracking", __doc__, PAGE).parse_args(arguments)
     out: Path = options.out
     rounds = 1 if options.quick else ROUNDS
-    found = []
-    for task in tasks(options.quick):
-        spent = minimum_times(task.calls, rounds, TURN)
-        found.append((task, {name: 1e6 * each / task.elements for name, each in spent.items()}))
+    found = [(task, interleaved(task, rounds)) for task in tasks(options.quick)]
     return pages.publish("tracking", out, page(found, rounds), f"{len(found)} tasks")
 
 

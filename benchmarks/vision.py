@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -37,28 +36,10 @@ from . import pages
 from .libraries import installed
 from .machine import version
 from .markdown import paragraph
-from .timing import minimum_times
+from .tasks import OURS, Task, interleaved, others_text, time_text
 
 PAGE = Path("docs/vision-speed.md")
 ROUNDS = 15
-SPAN = 0.005
-"""Minimum duration of a measurement in seconds; short calls are repeated."""
-OURS = "gacompiler"
-
-
-@dataclass(frozen=True, slots=True)
-class Task:
-    """One problem, and its calls by library."""
-
-    name: str
-    elements: int
-    """Number of problems or points per call. Times are divided by it."""
-    calls: dict[str, Callable[[], object]]
-
-
-def interleaved(task: Task, rounds: int) -> dict[str, float]:
-    """Return the minimum times in microseconds per element, over rounds that measure all calls alternately."""
-    return {name: 1e6 * spent / task.elements for name, spent in minimum_times(task.calls, rounds, SPAN).items()}
 
 
 def tasks(quick: bool) -> list[Task]:
@@ -248,13 +229,8 @@ def page(found: list[tuple[Task, dict[str, float]]], rounds: int) -> str:
         "| --- | ---: | --- |",
     ]
     for task, times in found:
-        others = ", ".join(f"{name} {_text(spent)}" for name, spent in times.items() if name != OURS)
-        lines.append(f"| {task.name} | {_text(times[OURS])} | {others} |")
+        lines.append(f"| {task.name} | {time_text(times[OURS])} | {others_text(times)} |")
     return "\n".join(lines) + "\n"
-
-
-def _text(spent: float) -> str:
-    return f"{spent:,.0f}" if spent >= 100 else f"{spent:.1f}" if spent >= 1 else f"{spent:.4f}"
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -133,28 +133,36 @@ def clock_offset(
     best = int(np.argmax(scores))
     if scores[best] < _RELATED:
         return nothing(ClockStatus.UNRELATED)
-    # Neighbours of the maximum are excluded down to the first minimum on each side.
+    longest = max(float(np.ptp(grid)) for grid in grids)
+    status = ClockStatus.AMBIGUOUS if _is_ambiguous(scores, best, step, longest) else ClockStatus.OK
+    offset = float(np.clip(_refined(one, grids[1], rates[1], float(offsets[best]), step, window), -largest, largest))
+    moved = _rates(one, grids[1] + offset, window)
+    correlation, rotation = _alignment(moved, rates[1])
+    deviation = _deviation(moved, rates[1], rotation, step, window)
+    rotor = np.asarray(pga3.rotor_from_matrix(rotation))
+    return ClockOffset(offset, status, float(correlation), deviation, rotor, skipped)
+
+
+def _is_ambiguous(scores: Reals, best: int, step: float, longest: float) -> bool:
+    """Return whether other offsets fit as well: those of another maximum, or of a wide one."""
     left, right = _hill(scores, best)
+    same = _SAME * scores[best]
     rest = np.concatenate([scores[:left], scores[right:]])
-    ambiguous = rest.size > 0 and rest.max() >= _SAME * scores[best]
-    ambiguous |= bool((right - left) * step > 0.5 * max(float(np.ptp(g)) for g in grids)) and bool(
-        scores[max(left, 0)] > _SAME * scores[best] or scores[min(right, len(scores)) - 1] > _SAME * scores[best]
-    )
-    usual = float(offsets[best])
-    fixed = rates[1]
+    if rest.size and rest.max() >= same:
+        return True
+    is_wide = (right - left) * step > 0.5 * longest
+    return bool(is_wide and (scores[left] > same or scores[right - 1] > same))
+
+
+def _refined(stream: _Stream, at: Reals, fixed: Reals, offset: float, step: float, window: float) -> float:
+    """Return the offset near another at which the rates of a stream are most like `fixed`, those of the other."""
 
     def misfit(change: float) -> float:
-        return -_alignment(_rates(one, grids[1] + usual + change, window), fixed)[0]
+        return -_alignment(_rates(stream, at + offset + change, window), fixed)[0]
 
     reach = max(2 * step, 0.05 * window)
     found = minimize_scalar(misfit, bounds=(-reach, reach), method="bounded", options={"xatol": 1e-3 * step})
-    offset = float(np.clip(usual + found.x, -largest, largest))
-    moved = _rates(one, grids[1] + offset, window)
-    correlation, rotation = _alignment(moved, fixed)
-    deviation = _deviation(moved, fixed, rotation, step, window)
-    rotor = np.asarray(pga3.rotor_from_matrix(rotation))
-    status = ClockStatus.AMBIGUOUS if ambiguous else ClockStatus.OK
-    return ClockOffset(offset, status, float(correlation), deviation, rotor, skipped)
+    return offset + float(found.x)
 
 
 def poses_at(times: ArrayLike, motors: ArrayLike, at: ArrayLike, largest_gap: float = np.inf) -> Reals:

@@ -13,6 +13,9 @@ from generated import pga3
 from ..arguments import Reals, real_array
 from .tracking import Tracker, TrackingStatus
 
+_CENTRE = np.zeros(2)
+_EARLY = 1e-12
+"""Seconds by which rounding errors may make a frame late."""
 Path = Callable[[float], ArrayLike]
 """A function of the time in seconds that returns the place (3,) of a target in the base frame."""
 
@@ -157,59 +160,88 @@ def simulate_tracking(
     """
     if not 0 < control_time <= duration < np.inf:
         raise ValueError(f"duration {duration}, control_time {control_time}; expected positive times, the first larger")
-    sensor = sensor or Sensor()
-    own = prediction or Prediction()
     robot = tracker.robot
     x = real_array(q, "q", (robot.n_joints,), "joint variables").astype(np.float64).copy()
     v = np.zeros_like(x)
-    low, high = robot.limits[:, 0], robot.limits[:, 1]
-    rng = np.random.default_rng(seed)
-    mount = pga3.motor_product(pga3.motor_inverse(robot.tool), tracker.chain.camera)
+    eye = _Eye(tracker, sensor or Sensor(), np.random.default_rng(seed), prediction or Prediction())
     times = np.arange(0.0, duration, control_time)
+    share = 1.0 if motor_time <= 0 else 1 - np.exp(-control_time / motor_time)
     rows: dict[str, list[ArrayLike]] = {name: [] for name in ("q", "rates", "error", "status", "targets")}
-    waiting: list[tuple[float, float, Reals]] = []
-    next_frame, n_frames, n_dropped = 0.0, 0, 0
-    goal = np.zeros(2)
     for time in times:
         place = np.asarray(target(float(time)), float)
-        camera = pga3.motor_product(robot.forward(x), mount)
-        seen = np.asarray(pga3.move_point_back(camera, place))
-        in_front = seen[2] > 0
-        image = seen[:2] / seen[2] if in_front else np.full(2, np.nan)
-        if time >= next_frame - 1e-12:
-            next_frame += sensor.frame_time
-            n_frames += 1
-            noise, lost = rng.normal(size=3), rng.random() < sensor.drop
-            if lost or not in_front or not np.abs(image).max() <= sensor.field_of_view:
-                n_dropped += 1
-            else:
-                depth = seen[2] * (1 + sensor.depth_noise * noise[2])
-                measured = depth * np.append(image + sensor.noise * noise[:2], 1.0)
-                waiting.append((float(time) + sensor.delay, float(time), pga3.move_point(camera, measured)))
-        while waiting and waiting[0][0] <= time + 1e-12:
-            own.add(*waiting.pop(0)[1:])
-        expected, velocity = own.at(float(time))
+        image = eye.look(float(time), x, place)
+        expected, velocity = eye.prediction.at(float(time))
         twist = np.append(np.zeros(3), velocity)
-        if by_forces:
-            push = tracker.forces_for_point(x, v, expected, goal, goal, goal, twist)
-            status = push.status
-            # Without a measurement the joints are braked.
-            still = status >= TrackingStatus.NOT_VISIBLE
-            forces = robot.inverse_dynamics(x, v, -2 * tracker.gain * v) if still else push.forces
-            x, v = _moved(tracker, x, v, np.clip(forces, -robot.limits[:, 3], robot.limits[:, 3]), control_time)
-        else:
-            step = tracker.rates_for_point(x, expected, goal, goal, twist)
-            status = step.status
-            share = 1.0 if motor_time <= 0 else 1 - np.exp(-control_time / motor_time)
-            v = v + share * (step.rates - v)
-            x = x + control_time * v
-        stopped = (x < low) | (x > high)
-        x = np.clip(x, low, high)
+        move = _moved_by_forces if by_forces else _moved_by_rates
+        x, v, status = move(tracker, x, v, expected, twist, control_time, share)
+        stopped = (x < robot.limits[:, 0]) | (x > robot.limits[:, 1])
+        x = np.clip(x, robot.limits[:, 0], robot.limits[:, 1])
         v = np.where(stopped, 0.0, v)
         for name, value in (("q", x), ("rates", v), ("error", image), ("status", status), ("targets", place)):
             rows[name].append(value)
     q_rows, rates, errors, statuses, targets = (np.array(row) for row in rows.values())
-    return Recording(times, q_rows, rates, errors, statuses, targets, n_frames, n_dropped)
+    return Recording(times, q_rows, rates, errors, statuses, targets, eye.n_frames, eye.n_dropped)
+
+
+@dataclass(slots=True)
+class _Eye:
+    """The camera of a simulation, whose measurements arrive late."""
+
+    tracker: Tracker
+    sensor: Sensor
+    rng: np.random.Generator
+    prediction: Prediction
+    n_frames: int = 0
+    n_dropped: int = 0
+    next_frame: float = 0.0
+    waiting: list[tuple[float, float, Reals]] = field(default_factory=list)
+    """Measurements on their way: the times of arrival and exposure, and places."""
+    mount: Reals = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.mount = pga3.motor_product(pga3.motor_inverse(self.tracker.robot.tool), self.tracker.chain.camera)
+
+    def look(self, time: float, q: Reals, place: Reals) -> Reals:
+        """Return the true image of a target, and measure it if a frame is due; NaN behind the camera."""
+        camera = pga3.motor_product(self.tracker.robot.forward(q), self.mount)
+        seen = np.asarray(pga3.move_point_back(camera, place))
+        image = seen[:2] / seen[2] if seen[2] > 0 else np.full(2, np.nan)
+        if time >= self.next_frame - _EARLY:
+            self.next_frame += self.sensor.frame_time
+            self._expose(time, camera, image, float(seen[2]))
+        while self.waiting and self.waiting[0][0] <= time + _EARLY:
+            self.prediction.add(*self.waiting.pop(0)[1:])
+        return image
+
+    def _expose(self, time: float, camera: Reals, image: Reals, depth: float) -> None:
+        sensor = self.sensor
+        self.n_frames += 1
+        noise, lost = self.rng.normal(size=3), self.rng.random() < sensor.drop
+        if lost or not np.abs(image).max() <= sensor.field_of_view:
+            self.n_dropped += 1
+            return
+        measured = depth * (1 + sensor.depth_noise * noise[2]) * np.append(image + sensor.noise * noise[:2], 1.0)
+        self.waiting.append((time + sensor.delay, time, pga3.move_point(camera, measured)))
+
+
+def _moved_by_rates(
+    tracker: Tracker, q: Reals, qd: Reals, place: Reals, twist: Reals, step: float, share: float
+) -> tuple[Reals, Reals, Reals | int]:
+    """Return variables, rates and the status after a step in which the rates approach the commanded ones."""
+    found = tracker.rates_for_point(q, place, _CENTRE, _CENTRE, twist)
+    qd = qd + share * (found.rates - qd)
+    return q + step * qd, qd, found.status
+
+
+def _moved_by_forces(
+    tracker: Tracker, q: Reals, qd: Reals, place: Reals, twist: Reals, step: float, _share: float
+) -> tuple[Reals, Reals, Reals | int]:
+    """Return variables, rates and the status after a step with constant forces. Without a target joints are braked."""
+    push = tracker.forces_for_point(q, qd, place, _CENTRE, _CENTRE, _CENTRE, twist)
+    is_lost = push.status >= TrackingStatus.NOT_VISIBLE
+    forces = tracker.robot.inverse_dynamics(q, qd, -2 * tracker.gain * qd) if is_lost else push.forces
+    largest = tracker.robot.limits[:, 3]
+    return *_moved(tracker, q, qd, np.clip(forces, -largest, largest), step), push.status
 
 
 def _moved(tracker: Tracker, q: Reals, qd: Reals, forces: Reals, step: float) -> tuple[Reals, Reals]:

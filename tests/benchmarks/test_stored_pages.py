@@ -8,12 +8,25 @@ from pathlib import Path
 import pytest
 from test_benchmarks import made_up
 
-from benchmarks import chain, counts, growth, report, robots, signals, subspaces, toolkit, vision
+from benchmarks import (
+    chain,
+    counts,
+    estimation,
+    growth,
+    report,
+    robots,
+    signals,
+    subspaces,
+    tasks,
+    toolkit,
+    tracking,
+    vision,
+)
 
 DOCS = Path(__file__).parents[2] / "docs"
 POINT = growth.Point(1.0, 1, 1)
 ORDERS = {(kind, order): (chain.Pair(1.0, 1.0),) * 3 for kind in chain.TYPES for order in chain.ORDERS}
-TASK = vision.Task("task", 1, {})
+TASK = tasks.Task("task", 1, {})
 
 PAGES = {
     "benchmarks": report.page(made_up((1e-6, 80e-9), (2e-6, None))),
@@ -47,7 +60,9 @@ PAGES = {
         1000,
         7,
     ),
-    "vision-speed": vision.page([(TASK, {vision.OURS: 1.0})], 15),
+    "estimation-speed": estimation.page([(TASK, {tasks.OURS: 1.0})], 15),
+    "tracking-speed": tracking.page([(TASK, {tasks.OURS: 1.0})], 15),
+    "vision-speed": vision.page([(TASK, {tasks.OURS: 1.0})], 15),
 }
 """Pages of made-up results, or their introductions."""
 
