@@ -239,7 +239,7 @@ class MotorFilter:
         used = int(numbers[2])
         known = 0 if self._beginning is None else len(self._beginning.model)
         self._skipped += max(len(one) - max(used - known, 0), 0)
-        self._accept(kind, motor, triangle, one[np.isfinite(two).all(1)])
+        self._accept(kind, motor, triangle, one[np.isfinite(one).all(1) & np.isfinite(two).all(1)])
         is_known = self._rank == 6 and used >= _FEWEST and self._variance < _SETTLED**2
         self._beginning = None if is_known else first
         self._innovation = (float(numbers[1]), kind.n_numbers * used)

@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from algorithms.estimation import ClockStatus, clock_offset, poses_at
+from algorithms.estimation.clocks import _is_ambiguous
 from algorithms.vision import HandEyeStatus, hand_eye_from_poses
 from generated import pga3
 from tests.support.recordings import arm
@@ -121,6 +122,25 @@ def test_real_arm() -> None:
     before, after = spreads
     assert before.distance <= 3.12 and before.angle <= 0.43
     assert after.distance <= 2.8 and after.angle <= 0.4 and after.mean_square < 0.92 * before.mean_square
+
+
+def test_largest_offset() -> None:
+    """The search is limited, also to offsets among which the correlation hardly varies."""
+    recording = two_streams(0.01)
+    for largest in (0.05, 1.0):
+        found = clock_offset(*recording, largest=largest)
+        assert found.status == ClockStatus.OK and abs(found.offset - 0.01) < 1e-4
+    assert clock_offset(*two_streams(0.3), largest=0.1).offset <= 0.1
+
+
+def test_ambiguity_of_wide_maxima() -> None:
+    """One side on which the correlation does not decrease suffices, if the maximum is wide."""
+    rising = np.concatenate([np.linspace(0.2, 1.0, 60), np.linspace(1.0, 0.992, 41)[1:]])
+    assert _is_ambiguous(rising, 59, 0.1, 15.0) and _is_ambiguous(rising[::-1], 40, 0.1, 15.0)
+    assert not _is_ambiguous(rising, 59, 0.1, 25.0)
+    peak = 1 - np.abs(np.linspace(-0.8, 0.8, 101))
+    assert not _is_ambiguous(peak, 50, 0.1, 15.0)
+    assert _is_ambiguous(np.concatenate([peak, 0.995 * peak]), 50, 0.1, 1e3)
 
 
 def test_poses_between() -> None:

@@ -316,6 +316,23 @@ def test_bad_input_leaves_a_finite_state(rng: np.random.Generator) -> None:
     assert np.linalg.eigvalsh(indefinite.covariance)[0] > 0
 
 
+def test_missing_objects_far_away(rng: np.random.Generator) -> None:
+    """Objects of the model that are not finite, and directions that vanish, are left out from afar too."""
+    for kind, exact in (("lines", pga3.move_line), ("planes", pga3.move_plane), ("points", pga3.move_point)):
+        start, truth = far_away(rng)
+        model = lines(rng, 8) if kind == "lines" else rng.normal(size=(8, 4 if kind == "planes" else 3))
+        if kind == "planes":
+            model /= np.linalg.norm(model[:, :3], axis=1)[:, None]
+        measured = exact(truth, model)
+        model[2, 1], measured[5, 0] = np.nan, np.inf
+        if kind != "points":
+            model[6, :3] = 0
+        f = MotorFilter(start, WIDE)
+        assert getattr(f, f"update_{kind}")(model, measured, 0.01) == EstimationStatus.OK
+        assert np.abs(error(truth, f.motor)).max() < 0.05
+        assert f.n_skipped == (2 if kind == "points" else 3)
+
+
 def test_contradiction_is_reported(rng: np.random.Generator) -> None:
     start, model = motor(rng), lines(rng, 5)
     f = MotorFilter(start, 1e-4 * NEAR)

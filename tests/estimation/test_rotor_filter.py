@@ -80,7 +80,9 @@ def test_status(rng: np.random.Generator) -> None:
     assert f.update(np.eye(3), -np.eye(3), 0.01) == EstimationStatus.REJECTED
     assert f.update(up, up * np.nan, 0.01) == EstimationStatus.SKIPPED
     assert f.predict([0, 0, 1.0], -1.0) == EstimationStatus.BAD_TIME
+    before = f.covariance
     assert f.predict([0, 0, 1.0], 10.0, 0.1) == EstimationStatus.OK
+    assert np.allclose(f.covariance - before, np.eye(3), rtol=0, atol=1e-12)
     assert np.allclose(rotation(f.rotor).as_rotvec(), [0, 0, 10 - 4 * np.pi])
     assert RotorFilter([1.0, 0, 0, 0], -np.eye(3)).status == EstimationStatus.NOT_DEFINITE
     with pytest.raises(ValueError, match="expected one unit rotor"):

@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from algorithms.estimation import Tracker, TrackingStatus, aim, gaze_rates, pan_tilt_head
+from algorithms.estimation.image_jacobians import chain_of
 from algorithms.kinematics import JointCountError, Robot
 from generated import pga3
 from tests.support.selection import some_slow
@@ -146,6 +147,33 @@ def test_error_obeys_the_second_order_equation(kind: str) -> None:
     assert np.abs((after - before) / (2 * step) - first_rate).max() < 1e-6
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_steps_of_batches(kind: str) -> None:
+    """Batches give what single configurations give, by rates and by forces."""
+    robot, camera, q, element, twist, goal, slope = a_task(kind)
+    tracker = Tracker(robot, camera, gain=3.0)
+    many = q + np.linspace(-0.1, 0.1, 4)[:, None]
+    rates = getattr(tracker, f"rates_for_{kind}")(many, element, goal, slope, twist)
+    forces = getattr(tracker, f"forces_for_{kind}")(many, 0.1 * many, element, goal, slope, 0 * slope, twist)
+    assert rates.status.tolist() == [0] * 4 == forces.status.tolist()
+    for k, x in enumerate(many):
+        one = getattr(tracker, f"rates_for_{kind}")(x, element, goal, slope, twist)
+        push = getattr(tracker, f"forces_for_{kind}")(x, 0.1 * x, element, goal, slope, 0 * slope, twist)
+        assert type(one.status) is int and type(push.status) is int
+        assert np.allclose(rates.rates[k], one.rates, rtol=1e-12) and np.allclose(rates.error[k], one.error)
+        assert np.allclose(forces.forces[k], push.forces, rtol=1e-12)
+
+
+def test_joints_that_do_not_move_the_camera() -> None:
+    chain = chain_of(pan_tilt_head())._replace(path=(0, 2), n_joints=4)
+    assert not chain.is_whole
+    for shape in ((4,), (3, 4), (2, 3, 4)):
+        q = np.arange(np.prod(shape), dtype=float).reshape(shape) + 1
+        own = chain.own(q)
+        assert np.array_equal(own, q[..., [0, 2]])
+        assert np.array_equal(chain.of_robot(own), q * [1, 0, 1, 0])
+
+
 def test_saturation_keeps_the_direction() -> None:
     head = pan_tilt_head()
     point = np.array([1.0, 0.9, 0.6])
@@ -257,7 +285,7 @@ def test_gaze_from_anywhere(count: int) -> None:
         assert ((q >= low) & (q <= high)).all() and np.abs(step.rates).max() <= 4
     image = IMAGES["point"](head, q, points)
     assert image.seen.all() and np.abs(image.values).max() < 1e-6 and (step.status == TrackingStatus.OK).all()
-    bad = gaze_rates(tracker, [[0.0, 0.0], [np.nan, 0.0], [0.0, 0.0]], [[np.nan, 0, 0], [1.0, 0, 0], [0.0, 0, 0]])
+    bad = gaze_rates(tracker, [[0.0, 0.0], [np.nan, 0.0], [0.0, 0.0]], [[np.nan, 0, 0], [1.0, 0.7, 0.3], [0.0, 0, 0]])
     assert bad.status.tolist() == [4, 4, 3] and not bad.rates.any()
 
 
