@@ -126,7 +126,7 @@ class KalmanFilter:
     @property
     def n_states(self) -> int:
         """The number n of states."""
-        return self._n
+        return int(self._n)
 
     @property
     def state(self) -> Reals:

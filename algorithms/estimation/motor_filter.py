@@ -76,7 +76,8 @@ class MotorFilter:
             raise ValueError(f"model: {model!r}; expected 'random walk' or 'constant twist'")
         self._motor = unit_motor(motor)
         spread, definite = as_definite(covariance_matrix(covariance, "covariance"))
-        self._set_covariance(to_triangle(spread))
+        self._triangle = to_triangle(spread)
+        self._variance = _rotation_variance(self._triangle.tolist())
         self._is_walk = model == "random walk"
         self._noise = to_triangle(as_definite(covariance_matrix(noise, "noise"))[0])
         self._is_noisy = bool(self._noise.any())

@@ -84,6 +84,7 @@ def observability(
 
 
 def unit_motor(value: ArrayLike) -> Reals:
+    """Return a motor (8,) without the rounding errors of its norm; `value` may be in error by a thousandth."""
     motor = finite(real_array(value, "motor", (8,)).astype(float), "motor")
     if motor.ndim != 1:
         raise ValueError(f"motor: shape {motor.shape}; expected (8,), one motor")
@@ -93,6 +94,7 @@ def unit_motor(value: ArrayLike) -> Reals:
 
 
 def covariance_matrix(value: ArrayLike, name: str, n: int = 6) -> Reals:
+    """Return a matrix (n, n) that is given as such, as its diagonal, or as one number for its diagonal."""
     array = finite(real_array(value, name).astype(float), name)
     if array.ndim < 2:
         array = np.diag(np.broadcast_to(array, (n,)))
@@ -102,6 +104,7 @@ def covariance_matrix(value: ArrayLike, name: str, n: int = 6) -> Reals:
 
 
 def variances_of(sigma: ArrayLike) -> Reals:
+    """Return the squares of one or two standard deviations, twice that of one."""
     if type(sigma) is float and 0 < sigma < np.inf:
         return np.array((sigma * sigma, sigma * sigma))
     pair = finite(real_array(sigma, "sigma").astype(float), "sigma")
@@ -119,4 +122,5 @@ def _spectrum(information: Reals) -> tuple[Reals, Reals, Reals]:
 
 
 def rank_of(information: Reals) -> int:
+    """Return how many directions an information (6, 6) determines."""
     return int((_spectrum(information)[0] > _UNDETERMINED).sum())

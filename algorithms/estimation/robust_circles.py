@@ -63,7 +63,7 @@ def _candidates(tracks: Tracks, rng: np.random.Generator) -> Reals:
     axes = kernels.axis_of_three_points(*tracks.points[rows.T])
     with np.errstate(divide="ignore", invalid="ignore"):
         lines = np.asarray(pga3.normalize_line(axes))
-    return lines[np.isfinite(lines).all(1)]
+    return np.asarray(lines[np.isfinite(lines).all(1)])
 
 
 def _improved(line: Reals, tracks: Tracks, bound: float) -> tuple[Mask, float]:

@@ -47,7 +47,7 @@ def calibrated(head: Rig, rng: np.random.Generator, mistake: Any, threshold: flo
 
 @pytest.mark.parametrize("mistake", [wandering, exchanged])
 def test_a_fifth_of_the_tracks_is_wrong(mistake: Any) -> None:
-    """Axes to 0.05 degrees in all trials, as without wrong points; nearly all points are told apart."""
+    """Axes to 0.05 degrees in all trials, as without wrong points; nearly all points are classified correctly."""
     rng = np.random.default_rng(3)
     head = rig()
     truth = head.axis_in_eye(0), head.axis_in_eye(1)
