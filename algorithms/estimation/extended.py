@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
+from math import isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -68,8 +70,8 @@ class ExtendedKalmanFilter:
         """Predict the state by a function that returns the next state and its derivatives by the present one."""
         n = len(self._state)
         after, rows = (np.asarray(x, float) for x in motion(self._state))
-        spread = as_definite(real_array(noise, "noise", (n, n)).astype(float))[0]
-        if not (np.isfinite(after).all() and np.isfinite(rows).all()):
+        spread = _definite(real_array(noise, "noise", (n, n)).astype(float).tobytes(), n)
+        if not (_are_finite(after) and _are_finite(rows)):
             self._status = EstimationStatus.NOT_CONVERGED
             return self._status
         self._covariance = predicted(self._state, self._covariance, rows, spread)[1]
@@ -98,18 +100,20 @@ class ExtendedKalmanFilter:
             The difference of a measured and an expected measurement, for example of angles.
         """
         z = real_array(measurement, "measurement", (-1,)).astype(float)
-        spread = as_definite(real_array(noise, "noise", (len(z), len(z))).astype(float))[0]
+        spread = _definite(real_array(noise, "noise", (len(z), len(z))).astype(float).tobytes(), len(z))
         if not np.isfinite(z).any():
             self._status = EstimationStatus.SKIPPED
             return self._status
         at = self._state
         for k in range(self._count):
             value, rows = (np.asarray(x, float) for x in expected(at))
-            if not (np.isfinite(value).all() and np.isfinite(rows).all()):
+            if not (_are_finite(value) and _are_finite(rows)):
                 self._status = EstimationStatus.NOT_CONVERGED
                 return self._status
             # What would be measured at the prediction, linearised at the present state.
-            innovation = np.asarray(difference(z, value)) - rows @ (self._state - at)
+            innovation = np.asarray(difference(z, value))
+            if k:
+                innovation = innovation - rows @ (self._state - at)
             found = updated(self._state, self._covariance, innovation, rows, spread, self._gate)
             if not k:
                 self._square = float(found[2])
@@ -120,3 +124,16 @@ class ExtendedKalmanFilter:
         self._state, self._covariance = found[0], found[1]
         self._status = EstimationStatus.OK
         return self._status
+
+
+@lru_cache(maxsize=64)
+def _definite(noise: bytes, n: int) -> Reals:
+    """Return the nearest positive semidefinite matrix; the same noise is usually given again and again."""
+    found = as_definite(np.frombuffer(noise).reshape(n, n))[0]
+    found.flags.writeable = False
+    return found
+
+
+def _are_finite(numbers: Reals) -> bool:
+    """Return whether all numbers are finite. The sum of squares is computed faster, but may overflow."""
+    return isfinite(np.vdot(numbers, numbers)) or bool(np.isfinite(numbers).all())

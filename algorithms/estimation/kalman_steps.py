@@ -7,6 +7,7 @@ numbers of a measurement depend on no state.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -150,6 +151,7 @@ def updated_in_sequence(
     return np.where(used[..., None], after, state), np.where(used[..., None], spread, triangle), numbers
 
 
+@lru_cache(maxsize=LARGEST)
 def size_of(n: int) -> int:
     """Return the number of states of the kernels for n states."""
     return next(size for size in (*JOINT, LARGEST) if n <= size)
