@@ -25,7 +25,7 @@ from .machine import version
 from .tasks import OURS, Task, interleaved, others_text, time_text
 
 PAGE = Path("docs/estimation-speed.md")
-ROUNDS = 15
+ROUNDS = 60
 RECORDING = Path("tests/data/estimation/broad_06_fast_rotation.npz")
 
 
