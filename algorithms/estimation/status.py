@@ -18,7 +18,7 @@ class EstimationStatus(IntEnum):
     INCONSISTENT = 4
     """The last measurement was used, but its innovation is far larger than the covariance permits."""
     NOT_CONVERGED = 5
-    """The linearisations of the last update did not converge; the covariance was enlarged."""
+    """The linearisations of the last update did not converge, or are not finite; the estimate is that before it."""
     NOT_DEFINITE = 6
     """A covariance was not positive definite; the nearest one that is was used instead."""
     BAD_TIME = 7
