@@ -177,7 +177,7 @@ class Composer:
             elif waiting:
                 todo += reversed(waiting)
                 continue
-            elif call is None and _is_direct(each, leaves):
+            elif call is None and _is_direct(each, {leaf: layouts[leaf] for leaf in leaves}):
                 found = {leaf: values[leaf] for leaf in leaves}
                 for node in topological([each], found):
                     found[node] = apply_operation(node, [found[a] for a in node.arguments], inputs, graph.lift)
@@ -216,10 +216,15 @@ class Composer:
                 values[result], layouts[result] = value, layout
 
 
-def _is_direct(expression: Expression, leaves: Sequence[Expression]) -> bool:
-    """Return whether a part is computed as it is: a function, or one sum or product that is not large."""
+def _is_direct(expression: Expression, leaves: Mapping[Expression, Layout]) -> bool:
+    """Return whether a part is evaluated without a search: a function, or one sum or product that is not large.
+
+    Products of elements with implied coefficients are searched: those of points of CGA are cheaper in differences.
+    """
     if not leaves or _is_function(expression):
         return True
+    if any(layout.implied for layout in leaves.values()):
+        return False
     heavy = [each for each in topological([expression], leaves) if each.operation not in PLAIN]
     sums = any(each.operation in _SUMS for each in topological([expression], leaves))
     if len(heavy) + sums > 1 or any(each.operation not in _DIRECT for each in heavy):
@@ -243,7 +248,7 @@ _PARTS = " parts"
 
 
 def _is_function(expression: Expression) -> bool:
-    """Return whether an expression is a function of scalars, which is computed as it is."""
+    """Return whether an expression is a function of scalars, which has a single form."""
     return expression.operation.row.kind is Kind.SCALAR
 
 
