@@ -14,6 +14,7 @@ from .generation.sources import kernel_source
 from .ir.cost import WEIGHTS
 from .ir.program import Line, Operand
 from .ir.scalar import Op
+from .passes.compose import is_accurate
 from .passes.lower import Lowering, Reduction
 from .passes.record import Compilation
 from .passes.search import Candidate
@@ -125,7 +126,7 @@ class _Accurate:
         assert record.gate is not None
         if id(candidate) not in self._known:
             taken = candidate is record.best or candidate is record.candidates[0]
-            self._known[id(candidate)] = taken or record.gate.accepts(candidate.program)
+            self._known[id(candidate)] = taken or is_accurate(candidate, record.gate)
         return self._known[id(candidate)]
 
 

@@ -65,12 +65,15 @@ class Gate:
             worst = max((_ulps_or_inf(self._author, inputs, exact) for inputs, exact in points), default=0.0)
             self._known += [(inputs, exact, max(WORSE * worst, ROUNDING)) for inputs, exact in points]
 
-    def accepts(self, program: Program) -> bool:
-        """Return whether the error of `program` is not much larger than that of the author's structure."""
+    def accepts(self, program: Program, times: float = 1.0) -> bool:
+        """Return whether the error of `program` is not much larger than that of the author's structure.
+
+        The limit is multiplied by `times`.
+        """
         tape = Tape(program)
         for k, (inputs, exact, limit) in enumerate(self._known):
             error = _ulps_or_inf(tape, inputs, exact)
-            if error > limit and error > WORSE * self._sensitivity(k):
+            if error > times * limit and error > times * WORSE * self._sensitivity(k):
                 return False
         return True
 

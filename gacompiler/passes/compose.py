@@ -23,6 +23,7 @@ from ..frontend.expression import Expression, apply_operation, topological
 from ..frontend.kernel import Kernel, Trace
 from ..ir.program import Program
 from ..ir.scalar import Graph, Scalar
+from .accuracy import Gate
 from .lower import PLAIN, pick, stages
 from .matrices import SMALLEST, has_huge_product
 from .parts import Optimise, Part, canonical, fits, layout_of_value, leaves_of, part_of_call, part_of_expression, stored
@@ -38,8 +39,10 @@ FORMS = 2
 """Number of rewritten forms that are composed."""
 CHECKED = 2
 """Number of exact points at which a composition is compared with the definition before it can be selected."""
+WORSE_OF_PARTS = 2.0
+"""Maximum error of a composition, as a multiple of that of other candidates."""
 HOPELESS = 1.2
-"""Compositions that cost more than this multiple of the best candidate are not refined."""
+"""Compositions that cost more than this multiple of the best candidate are neither refined nor tried."""
 
 Values = dict[Expression, Multivector]
 
@@ -69,13 +72,15 @@ class Composer:
         self._truths: list[Truth] | None = None
 
     def candidates(self, forms: Mapping[str, tuple[Expression, ...]], best: int) -> Iterator[Candidate]:
-        """Yield compositions that cost less than the best candidate so far, of total cost `best`.
+        """Yield compositions that cost at most `HOPELESS` times the best candidate so far, of total cost `best`.
 
-        They agree with the definition at exact points. A relation that a called kernel declares for its result holds
-        there, too, but is not proved, so the composition could be wrong elsewhere.
+        The best candidate may turn out to be inaccurate, and then a composition can be the cheapest of the others.
+        Compositions agree with the definition at exact points. A relation that a called kernel declares for its result
+        holds there, too, but is not proved, so the composition could be wrong elsewhere.
         """
         for candidate in (*self._of_calls(), *self._of_forms(forms, best)):
-            if candidate.cost.total < best and not disagreement(program_reader(candidate.program), self._known()):
+            is_cheap = candidate.cost.total <= HOPELESS * best
+            if is_cheap and not disagreement(program_reader(candidate.program), self._known()):
                 yield candidate
 
     def _known(self) -> list[Truth]:
@@ -261,6 +266,14 @@ def named_results(expressions: Sequence[Expression]) -> frozenset[Expression]:
 def composable(variants: Mapping[str, tuple[Expression, ...]]) -> dict[str, tuple[Expression, ...]]:
     """Return the forms to compose: those in which sandwiches are not expanded, since parts choose their own form."""
     return {name: each for name, each in variants.items() if name not in EXPANDED}
+
+
+def is_accurate(candidate: Candidate, gate: Gate) -> bool:
+    """Return whether the error of a candidate is accepted.
+
+    Errors of parts that were accepted one by one add up, so compositions have a limit of their own.
+    """
+    return gate.accepts(candidate.program, WORSE_OF_PARTS if is_composed(candidate) else 1.0)
 
 
 def is_composed(candidate: Candidate) -> bool:

@@ -14,7 +14,7 @@ from ..errors import GacError, KernelError, ProofError
 from ..frontend.kernel import Kernel, trace
 from ..ir.cost import Cost
 from .accuracy import Gate
-from .compose import Composer, composable, is_composed
+from .compose import Composer, composable, is_accurate, is_composed
 from .decide import decide
 from .effort import DEFAULT, LEVELS, effort_of
 from .interruption import is_interrupted
@@ -104,7 +104,7 @@ def choose_program(record: Compilation) -> Compilation:
         return replace(record, best=record.candidates[0])
     gate = Gate(record.kernel, record.candidates[0].program)
     by_cost = sorted(record.candidates, key=lambda candidate: candidate.cost.total)
-    best = next((candidate for candidate in by_cost if gate.accepts(candidate.program)), record.candidates[0])
+    best = next((candidate for candidate in by_cost if is_accurate(candidate, gate)), record.candidates[0])
     return replace(record, gate=gate, best=best)
 
 
