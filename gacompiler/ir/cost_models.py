@@ -13,7 +13,7 @@ from types import MappingProxyType
 from ..errors import KernelError
 from .contraction import contracted
 from .cost import WEIGHTS, cost
-from .latency import CYCLES, CYCLES_OF_CALL, UNITS, cycles
+from .latency import BUSY, CYCLES, CYCLES_OF_CALL, UNITS, cycles
 from .program import Program
 from .scalar import Op
 
@@ -59,7 +59,8 @@ _MODELS = (
         "latency",
         "cycles",
         f"cycles of one element on {UNITS} units: {CYCLES[Op.ADD]} for a product, a sum or a fused multiply-add, "
-        f"{CYCLES[Op.DIVIDE]} for a division, {CYCLES[Op.SQRT]} for a root, {CYCLES_OF_CALL} for a call",
+        f"{CYCLES[Op.DIVIDE]} for a division and {CYCLES[Op.SQRT]} for a root, which occupy the only divider for "
+        f"{BUSY[Op.DIVIDE]} and {BUSY[Op.SQRT]}, and {CYCLES_OF_CALL} for a call",
         cycles,
     ),
     CostModel(

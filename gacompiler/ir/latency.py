@@ -16,6 +16,8 @@ CYCLES: Mapping[Op, int] = {
     Op.MINIMUM: 4, Op.MAXIMUM: 4, Op.LESS: 4, Op.LESS_EQUAL: 4, Op.EQUAL: 4,
 }  # fmt: skip
 """Cycles from the operands to the result of an instruction, about those of x86-64 processors."""
+BUSY: Mapping[Op, int] = {Op.DIVIDE: 4, Op.SQRT: 6}
+"""Cycles in which no other division or root starts, because a processor has one divider."""
 CYCLES_OF_CALL = 50
 """Cycles of a sine or similar function."""
 
@@ -28,6 +30,7 @@ def cycles(program: Program) -> int:
     """
     needs = _operands(program)
     latency = {line.target: latency_of(line.op) for line in program.lines if line.target in needs}
+    busy = {line.target: BUSY[line.op] for line in program.lines if line.op in BUSY}
     users: dict[str, list[str]] = {target: [] for target in needs}
     for target, operands in needs.items():
         for operand in operands:
@@ -46,12 +49,22 @@ def cycles(program: Program) -> int:
 
     for target in needs:
         release(target)
-    now = end = 0
+    now = end = divider_is_free = 0
     while ready or running:
-        for _ in range(min(UNITS, len(ready))):
-            target = heappop(ready)[-1]
+        started, blocked = 0, list[tuple[int, int, str]]()
+        while ready and started < UNITS:
+            entry = heappop(ready)
+            target = entry[-1]
+            if target in busy:
+                if divider_is_free > now:
+                    blocked.append(entry)
+                    continue
+                divider_is_free = now + busy[target]
             heappush(running, (now + latency[target], order[target], target))
-        now = now + 1 if ready else max(now + 1, running[0][0])
+            started += 1
+        now = now + 1 if ready or blocked else max(now + 1, running[0][0])
+        for entry in blocked:
+            heappush(ready, entry)
         while running and running[0][0] <= now:
             end, _, target = heappop(running)
             for user in users[target]:

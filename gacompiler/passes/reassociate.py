@@ -155,7 +155,7 @@ def _is_inner(line: Line, sums: Mapping[str, object]) -> bool:
 
 def _only_in_sums(program: Program) -> frozenset[Operand]:
     """Return the products that are used in sums only, once in each."""
-    sums = Counter(name for terms in _sums(program).values() for name in {name for _, name in terms})
+    sums = Counter(name for terms in _sums(program).values() for name in dict.fromkeys(name for _, name in terms))
     uses = Counter(operand for line in program.lines for operand in line.operands)
     uses.update(operand for result in program.results for operand in result.operands)
     products = (line.target for line in program.lines if line.op is Op.MULTIPLY)

@@ -92,12 +92,12 @@ def _collected(
     for reduction in Reduction:
         try:
             system = Lowering(kernel, expressions, frozenset(), reduction, LARGEST, 10 * LARGEST).system(slots)
+            if sum(len(output.terms) for output in system.outputs) > LARGEST or system.key in seen:
+                continue
+            seen.add(system.key)
+            collected = _by_coefficients(system, fixed)
         except TooLargeError:
             continue
-        if sum(len(output.terms) for output in system.outputs) > LARGEST or system.key in seen:
-            continue
-        seen.add(system.key)
-        collected = _by_coefficients(system, fixed)
         if collected is None:
             continue
         todo = iter(share(collected, Policy(split_numbers=True)))

@@ -34,6 +34,17 @@ def test_independent_instructions_share_two_units() -> None:
     assert [cycles(sums(count)) for count in (1, 2, 3, 4, 5, 9)] == [4, 4, 5, 5, 6, 8]
 
 
+def test_divisions_share_one_divider() -> None:
+    def divisions(count: int) -> Program:
+        return program(*((f"t{k}", Op.DIVIDE, ("a", "b")) for k in range(count)))
+
+    assert [cycles(divisions(count)) for count in (1, 2, 4)] == [13, 17, 25]
+    roots = program(("t", Op.SQRT, ("a",)), ("u", Op.SQRT, ("b",)), ("v", Op.DIVIDE, ("a", "b")))
+    assert cycles(roots) == 6 + 6 + 13
+    beside = program(("t", Op.DIVIDE, ("a", "b")), ("u", Op.ADD, ("a", "b")), ("v", Op.DIVIDE, ("u", "b")))
+    assert cycles(beside) == 4 + 13
+
+
 def test_a_product_used_in_sums_only_is_contracted() -> None:
     product = ("t", Op.MULTIPLY, ("a", "b"))
     once = program(product, ("u", Op.ADD, ("t", "c")))
