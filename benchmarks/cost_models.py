@@ -1,4 +1,4 @@
-"""List the kernels of the checked-in modules for which cost models select different programs, with measured times."""
+"""List the kernels of checked-in modules for which cost models select different programs, with measured times."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from pathlib import Path
 
 from gacompiler.backends.build import find_compiler
 from gacompiler.generation.checked_in import own_specs
-from gacompiler.generation.spec_files import load_spec
+from gacompiler.generation.spec_files import Spec, load_spec
+from gacompiler.generation.workers import each_spec
 from gacompiler.ir.cost import cost
 from gacompiler.ir.cost_models import COUNTS, MODELS
 from gacompiler.ir.program import Program
@@ -26,6 +27,8 @@ from .program_c import BATCHES, c_text
 PAGE = Path("docs/cost-model-times.md")
 FLAGS = ("-O2", "-march=native", "-ffp-contract=fast", "-fno-math-errno", "-fno-ipa-icf")
 SMALL_FLAGS = ("-Os", "-march=native", "-ffp-contract=off", "-fno-math-errno", "-fno-ipa-icf")
+MODULES = ("vga2", "vga3", "quaternion", "pga2", "pga3", "sta")
+"""The modules whose kernels are compiled."""
 ROUNDS = 15
 CALLS = 20_000
 
@@ -53,22 +56,19 @@ class Row:
     measured: tuple[float, float]
 
 
-def differences(modules: Sequence[str], progress: Callable[[str], None]) -> list[Difference]:
-    """Compile the kernels without loops of these modules by all models."""
+def differences(spec: Spec, progress: Callable[[str], None]) -> list[Difference]:
+    """Compile the kernels without loops of a module by all models."""
     found = []
-    for path in own_specs():
-        if modules and path.stem not in modules:
+    for kernel in spec.kernels:
+        progress(f"{spec.name}.{kernel.name}")
+        if kernel.has_loops or not kernel.parameters:
             continue
-        for kernel in load_spec(path).kernels:
-            progress(f"{path.stem}.{kernel.name}")
-            if kernel.has_loops or not kernel.parameters:
-                continue
-            usual = compile_kernel(kernel, forms=False).program
-            for model in MODELS.values():
-                program = usual if model is COUNTS else compile_kernel(kernel, forms=False, cost=model.name).program
-                each = Difference(f"{path.stem}.{kernel.name}", model.name, (usual, program))
-                if each.predicted[1] < each.predicted[0]:
-                    found.append(each)
+        usual = compile_kernel(kernel, forms=False).program
+        for model in MODELS.values():
+            program = usual if model is COUNTS else compile_kernel(kernel, forms=False, cost=model.name).program
+            each = Difference(f"{spec.name}.{kernel.name}", model.name, (usual, program))
+            if each.predicted[1] < each.predicted[0]:
+                found.append(each)
     return found
 
 
@@ -114,16 +114,18 @@ def _sizes(library: Path) -> dict[str, float]:
     return {row[3]: int(row[1], 16) for row in rows if len(row) == 4}
 
 
-def page(rows: Sequence[Row], n: int) -> str:
-    """Return the page as Markdown; `n` is the number of kernels that were compiled."""
+def page(rows: Sequence[Row], specs: Sequence[Spec]) -> str:
+    """Return the page as Markdown; `specs` are the modules that were compiled."""
+    n = sum(not kernel.has_loops for spec in specs for kernel in spec.kernels)
     lines = [
         "# Times of the cost models",
         "",
         paragraph(
             "`python -m benchmarks cost_models` writes this page; do not edit it by hand.",
-            f"[Cost models](cost-models.md) explains the models. Of {n} kernels in the checked-in modules, the tables",
-            "list those without loops for which a model selects another program than the default, with the operations",
-            "of both programs, their cost in the model, and what was measured. The programs were compiled with",
+            f"[Cost models](cost-models.md) explains the models. Of {n} kernels without loops in the modules",
+            f"{', '.join(f'`{spec.name}`' for spec in specs)}, the tables list those for which a model selects another",
+            "program than the default, with the operations of both programs, their cost in the model, and what was",
+            "measured. The programs were compiled with",
             f"`{' '.join(FLAGS)}`, for sizes with `{' '.join(SMALL_FLAGS)}`. Times are the CPU times of one call in",
             "nanoseconds, the least of several runs in which both programs were measured alternately: for `latency`,",
             "of calls that depend on the previous call, and for `fma`, of independent calls. They include reading",
@@ -180,20 +182,20 @@ def main(arguments: list[str] | None = None) -> int:
     compiler = find_compiler()
     if compiler is None:
         raise SystemExit("cost_models: no C compiler found; set CC")
-    modules = ("vga2",) if options.quick else ()
-    n = 0
+    known = {path.stem: path for path in own_specs()}
+    specs = [load_spec(known[name]) for name in (("vga2",) if options.quick else MODULES)]
     with pages.progress() as bar:
-        task = bar.add_task("compile", total=None)
+        task = bar.add_task("compile", total=sum(len(spec.kernels) for spec in specs))
 
         def advance(name: str) -> None:
-            nonlocal n
-            n += 1
             bar.update(task, advance=1, description=f"compile {name}")
 
-        found = differences(modules, advance)
+        found = [each for some in each_spec(differences, specs, advance, options.jobs) for each in some]
     rows = measure(found, compiler)
-    return pages.publish("cost_models", options.out, page(rows, n), f"{len(rows)} differences measured")
+    return pages.publish("cost_models", options.out, page(rows, specs), f"{len(rows)} differences measured")
 
 
 def _parser() -> argparse.ArgumentParser:
-    return pages.options("cost_models", __doc__, PAGE)
+    parser = pages.options("cost_models", __doc__, PAGE)
+    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="modules to compile in parallel [%(default)s]")
+    return parser

@@ -16,6 +16,7 @@ from .ir.cost_models import COUNTS
 from .ir.program import Line, Operand
 from .ir.scalar import Op
 from .passes.lower import Lowering, Reduction
+from .passes.minimal import proved_minimum
 from .passes.record import Compilation
 from .passes.search import Candidate
 
@@ -97,7 +98,7 @@ def why(record: Compilation) -> str:
     """
     assert record.best is not None
     first, best = record.candidates[0], record.best
-    notes = [*_model(record), *_constants(record), *_rejected(record), *_limits(record)]
+    notes = [*_model(record), *_minimal(record), *_constants(record), *_rejected(record), *_limits(record)]
     author = "author's structure" if len(first.steps) == 1 else "first candidate"
     if best is first:
         tried = f"no accurate one of {len(record.candidates)} candidates is cheaper"
@@ -195,6 +196,17 @@ def _missing(own: Mapping[str, str], other: Mapping[str, str]) -> list[str]:
 
 def _model(record: Compilation) -> list[str]:
     return [] if record.model is COUNTS else [f"cost model {record.model.name}: {record.model.counted}"]
+
+
+def _minimal(record: Compilation) -> list[str]:
+    """Return whether the number of operations is proved to be minimal."""
+    least = proved_minimum(record.kernel, record.program) if record.model is COUNTS else None
+    if least is None:
+        return []
+    programs = "no program of sums, differences and products of the inputs and small numbers"
+    if least == record.cost.mul + record.cost.add:
+        return [f"minimal, proved: {programs} has fewer operations"]
+    return [f"at least {least} operations, proved: {programs} has fewer"]
 
 
 def _rejected(record: Compilation) -> list[str]:

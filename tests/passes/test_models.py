@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from fractions import Fraction
 from pathlib import Path
 from random import Random
@@ -177,3 +178,9 @@ def test_commands_have_the_option(tmp_path: Path) -> None:
     assert "example_kernels.py --cost latency\n" in (tmp_path / "example_kernels.py").read_text()
     verified = run.invoke(main, ["verify", str(EXAMPLE), "-o", str(tmp_path), "--cost", "latency", "--json"])
     assert verified.exit_code == 0 and '"proved": true' in verified.output
+
+
+def test_the_example_of_the_page_runs() -> None:
+    text = (Path(__file__).parents[2] / "docs" / "cost-models.md").read_text()
+    (block,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    exec(compile(block, "docs/cost-models.md", "exec"), {"__name__": "cost_models"})
