@@ -37,8 +37,9 @@ def to_decimal(value: Any) -> Decimal:
     if not mpmath.isfinite(value):
         return Decimal(str(float(value)))
     sign, mantissa, exponent, _ = (value if isinstance(value, mpmath.mpf) else mpmath.mpf(value))._mpf_
+    power = int(exponent)
     whole = Decimal(-int(mantissa) if sign else int(mantissa))
-    return whole * (1 << exponent) if exponent >= 0 else whole / (1 << -exponent)
+    return whole * (1 << power) if power >= 0 else whole / (1 << -power)
 
 
 def from_decimal(value: Any) -> Any:

@@ -210,10 +210,11 @@ class Polynomial:
             for b, y in right:
                 monomial = tuple(sorted(a + b)) if a and b else a or b
                 terms[monomial] = get(monomial, 0) + x * y
+        result: dict[Monomial, Rational] = {}
         if p == q == 1:
-            result = {monomial: value for monomial, value in terms.items() if value}
+            result.update((monomial, value) for monomial, value in terms.items() if value)
         else:
-            result = {monomial: exact(Fraction(value, p * q)) for monomial, value in terms.items() if value}
+            result.update((monomial, exact(Fraction(value, p * q))) for monomial, value in terms.items() if value)
         if len(result) > self.ring.budget:
             raise _too_large(self.ring, f"{len(result)} terms")
         return Polynomial(self.ring, result)
@@ -294,7 +295,7 @@ def _whole(terms: Mapping[Monomial, Rational]) -> tuple[Sequence[tuple[Monomial,
     """
     denominators = {value.denominator for value in terms.values() if type(value) is not int}
     if not denominators:
-        return tuple(terms.items()), 1  # type: ignore[return-value]
+        return tuple(terms.items()), 1  # type: ignore[arg-type]
     common = lcm(*denominators)
     return tuple((m, value.numerator * (common // value.denominator)) for m, value in terms.items()), common
 
