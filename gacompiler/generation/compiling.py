@@ -11,10 +11,9 @@ from collections.abc import Callable, Sequence
 from ..backends.module import ModuleSource
 from ..errors import GacError
 from ..frontend.kernel import Kernel
-from ..frontend.loop_trace import trace_loops
 from ..ir.cost_models import COUNTS
 from ..passes.effort import DEFAULT
-from ..passes.inference import LayoutInference
+from ..passes.inference import traced_loops
 from ..passes.interruption import is_interrupted
 from ..passes.loops import compile_loops
 from ..passes.pipeline import compile_kernel
@@ -85,6 +84,8 @@ def render_spec(
     text_key = _text_key(spec, keys)
     known = _known_text(spec, text_key, cache)
     if known is not None:
+        for kernel in spec.kernels:
+            progress(f"{spec.name}.{kernel.name}")
         return known
     files = render(source_of(spec, _all_compiled(spec, keys, progress, cache, effort, cost)))
     if cache and text_key and not is_interrupted():
@@ -96,7 +97,13 @@ def render_spec(
 def rendered_before(
     spec: Spec, cache: Cache | None, effort: int = DEFAULT, cost: str = COUNTS.name
 ) -> dict[str, str] | None:
-    """Return the files of a spec's module if they are cached, else None; nothing is compiled."""
+    """Return the files of a spec's module if they are cached, else None; nothing is compiled.
+
+    None is also returned for specs with loops, whose kernels take seconds to trace. `render_spec`, which may run in
+    another process, traces them once and finds cached files as well.
+    """
+    if any(kernel.has_loops for kernel in spec.kernels):
+        return None
     return _known_text(spec, _text_key(spec, _keys(spec, cache, effort, cost)), cache)
 
 
@@ -127,7 +134,7 @@ def _compiled(kernel: Kernel, key: str | None, cache: Cache | None, effort: int,
 
 
 def _loops_compiled(kernel: Kernel, key: str | None, cache: Cache | None, effort: int, cost: str) -> CompiledLoops:
-    traced = trace_loops(kernel, LayoutInference())
+    traced = traced_loops(kernel)
     known = cache.get(key) if cache and key else None
     if known is not None:
         try:

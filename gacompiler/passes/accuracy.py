@@ -22,6 +22,7 @@ from ..frontend.kernel import Kernel
 from ..ir.interpret import Tape, evaluate
 from ..ir.program import Program
 from ..ir.scalar import Op
+from ..rings.decimals import digits, from_decimal, to_decimal
 from ..rings.points import DIGITS, point
 from .samples import sample, to_mpmath
 
@@ -137,11 +138,8 @@ def without_rounding(tape: Tape, inputs: Sequence[float | Fraction]) -> Sequence
             return tape.run([Fraction(value) for value in inputs])
         except InexactError:
             pass
-    with mpmath.workdps(DIGITS):
-        results = tape.run(map(to_mpmath, inputs), to_mpmath)
-    if any(isinstance(value, mpmath.mpc) for value in results):
-        raise ValueError("a result is not real")
-    return results
+    with digits(DIGITS):
+        return list(map(from_decimal, tape.run(map(to_decimal, inputs), to_decimal)))
 
 
 def _close_together(kernel: Kernel, random: Random) -> dict[str, Any]:
