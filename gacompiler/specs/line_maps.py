@@ -117,7 +117,7 @@ def line_seen_from(line, middle, other, other_middle, covariance):
     angle, offset = angle_between_lines(line, other), -(middle & other)
     lever = position_along_line(other_middle, other) - position_along_line(middle, other)
     aa, ao, oo = covariance
-    return (angle, offset), (aa, ao + lever * aa, oo + 2 * lever * ao + lever * lever * aa)
+    return (angle, offset), (aa, ao - lever * aa, oo - 2 * lever * ao + lever * lever * aa)
 
 
 @kernel(line=UNIT_LINE, middle=POINT, change=VECTOR, returns=UNIT_LINE)
