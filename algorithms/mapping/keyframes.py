@@ -104,3 +104,7 @@ class Keyframes:
         )  # fmt: skip
         self._motors[: len(self)] = found.motors
         return found
+
+    def n_bounded(self, found: OptimisedPoses) -> int:
+        """Return how many closures of loops have lost more than three quarters of their weight."""
+        return int((found.weights[np.array(self._is_loop, bool)] < 0.25).sum())

@@ -117,19 +117,19 @@ class LineMap:
         while (chosen >= 0).any():
             _, first = np.unique(np.where(chosen >= 0, chosen, len(result)), return_index=True)
             first = first[chosen[first] >= 0]
-            result = result._fused(chosen[first], measured._rows(first))
+            result = result._fused(chosen[first], measured.rows(first))
             rows[kept[first]] = chosen[first]
             chosen[first] = -1
         alone = np.flatnonzero(rows[kept] < 0)
         rows[kept[alone]] = len(result) + np.arange(len(alone))
-        return LineMapUpdate(result._joined(measured._rows(alone)), MappingStatus.OK, rows)
+        return LineMapUpdate(result._joined(measured.rows(alone)), MappingStatus.OK, rows)
 
     def merged(self) -> LineMap:
         """Return a map in which rows that are of one wall are fused."""
         result = self
         for _ in range(20):
             order = np.argsort(-result.counts, kind="stable")
-            result = result._rows(order)
+            result = result.rows(order)
             partners = result._earlier_partners()
             # Pairs are disjoint in each round: a row that takes another one is not taken.
             taken = np.flatnonzero((partners >= 0) & (partners[np.maximum(partners, 0)] < 0))
@@ -137,8 +137,8 @@ class LineMap:
             taken = taken[first]
             if not len(taken):
                 break
-            fused = result._fused(partners[taken], result._rows(taken))
-            result = fused._rows(np.setdiff1d(np.arange(len(result)), taken))
+            fused = result._fused(partners[taken], result.rows(taken))
+            result = fused.rows(np.setdiff1d(np.arange(len(result)), taken))
         return result
 
     def pruned(self, min_views: int = 2, min_length: float = 0.3, most: int | None = None) -> LineMap:
@@ -146,7 +146,7 @@ class LineMap:
         rows = np.flatnonzero((self.n_views >= min_views) & (self.lengths >= min_length))
         if most is not None and len(rows) > most:
             rows = np.sort(rows[np.argsort(-self.lengths[rows], kind="stable")[:most]])
-        return self._rows(rows)
+        return self.rows(rows)
 
     def moved(self, motor: ArrayLike) -> LineMap:
         """Return the map, moved by a unit motor."""
@@ -184,8 +184,16 @@ class LineMap:
                 raise ValueError(f"{path}: {name} has shape {arrays[name].shape}; expected {shape}, finite")
         return cls(**arrays)
 
-    def _rows(self, rows: Reals) -> LineMap:
+    def rows(self, rows: Reals) -> LineMap:
+        """Return the map of some rows."""
         return LineMap(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
+
+    def with_spans(self, spans: Reals, shares: Reals) -> LineMap:
+        """Return pieces of the segments, which have shares of their readings."""
+        middles = np.asarray(pga2.point_on_line(self.lines, spans.mean(1)))
+        _, spreads = line_maps.line_seen_from(self.lines, middles, self.lines, self.middles, self.spreads)
+        counts = np.round(self.counts * shares).astype(int)
+        return replace(self, spans=spans, spreads=np.asarray(spreads), counts=counts)
 
     def _joined(self, other: LineMap) -> LineMap:
         names = self.__dataclass_fields__
@@ -211,7 +219,7 @@ class LineMap:
         near = np.flatnonzero((apart < reach).any(0))
         if not len(near):
             return np.full(len(other), -1)
-        scores = self._rows(near)._scores(other)
+        scores = self.rows(near)._scores(other)
         return np.where(np.isfinite(scores.max(1)), near[scores.argmax(1)], -1)
 
     def _earlier_partners(self) -> Reals:
@@ -219,7 +227,7 @@ class LineMap:
         found = np.full(len(self), -1)
         for start in range(0, len(self), _CHUNK):
             rows = np.arange(start, min(start + _CHUNK, len(self)))
-            scores = self._rows(np.arange(rows[-1] + 1))._scores(self._rows(rows))
+            scores = self.rows(np.arange(rows[-1] + 1))._scores(self.rows(rows))
             scores[np.arange(rows[-1] + 1)[None] >= rows[:, None]] = -np.inf
             found[rows] = np.where(np.isfinite(scores.max(1)), scores.argmax(1), -1)
         return found
