@@ -31,6 +31,8 @@ _JOINED = 0.35
 """Points that are farther apart are not on one surface."""
 INLIER = 0.1
 """The distance up to which a reading agrees with a map."""
+_NEAR = 0.6
+"""The distance up to which readings and points of a map are compared."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,8 +114,10 @@ class Alignment:
     """(3, 3) The inverse covariance of a perturbation in its own frame by the readings alone: angle, x, y."""
     share: float
     """The share of points that are within 10 cm of the surface of the reference, from 0 to 1."""
+    agreement: float
+    """The share among points that have points of the reference near by: those elsewhere were not seen before."""
     rms: float
-    """The root mean square of the distances of these points, in metres."""
+    """The root mean square of the distances of points on the surface, in metres."""
     steps: int
 
 
@@ -147,7 +151,7 @@ def align(
     motor = start
     matrix, count = np.zeros((3, 3)), 0
     for count, reach in enumerate(_REACHES[first:], 1):
-        targets, normals, weights = _targets(reference, seen, motor, reach)
+        targets, normals, weights, _ = _targets(reference, seen, motor, reach)
         sums, gradient, _, _ = line_maps.sums_of_distances(
             motor, seen.points, targets, normals, weights, max(_SCALE, reach / 3)
         )
@@ -163,24 +167,25 @@ def align(
         if count + first > _FINAL and np.abs(change).max() < _SETTLED:
             break
     motor = np.asarray(pga2.normalize_motor(motor))
-    share, rms = agreement(reference, seen, motor)
-    return Alignment(motor, matrix, share, rms, count)
+    return Alignment(motor, matrix, *_quality(reference, seen, motor), count)
 
 
-def agreement(reference: Reference, seen: Surface, motor: Reals) -> tuple[float, float]:
-    """Return the share of points that are on the surface of a reference, and the root mean square of their distances."""
-    targets, normals, weights = _targets(reference, seen, motor, 3 * INLIER)
+def _quality(reference: Reference, seen: Surface, motor: Reals) -> tuple[float, float, float]:
+    """Return the share of points on the surface of a reference, that among points near it, and the rms distance."""
+    targets, normals, weights, distances = _targets(reference, seen, motor, _NEAR)
     off = ((pga2.move_point(motor, seen.points) - targets) * normals).sum(1)
-    good = (weights > 0) & (np.abs(off) < INLIER)
-    rms = float(np.sqrt(np.mean(off[good] ** 2))) if good.any() else float("inf")
-    return (float(good.mean()) if len(good) else 0.0), rms
+    good = (weights > 0) & (np.abs(off) < INLIER) & (distances < 3 * INLIER)
+    if not good.any():
+        return 0.0, 0.0, float("inf")
+    return float(good.mean()), float(good.sum() / np.isfinite(distances).sum()), float(np.sqrt(np.mean(off[good] ** 2)))
 
 
-def _targets(reference: Reference, seen: Surface, motor: Reals, reach: float) -> tuple[Reals, Reals, Reals]:
+def _targets(reference: Reference, seen: Surface, motor: Reals, reach: float) -> tuple[Reals, Reals, Reals, Reals]:
+    """Return nearest points with their normals, weights of 1 where normals agree, and the distances."""
     moved = seen.moved(motor)
     distances, rows = reference.nearest(moved.points, reach)
     if not len(reference.points):
-        return moved.points, moved.normals, np.zeros(len(moved.points))
+        return moved.points, moved.normals, np.zeros(len(moved.points)), distances
     targets, normals = reference.points[rows], reference.normals[rows]
     alike = (normals * moved.normals).sum(1) > _SAME_SIDE
-    return targets, normals, (np.isfinite(distances) & alike).astype(float)
+    return targets, normals, (np.isfinite(distances) & alike).astype(float), distances

@@ -26,8 +26,13 @@ from .segments import Segments, segments
 
 _GOOD, _ENOUGH = 0.55, 0.4
 """Shares of readings on known surfaces: below the first, other starts are tried; below the second, a scan is refused."""
+_AGREES, _OVERLAP = 0.7, 0.15
+"""With odometry, a smaller share is enough if at least this part of the readings near known surfaces are on them."""
 _TURNS = np.radians([0.0, 7.0, -7.0, 14.0, -14.0, 25.0, -25.0])
-_MOST_UNMATCHED = 2
+_SHIFT, _RARELY, _MOST_NEW_LOOPS = 0.15, 100, 50
+"""Poses are optimised if a loop moves the last one by more than this and the path has grown by a hundredth, or after
+this many loops."""
+_MOST_UNMATCHED = 1
 """After this many scans in sequence that do not match, the next one is added by odometry alone."""
 _LONGEST_STEP, _FASTEST = 3.0, 2.0
 """Odometry jumps if it moves by more than a length in metres and a velocity in metres per second."""
@@ -69,9 +74,9 @@ class BuildSettings:
     min_length: float = 0.1
     min_angle: float = float(np.radians(5.0))
     """Scans are added if the robot has moved or turned by one of these since the last one that was added."""
-    n_recent: int = 10
+    n_recent: int = 25
     """The number of scans that a new one is compared with."""
-    min_points: int = 20
+    min_points: int = 10
     """The fewest readings on surfaces of a usable scan."""
     most_lines: int = 600
     """The map keeps at most this many segments, the longest."""
@@ -209,7 +214,7 @@ class _Builder:
         self._unmatched = 0
         self._speed = IDENTITY
         self._closed_at = 0.0
-        self._new_loops = 0
+        self._new_loops, self._optimised_at = 0, 0
 
     def add(self, scan: Scan, odometry: Reals | None, time: float | None) -> None:
         """Take the next scan of the stream."""
@@ -278,7 +283,8 @@ class _Builder:
             if best is not None and best.share >= _GOOD:
                 break
         assert best is not None
-        if best.share >= _ENOUGH and np.isfinite(best.motor).all():
+        new_view = sure and best.agreement >= _AGREES and best.share >= _OVERLAP
+        if (best.share >= _ENOUGH or new_view) and np.isfinite(best.motor).all():
             if not measured:
                 self._motion = best.motor
                 if self._is_near():
@@ -300,9 +306,10 @@ class _Builder:
         self._closed_at = here
         self.path.add_loop(found.edge, found.motion, found.information)
         self._new_loops += 1
-        if found.shift > 0.15 or self._new_loops > 50:
+        rest = len(self.path) - self._optimised_at
+        if (found.shift > _SHIFT and rest > len(self.path) / _RARELY) or self._new_loops > _MOST_NEW_LOOPS:
             self.path.optimise()
-            self._new_loops = 0
+            self._new_loops, self._optimised_at = 0, len(self.path)
 
     def finished(self, progress: Callable[[Progress], None] | None) -> BuiltMap:
         """Optimise the poses, and fuse the segments."""

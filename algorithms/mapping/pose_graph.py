@@ -20,6 +20,8 @@ _SETTLED = 1e-10
 """Steps are small if no pose turns or moves by more than this, in radians and metres."""
 _DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-9, 1e-12, 1e6
 """Relative increments of the diagonal: at the start, and their range."""
+_LOWERED = 4.0
+"""The factor by which the bound of robust edges is lowered in each of the first steps."""
 
 
 class GraphStatus(IntEnum):
@@ -122,17 +124,25 @@ class _Graph:
         a, b = poses[self.edges[:, 0]], poses[self.edges[:, 1]]
         return line_maps.edge_of_poses(a, b, self.motions)  # type: ignore[no-any-return]
 
-    def weighed(self, misfits: Reals) -> tuple[float, Reals]:
+    def squares(self, misfits: Reals) -> Reals:
+        """Return squared misfits by the information of edges."""
+        return np.asarray(np.einsum("mi,mij,mj->m", misfits, self.information, misfits))
+
+    def weighed(self, misfits: Reals, scale: float) -> tuple[float, Reals]:
         """Return the cost, and the weights of edges."""
-        squares = np.einsum("mi,mij,mj->m", misfits, self.information, misfits)
-        share = self.scale / (self.scale + squares)
+        squares = self.squares(misfits)
+        share = scale / (scale + squares)
         cost = np.where(self.robust, share * squares, squares)
         return 0.5 * float(cost.sum()), np.where(self.robust, share**2, 1.0)
 
     def optimised(self, poses: Reals) -> OptimisedPoses:
-        """Take steps until they are small."""
+        """Take steps until they are small.
+
+        The bound of robust edges is lowered step by step, so that a large loop can pull the poses together first.
+        """
         misfits, by_a, by_b = self.misfits(poses)
-        cost, weights = self.weighed(misfits)
+        scale = max(self.scale, float(self.squares(misfits)[self.robust].max(initial=0.0)))
+        cost, weights = self.weighed(misfits, scale)
         damping, settled, step = _DAMPING, not len(self.edges), 0
         rows = _Rows(len(poses), self.edges, self.reached)
         while not settled and step < _STEPS and damping < _MOST_DAMPING:
@@ -140,9 +150,13 @@ class _Graph:
             change = rows.solved(misfits, by_a, by_b, weights[:, None, None] * self.information, damping)
             moved = pga2.motor_product(poses, pga2.motor_from_angle_translation(change[:, 0], change[:, 1:]))
             found = self.misfits(moved)
-            new_cost, new_weights = self.weighed(found[0])
-            settled = float(np.abs(change).max()) < _SETTLED
-            if new_cost <= cost:
+            new_cost, new_weights = self.weighed(found[0], scale)
+            settled = scale == self.scale and float(np.abs(change).max()) < _SETTLED
+            if scale > self.scale:
+                scale = max(scale / _LOWERED, self.scale)
+                poses, (misfits, by_a, by_b) = moved, found
+                cost, weights = self.weighed(misfits, scale)
+            elif new_cost <= cost:
                 settled |= cost - new_cost <= 1e-14 * cost
                 poses, (misfits, by_a, by_b), cost, weights = moved, found, new_cost, new_weights
                 damping = max(damping / 10, _LEAST_DAMPING)
