@@ -14,7 +14,7 @@ import numpy as np
 from generated import pga2
 
 from ..arguments import Reals
-from .alignment import Alignment, Surface, align, surface
+from .surfaces import Alignment, Surface, align, surface
 from .carmen import CarmenLog, Problem, Reading
 from .g2o import read_g2o
 from .keyframes import IDENTITY, Keyframes, length_and_angle, relative

@@ -7,7 +7,7 @@ import numpy as np
 from generated import pga2
 
 from ..arguments import Reals
-from .alignment import Reference, Surface
+from .surfaces import Reference, Surface
 from .pose_graph import OptimisedPoses, optimise_poses
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])

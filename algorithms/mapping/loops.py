@@ -9,7 +9,7 @@ import numpy as np
 from generated import pga2
 
 from ..arguments import Reals
-from .alignment import Alignment, Surface, align
+from .surfaces import Alignment, Surface, align
 from .keyframes import Keyframes, length_and_angle, relative
 
 _OLDER = 8.0
