@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from pathlib import Path
@@ -14,24 +14,29 @@ import numpy as np
 from generated import pga2
 
 from ..arguments import Reals
-from .surfaces import Alignment, Surface, align, surface
 from .carmen import CarmenLog, Problem, Reading
 from .g2o import read_g2o
 from .keyframes import IDENTITY, Keyframes, length_and_angle, relative
 from .line_map import LineMap
 from .line_views import View, seen_through
-from .loops import find_loop
+from .loops import Closure, StoredScans, agree, find_far_loop, find_loop
+from .matching import match_scans
 from .scan import Scan
 from .segments import Segments, segments
+from .status import MappingStatus
+from .surfaces import Alignment, Reference, Surface, align, surface
 
 _GOOD, _ENOUGH = 0.55, 0.4
 """Shares of readings on known surfaces: below the first, other starts are tried; below the second, a scan is refused."""
 _AGREES, _OVERLAP = 0.7, 0.15
 """With odometry, a smaller share is enough if at least this part of the readings near known surfaces are on them."""
-_TURNS = np.radians([0.0, 7.0, -7.0, 14.0, -14.0, 25.0, -25.0])
+_TURNS = np.radians([7.0, -7.0, 14.0, -14.0, 25.0, -25.0])
 _SHIFT, _RARELY, _MOST_NEW_LOOPS = 0.15, 100, 50
 """Poses are optimised if a loop moves the last one by more than this and the path has grown by a hundredth, or after
 this many loops."""
+_LONG_AGO, _SELDOM, _CONFIRMED_WITHIN = 25.0, 3, 8.0
+"""Loops without a prior are looked for at every third scan after this length of path without a loop, in metres, and
+are confirmed by another one within this length."""
 _MOST_UNMATCHED = 1
 """After this many scans in sequence that do not match, the next one is added by odometry alone."""
 _LONGEST_STEP, _FASTEST = 3.0, 2.0
@@ -206,6 +211,9 @@ class _Builder:
         self._times: list[float] = []
         self._added: list[int] = []
         self._segments: list[Segments] = []
+        self._scans = StoredScans()
+        self._pending: Closure | None = None
+        """A loop without a prior that no other one has confirmed."""
         self._motion = IDENTITY
         """The last estimate of the pose in the frame of the last added scan."""
         self._odometry: Reals | None = None
@@ -260,6 +268,7 @@ class _Builder:
     def _extend(self, scan: Scan, seen: Surface, motion: Reals, information: Reals, status: ScanStatus) -> None:
         self.path.add(seen, motion, information)
         self._segments.append(segments(scan))
+        self._scans.add(scan)
         self._added.append(len(self.statuses))
         self._motion, self._uncertain, self._unmatched = IDENTITY, _SPREAD**2, 0
         self._speed = motion
@@ -273,16 +282,7 @@ class _Builder:
         sure = measured and not jumped
         prior = np.diag(1 / (self._uncertain if sure else _LOST**2))
         guesses = [self._motion] if sure else [self._motion, self._speed]
-        best: Alignment | None = None
-        for turn in _TURNS:
-            for guess in guesses:
-                start = pga2.motor_product(guess, pga2.motor_from_angle_translation(turn, np.zeros(2)))
-                found = align(reference, seen, start, self._motion, prior)
-                if best is None or found.share > best.share:
-                    best = found
-            if best is not None and best.share >= _GOOD:
-                break
-        assert best is not None
+        best = self._best(scan, seen, reference, guesses, prior)
         new_view = sure and best.agreement >= _AGREES and best.share >= _OVERLAP
         if (best.share >= _ENOUGH or new_view) and np.isfinite(best.motor).all():
             if not measured:
@@ -298,9 +298,41 @@ class _Builder:
         else:
             self._keep(ScanStatus.ODOMETRY_JUMP if jumped else ScanStatus.NOT_MATCHED)
 
+    def _best(self, scan: Scan, seen: Surface, reference: Reference, guesses: list[Reals], prior: Reals) -> Alignment:
+        """Return the alignment that explains most readings; more starts are tried until one explains enough."""
+
+        def starts() -> Iterator[Reals]:
+            yield from guesses
+            if len(guesses) > 1:
+                yield from matched()
+            for turn in _TURNS:
+                for guess in guesses:
+                    yield pga2.motor_product(guess, pga2.motor_from_angle_translation(turn, np.zeros(2)))
+            if len(guesses) == 1:
+                yield from matched()
+
+        def matched() -> Iterator[Reals]:
+            match = match_scans(self._scans[len(self.path) - 1], scan)
+            if match.status not in (MappingStatus.NOT_MATCHED, MappingStatus.TOO_FEW_READINGS):
+                yield from (match.motor, *match.others)
+
+        best: Alignment | None = None
+        for start in starts():
+            found = align(reference, seen, start, self._motion, prior)
+            if best is None or found.share > best.share:
+                best = found
+            if best.share >= _GOOD:
+                break
+        assert best is not None
+        return best
+
     def _close_loop(self) -> None:
         here = float(self.path.travelled[-1])
         found = find_loop(self.path, here - self._closed_at)
+        if found is not None:
+            self._pending = None
+        elif here - self._closed_at > _LONG_AGO and len(self.path) % _SELDOM == 0:
+            found = self._confirmed(find_far_loop(self.path, self._scans, here - self._closed_at))
         if found is None:
             return
         self._closed_at = here
@@ -310,6 +342,20 @@ class _Builder:
         if (found.shift > _SHIFT and rest > len(self.path) / _RARELY) or self._new_loops > _MOST_NEW_LOOPS:
             self.path.optimise()
             self._new_loops, self._optimised_at = 0, len(self.path)
+
+    def _confirmed(self, found: Closure | None) -> Closure | None:
+        """Return a loop without a prior if the previous one, a short way before, corrects the path alike."""
+        before = self._pending
+        if found is None:
+            return None
+        self._pending = found
+        if before is None or self.path.travelled[-1] - self.path.travelled[before.edge[1]] > _CONFIRMED_WITHIN:
+            return None
+        if not agree(self.path, before, found):
+            return None
+        self._pending = None
+        self.path.add_loop(before.edge, before.motion, before.information)
+        return found
 
     def finished(self, progress: Callable[[Progress], None] | None) -> BuiltMap:
         """Optimise the poses, and fuse the segments."""
