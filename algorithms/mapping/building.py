@@ -281,7 +281,8 @@ class _Builder:
         reference = self.path.submap(np.arange(max(last + 1 - self._options.n_recent, 0), last + 1), last)
         sure = measured and not jumped
         prior = np.diag(1 / (self._uncertain if sure else _LOST**2))
-        guesses = [self._motion] if sure else [self._motion, self._speed]
+        # Without odometry, robots go on as before, or have stopped.
+        guesses = [self._motion] if sure else [self._motion, self._speed] if measured else [self._speed, self._motion]
         best = self._best(scan, seen, reference, guesses, prior)
         new_view = sure and best.agreement >= _AGREES and best.share >= _OVERLAP
         if (best.share >= _ENOUGH or new_view) and np.isfinite(best.motor).all():
@@ -318,7 +319,7 @@ class _Builder:
 
         best: Alignment | None = None
         for start in starts():
-            found = align(reference, seen, start, self._motion, prior)
+            found = align(reference, seen, start, guesses[0], prior)
             if best is None or found.share > best.share:
                 best = found
             if best.share >= _GOOD:
