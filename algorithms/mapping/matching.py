@@ -101,8 +101,23 @@ def match_scans(a: Scan, b: Scan, guess: ArrayLike | None = None) -> Match:
     motors = np.array([aligned(one, two, m, _COARSE, 2).motor for m in motors])
     scores = agreement(one, two, motors, 0.15)
     order = np.argsort(_size(motors) - scores)
-    found = aligned(one, two, motors[order[0]], _FINE)
+    best = aligned(one, two, motors[order[0]], [0.15], 2)
+    best = aligned(one, two, _best_along(one, two, best), _FINE)
+    found = best
     return _result(one, two, found, motors[order], scores[order])
+
+
+_SLIDES = np.arange(-12, 13) * 0.1
+_S=dict(on=1,scale=.1,most=90,pen=.0)
+
+
+def _best_along(a: Outline, b: Outline, found: Aligned) -> Reals:
+    """Return the motor of the best score among those that slide along the direction of least information."""
+    if not _S['on']: return found.motor
+    xx, xy, _, yy, _, _ = found.information
+    direction = np.linalg.eigh(np.array([[xx, xy], [xy, yy]]))[1][:, 0]
+    motors = pga2.motor_product(pga2.motor_from_angle_translation(0.0, _SLIDES[:, None] * direction), found.motor)
+    return np.asarray(motors[np.argmax(agreement(a, b, motors, _S['scale'], _S['most'])-_S['pen']*np.abs(_SLIDES))])
 
 
 def _result(a: Outline, b: Outline, found: Aligned, motors: Reals, scores: Reals) -> Match:

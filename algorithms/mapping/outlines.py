@@ -18,6 +18,8 @@ _NEAR = 0.3
 """Metres up to which neighbouring points off lines count as one surface."""
 _LEAST_POINTS, _LEAST_LENGTH, _ROUGHNESS = 4, 0.2, 0.04
 """What makes a run a line: its points, its length, and its deviation in metres."""
+_LONG = 1.0
+"""Length of lines that are expected to continue, in metres."""
 _REACH = 0.1
 """Half of the length of line, in metres, that a point represents without a loss in distance."""
 _ALONG_LINES, _ALONG_POINTS = 0.001, 0.6
@@ -41,6 +43,8 @@ class Outline(NamedTuple):
         Weights of distances at right angles to the normals, and of points.
     targets : array, (k, 5)
         Points, normals, and factors of squared distances, for the kernel `nearest`.
+    lines : array, (l, 5)
+        Long lines, as targets with the factor 0.
     samples : array, (s, 2)
         Points of equal spacing along the lines, and the points off lines.
     histogram : array, (BINS // 2 + 1,)
@@ -55,6 +59,7 @@ class Outline(NamedTuple):
     along: Reals
     weights: Reals
     targets: Reals
+    lines: Reals
     samples: Reals
     histogram: Reals
     closest: Reals
@@ -87,6 +92,7 @@ def outline_of(scan: Scan) -> Outline:
         np.where(on_line, _ALONG_LINES, _ALONG_POINTS),
         np.where(on_line, 1.0, 0.5),
         np.column_stack([points, normals, factors]),
+        _long_lines(points, runs, is_line),
         points[index] + fraction[:, None] * steps[index],
         _histogram(points, steps, gaps, along_line, runs.fits.normals[of_step]),
         _closest(scan),
@@ -98,6 +104,12 @@ def _lines(points: Reals, runs: Runs) -> Reals:
     counts = runs.last + 1 - runs.first
     long = np.einsum("ij,ij->i", across, across) > _LEAST_LENGTH**2
     return (counts >= _LEAST_POINTS) & long & (runs.fits.squares[:, 0] < _ROUGHNESS**2)
+
+
+def _long_lines(points: Reals, runs: Runs, is_line: Reals) -> Reals:
+    across = points[runs.last] - points[runs.first]
+    long = is_line & (np.einsum("ij,ij->i", across, across) > _LONG**2)
+    return np.column_stack([runs.fits.means[long], runs.fits.normals[long], np.zeros(int(long.sum()))])
 
 
 def _run_of_points(runs: Runs, is_line: Reals, n: int) -> Reals:
