@@ -13,7 +13,7 @@ from .scan import Scan
 
 _IN_FRONT = -0.5
 """Score of a point where the other scan shows free space."""
-_HIDDEN, _CONTINUED = 0.3, 0.85
+_HIDDEN, _CONTINUED = 0.3, 0.95
 """Scores of points that the other scan cannot show: of any, and on the continuation of a line."""
 
 
@@ -31,17 +31,14 @@ def agreement(a: Outline, b: Outline, motors: Reals, scale: float, most: int = 6
 
 def _mean_score(a: Outline, motors: Reals, points: Reals, scale: float) -> Reals:
     moved = pga2.move_point(motors[:, None], points)
-    squares, _ = kernels.nearest(moved, a.targets)
+    squares = kernels.nearest_square(moved, a.targets)
     scores = 1 - squares / (scale * scale)
     distance, angle = kernels.distance_and_angle(moved)
     closest = _at_beams(a.scan, angle, a.closest)
     missed = np.where(distance < 0.97 * closest - 0.2, _IN_FRONT, 0.0)
     hidden = distance > closest + 0.2
-    if len(a.lines):
-        off, _ = kernels.nearest(moved, a.lines)
-        missed[hidden] = np.maximum(_HIDDEN, _CONTINUED * (1 - off[hidden] / (scale * scale)))
-    else:
-        missed[hidden] = _HIDDEN
+    off = kernels.nearest_square(moved[hidden], a.lines)
+    missed[hidden] = np.maximum(_HIDDEN, _CONTINUED * (1 - off / (scale * scale)))
     return np.asarray(np.where(scores > 0, scores, missed).mean(-1))
 
 

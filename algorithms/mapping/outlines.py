@@ -12,6 +12,8 @@ from .segments import Runs, straight_runs
 
 BINS = 360
 """Bins of the histogram of directions over a full turn."""
+_MOST_POINTS = 190
+"""Scans with more points are thinned after their lines are found."""
 _SPACING, _MOST = 0.15, 8
 """Distance between samples of lines in metres, and the most of them between two points."""
 _NEAR = 0.3
@@ -80,18 +82,20 @@ def outline_of(scan: Scan) -> Outline:
     of_step = np.repeat(np.arange(len(is_line)), runs.last - runs.first)
     along_line = is_line[of_step]
     line_gaps = np.where(along_line, gaps, 0.0)
-    spacing = np.clip(0.6 * np.maximum(np.append(line_gaps, 0), np.append(0, line_gaps)), _REACH, 3.0)
+    spacing = 0.6 * np.maximum(np.append(line_gaps, 0), np.append(0, line_gaps))
+    keep = slice(None, None, 1 + n // _MOST_POINTS)
+    spacing = np.clip(keep.step * spacing, _REACH, 3.0)
     factors = np.where(on_line, (_REACH / spacing) ** 2, 1.0)
     counts = np.where(along_line, np.clip(np.ceil(gaps / _SPACING), 1, _MOST), 1).astype(int)
     index = np.repeat(np.arange(n - 1), counts)
     fraction = (np.arange(len(index)) - (np.cumsum(counts) - counts)[index]) / counts[index]
     return Outline(
         scan,
-        points,
-        normals,
-        np.where(on_line, _ALONG_LINES, _ALONG_POINTS),
-        np.where(on_line, 1.0, 0.5),
-        np.column_stack([points, normals, factors]),
+        points[keep],
+        normals[keep],
+        np.where(on_line, _ALONG_LINES, _ALONG_POINTS)[keep],
+        np.where(on_line, 1.0, 0.5)[keep],
+        np.column_stack([points, normals, factors])[keep],
         _long_lines(points, runs, is_line),
         points[index] + fraction[:, None] * steps[index],
         _histogram(points, steps, gaps, along_line, runs.fits.normals[of_step]),
