@@ -12,12 +12,16 @@ from .segments import Runs, straight_runs
 
 BINS = 360
 """Bins of the histogram of directions over a full turn."""
+_MOST_POINTS = 190
+"""Scans with more points are thinned after their lines are found."""
 _SPACING, _MOST = 0.15, 8
 """Distance between samples of lines in metres, and the most of them between two points."""
 _NEAR = 0.3
 """Metres up to which neighbouring points off lines count as one surface."""
 _LEAST_POINTS, _LEAST_LENGTH, _ROUGHNESS = 4, 0.2, 0.04
 """What makes a run a line: its points, its length, and its deviation in metres."""
+_LONG = 1.0
+"""Length of lines that are expected to continue, in metres."""
 _REACH = 0.1
 """Half of the length of line, in metres, that a point represents without a loss in distance."""
 _ALONG_LINES, _ALONG_POINTS = 0.001, 0.6
@@ -41,6 +45,8 @@ class Outline(NamedTuple):
         Weights of distances at right angles to the normals, and of points.
     targets : array, (k, 5)
         Points, normals, and factors of squared distances, for the kernel `nearest`.
+    lines : array, (l, 5)
+        Long lines, as targets with the factor 0.
     samples : array, (s, 2)
         Points of equal spacing along the lines, and the points off lines.
     histogram : array, (BINS // 2 + 1,)
@@ -55,6 +61,7 @@ class Outline(NamedTuple):
     along: Reals
     weights: Reals
     targets: Reals
+    lines: Reals
     samples: Reals
     histogram: Reals
     closest: Reals
@@ -75,18 +82,21 @@ def outline_of(scan: Scan) -> Outline:
     of_step = np.repeat(np.arange(len(is_line)), runs.last - runs.first)
     along_line = is_line[of_step]
     line_gaps = np.where(along_line, gaps, 0.0)
-    spacing = np.clip(0.6 * np.maximum(np.append(line_gaps, 0), np.append(0, line_gaps)), _REACH, 3.0)
+    spacing = 0.6 * np.maximum(np.append(line_gaps, 0), np.append(0, line_gaps))
+    keep = slice(None, None, 1 + n // _MOST_POINTS)
+    spacing = np.clip(keep.step * spacing, _REACH, 3.0)
     factors = np.where(on_line, (_REACH / spacing) ** 2, 1.0)
     counts = np.where(along_line, np.clip(np.ceil(gaps / _SPACING), 1, _MOST), 1).astype(int)
     index = np.repeat(np.arange(n - 1), counts)
     fraction = (np.arange(len(index)) - (np.cumsum(counts) - counts)[index]) / counts[index]
     return Outline(
         scan,
-        points,
-        normals,
-        np.where(on_line, _ALONG_LINES, _ALONG_POINTS),
-        np.where(on_line, 1.0, 0.5),
-        np.column_stack([points, normals, factors]),
+        points[keep],
+        normals[keep],
+        np.where(on_line, _ALONG_LINES, _ALONG_POINTS)[keep],
+        np.where(on_line, 1.0, 0.5)[keep],
+        np.column_stack([points, normals, factors])[keep],
+        _long_lines(points, runs, is_line),
         points[index] + fraction[:, None] * steps[index],
         _histogram(points, steps, gaps, along_line, runs.fits.normals[of_step]),
         _closest(scan),
@@ -98,6 +108,12 @@ def _lines(points: Reals, runs: Runs) -> Reals:
     counts = runs.last + 1 - runs.first
     long = np.einsum("ij,ij->i", across, across) > _LEAST_LENGTH**2
     return (counts >= _LEAST_POINTS) & long & (runs.fits.squares[:, 0] < _ROUGHNESS**2)
+
+
+def _long_lines(points: Reals, runs: Runs, is_line: Reals) -> Reals:
+    across = points[runs.last] - points[runs.first]
+    long = is_line & (np.einsum("ij,ij->i", across, across) > _LONG**2)
+    return np.column_stack([runs.fits.means[long], runs.fits.normals[long], np.zeros(int(long.sum()))])
 
 
 def _run_of_points(runs: Runs, is_line: Reals, n: int) -> Reals:
