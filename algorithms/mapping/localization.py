@@ -89,7 +89,8 @@ class LocalizationSettings:
     """The largest distance of points from the chord of their segment, in metres; at least five times the noise of ranges.
     """
     min_length: float = 0.3
-    """The shortest segment that is used, in metres."""
+    min_points: int = 10
+    """The fewest points of a segment: from fewer, its noise is not known well enough."""
     window: int = 5
     """The number of scans that decide whether the robot is lost."""
     least_share: float = 0.35
@@ -200,7 +201,9 @@ class LineLocalizer:
 
     def update(self, scan: Scan) -> LocalizationStatus:
         """Update the pose by the lines of a scan, and find it again by `relocate` if the robot is lost."""
-        status = self.update_lines(segments(scan, tolerance=self._settings.tolerance, min_length=self._settings.min_length))
+        own = self._settings
+        found = segments(scan, tolerance=own.tolerance, min_length=own.min_length, min_points=own.min_points)
+        status = self.update_lines(found)
         if status == LocalizationStatus.LOST and self._relocate is not None:
             found = self._relocate(scan, self._lines)
             if found is not None:
