@@ -450,6 +450,10 @@ def _fitted(algebra, points, spreads, start, curved, damping):
     n = len(axes)
     names = (*axes, "e0", "einf")
 
+    def dual(vector):
+        """Return half the derivatives of the square of a vector."""
+        return [vector[name] for name in axes] + [-vector["einf"], -vector["e0"]]
+
     def equation(vector, point, spread):
         """Return the distance of a point, its derivatives by the coefficients, and its weight."""
         place = tuple(point[name] for name in axes)
@@ -460,7 +464,12 @@ def _fitted(algebra, points, spreads, start, curved, damping):
         table = square(spread, n)
         variance = dot(normal, [dot(row, normal) for row in table])
         bend = (distance * distance - dot(place, place)) / 2
-        return distance, (*(x / room for x in place), curved * bend / room, -1 / room), 1 / (variance + NEVER_ZERO)
+        row = *(x / room for x in place), bend / room, -1 / room
+        # The distance does not depend on the norm of the vector: its derivative along the vector is 0.
+        own = dot(row, [vector[name] for name in names])
+        row = [a - own * b for a, b in zip(row, dual(vector), strict=True)]
+        row[n] = curved * row[n]
+        return distance, row, 1 / (variance + NEVER_ZERO)
 
     def step(now):
         def sums(carry, point, spread):
@@ -472,7 +481,8 @@ def _fitted(algebra, points, spreads, start, curved, damping):
         size = n + 3
         whole = square(fold(sums, (0,) * size_of_triangle(size), points, spreads), size)
         # The norm s . s = 1 is kept to first order by a term of the size of the others.
-        gauge = [now.vector[name] for name in axes] + [-now.vector["einf"], -now.vector["e0"]]
+        gauge = dual(now.vector)
+        gauge[n] = curved * gauge[n]
         scale = sum(whole[k][k] for k in range(n))
         table = [[whole[i][j] + scale * gauge[i] * gauge[j] for j in range(n + 2)] for i in range(n + 2)]
         for k in range(n + 2):
