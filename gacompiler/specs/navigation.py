@@ -35,6 +35,10 @@ FAR = 10**30
 """The distance of what is not there."""
 TINY = Fraction(1, 10**12)
 NEVER_ZERO = Fraction(1, 10**200)
+FEET = 3
+"""The number of steps that find the place of an object from which a measured point deviates."""
+CONVERGED = Fraction(1, 10**10)
+"""A fit has converged if the step is predicted to decrease the cost by at most this fraction of it, plus one."""
 STEPS = 20
 """Maximum number of linearisations."""
 TWISTS = [PGA2.multivector(part) for part in ({"e12": 1}, {"e01": 1}, {"e20": -1})]
@@ -454,16 +458,33 @@ def _fitted(algebra, points, spreads, start, curved, damping):
         """Return half the derivatives of the square of a vector."""
         return [vector[name] for name in axes] + [-vector["einf"], -vector["e0"]]
 
-    def equation(vector, point, spread):
-        """Return the distance of a point, its derivatives by the coefficients, and its weight."""
-        place = tuple(point[name] for name in axes)
+    def off(vector, place):
+        """Return the distance of a place, the square root in the formula of the distance, and the unit normal there."""
         curvature = vector["e0"]
-        distance = _distance(ga.inner_product(point, vector)["1"], curvature)
+        inner = dot([vector[name] for name in axes], place) - curvature * dot(place, place) / 2 - vector["einf"]
+        distance = _distance(inner, curvature)
         room = maximum(1 - curvature * distance, Fraction(1, 1000))
-        normal = tuple((vector[name] - curvature * x) / room for name, x in zip(axes, place, strict=True))
+        return distance, room, [(vector[name] - curvature * x) / room for name, x in zip(axes, place, strict=True)]
+
+    def equation(vector, point, spread):
+        """Return the distance of a point, its derivatives by the coefficients, and its weight.
+
+        The distance is that along the direction in which the point most probably deviates: it is taken at the place of
+        the object that is nearest to the point if lengths are measured by the covariance.
+        """
+        measured_place = [point[name] for name in axes]
         table = square(spread, n)
+        place = measured_place
+        for _ in range(FEET):
+            distance, _, normal = off(vector, place)
+            column = [dot(row, normal) for row in table]
+            gap = distance + dot(normal, [a - b for a, b in zip(measured_place, place, strict=True)])
+            step = gap / (dot(normal, column) + NEVER_ZERO)
+            place = [a - step * c for a, c in zip(measured_place, column, strict=True)]
+        distance, room, normal = off(vector, place)
         variance = dot(normal, [dot(row, normal) for row in table])
         bend = (distance * distance - dot(place, place)) / 2
+        distance = distance + dot(normal, [a - b for a, b in zip(measured_place, place, strict=True)])
         row = *(x / room for x in place), bend / room, -1 / room
         # The distance does not depend on the norm of the vector: its derivative along the vector is 0.
         own = dot(row, [vector[name] for name in names])
@@ -497,7 +518,7 @@ def _fitted(algebra, points, spreads, start, curved, damping):
         return Round(vector / sqrt(select(size_squared > 0, size_squared, 1)), whole[n + 2][n + 2], dot(change, right))
 
     found, converged, _ = iterate(
-        step, Round(start, FAR, 0), lambda _, new: absolute(new.less) <= TINY * (new.cost + 1), 2 * STEPS
+        step, Round(start, FAR, 0), lambda _, new: absolute(new.less) <= CONVERGED * (new.cost + 1), 2 * STEPS
     )
     return found.vector, found.cost, converged
 
