@@ -12,7 +12,7 @@ from gacompiler import SCALAR, array, assemble, kernel, least, scan, select, tot
 from gacompiler.algebra.catalog import PGA2
 
 POINT, LINE, MOTOR, DIRECTION = PGA2.POINT, PGA2.LINE, PGA2.MOTOR, PGA2.DIRECTION
-POINTS, TARGETS = array(SCALAR, "n", 2), array(SCALAR, "m", 2, shared=True)
+POINTS, TARGETS = array(SCALAR, "n", 2), array(SCALAR, "m", 5, shared=True)
 SUMS = array(SCALAR, 5)
 TINY = Fraction(1, 10**30)
 
@@ -68,10 +68,21 @@ def line_of_run(before, last, count):
     return (sign * nx, sign * ny), sign * offset, (x, y), (small, mean + root)
 
 
+def _squared_distance(x, y, target):
+    """Return the square of the distance off a line plus, with the factor of the target, of that along it."""
+    dx, dy = x - target[0], y - target[1]
+    off, along = target[2] * dx + target[3] * dy, target[2] * dy - target[3] * dx
+    return off * off + target[4] * (along * along)
+
+
 @kernel(p=array(SCALAR, 2), targets=TARGETS, returns=(SCALAR, SCALAR))
 def nearest(p, targets):
-    """Find the squared distance to the nearest of some points, and its row."""
-    return least(lambda q: (q[0] - p[0]) * (q[0] - p[0]) + (q[1] - p[1]) * (q[1] - p[1]), targets)
+    """Find the nearest of some targets, and the squared distance to it.
+
+    A target is a point, a unit normal and the factor of squared distances at right angles to the normal: 1 for a point,
+    less for a piece of a line.
+    """
+    return least(lambda target: _squared_distance(p[0], p[1], target), targets)
 
 
 class Moved(NamedTuple):
@@ -146,3 +157,9 @@ def alignment_step(motor, points, targets, normals, across, weights, scale):
         PGA2, {"1": ga.cos(da / 2), "e12": -ga.sin(da / 2)}
     )
     return ga.normalize(step * motor), triangle, (*sums, dx * dx + dy * dy, da * da)
+
+
+@kernel(p=array(SCALAR, 2), returns=(SCALAR, SCALAR))
+def distance_and_angle(p):
+    """Compute the distance and the angle, from x towards y, at which a scanner at the origin sees a point."""
+    return ga.sqrt(p[0] * p[0] + p[1] * p[1]), ga.atan2(p[1], p[0])
