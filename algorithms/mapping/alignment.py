@@ -29,13 +29,15 @@ class Aligned(NamedTuple):
 def aligned(a: Outline, b: Outline, motors: Reals, scales: list[float], stride: int = 1) -> Aligned:
     """Refine motors (..., 4) from `b` to `a`, with one Gauss-Newton step for each scale of residuals.
 
-    With a stride, only every so many points of `b` are moved, and none of `a`.
+    With a stride, only every so many points of `b` are moved, and none of `a`, and every other point of `a` is a target.
     """
     points, along, weights = b.points[::stride], b.along[::stride], b.weights[::stride]
     found = Aligned(motors, np.zeros(6), np.zeros(4))
+    targets = a.targets if stride == 1 else a.few
+    every = 1 if stride == 1 else 2
     for scale in scales:
-        square, row = kernels.nearest(pga2.move_point(found.motors[..., None, :], points), a.targets)
-        j = row.astype(int)
+        square, row = kernels.nearest(pga2.move_point(found.motors[..., None, :], points), targets)
+        j = every * row.astype(int)
         target, normal, along_target = a.points[j], a.normals[j], a.along[j]
         weight = weights * a.weights[j] * (square < (_GATE * scale) ** 2)
         terms = [points, target, normal, along_target, weight]

@@ -45,6 +45,8 @@ class Outline(NamedTuple):
         Weights of distances at right angles to the normals, and of points.
     targets : array, (k, 5)
         Points, normals, and factors of squared distances, for the kernel `nearest`.
+    few : array, (k // 2, 5)
+        Every other target, for coarse comparisons.
     lines : array, (l, 5)
         Long lines, as targets with the factor 0.
     samples : array, (s, 2)
@@ -61,6 +63,7 @@ class Outline(NamedTuple):
     along: Reals
     weights: Reals
     targets: Reals
+    few: Reals
     lines: Reals
     samples: Reals
     histogram: Reals
@@ -86,6 +89,7 @@ def outline_of(scan: Scan) -> Outline:
     keep = slice(None, None, 1 + n // _MOST_POINTS)
     spacing = np.clip(keep.step * spacing, _REACH, 3.0)
     factors = np.where(on_line, (_REACH / spacing) ** 2, 1.0)
+    targets = np.column_stack([points, normals, factors])[keep]
     counts = np.where(along_line, np.clip(np.ceil(gaps / _SPACING), 1, _MOST), 1).astype(int)
     index = np.repeat(np.arange(n - 1), counts)
     fraction = (np.arange(len(index)) - (np.cumsum(counts) - counts)[index]) / counts[index]
@@ -95,12 +99,19 @@ def outline_of(scan: Scan) -> Outline:
         normals[keep],
         np.where(on_line, _ALONG_LINES, _ALONG_POINTS)[keep],
         np.where(on_line, 1.0, 0.5)[keep],
-        np.column_stack([points, normals, factors])[keep],
+        targets,
+        _thinned(targets, on_line[keep]),
         _long_lines(points, runs, is_line),
         points[index] + fraction[:, None] * steps[index],
         _histogram(points, steps, gaps, along_line, runs.fits.normals[of_step]),
         _closest(scan),
     )
+
+
+def _thinned(targets: Reals, on_line: Reals) -> Reals:
+    few = targets[::2].copy()
+    few[:, 4] = np.where(on_line[::2], few[:, 4] / 4, 1.0)
+    return few
 
 
 def _lines(points: Reals, runs: Runs) -> Reals:
