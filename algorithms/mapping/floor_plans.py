@@ -287,7 +287,9 @@ def _left(step: tuple[int, int], here: tuple[int, int], choices: list[tuple[int,
     return left if left in choices else None
 
 
-def _remove(following: dict[tuple[int, int], list[tuple[int, int]]], here: tuple[int, int], to: tuple[int, int]) -> None:
+def _remove(
+    following: dict[tuple[int, int], list[tuple[int, int]]], here: tuple[int, int], to: tuple[int, int]
+) -> None:
     following[here].remove(to)
     if not following[here]:
         del following[here]
