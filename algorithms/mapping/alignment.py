@@ -14,39 +14,45 @@ from .outlines import Outline
 
 _GATE = 3.0
 """Points farther than this multiple of the scale from all lines are left out."""
-_STILL = 1e-8
+_STILL = 1e-7
 """Squared steps, in metres and radians, at which an alignment is complete."""
 
 
 class Aligned(NamedTuple):
-    """A motor, the upper triangle of its information by x, y and angle, and sums: weights, weighted squares, steps."""
+    """Motors, the upper triangles of their information by x, y and angle, and sums: weights, weighted squares, steps."""
 
-    motor: Reals
+    motors: Reals
     information: Reals
     sums: Reals
 
 
-def aligned(a: Outline, b: Outline, motor: Reals, scales: list[float], stride: int = 1) -> Aligned:
-    """Refine the motor from `b` to `a`, with one Gauss-Newton step for each scale of residuals.
+def aligned(a: Outline, b: Outline, motors: Reals, scales: list[float], stride: int = 1) -> Aligned:
+    """Refine motors (..., 4) from `b` to `a`, with one Gauss-Newton step for each scale of residuals.
 
-    With a stride, only every so many points of `b` are moved, and none of `a`.
+    With a stride, only every so many points of `b` are moved, and none of `a`, and every other point of `a` is a target.
     """
     points, along, weights = b.points[::stride], b.along[::stride], b.weights[::stride]
-    both = stride == 1
-    found = Aligned(motor, np.zeros(6), np.zeros(4))
+    found = Aligned(motors, np.zeros(6), np.zeros(4))
+    targets = a.targets if stride == 1 else a.few
+    every = 1 if stride == 1 else 2
     for scale in scales:
-        limit = (_GATE * scale) ** 2
-        square, row = kernels.nearest(pga2.move_point(found.motor, points), a.targets)
-        j = row.astype(int)
-        terms = [points, a.points[j], a.normals[j], a.along[j], weights * a.weights[j] * (square < limit)]
-        if both:
-            back = pga2.move_point(pga2.motor_inverse(found.motor), a.points)
-            square, row = kernels.nearest(back, b.targets)
-            k = row.astype(int)
-            normals = pga2.move_direction(found.motor, b.normals[k])
-            others = (b.points[k], a.points, normals, along[k], weights[k] * a.weights * (square < limit))
-            terms = [np.concatenate(pair) for pair in zip(terms, others, strict=True)]
-        found = Aligned(*kernels.alignment_step(found.motor, *terms, scale))
-        if scale == scales[-1] and found.sums[2] < _STILL and found.sums[3] < _STILL:
+        square, row = kernels.nearest(pga2.move_point(found.motors[..., None, :], points), targets)
+        j = every * row.astype(int)
+        target, normal, along_target = a.points[j], a.normals[j], a.along[j]
+        weight = weights * a.weights[j] * (square < (_GATE * scale) ** 2)
+        terms = [points, target, normal, along_target, weight]
+        if stride == 1:
+            others = _back(a, b, found.motors, scale)
+            terms = [np.concatenate(pair, -1 if pair[0].ndim == 1 else -2) for pair in zip(terms, others, strict=True)]
+        found = Aligned(*kernels.alignment_step(found.motors, *terms, scale))
+        if scale == scales[-1] and (found.sums[..., 2:] < _STILL).all():
             break
     return found
+
+
+def _back(a: Outline, b: Outline, motor: Reals, scale: float) -> tuple[Reals, ...]:
+    """Return the terms of the points of `a` at lines of `b`: in the frame of `b`, they move the other way."""
+    square, row = kernels.nearest(pga2.move_point(pga2.motor_inverse(motor), a.points), b.targets)
+    k = row.astype(int)
+    weights = b.weights[k] * a.weights * (square < (_GATE * scale) ** 2)
+    return b.points[k], a.points, pga2.move_direction(motor, b.normals[k]), b.along[k], weights

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from enum import IntEnum
@@ -30,6 +30,13 @@ _GOOD, _ENOUGH = 0.55, 0.4
 """Shares of readings on known surfaces: below the first, other starts are tried; below the second, a scan is refused."""
 _AGREES, _OVERLAP = 0.7, 0.15
 """With odometry, a smaller share is enough if at least this part of the readings near known surfaces are on them."""
+_REMEMBERED, _CAUTION, _LEAST_FACTOR = 40, 2.0, 0.1
+"""The errors of odometry are judged by this number of motions; their standard deviations are multiplied by a factor for
+caution, and are at least this share of what is assumed at first."""
+_CREDIBLE = 20.0
+"""The largest squared deviation of a motion from that by odometry, divided by its covariance."""
+_CERTAIN = 0.85
+"""The share of readings on known surfaces from which a motion is accepted although odometry contradicts it."""
 _TURNS = np.radians([7.0, -7.0, 14.0, -14.0, 25.0, -25.0])
 _SHIFT, _RARELY, _MOST_NEW_LOOPS = 0.15, 100, 50
 """Poses are optimised if a loop moves the last one by more than this and the path has grown by a hundredth, or after
@@ -198,6 +205,32 @@ def _triple(item: Any) -> tuple[Scan, Reals | None, float | None]:
     return item[0], odometry, item[2]
 
 
+def _is_new_view(found: Alignment) -> bool:
+    """Return whether readings near known surfaces are on them, though most readings are elsewhere."""
+    return found.agreement >= _AGREES and found.share >= _OVERLAP
+
+
+class _OdometryNoise:
+    """How large the errors of odometry are, compared with what is assumed at first."""
+
+    def __init__(self) -> None:
+        self._ratios: deque[tuple[float, float]] = deque(maxlen=_REMEMBERED)
+        self._factors = np.ones(3)
+
+    def add(self, deviation: Reals, variances: Reals) -> None:
+        """Take the difference of a matched motion and that by odometry: angle, x, y."""
+        ratio = np.abs(deviation) / np.sqrt(variances)
+        self._ratios.append((float(ratio[0]), float(np.hypot(*ratio[1:]))))
+        if len(self._ratios) >= _REMEMBERED // 2:
+            # Medians of the absolute values of one and of two normal errors.
+            turn, shift = np.median(np.array(self._ratios), axis=0) / (0.67, 1.18)
+            self._factors = np.clip(np.array([turn, shift, shift]) * _CAUTION, _LEAST_FACTOR, 1.0)
+
+    def __call__(self, variances: Reals) -> Reals:
+        """Return variances with what was learnt."""
+        return np.asarray(variances * self._factors**2)
+
+
 class _Builder:
     """The state while scans are read."""
 
@@ -219,6 +252,7 @@ class _Builder:
         self._odometry: Reals | None = None
         """The odometry at that estimate."""
         self._uncertain = _SPREAD**2
+        self._noise = _OdometryNoise()
         self._unmatched = 0
         self._speed = IDENTITY
         self._closed_at = 0.0
@@ -280,16 +314,19 @@ class _Builder:
         last = len(self.path) - 1
         reference = self.path.submap(np.arange(max(last + 1 - self._options.n_recent, 0), last + 1), last)
         sure = measured and not jumped
-        prior = np.diag(1 / (self._uncertain if sure else _LOST**2))
-        guesses = [self._motion] if sure else [self._motion, self._speed]
+        prior = np.diag(1 / (self._noise(self._uncertain) if sure else _LOST**2))
+        # Without odometry, robots go on as before, or have stopped.
+        guesses = [self._motion] if sure else [self._motion, self._speed] if measured else [self._speed, self._motion]
         best = self._best(scan, seen, reference, guesses, prior)
-        new_view = sure and best.agreement >= _AGREES and best.share >= _OVERLAP
-        if (best.share >= _ENOUGH or new_view) and np.isfinite(best.motor).all():
+        if best is not None and (best.share >= _ENOUGH or (sure and _is_new_view(best))):
             if not measured:
                 self._motion = best.motor
                 if self._is_near():
                     self._keep(ScanStatus.STANDING)
                     return
+            if sure:
+                angle, shift = pga2.motor_to_angle_translation(relative(self._motion, best.motor))
+                self._noise.add(np.array([angle, *shift]), self._uncertain)
             self._extend(scan, seen, best.motor, best.information + prior, ScanStatus.ADDED)
             return
         self._unmatched += 1
@@ -298,7 +335,9 @@ class _Builder:
         else:
             self._keep(ScanStatus.ODOMETRY_JUMP if jumped else ScanStatus.NOT_MATCHED)
 
-    def _best(self, scan: Scan, seen: Surface, reference: Reference, guesses: list[Reals], prior: Reals) -> Alignment:
+    def _best(
+        self, scan: Scan, seen: Surface, reference: Reference, guesses: list[Reals], prior: Reals
+    ) -> Alignment | None:
         """Return the alignment that explains most readings; more starts are tried until one explains enough."""
 
         def starts() -> Iterator[Reals]:
@@ -318,12 +357,15 @@ class _Builder:
 
         best: Alignment | None = None
         for start in starts():
-            found = align(reference, seen, start, self._motion, prior)
+            found = align(reference, seen, start, guesses[0], prior)
+            angle, shift = pga2.motor_to_angle_translation(relative(guesses[0], found.motor))
+            off = np.array([angle, *shift])
+            if off @ prior @ off > _CREDIBLE and found.share < _CERTAIN:
+                continue
             if best is None or found.share > best.share:
                 best = found
-            if best.share >= _GOOD:
+            if best.share >= _GOOD or (len(guesses) == 1 and _is_new_view(best)):
                 break
-        assert best is not None
         return best
 
     def _close_loop(self) -> None:

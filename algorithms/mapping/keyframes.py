@@ -14,6 +14,9 @@ IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 _FLOOR = np.diag([np.radians(0.25), 0.015, 0.015]) ** 2
 """The covariance that systematic errors of scanners add to that of each measured motion: angle, x, y."""
 
+_TOLERANCE = 1e-5
+"""The relative decrease of the cost at which an optimisation ends: far below the accuracy of scans."""
+
 
 def relative(a: Reals, b: Reals) -> Reals:
     """Return the motors of poses b in the frames of poses a."""
@@ -100,7 +103,7 @@ class Keyframes:
         """Make the poses agree with all measured motions."""
         found = optimise_poses(
             self.motors, np.array(self._edges).reshape(-1, 2), np.array(self._motions).reshape(-1, 4),
-            np.array(self._information).reshape(-1, 3, 3), np.array(self._is_loop, bool),
+            np.array(self._information).reshape(-1, 3, 3), np.array(self._is_loop, bool), tolerance=_TOLERANCE,
         )  # fmt: skip
         self._motors[: len(self)] = found.motors
         return found

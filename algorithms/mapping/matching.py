@@ -19,7 +19,7 @@ from .votes import motion_votes, rotation_votes
 
 _FEWEST = 10
 """Valid readings that a scan needs."""
-_COARSE, _FINE = [0.4, 0.3, 0.2, 0.15], [0.2, 0.15, 0.1, 0.1, 0.07, 0.07, 0.07, 0.07, 0.07]
+_COARSE, _FINE = [0.4, 0.3, 0.2, 0.15], [0.15, 0.1, 0.07, 0.07, 0.07, 0.07]
 """Scales of residuals in metres: of the alignment of all hypotheses, and of the best one."""
 _HYPOTHESES = 6
 _LEAST_SCORE = 0.4
@@ -96,36 +96,37 @@ def match_scans(a: Scan, b: Scan, guess: ArrayLike | None = None) -> Match:
         motors = np.asarray(pga2.normalize_motor(motor))[None]
     else:
         motors = motion_votes(one, two, rotation_votes(one, two))
-        first = agreement(one, two, motors, 0.4) - _size(motors)
+        first = agreement(one, two, motors, 0.4, 40, coarse=True) - _size(motors)
         motors = motors[np.argsort(-first)[:_HYPOTHESES]]
-    motors = np.array([aligned(one, two, m, _COARSE, 2).motor for m in motors])
+    coarse = aligned(one, two, motors, _COARSE, 3)
+    motors = coarse.motors
     scores = agreement(one, two, motors, 0.15)
     order = np.argsort(_size(motors) - scores)
-    best = aligned(one, two, motors[order[0]], [0.15], 2)
-    best = aligned(one, two, _best_along(one, two, best), _FINE)
-    found = best
+    best = _best_along(one, two, Aligned(*(x[order[0]] for x in coarse)))
+    found = aligned(one, two, best, _FINE)
     return _result(one, two, found, motors[order], scores[order])
 
 
 _SLIDES = np.arange(-12, 13) * 0.1
-_S=dict(on=1,scale=.1,most=90,pen=.0)
+_S = dict(on=1, scale=0.1, most=45, pen=0.03)
 
 
 def _best_along(a: Outline, b: Outline, found: Aligned) -> Reals:
     """Return the motor of the best score among those that slide along the direction of least information."""
-    if not _S['on']: return found.motor
+    if not _S["on"]:
+        return found.motors
     xx, xy, _, yy, _, _ = found.information
     direction = np.linalg.eigh(np.array([[xx, xy], [xy, yy]]))[1][:, 0]
-    motors = pga2.motor_product(pga2.motor_from_angle_translation(0.0, _SLIDES[:, None] * direction), found.motor)
-    return np.asarray(motors[np.argmax(agreement(a, b, motors, _S['scale'], _S['most'])-_S['pen']*np.abs(_SLIDES))])
+    motors = pga2.motor_product(pga2.motor_from_angle_translation(0.0, _SLIDES[:, None] * direction), found.motors)
+    return np.asarray(motors[np.argmax(agreement(a, b, motors, _S["scale"], _S["most"]) - _S["pen"] * np.abs(_SLIDES))])
 
 
 def _result(a: Outline, b: Outline, found: Aligned, motors: Reals, scores: Reals) -> Match:
-    score = float(agreement(a, b, found.motor[None], 0.15)[0])
-    if not np.isfinite(found.motor).all():
+    score = float(agreement(a, b, found.motors[None], 0.15)[0])
+    if not np.isfinite(found.motors).all():
         return _nothing(MappingStatus.NOT_MATCHED)
     rivals = motors[1:][scores[1:] > score - _MARGIN]
-    others = rivals[_differ(found.motor, rivals)] if len(rivals) else rivals
+    others = rivals[_differ(found.motors, rivals)] if len(rivals) else rivals
     weight, squares = float(found.sums[0]), float(found.sums[1])
     variance = max(squares / max(weight, 1e-9), _NOISE**2)
     covariance, degenerate = _covariance(found.information, variance)
@@ -137,7 +138,7 @@ def _result(a: Outline, b: Outline, found: Aligned, motors: Reals, scores: Reals
     elif len(degenerate):
         status = MappingStatus.DEGENERATE
     residual = float(np.sqrt(squares / max(weight, 1e-9)))
-    return Match(found.motor, covariance, status, score, residual, degenerate, others)
+    return Match(found.motors, covariance, status, score, residual, degenerate, others)
 
 
 def _size(motors: Reals) -> Reals:

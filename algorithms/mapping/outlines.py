@@ -12,6 +12,8 @@ from .segments import Runs, straight_runs
 
 BINS = 360
 """Bins of the histogram of directions over a full turn."""
+_MOST_POINTS = 190
+"""Scans with more points are thinned after their lines are found."""
 _SPACING, _MOST = 0.15, 8
 """Distance between samples of lines in metres, and the most of them between two points."""
 _NEAR = 0.3
@@ -43,6 +45,8 @@ class Outline(NamedTuple):
         Weights of distances at right angles to the normals, and of points.
     targets : array, (k, 5)
         Points, normals, and factors of squared distances, for the kernel `nearest`.
+    few : array, (k // 2, 5)
+        Every other target, for coarse comparisons.
     lines : array, (l, 5)
         Long lines, as targets with the factor 0.
     samples : array, (s, 2)
@@ -59,6 +63,7 @@ class Outline(NamedTuple):
     along: Reals
     weights: Reals
     targets: Reals
+    few: Reals
     lines: Reals
     samples: Reals
     histogram: Reals
@@ -80,23 +85,33 @@ def outline_of(scan: Scan) -> Outline:
     of_step = np.repeat(np.arange(len(is_line)), runs.last - runs.first)
     along_line = is_line[of_step]
     line_gaps = np.where(along_line, gaps, 0.0)
-    spacing = np.clip(0.6 * np.maximum(np.append(line_gaps, 0), np.append(0, line_gaps)), _REACH, 3.0)
+    spacing = 0.6 * np.maximum(np.append(line_gaps, 0), np.append(0, line_gaps))
+    keep = slice(None, None, 1 + n // _MOST_POINTS)
+    spacing = np.clip(keep.step * spacing, _REACH, 3.0)
     factors = np.where(on_line, (_REACH / spacing) ** 2, 1.0)
+    targets = np.column_stack([points, normals, factors])[keep]
     counts = np.where(along_line, np.clip(np.ceil(gaps / _SPACING), 1, _MOST), 1).astype(int)
     index = np.repeat(np.arange(n - 1), counts)
     fraction = (np.arange(len(index)) - (np.cumsum(counts) - counts)[index]) / counts[index]
     return Outline(
         scan,
-        points,
-        normals,
-        np.where(on_line, _ALONG_LINES, _ALONG_POINTS),
-        np.where(on_line, 1.0, 0.5),
-        np.column_stack([points, normals, factors]),
+        points[keep],
+        normals[keep],
+        np.where(on_line, _ALONG_LINES, _ALONG_POINTS)[keep],
+        np.where(on_line, 1.0, 0.5)[keep],
+        targets,
+        _thinned(targets, on_line[keep]),
         _long_lines(points, runs, is_line),
         points[index] + fraction[:, None] * steps[index],
         _histogram(points, steps, gaps, along_line, runs.fits.normals[of_step]),
         _closest(scan),
     )
+
+
+def _thinned(targets: Reals, on_line: Reals) -> Reals:
+    few = targets[::2].copy()
+    few[:, 4] = np.where(on_line[::2], few[:, 4] / 4, 1.0)
+    return few
 
 
 def _lines(points: Reals, runs: Runs) -> Reals:

@@ -20,7 +20,7 @@ _SETTLED = 1e-10
 """Steps are small if no pose turns or moves by more than this, in radians and metres."""
 _DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-9, 1e-12, 1e6
 """Relative increments of the diagonal: at the start, and their range."""
-_LOWERED = 4.0
+_LOWERED = 16.0
 """The factor by which the bound of robust edges is lowered in each of the first steps."""
 
 
@@ -57,6 +57,7 @@ def optimise_poses(
     information: ArrayLike,
     robust: ArrayLike | None = None,
     bound: float = 4.0,
+    tolerance: float = 1e-13,
 ) -> OptimisedPoses:
     """Find the poses that agree best with measured motions between them.
 
@@ -76,6 +77,8 @@ def optimise_poses(
         default none.
     bound : float, optional
         The misfit, in standard deviations, at which the weight of a robust edge is a quarter.
+    tolerance : float, optional
+        The relative decrease of the cost at which the steps end.
 
     Returns
     -------
@@ -105,7 +108,7 @@ def optimise_poses(
     if not bound > 0:
         raise ValueError(f"bound: {bound}; expected a positive number of standard deviations")
     reached = _reached(len(poses), pairs)
-    problem = _Graph(pairs, measured, weights, bounded, bound**2, reached)
+    problem = _Graph(pairs, measured, weights, bounded, bound**2, tolerance, reached)
     return problem.optimised(poses)
 
 
@@ -117,6 +120,7 @@ class _Graph:
     robust: Reals
     scale: float
     """The squared misfit at which the weight of a robust edge is a quarter."""
+    tolerance: float
     reached: Reals
 
     def misfits(self, poses: Reals) -> tuple[Reals, Reals, Reals]:
@@ -157,7 +161,7 @@ class _Graph:
                 poses, (misfits, by_a, by_b) = moved, found
                 cost, weights = self.weighed(misfits, scale)
             elif new_cost <= cost:
-                settled |= cost - new_cost <= 1e-14 * cost
+                settled |= cost - new_cost <= self.tolerance * cost
                 poses, (misfits, by_a, by_b), cost, weights = moved, found, new_cost, new_weights
                 damping = max(damping / 10, _LEAST_DAMPING)
             else:

@@ -126,19 +126,20 @@ def straight_runs(points: Reals, tolerance: float = 0.06) -> Runs:
 
 def _split(points: Reals, limit: float) -> Reals:
     bounds = np.array([0, len(points) - 1])
-    straight = np.zeros(1, bool)
-    while not straight.all():
-        first = bounds[:-1]
-        of_point = np.repeat(np.arange(len(first)), np.diff(bounds))
-        squares = kernels.squared_distance_from_chord(
-            points[:-1], points[first][of_point], points[bounds[1:]][of_point]
-        )
+    while True:
+        first, last = bounds[:-1], bounds[1:]
+        widths = last - first
+        starts, ends = points[first].repeat(widths, 0), points[last].repeat(widths, 0)
+        squares = kernels.squared_distance_from_chord(points[:-1], starts, ends)
         largest = np.maximum.reduceat(squares, first)
-        straight = largest <= limit
-        at = np.flatnonzero((squares == largest[of_point]) & ~straight[of_point])
-        at = at[np.diff(of_point[at], prepend=-1) > 0]
-        bounds = np.sort(np.concatenate([bounds, at]))
-    return bounds
+        bent = largest > limit
+        if not bent.any():
+            return bounds
+        # Points at the same largest distance are all bounds; neighbours that one line fits are merged later.
+        largest[~bent] = np.inf
+        at = np.flatnonzero(squares == largest.repeat(widths))
+        bounds = np.concatenate([bounds, at])
+        bounds.sort()
 
 
 def _fits(sums: Reals, first: Reals, last: Reals) -> Fits:

@@ -29,6 +29,8 @@ _SETTLED = 1e-4
 _WINDOW = 2
 _JOINED = 0.35
 """Points that are farther apart are not on one surface."""
+_NARROW, _IN_FRONT = 0.6, 0.3
+"""Objects that are narrower than the first, and nearer than what is beside them by the second, may be people."""
 INLIER = 0.1
 """The distance up to which a reading agrees with a map."""
 _NEAR = 0.6
@@ -83,9 +85,20 @@ def surface(scan: Scan) -> Surface:
     normals = np.stack([-np.sin(angle), np.cos(angle)], 1)
     root = np.sqrt((xx - yy) ** 2 / 4 + xy**2)
     thin, long = (xx + yy) / 2 - root, (xx + yy) / 2 + root
-    smooth = (count >= 3) & (thin < 0.1 * long)
+    smooth = (count >= 3) & (thin < 0.1 * long) & ~_in_front(scan, points, joined)
     normals *= -np.sign((normals * points).sum(1))[:, None]
     return Surface(points[smooth], normals[smooth])
+
+
+def _in_front(scan: Scan, points: Reals, joined: Reals) -> Reals:
+    """Return which points are of narrow objects in front of others, such as people, who may have moved on."""
+    bounds = np.concatenate([[0], np.flatnonzero(~joined) + 1, [len(points)]])
+    first, last = bounds[:-1], bounds[1:] - 1
+    narrow = np.hypot(*(points[last] - points[first]).T) < _NARROW
+    ranges = scan.ranges[scan.beams]
+    before, after = ranges[np.maximum(first - 1, 0)], ranges[np.minimum(last + 1, len(points) - 1)]
+    behind = (before > ranges[first] + _IN_FRONT) & (after > ranges[last] + _IN_FRONT)
+    return np.repeat(narrow & behind & (first > 0) & (last < len(points) - 1), np.diff(bounds))
 
 
 class Reference:

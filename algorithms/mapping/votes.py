@@ -54,16 +54,26 @@ def motion_votes(a: Outline, b: Outline, rotations: Reals) -> Reals:
     counts = np.bincount(place.ravel(), minlength=n * size).reshape(n, _CELLS, _CELLS).astype(np.float32)
     transformed = scipy.fft.rfft2(near) * np.conj(scipy.fft.rfft2(counts))
     votes = scipy.fft.irfft2(transformed, (_CELLS, _CELLS))
-    largest = votes
-    for axis in (1, 2):
-        largest = np.maximum(largest, np.maximum(np.roll(largest, 1, axis), np.roll(largest, -1, axis)))
     flat = votes.ravel()
-    at = np.flatnonzero((flat >= largest.ravel()) & (flat > _TRANSLATION_SHARE * flat.max()))
+    at = np.flatnonzero(flat > _TRANSLATION_SHARE * flat.max())
+    at = at[(flat[at] >= flat[_beside(at)]).all(0)]
     at = at[np.argsort(-flat[at])][:_MOST_MOTIONS]
     of, cell = np.divmod(at, size)
     shift = np.stack(np.divmod(cell, _CELLS)[::-1], 1)
     shift = (shift + _CELLS // 2) % _CELLS - _CELLS // 2
     return np.asarray(pga2.motor_from_angle_translation(rotations[of], shift * _CELL))
+
+
+def _beside(at: Reals) -> Reals:
+    """Return the cells beside others, of the same rotation, on the periodic grid."""
+    column, row = at % _CELLS, at // _CELLS % _CELLS
+    grid = at - row * _CELLS - column
+    left, right, above, below = (column - 1) % _CELLS, (column + 1) % _CELLS, row - 1, row + 1
+    above, below = grid + above % _CELLS * _CELLS, grid + below % _CELLS * _CELLS
+    here = grid + row * _CELLS
+    pairs = [(here, left), (here, right), (above, column), (below, column)]
+    pairs += [(above, left), (above, right), (below, left), (below, right)]
+    return np.array([line + cell for line, cell in pairs])
 
 
 def _occupied(samples: Reals) -> Reals:

@@ -14,6 +14,7 @@ from gacompiler.algebra.catalog import PGA2
 POINT, LINE, MOTOR, DIRECTION = PGA2.POINT, PGA2.LINE, PGA2.MOTOR, PGA2.DIRECTION
 POINTS, TARGETS = array(SCALAR, "n", 2), array(SCALAR, "m", 5, shared=True)
 SUMS = array(SCALAR, 5)
+FAR = 10**30
 TINY = Fraction(1, 10**30)
 
 
@@ -83,6 +84,12 @@ def nearest(p, targets):
     less for a piece of a line.
     """
     return least(lambda target: _squared_distance(p[0], p[1], target), targets)
+
+
+@kernel(p=array(SCALAR, 2), targets=TARGETS, returns=SCALAR)
+def nearest_square(p, targets):
+    """Compute the squared distance from the nearest of some targets, as `nearest` does; a large number for none."""
+    return ga.fold(lambda least, target: ga.minimum(least, _squared_distance(p[0], p[1], target)), FAR, targets)
 
 
 class Moved(NamedTuple):
