@@ -183,6 +183,7 @@ def wall_recall_precision(
     distance: float = 0.1,
     angle: float = np.radians(10.0),
     step: float = 0.02,
+    n_hits: int = 1,
 ) -> RecallPrecision:
     """Compare found segments with walls, by samples along both.
 
@@ -193,9 +194,10 @@ def wall_recall_precision(
     ----------
     walls, found : array_like, (n, 2, 2) and (m, 2, 2)
     seen : array_like, (k, 2), optional
-        Points where beams met walls. Samples of walls without such a point within 5 steps are left out.
+        Points where beams met walls. Samples of walls with fewer than `n_hits` such points within 5 steps are left out.
     distance, angle, step : float
         In metres, rad, and metres between samples.
+    n_hits : int
 
     Returns
     -------
@@ -208,7 +210,7 @@ def wall_recall_precision(
     keep = np.ones(len(samples[0]), bool)
     if seen is not None:
         hits = real_array(seen, "seen", (2,)).astype(float).reshape(-1, 2)
-        keep = _nearest(samples[0], hits) <= 5 * step
+        keep = _nearest(samples[0], hits, n_hits) <= 5 * step
     recalled = _covered(samples[0][keep], directions[0][keep], sets[1], distance, angle)
     precise = _covered(samples[1], directions[1], sets[0], distance, angle)
     mean = [float(x.mean()) if len(x) else np.nan for x in (recalled, precise)]
@@ -226,10 +228,11 @@ def _sampled(segments: Reals, step: float) -> tuple[Reals, Reals]:
     return np.concatenate(places), np.concatenate(directions)
 
 
-def _nearest(points: Reals, others: Reals) -> Reals:
-    if not len(others) or not len(points):
+def _nearest(points: Reals, others: Reals, k: int) -> Reals:
+    """Return the distances from points to the k-th nearest of other points."""
+    if len(others) < k or not len(points):
         return np.full(len(points), np.inf)
-    return np.asarray(cKDTree(others).query(points)[0])
+    return np.asarray(cKDTree(others).query(points, k=[k])[0][:, 0])
 
 
 def _covered(points: Reals, directions: Reals, segments: Reals, distance: float, angle: float) -> Reals:
@@ -265,9 +268,9 @@ def _outlines(occupied: Reals) -> list[Reals]:
     while following:
         first = next(iter(following))
         here = following[first][0]
-        step = here[0] - first[0], here[1] - first[1]
+        begin = step = here[0] - first[0], here[1] - first[1]
         _remove(following, first, here)
-        corners = [first]
+        corners = []
         while here != first or here in following and _left(step, here, following[here]) is not None:
             choices = following[here]
             # Where two outlines meet, the left turn connects cells that touch in a corner.
@@ -277,6 +280,8 @@ def _outlines(occupied: Reals) -> list[Reals]:
                 corners.append(here)
             _remove(following, here, after)
             here, step = after, turned
+        if step != begin:
+            corners.append(first)
         outlines.append(np.array([(j, i) for i, j in corners], float))
     return outlines
 

@@ -13,7 +13,7 @@ from generated import pga2
 
 from ..arguments import Reals, real_array
 from .navigation_status import FollowStatus, PathStatus
-from .paths import Path
+from .paths import PlanarPath
 
 _WINDOW = 1.0
 """The nearest point of the path is searched within this distance from the previous one, in metres."""
@@ -63,7 +63,7 @@ class Command:
 
 
 def follow(
-    path: Path,
+    path: PlanarPath,
     motor: ArrayLike,
     position: float = 0.0,
     obstacles: ArrayLike | None = None,
@@ -73,7 +73,7 @@ def follow(
 
     Parameters
     ----------
-    path : Path
+    path : PlanarPath
     motor : array_like, (4,)
         The pose as a motor of `generated.pga2`; the robot moves along its x axis.
     position : float, optional
@@ -121,7 +121,7 @@ def follow(
 
 
 def _turn(
-    path: Path, pose: Reals, at: float, distance: float, angle: float, speed: float, own: FollowSettings
+    path: PlanarPath, pose: Reals, at: float, distance: float, angle: float, speed: float, own: FollowSettings
 ) -> tuple[float, float]:
     """Return the turn, and that without the limit of the curvature."""
     if own.law == "pursuit":
@@ -136,7 +136,7 @@ def _turn(
     return float(turn), float(wanted)
 
 
-def _clearance(path: Path, at: float, obstacles: ArrayLike | None, own: FollowSettings) -> float:
+def _clearance(path: PlanarPath, at: float, obstacles: ArrayLike | None, own: FollowSettings) -> float:
     if obstacles is None:
         return float("inf")
     points = real_array(obstacles, "obstacles", (2,), "points").astype(float).reshape(-1, 2)

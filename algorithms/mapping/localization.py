@@ -22,8 +22,9 @@ from .segments import Segments, segments
 
 _UNLIKELY = 1e-6
 """Innovations that are less probable than this are reported as inconsistent."""
-_UNDETERMINED = 1e-6
-"""Eigenvalues of the scaled information below this count as zero."""
+_UNDETERMINED = 1e-4
+"""A direction is undetermined if its information is below this share of that of the best: parallel walls seem to differ by
+up to half a degree."""
 _SINGLE = 1e300
 
 
@@ -286,10 +287,13 @@ class LineLocalizer:
         return bool(full and totals[1] > 0 and totals[0] < self._settings.least_share * totals[1])
 
     def _observed(self) -> LocalizationStatus:
-        diagonal = np.diag(self._information)
-        scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1))
-        values = np.linalg.eigvalsh(self._information * np.outer(scale, scale))
-        return LocalizationStatus.OK if values[0] > _UNDETERMINED else LocalizationStatus.UNOBSERVED
+        whole = self._information
+        if not whole[0, 0] > 0:
+            return LocalizationStatus.UNOBSERVED
+        # Of the translation, for any angle.
+        translation = whole[1:, 1:] - np.outer(whole[1:, 0], whole[0, 1:]) / whole[0, 0]
+        low, high = np.linalg.eigvalsh(translation)
+        return LocalizationStatus.OK if low > _UNDETERMINED * high else LocalizationStatus.UNOBSERVED
 
 
 def normalized_error(motor: ArrayLike, covariance: ArrayLike, truth: ArrayLike) -> Reals:

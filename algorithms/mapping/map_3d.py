@@ -13,6 +13,7 @@ from generated import cga3, pga2, pga3
 from generated import navigation as kernels
 
 from ..arguments import Reals, real_array
+from ..estimation.matrices import from_triangle
 from ..geometry.fits import Fit, fit_plane, fit_sphere
 from ..vision.stereo import RectifiedPair
 from .localization import Lines
@@ -22,6 +23,14 @@ _DAMPING = 1e-9
 _ROUNDS = 5
 _NO_TURN = np.array([1.0, 0.0, 0.0, 0.0])
 _FEWEST = 5
+_OUTLINE = 0.92
+"""Points of a sphere are left out beyond this share of its radius from the ray to its centre: at its outline, their depth
+says nothing."""
+_NO_TURN = np.array([1.0, 0.0, 0.0, 0.0])
+_FEWEST = 5
+_LEAST_SHARE = 0.15
+"""Points of a sphere are left out if less than this share of their variance is along its normal: near its outline, where
+their depth says nothing."""
 
 
 class SolidKind(IntEnum):
@@ -216,7 +225,8 @@ def fit_solid(
     start = _start(local[finite], kind)
     if start is None:
         return SolidFit(None, np.nan, finite, FitStatus.DEGENERATE)
-    inliers, vector, converged = finite, start, 0.0
+    first = inliers = finite
+    vector, converged = start, 0.0
     for _ in range(_ROUNDS):
         vector, _, converged = kernels.sphere_of_points(
             local[inliers], spreads[inliers], vector, float(kind == SolidKind.SPHERE), _DAMPING
@@ -224,6 +234,8 @@ def fit_solid(
         if not np.isfinite(vector).all():
             return SolidFit(None, np.nan, inliers, FitStatus.DEGENERATE)
         squares = _squares(local, spreads, np.asarray(vector))
+        if kind == SolidKind.SPHERE and inliers is first:
+            finite = finite & _is_inside_outline(local, spreads, np.asarray(vector))
         again = finite & (squares <= gate**2)
         if again.sum() < _FEWEST:
             return SolidFit(None, np.nan, again, FitStatus.TOO_FEW)
@@ -282,12 +294,18 @@ def _squares(points: Reals, spreads: Reals, vector: Reals) -> Reals:
     curvature = vector[3]
     inner = points @ vector[:3] - curvature * (points**2).sum(1) / 2 - vector[4]
     root = np.sqrt(np.maximum(1 - 2 * curvature * inner, 1e-12))
-    distance = 2 * inner / (1 + root)
-    n = (vector[:3] - curvature * points) / root[:, None]
-    xx, xy, xz, yy, yz, zz = spreads.T
-    x, y, z = n.T
-    variance = xx * x * x + yy * y * y + zz * z * z + 2 * (xy * x * y + xz * x * z + yz * y * z)
-    return np.asarray(distance**2 / variance)
+    normals = (vector[:3] - curvature * points) / root[:, None]
+    variances = np.einsum("ki,kij,kj->k", normals, from_triangle(spreads, 3), normals)
+    return np.asarray((2 * inner / (1 + root)) ** 2 / variances)
+
+
+def _is_inside_outline(points: Reals, spreads: Reals, vector: Reals) -> Reals:
+    """Return which points, moved along their most uncertain direction, meet a sphere far from its outline."""
+    known = np.where(np.isfinite(spreads).all(1)[:, None], spreads, [1.0, 0, 0, 1.0, 0, 1.0])
+    directions = np.linalg.eigh(from_triangle(known, 3))[1][:, :, 2]
+    arms = points - vector[:3] / vector[3]
+    aside = arms - np.einsum("ki,ki->k", arms, directions)[:, None] * directions
+    return np.asarray(np.linalg.norm(aside, axis=1) * abs(vector[3]) <= _OUTLINE)
 
 
 def _corners(points: Reals, vector: Reals) -> Reals:

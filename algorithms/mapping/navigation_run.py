@@ -14,7 +14,7 @@ from .floor_plans import FloorPlan
 from .following import FollowSettings, follow
 from .localization import LineLocalizer, normalized_error
 from .navigation_status import FollowStatus
-from .paths import Path
+from .paths import PlanarPath
 from .scan_simulation import Odometry, Scanner, motor_of_error, simulate_scan
 
 
@@ -46,7 +46,7 @@ class NavigationRun:
 
 def simulate_following(
     plan: FloorPlan,
-    path: Path,
+    path: PlanarPath,
     localizer: LineLocalizer,
     pose: ArrayLike,
     *,
@@ -66,7 +66,7 @@ def simulate_following(
     Parameters
     ----------
     plan : FloorPlan
-    path : Path
+    path : PlanarPath
     localizer : LineLocalizer
         With the estimate of the first pose; it is updated.
     pose : array_like, (4,)

@@ -21,6 +21,8 @@ _DEGENERATE = 1e-6
 """A spread of points below this fraction of the largest one counts as none."""
 _FEWEST = 3
 _ROUNDS, _SAMPLES = 8, 60
+_SURE = 4.0
+"""Points are on a line unless the curvature of the circle exceeds this multiple of its standard deviation."""
 
 
 class ObjectKind(IntEnum):
@@ -175,8 +177,10 @@ def fit_circle(points: ArrayLike, sigma: float = 0.01, name: str = "") -> Object
     curvature = vector[2]
     off = _distances(local[inliers], vector)
     extent = float(np.abs(local[inliers]).max())
-    # The points must deviate from a line by more than their noise.
-    if not np.isfinite(vector).all() or abs(curvature) * extent**2 / 2 < sigma / np.sqrt(inliers.sum()):
+    # The standard deviation of the curvature of points along a nearly straight arc (Gluckstern, *Nucl. Instrum. Methods*
+    # 24:381, 1963).
+    uncertain = sigma / (2 * extent) ** 2 * np.sqrt(720 / (inliers.sum() + 4)) if extent > 0 else np.inf
+    if not np.isfinite(vector).all() or abs(curvature) < _SURE * uncertain:
         return ObjectFit(None, np.nan, inliers, FitStatus.DEGENERATE)
     found = MapObject.circle(vector[:2] / curvature + shift, 1 / abs(float(curvature)), name)
     residual = float(np.sqrt(np.mean(off**2)))

@@ -15,6 +15,8 @@ from ..arguments import Reals, real_array
 from .navigation_status import PathStatus
 
 _FAR = 1e29
+_LARGEST_TURN = np.pi - 1e-3
+"""rad; no arc touches both lines of a path that turns back."""
 
 
 class Located(NamedTuple):
@@ -29,7 +31,7 @@ class Located(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Path:
+class PlanarPath:
     """A path of lines and arcs without corners.
 
     Attributes
@@ -50,7 +52,7 @@ class Path:
     status: PathStatus
 
     @classmethod
-    def from_pieces(cls, start: ArrayLike, lengths: ArrayLike, radii: ArrayLike) -> Path:
+    def from_pieces(cls, start: ArrayLike, lengths: ArrayLike, radii: ArrayLike) -> PlanarPath:
         """Construct a path from the lengths of its pieces and the radii of its arcs.
 
         Parameters
@@ -89,7 +91,7 @@ class Path:
         return cls(np.array(starts[:-1]), curvatures, pieces, PathStatus.OK)
 
     @classmethod
-    def through(cls, points: ArrayLike, radius: float) -> Path:
+    def through(cls, points: ArrayLike, radius: float) -> PlanarPath:
         """Construct a path along a chain of points, whose corners are arcs that touch both lines.
 
         Parameters
@@ -97,7 +99,8 @@ class Path:
         points : array_like, (n, 2)
             Points that coincide with their predecessor are left out.
         radius : float
-            Of the arcs, in metres. It is smaller where a line is too short.
+            Of the arcs, in metres. It is smaller where a line is too short. The status is ZERO_RADIUS if it is not
+            positive, or if the path turns back.
 
         Raises
         ------
@@ -115,10 +118,10 @@ class Path:
         lengths = np.hypot(*steps.T)
         headings = np.arctan2(steps[:, 1], steps[:, 0])
         turns = (np.diff(headings) + np.pi) % (2 * np.pi) - np.pi
-        if radius <= 0 and turns.any():
+        if (radius <= 0 and turns.any()) or (np.abs(turns) > _LARGEST_TURN).any():
             return _nothing(PathStatus.ZERO_RADIUS)
         # The arc of a corner begins before it and ends behind it at this distance.
-        slopes = np.tan(np.minimum(np.abs(turns), np.pi - 1e-3) / 2)
+        slopes = np.tan(np.abs(turns) / 2)
         room = np.minimum(lengths[:-1], lengths[1:]) / 2
         room[:1] = np.minimum(lengths[:-1], np.maximum(room, lengths[1:] / 2))[:1]
         cuts = np.minimum(radius * slopes, room)
@@ -191,5 +194,5 @@ def _along(curvatures: Reals, lengths: Reals) -> Reals:
     return np.asarray(pga2.motor_from_twist(pga2.twist_from_velocities(curvatures * lengths, ahead)))
 
 
-def _nothing(status: PathStatus) -> Path:
-    return Path(np.zeros((0, 4)), np.zeros(0), np.zeros(0), status)
+def _nothing(status: PathStatus) -> PlanarPath:
+    return PlanarPath(np.zeros((0, 4)), np.zeros(0), np.zeros(0), status)
