@@ -14,6 +14,8 @@ from .outlines import Outline
 
 _GATE = 3.0
 """Points farther than this multiple of the scale from all lines are left out."""
+_UNDETERMINED = 0.01
+"""Share of the information along a direction, relative to the best one, below which it is degenerate."""
 _STILL = 1e-7
 """Squared steps, in metres and radians, at which an alignment is complete."""
 
@@ -56,3 +58,17 @@ def _back(a: Outline, b: Outline, motor: Reals, scale: float) -> tuple[Reals, ..
     k = row.astype(int)
     weights = b.weights[k] * a.weights * (square < (_GATE * scale) ** 2)
     return b.points[k], a.points, pga2.move_direction(motor, b.normals[k]), b.along[k], weights
+
+
+def covariance_of(triangle: Reals, variance: float) -> tuple[Reals, Reals]:
+    """Return the covariance (3, 3) and the degenerate directions (k, 3) of the upper triangle of an information."""
+    xx, xy, xa, yy, ya, aa = triangle
+    information = np.array([[xx, xy, xa], [xy, yy, ya], [xa, ya, aa]])
+    # Angles count by the size of the scene, which makes the three coordinates comparable.
+    unit = np.array([1.0, 1.0, np.sqrt(max(aa / max(xx + yy, 1e-9), 1e-9))])
+    values, vectors = np.linalg.eigh(information / np.outer(unit, unit))
+    weak = values < _UNDETERMINED * max(values[-1], 1e-9)
+    directions = (vectors / unit[:, None]).T[weak]
+    kept = np.maximum(values, 1e-9 * max(values[-1], 1e-9))
+    scaled = (vectors / unit[:, None]) / np.sqrt(kept)
+    return variance * scaled @ scaled.T, directions / np.linalg.norm(directions, axis=1, keepdims=True)

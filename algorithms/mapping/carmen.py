@@ -180,7 +180,7 @@ def _count(word: str, what: str) -> int:
 
 def _time(words: list[str], line: str) -> float | None:
     """Return the time stamp before the name of the host; a line without its end may be cut within a number."""
-    if len(words) < 3 and not line.endswith("\n") and words:
+    if len(words) < 3 and not line.endswith("\n"):
         raise ValueError("the line is cut off")
     time = float(words[0]) if words else 0.0
     return time if np.isfinite(time) and time > 0 else None

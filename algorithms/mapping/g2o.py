@@ -126,7 +126,9 @@ def _opened(path: Path) -> Iterator[IO[bytes]]:
                 # Archives made on macOS have copies of attributes beside each file.
                 names = [name for name in archive.namelist() if name.endswith(".g2o") and "__MACOSX" not in name]
                 if not names:
-                    raise ValueError(f"{path}: files {', '.join(archive.namelist()) or 'none'}; expected one named *.g2o")
+                    raise ValueError(
+                        f"{path}: files {', '.join(archive.namelist()) or 'none'}; expected one named *.g2o"
+                    )
                 with archive.open(names[0]) as file:
                     yield file
         else:

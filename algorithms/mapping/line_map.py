@@ -105,7 +105,11 @@ class LineMap:
             With the same map if no segment is usable.
         """
         pose = real_array(motor, "motor", (4,)).astype(float)
-        good = np.isfinite(found.offsets) & np.isfinite(found.covariances).all((1, 2)) & np.isfinite(found.ends).all((1, 2))
+        good = (
+            np.isfinite(found.offsets)
+            & np.isfinite(found.covariances).all((1, 2))
+            & np.isfinite(found.ends).all((1, 2))
+        )
         rows = np.full(len(found), -1)
         if not good.any() or not np.isfinite(pose).all():
             return LineMapUpdate(self, MappingStatus.TOO_FEW_READINGS, rows)

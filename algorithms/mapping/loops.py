@@ -103,7 +103,9 @@ def find_far_loop(path: Keyframes, scans: StoredScans, since: float) -> Closure 
     last = len(path) - 1
     places = pga2.motor_to_angle_translation(path.motors)[1]
     distances = np.hypot(*(places - places[last]).T)
-    near = np.flatnonzero((path.travelled[last] - path.travelled > _FAR_OLDER) & (distances < _FAR + _FAR_DRIFT * since))
+    near = np.flatnonzero(
+        (path.travelled[last] - path.travelled > _FAR_OLDER) & (distances < _FAR + _FAR_DRIFT * since)
+    )
     tried: list[int] = []
     for row in near[np.argsort(distances[near], kind="stable")]:
         if len(tried) == _MOST_TRIED:

@@ -11,7 +11,7 @@ from generated import pga2
 
 from ..arguments import Reals, finite, real_array
 from .agreement import agreement
-from .alignment import Aligned, aligned
+from .alignment import Aligned, aligned, covariance_of
 from .outlines import Outline, outline_of
 from .scan import Scan
 from .status import MappingStatus
@@ -31,8 +31,6 @@ _TURNED, _FAR = 0.12, 0.03
 _FARTHEST = 6.0
 _APART, _APART_ANGLE = 0.3, 0.1
 """Metres and radians from which on motions are different."""
-_UNDETERMINED = 0.01
-"""Share of the information along a direction, relative to the best one, below which it is degenerate."""
 _NOISE = 0.02
 """Least standard deviation of readings, in metres."""
 
@@ -129,7 +127,7 @@ def _result(a: Outline, b: Outline, found: Aligned, motors: Reals, scores: Reals
     others = rivals[_differ(found.motors, rivals)] if len(rivals) else rivals
     weight, squares = float(found.sums[0]), float(found.sums[1])
     variance = max(squares / max(weight, 1e-9), _NOISE**2)
-    covariance, degenerate = _covariance(found.information, variance)
+    covariance, degenerate = covariance_of(found.information, variance)
     status = MappingStatus.OK
     if score < _LEAST_SCORE:
         status = MappingStatus.NOT_MATCHED
@@ -151,20 +149,6 @@ def _size(motors: Reals) -> Reals:
 def _differ(motor: Reals, others: Reals) -> Reals:
     angle, shift = pga2.motor_to_angle_translation(pga2.motor_product(pga2.motor_inverse(motor), others))
     return np.asarray((np.abs(angle) > _APART_ANGLE) | (np.linalg.norm(shift, axis=-1) > _APART))
-
-
-def _covariance(triangle: Reals, variance: float) -> tuple[Reals, Reals]:
-    """Return the covariance and the degenerate directions of an information matrix."""
-    xx, xy, xa, yy, ya, aa = triangle
-    information = np.array([[xx, xy, xa], [xy, yy, ya], [xa, ya, aa]])
-    # Angles count by the size of the scene, which makes the three coordinates comparable.
-    unit = np.array([1.0, 1.0, np.sqrt(max(aa / max(xx + yy, 1e-9), 1e-9))])
-    values, vectors = np.linalg.eigh(information / np.outer(unit, unit))
-    weak = values < _UNDETERMINED * max(values[-1], 1e-9)
-    directions = (vectors / unit[:, None]).T[weak]
-    kept = np.maximum(values, 1e-9 * max(values[-1], 1e-9))
-    scaled = (vectors / unit[:, None]) / np.sqrt(kept)
-    return variance * scaled @ scaled.T, directions / np.linalg.norm(directions, axis=1, keepdims=True)
 
 
 def _nothing(status: MappingStatus) -> Match:

@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 import gacompiler as ga
-from gacompiler import SCALAR, array, assemble, kernel, least, scan, select, total
+from gacompiler import SCALAR, absolute, array, assemble, kernel, least, scan, select, total
 from gacompiler.algebra.catalog import PGA2
 
 POINT, LINE, MOTOR, DIRECTION = PGA2.POINT, PGA2.LINE, PGA2.MOTOR, PGA2.DIRECTION
@@ -170,3 +170,67 @@ def alignment_step(motor, points, targets, normals, across, weights, scale):
 def distance_and_angle(p):
     """Compute the distance and the angle, from x towards y, at which a scanner at the origin sees a point."""
     return ga.sqrt(p[0] * p[0] + p[1] * p[1]), ga.atan2(p[1], p[0])
+
+
+CONSTRAINT = array(SCALAR, 6)
+
+
+@kernel(a=CONSTRAINT, b=CONSTRAINT, returns=(DIRECTION, SCALAR))
+def translation_votes(a, b):
+    """Compute the translation that satisfies two constraints, as the meet of two lines, and its weight.
+
+    A line seen at the distance d, turned, and the line of a map at the distance d' with the same normal n constrain the
+    translation t of the scanner to the line ``n . t = d' - d``. The constraint holds the coefficients e1 e2 e0 of this
+    line, the interval of positions along it (`position_along_line` of the module `pga2`) at which what was seen lies
+    within the line of the map, and its weight. The weight of a vote is the sine of the angle of the lines times both
+    weights; it is 0 outside of the intervals.
+    """
+    lines = [assemble(PGA2, {"e1": c[0], "e2": c[1], "e0": c[2]}) for c in (a, b)]
+    meet = lines[0] ^ lines[1]
+    sine = meet["e12"]
+    parallel = absolute(sine) <= Fraction(1, 10)
+    scale = 1 / select(parallel, 1, sine)
+    x, y = meet["e20"] * scale, meet["e01"] * scale
+    inside = 1 - parallel
+    for c in (a, b):
+        position = x * c[1] - y * c[0]
+        inside = inside * (c[3] <= position) * (position <= c[4])
+    return assemble(PGA2, {"e20": x, "e01": y}), inside * absolute(sine) * a[5] * b[5]
+
+
+SEGMENTS = array(SCALAR, "m", 5, shared=True)
+
+
+def _squared_distance_of_segment(x, y, segment):
+    dx, dy = x - segment[0], y - segment[1]
+    off, along = segment[2] * dx + segment[3] * dy, segment[2] * dy - segment[3] * dx
+    beyond = ga.maximum(0, absolute(along) - segment[4])
+    return off * off + beyond * beyond
+
+
+@kernel(p=array(SCALAR, 2), segments=SEGMENTS, returns=(SCALAR, SCALAR))
+def nearest_segment(p, segments):
+    """Find the segment nearest to a point: the squared distance and its row.
+
+    A segment is its middle, its unit normal, and half of its length.
+    """
+    return least(lambda segment: _squared_distance_of_segment(p[0], p[1], segment), segments)
+
+
+@kernel(origin=array(SCALAR, 2), direction=array(SCALAR, 2), segments=SEGMENTS, returns=SCALAR)
+def expected_range(origin, direction, segments):
+    """Compute the range at which a beam with a unit direction hits the first of some segments; a large number if none.
+
+    A segment is its middle, its unit normal, and half of its length.
+    """
+
+    def hit(found, segment):
+        dx, dy = segment[0] - origin[0], segment[1] - origin[1]
+        cosine = segment[2] * direction[0] + segment[3] * direction[1]
+        grazing = absolute(cosine) <= Fraction(1, 1000)
+        distance = (segment[2] * dx + segment[3] * dy) / select(grazing, 1, cosine)
+        along = segment[2] * (distance * direction[1] - dy) - segment[3] * (distance * direction[0] - dx)
+        hits = (1 - grazing) * (distance > 0) * (absolute(along) <= segment[4])
+        return select(hits, ga.minimum(found, distance), found)
+
+    return ga.fold(hit, FAR, segments)
