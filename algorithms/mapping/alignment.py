@@ -60,10 +60,17 @@ def _back(a: Outline, b: Outline, motor: Reals, scale: float) -> tuple[Reals, ..
     return b.points[k], a.points, pga2.move_direction(motor, b.normals[k]), b.along[k], weights
 
 
-def covariance_of(triangle: Reals, variance: float) -> tuple[Reals, Reals]:
-    """Return the covariance (3, 3) and the degenerate directions (k, 3) of the upper triangle of an information."""
+def covariance_of(triangle: Reals, variance: float, centre: Reals | None = None) -> tuple[Reals, Reals]:
+    """Return the covariance (3, 3) and the degenerate directions (k, 3) of the upper triangle of an information.
+
+    With a centre, they are of motions about this point instead of the origin.
+    """
     xx, xy, xa, yy, ya, aa = triangle
     information = np.array([[xx, xy, xa], [xy, yy, ya], [xa, ya, aa]])
+    if centre is not None:
+        shifted = np.array([[1.0, 0.0, centre[1]], [0.0, 1.0, -centre[0]], [0.0, 0.0, 1.0]])
+        information = shifted.T @ information @ shifted
+    aa = information[2, 2]
     # Angles count by the size of the scene, which makes the three coordinates comparable.
     unit = np.array([1.0, 1.0, np.sqrt(max(aa / max(xx + yy, 1e-9), 1e-9))])
     values, vectors = np.linalg.eigh(information / np.outer(unit, unit))

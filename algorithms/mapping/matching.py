@@ -22,9 +22,15 @@ _FEWEST = 10
 _COARSE, _FINE = [0.4, 0.3, 0.2, 0.15], [0.15, 0.1, 0.07, 0.07, 0.07, 0.07]
 """Scales of residuals in metres: of the alignment of all hypotheses, and of the best one."""
 _HYPOTHESES = 6
+_SLIDES = np.arange(-12, 13) * 0.1
+"""Metres by which the best hypothesis is moved along its least certain direction."""
+_SLIDE_SCALE, _SLIDE_POINTS, _SLID = 0.1, 45, 0.03
+"""Scale in metres, points of a scan, and loss for a metre, with which these are compared."""
+_SLIDES_APART, _FLAT = 0.25, 0.01
+"""Metres between two of these, and difference of their scores, from which on the direction is determined."""
 _LEAST_SCORE = 0.4
 """Score below which no motion explains the scans."""
-_MARGIN = 0.05
+_MARGIN = 0.08
 """Difference of scores up to which two motions explain the scans equally well."""
 _TURNED, _FAR = 0.12, 0.03
 """What a hypothesis loses for a half turn, and for a metre: of two that agree equally, the smaller motion is chosen."""
@@ -100,26 +106,29 @@ def match_scans(a: Scan, b: Scan, guess: ArrayLike | None = None) -> Match:
     motors = coarse.motors
     scores = agreement(one, two, motors, 0.15)
     order = np.argsort(_size(motors) - scores)
-    best = _best_along(one, two, Aligned(*(x[order[0]] for x in coarse)))
+    best, loose = _best_along(one, two, Aligned(*(x[order[0]] for x in coarse)))
     found = aligned(one, two, best, _FINE)
-    return _result(one, two, found, motors[order], scores[order])
+    return _result(one, two, found, loose, motors[order], scores[order])
 
 
-_SLIDES = np.arange(-12, 13) * 0.1
-_S = dict(on=1, scale=0.1, most=45, pen=0.03)
+def _best_along(a: Outline, b: Outline, found: Aligned) -> tuple[Reals, Reals]:
+    """Return the motor of the best score among those that slide along the direction of least information.
 
-
-def _best_along(a: Outline, b: Outline, found: Aligned) -> Reals:
-    """Return the motor of the best score among those that slide along the direction of least information."""
-    if not _S["on"]:
-        return found.motors
+    The second result is that direction (1, 3) if others score as much, as in a corridor, or has no rows.
+    """
     xx, xy, _, yy, _, _ = found.information
     direction = np.linalg.eigh(np.array([[xx, xy], [xy, yy]]))[1][:, 0]
-    motors = pga2.motor_product(pga2.motor_from_angle_translation(0.0, _SLIDES[:, None] * direction), found.motors)
-    return np.asarray(motors[np.argmax(agreement(a, b, motors, _S["scale"], _S["most"]) - _S["pen"] * np.abs(_SLIDES))])
+    slides = pga2.motor_from_angle_translation(0.0, _SLIDES[:, None] * direction)
+    motors = pga2.motor_product(slides, found.motors)
+    scores = agreement(a, b, motors, _SLIDE_SCALE, _SLIDE_POINTS)
+    scores = scores - _SLID * np.abs(_SLIDES)
+    best = int(np.argmax(scores))
+    away = np.abs(_SLIDES - _SLIDES[best]) > _SLIDES_APART
+    flat = scores[away].max() > scores[best] - _FLAT
+    return motors[best], np.array([[*direction, 0.0]])[: int(flat)]
 
 
-def _result(a: Outline, b: Outline, found: Aligned, motors: Reals, scores: Reals) -> Match:
+def _result(a: Outline, b: Outline, found: Aligned, loose: Reals, motors: Reals, scores: Reals) -> Match:
     score = float(agreement(a, b, found.motors[None], 0.15)[0])
     if not np.isfinite(found.motors).all():
         return _nothing(MappingStatus.NOT_MATCHED)
@@ -128,6 +137,8 @@ def _result(a: Outline, b: Outline, found: Aligned, motors: Reals, scores: Reals
     weight, squares = float(found.sums[0]), float(found.sums[1])
     variance = max(squares / max(weight, 1e-9), _NOISE**2)
     covariance, degenerate = covariance_of(found.information, variance)
+    if not len(degenerate):
+        degenerate = loose
     status = MappingStatus.OK
     if score < _LEAST_SCORE:
         status = MappingStatus.NOT_MATCHED

@@ -34,6 +34,8 @@ _MOST_STEPS = 200
 """Steps along a constraint that votes alone."""
 _CANDIDATES, _REFINED = 250, 40
 _FEWEST = 10
+_NOISE = 0.02
+"""Standard deviation of readings, in metres."""
 _POINTS, _MOST_POINTS = 60, 190
 _SCALES = [0.4, 0.3, 0.2, 0.15, 0.1, 0.07]
 _SCALE = 0.1
@@ -85,7 +87,7 @@ class Relocation:
     score : float
         The share of readings on lines of the map, less readings behind lines; at most 1.
     covariance : array, (3, 3)
-        Of x, y (metres) and the angle (radians) of a small motion of the frame of the map that follows the motor.
+        Of the position x, y (metres) and the angle (radians) of the scanner in the map.
     status : MappingStatus
     hypotheses : tuple of Hypothesis
         Different poses, best first.
@@ -288,8 +290,9 @@ def _compared(motors: Reals, scores: Reals, information: Reals, n_hypotheses: in
             kept.append(k)
     hypotheses = []
     undetermined = []
+    places = pga2.move_point(motors, np.zeros(2))
     for k in kept:
-        covariance, degenerate = covariance_of(information[k], 0.02**2)
+        covariance, degenerate = covariance_of(information[k], _NOISE**2, places[k])
         hypotheses.append(Hypothesis(motors[k], float(scores[k]), covariance))
         undetermined.append(len(degenerate))
     best = hypotheses[0]
