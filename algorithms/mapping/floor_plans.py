@@ -187,8 +187,8 @@ def wall_recall_precision(
 ) -> RecallPrecision:
     """Compare found segments with walls, by samples along both.
 
-    A sample of one set counts as found if a segment of the other set is within `distance` of it and differs in direction
-    by less than `angle`.
+    A sample of one set counts as found if a segment of the other set is within `distance` of it and differs in
+    direction by less than `angle`.
 
     Parameters
     ----------
@@ -213,8 +213,8 @@ def wall_recall_precision(
         keep = _nearest(samples[0], hits, n_hits) <= 5 * step
     recalled = _covered(samples[0][keep], directions[0][keep], sets[1], distance, angle)
     precise = _covered(samples[1], directions[1], sets[0], distance, angle)
-    mean = [float(x.mean()) if len(x) else np.nan for x in (recalled, precise)]
-    return RecallPrecision(*mean, int(keep.sum()))
+    recall, precision = (float(x.mean()) if len(x) else np.nan for x in (recalled, precise))
+    return RecallPrecision(recall, precision, int(keep.sum()))
 
 
 def _sampled(segments: Reals, step: float) -> tuple[Reals, Reals]:
@@ -271,7 +271,7 @@ def _outlines(occupied: Reals) -> list[Reals]:
         begin = step = here[0] - first[0], here[1] - first[1]
         _remove(following, first, here)
         corners = []
-        while here != first or here in following and _left(step, here, following[here]) is not None:
+        while here != first or (here in following and _left(step, here, following[here]) is not None):
             choices = following[here]
             # Where two outlines meet, the left turn connects cells that touch in a corner.
             after = choices[0] if len(choices) == 1 else (_left(step, here, choices) or choices[0])

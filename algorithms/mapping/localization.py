@@ -18,13 +18,13 @@ from ..arguments import Reals, finite, real_array
 from ..estimation.matrices import as_definite, from_triangle, to_triangle
 from .navigation_status import LocalizationStatus
 from .scan import Scan
-from .segments import Segments, segments
+from .segments import segments
 
 _UNLIKELY = 1e-6
 """Innovations that are less probable than this are reported as inconsistent."""
 _UNDETERMINED = 1e-4
-"""A direction is undetermined if its information is below this share of that of the best: parallel walls seem to differ by
-up to half a degree."""
+"""A direction is undetermined if its information is below this share of that of the best: parallel walls seem to differ
+by up to half a degree."""
 _SINGLE = 1e300
 
 
@@ -84,11 +84,10 @@ class LocalizationSettings:
     map_deviation: float = 0.0
     """The standard deviation of lines of the map in addition to their covariances, in metres."""
     line_deviation: float = 0.0025
-    """The standard deviation of the ends of measured segments, in metres, in addition to the covariances of their lines:
-    of points that do not belong to the wall, such as those next to corners."""
+    """The standard deviation of the ends of measured segments, in metres, in addition to the covariances of their
+    lines: of points that do not belong to the wall, such as those next to corners."""
     tolerance: float = 0.06
-    """The largest distance of points from the chord of their segment, in metres; at least five times the noise of ranges.
-    """
+    """The largest distance of points from the chord of their segment, in metres; at least five times the noise."""
     min_length: float = 0.3
     min_points: int = 10
     """The fewest points of a segment: from fewer, its noise is not known well enough."""
@@ -203,8 +202,8 @@ class LineLocalizer:
     def update(self, scan: Scan) -> LocalizationStatus:
         """Update the pose by the lines of a scan, and find it again by `relocate` if the robot is lost."""
         own = self._settings
-        found = segments(scan, tolerance=own.tolerance, min_length=own.min_length, min_points=own.min_points)
-        status = self.update_lines(found)
+        measured = segments(scan, tolerance=own.tolerance, min_length=own.min_length, min_points=own.min_points)
+        status = self.update_lines(measured)
         if status == LocalizationStatus.LOST and self._relocate is not None:
             found = self._relocate(scan, self._lines)
             if found is not None:

@@ -24,13 +24,8 @@ _ROUNDS = 5
 _NO_TURN = np.array([1.0, 0.0, 0.0, 0.0])
 _FEWEST = 5
 _OUTLINE = 0.92
-"""Points of a sphere are left out beyond this share of its radius from the ray to its centre: at its outline, their depth
-says nothing."""
-_NO_TURN = np.array([1.0, 0.0, 0.0, 0.0])
-_FEWEST = 5
-_LEAST_SHARE = 0.15
-"""Points of a sphere are left out if less than this share of their variance is along its normal: near its outline, where
-their depth says nothing."""
+"""Points of a sphere are left out beyond this share of its radius from the ray to its centre: at its outline, their
+depth says nothing."""
 
 
 class SolidKind(IntEnum):
@@ -152,7 +147,8 @@ def stereo_points(
     """
     places = real_array(pixels, "pixels", (2,)).astype(float)
     shifts = real_array(disparities, "disparities").astype(float)
-    image = np.concatenate([places, np.where(pair.valid(shifts), shifts + pair.offset, np.nan)[..., None]], -1)
+    known = np.where(pair.valid(shifts), shifts + pair.offset, np.nan)
+    image = np.concatenate([places, np.expand_dims(known, -1)], -1)
     numbers = np.array([pair.focal_length, *pair.centre, pair.baseline])
     other = sigma * np.sqrt(2) if disparity_sigma is None else disparity_sigma
     points, covariances = kernels.stereo_point(
@@ -301,7 +297,8 @@ def _squares(points: Reals, spreads: Reals, vector: Reals) -> Reals:
 
 def _is_inside_outline(points: Reals, spreads: Reals, vector: Reals) -> Reals:
     """Return which points, moved along their most uncertain direction, meet a sphere far from its outline."""
-    known = np.where(np.isfinite(spreads).all(1)[:, None], spreads, [1.0, 0, 0, 1.0, 0, 1.0])
+    good = np.asarray(np.isfinite(spreads).all(1))
+    known = np.where(good[:, None], spreads, [1.0, 0, 0, 1.0, 0, 1.0])
     directions = np.linalg.eigh(from_triangle(known, 3))[1][:, :, 2]
     arms = points - vector[:3] / vector[3]
     aside = arms - np.einsum("ki,ki->k", arms, directions)[:, None] * directions

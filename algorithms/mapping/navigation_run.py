@@ -110,5 +110,9 @@ def simulate_following(
         error_of_wheels = rng.normal(size=3) * np.sqrt(np.diag(spread))
         truth = np.asarray(pga2.normalize_motor(pga2.motor_product(truth, motion)))
         localizer.move(pga2.motor_product(motion, motor_of_error(error_of_wheels)), spread)
-    columns = [np.array(column) for column in zip(*rows, strict=True)]
-    return NavigationRun(*columns, points=tuple(clouds))
+    times, truths, estimates, spreads, offs, speeds, errors, statuses, commands = (
+        np.array(column) for column in zip(*rows, strict=True)
+    )
+    return NavigationRun(
+        times, truths, estimates, spreads, offs, speeds, errors, statuses, commands, tuple(clouds)
+    )  # fmt: skip

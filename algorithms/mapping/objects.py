@@ -135,8 +135,9 @@ class ObjectFit:
 def fit_circle(points: ArrayLike, sigma: float = 0.01, name: str = "") -> ObjectFit:
     """Fit a circle to points of scans, such as a column.
 
-    The unit vector of conformal space with the least sum of squared distances is found by Gauss-Newton steps that begin
-    at the vector most nearly orthogonal to all points. Points farther away than 3 standard deviations are left out.
+    The unit vector of conformal space with the least sum of squared distances is found by Gauss-Newton steps that
+    begin at the vector most nearly orthogonal to all points. Points farther away than 3 standard deviations are left
+    out; the first ones are those near a circle through three of them.
 
     Parameters
     ----------
@@ -177,8 +178,8 @@ def fit_circle(points: ArrayLike, sigma: float = 0.01, name: str = "") -> Object
     curvature = vector[2]
     off = _distances(local[inliers], vector)
     extent = float(np.abs(local[inliers]).max())
-    # The standard deviation of the curvature of points along a nearly straight arc (Gluckstern, *Nucl. Instrum. Methods*
-    # 24:381, 1963).
+    # The standard deviation of the curvature of points along a nearly straight arc: Gluckstern, *Nucl. Instrum.
+    # Methods* 24:381, 1963.
     uncertain = sigma / (2 * extent) ** 2 * np.sqrt(720 / (inliers.sum() + 4)) if extent > 0 else np.inf
     if not np.isfinite(vector).all() or abs(curvature) < _SURE * uncertain:
         return ObjectFit(None, np.nan, inliers, FitStatus.DEGENERATE)
@@ -190,8 +191,8 @@ def fit_circle(points: ArrayLike, sigma: float = 0.01, name: str = "") -> Object
 def fit_box(points: ArrayLike, sigma: float = 0.01, viewpoint: ArrayLike = (0.0, 0.0), name: str = "") -> ObjectFit:
     """Fit a box to the points of its two visible sides, which meet in a corner.
 
-    Of all directions, that of the least sum of distances from the two sides is chosen and refined; each side is then the
-    mean of its points. The other ends of the sides are half a step behind their last points.
+    Of all directions, that of the least sum of distances from the two sides is chosen and refined; each side is then
+    the mean of its points. The other ends of the sides are half a step behind their last points.
 
     Parameters
     ----------
@@ -234,7 +235,8 @@ def fit_box(points: ArrayLike, sigma: float = 0.01, viewpoint: ArrayLike = (0.0,
         return ObjectFit(None, np.nan, inliers, FitStatus.DEGENERATE)
     turned = pga2.motor_from_angle_translation(best, np.zeros(2))
     pose = pga2.motor_from_angle_translation(best, pga2.move_point(turned, (first + last) / 2))
-    found = MapObject.box(pose, *np.abs(last - first), name=name)
+    size = np.abs(last - first)
+    found = MapObject.box(pose, float(size[0]), float(size[1]), name)
     residual = float(np.sqrt(np.mean(ObjectMap((found,)).distance(good[near]).distance ** 2)))
     return ObjectFit(found, residual, inliers, FitStatus.OK)
 
@@ -314,7 +316,7 @@ def _start(points: Reals) -> Reals | None:
     if not square > 0:
         return None
     unit = dual / np.sqrt(square)
-    return unit * np.array([1.0, 1.0, 1 / size, size])
+    return np.asarray(unit * np.array([1.0, 1.0, 1 / size, size]))
 
 
 def _distances(points: Reals, vector: Reals) -> Reals:

@@ -1,4 +1,4 @@
-"""Simulation of laser scans in a floor plan, with noise, outliers and moving people, and of whole logs with odometry."""
+"""Simulation of laser scans in a floor plan, with noise, outliers and moving people, and of logs with odometry."""
 
 from __future__ import annotations
 
@@ -259,7 +259,7 @@ def _measured(
     plan: FloorPlan, poses: Reals, scanner: Scanner, people: Reals | None, rng: np.random.Generator
 ) -> tuple[Reals, Reals, Reals]:
     """Return ranges and what was met (t, n), and statuses (t,)."""
-    finite = np.isfinite(poses).all(-1)
+    finite = np.asarray(np.isfinite(poses).all(-1))
     safe = np.where(finite[:, None], poses, [1.0, 0, 0, 0])
     within = plan.is_within_wall(safe)
     distances, walls = plan.cast(safe, scanner.angles)

@@ -64,9 +64,9 @@ def cast_ray(origin, direction, starts, ends):
         nearest, row, number = found
         left, right = ray & a, ray & b
         across = right - left
-        parallel = (left <= 0) * (0 <= left) * (right <= 0) * (0 <= right)
+        parallel = (left <= 0) * (left >= 0) * (right <= 0) * (right >= 0)
         t = (origin & a & b) / select(parallel, 1, across)
-        hits = (left * right <= 0) * (1 - parallel) * (0 <= t) * (t < nearest)
+        hits = (left * right <= 0) * (1 - parallel) * (t >= 0) * (t < nearest)
         return select(hits, t, nearest), select(hits, number, row), number + 1
 
     distance, wall, _ = fold(nearer, (FAR, -1, 0), starts, ends)
@@ -394,9 +394,7 @@ def lyapunov_turn(distance, angle, curvature, speed, gains, limit):
     is_small = absolute(angle) < TINY
     ratio = select(is_small, 1, ga.sin(angle) / select(is_small, 1, angle))
     room = maximum(1 - curvature * distance, Fraction(1, 10))
-    wanted = speed * (
-        curvature * ga.cos(angle) / room - gains[0] * distance * ratio - gains[1] * angle
-    )
+    wanted = speed * (curvature * ga.cos(angle) / room - gains[0] * distance * ratio - gains[1] * angle)
     bound = limit * speed
     return maximum(minimum(wanted, bound), -bound), wanted
 
@@ -525,20 +523,20 @@ def _fitted(algebra, points, spreads, start, curved, damping):
 
 @kernel(
     points=array(CGA2.POINT, "n"), spreads=array(SCALAR, "n", size_of_triangle(2)), start=CGA2.VECTOR, curved=SCALAR,
-    damping=SCALAR,    returns=(CGA2.VECTOR, SCALAR, SCALAR),
+    damping=SCALAR, returns=(CGA2.VECTOR, SCALAR, SCALAR),
 )  # fmt: skip
 def circle_of_points(points, spreads, start, curved, damping):
     """Fit a circle, or a line if `curved` is 0, to points of the plane with covariances, by Gauss-Newton steps.
 
-    `start` is a unit vector; `damping` times the mean of the normal equations' diagonal is added to it. Returns the unit vector, the sum of squared distances divided by their variances, and
-    whether the steps converged.
+    `start` is a unit vector; `damping` times a mean of the diagonal of the normal equations is added to it. Returns the
+    unit vector, the sum of squared distances divided by their variances, and whether the steps converged.
     """
     return _fitted(CGA2, points, spreads, start, curved, damping)
 
 
 @kernel(
     points=array(CGA3.POINT, "n"), spreads=array(SCALAR, "n", size_of_triangle(3)), start=CGA3.VECTOR, curved=SCALAR,
-    damping=SCALAR,    returns=(CGA3.VECTOR, SCALAR, SCALAR),
+    damping=SCALAR, returns=(CGA3.VECTOR, SCALAR, SCALAR),
 )  # fmt: skip
 def sphere_of_points(points, spreads, start, curved, damping):
     """Fit a sphere, or a plane if `curved` is 0, to points in space with covariances, as `circle_of_points` does."""

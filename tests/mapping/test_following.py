@@ -97,7 +97,7 @@ def test_statuses_of_unusable_input() -> None:
     assert tight.status == FollowStatus.SATURATED and abs(tight.turn) <= 0.25 + 1e-12
 
 
-def run_in_house(seed: int, **options: object) -> tuple[PlanarPath, NavigationRun]:
+def run_in_house(seed: int, **options: object) -> NavigationRun:
     plan = load_floor_plan(HOUSE, 0.045)
     path = PlanarPath.through(POINTS, 0.5)
     begin = path.pose(0.0)
@@ -105,12 +105,12 @@ def run_in_house(seed: int, **options: object) -> tuple[PlanarPath, NavigationRu
     error = rng.normal(size=3) * [0.02, 0.02, 0.02]
     robot = LineLocalizer(plan.segments, pga2.motor_product(begin, motor_of_error(error)), [4e-4] * 3)
     settings = FollowSettings(width=0.2)
-    return path, simulate_following(plan, path, robot, begin, settings=settings, seed=seed, **options)
+    return simulate_following(plan, path, robot, begin, settings=settings, seed=seed, **options)
 
 
 @pytest.mark.parametrize("seed", [0, 1])
 def test_closed_loop_on_localisation(seed: int) -> None:
-    path, run = run_in_house(seed)
+    run = run_in_house(seed)
     assert run.following[-1] == FollowStatus.ARRIVED
     # Cross-track error after the first metre, in which the error of the first pose decays: at most 2 cm.
     later = run.times > 2.0
@@ -123,7 +123,7 @@ def test_closed_loop_on_localisation(seed: int) -> None:
 
 def test_closed_loop_stops_in_front_of_a_person() -> None:
     person = [5.5, 11.1]
-    _, run = run_in_house(0, obstacles=[person])
+    run = run_in_house(0, obstacles=[person])
     assert run.following[-1] == FollowStatus.BLOCKED
     gap = np.linalg.norm(pga2.motor_to_angle_translation(run.truth[-1])[1] - person) - 0.2
     assert 0.4 < gap < 0.6

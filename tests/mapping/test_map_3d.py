@@ -114,7 +114,9 @@ def test_wall_within_a_centimetre_at_half_a_pixel() -> None:
     for seed in range(10):
         own = np.stack([np.full(800, 2.3), rng.uniform(-0.7, 0.7, 800), rng.uniform(0.7, 1.7, 800)], 1)
         points = np.asarray(pga3.move_point(pose_in_space(ROBOT), own))
-        found = fit_solid(*stereo_points(PAIR, *images(points, camera(q), 0.5, seed), camera(q)), SolidKind.PLANE, "wall")
+        found = fit_solid(
+            *stereo_points(PAIR, *images(points, camera(q), 0.5, seed), camera(q)), SolidKind.PLANE, "wall"
+        )
         assert found.status == FitStatus.OK and found.solid.name == "wall" and 0.85 < found.square < 1.15
         plane = found.solid.plane
         assert abs(abs(plane[:3] @ normal) - 1) < 1e-3
@@ -167,7 +169,9 @@ def test_degenerate_points() -> None:
 def example() -> Map3D:
     walls = FloorPlan.from_walls([[[0, 0], [4, 0]], [[4, 0], [4, 3]]]).segments
     rng = np.random.default_rng(0)
-    points = np.array([2.0, 1.0, 0.5]) + 0.3 * (lambda n: n / np.linalg.norm(n, axis=1)[:, None])(rng.normal(size=(50, 3)))
+    points = np.array([2.0, 1.0, 0.5]) + 0.3 * (lambda n: n / np.linalg.norm(n, axis=1)[:, None])(
+        rng.normal(size=(50, 3))
+    )
     ball = fit_solid(points, np.tile([1e-6, 0, 0, 1e-6, 0, 1e-6], (50, 1)), SolidKind.SPHERE, "ball <1>").solid
     assert ball is not None
     found = Map3D().with_solids([*vertical_planes(walls, 0.0, 2.5), ball])
