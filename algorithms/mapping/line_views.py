@@ -1,4 +1,4 @@
-"""Segments of a map compared with readings: pieces that beams pass through, or that no reading confirms, are removed."""
+"""Segments of a map compared with readings: removal of pieces that beams pass through, or without readings."""
 
 from __future__ import annotations
 

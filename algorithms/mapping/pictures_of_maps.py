@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from generated import pga2
 
 from ..arguments import Reals, real_array
-from .building import BuiltMap, ScanStatus
+from .built_map import BuiltMap, ScanStatus
 from .line_map import LineMap
 from .scan import Scan
 
