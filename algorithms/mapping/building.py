@@ -261,16 +261,22 @@ class _Builder:
     def add(self, scan: Scan, odometry: Reals | None, time: float | None) -> None:
         """Take the next scan of the stream."""
         self._times.append(np.nan if time is None else float(time))
+        # After a scan that was added without odometry, one with odometry begins a new sequence.
+        measured = odometry is not None and self._odometry is not None
         jumped = self._predict(odometry)
+        few = len(scan.beams) < self._options.min_points
+        if not few and len(self.path) and measured and not jumped and self._is_near():
+            self._keep(ScanStatus.STANDING)
+            return
         seen = surface(scan)
-        if len(seen.points) < self._options.min_points:
+        if few or len(seen.points) < self._options.min_points:
             self._keep(ScanStatus.TOO_FEW_READINGS)
         elif not len(self.path):
             self._extend(scan, seen, IDENTITY, np.eye(3), ScanStatus.ADDED)
-        elif odometry is not None and not jumped and self._is_near():
-            self._keep(ScanStatus.STANDING)
         else:
-            self._match(scan, seen, jumped, odometry is not None)
+            self._match(scan, seen, jumped, measured)
+        if odometry is None and self.statuses[-1] == ScanStatus.ADDED:
+            self._odometry = None
 
     def _predict(self, odometry: Reals | None) -> bool:
         """Move the estimate by odometry, and return whether that jumps."""
@@ -381,7 +387,7 @@ class _Builder:
         self.path.add_loop(found.edge, found.motion, found.information)
         self._new_loops += 1
         rest = len(self.path) - self._optimised_at
-        if (found.shift > _SHIFT and rest > len(self.path) / _RARELY) or self._new_loops > _MOST_NEW_LOOPS:
+        if (found.shift > _SHIFT and rest > len(self.path) / _RARELY) or self._new_loops > max(_MOST_NEW_LOOPS, len(self.path) / 20):
             self.path.optimise()
             self._new_loops, self._optimised_at = 0, len(self.path)
 
@@ -433,4 +439,4 @@ class _Builder:
         options = self._options
         rough = found.merged().pruned(options.min_views, options.min_segment)
         cut, residual = seen_through(rough, views)
-        return cut.pruned(options.min_views, options.min_segment, options.most_lines), residual
+        return cut.merged().pruned(options.min_views, options.min_segment, options.most_lines), residual

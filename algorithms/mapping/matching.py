@@ -28,7 +28,7 @@ _SLIDE_SCALE, _SLIDE_POINTS, _SLID = 0.1, 45, 0.03
 """Scale in metres, points of a scan, and loss for a metre, with which these are compared."""
 _SLIDES_APART, _FLAT = 0.25, 0.01
 """Metres between two of these, and difference of their scores, from which on the direction is determined."""
-_LEAST_SCORE = 0.4
+_LEAST_SCORE = 0.5
 """Score below which no motion explains the scans."""
 _MARGIN = 0.08
 """Difference of scores up to which two motions explain the scans equally well."""
