@@ -387,7 +387,9 @@ class _Builder:
         self.path.add_loop(found.edge, found.motion, found.information)
         self._new_loops += 1
         rest = len(self.path) - self._optimised_at
-        if (found.shift > _SHIFT and rest > len(self.path) / _RARELY) or self._new_loops > max(_MOST_NEW_LOOPS, len(self.path) / 20):
+        if (found.shift > _SHIFT and rest > len(self.path) / _RARELY) or self._new_loops > max(
+            _MOST_NEW_LOOPS, len(self.path) / 20
+        ):
             self.path.optimise()
             self._new_loops, self._optimised_at = 0, len(self.path)
 
