@@ -12,7 +12,8 @@ from rich.progress import Progress as Bar
 from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from ..extras import extra
-from .building import BuildSettings, BuiltMap, Progress, build_map
+from .building import build_map
+from .built_map import BuildSettings, BuiltMap, Progress
 from .carmen import CarmenLog
 from .g2o import read_g2o
 

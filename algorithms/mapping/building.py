@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
-from enum import IntEnum
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,25 +12,24 @@ import numpy as np
 from generated import pga2
 
 from ..arguments import Reals
-from .carmen import CarmenLog, Problem, Reading
+from .built_map import BuildSettings, BuiltMap, Progress, ScanStatus
+from .carmen import CarmenLog, Problem
 from .g2o import read_g2o
 from .keyframes import IDENTITY, Keyframes, length_and_angle, relative
 from .line_map import LineMap
 from .line_views import View, seen_through
 from .loops import Closure, StoredScans, agree, find_far_loop, find_loop
 from .matching import match_scans
+from .odometry_noise import OdometryNoise
 from .scan import Scan
 from .segments import Segments, segments
 from .status import MappingStatus
 from .surfaces import Alignment, Reference, Surface, align, surface
 
 _GOOD, _ENOUGH = 0.55, 0.4
-"""Shares of readings on known surfaces: below the first, other starts are tried; below the second, a scan is refused."""
+"""Shares of readings on known surfaces below which other starts are tried, and below which a scan is refused."""
 _AGREES, _OVERLAP = 0.7, 0.15
 """With odometry, a smaller share is enough if at least this part of the readings near known surfaces are on them."""
-_REMEMBERED, _CAUTION, _LEAST_FACTOR = 40, 2.0, 0.1
-"""The errors of odometry are judged by this number of motions; their standard deviations are multiplied by a factor for
-caution, and are at least this share of what is assumed at first."""
 _CREDIBLE = 20.0
 """The largest squared deviation of a motion from that by odometry, divided by its covariance."""
 _CERTAIN = 0.85
@@ -54,94 +51,6 @@ _SHARE_OF_ANGLE, _SHARE_OF_LENGTH = 0.1, 0.15
 """What standard deviations grow by, as a share of the angle and the length of a motion."""
 _LOST = np.array([np.radians(30.0), 1.0, 1.0])
 """Standard deviations of the motion between two scans without odometry."""
-
-
-class ScanStatus(IntEnum):
-    """What was done with a scan."""
-
-    ADDED = 0
-    """The scan agrees with the scans before it, and was added to the map."""
-    STANDING = 1
-    """The robot has hardly moved since the last scan of the map; the pose is that by odometry."""
-    BY_ODOMETRY = 2
-    """The last scans did not agree with those before them; the scan was added at the pose by odometry."""
-    TOO_FEW_READINGS = 3
-    """Refused: not enough readings are on surfaces. The pose is that by odometry, or the previous one."""
-    NOT_MATCHED = 4
-    """Refused: no motion explains enough of the readings."""
-    ODOMETRY_JUMP = 5
-    """Refused: the odometry jumps, and no motion explains the readings."""
-
-
-REFUSED = (ScanStatus.TOO_FEW_READINGS, ScanStatus.NOT_MATCHED, ScanStatus.ODOMETRY_JUMP)
-"""The statuses of scans that leave the map as it was."""
-
-
-@dataclass(frozen=True, slots=True)
-class BuildSettings:
-    """Settings of `build_map`; lengths in metres, angles in radians."""
-
-    close_loops: bool = True
-    """Whether earlier places are recognised."""
-    min_length: float = 0.1
-    min_angle: float = float(np.radians(5.0))
-    """Scans are added if the robot has moved or turned by one of these since the last one that was added."""
-    n_recent: int = 25
-    """The number of scans that a new one is compared with."""
-    min_points: int = 10
-    """The fewest readings on surfaces of a usable scan."""
-    most_lines: int = 600
-    """The map keeps at most this many segments, the longest."""
-    min_views: int = 2
-    """Segments of the map were found in at least this many scans."""
-    min_segment: float = 0.3
-    """The length of the shortest segment."""
-
-
-@dataclass(frozen=True, slots=True)
-class Progress:
-    """How far the building of a map is."""
-
-    n_scans: int
-    n_added: int
-    n_loops: int
-    stage: str
-    """``scans``, ``poses`` or ``lines``."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class BuiltMap:
-    """Result of `build_map`."""
-
-    motors: Reals
-    """(n, 4) The pose of each scan: the motor from its frame to that of the map, which is that of the first scan."""
-    statuses: Reals
-    """(n,) int, a `ScanStatus` each."""
-    line_map: LineMap
-    added: Reals
-    """(k,) int. The scans that were added to the map."""
-    closures: Reals
-    """(m, 2) int. Pairs of scans, earlier and later, between which a loop was closed."""
-    n_wrong_closures: int
-    """How many of these contradict the others, so that they had little influence."""
-    residual: float
-    """The root mean square of the distances of readings from segments of the map, in metres."""
-    times: Reals
-    """(n,) Time stamps; NaN where there are none."""
-    problems: tuple[Problem, ...] = ()
-    """Parts of the log that could not be read."""
-
-    @property
-    def poses(self) -> Reals:
-        """(n, 3) x, y and the angle of each pose."""
-        angles, shifts = pga2.motor_to_angle_translation(self.motors)
-        return np.concatenate([shifts, angles[..., None]], -1)
-
-    @property
-    def refused(self) -> dict[str, int]:
-        """How many scans were refused, by reason."""
-        found = Counter(int(status) for status in self.statuses)
-        return {status.name: found[status] for status in REFUSED if found[status]}
 
 
 def build_map(
@@ -210,27 +119,6 @@ def _is_new_view(found: Alignment) -> bool:
     return found.agreement >= _AGREES and found.share >= _OVERLAP
 
 
-class _OdometryNoise:
-    """How large the errors of odometry are, compared with what is assumed at first."""
-
-    def __init__(self) -> None:
-        self._ratios: deque[tuple[float, float]] = deque(maxlen=_REMEMBERED)
-        self._factors = np.ones(3)
-
-    def add(self, deviation: Reals, variances: Reals) -> None:
-        """Take the difference of a matched motion and that by odometry: angle, x, y."""
-        ratio = np.abs(deviation) / np.sqrt(variances)
-        self._ratios.append((float(ratio[0]), float(np.hypot(*ratio[1:]))))
-        if len(self._ratios) >= _REMEMBERED // 2:
-            # Medians of the absolute values of one and of two normal errors.
-            turn, shift = np.median(np.array(self._ratios), axis=0) / (0.67, 1.18)
-            self._factors = np.clip(np.array([turn, shift, shift]) * _CAUTION, _LEAST_FACTOR, 1.0)
-
-    def __call__(self, variances: Reals) -> Reals:
-        """Return variances with what was learnt."""
-        return np.asarray(variances * self._factors**2)
-
-
 class _Builder:
     """The state while scans are read."""
 
@@ -252,7 +140,7 @@ class _Builder:
         self._odometry: Reals | None = None
         """The odometry at that estimate."""
         self._uncertain = _SPREAD**2
-        self._noise = _OdometryNoise()
+        self._noise = OdometryNoise()
         self._unmatched = 0
         self._speed = IDENTITY
         self._closed_at = 0.0
@@ -320,7 +208,7 @@ class _Builder:
         last = len(self.path) - 1
         reference = self.path.submap(np.arange(max(last + 1 - self._options.n_recent, 0), last + 1), last)
         sure = measured and not jumped
-        prior = np.diag(1 / (self._noise(self._uncertain) if sure else _LOST**2))
+        prior = np.diag(1 / (self._noise.learnt(self._uncertain) if sure else _LOST**2))
         # Without odometry, robots go on as before, or have stopped.
         guesses = [self._motion] if sure else [self._motion, self._speed] if measured else [self._speed, self._motion]
         best = self._best(scan, seen, reference, guesses, prior)
@@ -386,12 +274,11 @@ class _Builder:
         self._closed_at = here
         self.path.add_loop(found.edge, found.motion, found.information)
         self._new_loops += 1
-        rest = len(self.path) - self._optimised_at
-        if (found.shift > _SHIFT and rest > len(self.path) / _RARELY) or self._new_loops > max(
-            _MOST_NEW_LOOPS, len(self.path) / 20
-        ):
+        n = len(self.path)
+        is_due = found.shift > _SHIFT and n - self._optimised_at > n / _RARELY
+        if is_due or self._new_loops > max(_MOST_NEW_LOOPS, n / 20):
             self.path.optimise()
-            self._new_loops, self._optimised_at = 0, len(self.path)
+            self._new_loops, self._optimised_at = 0, n
 
     def _confirmed(self, found: Closure | None) -> Closure | None:
         """Return a loop without a prior if the previous one, a short way before, corrects the path alike."""

@@ -124,10 +124,9 @@ class CarmenLog:
             self.problems.append(Problem(number, reason))
 
     def _first_odometry(self) -> Reals | None:
-        if not isinstance(self._source, (str, Path)):
-            if iter(self._source) is self._source:
-                # The lines of an iterator can be read only once.
-                return None
+        if not isinstance(self._source, (str, Path)) and iter(self._source) is self._source:
+            # The lines of an iterator can be read only once.
+            return None
         for number, line in enumerate(self._lines(quiet=True)):
             if number >= _SEARCHED:
                 break

@@ -86,11 +86,11 @@ def read_g2o(path: str | Path, max_range: float = FARTHEST) -> PoseGraphFile:
             known.append((index[a], index[b], values))
         else:
             problems.append(Problem(number, f"EDGE_SE2: no vertex {a if a not in index else b}; the line was left out"))
-    values = np.array([row for _, _, row in known]).reshape(-1, 9)
+    table = np.array([row for _, _, row in known]).reshape(-1, 9)
     pairs = np.array([row[:2] for row in known], np.int64).reshape(-1, 2)
-    matrix = values[:, [3, 4, 5, 4, 6, 7, 5, 7, 8]].reshape(-1, 3, 3)
+    matrix = table[:, [3, 4, 5, 4, 6, 7, 5, 7, 8]].reshape(-1, 3, 3)
     return PoseGraphFile(
-        np.array(poses).reshape(-1, 3), pairs, values[:, :3], matrix, tuple(readings), tuple(sorted(problems))
+        np.array(poses).reshape(-1, 3), pairs, table[:, :3], matrix, tuple(readings), tuple(sorted(problems))
     )
 
 

@@ -7,8 +7,8 @@ import numpy as np
 from generated import pga2
 
 from ..arguments import Reals
-from .surfaces import Reference, Surface
 from .pose_graph import OptimisedPoses, optimise_poses
+from .surfaces import Reference, Surface
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 _FLOOR = np.diag([np.radians(0.25), 0.015, 0.015]) ** 2

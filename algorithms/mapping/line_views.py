@@ -1,4 +1,4 @@
-"""Segments of a map compared with readings: pieces that beams pass through, or that no reading confirms, are removed."""
+"""Segments of a map compared with readings: removal of pieces that beams pass through, or without readings."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def _count(line_map: LineMap, probes: _Probes, bins: _Bins, view: View) -> None:
 
 def _bin(bins: _Bins, rows: Reals, along: Reals) -> Reals:
     last = bins.first[rows + 1] - 1
-    return np.minimum(bins.first[rows] + (along / _BIN).astype(int), last)
+    return np.asarray(np.minimum(bins.first[rows] + (along / _BIN).astype(int), last))
 
 
 def _split(line_map: LineMap, bins: _Bins) -> LineMap:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from generated import pga2
 
 from ..arguments import Reals, real_array
-from .building import BuiltMap, ScanStatus
+from .built_map import BuiltMap, ScanStatus
 from .line_map import LineMap
 from .scan import Scan
 
@@ -41,10 +41,10 @@ def draw_map(
             axis.plot(*points.T, ",", color="0.75", rasterized=True)
         axis.plot(*built.poses[:, :2].T, color="tab:blue", lw=0.8, label="path")
         ends = built.poses[built.closures][..., :2]
-        axis.add_collection(LineCollection(ends, colors="tab:purple", linewidths=0.5, label="closures of loops"))
+        axis.add_collection(LineCollection(list(ends), colors="tab:purple", linewidths=0.5, label="closures of loops"))
     if truth is not None:
         axis.plot(*real_array(truth, "truth", (3,))[:, :2].T, color="tab:green", lw=0.8, label="truth")
-    axis.add_collection(LineCollection(line_map.ends, colors="tab:red", linewidths=1.2, label="segments"))
+    axis.add_collection(LineCollection(list(line_map.ends), colors="tab:red", linewidths=1.2, label="segments"))
     axis.autoscale()
     axis.set_aspect("equal")
     axis.set_xlabel("x (m)")

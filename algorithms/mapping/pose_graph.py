@@ -98,7 +98,7 @@ def optimise_poses(
     if pairs.ndim != 2 or pairs.shape[1] != 2 or (pairs.size and pairs.dtype.kind not in "iu"):
         raise ValueError(f"edges: shape {pairs.shape}, dtype {pairs.dtype}; expected (m, 2) integers")
     pairs = pairs.astype(np.int64)
-    if pairs.size and not (0 <= pairs.min() and pairs.max() < len(poses)):
+    if pairs.size and not (pairs.min() >= 0 and pairs.max() < len(poses)):
         raise ValueError(f"edges: poses {pairs.min()} to {pairs.max()}; expected 0 to {len(poses) - 1}")
     measured = finite(real_array(motions, "motions", (len(pairs), 4)).astype(float), "motions")
     weights = finite(real_array(information, "information", (len(pairs), 3, 3)).astype(float), "information")

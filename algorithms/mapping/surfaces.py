@@ -54,7 +54,7 @@ class Surface:
 
 
 def surface(scan: Scan) -> Surface:
-    """Return the points of a scan that have neighbours on a smooth surface, with normals fitted to up to five points."""
+    """Return the points of a scan with neighbours on a smooth surface, with normals fitted to up to five points."""
     points, beams = scan.points(), scan.beams
     n = len(points)
     if n < 2:

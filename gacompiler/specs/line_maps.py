@@ -103,7 +103,10 @@ def sums_of_distances(m, points, targets, normals, weights, scale):
 # Segments of lines.
 
 
-@kernel(line=UNIT_LINE, middle=POINT, other=UNIT_LINE, other_middle=POINT, covariance=TRIANGLE, returns=(VECTOR, TRIANGLE))
+@kernel(
+    line=UNIT_LINE, middle=POINT, other=UNIT_LINE, other_middle=POINT, covariance=TRIANGLE,
+    returns=(VECTOR, TRIANGLE),
+)  # fmt: skip
 def line_seen_from(line, middle, other, other_middle, covariance):
     """Express a measured line as a small change of a line: angle, offset at its middle, and their covariance.
 

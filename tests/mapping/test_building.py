@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from algorithms.arguments import Reals
-from algorithms.mapping import Scan
-from algorithms.mapping.building import REFUSED, BuildSettings, BuiltMap, Progress, ScanStatus, build_map
+from algorithms.mapping import BuildSettings, BuiltMap, Progress, Scan, ScanStatus, build_map
+from algorithms.mapping.built_map import REFUSED
 from algorithms.mapping.carmen import CarmenLog
-from algorithms.mapping.floor_plans import load_floor_plan, wall_recall_precision
+from algorithms.mapping.floor_plans import load_floor_plan
 from algorithms.mapping.g2o import PoseGraphFile, read_g2o
 from algorithms.mapping.keyframes import relative
 from algorithms.mapping.line_map import same_wall
@@ -168,7 +168,7 @@ def test_only_useless_scans() -> None:
 
 
 def test_odometry_that_jumps(stream: Stream, court: PoseGraphFile) -> None:
-    """The odometry is 40 m and a radian elsewhere from the scan 50 on, where the robot was lifted or a counter ran over."""
+    """The odometry is 40 m and a radian elsewhere from the scan 50 on, where a counter was reset."""
     away = motors(np.array([40.0, -10.0, 1.0]))
     rows = [
         (scan, pose if k < 50 else poses_of(pga2.motor_product(away, motors(pose[None])))[0], time)
@@ -198,7 +198,7 @@ def test_time_stamps_do_not_matter_much(stream: Stream, times: Reals) -> None:
 
 def test_robot_that_stands(stream: Stream) -> None:
     scan, pose, _ = stream[0]
-    found = build_map([(scan, pose + [0.001 * k, 0, 0], None) for k in range(30)])
+    found = build_map([(scan, pose + 0.001 * k * np.eye(3)[0], None) for k in range(30)])
     assert found.added.tolist() == [0] and set(found.statuses[1:]) == {ScanStatus.STANDING}
     assert found.poses[-1, :2] == pytest.approx([0.029 * np.cos(pose[2]), -0.029 * np.sin(pose[2])], abs=1e-9)
     still = build_map([(scan, None, None) for _ in range(5)])

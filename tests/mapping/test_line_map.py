@@ -114,7 +114,7 @@ def test_association(p: tuple[float, float], q: tuple[float, float], n: int) -> 
 
 
 def test_sides_of_a_wall_are_two_rows() -> None:
-    """A thin wall, seen from both sides: the robot is at the origin, and then behind the wall, turned by half a turn."""
+    """A thin wall, seen from both sides: from the origin, and then from behind the wall, half a turn around."""
     one = LineMap.empty().updated(segment((-1, 2), (1, 2)), IDENTITY).map
     both = one.updated(segment((-1, 1.9), (1, 1.9)), motor(0, 4, np.pi)).map
     assert len(both) == 2 and both.normals[0] @ both.normals[1] == pytest.approx(-1)

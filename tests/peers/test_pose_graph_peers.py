@@ -27,9 +27,8 @@ def test_poses_are_those_of_gtsam() -> None:
     start = pga2.motor_from_angle_translation(file.poses[:, 2], file.poses[:, :2])
     found = optimise_poses(start, file.edges, motions, information)
     graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
-    graph.add(
-        gtsam.PriorFactorPose2(0, gtsam.Pose2(*file.poses[0]), gtsam.noiseModel.Diagonal.Sigmas(np.full(3, 1e-6)))
-    )
+    fixed = gtsam.noiseModel.Diagonal.Sigmas(np.full(3, 1e-6))
+    graph.add(gtsam.PriorFactorPose2(0, gtsam.Pose2(*file.poses[0]), fixed))
     for (a, b), motion, matrix in zip(file.edges.tolist(), file.motions, file.information, strict=True):
         graph.add(gtsam.BetweenFactorPose2(a, b, gtsam.Pose2(*motion), gtsam.noiseModel.Gaussian.Information(matrix)))
     for k, pose in enumerate(file.poses):
