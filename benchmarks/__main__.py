@@ -7,7 +7,7 @@ import os
 import sys
 
 COMMANDS = (
-    *("chain", "counts", "estimation", "growth", "overview", "random_kernels", "robots"),
+    *("chain", "counts", "estimation", "growth", "mapping", "overview", "random_kernels", "robots"),
     *("signals", "subspaces", "toolkit", "tracking", "vision"),
 )
 """The subcommands, which are also the names of their modules. Without a subcommand, `command` runs."""

@@ -21,7 +21,7 @@ _STILL = 1e-7
 
 
 class Aligned(NamedTuple):
-    """Motors, the upper triangles of their information by x, y and angle, and sums: weights, weighted squares, steps."""
+    """Motors, upper triangles of their information by x, y and angle, and sums of weights, squares and steps."""
 
     motors: Reals
     information: Reals
@@ -31,7 +31,7 @@ class Aligned(NamedTuple):
 def aligned(a: Outline, b: Outline, motors: Reals, scales: list[float], stride: int = 1) -> Aligned:
     """Refine motors (..., 4) from `b` to `a`, with one Gauss-Newton step for each scale of residuals.
 
-    With a stride, only every so many points of `b` are moved, and none of `a`, and every other point of `a` is a target.
+    With a stride, only every so many points of `b` are moved, and every other one of `a` is a target.
     """
     points, along, weights = b.points[::stride], b.along[::stride], b.weights[::stride]
     found = Aligned(motors, np.zeros(6), np.zeros(4))

@@ -19,7 +19,7 @@ from .votes import motion_votes, rotation_votes
 
 _FEWEST = 10
 """Valid readings that a scan needs."""
-_COARSE, _FINE = [0.4, 0.3, 0.2, 0.15], [0.15, 0.1, 0.07, 0.07, 0.07, 0.07]
+_COARSE, _FINE = [0.4, 0.25, 0.15], [0.15, 0.1, 0.07, 0.07]
 """Scales of residuals in metres: of the alignment of all hypotheses, and of the best one."""
 _HYPOTHESES = 6
 _SLIDES = np.arange(-12, 13) * 0.1
