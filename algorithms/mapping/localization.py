@@ -16,9 +16,11 @@ from generated import pga2
 
 from ..arguments import Reals, finite, real_array
 from ..estimation.matrices import as_definite, from_triangle, to_triangle
+from . import relocation
 from .navigation_status import LocalizationStatus
 from .scan import Scan
 from .segments import segments
+from .status import MappingStatus
 
 _UNLIKELY = 1e-6
 """Innovations that are less probable than this are reported as inconsistent."""
@@ -26,6 +28,8 @@ _UNDETERMINED = 1e-4
 """A direction is undetermined if its information is below this share of that of the best: parallel walls seem to differ
 by up to half a degree."""
 _SINGLE = 1e300
+_LEAST = np.array([np.radians(0.5), 0.03, 0.03]) ** 2
+"""Variances that are added to those of a pose that was found without a prediction."""
 
 
 class Lines(Protocol):
@@ -58,6 +62,18 @@ class Found(NamedTuple):
 
 Relocate = Callable[[Scan, Lines], Found | None]
 """Function from a scan and a map to the pose, or None if it is not known or ambiguous."""
+
+
+def relocated(scan: Scan, lines: Lines) -> Found | None:
+    """Find a pose without a prediction by `relocation.relocate`; None if it is not found, or ambiguous."""
+    found = relocation.relocate(scan, lines)
+    if found.status != MappingStatus.OK or not np.isfinite(found.covariance).all():
+        return None
+    angle = float(pga2.motor_to_angle_translation(found.motor)[0])
+    cosine, sine = np.cos(angle), np.sin(angle)
+    # From x, y and the angle in the map to the angle and the translation in the frame of the robot.
+    turn = np.array([[0.0, 0.0, 1.0], [cosine, sine, 0.0], [-sine, cosine, 0.0]])
+    return Found(found.motor, turn @ found.covariance @ turn.T + np.diag(_LEAST))
 
 
 class Association(NamedTuple):
@@ -115,7 +131,7 @@ class LineLocalizer:
         Of its error, or the diagonal.
     settings : LocalizationSettings, optional
     relocate : callable, optional
-        Function that finds the pose if the robot is lost.
+        Function that finds the pose if the robot is lost, such as `relocated`.
 
     Raises
     ------

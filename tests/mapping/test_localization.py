@@ -7,7 +7,13 @@ import pytest
 from scipy.stats import chi2
 
 from algorithms.mapping.floor_plans import FloorPlan, load_floor_plan
-from algorithms.mapping.localization import Found, LineLocalizer, LocalizationSettings, normalized_error
+from algorithms.mapping.localization import (
+    Found,
+    LineLocalizer,
+    LocalizationSettings,
+    normalized_error,
+    relocated,
+)
 from algorithms.mapping.navigation_status import LocalizationStatus
 from algorithms.mapping.scan import Scan
 from algorithms.mapping.scan_simulation import Odometry, Scanner, motor_of_error, simulate_log, simulate_scan
@@ -207,6 +213,31 @@ def test_lost_robot_is_reported_and_found_again() -> None:
     assert LocalizationStatus.RELOCATED in statuses and statuses[-1] == LocalizationStatus.OK
     unknown = LineLocalizer(plan.segments, wrong, [1e-4, 1e-3, 1e-3], relocate=lambda scan, lines: None)
     assert [unknown.update(scan) for _ in range(8)][-1] == LocalizationStatus.LOST
+
+
+def test_kidnapped_robots_find_their_pose_by_relocation() -> None:
+    plan = load_floor_plan(HOUSE, 0.045, smallest=3.0)
+    for place in (pose(9.5, 8.8, 2.0), pose(22.0, 5.0, 0.5), pose(2.0, 9.5, 1.0)):
+        robot = LineLocalizer(plan.segments, pose(5.0, 11.4), [1e-4, 1e-3, 1e-3], relocate=relocated)
+        device = Scanner(n_beams=361, field_of_view=1.5 * np.pi)
+        statuses = [robot.update(simulate_scan(plan, place, device, seed=seed).scan) for seed in range(8)]
+        off = pga2.motor_to_angle_translation(pga2.motor_product(pga2.motor_inverse(robot.motor), place))
+        assert LocalizationStatus.RELOCATED in statuses and statuses[-1] == LocalizationStatus.OK
+        assert np.linalg.norm(off[1]) < 0.03 and abs(off[0]) < 0.01
+    nothing = Scan(np.full(181, np.nan), -1.5, 0.01, 30.0)
+    assert relocated(nothing, plan.segments) is None
+
+
+def test_covariances_of_relocated_poses_are_in_the_frame_of_the_robot() -> None:
+    found = relocated(simulate_scan(ROOM, pose(2.0, 1.5, 0.7), Scanner(field_of_view=6.2)).scan, ROOM.segments)
+    assert found is None  # A room without furniture looks the same after half a turn.
+    walls = [[[0, 0], [6, 0]], [[6, 0], [6, 4]], [[6, 4], [1, 4]], [[1, 4], [0, 3]], [[0, 3], [0, 0]]]
+    room = FloorPlan.from_walls(walls, solid=True)
+    found = relocated(
+        simulate_scan(room, pose(2.0, 1.5, 0.7), Scanner(n_beams=361, field_of_view=6.2)).scan, room.segments
+    )
+    assert found is not None
+    assert normalized_error(found.motor, found.covariance, pose(2.0, 1.5, 0.7)) < chi2.ppf(0.999, 3)
 
 
 def test_bad_input() -> None:
