@@ -64,7 +64,8 @@ def build_map(
     ----------
     source : path, or iterable
         A log of CARMEN; a graph of g2o with scans (``.g2o``, or a zip archive), whose vertices are the odometry; or an
-        iterable of triples of a `Scan`, the odometry (x, y, angle) or None, and the time or None, such as `CarmenLog`.
+        iterable of triples of a `Scan`, the odometry or None, and the time or None, such as `CarmenLog`; or of scans
+        alone. The odometry is x, y and an angle, or a motor (4,).
     settings : BuildSettings, optional
     progress : callable, optional
         Called with a `Progress` after each scan and before each later stage.
@@ -75,10 +76,10 @@ def build_map(
 
     Raises
     ------
-    OSError, ValueError
+    OSError
         If a file cannot be read.
-    TypeError
-        If an element of the iterable is not a triple with a `Scan`.
+    TypeError, ValueError
+        If an element of the iterable has no `Scan`, or its odometry has another shape.
 
     Notes
     -----
@@ -106,12 +107,22 @@ def _readings(source: Any) -> tuple[Iterable[Any], Callable[[], Iterable[Problem
 
 
 def _triple(item: Any) -> tuple[Scan, Reals | None, float | None]:
-    if not isinstance(item, tuple) or len(item) < 3 or not isinstance(item[0], Scan):
+    """Return the scan of an element, its odometry as x, y and angle, and its time."""
+    parts = (item,) if isinstance(item, Scan) else item
+    if not isinstance(parts, (tuple, list)) or not parts or not isinstance(parts[0], Scan):
         raise TypeError(f"scans: {type(item).__name__}; expected triples of a Scan, the odometry and the time")
-    odometry = None if item[1] is None else np.asarray(item[1], float).reshape(-1)
-    if odometry is not None and (odometry.shape != (3,) or not np.isfinite(odometry).all()):
-        odometry = None
-    return item[0], odometry, item[2]
+    scan, odometry, time = (*parts[:3], None, None)[:3]
+    if odometry is None:
+        return scan, None, time
+    pose = np.asarray(odometry, float)
+    if pose.shape not in ((3,), (4,)):
+        raise ValueError(f"odometry: shape {pose.shape}; expected (3,), x, y and angle, or (4,), a motor")
+    if not np.isfinite(pose).all():
+        return scan, None, time
+    if pose.shape == (4,):
+        angle, shift = pga2.motor_to_angle_translation(pose)
+        pose = np.array([*shift, angle])
+    return scan, pose, time
 
 
 def _is_new_view(found: Alignment) -> bool:

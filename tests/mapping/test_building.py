@@ -218,6 +218,17 @@ def test_other_elements_are_errors(item: Any) -> None:
         build_map([item])
 
 
+def test_forms_of_elements(stream: Stream) -> None:
+    """Poses and motors, tuples and lists, and scans alone."""
+    some = build_map(stream[:10])
+    by_motors = build_map([[scan, motors(pose), time] for scan, pose, time in stream[:10]])
+    assert np.allclose(by_motors.poses, some.poses, atol=1e-9)
+    alone = build_map(scan for scan, _, _ in stream[:10])
+    assert np.array_equal(alone.poses, build_map([(scan, None, None) for scan, _, _ in stream[:10]]).poses)
+    with pytest.raises(ValueError, match=r"odometry: shape \(2,\)"):
+        build_map([(stream[0][0], np.zeros(2), None)])
+
+
 def test_log_that_is_cut(tmp_path: Path, stream: Stream) -> None:
     lines = []
     for scan, pose, time in stream[:30]:
