@@ -21,7 +21,7 @@ def box(x: float, y: float, width: float, height: float, angle: float = 0.0) -> 
 def room(rng: np.random.Generator, n_boxes: int) -> Reals:
     """A room of 12 by 9 metres with boxes."""
     boxes = [
-        box(x, y, *rng.uniform(0.3, 1.5, 2), a)
+        box(x, y, rng.uniform(0.3, 1.5), rng.uniform(0.3, 1.5), a)
         for x, y, a in zip(
             rng.uniform(0.5, 11.5, n_boxes), rng.uniform(0.5, 8.5, n_boxes), rng.uniform(0, 3, n_boxes), strict=True
         )
