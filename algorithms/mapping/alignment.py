@@ -33,7 +33,7 @@ def aligned(a: Outline, b: Outline, motors: Reals, scales: list[float], stride: 
 
     With a stride, only every so many points of `b` are moved, and every other one of `a` is a target.
     """
-    points, along, weights = b.points[::stride], b.along[::stride], b.weights[::stride]
+    points, weights = b.points[::stride], b.weights[::stride]
     found = Aligned(motors, np.zeros(6), np.zeros(4))
     targets = a.targets if stride == 1 else a.few
     every = 1 if stride == 1 else 2

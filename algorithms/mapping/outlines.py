@@ -118,7 +118,7 @@ def _lines(points: Reals, runs: Runs) -> Reals:
     across = points[runs.last] - points[runs.first]
     counts = runs.last + 1 - runs.first
     long = np.einsum("ij,ij->i", across, across) > _LEAST_LENGTH**2
-    return (counts >= _LEAST_POINTS) & long & (runs.fits.squares[:, 0] < _ROUGHNESS**2)
+    return np.asarray((counts >= _LEAST_POINTS) & long & (runs.fits.squares[:, 0] < _ROUGHNESS**2))
 
 
 def _long_lines(points: Reals, runs: Runs, is_line: Reals) -> Reals:
@@ -151,4 +151,4 @@ def _histogram(points: Reals, steps: Reals, gaps: Reals, along_line: Reals, line
 def _closest(scan: Scan) -> Reals:
     ranges = np.full(len(scan) + 2, np.inf)
     ranges[1:-1][scan.beams] = scan.ranges[scan.beams]
-    return np.minimum(np.minimum(ranges[:-2], ranges[1:-1]), ranges[2:])
+    return np.asarray(np.minimum(np.minimum(ranges[:-2], ranges[1:-1]), ranges[2:]))

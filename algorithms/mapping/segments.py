@@ -158,7 +158,7 @@ def _merged(points: Reals, sums: Reals, bounds: Reals, tolerance: float) -> Real
     ranked = np.where(good, cost, np.inf)
     padded = np.concatenate([[np.inf], ranked, [np.inf]])
     best = good & (ranked <= padded[:-2]) & (ranked < padded[2:])
-    return bounds[np.concatenate([[True], ~best, [True]])]
+    return np.asarray(bounds[np.concatenate([[True], ~best, [True]])])
 
 
 def _chosen(points: Reals, runs: Runs, min_length: float, min_points: int) -> Segments:

@@ -129,8 +129,8 @@ def test_corridors_are_degenerate(rng: np.random.Generator) -> None:
 
 def test_a_single_wall(rng: np.random.Generator) -> None:
     walls = np.array([[-500.0, 2, 500, 2]])
-    scans = [scan_at(rng, walls, np.array([x, 0.0, 1.5])) for x in (0.0, 0.7)]
-    assert match_scans(*scans).status is not MappingStatus.OK
+    one, two = (scan_at(rng, walls, np.array([x, 0.0, 1.5])) for x in (0.0, 0.7))
+    assert match_scans(one, two).status is not MappingStatus.OK
 
 
 def test_mirrored_beams_do_not_match(rng: np.random.Generator) -> None:
@@ -154,8 +154,8 @@ def test_too_few_readings(rng: np.random.Generator, ranges: list[float]) -> None
 
 def test_random_readings_are_not_matched(rng: np.random.Generator) -> None:
     for _ in range(10):
-        scans = [Scan(rng.uniform(0.5, 10, 181), -np.pi / 2, np.pi / 180, 50) for _ in range(2)]
-        assert match_scans(*scans).status is not MappingStatus.OK
+        one, two = (Scan(rng.uniform(0.5, 10, 181), -np.pi / 2, np.pi / 180, 50) for _ in range(2))
+        assert match_scans(one, two).status is not MappingStatus.OK
 
 
 def test_points_at_one_place() -> None:

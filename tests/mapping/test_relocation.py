@@ -45,8 +45,8 @@ def test_rooms_with_boxes(rng: np.random.Generator) -> None:
         angle, shift = pga2.motor_to_angle_translation(found.motor)
         turn = (angle - a[2] + np.pi) % (2 * np.pi) - np.pi
         close = np.linalg.norm(shift - a[:2]) < 0.1 and abs(turn) < np.radians(1)
-        good += close
-        wrong += found.status is MappingStatus.OK and not close
+        good += bool(close)
+        wrong += bool(found.status is MappingStatus.OK and not close)
     assert good >= 38 and wrong == 0
 
 

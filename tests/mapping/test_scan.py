@@ -54,4 +54,4 @@ def test_bad_arguments(arguments: tuple[object, ...], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         Scan(*arguments)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="ranges"):
-        Scan(["a"], 0, 0.1, 5)  # type: ignore[list-item]
+        Scan(["a"], 0, 0.1, 5)

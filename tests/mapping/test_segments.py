@@ -73,4 +73,4 @@ def test_bad_parameters() -> None:
     scan = Scan([1.0, 2.0], 0, 0.1, 5)
     for bad in ({"tolerance": 0.0}, {"min_length": -1.0}, {"min_points": 2}):
         with pytest.raises(ValueError, match=next(iter(bad))):
-            segments(scan, **bad)  # type: ignore[arg-type]
+            segments(scan, **bad)

@@ -21,7 +21,7 @@ def box(x: float, y: float, width: float, height: float, angle: float = 0.0) -> 
 def room(rng: np.random.Generator, n_boxes: int) -> Reals:
     """A room of 12 by 9 metres with boxes."""
     boxes = [
-        box(x, y, *rng.uniform(0.3, 1.5, 2), a)
+        box(x, y, rng.uniform(0.3, 1.5), rng.uniform(0.3, 1.5), a)
         for x, y, a in zip(
             rng.uniform(0.5, 11.5, n_boxes), rng.uniform(0.5, 8.5, n_boxes), rng.uniform(0, 3, n_boxes), strict=True
         )
@@ -76,6 +76,6 @@ def pair(rng: np.random.Generator, walls: Reals) -> tuple[Reals, Reals]:
         a = np.array([*rng.uniform([0.5, 0.5], [11.5, 8.5]), rng.uniform(-np.pi, np.pi)])
         turn = np.radians(rng.uniform(10, 22)) * rng.choice([-1, 1])
         ahead = a[2] + turn / 2
-        b = a + [*rng.uniform(0.7, 1.0) * np.array([np.cos(ahead), np.sin(ahead)]), turn]
+        b = a + np.append(rng.uniform(0.7, 1.0) * np.array([np.cos(ahead), np.sin(ahead)]), turn)
         if min(clearance(walls, a[:2] + t * (b - a)[:2]) for t in np.linspace(0, 1, 5)) > 0.3:
             return a, b
