@@ -483,7 +483,7 @@ def _fitted(algebra, points, spreads, start, curved, damping):
         variance = dot(normal, [dot(row, normal) for row in table])
         bend = (distance * distance - dot(place, place)) / 2
         distance = distance + dot(normal, [a - b for a, b in zip(measured_place, place, strict=True)])
-        row = *(x / room for x in place), bend / room, -1 / room
+        row = [*(x / room for x in place), bend / room, -1 / room]
         # The distance does not depend on the norm of the vector: its derivative along the vector is 0.
         own = dot(row, [vector[name] for name in names])
         row = [a - own * b for a, b in zip(row, dual(vector), strict=True)]
