@@ -18,8 +18,8 @@ from ..geometry.fits import Fit, fit_plane, fit_sphere
 from ..vision.stereo import RectifiedPair
 from .localization import Lines
 from .navigation_status import FitStatus
+from .round_fitting import fit_round
 
-_DAMPING = 1e-9
 _ROUNDS = 5
 _NO_TURN = np.array([1.0, 0.0, 0.0, 0.0])
 _FEWEST = 5
@@ -222,10 +222,10 @@ def fit_solid(
     if start is None:
         return SolidFit(None, np.nan, finite, FitStatus.DEGENERATE)
     first = inliers = finite
-    vector, converged = start, 0.0
+    vector, converged = start, False
     for _ in range(_ROUNDS):
-        vector, _, converged = kernels.sphere_of_points(
-            local[inliers], spreads[inliers], vector, float(kind == SolidKind.SPHERE), _DAMPING
+        vector, converged = fit_round(
+            kernels.sphere_step, local[inliers], spreads[inliers], vector, curved=kind == SolidKind.SPHERE
         )
         if not np.isfinite(vector).all():
             return SolidFit(None, np.nan, inliers, FitStatus.DEGENERATE)

@@ -15,8 +15,8 @@ from generated import navigation as kernels
 
 from ..arguments import Reals, real_array
 from .navigation_status import FitStatus
+from .round_fitting import fit_round
 
-_DAMPING = 1e-9
 _DEGENERATE = 1e-6
 """A spread of points below this fraction of the largest one counts as none."""
 _FEWEST = 3
@@ -166,7 +166,7 @@ def fit_circle(points: ArrayLike, sigma: float = 0.01, name: str = "") -> Object
         if start is None:
             return ObjectFit(None, np.nan, inliers, FitStatus.DEGENERATE)
         spreads = np.tile([sigma**2, 0.0, sigma**2], (len(chosen), 1))
-        vector, _, converged = kernels.circle_of_points(chosen, spreads, start, 1.0, _DAMPING)
+        vector, converged = fit_round(kernels.circle_step, chosen, spreads, start, curved=True)
         status = FitStatus.OK if converged else FitStatus.NOT_CONVERGED
         off = np.abs(_distances(local, vector))
         again = np.isfinite(places).all(1) & (off <= 3 * sigma)

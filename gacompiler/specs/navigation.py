@@ -37,8 +37,6 @@ TINY = Fraction(1, 10**12)
 NEVER_ZERO = Fraction(1, 10**200)
 FEET = 3
 """The number of steps that find the place of an object from which a measured point deviates."""
-CONVERGED = Fraction(1, 10**10)
-"""A fit has converged if the step is predicted to decrease the cost by at most this fraction of it, plus one."""
 STEPS = 20
 """Maximum number of linearisations."""
 TWISTS = [PGA2.multivector(part) for part in ({"e12": 1}, {"e01": 1}, {"e20": -1})]
@@ -437,17 +435,8 @@ def distance_to_objects(p, poses, sizes):
 # Lines, circles, planes and spheres of points with covariances.
 
 
-class Round(NamedTuple):
-    """A step of a fit."""
-
-    vector: Any
-    cost: Any
-    less: Any
-    """The decrease of the cost that the last step predicts."""
-
-
-def _fitted(algebra, points, spreads, start, curved, damping):
-    """Return the unit vector with the least sum of squared distances, divided by variances, and that sum."""
+def _step(algebra, points, spreads, start, curved, damping):
+    """Return the unit vector after a Gauss-Newton step, the sum of squares before it, and its predicted decrease."""
     axes = algebra.POINT.blades
     n = len(axes)
     names = (*axes, "e0", "einf")
@@ -483,16 +472,16 @@ def _fitted(algebra, points, spreads, start, curved, damping):
         variance = dot(normal, [dot(row, normal) for row in table])
         bend = (distance * distance - dot(place, place)) / 2
         distance = distance + dot(normal, [a - b for a, b in zip(measured_place, place, strict=True)])
-        row = *(x / room for x in place), bend / room, -1 / room
+        row = [*(x / room for x in place), bend / room, -1 / room]
         # The distance does not depend on the norm of the vector: its derivative along the vector is 0.
         own = dot(row, [vector[name] for name in names])
         row = [a - own * b for a, b in zip(row, dual(vector), strict=True)]
         row[n] = curved * row[n]
         return distance, row, 1 / (variance + NEVER_ZERO)
 
-    def step(now):
+    def step(old):
         def sums(carry, point, spread):
-            distance, row, weight = equation(now.vector, point, spread)
+            distance, row, weight = equation(old, point, spread)
             full = (*row, distance)
             products = (weight * full[i] * full[j] for i in range(n + 3) for j in range(i, n + 3))
             return tuple(a + b for a, b in zip(carry, products, strict=True))
@@ -500,7 +489,7 @@ def _fitted(algebra, points, spreads, start, curved, damping):
         size = n + 3
         whole = square(fold(sums, (0,) * size_of_triangle(size), points, spreads), size)
         # The norm s . s = 1 is kept to first order by a term of the size of the others.
-        gauge = dual(now.vector)
+        gauge = dual(old)
         gauge[n] = curved * gauge[n]
         scale = sum(whole[k][k] for k in range(n))
         table = [[whole[i][j] + scale * gauge[i] * gauge[j] for j in range(n + 2)] for i in range(n + 2)]
@@ -510,37 +499,35 @@ def _fitted(algebra, points, spreads, start, curved, damping):
         right = [-whole[k][n + 2] for k in range(n + 2)]
         change, _ = ga.solve_symmetric(table, right)
         allowed = [curved if name == "e0" else 1 for name in names]
-        moved = [now.vector[name] + a * x for name, a, x in zip(names, allowed, change, strict=True)]
+        moved = [old[name] + a * x for name, a, x in zip(names, allowed, change, strict=True)]
         vector = assemble(algebra, dict(zip(names, moved, strict=True)))
         size_squared = ga.scalar_product(vector, vector)
-        return Round(vector / sqrt(select(size_squared > 0, size_squared, 1)), whole[n + 2][n + 2], dot(change, right))
+        return vector / sqrt(select(size_squared > 0, size_squared, 1)), whole[n + 2][n + 2], dot(change, right)
 
-    found, converged, _ = iterate(
-        step, Round(start, FAR, 0), lambda _, new: absolute(new.less) <= CONVERGED * (new.cost + 1), 2 * STEPS
-    )
-    return found.vector, found.cost, converged
+    return step(start)
 
 
 @kernel(
     points=array(CGA2.POINT, "n"), spreads=array(SCALAR, "n", size_of_triangle(2)), start=CGA2.VECTOR, curved=SCALAR,
     damping=SCALAR, returns=(CGA2.VECTOR, SCALAR, SCALAR),
 )  # fmt: skip
-def circle_of_points(points, spreads, start, curved, damping):
-    """Fit a circle, or a line if `curved` is 0, to points of the plane with covariances, by Gauss-Newton steps.
+def circle_step(points, spreads, start, curved, damping):
+    """Compute a Gauss-Newton step to the circle, or the line if `curved` is 0, of points with covariances.
 
     `start` is a unit vector; `damping` times a mean of the diagonal of the normal equations is added to it. Returns the
-    unit vector, the sum of squared distances divided by their variances, and whether the steps converged.
+    next unit vector, the sum of squared distances from `start` divided by their variances, and the decrease of this sum
+    that the step predicts.
     """
-    return _fitted(CGA2, points, spreads, start, curved, damping)
+    return _step(CGA2, points, spreads, start, curved, damping)
 
 
 @kernel(
     points=array(CGA3.POINT, "n"), spreads=array(SCALAR, "n", size_of_triangle(3)), start=CGA3.VECTOR, curved=SCALAR,
     damping=SCALAR, returns=(CGA3.VECTOR, SCALAR, SCALAR),
 )  # fmt: skip
-def sphere_of_points(points, spreads, start, curved, damping):
-    """Fit a sphere, or a plane if `curved` is 0, to points in space with covariances, as `circle_of_points` does."""
-    return _fitted(CGA3, points, spreads, start, curved, damping)
+def sphere_step(points, spreads, start, curved, damping):
+    """Compute a Gauss-Newton step to the sphere, or the plane, of points in space, as `circle_step` does."""
+    return _step(CGA3, points, spreads, start, curved, damping)
 
 
 @kernel(
