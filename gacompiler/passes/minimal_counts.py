@@ -15,6 +15,8 @@ PROVED: dict[str, int] = {
     "11912050839571e5": 5,
     # cga2.dual_circle_from_centre, cga2.circle_from_centre
     "16bec869b546f57c": 6,
+    # cga2.dual_circle_through_point
+    "3d594b5999e5ec98": 7,
     # cga2.embed_point
     "ddb0eae1f816ad86": 4,
     # cga2.inner_product_of_points
@@ -25,6 +27,10 @@ PROVED: dict[str, int] = {
     "eecd2a3d2ac0ec20": 3,
     # cga2.line_from_points, pga2.join_points, line_2_conformal_points_2d
     "2c8162323af5faa9": 5,
+    # cga2.motor_from_rotor_translation
+    "340ca541ae934026": 8,
+    # cga2.motor_to_rotor_translation
+    "855d280c80dbe72a": 8,
     # cga2.translate_point
     "55df5bc2446570a7": 4,
     # cga2.translator_between_points, pga2.translator_between_points
@@ -33,20 +39,30 @@ PROVED: dict[str, int] = {
     "b02efe1385bcac94": 2,
     # cga3.embed_point
     "545dd0d3979d920a": 6,
+    # cga3.line_from_point_direction, pga2.meet_lines, pga3.join_point_direction, projective2.join_points, vga3.wedg
+    "342c8a8a8f31d5d8": 9,
+    # cga3.line_from_points, pga3.join_points, line_2_conformal_points, join_2_points
+    "9c745918bac206ab": 12,
     # cga3.plane_from_point_normal, pga3.plane_from_point_normal, vga3.dot_product
     "fd40c114dd2e8aaf": 5,
+    # cga3.sphere_from_centre_radius_squared
+    "85e1095534990469": 7,
     # cga3.translate_point
     "423926fc48142b2b": 6,
     # cga3.translator_between_points, pga3.translator_between_points
     "8c2e7ad131ff3580": 6,
     # cga3.translator_from_vector, pga3.translator_from_vector
     "7ba01a910ac86682": 3,
+    # cosine_of_angle_at_point_2d
+    "7c8a8d3255040200": 7,
     # distance_squared_of_mirrored_points_2d
     "e064188c9e6f8258": 5,
     # distance_squared_of_moved_conformal_points_2d, distance_squared_of_moved_points_2d
     "3f2f6f172d9a64fa": 5,
     # filters.split_2, filters.merge_1
     "d5f6baaf0139aeef": 6,
+    # gyroscopic_torque
+    "3a34b44c0ac946ec": 9,
     # inner_product_of_turned_vectors_2d
     "e1b5635781657750": 3,
     # pga2.bisector_line
@@ -71,6 +87,8 @@ PROVED: dict[str, int] = {
     "bd164eccf93b0074": 6,
     # pga2.rotor_to_complex, vga2.rotor_to_matrix
     "d2304e7ed40d61da": 4,
+    # pga2.signed_area
+    "695a9dc1cfb9524d": 7,
     # pga2.signed_distance_point_line
     "8fb33dad09150368": 4,
     # pga2.twist_on_line
@@ -95,8 +113,12 @@ PROVED: dict[str, int] = {
     "6269edd2818e03d2": 4,
     # quaternion.unpack_two_sided
     "96bd1a4d3ab5332a": 6,
+    # spacetime.pauli_density
+    "94138899bd3c0a7f": 7,
     # spacetime.pauli_to_matrix
     "0902ac79bd212e81": 8,
+    # sta.interval
+    "a7513863cbae492d": 7,
     # translation_translation
     "d523b314100d8c19": 3,
     # two_double_numbers
