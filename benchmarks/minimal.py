@@ -21,7 +21,7 @@ from .known import known
 TABLE = Path(minimal_counts.__file__)
 MOST_INPUTS = 8
 """Maximum number of coefficients of the arguments."""
-MOST_FREE = 4
+MOST_FREE = 5
 """Maximum number of intermediate values that are enumerated."""
 MOST_SETS = 4e7
 """Maximum estimated number of sets of intermediate values."""
