@@ -2,7 +2,7 @@
 // command: gac generate --all mapping
 // spec: 6b2323f1f45044c6
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 65e575071e81c12f16211a5041456ff3f78572c4969c64f60b32de41095c0d18
+// body: a392ebd262fefb91e66736cc2e3151547d82438c0ebb44db5e94c363d0036572
 
 #ifndef REAL
 #include "mapping.h"
@@ -663,13 +663,12 @@ static INLINE void NAME(expected_range_2)(const REAL *origin, const REAL *direct
         segments_3 = segments[3], segments_4 = segments[4];
     const REAL t0 = direction_0 * segments_2 + direction_1 * segments_3;
     const REAL t1 = LESS_EQUAL(ABS(t0), (REAL)(1.0 / 1000.0));
-    const REAL t2 = origin_0 - segments_0;
-    const REAL t3 = origin_1 - segments_1;
+    const REAL t2 = segments_0 - origin_0;
+    const REAL t3 = segments_1 - origin_1;
     const REAL t4 = (segments_2 * t2 + segments_3 * t3) / SELECT(t1, (REAL)1, t0);
-    const REAL t5 = ABS(segments_2 * (t3 - direction_1 * t4) - segments_3 * (t2 - direction_0 * t4));
-    const REAL t6 = -t4;
-    const REAL t7 = MINIMUM(found, t6);
-    out[0] = SELECT(LESS_EQUAL(t5, segments_4) * (LESS((REAL)0, t6) * ((REAL)1 - t1)), t7, found);
+    const REAL t5 = ABS(segments_2 * (direction_1 * t4 - t3) - segments_3 * (direction_0 * t4 - t2));
+    const REAL t6 = MINIMUM(found, t4);
+    out[0] = SELECT(((REAL)1 - t1) * LESS((REAL)0, t4) * LESS_EQUAL(t5, segments_4), t6, found);
 }
 #define PARTS_expected_range_2(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND IN(1, 2) AND NUMBER(2, 0) AND SAME(3, 5) \
     AND OUT(4, 1)

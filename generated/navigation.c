@@ -2,7 +2,7 @@
 // command: gac generate --all navigation
 // spec: 0aa5ea7a95953dd1
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: f6a710c61bc2b606720804134838482b28d1ba12462fa7ef7b3deb9392b1585a
+// body: 4e8146db157984bdf329fe56a32933ab83a20ea77c4832ef7dfda08680eb5379
 
 #ifndef REAL
 #include "navigation.h"
@@ -54,16 +54,16 @@ INLINE void NAME(predict_pose)(const REAL *motor, const REAL *covariance, const 
     const REAL motion_1 = motion[0], motion_e12 = motion[1], motion_e20 = motion[2], motion_e01 = motion[3];
     const REAL noise_0 = noise[0], noise_1 = noise[1], noise_2 = noise[2], noise_3 = noise[3], noise_4 = noise[4],
         noise_5 = noise[5];
-    const REAL t0 = motor_1 * motion_1 - motor_e12 * motion_e12;
-    const REAL t1 = motor_1 * motion_e12 + motor_e12 * motion_1;
-    const REAL t2 = (REAL)1 / SQRT(t0 * t0 + t1 * t1);
+    const REAL t0 = motor_1 * motion_e12 + motor_e12 * motion_1;
+    const REAL t1 = t0 * t0;
+    const REAL t2 = (REAL)1 / SQRT(t1 + ((REAL)1 - t1));
     const REAL t3 = motor_1 * motion_e20 + motor_e12 * motion_e01 + motor_e20 * motion_1;
     const REAL t4 = motor_e12 * motion_e20 - motor_1 * motion_e01 - motor_e20 * motion_e12;
     const REAL t5 = motion_1 * (REAL)2;
     const REAL t6 = motion_e12 * (REAL)2;
     const REAL t7 = motion_e20 * t5 - motion_e01 * t6;
-    const REAL t8 = motion_e12 * motion_e12 - motion_1 * motion_1;
-    const REAL t9 = motion_e12 * t5;
+    const REAL t8 = motion_e12 * t6 - (REAL)1;
+    const REAL t9 = motion_1 * t6;
     const REAL t10 = covariance_0 * t7 + covariance_1 * t8 + covariance_2 * t9;
     const REAL t11 = motion_e20 * t6 + motion_e01 * t5;
     const REAL t12 = covariance_1 * t9 - covariance_0 * t11 - covariance_2 * t8;
@@ -72,8 +72,8 @@ INLINE void NAME(predict_pose)(const REAL *motor, const REAL *covariance, const 
     const REAL t15 = covariance_4 * t8;
     const REAL t16 = covariance_2 * t7 + t15 + covariance_5 * t9;
     const REAL t17 = t9 * (covariance_3 * t9 - covariance_1 * t11 - t15) - t11 * t12;
-    out_0[0] = t0 * t2;
-    out_0[1] = t1 * t2;
+    out_0[0] = t2 * (motor_1 * motion_1 - motor_e12 * motion_e12);
+    out_0[1] = t0 * t2;
     out_0[2] = t2 * (t3 - motor_e01 * motion_e12);
     out_0[3] = -(t2 * (t4 - motor_e01 * motion_1));
     out_1[0] = covariance_0 + noise_0;
@@ -91,16 +91,16 @@ static INLINE void NAME(predict_pose_prepare_motor_covariance_motion)(const REAL
     const REAL covariance_0 = covariance[0], covariance_1 = covariance[1], covariance_2 = covariance[2],
         covariance_3 = covariance[3], covariance_4 = covariance[4], covariance_5 = covariance[5];
     const REAL motion_1 = motion[0], motion_e12 = motion[1], motion_e20 = motion[2], motion_e01 = motion[3];
-    const REAL t0 = motor_1 * motion_1 - motor_e12 * motion_e12;
-    const REAL t1 = motor_1 * motion_e12 + motor_e12 * motion_1;
-    const REAL t2 = (REAL)1 / SQRT(t0 * t0 + t1 * t1);
+    const REAL t0 = motor_1 * motion_e12 + motor_e12 * motion_1;
+    const REAL t1 = t0 * t0;
+    const REAL t2 = (REAL)1 / SQRT(t1 + ((REAL)1 - t1));
     const REAL t3 = motor_1 * motion_e20 + motor_e12 * motion_e01 + motor_e20 * motion_1;
     const REAL t4 = motor_e12 * motion_e20 - motor_1 * motion_e01 - motor_e20 * motion_e12;
     const REAL t5 = motion_1 * (REAL)2;
     const REAL t6 = motion_e12 * (REAL)2;
     const REAL t7 = motion_e20 * t5 - motion_e01 * t6;
-    const REAL t8 = motion_e12 * motion_e12 - motion_1 * motion_1;
-    const REAL t9 = motion_e12 * t5;
+    const REAL t8 = motion_e12 * t6 - (REAL)1;
+    const REAL t9 = motion_1 * t6;
     const REAL t10 = covariance_0 * t7 + covariance_1 * t8 + covariance_2 * t9;
     const REAL t11 = motion_e20 * t6 + motion_e01 * t5;
     const REAL t12 = covariance_1 * t9 - covariance_0 * t11 - covariance_2 * t8;
@@ -115,8 +115,8 @@ static INLINE void NAME(predict_pose_prepare_motor_covariance_motion)(const REAL
     prepared[3] = t7 * t10 + t8 * t14 + t9 * t16;
     prepared[4] = t10 * t11 - t9 * t14 + t8 * t16;
     prepared[5] = t17 - t8 * (t13 - covariance_2 * t11 - covariance_5 * t8);
-    prepared[6] = t0 * t2;
-    prepared[7] = t1 * t2;
+    prepared[6] = t2 * (motor_1 * motion_1 - motor_e12 * motion_e12);
+    prepared[7] = t0 * t2;
     prepared[8] = t2 * (t3 - motor_e01 * motion_e12);
     prepared[9] = -(t2 * (t4 - motor_e01 * motion_1));
 }
@@ -151,8 +151,8 @@ static INLINE void NAME(predict_pose_prepare_covariance_motion_noise)(const REAL
     const REAL t0 = motion_1 * (REAL)2;
     const REAL t1 = motion_e12 * (REAL)2;
     const REAL t2 = motion_e20 * t0 - motion_e01 * t1;
-    const REAL t3 = motion_e12 * motion_e12 - motion_1 * motion_1;
-    const REAL t4 = motion_e12 * t0;
+    const REAL t3 = motion_e12 * t1 - (REAL)1;
+    const REAL t4 = motion_1 * t1;
     const REAL t5 = covariance_0 * t2 + covariance_1 * t3 + covariance_2 * t4;
     const REAL t6 = motion_e20 * t1 + motion_e01 * t0;
     const REAL t7 = covariance_1 * t4 - covariance_0 * t6 - covariance_2 * t3;
@@ -161,8 +161,8 @@ static INLINE void NAME(predict_pose_prepare_covariance_motion_noise)(const REAL
     const REAL t10 = covariance_4 * t3;
     const REAL t11 = covariance_2 * t2 + t10 + covariance_5 * t4;
     const REAL t12 = t4 * (covariance_3 * t4 - covariance_1 * t6 - t10) - t6 * t7;
-    prepared[0] = motion_1;
-    prepared[1] = motion_e12;
+    prepared[0] = motion_e12;
+    prepared[1] = motion_1;
     prepared[2] = motion_e20;
     prepared[3] = motion_e01;
     prepared[4] = covariance_0 + noise_0;
@@ -179,13 +179,13 @@ static INLINE void NAME(predict_pose_apply_covariance_motion_noise)(const REAL *
     const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
         c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8], c9 = prepared[9];
     const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e20 = motor[2], motor_e01 = motor[3];
-    const REAL t0 = motor_1 * c0 - motor_e12 * c1;
-    const REAL t1 = motor_1 * c1 + motor_e12 * c0;
-    const REAL t2 = (REAL)1 / SQRT(t0 * t0 + t1 * t1);
-    out_0[0] = t0 * t2;
-    out_0[1] = t1 * t2;
-    out_0[2] = t2 * (motor_1 * c2 + motor_e12 * c3 + motor_e20 * c0 - motor_e01 * c1);
-    out_0[3] = -(t2 * (motor_e12 * c2 - motor_1 * c3 - motor_e20 * c1 - motor_e01 * c0));
+    const REAL t0 = motor_1 * c0 + motor_e12 * c1;
+    const REAL t1 = t0 * t0;
+    const REAL t2 = (REAL)1 / SQRT(t1 + ((REAL)1 - t1));
+    out_0[0] = t2 * (motor_1 * c1 - motor_e12 * c0);
+    out_0[1] = t0 * t2;
+    out_0[2] = t2 * (motor_1 * c2 + motor_e12 * c3 + motor_e20 * c1 - motor_e01 * c0);
+    out_0[3] = -(t2 * (motor_e12 * c2 - motor_1 * c3 - motor_e20 * c0 - motor_e01 * c1));
     out_1[0] = c4;
     out_1[1] = c5;
     out_1[2] = c6;
@@ -205,49 +205,48 @@ static INLINE void NAME(predict_pose_prepare_motor_motion_noise)(const REAL *mot
     const REAL t1 = SQRT((motor_1 * motor_1 + motor_e12 * motor_e12) * (motion_1 * motion_1 + t0));
     const REAL t2 = motor_1 * t1;
     const REAL t3 = motor_e12 * t1;
-    const REAL t4 = motion_1 * motion_e20;
-    const REAL t5 = motion_e12 * motion_e01;
-    const REAL t6 = t5 - t4;
-    const REAL t7 = motion_1 * motion_e12;
-    const REAL t8 = motion_e12 * motion_e20;
-    const REAL t9 = motion_1 * motion_e01 + t8;
-    const REAL t10 = motion_e20 * motion_e20;
-    const REAL t11 = motion_e01 * motion_e01;
-    const REAL t12 = t10 - t11;
-    const REAL t13 = t0 * t12;
-    const REAL t14 = t7 * (REAL)8;
-    const REAL t15 = motion_e20 * motion_e01;
-    const REAL t16 = t15 * t14;
-    const REAL t17 = t0 * (t4 - t5);
-    const REAL t18 = (REAL)8 * t17;
-    const REAL t19 = t0 * t9;
-    const REAL t20 = t0 * ((REAL)1 - t0);
-    const REAL t21 = (REAL)4 * t20;
-    const REAL t22 = (REAL)8 * t19;
-    const REAL t23 = motion_1 * (REAL)2;
+    const REAL t4 = motion_e12 * motion_e01;
+    const REAL t5 = motion_1 * motion_e20 - t4;
+    const REAL t6 = motion_1 * motion_e12;
+    const REAL t7 = motion_e12 * motion_e20;
+    const REAL t8 = motion_1 * motion_e01 + t7;
+    const REAL t9 = motion_e20 * motion_e20;
+    const REAL t10 = motion_e01 * motion_e01;
+    const REAL t11 = t9 - t10;
+    const REAL t12 = t0 * t11;
+    const REAL t13 = t6 * (REAL)8;
+    const REAL t14 = motion_e20 * motion_e01;
+    const REAL t15 = t14 * t13;
+    const REAL t16 = t0 * t5;
+    const REAL t17 = (REAL)8 * t16;
+    const REAL t18 = t0 * t8;
+    const REAL t19 = t0 * ((REAL)1 - t0);
+    const REAL t20 = (REAL)4 * t19;
+    const REAL t21 = (REAL)8 * t18;
+    const REAL t22 = motion_1 * (REAL)2;
     prepared[0] = noise_0;
-    prepared[1] = t6 * (REAL)2;
+    prepared[1] = t5 * (REAL)2;
     prepared[2] = (REAL)1 - t0 * (REAL)2;
-    prepared[3] = (REAL)2 * t7;
+    prepared[3] = (REAL)2 * t6;
     prepared[4] = noise_1;
-    prepared[5] = (REAL)2 * t9;
+    prepared[5] = (REAL)2 * t8;
     prepared[6] = noise_2;
-    prepared[7] = (t10 - t13) * (REAL)4 - t16;
-    prepared[8] = t6 * (REAL)4 + t18;
-    prepared[9] = (REAL)8 * (t8 - t19);
-    prepared[10] = (REAL)1 - t21;
-    prepared[11] = t21;
+    prepared[7] = (t9 - t12) * (REAL)4 - t15;
+    prepared[8] = t17 - t5 * (REAL)4;
+    prepared[9] = (REAL)8 * (t7 - t18);
+    prepared[10] = (REAL)1 - t20;
+    prepared[11] = t20;
     prepared[12] = noise_3;
-    prepared[13] = t0 * t14 - t7 * (REAL)4;
-    prepared[14] = (REAL)4 * (t15 + t7 * t12) - (REAL)8 * (t0 * t15);
-    prepared[15] = t22 - motion_e01 * t23 - t8 * (REAL)6;
-    prepared[16] = t18 + t5 * (REAL)6 - motion_e20 * t23;
-    prepared[17] = (REAL)1 - (REAL)8 * t20;
-    prepared[18] = t7 * ((REAL)2 - t0 * (REAL)4);
+    prepared[13] = t0 * t13 - t6 * (REAL)4;
+    prepared[14] = (REAL)4 * (t14 + t6 * t11) - (REAL)8 * (t0 * t14);
+    prepared[15] = t21 - motion_e01 * t22 - t7 * (REAL)6;
+    prepared[16] = t17 + t4 * (REAL)6 - motion_e20 * t22;
+    prepared[17] = (REAL)1 - (REAL)8 * t19;
+    prepared[18] = t6 * ((REAL)2 - t0 * (REAL)4);
     prepared[19] = noise_4;
-    prepared[20] = t16 + (REAL)4 * (t11 + t13);
-    prepared[21] = (REAL)8 * (t5 + t17);
-    prepared[22] = t22 - t9 * (REAL)4;
+    prepared[20] = t15 + (REAL)4 * (t10 + t12);
+    prepared[21] = (REAL)8 * (t4 + t16);
+    prepared[22] = t21 - t8 * (REAL)4;
     prepared[23] = noise_5;
     prepared[24] = motion_1 * t2 - motion_e12 * t3;
     prepared[25] = motion_1 * t3 + motion_e12 * t2;
@@ -266,7 +265,7 @@ static INLINE void NAME(predict_pose_apply_motor_motion_noise)(const REAL *prepa
         c25 = prepared[25], c26 = prepared[26], c27 = prepared[27];
     const REAL covariance_0 = covariance[0], covariance_1 = covariance[1], covariance_2 = covariance[2],
         covariance_3 = covariance[3], covariance_4 = covariance[4], covariance_5 = covariance[5];
-    const REAL t0 = covariance_0 * c7 + covariance_1 * c8 + covariance_2 * c9 + covariance_3 * c10;
+    const REAL t0 = covariance_3 * c10 + (covariance_2 * c9 + (covariance_0 * c7 + covariance_1 * c8));
     const REAL t1 = covariance_4 * c13;
     const REAL t2 = covariance_0 * c14 + covariance_1 * c15 + covariance_2 * c16 + covariance_4 * c17;
     const REAL t3 = covariance_0 * c20 - covariance_1 * c21 + covariance_2 * c22 + covariance_3 * c11;
@@ -275,9 +274,9 @@ static INLINE void NAME(predict_pose_apply_motor_motion_noise)(const REAL *prepa
     out_0[2] = c26;
     out_0[3] = c27;
     out_1[0] = covariance_0 + c0;
-    out_1[1] = c4 + (covariance_0 * c1 + covariance_1 * c2 - covariance_2 * c3);
+    out_1[1] = c4 + (covariance_1 * c2 - covariance_0 * c1 - covariance_2 * c3);
     out_1[2] = c6 + (covariance_2 * c2 - covariance_0 * c5) + covariance_1 * c3;
-    out_1[3] = c12 + (t0 + covariance_5 * c11) + t1;
+    out_1[3] = t1 + (c12 + (covariance_5 * c11 + t0));
     out_1[4] = c19 + (t2 + c18 * (covariance_3 - covariance_5));
     out_1[5] = c23 + (t3 + covariance_5 * c10) - t1;
 }

@@ -2,7 +2,7 @@
 // command: gac generate --all navigation
 // spec: 0aa5ea7a95953dd1
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 5c3d84175712d315e6fe09d5cc14921565754f8b56c0c5583c36b90ec0181fc0
+// body: 1eb63484535cea6db48c667ac885a3e810a1dc81571d2098e619e5ba401cdac2
 /* navigation
    Navigation in floor plans and line maps: rays, poses from lines, paths of lines and arcs, objects, stereo points.
    
@@ -47,14 +47,14 @@ extern "C" {
      out_0[4]  PGA2.MOTOR: 1, e12, e20, e01; unit.
      out_1[6]  SCALAR.
    Assumes ``motor ~motor = 1``, ``motion ~motion = 1``.
-   Costs 52 mul, 36 add, 1 div, 1 sqrt.
-   If `motor` and `covariance` and `motion` are the same for 2 or more elements: 52 mul, 30 add, 1 div, 1 sqrt
+   Costs 50 mul, 37 add, 1 div, 1 sqrt.
+   If `motor` and `covariance` and `motion` are the same for 2 or more elements: 50 mul, 31 add, 1 div, 1 sqrt
    once, then 0 mul, 6 add for each element.
-   If `covariance` and `motion` and `noise` are the same for 2 or more elements: 34 mul, 27 add once, then 18
-   mul, 9 add, 1 div, 1 sqrt for each element.
-   If `motor` and `motion` and `noise` are the same for 2 or more elements: 62 mul, 34 add, 1 sqrt once, then 22
+   If `covariance` and `motion` and `noise` are the same for 2 or more elements: 33 mul, 27 add once, then 17
+   mul, 10 add, 1 div, 1 sqrt for each element.
+   If `motor` and `motion` and `noise` are the same for 2 or more elements: 62 mul, 33 add, 1 sqrt once, then 22
    mul, 25 add for each element.
-   Error: 6.6 ulp of the largest coefficient, 64 random inputs. */
+   Error: 7.0 ulp of the largest coefficient, 64 random inputs. */
 void navigation_predict_pose_f64(const double *motor, const double *covariance, const double *motion, const double
     *noise, double *out_0, double *out_1);
 void navigation_predict_pose_f32(const float *motor, const float *covariance, const float *motion, const float

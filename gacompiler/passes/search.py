@@ -154,6 +154,10 @@ class Search:
         best = ranked[: self._effort.refined - 1]
         tried = {first[k][0][0] for k in best}
         best += [k for k in ranked if first[k][0][0] not in tried][:1]
+        # Of systems that cost the same, some forms can be refined further than others.
+        forms = {_form_of(first[k][0]) for k in best}
+        ties = [k for k in ranked if first[k][2].cost.total == first[ranked[0]][2].cost.total]
+        best += [k for k in ties if _form_of(first[k][0]) not in forms][:1]
         effort = 0
         for k in best:
             steps, system, _ = first[k]
@@ -315,6 +319,11 @@ def _forms(system: System) -> Iterator[tuple[Steps, System]]:
 
 def _size(system: System) -> int:
     return total_terms(_polynomials(system))
+
+
+def _form_of(steps: Steps) -> Steps:
+    """Return the steps without the number of stages."""
+    return steps[:1] + steps[2:]
 
 
 def _effort(system: System) -> int:
