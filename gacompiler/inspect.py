@@ -12,9 +12,12 @@ from .errors import KernelError
 from .frontend.latex import latex_of, symbol
 from .generation.sources import kernel_source
 from .ir.cost import WEIGHTS
+from .ir.cost_models import COUNTS
 from .ir.program import Line, Operand
 from .ir.scalar import Op
+from .passes.compose import is_accurate
 from .passes.lower import Lowering, Reduction
+from .passes.minimal import proved_minimum
 from .passes.record import Compilation
 from .passes.search import Candidate
 
@@ -70,10 +73,17 @@ def compared(record: Compilation) -> str:
     """Return every candidate with its cost, with the selected one marked, and the limits that the search reached."""
     width = max(len(candidate.origin) for candidate in record.candidates)
     lines = [
-        f"{'->' if candidate is record.best else '  '} {candidate.origin:{width}}  {candidate.cost}"
+        f"{'->' if candidate is record.best else '  '} {candidate.origin:{width}}  {_cost(record, candidate)}"
         for candidate in record.candidates
     ]
     return "\n".join([*lines, *_limits(record)])
+
+
+def _cost(record: Compilation, candidate: Candidate) -> str:
+    """Format the counts of a candidate, and its cost in another cost model."""
+    if record.model is COUNTS:
+        return str(candidate.cost)
+    return f"{candidate.cost}: {record.value(candidate)} {record.model.unit}"
 
 
 def _limits(record: Compilation) -> list[str]:
@@ -85,20 +95,24 @@ def why(record: Compilation) -> str:
 
     The saving of a step is the additional cost of the cheapest accurate candidate without that step. If every candidate
     without it also lacks other steps of the selected one, the saving is that of these steps together. Savings are in
-    units of one addition.
+    units of the cost model, by default in units of one addition.
     """
     assert record.best is not None
-    first, best, notes = record.candidates[0], record.best, [*_constants(record), *_rejected(record), *_limits(record)]
+    first, best = record.candidates[0], record.best
+    notes = [*_model(record), *_minimal(record), *_constants(record), *_rejected(record), *_limits(record)]
     author = "author's structure" if len(first.steps) == 1 else "first candidate"
     if best is first:
         tried = f"no accurate one of {len(record.candidates)} candidates is cheaper"
-        return "\n".join([f"{author} taken, {best.cost}: {tried}", *([""] if notes else []), *notes])
-    alike = sorted(_Accurate(record).candidates(best.cost.total), key=lambda candidate: len(_done(record, candidate)))
-    rows = [(author, str(first.cost), first.origin), ("taken", str(best.cost), best.origin)]
+        return "\n".join([f"{author} taken, {_cost(record, best)}: {tried}", *([""] if notes else []), *notes])
+    alike = sorted(
+        _Accurate(record).candidates(record.value(best)), key=lambda candidate: len(_done(record, candidate))
+    )
+    rows = [(author, _cost(record, first), first.origin), ("taken", _cost(record, best), best.origin)]
     if len(_done(record, alike[0])) < len(_done(record, best)):
-        rows.append(("as cheap, with less", str(alike[0].cost), alike[0].origin))
+        rows.append(("as cheap, with less", _cost(record, alike[0]), alike[0].origin))
     lines = _aligned(rows)
-    lines.append(f"saved: {first.cost.total - best.cost.total} of {first.cost.total}{_weights(record)}")
+    before = record.value(first)
+    lines.append(f"saved: {before - record.value(best)} of {before}{_weights(record)}")
     savings = _savings(record)
     lines += ["", *_aligned([("step", "cheapest without it", "saves"), *savings])] if savings else []
     return "\n".join([*lines, *([""] if notes else []), *notes])
@@ -114,9 +128,9 @@ class _Accurate:
     def candidates(self, at_most: int | None = None) -> Iterator[Candidate]:
         """Yield the candidates in order of cost, from that of the selected one to `at_most`."""
         assert self._record.best is not None
-        least = self._record.best.cost.total
-        for candidate in sorted(self._record.candidates, key=lambda candidate: candidate.cost.total):
-            total = candidate.cost.total
+        least = self._record.value(self._record.best)
+        for candidate in sorted(self._record.candidates, key=self._record.value):
+            total = self._record.value(candidate)
             if least <= total <= (total if at_most is None else at_most) and self._accepts(candidate):
                 yield candidate
 
@@ -125,7 +139,7 @@ class _Accurate:
         assert record.gate is not None
         if id(candidate) not in self._known:
             taken = candidate is record.best or candidate is record.candidates[0]
-            self._known[id(candidate)] = taken or record.gate.accepts(candidate.program)
+            self._known[id(candidate)] = taken or is_accurate(candidate, record.gate)
         return self._known[id(candidate)]
 
 
@@ -161,9 +175,9 @@ def _savings(record: Compilation) -> list[tuple[str, str, str]]:
         if cheapest is None:
             rows.append((name, "none was tried", "unknown"))
             continue
-        saved = cheapest.cost.total - record.best.cost.total
+        saved = record.value(cheapest) - record.value(record.best)
         together = f", together with {_listed(lacking[0], len(own))}" if saved and [] not in lacking else ""
-        rows.append((name, str(cheapest.cost), f"{saved}{together}"))
+        rows.append((name, _cost(record, cheapest), f"{saved}{together}"))
     return rows
 
 
@@ -181,17 +195,34 @@ def _missing(own: Mapping[str, str], other: Mapping[str, str]) -> list[str]:
     ]
 
 
+def _model(record: Compilation) -> list[str]:
+    return [] if record.model is COUNTS else [f"cost model {record.model.name}: {record.model.counted}"]
+
+
+def _minimal(record: Compilation) -> list[str]:
+    """Return whether the number of operations is proved to be minimal."""
+    least = proved_minimum(record.kernel, record.program) if record.model is COUNTS else None
+    if least is None:
+        return []
+    programs = "no program of sums, differences and products of the inputs and small numbers"
+    if least == record.cost.mul + record.cost.add:
+        return [f"minimal, proved: {programs} has fewer operations"]
+    return [f"at least {least} operations, proved: {programs} has fewer"]
+
+
 def _rejected(record: Compilation) -> list[str]:
     assert record.best is not None
-    cheaper = [candidate for candidate in record.candidates if candidate.cost.total < record.best.cost.total]
+    cheaper = [candidate for candidate in record.candidates if record.value(candidate) < record.value(record.best)]
     if not cheaper:
         return []
-    least = min(cheaper, key=lambda candidate: candidate.cost.total)
-    return [f"rejected, because they lose digits: {len(cheaper)}, the cheapest {least.cost}: {least.origin}"]
+    least = min(cheaper, key=record.value)
+    return [f"rejected, because they lose digits: {len(cheaper)}, the cheapest {_cost(record, least)}: {least.origin}"]
 
 
 def _weights(record: Compilation) -> str:
-    """Return the weights of the operations that occur and cost more than an addition."""
+    """Return the weights of the operations that occur and cost more than an addition, for the default cost model."""
+    if record.model is not COUNTS:
+        return ""
     costs = [candidate.cost.as_dict() for candidate in record.candidates]
     heavy = [f"{name} {weight}" for name, weight in WEIGHTS.items() if weight > 1 and any(c[name] for c in costs)]
     return f" (weights: {', '.join(heavy)})" if heavy else ""

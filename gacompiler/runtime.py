@@ -19,16 +19,17 @@ from .generation.cache import open_cache
 from .generation.compiling import render_spec
 from .generation.files import write
 from .generation.spec_files import Spec
+from .ir.cost_models import COUNTS, cost_model
 from .passes.effort import DEFAULT, effort_of
 
 BACKENDS = ("c", "numba", "arrays")
 
-_compiled: dict[tuple[Kernel, str, int], Any] = {}
+_compiled: dict[tuple[Kernel, str, int, str], Any] = {}
 _definitions: dict[str, Kernel] = {}
 """The kernels that the modules of this process were compiled from, by module name."""
 
 
-def compile(kernel: Kernel, backend: str | None = None, *, effort: int = DEFAULT) -> Any:
+def compile(kernel: Kernel, backend: str | None = None, *, effort: int = DEFAULT, cost: str = COUNTS.name) -> Any:
     """Compile `kernel` and return a function on arrays.
 
     Parameters
@@ -41,6 +42,9 @@ def compile(kernel: Kernel, backend: str | None = None, *, effort: int = DEFAULT
     effort : {0, 1, 2, 3}, optional
         How much work is spent on reducing the number of operations. 0 keeps the author's structure, and 3 is for
         kernels that are compiled once and may take hours. The results are the same up to rounding.
+    cost : {"counts", "latency", "fma", "size"}, optional
+        What is minimised: operations, cycles of one element, instructions if products and sums are contracted, or the
+        size of the code. Level 0 of `effort` has nothing to select from.
 
     Returns
     -------
@@ -51,7 +55,7 @@ def compile(kernel: Kernel, backend: str | None = None, *, effort: int = DEFAULT
     Raises
     ------
     KernelError
-        If the definition cannot be compiled.
+        If the definition cannot be compiled, or there is no such effort or cost model.
     BackendError
         If the backend is unknown or not available.
 
@@ -71,16 +75,16 @@ def compile(kernel: Kernel, backend: str | None = None, *, effort: int = DEFAULT
         backend = "c" if find_compiler() else "numba"
     if backend not in BACKENDS:
         raise BackendError("compile()", f"backend {backend!r}", "one of " + ", ".join(BACKENDS))
-    key = (kernel, backend, effort_of(effort).level)
+    key = (kernel, backend, effort_of(effort).level, cost_model(cost).name)
     if key not in _compiled:
-        _compiled[key] = _compile(kernel, backend, effort)
+        _compiled[key] = _compile(kernel, backend, effort, cost)
     return _compiled[key]
 
 
-def _compile(kernel: Kernel, backend: str, effort: int) -> Any:
+def _compile(kernel: Kernel, backend: str, effort: int, cost: str) -> Any:
     no_file = Path()
     spec = Spec(kernel.name, "gacompiler.compile", kernel.summary or kernel.name, "", (kernel,), no_file)
-    files = render_spec(spec, cache=open_cache(), effort=effort)
+    files = render_spec(spec, cache=open_cache(), effort=effort, cost=cost)
     digest = hashlib.sha256("".join(files.values()).encode()).hexdigest()[:16]
     write(files, _folder(kernel.name, digest))
     return _loaded(kernel, digest, backend)

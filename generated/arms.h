@@ -2,7 +2,7 @@
 // command: gac generate --all arms
 // spec: c71c8892e44b1ec4
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 9455914a17f86451f801d6b6d190ed96c49aa3a657e687ecfdaeef6306dfbe27
+// body: af00c281a03ac5681e4031f67df4a9394058a5804120a304109628ed39415d89
 /* arms
    Inverse kinematics of serial arms in plane-based geometric algebra G(3,0,1), from geometric subproblems.
    
@@ -118,7 +118,7 @@ void arms_turn_between_points_loop_f32(char **args, const intptr_t *dimensions, 
    Costs 24 mul, 23 add, 2 call.
    If `line` and `q` are the same for 2 or more elements: 20 mul, 17 add, 2 call once, then 9 mul, 9 add for each
    element.
-   If `p` and `q` are the same for 2 or more elements: 9 mul, 2 add, 2 call once, then 18 mul, 17 add for each
+   If `p` and `q` are the same for 2 or more elements: 9 mul, 1 add, 2 call once, then 18 mul, 17 add for each
    element.
    If `q` is the same for 2 or more elements: 0 mul, 1 add, 2 call once, then 24 mul, 17 add for each element.
    Error: 3.0 ulp of the largest coefficient, 64 random inputs. */
@@ -165,10 +165,10 @@ void arms_turns_to_plane_loop_f32(char **args, const intptr_t *dimensions, const
      out_0[2]  SCALAR.
      out_1[1]  SCALAR.
    Assumes ``line ~line = 1``.
-   Costs 40 mul, 39 add, 1 div, 1 sqrt, 2 call, 5 choice.
-   If `line` and `p` and `centre` are the same for 2 or more elements: 34 mul, 31 add, 1 choice once, then 6 mul,
+   Costs 40 mul, 37 add, 1 div, 1 sqrt, 2 call, 5 choice.
+   If `line` and `p` and `centre` are the same for 2 or more elements: 34 mul, 29 add, 1 choice once, then 6 mul,
    8 add, 1 div, 1 sqrt, 2 call, 4 choice for each element.
-   If `line` and `p` and `distance` are the same for 2 or more elements: 22 mul, 21 add once, then 18 mul, 18
+   If `line` and `p` and `distance` are the same for 2 or more elements: 22 mul, 19 add once, then 18 mul, 18
    add, 1 div, 1 sqrt, 2 call, 5 choice for each element.
    Error: 27.8 ulp of the largest coefficient, 64 random inputs. */
 void arms_turns_to_sphere_f64(const double *line, const double *p, const double *centre, double distance, double
@@ -193,9 +193,9 @@ void arms_turns_to_sphere_loop_f32(char **args, const intptr_t *dimensions, cons
    each element.
    If `axis` and `line` and `p` are the same for 2 or more elements: 27 mul, 23 add once, then 14 mul, 12 add for
    each element.
-   If `axis` and `base` and `line` are the same for 4 or more elements: 66 mul, 47 add once, then 18 mul, 21 add
+   If `axis` and `base` and `line` are the same for 4 or more elements: 66 mul, 46 add once, then 18 mul, 21 add
    for each element.
-   Error: 4.0 ulp of the largest coefficient, 64 random inputs. */
+   Error: 1.8 ulp of the largest coefficient, 64 random inputs. */
 void arms_circle_profile_f64(const double *axis, const double *base, const double *line, const double *p, double
     *out);
 void arms_circle_profile_f32(const float *axis, const float *base, const float *line, const float *p, float *out);
@@ -212,7 +212,7 @@ void arms_circle_profile_loop_f32(char **args, const intptr_t *dimensions, const
      out[6]  SCALAR.
    Assumes ``axis ~axis = 1``, ``line ~line = 1``.
    Costs 13 mul, 11 add.
-   If `axis` and `base` and `p` are the same for 3 or more elements: 16 mul, 15 add once, then 6 mul, 4 add for
+   If `axis` and `base` and `p` are the same for 3 or more elements: 16 mul, 13 add once, then 6 mul, 4 add for
    each element.
    If `base` and `line` and `p` are the same for 2 or more elements: 7 mul, 7 add once, then 6 mul, 4 add for
    each element.
@@ -305,7 +305,7 @@ void arms_turns_about_two_axes_loop_f32(char **args, const intptr_t *dimensions,
      out_0[6]  SCALAR.
      out_1[1]  SCALAR.
    Assumes ``first ~first = 1``, ``second ~second = 1``, ``third ~third = 1``, ``m ~m = 1``.
-   Costs 308 mul, 203 add, 5 div, 5 sqrt, 6 call, 25 choice.
+   Costs 308 mul, 200 add, 5 div, 5 sqrt, 6 call, 25 choice.
    Error: 7.6 ulp of the largest coefficient, 64 random inputs. */
 void arms_wrist_turns_f64(const double *first, const double *second, const double *third, const double *m, double
     *out_0, double *out_1);
@@ -409,7 +409,7 @@ void arms_point_and_tangent_loop_f32(char **args, const intptr_t *dimensions, co
      a[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
      b[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
      out[64]  SCALAR.
-   Costs 0 mul, 7 add.
+   Costs 0 mul, 6 add.
    Error: 0.5 ulp of the largest coefficient, 64 random inputs. */
 void arms_constraint_of_points_f64(const double *a, const double *b, double *out);
 void arms_constraint_of_points_f32(const float *a, const float *b, float *out);
@@ -420,7 +420,7 @@ void arms_constraint_of_points_loop_f32(char **args, const intptr_t *dimensions,
      a[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
      b[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
      out[64]  SCALAR.
-   Costs 0 mul, 16 add.
+   Costs 0 mul, 12 add.
    Error: 0.5 ulp of the largest coefficient, 64 random inputs. */
 void arms_constraint_of_lines_f64(const double *a, const double *b, double *out);
 void arms_constraint_of_lines_f32(const float *a, const float *b, float *out);
@@ -431,7 +431,7 @@ void arms_constraint_of_lines_loop_f32(char **args, const intptr_t *dimensions, 
      a[4]  PGA3.PLANE: e1, e2, e3, e0.
      b[4]  PGA3.PLANE: e1, e2, e3, e0.
      out[64]  SCALAR.
-   Costs 0 mul, 11 add.
+   Costs 0 mul, 7 add.
    Error: 0.5 ulp of the largest coefficient, 64 random inputs. */
 void arms_constraint_of_planes_f64(const double *a, const double *b, double *out);
 void arms_constraint_of_planes_f32(const float *a, const float *b, float *out);

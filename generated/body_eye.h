@@ -2,7 +2,7 @@
 // command: gac generate --all body_eye
 // spec: 6157eab53fdc508f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 9c5b751947adc9acb7688236ec3e54e9ae1286f61369699edef634940f3ed93c
+// body: 3beceb92c5cfe9d8b388504738dde2c37f2b19efb07e519d90d27f1d003a114f
 /* body_eye
    Body-eye calibration: the axes of joints in the frame of an eye, from circles of points that it tracks.
    
@@ -108,7 +108,7 @@ void body_eye_axis_of_two_displacements_loop_f32(char **args, const intptr_t *di
      out_0[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
      out_1[3]  SCALAR.
      out_2[1]  SCALAR.
-   Costs 46 mul, 48 add for each of n; 4 mul, 2 add, 3 div, 2 choice for each of k; 338 mul, 214 add, 22 div, 12
+   Costs 46 mul, 48 add for each of n; 4 mul, 2 add, 3 div, 2 choice for each of k; 332 mul, 208 add, 22 div, 12
    sqrt, 104 choice once.
    Error: 6.0 ulp of the largest coefficient, 26 random inputs. */
 void body_eye_axis_of_circles_f64(intptr_t n, intptr_t k, const double *points, const int64_t *circle, const double

@@ -2,7 +2,7 @@
 // command: gac generate --all cga2
 // spec: bf914d226ebf9b72
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: ee4689955a184bfb5dfbd0728662b75b2a010cddc5cd6c53fc25fa44f95b9f3d
+// body: b52c4dd1894e4dbdc3ef489a12bc0035355ccda84e76e0568790e69f6c199e9b
 
 #ifndef REAL
 #include "cga2.h"
@@ -118,38 +118,40 @@ INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
     const REAL t59 = a_e0 + a_e10;
     const REAL t60 = t57 * t56 + t59 * t58 + (t52 * t53 + t54 * t55);
     const REAL t61 = t51 + t60;
-    const REAL t62 = t51 - t60;
-    const REAL t63 = t2 * t22 + t8 * t24 - (t14 * t26 + t18 * t28);
-    const REAL t64 = t21 * t5 + t23 * t11 + (t25 * t15 - t27 * t19);
-    const REAL t65 = t63 + t64;
-    const REAL t66 = t50 * t58 - t46 * t56 + (t33 * t53 + t39 * t55);
-    const REAL t67 = t57 * t45 + t59 * t49 + (t52 * t36 + t54 * t42);
-    const REAL t68 = t66 + t67;
-    const REAL t69 = t46 * t5 + t50 * t11 + (t33 * t15 - t39 * t19);
-    const REAL t70 = t59 * t24 - t57 * t22 + (t52 * t26 + t54 * t28);
-    const REAL t71 = t8 * t49 - t2 * t45 - (t14 * t36 + t18 * t42);
-    const REAL t72 = t23 * t58 - t21 * t56 + (t25 * t53 + t27 * t55);
-    const REAL t73 = t66 - t67;
-    const REAL t74 = t46 * t22 + t50 * t24 + (t33 * t26 + t39 * t28);
-    const REAL t75 = t59 * t11 - t57 * t5 + (t52 * t15 - t54 * t19);
-    const REAL t76 = t8 * t58 - t2 * t56 - (t14 * t53 + t18 * t55);
-    const REAL t77 = t23 * t49 - t21 * t45 + (t25 * t36 + t27 * t42);
+    const REAL t62 = t20 - t29;
+    const REAL t63 = t51 - t60;
+    const REAL t64 = t2 * t22 + t8 * t24 - (t14 * t26 + t18 * t28);
+    const REAL t65 = t21 * t5 + t23 * t11 + (t25 * t15 - t27 * t19);
+    const REAL t66 = t64 + t65;
+    const REAL t67 = t50 * t58 - t46 * t56 + (t33 * t53 + t39 * t55);
+    const REAL t68 = t57 * t45 + t59 * t49 + (t52 * t36 + t54 * t42);
+    const REAL t69 = t67 + t68;
+    const REAL t70 = t46 * t5 + t50 * t11 + (t33 * t15 - t39 * t19);
+    const REAL t71 = t59 * t24 - t57 * t22 + (t52 * t26 + t54 * t28);
+    const REAL t72 = t8 * t49 - t2 * t45 - (t14 * t36 + t18 * t42);
+    const REAL t73 = t23 * t58 - t21 * t56 + (t25 * t53 + t27 * t55);
+    const REAL t74 = t64 - t65;
+    const REAL t75 = t67 - t68;
+    const REAL t76 = t46 * t22 + t50 * t24 + (t33 * t26 + t39 * t28);
+    const REAL t77 = t59 * t11 - t57 * t5 + (t52 * t15 - t54 * t19);
+    const REAL t78 = t8 * t58 - t2 * t56 - (t14 * t53 + t18 * t55);
+    const REAL t79 = t23 * t49 - t21 * t45 + (t25 * t36 + t27 * t42);
     out[0] = (t30 + t61) * (REAL)0.25;
-    out[1] = -((t62 + (t29 - t20)) * (REAL)0.25);
-    out[2] = -((t68 - t65) * (REAL)0.25);
-    out[3] = (t69 + t70) * (REAL)0.5;
-    out[4] = -((t71 + t72) * (REAL)0.25);
-    out[5] = (t63 - t64 + t73) * (REAL)0.25;
-    out[6] = -((t69 - t70) * (REAL)0.5);
-    out[7] = -((t74 + t75) * (REAL)0.5);
-    out[8] = -((t71 - t72) * (REAL)0.25);
-    out[9] = -((t76 + t77) * (REAL)0.25);
+    out[1] = -((REAL)0.25 * (t63 - t62));
+    out[2] = -((t69 - t66) * (REAL)0.25);
+    out[3] = (t70 + t71) * (REAL)0.5;
+    out[4] = -((t72 + t73) * (REAL)0.25);
+    out[5] = (t74 + t75) * (REAL)0.25;
+    out[6] = -((t70 - t71) * (REAL)0.5);
+    out[7] = -((t76 + t77) * (REAL)0.5);
+    out[8] = -((t72 - t73) * (REAL)0.25);
+    out[9] = -((t78 + t79) * (REAL)0.25);
     out[10] = -((t61 - t30) * (REAL)0.25);
-    out[11] = (t74 - t75) * (REAL)0.5;
-    out[12] = -((t76 - t77) * (REAL)0.25);
-    out[13] = (t20 - t29 + t62) * (REAL)0.25;
-    out[14] = (t65 + t68) * (REAL)0.25;
-    out[15] = -((t73 + (t64 - t63)) * (REAL)0.25);
+    out[11] = (t76 - t77) * (REAL)0.5;
+    out[12] = -((t78 - t79) * (REAL)0.25);
+    out[13] = (t62 + t63) * (REAL)0.25;
+    out[14] = (t66 + t69) * (REAL)0.25;
+    out[15] = -((REAL)0.25 * (t75 - t74));
 }
 
 #define PARTS_geometric_product(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16) AND IN(1, 1, 16, 16, 1, 16) AND OUT(2, \
@@ -849,17 +851,18 @@ static INLINE void NAME(circle_from_points_prepare_a_b)(const REAL *a, const REA
     const REAL a_e1 = a[0], a_e2 = a[1];
     const REAL b_e1 = b[0], b_e2 = b[1];
     const REAL t0 = a_e2 - b_e2;
-    const REAL t1 = a_e1 * b_e2 - a_e2 * b_e1;
-    const REAL t2 = b_e1 * b_e1 + b_e2 * b_e2;
-    const REAL t3 = a_e1 * a_e1 + a_e2 * a_e2;
+    const REAL t1 = a_e1 - b_e1;
+    const REAL t2 = a_e1 * b_e2 - a_e2 * b_e1;
+    const REAL t3 = b_e1 * b_e1 + b_e2 * b_e2;
+    const REAL t4 = a_e1 * a_e1 + a_e2 * a_e2;
     prepared[0] = t0;
-    prepared[1] = b_e1 - a_e1;
-    prepared[2] = t1;
-    prepared[3] = (a_e2 * t2 - b_e2 * t3) * (REAL)0.5;
-    prepared[4] = (REAL)0.5 * (b_e1 * t3 - a_e1 * t2);
-    prepared[5] = t1 * (REAL)0.5;
-    prepared[6] = (REAL)0.5 * (t2 - t3);
-    prepared[7] = (a_e1 - b_e1) * (REAL)0.5;
+    prepared[1] = t1;
+    prepared[2] = t2;
+    prepared[3] = (a_e2 * t3 - b_e2 * t4) * (REAL)0.5;
+    prepared[4] = (REAL)0.5 * (b_e1 * t4 - a_e1 * t3);
+    prepared[5] = t2 * (REAL)0.5;
+    prepared[6] = (REAL)0.5 * (t3 - t4);
+    prepared[7] = t1 * (REAL)0.5;
     prepared[8] = t0 * (REAL)0.5;
 }
 
@@ -869,7 +872,7 @@ static INLINE void NAME(circle_from_points_apply_a_b)(const REAL *prepared, cons
         c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8];
     const REAL c_e1 = c[0], c_e2 = c[1];
     const REAL t0 = c_e1 * c_e1 + c_e2 * c_e2;
-    out[0] = c_e1 * c0 + c_e2 * c1 + c2;
+    out[0] = c2 + (c_e1 * c0 - c_e2 * c1);
     out[1] = c_e1 * c3 + c_e2 * c4 + c5 * t0;
     out[2] = c4 + (c_e1 * c6 + t0 * c7);
     out[3] = c_e2 * c6 + t0 * c8 - c3;
@@ -880,17 +883,18 @@ static INLINE void NAME(circle_from_points_prepare_a_c)(const REAL *a, const REA
     const REAL a_e1 = a[0], a_e2 = a[1];
     const REAL c_e1 = c[0], c_e2 = c[1];
     const REAL t0 = c_e2 - a_e2;
-    const REAL t1 = a_e2 * c_e1 - a_e1 * c_e2;
-    const REAL t2 = a_e1 * a_e1 + a_e2 * a_e2;
-    const REAL t3 = c_e1 * c_e1 + c_e2 * c_e2;
+    const REAL t1 = a_e1 - c_e1;
+    const REAL t2 = a_e2 * c_e1 - a_e1 * c_e2;
+    const REAL t3 = a_e1 * a_e1 + a_e2 * a_e2;
+    const REAL t4 = c_e1 * c_e1 + c_e2 * c_e2;
     prepared[0] = t0;
-    prepared[1] = a_e1 - c_e1;
-    prepared[2] = t1;
-    prepared[3] = (c_e2 * t2 - a_e2 * t3) * (REAL)0.5;
-    prepared[4] = (REAL)0.5 * (a_e1 * t3 - c_e1 * t2);
-    prepared[5] = t1 * (REAL)0.5;
-    prepared[6] = (REAL)0.5 * (t2 - t3);
-    prepared[7] = (REAL)0.5 * (c_e1 - a_e1);
+    prepared[1] = t1;
+    prepared[2] = t2;
+    prepared[3] = (c_e2 * t3 - a_e2 * t4) * (REAL)0.5;
+    prepared[4] = (REAL)0.5 * (a_e1 * t4 - c_e1 * t3);
+    prepared[5] = t2 * (REAL)0.5;
+    prepared[6] = (REAL)0.5 * (t3 - t4);
+    prepared[7] = t1 * (REAL)0.5;
     prepared[8] = t0 * (REAL)0.5;
 }
 
@@ -902,7 +906,7 @@ static INLINE void NAME(circle_from_points_apply_a_c)(const REAL *prepared, cons
     const REAL t0 = b_e1 * b_e1 + b_e2 * b_e2;
     out[0] = b_e1 * c0 + b_e2 * c1 + c2;
     out[1] = b_e1 * c3 + b_e2 * c4 + c5 * t0;
-    out[2] = c4 + (b_e1 * c6 + t0 * c7);
+    out[2] = c4 + (b_e1 * c6 - t0 * c7);
     out[3] = b_e2 * c6 + t0 * c8 - c3;
 }
 
@@ -911,17 +915,18 @@ static INLINE void NAME(circle_from_points_prepare_b_c)(const REAL *b, const REA
     const REAL b_e1 = b[0], b_e2 = b[1];
     const REAL c_e1 = c[0], c_e2 = c[1];
     const REAL t0 = b_e2 - c_e2;
-    const REAL t1 = b_e1 * c_e2 - b_e2 * c_e1;
-    const REAL t2 = c_e1 * c_e1 + c_e2 * c_e2;
-    const REAL t3 = b_e1 * b_e1 + b_e2 * b_e2;
+    const REAL t1 = b_e1 - c_e1;
+    const REAL t2 = b_e1 * c_e2 - b_e2 * c_e1;
+    const REAL t3 = c_e1 * c_e1 + c_e2 * c_e2;
+    const REAL t4 = b_e1 * b_e1 + b_e2 * b_e2;
     prepared[0] = t0;
-    prepared[1] = c_e1 - b_e1;
-    prepared[2] = t1;
-    prepared[3] = (b_e2 * t2 - c_e2 * t3) * (REAL)0.5;
-    prepared[4] = (REAL)0.5 * (c_e1 * t3 - b_e1 * t2);
-    prepared[5] = t1 * (REAL)0.5;
-    prepared[6] = (REAL)0.5 * (t2 - t3);
-    prepared[7] = (b_e1 - c_e1) * (REAL)0.5;
+    prepared[1] = t1;
+    prepared[2] = t2;
+    prepared[3] = (b_e2 * t3 - c_e2 * t4) * (REAL)0.5;
+    prepared[4] = (REAL)0.5 * (c_e1 * t4 - b_e1 * t3);
+    prepared[5] = t2 * (REAL)0.5;
+    prepared[6] = (REAL)0.5 * (t3 - t4);
+    prepared[7] = t1 * (REAL)0.5;
     prepared[8] = t0 * (REAL)0.5;
 }
 
@@ -931,7 +936,7 @@ static INLINE void NAME(circle_from_points_apply_b_c)(const REAL *prepared, cons
         c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8];
     const REAL a_e1 = a[0], a_e2 = a[1];
     const REAL t0 = a_e1 * a_e1 + a_e2 * a_e2;
-    out[0] = a_e1 * c0 + a_e2 * c1 + c2;
+    out[0] = c2 + (a_e1 * c0 - a_e2 * c1);
     out[1] = a_e1 * c3 + a_e2 * c4 + c5 * t0;
     out[2] = c4 + (a_e1 * c6 + t0 * c7);
     out[3] = a_e2 * c6 + t0 * c8 - c3;
@@ -2486,18 +2491,17 @@ static INLINE void NAME(versor_logarithm_within)(const REAL *v, REAL *out)
     const REAL t44 = t43 * t18;
     const REAL t45 = (REAL)1 / t5;
     const REAL t46 = t45 * (t17 * t30 - t44);
-    const REAL t47 = t15 * SELECT(t4, (REAL)(2.0 / 3.0), t46);
-    const REAL t48 = t44 - t47;
-    const REAL t49 = t47 - t44;
-    const REAL t50 = SELECT(LESS(v_1, (REAL)0), t49, t48);
-    const REAL t51 = t45 * (t18 * t30 - t17 * t43);
-    const REAL t52 = v_e012inf * SELECT(t4, (REAL)(-1.0 / 3.0), t51);
-    out[0] = v_e12 * t50 + v_e0inf * t52;
-    out[1] = v_e10 * t50 - v_e20 * t52;
-    out[2] = v_e20 * t50 + v_e10 * t52;
-    out[3] = v_e1inf * t50 + v_e2inf * t52;
-    out[4] = v_e2inf * t50 - v_e1inf * t52;
-    out[5] = v_e0inf * t50 - v_e12 * t52;
+    const REAL t47 = t44 - t15 * SELECT(t4, (REAL)(2.0 / 3.0), t46);
+    const REAL t48 = -t47;
+    const REAL t49 = SELECT(LESS(v_1, (REAL)0), t48, t47);
+    const REAL t50 = t45 * (t18 * t30 - t17 * t43);
+    const REAL t51 = v_e012inf * SELECT(t4, (REAL)(-1.0 / 3.0), t50);
+    out[0] = v_e0inf * t51 + v_e12 * t49;
+    out[1] = v_e10 * t49 - v_e20 * t51;
+    out[2] = v_e10 * t51 + v_e20 * t49;
+    out[3] = v_e2inf * t51 + v_e1inf * t49;
+    out[4] = v_e2inf * t49 - v_e1inf * t51;
+    out[5] = v_e0inf * t49 - v_e12 * t51;
 }
 
 FUSED(versor_logarithm, (const REAL *v, REAL *out), (v, out))
@@ -2638,15 +2642,14 @@ INLINE void NAME(versor_decomposition)(const REAL *x, REAL *out_0, REAL *out_1, 
     const REAL t5 = t2 * (x_e1inf * t3 + x_e2inf * t4);
     const REAL t6 = t2 * (x_e1inf * t4 - x_e2inf * t3);
     const REAL t7 = SQRT(t2) * (REAL)2 / ((REAL)1 + t2);
-    const REAL t8 = x_e012inf - x_e12 - t1;
-    const REAL t9 = t2 * (REAL)0.5;
+    const REAL t8 = t2 * (REAL)0.5;
     out_0[0] = t2;
     out_1[0] = t7 * (x_1 + (x_e20 * t6 - x_e10 * t5) * (REAL)0.5);
     out_1[1] = t7 * (x_e12 - (REAL)0.5 * (x_e20 * t5 + x_e10 * t6));
     out_2[0] = -t5;
     out_2[1] = t6;
-    out_3[0] = (x_e10 * t3 + x_e20 * t8) * t9;
-    out_3[1] = t9 * (x_e20 * t3 - x_e10 * t8);
+    out_3[0] = t8 * (x_e10 * t3 - x_e20 * t4);
+    out_3[1] = t8 * (x_e20 * t3 + x_e10 * t4);
 }
 
 #define PARTS_versor_decomposition(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, scalar, 1, 0, 0) AND \
@@ -2905,25 +2908,24 @@ INLINE void NAME(transform_vector)(const REAL *v, const REAL *x, REAL *out)
     const REAL v_1 = v[0], v_e12 = v[1], v_e10 = v[2], v_e20 = v[3], v_e1inf = v[4], v_e2inf = v[5], v_e0inf = v[6],
         v_e012inf = v[7];
     const REAL x_e1 = x[0], x_e2 = x[1], x_e0 = x[2], x_einf = x[3];
-    const REAL t0 = v_1 + v_e0inf;
-    const REAL t1 = v_e12 + v_e012inf;
-    const REAL t2 = v_e1inf * (REAL)2;
-    const REAL t3 = x_e1 * t0 + x_e2 * t1 - x_e0 * t2;
-    const REAL t4 = v_1 - v_e0inf;
-    const REAL t5 = v_e2inf * (REAL)2;
-    const REAL t6 = x_e2 * t0 - x_e1 * t1 - x_e0 * t5;
-    const REAL t7 = v_e012inf - v_e12;
-    const REAL t8 = x_einf * (REAL)2;
-    const REAL t9 = x_e1 * t2 + x_e2 * t5 - t0 * t8;
-    const REAL t10 = x_e2 * t2 - x_e1 * t5 - t1 * t8;
-    const REAL t11 = v_e12 - v_e012inf;
-    const REAL t12 = v_e10 * (v_e10 * t8 - (x_e1 * t4 + x_e2 * t11));
-    const REAL t13 = t12 + v_e20 * (v_e20 * t8 + (x_e1 * t11 - x_e2 * t4));
-    const REAL t14 = t4 * (x_e0 * t4 - (v_e10 * x_e1 + v_e20 * x_e2));
-    out[0] = t4 * t3 - t6 * t7 + (v_e10 * t9 + v_e20 * t10);
-    out[1] = t3 * t7 + t4 * t6 + (v_e20 * t9 - v_e10 * t10);
-    out[2] = t14 - (v_e20 * x_e1 - v_e10 * x_e2 + x_e0 * t11) * t7 + t13;
-    out[3] = -((t2 * t3 + t5 * t6 + (t0 * t9 + t1 * t10)) * (REAL)0.5);
+    const REAL t0 = v_e1inf * (REAL)2;
+    const REAL t1 = v_e2inf * (REAL)2;
+    const REAL t2 = v_1 + v_e0inf;
+    const REAL t3 = x_einf * (REAL)2;
+    const REAL t4 = x_e1 * t0 + x_e2 * t1 - t2 * t3;
+    const REAL t5 = v_e12 + v_e012inf;
+    const REAL t6 = x_e2 * t0 - x_e1 * t1 - t5 * t3;
+    const REAL t7 = x_e1 * t2 + x_e2 * t5 - x_e0 * t0;
+    const REAL t8 = v_1 - v_e0inf;
+    const REAL t9 = x_e2 * t2 - x_e1 * t5 - x_e0 * t1;
+    const REAL t10 = v_e12 - v_e012inf;
+    const REAL t11 = v_e10 * (v_e10 * t3 - (x_e1 * t8 + x_e2 * t10));
+    const REAL t12 = t11 + v_e20 * (v_e20 * t3 + (x_e1 * t10 - x_e2 * t8));
+    const REAL t13 = t8 * (x_e0 * t8 - (v_e10 * x_e1 + v_e20 * x_e2));
+    out[0] = v_e10 * t4 + v_e20 * t6 + (t8 * t7 + t10 * t9);
+    out[1] = v_e20 * t4 - v_e10 * t6 + (t8 * t9 - t10 * t7);
+    out[2] = t12 + (t13 + t10 * (v_e20 * x_e1 - v_e10 * x_e2 + x_e0 * t10));
+    out[3] = -((t0 * t7 + t1 * t9 + (t2 * t4 + t5 * t6)) * (REAL)0.5);
 }
 
 static INLINE void NAME(transform_vector_prepare_v)(const REAL *v, REAL *prepared)
@@ -2933,32 +2935,31 @@ static INLINE void NAME(transform_vector_prepare_v)(const REAL *v, REAL *prepare
     const REAL t0 = v_1 * v_1 + v_e012inf * v_e012inf;
     const REAL t1 = v_e12 * v_e12 + v_e0inf * v_e0inf;
     const REAL t2 = t0 - t1;
-    const REAL t3 = v_e10 * v_e1inf;
-    const REAL t4 = v_e20 * v_e2inf;
-    const REAL t5 = v_1 * v_e12 - v_e0inf * v_e012inf;
-    const REAL t6 = v_e10 * v_e2inf + v_e20 * v_e1inf;
-    const REAL t7 = v_1 - v_e0inf;
-    const REAL t8 = v_e12 - v_e012inf;
-    const REAL t9 = v_1 + v_e0inf;
-    const REAL t10 = v_e12 + v_e012inf;
-    const REAL t11 = t0 + t1;
-    const REAL t12 = (REAL)2 * (v_1 * v_e0inf + v_e12 * v_e012inf);
-    prepared[0] = (t3 - t4) * (REAL)2 + t2;
-    prepared[1] = (REAL)2 * (t5 + t6);
-    prepared[2] = (REAL)2 * (v_e1inf * t7 + v_e2inf * t8);
-    prepared[3] = (REAL)2 * (v_e10 * t9 + v_e20 * t10);
-    prepared[4] = t2 + (REAL)2 * (t4 - t3);
-    prepared[5] = (REAL)2 * (t6 - t5);
-    prepared[6] = (REAL)2 * (v_e1inf * t8 - v_e2inf * t7);
-    prepared[7] = (REAL)2 * (v_e10 * t10 - v_e20 * t9);
-    prepared[8] = (REAL)2 * (v_e20 * t8 - v_e10 * t7);
-    prepared[9] = (REAL)2 * (v_e10 * t8 + v_e20 * t7);
-    prepared[10] = t11 - t12;
+    const REAL t3 = (v_e10 * v_e1inf - v_e20 * v_e2inf) * (REAL)2;
+    const REAL t4 = v_1 * v_e12 - v_e0inf * v_e012inf;
+    const REAL t5 = v_e10 * v_e2inf + v_e20 * v_e1inf;
+    const REAL t6 = v_1 - v_e0inf;
+    const REAL t7 = v_e12 - v_e012inf;
+    const REAL t8 = v_1 + v_e0inf;
+    const REAL t9 = v_e12 + v_e012inf;
+    const REAL t10 = t0 + t1;
+    const REAL t11 = (REAL)2 * (v_1 * v_e0inf + v_e12 * v_e012inf);
+    prepared[0] = t3 + t2;
+    prepared[1] = (REAL)2 * (t4 + t5);
+    prepared[2] = (REAL)2 * (v_e1inf * t6 + v_e2inf * t7);
+    prepared[3] = (REAL)2 * (v_e10 * t8 + v_e20 * t9);
+    prepared[4] = t2 - t3;
+    prepared[5] = (REAL)2 * (t5 - t4);
+    prepared[6] = (REAL)2 * (v_e1inf * t7 - v_e2inf * t6);
+    prepared[7] = (REAL)2 * (v_e10 * t9 - v_e20 * t8);
+    prepared[8] = (REAL)2 * (v_e20 * t7 - v_e10 * t6);
+    prepared[9] = (REAL)2 * (v_e10 * t7 + v_e20 * t6);
+    prepared[10] = t10 - t11;
     prepared[11] = (REAL)2 * (v_e10 * v_e10 + v_e20 * v_e20);
-    prepared[12] = (REAL)2 * (v_e2inf * t10 - v_e1inf * t9);
-    prepared[13] = (REAL)2 * (v_e1inf * t10 + v_e2inf * t9);
+    prepared[12] = (REAL)2 * (v_e2inf * t9 - v_e1inf * t8);
+    prepared[13] = (REAL)2 * (v_e1inf * t9 + v_e2inf * t8);
     prepared[14] = (REAL)2 * (v_e1inf * v_e1inf + v_e2inf * v_e2inf);
-    prepared[15] = t12 + t11;
+    prepared[15] = t11 + t10;
 }
 
 static INLINE void NAME(transform_vector_apply_v)(const REAL *prepared, const REAL *x, REAL *out)
@@ -2969,7 +2970,7 @@ static INLINE void NAME(transform_vector_apply_v)(const REAL *prepared, const RE
         c15 = prepared[15];
     const REAL x_e1 = x[0], x_e2 = x[1], x_e0 = x[2], x_einf = x[3];
     out[0] = x_e1 * c0 + x_e2 * c1 - x_e0 * c2 - x_einf * c3;
-    out[1] = x_e1 * c5 + x_e2 * c4 + x_e0 * c6 + x_einf * c7;
+    out[1] = x_einf * c7 + (x_e0 * c6 + (x_e1 * c5 + x_e2 * c4));
     out[2] = x_e1 * c8 - x_e2 * c9 + x_e0 * c10 + x_einf * c11;
     out[3] = x_e1 * c12 - x_e2 * c13 + x_e0 * c14 + x_einf * c15;
 }
@@ -3016,24 +3017,28 @@ INLINE void NAME(transform_point_pair)(const REAL *v, const REAL *x, REAL *out)
     const REAL v_1 = v[0], v_e12 = v[1], v_e10 = v[2], v_e20 = v[3], v_e1inf = v[4], v_e2inf = v[5], v_e0inf = v[6],
         v_e012inf = v[7];
     const REAL x_e12 = x[0], x_e10 = x[1], x_e20 = x[2], x_e1inf = x[3], x_e2inf = x[4], x_e0inf = x[5];
-    const REAL t0 = v_e10 * x_e2inf + v_e1inf * x_e20 - v_e20 * x_e1inf - v_e2inf * x_e10;
-    const REAL t1 = v_e1inf * x_e12 + v_e0inf * x_e2inf - v_e12 * x_e1inf - v_e2inf * x_e0inf;
-    const REAL t2 = v_e10 * x_e12 + v_e20 * x_e0inf - v_e12 * x_e10 - v_e0inf * x_e20;
-    const REAL t3 = v_e1inf * x_e10 + v_e2inf * x_e20 - v_e10 * x_e1inf - v_e20 * x_e2inf;
-    const REAL t4 = v_e12 * x_e2inf + v_e0inf * x_e1inf - v_e1inf * x_e0inf - v_e2inf * x_e12;
-    const REAL t5 = v_1 * t0 + v_e10 * t1 + v_e1inf * t2 + v_e012inf * t3 - v_e20 * t4;
-    const REAL t6 = v_e12 * x_e20 + v_e10 * x_e0inf - v_e20 * x_e12 - v_e0inf * x_e10;
-    const REAL t7 = v_1 - v_e0inf;
-    const REAL t8 = v_e12 - v_e012inf;
-    const REAL t9 = v_1 + v_e0inf;
-    const REAL t10 = v_e12 + v_e012inf;
-    const REAL t11 = v_1 * t3 + v_e1inf * t6 + v_e2inf * t2 - v_e10 * t4 - v_e20 * t1;
-    out[0] = x_e12 + (t5 - v_e2inf * t6) * (REAL)2;
-    out[1] = x_e10 + (REAL)2 * (v_e10 * t3 + t6 * t7 + t2 * t8 - v_e20 * t0);
-    out[2] = x_e20 + (REAL)2 * (v_e10 * t0 + v_e20 * t3 + t2 * t7 - t6 * t8);
-    out[3] = x_e1inf + (REAL)2 * (t4 * t9 + t1 * t10 - v_e1inf * t3 - v_e2inf * t0);
-    out[4] = x_e2inf + (REAL)2 * (v_e1inf * t0 + t1 * t9 - v_e2inf * t3 - t4 * t10);
-    out[5] = x_e0inf + (REAL)2 * (t11 - v_e012inf * t0);
+    const REAL t0 = v_1 + v_e0inf;
+    const REAL t1 = x_e1inf * (REAL)2;
+    const REAL t2 = v_e12 + v_e012inf;
+    const REAL t3 = x_e2inf * (REAL)2;
+    const REAL t4 = v_e1inf * (REAL)2;
+    const REAL t5 = v_e2inf * (REAL)2;
+    const REAL t6 = x_e0inf * t4 + x_e12 * t5 - (t0 * t1 + t2 * t3);
+    const REAL t7 = t2 * t1 - t0 * t3 + (x_e0inf * t5 - x_e12 * t4);
+    const REAL t8 = x_e12 * t0 + x_e0inf * t2 + (x_e20 * t4 - x_e10 * t5);
+    const REAL t9 = v_1 - v_e0inf;
+    const REAL t10 = x_e0inf * t0 - x_e12 * t2 + (x_e10 * t4 + x_e20 * t5);
+    const REAL t11 = v_e12 - v_e012inf;
+    const REAL t12 = v_e10 * t1 + v_e20 * t3 - (x_e0inf * t9 + x_e12 * t11);
+    const REAL t13 = v_e10 * t3 - v_e20 * t1 + (x_e12 * t9 - x_e0inf * t11);
+    const REAL t14 = v_e20 * x_e12 - v_e10 * x_e0inf - (x_e10 * t9 + x_e20 * t11);
+    const REAL t15 = x_e10 * t11 - x_e20 * t9 - (v_e10 * x_e12 + v_e20 * x_e0inf);
+    out[0] = v_e20 * t6 - v_e10 * t7 + (t9 * t8 - t11 * t10);
+    out[1] = -(v_e10 * t12 + v_e20 * t13 + (t9 * t14 + t11 * t15));
+    out[2] = -(v_e20 * t12 - v_e10 * t13 + (t9 * t15 - t11 * t14));
+    out[3] = -((t4 * t10 + t5 * t8 + (t0 * t6 + t2 * t7)) * (REAL)0.5);
+    out[4] = -((t5 * t10 - t4 * t8 + (t0 * t7 - t2 * t6)) * (REAL)0.5);
+    out[5] = v_e10 * t6 + v_e20 * t7 + (t9 * t10 + t11 * t8);
 }
 
 static INLINE void NAME(transform_point_pair_prepare_v)(const REAL *v, REAL *prepared)
@@ -3045,15 +3050,14 @@ static INLINE void NAME(transform_point_pair_prepare_v)(const REAL *v, REAL *pre
     const REAL t2 = v_e12 + v_e012inf;
     const REAL t3 = v_1 + v_e0inf;
     const REAL t4 = v_1 * v_1 - v_e12 * v_e12 + (v_e0inf * v_e0inf - v_e012inf * v_e012inf);
-    const REAL t5 = v_1 * v_e0inf;
-    const REAL t6 = v_e12 * v_e012inf;
+    const REAL t5 = (REAL)2 * (v_1 * v_e0inf - v_e12 * v_e012inf);
     prepared[0] = (v_e1inf * t0 + v_e2inf * t1) * (REAL)2;
     prepared[1] = (REAL)1 + (v_e10 * v_e1inf + v_e20 * v_e2inf) * (REAL)4;
     prepared[2] = (REAL)2 * (v_e1inf * t1 - v_e2inf * t0);
     prepared[3] = (REAL)2 * (v_e10 * t2 + v_e20 * t3);
     prepared[4] = (REAL)2 * (v_e10 * t3 - v_e20 * t2);
     prepared[5] = (REAL)4 * (v_e20 * v_e1inf - v_e10 * v_e2inf);
-    prepared[6] = (REAL)2 * (t6 - t5) + t4;
+    prepared[6] = t4 - t5;
     prepared[7] = (REAL)2 * (v_e10 * t0 - v_e20 * t1);
     prepared[8] = (REAL)2 * (t0 * t1);
     prepared[9] = (REAL)2 * (v_e20 * v_e20 - v_e10 * v_e10);
@@ -3062,7 +3066,7 @@ static INLINE void NAME(transform_point_pair_prepare_v)(const REAL *v, REAL *pre
     prepared[12] = (REAL)2 * (v_e1inf * t2 - v_e2inf * t3);
     prepared[13] = (REAL)2 * (v_e2inf * v_e2inf - v_e1inf * v_e1inf);
     prepared[14] = (REAL)4 * (v_e1inf * v_e2inf);
-    prepared[15] = t4 + (REAL)2 * (t5 - t6);
+    prepared[15] = t4 + t5;
     prepared[16] = (REAL)2 * (t2 * t3);
     prepared[17] = (REAL)2 * (v_e1inf * t3 + v_e2inf * t2);
 }
@@ -3075,7 +3079,7 @@ static INLINE void NAME(transform_point_pair_apply_v)(const REAL *prepared, cons
         c15 = prepared[15], c16 = prepared[16], c17 = prepared[17];
     const REAL x_e12 = x[0], x_e10 = x[1], x_e20 = x[2], x_e1inf = x[3], x_e2inf = x[4], x_e0inf = x[5];
     out[0] = x_e12 * c1 - x_e10 * c0 + x_e20 * c2 - x_e1inf * c3 + x_e2inf * c4 + x_e0inf * c5;
-    out[1] = x_e12 * c7 + x_e10 * c6 + x_e20 * c8 + x_e1inf * c9 - x_e2inf * c10 + x_e0inf * c11;
+    out[1] = x_e0inf * c11 + (x_e1inf * c9 + (x_e20 * c8 + (x_e12 * c7 + x_e10 * c6)) - x_e2inf * c10);
     out[2] = x_e12 * c11 + x_e20 * c6 - x_e1inf * c10 - x_e10 * c8 - x_e2inf * c9 - x_e0inf * c7;
     out[3] = x_e12 * c12 + x_e10 * c13 - x_e20 * c14 + x_e1inf * c15 + x_e2inf * c16 - x_e0inf * c17;
     out[4] = x_e2inf * c15 - x_e10 * c14 + x_e0inf * c12 + x_e12 * c17 - x_e20 * c13 - x_e1inf * c16;
@@ -3098,21 +3102,20 @@ INLINE void NAME(transform_circle)(const REAL *v, const REAL *x, REAL *out)
     const REAL t1 = v_e12 - v_e012inf;
     const REAL t2 = x_e12inf * (REAL)2;
     const REAL t3 = v_e10 * (v_e10 * t2 + (x_e20inf * t0 - x_e10inf * t1));
-    const REAL t4 = v_e012inf - v_e12;
-    const REAL t5 = t0 * (v_e20 * x_e10inf - v_e10 * x_e20inf + x_e120 * t0);
-    const REAL t6 = t5 - (v_e10 * x_e10inf + v_e20 * x_e20inf + x_e120 * t1) * t4;
-    const REAL t7 = v_e1inf * (REAL)2;
-    const REAL t8 = v_e2inf * (REAL)2;
-    const REAL t9 = v_e12 + v_e012inf;
-    const REAL t10 = t9 * t2 - (x_e10inf * t7 + x_e20inf * t8);
-    const REAL t11 = v_1 + v_e0inf;
-    const REAL t12 = x_e10inf * t8 - x_e20inf * t7 - t11 * t2;
-    const REAL t13 = x_e10inf * t11 + x_e20inf * t9 + x_e120 * t8;
-    const REAL t14 = x_e20inf * t11 - x_e10inf * t9 - x_e120 * t7;
-    out[0] = t6 + (v_e20 * (x_e10inf * t0 + x_e20inf * t1 - v_e20 * t2) - t3);
-    out[1] = -((t8 * t13 - t7 * t14 + (t11 * t12 - t9 * t10)) * (REAL)0.5);
-    out[2] = t0 * t13 - t14 * t4 + (v_e10 * t10 + v_e20 * t12);
-    out[3] = t13 * t4 + t0 * t14 + (v_e20 * t10 - v_e10 * t12);
+    const REAL t4 = t0 * (v_e20 * x_e10inf - v_e10 * x_e20inf + x_e120 * t0);
+    const REAL t5 = t4 + t1 * (v_e10 * x_e10inf + v_e20 * x_e20inf + x_e120 * t1);
+    const REAL t6 = v_e1inf * (REAL)2;
+    const REAL t7 = v_e2inf * (REAL)2;
+    const REAL t8 = v_e12 + v_e012inf;
+    const REAL t9 = t8 * t2 - (x_e10inf * t6 + x_e20inf * t7);
+    const REAL t10 = v_1 + v_e0inf;
+    const REAL t11 = x_e10inf * t7 - x_e20inf * t6 - t10 * t2;
+    const REAL t12 = x_e10inf * t10 + x_e20inf * t8 + x_e120 * t7;
+    const REAL t13 = x_e20inf * t10 - x_e10inf * t8 - x_e120 * t6;
+    out[0] = v_e20 * (x_e10inf * t0 + x_e20inf * t1 - v_e20 * t2) - t3 + t5;
+    out[1] = -((t7 * t12 - t6 * t13 + (t10 * t11 - t8 * t9)) * (REAL)0.5);
+    out[2] = v_e10 * t9 + v_e20 * t11 + (t0 * t12 + t1 * t13);
+    out[3] = v_e20 * t9 - v_e10 * t11 + (t0 * t13 - t1 * t12);
 }
 
 static INLINE void NAME(transform_circle_prepare_v)(const REAL *v, REAL *prepared)
@@ -3128,10 +3131,9 @@ static INLINE void NAME(transform_circle_prepare_v)(const REAL *v, REAL *prepare
     const REAL t6 = v_e12 + v_e012inf;
     const REAL t7 = v_1 + v_e0inf;
     const REAL t8 = t0 - t1;
-    const REAL t9 = v_e10 * v_e1inf;
-    const REAL t10 = v_e20 * v_e2inf;
-    const REAL t11 = v_1 * v_e12 - v_e0inf * v_e012inf;
-    const REAL t12 = v_e10 * v_e2inf + v_e20 * v_e1inf;
+    const REAL t9 = (REAL)2 * (v_e10 * v_e1inf - v_e20 * v_e2inf);
+    const REAL t10 = v_1 * v_e12 - v_e0inf * v_e012inf;
+    const REAL t11 = v_e10 * v_e2inf + v_e20 * v_e1inf;
     prepared[0] = t2 - t3;
     prepared[1] = (REAL)2 * (v_e10 * v_e10 + v_e20 * v_e20);
     prepared[2] = (REAL)2 * (v_e10 * t4 + v_e20 * t5);
@@ -3142,12 +3144,12 @@ static INLINE void NAME(transform_circle_prepare_v)(const REAL *v, REAL *prepare
     prepared[7] = (REAL)2 * (v_e1inf * t7 - v_e2inf * t6);
     prepared[8] = (REAL)2 * (v_e2inf * t5 - v_e1inf * t4);
     prepared[9] = (REAL)2 * (v_e10 * t6 - v_e20 * t7);
-    prepared[10] = (REAL)2 * (t10 - t9) + t8;
-    prepared[11] = (REAL)2 * (t11 - t12);
+    prepared[10] = t8 - t9;
+    prepared[11] = (REAL)2 * (t10 - t11);
     prepared[12] = (REAL)2 * (v_e1inf * t5 + v_e2inf * t4);
     prepared[13] = (REAL)2 * (v_e10 * t7 + v_e20 * t6);
-    prepared[14] = (REAL)2 * (t11 + t12);
-    prepared[15] = t8 + (REAL)2 * (t9 - t10);
+    prepared[14] = (REAL)2 * (t10 + t11);
+    prepared[15] = t8 + t9;
 }
 
 static INLINE void NAME(transform_circle_apply_v)(const REAL *prepared, const REAL *x, REAL *out)
@@ -3159,7 +3161,7 @@ static INLINE void NAME(transform_circle_apply_v)(const REAL *prepared, const RE
     const REAL x_e120 = x[0], x_e12inf = x[1], x_e10inf = x[2], x_e20inf = x[3];
     out[0] = x_e120 * c0 - x_e12inf * c1 + x_e10inf * c2 + x_e20inf * c3;
     out[1] = x_e12inf * c4 - x_e120 * c5 - x_e10inf * c6 + x_e20inf * c7;
-    out[2] = x_e120 * c8 + x_e12inf * c9 + x_e10inf * c10 + x_e20inf * c11;
+    out[2] = x_e20inf * c11 + (x_e120 * c8 + x_e12inf * c9 + x_e10inf * c10);
     out[3] = x_e12inf * c13 - x_e120 * c12 - x_e10inf * c14 + x_e20inf * c15;
 }
 

@@ -2,7 +2,7 @@
 // command: gac generate --all cga2
 // spec: bf914d226ebf9b72
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 1a0e6ced47db963ae2494347d569262d58de17b746bb141386782c423f41d430
+// body: c4bc09024b18596c9a197ddcdf802efcc1a958d24671fab9b0cc5d8d4e6d08bb
 /* cga2
    Conformal geometry of the plane in G(3,1) with the null basis ``e0, einf`` and ``einf . e0 = -1``.
    
@@ -40,7 +40,7 @@ extern "C" {
          e012inf.
      out[16]  CGA2.(1 e1 e2 e0 einf e12 e10 e20 e1inf e2inf e0inf e120 e12inf e10inf e20inf e012inf): 1, e1, e2,
          e0, einf, e12, e10, e20, e1inf, e2inf, e0inf, e120, e12inf, e10inf, e20inf, e012inf.
-   Costs 88 mul, 122 add.
+   Costs 88 mul, 120 add.
    Error: 1.8 ulp of the largest coefficient, 64 random inputs. */
 void cga2_geometric_product_f64(const double *a, const double *b, double *out);
 void cga2_geometric_product_f32(const float *a, const float *b, float *out);
@@ -398,9 +398,9 @@ void cga2_point_pair_from_centre_loop_f32(char **args, const intptr_t *dimension
      c[2]  CGA2.POINT: e1, e2; with e0 = 1, einf = implied.
      out[4]  CGA2.CIRCLE: e120, e12inf, e10inf, e20inf.
    Costs 18 mul, 14 add.
-   If `a` and `b` are the same for 3 or more elements: 16 mul, 9 add once, then 11 mul, 9 add for each element.
-   If `a` and `c` are the same for 3 or more elements: 16 mul, 9 add once, then 11 mul, 9 add for each element.
-   If `b` and `c` are the same for 3 or more elements: 16 mul, 9 add once, then 11 mul, 9 add for each element.
+   If `a` and `b` are the same for 3 or more elements: 16 mul, 8 add once, then 11 mul, 9 add for each element.
+   If `a` and `c` are the same for 3 or more elements: 16 mul, 8 add once, then 11 mul, 9 add for each element.
+   If `b` and `c` are the same for 3 or more elements: 16 mul, 8 add once, then 11 mul, 9 add for each element.
    Error: 24.5 ulp of the largest coefficient, 64 random inputs. */
 void cga2_circle_from_points_f64(const double *a, const double *b, const double *c, double *out);
 void cga2_circle_from_points_f32(const float *a, const float *b, const float *c, float *out);
@@ -1108,7 +1108,7 @@ void cga2_versor_exponential_loop_f32(char **args, const intptr_t *dimensions, c
      v[8]  CGA2.UNIT_EVEN: 1, e12, e10, e20, e1inf, e2inf, e0inf, e012inf; unit.
      out[6]  CGA2.POINT_PAIR: e12, e10, e20, e1inf, e2inf, e0inf.
    Assumes ``v ~v = 1``.
-   Costs 56 mul, 36 add, 7 div, 4 sqrt, 2 call, 30 choice.
+   Costs 56 mul, 35 add, 7 div, 4 sqrt, 2 call, 30 choice.
    Error: 3.0 ulp of the largest coefficient, 64 random inputs. */
 void cga2_versor_logarithm_f64(const double *v, double *out);
 void cga2_versor_logarithm_f32(const float *v, float *out);
@@ -1191,7 +1191,7 @@ void cga2_translator_between_points_loop_f32(char **args, const intptr_t *dimens
      out_2[2]  SCALAR.
      out_3[2]  SCALAR.
    Assumes ``x ~x = 1``.
-   Costs 24 mul, 16 add, 2 div, 1 sqrt.
+   Costs 24 mul, 14 add, 2 div, 1 sqrt.
    Error: 3.3 ulp of the largest coefficient, 64 random inputs. */
 void cga2_versor_decomposition_f64(const double *x, double *out_0, double *out_1, double *out_2, double *out_3);
 void cga2_versor_decomposition_f32(const float *x, float *out_0, float *out_1, float *out_2, float *out_3);
@@ -1303,8 +1303,8 @@ void cga2_move_circle_loop_f32(char **args, const intptr_t *dimensions, const in
      x[4]  CGA2.VECTOR: e1, e2, e0, einf.
      out[4]  CGA2.VECTOR: e1, e2, e0, einf.
    Assumes ``v ~v = 1``.
-   Costs 44 mul, 33 add.
-   If `v` is the same for 2 or more elements: 47 mul, 29 add once, then 16 mul, 12 add for each element.
+   Costs 44 mul, 32 add.
+   If `v` is the same for 2 or more elements: 46 mul, 28 add once, then 16 mul, 12 add for each element.
    Error: 6.9 ulp of the largest coefficient, 64 random inputs. */
 void cga2_transform_vector_f64(const double *v, const double *x, double *out);
 void cga2_transform_vector_f32(const float *v, const float *x, float *out);
@@ -1328,9 +1328,9 @@ void cga2_transform_point_loop_f32(char **args, const intptr_t *dimensions, cons
      x[6]  CGA2.POINT_PAIR: e12, e10, e20, e1inf, e2inf, e0inf.
      out[6]  CGA2.POINT_PAIR: e12, e10, e20, e1inf, e2inf, e0inf.
    Assumes ``v ~v = 1``.
-   Costs 58 mul, 50 add.
-   If `v` is the same for 2 or more elements: 52 mul, 24 add once, then 36 mul, 30 add for each element.
-   Error: 3.4 ulp of the largest coefficient, 64 random inputs. */
+   Costs 62 mul, 46 add.
+   If `v` is the same for 2 or more elements: 51 mul, 23 add once, then 36 mul, 30 add for each element.
+   Error: 2.3 ulp of the largest coefficient, 64 random inputs. */
 void cga2_transform_point_pair_f64(const double *v, const double *x, double *out);
 void cga2_transform_point_pair_f32(const float *v, const float *x, float *out);
 void cga2_transform_point_pair_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -1341,8 +1341,8 @@ void cga2_transform_point_pair_loop_f32(char **args, const intptr_t *dimensions,
      x[4]  CGA2.CIRCLE: e120, e12inf, e10inf, e20inf.
      out[4]  CGA2.CIRCLE: e120, e12inf, e10inf, e20inf.
    Assumes ``v ~v = 1``.
-   Costs 44 mul, 33 add.
-   If `v` is the same for 2 or more elements: 47 mul, 29 add once, then 16 mul, 12 add for each element.
+   Costs 44 mul, 32 add.
+   If `v` is the same for 2 or more elements: 46 mul, 28 add once, then 16 mul, 12 add for each element.
    Error: 12.6 ulp of the largest coefficient, 64 random inputs. */
 void cga2_transform_circle_f64(const double *v, const double *x, double *out);
 void cga2_transform_circle_f32(const float *v, const float *x, float *out);

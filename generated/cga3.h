@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: 304fccca89e1b33a
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: c51995c9e4d135a88aacb1447330a7d8808a2402f98453058d79dafd989b2997
+// body: d8e4aec529c7b58e8d901e7e04531ed7a5b20343485abe9204a7453b4e5d7b2a
 /* cga3
    Conformal geometry of space in G(4,1) with the null basis ``e0, einf`` and ``einf . e0 = -1``.
    
@@ -53,7 +53,7 @@ extern "C" {
          e13inf e23inf e10inf e20inf e30inf e1230 e123inf e120inf e130inf e230inf e0123inf): 1, e1, e2, e3, e0,
          einf, e12, e13, e23, e10, e20, e30, e1inf, e2inf, e3inf, e0inf, e123, e120, e130, e230, e12inf, e13inf,
          e23inf, e10inf, e20inf, e30inf, e1230, e123inf, e120inf, e130inf, e230inf, e0123inf.
-   Costs 240 mul, 372 add.
+   Costs 240 mul, 368 add.
    Error: 2.4 ulp of the largest coefficient, 64 random inputs. */
 void cga3_geometric_product_f64(const double *a, const double *b, double *out);
 void cga3_geometric_product_f32(const float *a, const float *b, float *out);
@@ -349,7 +349,7 @@ void cga3_point_pair_from_points_loop_f32(char **args, const intptr_t *dimension
    Costs 36 mul, 28 add.
    If `a` and `c` are the same for 2 or more elements: 8 mul, 8 add once, then 28 mul, 20 add for each element.
    If `b` and `c` are the same for 2 or more elements: 8 mul, 8 add once, then 28 mul, 20 add for each element.
-   If `a` and `b` are the same for 3 or more elements: 28 mul, 16 add once, then 27 mul, 22 add for each element.
+   If `a` and `b` are the same for 3 or more elements: 28 mul, 14 add once, then 27 mul, 22 add for each element.
    Error: 4.5 ulp of the largest coefficient, 64 random inputs. */
 void cga3_circle_from_points_f64(const double *a, const double *b, const double *c, double *out);
 void cga3_circle_from_points_f32(const float *a, const float *b, const float *c, float *out);
@@ -1353,7 +1353,7 @@ void cga3_closest_points_of_lines_loop_f32(char **args, const intptr_t *dimensio
      circle[10]  CGA3.CIRCLE: e123, e120, e130, e230, e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
      out_0[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
      out_1[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
-   Costs 223 mul, 186 add, 10 div, 5 sqrt, 73 choice.
+   Costs 223 mul, 185 add, 10 div, 5 sqrt, 73 choice.
    Error: 4.4 ulp of the largest coefficient, 64 random inputs. */
 void cga3_closest_points_line_circle_f64(const double *line, const double *circle, double *out_0, double *out_1);
 void cga3_closest_points_line_circle_f32(const float *line, const float *circle, float *out_0, float *out_1);
@@ -1980,7 +1980,7 @@ void cga3_move_sphere_loop_f32(char **args, const intptr_t *dimensions, const in
      x[5]  CGA3.VECTOR: e1, e2, e3, e0, einf.
      out[5]  CGA3.VECTOR: e1, e2, e3, e0, einf.
    Assumes ``v ~v = 1``.
-   Costs 110 mul, 94 add.
+   Costs 110 mul, 91 add.
    If `v` is the same for 2 or more elements: 123 mul, 101 add once, then 25 mul, 20 add for each element.
    Error: 42.6 ulp of the largest coefficient, 64 random inputs. */
 void cga3_transform_vector_f64(const double *v, const double *x, double *out);
@@ -2119,7 +2119,7 @@ void cga3_translator_between_points_loop_f32(char **args, const intptr_t *dimens
      out_2[3]  SCALAR.
      out_3[3]  SCALAR.
    Assumes ``x ~x = 1``.
-   Costs 55 mul, 48 add, 2 div, 1 sqrt.
+   Costs 55 mul, 42 add, 2 div, 1 sqrt.
    Error: 3.6 ulp of the largest coefficient, 64 random inputs. */
 void cga3_versor_decomposition_f64(const double *x, double *out_0, double *out_1, double *out_2, double *out_3);
 void cga3_versor_decomposition_f32(const float *x, float *out_0, float *out_1, float *out_2, float *out_3);
@@ -2239,7 +2239,7 @@ void cga3_transform_point_loop_f32(char **args, const intptr_t *dimensions, cons
      x[10]  CGA3.POINT_PAIR: e12, e13, e23, e10, e20, e30, e1inf, e2inf, e3inf, e0inf.
      out[10]  CGA3.POINT_PAIR: e12, e13, e23, e10, e20, e30, e1inf, e2inf, e3inf, e0inf.
    Assumes ``v ~v = 1``.
-   Costs 202 mul, 177 add.
+   Costs 202 mul, 174 add.
    Error: 3.0 ulp of the largest coefficient, 64 random inputs. */
 void cga3_transform_point_pair_f64(const double *v, const double *x, double *out);
 void cga3_transform_point_pair_f32(const float *v, const float *x, float *out);
@@ -2252,7 +2252,7 @@ void cga3_transform_point_pair_loop_f32(char **args, const intptr_t *dimensions,
      x[10]  CGA3.CIRCLE: e123, e120, e130, e230, e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
      out[10]  CGA3.CIRCLE: e123, e120, e130, e230, e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
    Assumes ``v ~v = 1``.
-   Costs 170 mul, 205 add.
+   Costs 170 mul, 198 add.
    Error: 6.0 ulp of the largest coefficient, 64 random inputs. */
 void cga3_transform_circle_f64(const double *v, const double *x, double *out);
 void cga3_transform_circle_f32(const float *v, const float *x, float *out);
@@ -2265,7 +2265,7 @@ void cga3_transform_circle_loop_f32(char **args, const intptr_t *dimensions, con
      x[5]  CGA3.SPHERE: e1230, e123inf, e120inf, e130inf, e230inf.
      out[5]  CGA3.SPHERE: e1230, e123inf, e120inf, e130inf, e230inf.
    Assumes ``v ~v = 1``.
-   Costs 110 mul, 94 add.
+   Costs 110 mul, 91 add.
    If `v` is the same for 2 or more elements: 123 mul, 101 add once, then 25 mul, 20 add for each element.
    Error: 6.2 ulp of the largest coefficient, 64 random inputs. */
 void cga3_transform_sphere_f64(const double *v, const double *x, double *out);

@@ -2,7 +2,7 @@
 // command: gac generate --all estimation
 // spec: a4f6292b3687f14f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 29523436abd8116356c0d1b0715d7b81773934f03a1eb9916b377d97e77c38b7
+// body: 85c75ae6c08ace54027c633811af23194fd78b33faeba826b676664efa5c2d53
 /* estimation
    Filters for rotations and rigid motions: rotors of G(3) and motors of G(3,0,1).
    
@@ -81,7 +81,7 @@ extern "C" {
      out_1[n, 3]  SCALAR.
      out_2[n, 3]  SCALAR.
      out_3[n, 3]  SCALAR.
-   Costs 2 mul, 0 add once; 582 mul, 523 add, 16 div, 3 sqrt, 2 call, 52 choice for each of n.
+   Costs 2 mul, 0 add once; 578 mul, 517 add, 16 div, 3 sqrt, 2 call, 52 choice for each of n.
    Error: 128.7 ulp of the largest coefficient, 18 random inputs. */
 void estimation_orientation_filter_f64(intptr_t n, const double *rates, const double *accelerations, const double
     *fields, const double *dt, const double *rotor, const double *bias, const double *acceleration, const double
@@ -157,7 +157,7 @@ int estimation_update_by_vectors_rows_f32(const intptr_t *lengths, char **args, 
      variance  SCALAR.
      out_0[4]  VGA3.EVEN: 1, e12, e13, e23.
      out_1[10]  SCALAR.
-   Costs 271 mul, 205 add, 5 div, 1 sqrt, 15 choice for each of n.
+   Costs 271 mul, 204 add, 5 div, 1 sqrt, 15 choice for each of n.
    Error: 23.1 ulp of the largest coefficient, 42 random inputs. */
 void estimation_update_linear_by_vectors_f64(intptr_t n, const double *rotor, const double *covariance, const double
     *vectors, const double *seen, double variance, double *out_0, double *out_1, double *work);

@@ -2,7 +2,7 @@
 // command: gac generate --all hand_eye
 // spec: d645d839e49f6709
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 56e1ff855a3c8e5abe8337d48d412840b8c2bd8c97f3e89268b179d88cb9854c
+// body: c4237539066167fc16b40fde09b846a13e56c0aa5e1fd2a2e515da472b84587d
 /* hand_eye
    Hand-eye calibration by unit motors of G(3,0,1): ``a x = x b`` and ``a x = z b``.
    
@@ -43,7 +43,7 @@ extern "C" {
      u[8]  PGA3.EVEN: 1, e12, e13, e23, e01, e02, e03, e0123.
      v[8]  PGA3.EVEN: 1, e12, e13, e23, e01, e02, e03, e0123.
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
-   Costs 62 mul, 31 add, 1 div, 2 sqrt, 9 choice.
+   Costs 62 mul, 30 add, 1 div, 2 sqrt, 9 choice.
    Error: 4.3 ulp of the largest coefficient, 64 random inputs. */
 void hand_eye_null_motor_f64(const double *u, const double *v, double *out);
 void hand_eye_null_motor_f32(const float *u, const float *v, float *out);
@@ -123,7 +123,7 @@ void hand_eye_misfit_of_poses_loop_f32(char **args, const intptr_t *dimensions, 
      out_0[21]  SCALAR.
      out_1[21]  SCALAR.
    Assumes ``a ~a = 1``, ``b ~b = 1``, ``x ~x = 1``.
-   Costs 300 mul, 390 add.
+   Costs 261 mul, 362 add.
    Error: 3.8 ulp of the largest coefficient, 64 random inputs. */
 void hand_eye_misfit_equations_f64(const double *a, const double *b, const double *x, double *out_0, double *out_1);
 void hand_eye_misfit_equations_f32(const float *a, const float *b, const float *x, float *out_0, float *out_1);
@@ -141,8 +141,8 @@ void hand_eye_misfit_equations_loop_f32(char **args, const intptr_t *dimensions,
      out_0[39]  SCALAR.
      out_1[39]  SCALAR.
    Assumes ``a ~a = 1``, ``b ~b = 1``, ``x ~x = 1``, ``z ~z = 1``, ``frame ~frame = 1``.
-   Costs 1164 mul, 1230 add.
-   Error: 4.1 ulp of the largest coefficient, 26 random inputs. */
+   Costs 704 mul, 818 add.
+   Error: 3.4 ulp of the largest coefficient, 41 random inputs. */
 void hand_eye_misfit_of_poses_equations_f64(const double *a, const double *b, const double *x, const double *z,
     const double *frame, double *out_0, double *out_1);
 void hand_eye_misfit_of_poses_equations_f32(const float *a, const float *b, const float *x, const float *z, const
@@ -280,8 +280,8 @@ int hand_eye_screws_rows_f32(const intptr_t *lengths, char **args, const intptr_
      out_6[1]  SCALAR.
      out_7[1]  SCALAR.
      out_8[8, 8]  SCALAR.
-   Costs 188 mul, 262 add, 2 div, 38 choice for each of n; 96 mul, 58 add, 8 div, 5 sqrt, 35 choice once.
-   Error: 1.3 ulp of the largest coefficient, 30 random inputs. */
+   Costs 158 mul, 250 add, 2 div, 38 choice for each of n; 94 mul, 56 add, 8 div, 5 sqrt, 35 choice once.
+   Error: 1.3 ulp of the largest coefficient, 32 random inputs. */
 void hand_eye_equations_of_motions_f64(intptr_t n, const double *a, const double *b, double half_turn, double
     same_axis, double *out_0, double *out_1, double *out_2, double *out_3, double *out_4, double *out_5, double
     *out_6, double *out_7, double *out_8, double *work);
@@ -356,7 +356,7 @@ int hand_eye_misfit_of_motions_rows_f32(const intptr_t *lengths, char **args, co
      out_2[1]  SCALAR.
      out_3[1]  SCALAR.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
-   Costs 143 mul, 64 add, 4 div, 7 sqrt, 23 choice once; 203 mul, 153 add, 16 choice for each of n; 1020 mul, 899
+   Costs 143 mul, 62 add, 4 div, 7 sqrt, 23 choice once; 203 mul, 153 add, 16 choice for each of n; 1020 mul, 899
    add for each of steps * n; 198 mul, 161 add, 8 div, 1 sqrt, 2 call, 31 choice for each of steps.
    Error: 1.2 ulp of the largest coefficient, 7 random inputs. */
 void hand_eye_fitted_to_motions_f64(intptr_t n, const double *a, const double *b, const double *clear, const double

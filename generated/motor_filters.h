@@ -2,7 +2,7 @@
 // command: gac generate --all motor_filters
 // spec: 3dfd76bdacff3b34
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 98df75999fe2740f2cc1d17eb994ac1b3955f2a02dc02b727af0a572e8006221
+// body: 9879c511dfe41b8f09cf559b14b31cc6ef6bce295463cef968fcea9f323fadde
 /* motor_filters
    Filters that estimate a motor of G(3,0,1) from lines, points and planes.
    
@@ -62,8 +62,8 @@ void motor_filters_line_equations_loop_f32(char **args, const intptr_t *dimensio
      out_0[3]  SCALAR.
      out_1[18]  SCALAR.
    Assumes ``motor ~motor = 1``.
-   Costs 21 mul, 22 add.
-   If `motor` and `model` are the same for 2 or more elements: 21 mul, 19 add once, then 0 mul, 3 add for each
+   Costs 21 mul, 21 add.
+   If `motor` and `model` are the same for 2 or more elements: 21 mul, 18 add once, then 0 mul, 3 add for each
    element.
    If `motor` is the same for 3 or more elements: 31 mul, 22 add once, then 9 mul, 12 add for each element.
    If `motor` and `seen` are the same for 3 or more elements: 31 mul, 25 add once, then 9 mul, 12 add for each
@@ -83,8 +83,8 @@ void motor_filters_point_equations_loop_f32(char **args, const intptr_t *dimensi
      out_0[3]  SCALAR.
      out_1[18]  SCALAR.
    Assumes ``motor ~motor = 1``.
-   Costs 63 mul, 35 add, 4 div, 3 sqrt, 1 call, 11 choice.
-   If `motor` and `model` are the same for 2 or more elements: 41 mul, 25 add, 2 div, 1 sqrt, 4 choice once, then
+   Costs 63 mul, 33 add, 4 div, 3 sqrt, 1 call, 11 choice.
+   If `motor` and `model` are the same for 2 or more elements: 41 mul, 23 add, 2 div, 1 sqrt, 4 choice once, then
    22 mul, 10 add, 2 div, 2 sqrt, 1 call, 7 choice for each element.
    Error: 2.8 ulp of the largest coefficient, 64 random inputs. */
 void motor_filters_plane_equations_f64(const double *motor, const double *model, const double *seen, double *out_0,
@@ -102,7 +102,7 @@ void motor_filters_plane_equations_loop_f32(char **args, const intptr_t *dimensi
      out_0[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
      out_1[21]  SCALAR.
    Assumes ``motor ~motor = 1``, ``motion ~motion = 1``.
-   Costs 356 mul, 305 add.
+   Costs 351 mul, 301 add.
    Error: 4.0 ulp of the largest coefficient, 64 random inputs. */
 void motor_filters_predict_by_motion_f64(const double *motor, const double *covariance, const double *motion, const
     double *noise, double *out_0, double *out_1);
@@ -123,7 +123,7 @@ void motor_filters_predict_by_motion_loop_f32(char **args, const intptr_t *dimen
      out_0[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
      out_1[78]  SCALAR.
    Assumes ``motor ~motor = 1``.
-   Costs 1134 mul, 1075 add, 4 div, 3 sqrt, 4 call, 10 choice.
+   Costs 1119 mul, 1063 add, 4 div, 3 sqrt, 4 call, 10 choice.
    Error: 11.5 ulp of the largest coefficient, 28 random inputs. */
 void motor_filters_predict_by_twist_f64(const double *motor, const double *twist, const double *covariance, double
     dt, const double *noise, const double *twist_noise, double *out_0, double *out_1);
@@ -165,7 +165,7 @@ void motor_filters_predict_by_twist_loop_f32(char **args, const intptr_t *dimens
      out_1[21]  SCALAR.
      out_2[5]  SCALAR.
    Assumes ``motor ~motor = 1``, ``start ~start = 1``.
-   Costs 483 mul, 361 add, 4 div, 4 sqrt, 5 call, 19 choice for each of steps; 409 mul, 316 add, 8 div, 3 sqrt, 1
+   Costs 480 mul, 358 add, 4 div, 4 sqrt, 5 call, 19 choice for each of steps; 409 mul, 316 add, 8 div, 3 sqrt, 1
    call, 60 choice for each of steps * n.
    Error: 6085043553359336.0 ulp of the largest coefficient, 12 random inputs. */
 void motor_filters_update_by_lines_f64(intptr_t n, const double *motor, const double *covariance, const double
@@ -192,7 +192,7 @@ int motor_filters_update_by_lines_rows_f32(const intptr_t *lengths, char **args,
      out_1[21]  SCALAR.
      out_2[5]  SCALAR.
    Assumes ``motor ~motor = 1``, ``start ~start = 1``.
-   Costs 483 mul, 361 add, 4 div, 4 sqrt, 5 call, 19 choice for each of steps; 176 mul, 167 add, 3 div, 41 choice
+   Costs 480 mul, 358 add, 4 div, 4 sqrt, 5 call, 19 choice for each of steps; 176 mul, 165 add, 3 div, 41 choice
    for each of steps * n.
    Error: 621452.5 ulp of the largest coefficient, 16 random inputs. */
 void motor_filters_update_by_points_f64(intptr_t n, const double *motor, const double *covariance, const double
@@ -219,7 +219,7 @@ int motor_filters_update_by_points_rows_f32(const intptr_t *lengths, char **args
      out_1[21]  SCALAR.
      out_2[5]  SCALAR.
    Assumes ``motor ~motor = 1``, ``start ~start = 1``.
-   Costs 483 mul, 361 add, 4 div, 4 sqrt, 5 call, 19 choice for each of steps; 249 mul, 182 add, 7 div, 3 sqrt, 1
+   Costs 480 mul, 358 add, 4 div, 4 sqrt, 5 call, 19 choice for each of steps; 249 mul, 182 add, 7 div, 3 sqrt, 1
    call, 55 choice for each of steps * n.
    Error: 33803734275773.7 ulp of the largest coefficient, 15 random inputs. */
 void motor_filters_update_by_planes_f64(intptr_t n, const double *motor, const double *covariance, const double
@@ -258,7 +258,7 @@ int motor_filters_information_of_lines_rows_f32(const intptr_t *lengths, char **
      variances[2]  SCALAR.
      out[21]  SCALAR.
    Assumes ``motor ~motor = 1``.
-   Costs 0 mul, 0 add, 1 div once; 31 mul, 42 add, 5 choice for each of n.
+   Costs 0 mul, 0 add, 1 div once; 31 mul, 41 add, 5 choice for each of n.
    Error: 1.3 ulp of the largest coefficient, 64 random inputs. */
 void motor_filters_information_of_points_f64(intptr_t n, const double *motor, const double *model, const double
     *variances, double *out, double *work);
@@ -303,8 +303,8 @@ int motor_filters_information_of_planes_rows_f32(const intptr_t *lengths, char *
      out_1[n, 21]  SCALAR.
      out_2[n, 2]  SCALAR.
    Assumes ``motor ~motor = 1``.
-   Costs 842 mul, 710 add, 12 div, 6 sqrt, 5 call, 70 choice for each of n.
-   Error: 330.0 ulp of the largest coefficient, 12 random inputs. */
+   Costs 834 mul, 702 add, 12 div, 6 sqrt, 5 call, 70 choice for each of n.
+   Error: 100.6 ulp of the largest coefficient, 13 random inputs. */
 void motor_filters_filter_lines_f64(intptr_t n, const double *motor, const double *covariance, const double *model,
     const double *seen, const double *noise, const double *variances, double gate, double *out_0, double *out_1,
     double *out_2, double *work);
@@ -328,7 +328,7 @@ int motor_filters_filter_lines_rows_f32(const intptr_t *lengths, char **args, co
      variance  SCALAR.
      motor_2[8]  PGA3.EVEN: 1, e12, e13, e23, e01, e02, e03, e0123.
      covariance_2[36]  SCALAR.
-   Costs 1475 mul, 1243 add, 11 div, 2 sqrt, 33 choice for each of n.
+   Costs 1466 mul, 1229 add, 10 div, 1 sqrt, 33 choice for each of n.
    Error: 165.3 ulp of the largest coefficient, 7 random inputs. */
 void motor_filters_update_linear_by_lines_f64(intptr_t n, const double *motor, const double *covariance, const
     double *model, const double *seen, double variance, double *motor_2, double *covariance_2, double *work);

@@ -2,7 +2,7 @@
 // command: gac generate --all pga2
 // spec: 38cb06cf816dd2fb
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: d33ed81925150dab242bb4a7444716ac04dec554594f999019a90076cfbd25bc
+// body: 95455e5a9949d96145fda215cc193fd406b829236e5e1ddb7551d5666d27c461
 
 #ifndef REAL
 #include "pga2.h"
@@ -841,10 +841,10 @@ INLINE void NAME(collinearity_residual)(const REAL *a, const REAL *b, const REAL
     const REAL t5 = t3 * t3 + t4 * t4;
     const REAL t6 = MAXIMUM(t2, t5);
     const REAL t7 = a_e01 - b_e01;
-    const REAL t8 = b_e20 - a_e20;
+    const REAL t8 = a_e20 - b_e20;
     const REAL t9 = t7 * t7 + t8 * t8;
-    const REAL t10 = MAXIMUM(t9, t6);
-    const REAL t11 = c_e20 * t7 + c_e01 * t8 + (a_e20 * b_e01 - a_e01 * b_e20);
+    const REAL t10 = MAXIMUM(t6, t9);
+    const REAL t11 = a_e20 * b_e01 - a_e01 * b_e20 - c_e01 * t8 + c_e20 * t7;
     out[0] = t11 / SQRT(SELECT(LESS_EQUAL(t10, (REAL)0), (REAL)1, t10));
 }
 
@@ -1413,24 +1413,23 @@ INLINE void NAME(motor_from_matrix)(const REAL *matrix, REAL *out)
     const REAL matrix_0_0 = matrix[0], matrix_0_1 = matrix[1], matrix_0_2 = matrix[2], matrix_1_0 = matrix[3],
         matrix_1_1 = matrix[4], matrix_1_2 = matrix[5];
     const REAL t0 = matrix_0_0 + matrix_1_1;
-    const REAL t1 = matrix_1_0 - matrix_0_1;
+    const REAL t1 = matrix_0_1 - matrix_1_0;
     const REAL t2 = SQRT(t0 * t0 + t1 * t1);
     const REAL t3 = t0 + t2;
-    const REAL t4 = SELECT(LESS(t1, (REAL)0), (REAL)-1, (REAL)1);
-    const REAL t5 = t1 * t4;
-    const REAL t6 = LESS_EQUAL((REAL)0, t0);
-    const REAL t7 = SELECT(t6, t3, t5);
-    const REAL t8 = t4 * (t2 - t0);
-    const REAL t9 = SELECT(t6, t1, t8);
-    const REAL t10 = (REAL)1 / SQRT(t7 * t7 + t9 * t9);
-    const REAL t11 = t7 * t10;
-    const REAL t12 = t9 * t10;
-    const REAL t13 = matrix_1_2 * (REAL)0.5;
-    const REAL t14 = matrix_0_2 * (REAL)0.5;
-    out[0] = t11;
-    out[1] = -t12;
-    out[2] = t13 * t11 - t14 * t12;
-    out[3] = -(t14 * t11 + t13 * t12);
+    const REAL t4 = -t1;
+    const REAL t5 = SELECT(LESS(t4, (REAL)0), (REAL)-1, (REAL)1);
+    const REAL t6 = -(t1 * t5);
+    const REAL t7 = LESS_EQUAL((REAL)0, t0);
+    const REAL t8 = SELECT(t7, t3, t6);
+    const REAL t9 = (t2 - t0) * t5;
+    const REAL t10 = SELECT(t7, t4, t9);
+    const REAL t11 = (REAL)1 / SQRT(t8 * t8 + t10 * t10);
+    const REAL t12 = t8 * t11;
+    const REAL t13 = t10 * t11;
+    out[0] = t12;
+    out[1] = -t13;
+    out[2] = (REAL)0.5 * (matrix_1_2 * t12 - matrix_0_2 * t13);
+    out[3] = -((REAL)0.5 * (matrix_1_2 * t13 + matrix_0_2 * t12));
 }
 
 #define PARTS_motor_from_matrix(IN, NUMBER, OUT, AND) IN(0, 0, 3x3, 9, 2, 3, 3) AND OUT(1, 2, 4, 4, 1, 4)

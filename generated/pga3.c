@@ -2,7 +2,7 @@
 // command: gac generate --all pga3
 // spec: 20ae328604af9aee
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: d0899005d5693f74df4bc793646bb64c52cd3b9c90691028dd6e0a17602bb7df
+// body: b742d3ccaa61892fe0ef5b2ee22452f12e6fc53ff2a70026a7475edc0215b163
 
 #ifndef REAL
 #include "pga3.h"
@@ -865,9 +865,9 @@ INLINE void NAME(distance_squared_points)(const REAL *a, const REAL *b, REAL *ou
 {
     const REAL a_e032 = a[0], a_e013 = a[1], a_e021 = a[2];
     const REAL b_e032 = b[0], b_e013 = b[1], b_e021 = b[2];
-    const REAL t0 = b_e021 - a_e021;
+    const REAL t0 = a_e021 - b_e021;
     const REAL t1 = a_e013 - b_e013;
-    const REAL t2 = b_e032 - a_e032;
+    const REAL t2 = a_e032 - b_e032;
     out[0] = t0 * t0 + t1 * t1 + t2 * t2;
 }
 
@@ -879,9 +879,9 @@ INLINE void NAME(distance_points)(const REAL *a, const REAL *b, REAL *out)
 {
     const REAL a_e032 = a[0], a_e013 = a[1], a_e021 = a[2];
     const REAL b_e032 = b[0], b_e013 = b[1], b_e021 = b[2];
-    const REAL t0 = b_e021 - a_e021;
+    const REAL t0 = a_e021 - b_e021;
     const REAL t1 = a_e013 - b_e013;
-    const REAL t2 = b_e032 - a_e032;
+    const REAL t2 = a_e032 - b_e032;
     out[0] = SQRT(t0 * t0 + t1 * t1 + t2 * t2);
 }
 
@@ -1270,12 +1270,12 @@ INLINE void NAME(join_point_directions)(const REAL *p, const REAL *d, const REAL
     const REAL d_e032 = d[0], d_e013 = d[1], d_e021 = d[2];
     const REAL e_e032 = e[0], e_e013 = e[1], e_e021 = e[2];
     const REAL t0 = d_e013 * e_e021 - d_e021 * e_e013;
-    const REAL t1 = d_e021 * e_e032 - d_e032 * e_e021;
+    const REAL t1 = d_e032 * e_e021 - d_e021 * e_e032;
     const REAL t2 = d_e032 * e_e013 - d_e013 * e_e032;
     out[0] = t0;
-    out[1] = t1;
+    out[1] = -t1;
     out[2] = t2;
-    out[3] = -(p_e032 * t0 + p_e013 * t1 + p_e021 * t2);
+    out[3] = p_e013 * t1 - p_e032 * t0 - p_e021 * t2;
 }
 
 #define PARTS_join_point_directions(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND IN(2, 2, \
@@ -1464,11 +1464,11 @@ INLINE void NAME(signed_distance_lines)(const REAL *a, const REAL *b, REAL *out)
     const REAL t2 = a_e13 * b_e12 - a_e12 * b_e13;
     const REAL t3 = t0 * t0 + t1 * t1 + t2 * t2;
     const REAL t4 = LESS_EQUAL(t3, (REAL)1e-24);
-    const REAL t5 = a_e12 * b_e03 + a_e23 * b_e01 + a_e01 * b_e23 + a_e03 * b_e12 - a_e13 * b_e02;
-    const REAL t6 = -((t5 - a_e02 * b_e13) / SQRT(SELECT(t4, (REAL)1, t3)));
-    const REAL t7 = a_e02 * b_e12 + a_e03 * b_e13 - a_e12 * b_e02 - a_e13 * b_e03;
-    const REAL t8 = a_e12 * b_e01 + a_e03 * b_e23 - a_e23 * b_e03 - a_e01 * b_e12;
-    const REAL t9 = a_e13 * b_e01 + a_e23 * b_e02 - a_e01 * b_e13 - a_e02 * b_e23;
+    const REAL t5 = a_e02 * b_e13 - a_e03 * b_e12 - a_e01 * b_e23 - a_e23 * b_e01 + a_e13 * b_e02;
+    const REAL t6 = (t5 - a_e12 * b_e03) / SQRT(SELECT(t4, (REAL)1, t3));
+    const REAL t7 = a_e02 * b_e12 - (a_e12 * b_e02 + a_e13 * b_e03) + a_e03 * b_e13;
+    const REAL t8 = a_e12 * b_e01 - a_e23 * b_e03 - a_e01 * b_e12 + a_e03 * b_e23;
+    const REAL t9 = a_e02 * b_e23 - (a_e13 * b_e01 + a_e23 * b_e02 - a_e01 * b_e13);
     const REAL t10 = SQRT(t7 * t7 + t8 * t8 + t9 * t9);
     out[0] = SELECT(t4, t10, t6);
 }
@@ -1486,11 +1486,11 @@ INLINE void NAME(distance_lines)(const REAL *a, const REAL *b, REAL *out)
     const REAL t2 = a_e13 * b_e12 - a_e12 * b_e13;
     const REAL t3 = t0 * t0 + t1 * t1 + t2 * t2;
     const REAL t4 = LESS_EQUAL(t3, (REAL)1e-24);
-    const REAL t5 = a_e12 * b_e03 + a_e23 * b_e01 + a_e01 * b_e23 + a_e03 * b_e12 - a_e13 * b_e02;
-    const REAL t6 = -((t5 - a_e02 * b_e13) / SQRT(SELECT(t4, (REAL)1, t3)));
-    const REAL t7 = a_e02 * b_e12 + a_e03 * b_e13 - a_e12 * b_e02 - a_e13 * b_e03;
-    const REAL t8 = a_e12 * b_e01 + a_e03 * b_e23 - a_e23 * b_e03 - a_e01 * b_e12;
-    const REAL t9 = a_e13 * b_e01 + a_e23 * b_e02 - a_e01 * b_e13 - a_e02 * b_e23;
+    const REAL t5 = a_e02 * b_e13 - a_e03 * b_e12 - a_e01 * b_e23 - a_e23 * b_e01 + a_e13 * b_e02;
+    const REAL t6 = (t5 - a_e12 * b_e03) / SQRT(SELECT(t4, (REAL)1, t3));
+    const REAL t7 = a_e02 * b_e12 - (a_e12 * b_e02 + a_e13 * b_e03) + a_e03 * b_e13;
+    const REAL t8 = a_e12 * b_e01 - a_e23 * b_e03 - a_e01 * b_e12 + a_e03 * b_e23;
+    const REAL t9 = a_e02 * b_e23 - (a_e13 * b_e01 + a_e23 * b_e02 - a_e01 * b_e13);
     const REAL t10 = SQRT(t7 * t7 + t8 * t8 + t9 * t9);
     out[0] = ABS(SELECT(t4, t10, t6));
 }
@@ -1630,18 +1630,13 @@ static INLINE void NAME(signed_angle_between_lines_within)(const REAL *a, const 
     const REAL a_e12 = a[0], a_e13 = a[1], a_e23 = a[2];
     const REAL b_e12 = b[0], b_e13 = b[1], b_e23 = b[2];
     const REAL axis_e032 = axis[0], axis_e013 = axis[1], axis_e021 = axis[2];
-    const REAL t0 = a_e13 * b_e23;
-    const REAL t1 = a_e23 * b_e13;
-    const REAL t2 = t1 - t0;
-    const REAL t3 = a_e12 * b_e23 - a_e23 * b_e12;
-    const REAL t4 = a_e12 * b_e13;
-    const REAL t5 = a_e13 * b_e12;
-    const REAL t6 = t5 - t4;
-    const REAL t7 = a_e12 * b_e12 + a_e13 * b_e13 + a_e23 * b_e23;
-    const REAL t8 = ATAN2(SQRT(t2 * t2 + t3 * t3 + t6 * t6), t7);
-    const REAL t9 = -t8;
-    const REAL t10 = LESS(axis_e032 * (t4 - t5) + axis_e013 * t3 + axis_e021 * (t0 - t1), (REAL)0);
-    out[0] = SELECT(t10, t9, t8);
+    const REAL t0 = a_e13 * b_e23 - a_e23 * b_e13;
+    const REAL t1 = a_e23 * b_e12 - a_e12 * b_e23;
+    const REAL t2 = a_e12 * b_e13 - a_e13 * b_e12;
+    const REAL t3 = a_e12 * b_e12 + a_e13 * b_e13 + a_e23 * b_e23;
+    const REAL t4 = ATAN2(SQRT(t0 * t0 + t1 * t1 + t2 * t2), t3);
+    const REAL t5 = -t4;
+    out[0] = SELECT(LESS(axis_e021 * t0 + (axis_e032 * t2 - axis_e013 * t1), (REAL)0), t5, t4);
 }
 
 FUSED(signed_angle_between_lines, (const REAL *a, const REAL *b, const REAL *axis, REAL *out), (a, b, axis, out))
@@ -1654,27 +1649,23 @@ static INLINE void NAME(signed_angle_between_lines_prepare_a_b)(const REAL *a, c
 {
     const REAL a_e12 = a[0], a_e13 = a[1], a_e23 = a[2];
     const REAL b_e12 = b[0], b_e13 = b[1], b_e23 = b[2];
-    const REAL t0 = a_e13 * b_e23;
-    const REAL t1 = a_e23 * b_e13;
-    const REAL t2 = t1 - t0;
-    const REAL t3 = a_e12 * b_e23 - a_e23 * b_e12;
-    const REAL t4 = a_e12 * b_e13;
-    const REAL t5 = a_e13 * b_e12;
-    const REAL t6 = t5 - t4;
-    const REAL t7 = a_e12 * b_e12 + a_e13 * b_e13 + a_e23 * b_e23;
-    const REAL t8 = ATAN2(SQRT(t2 * t2 + t3 * t3 + t6 * t6), t7);
-    prepared[0] = t4 - t5;
-    prepared[1] = t3;
-    prepared[2] = t0 - t1;
-    prepared[3] = -t8;
-    prepared[4] = t8;
+    const REAL t0 = a_e13 * b_e23 - a_e23 * b_e13;
+    const REAL t1 = a_e23 * b_e12 - a_e12 * b_e23;
+    const REAL t2 = a_e12 * b_e13 - a_e13 * b_e12;
+    const REAL t3 = a_e12 * b_e12 + a_e13 * b_e13 + a_e23 * b_e23;
+    const REAL t4 = ATAN2(SQRT(t0 * t0 + t1 * t1 + t2 * t2), t3);
+    prepared[0] = t2;
+    prepared[1] = t1;
+    prepared[2] = t0;
+    prepared[3] = -t4;
+    prepared[4] = t4;
 }
 
 static INLINE void NAME(signed_angle_between_lines_apply_a_b)(const REAL *prepared, const REAL *axis, REAL *out)
 {
     const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4];
     const REAL axis_e032 = axis[0], axis_e013 = axis[1], axis_e021 = axis[2];
-    out[0] = SELECT(LESS(axis_e032 * c0 + axis_e013 * c1 + axis_e021 * c2, (REAL)0), c3, c4);
+    out[0] = SELECT(LESS(axis_e021 * c2 + (axis_e032 * c0 - axis_e013 * c1), (REAL)0), c3, c4);
 }
 
 #define PARTS_signed_angle_between_lines(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, 6) AND \
@@ -1697,7 +1688,7 @@ static INLINE void NAME(signed_angle_between_planes_within)(const REAL *p, const
     const REAL t2 = p_e2 * q_e3 - p_e3 * q_e2;
     const REAL t3 = ATAN2(SQRT(t0 * t0 + t1 * t1 + t2 * t2), p_e1 * q_e1 + p_e2 * q_e2 + p_e3 * q_e3);
     const REAL t4 = -t3;
-    out[0] = SELECT(LESS(axis_e032 * t2 - axis_e013 * t1 + axis_e021 * t0, (REAL)0), t4, t3);
+    out[0] = SELECT(LESS(axis_e021 * t0 + (axis_e032 * t2 - axis_e013 * t1), (REAL)0), t4, t3);
 }
 
 FUSED(signed_angle_between_planes, (const REAL *p, const REAL *q, const REAL *axis, REAL *out), (p, q, axis, out))
@@ -1725,7 +1716,7 @@ static INLINE void NAME(signed_angle_between_planes_apply_p_q)(const REAL *prepa
 {
     const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4];
     const REAL axis_e032 = axis[0], axis_e013 = axis[1], axis_e021 = axis[2];
-    out[0] = SELECT(LESS(axis_e032 * c0 - axis_e013 * c1 + axis_e021 * c2, (REAL)0), c3, c4);
+    out[0] = SELECT(LESS(axis_e021 * c2 + (axis_e032 * c0 - axis_e013 * c1), (REAL)0), c3, c4);
 }
 
 #define PARTS_signed_angle_between_planes(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND \
@@ -1807,11 +1798,11 @@ INLINE void NAME(relation_of_lines)(const REAL *a, const REAL *b, REAL distance,
     const REAL t2 = a_e13 * b_e12 - a_e12 * b_e13;
     const REAL t3 = t0 * t0 + t1 * t1 + t2 * t2;
     const REAL t4 = LESS_EQUAL(t3, (REAL)1e-24);
-    const REAL t5 = a_e12 * b_e03 + a_e23 * b_e01 + a_e01 * b_e23 + a_e03 * b_e12 - a_e13 * b_e02;
-    const REAL t6 = -((t5 - a_e02 * b_e13) / SQRT(SELECT(t4, (REAL)1, t3)));
-    const REAL t7 = a_e02 * b_e12 + a_e03 * b_e13 - a_e12 * b_e02 - a_e13 * b_e03;
-    const REAL t8 = a_e12 * b_e01 + a_e03 * b_e23 - a_e23 * b_e03 - a_e01 * b_e12;
-    const REAL t9 = a_e13 * b_e01 + a_e23 * b_e02 - a_e01 * b_e13 - a_e02 * b_e23;
+    const REAL t5 = a_e02 * b_e13 - a_e03 * b_e12 - a_e01 * b_e23 - a_e23 * b_e01 + a_e13 * b_e02;
+    const REAL t6 = (t5 - a_e12 * b_e03) / SQRT(SELECT(t4, (REAL)1, t3));
+    const REAL t7 = a_e02 * b_e12 - (a_e12 * b_e02 + a_e13 * b_e03) + a_e03 * b_e13;
+    const REAL t8 = a_e12 * b_e01 - a_e23 * b_e03 - a_e01 * b_e12 + a_e03 * b_e23;
+    const REAL t9 = a_e02 * b_e23 - (a_e13 * b_e01 + a_e23 * b_e02 - a_e01 * b_e13);
     const REAL t10 = t7 * t7 + t8 * t8 + t9 * t9;
     const REAL t11 = SQRT(t10);
     const REAL t12 = SELECT(LESS(distance, ABS(SELECT(t4, t11, t6))), (REAL)3, (REAL)2);
@@ -1829,11 +1820,11 @@ static INLINE void NAME(relation_of_lines_prepare_a_b_distance)(const REAL *a, c
     const REAL t2 = a_e13 * b_e12 - a_e12 * b_e13;
     const REAL t3 = t0 * t0 + t1 * t1 + t2 * t2;
     const REAL t4 = LESS_EQUAL(t3, (REAL)1e-24);
-    const REAL t5 = a_e12 * b_e03 + a_e23 * b_e01 + a_e01 * b_e23 + a_e03 * b_e12 - a_e13 * b_e02;
-    const REAL t6 = -((t5 - a_e02 * b_e13) / SQRT(SELECT(t4, (REAL)1, t3)));
-    const REAL t7 = a_e02 * b_e12 + a_e03 * b_e13 - a_e12 * b_e02 - a_e13 * b_e03;
-    const REAL t8 = a_e12 * b_e01 + a_e03 * b_e23 - a_e23 * b_e03 - a_e01 * b_e12;
-    const REAL t9 = a_e13 * b_e01 + a_e23 * b_e02 - a_e01 * b_e13 - a_e02 * b_e23;
+    const REAL t5 = a_e02 * b_e13 - a_e03 * b_e12 - a_e01 * b_e23 - a_e23 * b_e01 + a_e13 * b_e02;
+    const REAL t6 = (t5 - a_e12 * b_e03) / SQRT(SELECT(t4, (REAL)1, t3));
+    const REAL t7 = a_e02 * b_e12 - (a_e12 * b_e02 + a_e13 * b_e03) + a_e03 * b_e13;
+    const REAL t8 = a_e12 * b_e01 - a_e23 * b_e03 - a_e01 * b_e12 + a_e03 * b_e23;
+    const REAL t9 = a_e02 * b_e23 - (a_e13 * b_e01 + a_e23 * b_e02 - a_e01 * b_e13);
     const REAL t10 = t7 * t7 + t8 * t8 + t9 * t9;
     const REAL t11 = SQRT(t10);
     prepared[0] = t3;
@@ -1856,11 +1847,11 @@ static INLINE void NAME(relation_of_lines_prepare_a_b_sine)(const REAL *a, const
     const REAL t2 = a_e13 * b_e12 - a_e12 * b_e13;
     const REAL t3 = t0 * t0 + t1 * t1 + t2 * t2;
     const REAL t4 = LESS_EQUAL(t3, (REAL)1e-24);
-    const REAL t5 = a_e12 * b_e03 + a_e23 * b_e01 + a_e01 * b_e23 + a_e03 * b_e12 - a_e13 * b_e02;
-    const REAL t6 = -((t5 - a_e02 * b_e13) / SQRT(SELECT(t4, (REAL)1, t3)));
-    const REAL t7 = a_e02 * b_e12 + a_e03 * b_e13 - a_e12 * b_e02 - a_e13 * b_e03;
-    const REAL t8 = a_e12 * b_e01 + a_e03 * b_e23 - a_e23 * b_e03 - a_e01 * b_e12;
-    const REAL t9 = a_e13 * b_e01 + a_e23 * b_e02 - a_e01 * b_e13 - a_e02 * b_e23;
+    const REAL t5 = a_e02 * b_e13 - a_e03 * b_e12 - a_e01 * b_e23 - a_e23 * b_e01 + a_e13 * b_e02;
+    const REAL t6 = (t5 - a_e12 * b_e03) / SQRT(SELECT(t4, (REAL)1, t3));
+    const REAL t7 = a_e02 * b_e12 - (a_e12 * b_e02 + a_e13 * b_e03) + a_e03 * b_e13;
+    const REAL t8 = a_e12 * b_e01 - a_e23 * b_e03 - a_e01 * b_e12 + a_e03 * b_e23;
+    const REAL t9 = a_e02 * b_e23 - (a_e13 * b_e01 + a_e23 * b_e02 - a_e01 * b_e13);
     const REAL t10 = t7 * t7 + t8 * t8 + t9 * t9;
     const REAL t11 = SQRT(t10);
     prepared[0] = ABS(SELECT(t4, t11, t6));
@@ -2698,24 +2689,24 @@ INLINE void NAME(collinearity_residual)(const REAL *a, const REAL *b, const REAL
     const REAL a_e032 = a[0], a_e013 = a[1], a_e021 = a[2];
     const REAL b_e032 = b[0], b_e013 = b[1], b_e021 = b[2];
     const REAL c_e032 = c[0], c_e013 = c[1], c_e021 = c[2];
-    const REAL t0 = c_e021 - b_e021;
+    const REAL t0 = b_e021 - c_e021;
     const REAL t1 = b_e013 - c_e013;
-    const REAL t2 = c_e032 - b_e032;
+    const REAL t2 = b_e032 - c_e032;
     const REAL t3 = t0 * t0 + t1 * t1 + t2 * t2;
-    const REAL t4 = a_e021 - c_e021;
+    const REAL t4 = c_e021 - a_e021;
     const REAL t5 = c_e013 - a_e013;
-    const REAL t6 = a_e032 - c_e032;
+    const REAL t6 = c_e032 - a_e032;
     const REAL t7 = t4 * t4 + t5 * t5 + t6 * t6;
     const REAL t8 = MAXIMUM(t3, t7);
-    const REAL t9 = b_e021 - a_e021;
+    const REAL t9 = a_e021 - b_e021;
     const REAL t10 = a_e013 - b_e013;
-    const REAL t11 = b_e032 - a_e032;
+    const REAL t11 = a_e032 - b_e032;
     const REAL t12 = t9 * t9 + t10 * t10 + t11 * t11;
     const REAL t13 = MAXIMUM(t12, t8);
     const REAL t14 = SQRT(SELECT(LESS_EQUAL(t13, (REAL)0), (REAL)1, t13));
-    const REAL t15 = c_e013 * t9 + c_e021 * t10 + (a_e021 * b_e013 - a_e013 * b_e021);
-    const REAL t16 = c_e032 * t9 - c_e021 * t11 - (a_e032 * b_e021 - a_e021 * b_e032);
-    const REAL t17 = c_e032 * t10 + c_e013 * t11 - (a_e013 * b_e032 - a_e032 * b_e013);
+    const REAL t15 = c_e013 * t9 - (a_e021 * b_e013 - a_e013 * b_e021 + c_e021 * t10);
+    const REAL t16 = a_e021 * b_e032 - a_e032 * b_e021 + c_e021 * t11 - c_e032 * t9;
+    const REAL t17 = c_e032 * t10 - (a_e013 * b_e032 - a_e032 * b_e013 + c_e013 * t11);
     out[0] = SQRT(t15 * t15 + t16 * t16 + t17 * t17) / t14;
 }
 
@@ -2723,9 +2714,9 @@ static INLINE void NAME(collinearity_residual_prepare_a_b)(const REAL *a, const 
 {
     const REAL a_e032 = a[0], a_e013 = a[1], a_e021 = a[2];
     const REAL b_e032 = b[0], b_e013 = b[1], b_e021 = b[2];
-    const REAL t0 = b_e021 - a_e021;
+    const REAL t0 = a_e021 - b_e021;
     const REAL t1 = a_e013 - b_e013;
-    const REAL t2 = b_e032 - a_e032;
+    const REAL t2 = a_e032 - b_e032;
     prepared[0] = b_e021;
     prepared[1] = b_e013;
     prepared[2] = b_e032;
@@ -2733,11 +2724,11 @@ static INLINE void NAME(collinearity_residual_prepare_a_b)(const REAL *a, const 
     prepared[4] = a_e013;
     prepared[5] = a_e032;
     prepared[6] = t0 * t0 + t1 * t1 + t2 * t2;
-    prepared[7] = t0;
-    prepared[8] = t1;
-    prepared[9] = a_e021 * b_e013 - a_e013 * b_e021;
+    prepared[7] = t1;
+    prepared[8] = a_e021 * b_e013 - a_e013 * b_e021;
+    prepared[9] = t0;
     prepared[10] = t2;
-    prepared[11] = a_e032 * b_e021 - a_e021 * b_e032;
+    prepared[11] = a_e021 * b_e032 - a_e032 * b_e021;
     prepared[12] = a_e013 * b_e032 - a_e032 * b_e013;
 }
 
@@ -2747,20 +2738,20 @@ static INLINE void NAME(collinearity_residual_apply_a_b)(const REAL *prepared, c
         c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8], c9 = prepared[9],
         c10 = prepared[10], c11 = prepared[11], c12 = prepared[12];
     const REAL c_e032 = c[0], c_e013 = c[1], c_e021 = c[2];
-    const REAL t0 = c_e021 - c0;
+    const REAL t0 = c0 - c_e021;
     const REAL t1 = c1 - c_e013;
-    const REAL t2 = c_e032 - c2;
+    const REAL t2 = c2 - c_e032;
     const REAL t3 = t0 * t0 + t1 * t1 + t2 * t2;
-    const REAL t4 = c3 - c_e021;
+    const REAL t4 = c_e021 - c3;
     const REAL t5 = c_e013 - c4;
-    const REAL t6 = c5 - c_e032;
+    const REAL t6 = c_e032 - c5;
     const REAL t7 = t4 * t4 + t5 * t5 + t6 * t6;
     const REAL t8 = MAXIMUM(t3, t7);
     const REAL t9 = MAXIMUM(c6, t8);
     const REAL t10 = SQRT(SELECT(LESS_EQUAL(t9, (REAL)0), (REAL)1, t9));
-    const REAL t11 = c_e013 * c7 + c_e021 * c8 + c9;
-    const REAL t12 = c_e032 * c7 - c_e021 * c10 - c11;
-    const REAL t13 = c_e032 * c8 + c_e013 * c10 - c12;
+    const REAL t11 = c_e013 * c9 - (c8 + c_e021 * c7);
+    const REAL t12 = c11 + c_e021 * c10 - c_e032 * c9;
+    const REAL t13 = c_e032 * c7 - (c12 + c_e013 * c10);
     out[0] = SQRT(t11 * t11 + t12 * t12 + t13 * t13) / t10;
 }
 
@@ -2777,53 +2768,104 @@ INLINE void NAME(coplanarity_residual)(const REAL *a, const REAL *b, const REAL 
     const REAL b_e032 = b[0], b_e013 = b[1], b_e021 = b[2];
     const REAL c_e032 = c[0], c_e013 = c[1], c_e021 = c[2];
     const REAL d_e032 = d[0], d_e013 = d[1], d_e021 = d[2];
-    const REAL t0 = a_e013 * b_e021;
-    const REAL t1 = a_e021 * b_e013;
-    const REAL t2 = t1 - t0;
-    const REAL t3 = a_e013 - b_e013;
-    const REAL t4 = t2 + c_e021 * t3;
-    const REAL t5 = a_e021 - b_e021;
-    const REAL t6 = c_e013 * t5;
-    const REAL t7 = t6 - t4;
-    const REAL t8 = a_e032 * b_e021;
-    const REAL t9 = a_e021 * b_e032;
-    const REAL t10 = t9 - t8;
-    const REAL t11 = a_e032 - b_e032;
-    const REAL t12 = t10 + c_e021 * t11 - c_e032 * t5;
-    const REAL t13 = a_e032 * b_e013;
-    const REAL t14 = a_e013 * b_e032;
-    const REAL t15 = t14 - t13;
-    const REAL t16 = t15 + c_e013 * t11;
-    const REAL t17 = c_e032 * t3;
-    const REAL t18 = t17 - t16;
-    const REAL t19 = t7 * t7 + t12 * t12 + t18 * t18;
-    const REAL t20 = d_e013 * t5 - (t2 + d_e021 * t3);
-    const REAL t21 = t10 + d_e021 * t11 - d_e032 * t5;
-    const REAL t22 = d_e032 * t3 - (t15 + d_e013 * t11);
-    const REAL t23 = t20 * t20 + t21 * t21 + t22 * t22;
-    const REAL t24 = MAXIMUM(t19, t23);
-    const REAL t25 = a_e013 - d_e013;
-    const REAL t26 = c_e021 - d_e021;
-    const REAL t27 = c_e013 - d_e013;
-    const REAL t28 = a_e021 - d_e021;
-    const REAL t29 = t25 * t26 - t27 * t28;
-    const REAL t30 = c_e032 - d_e032;
-    const REAL t31 = a_e032 - d_e032;
-    const REAL t32 = t28 * t30 - t26 * t31;
-    const REAL t33 = t27 * t31 - t25 * t30;
-    const REAL t34 = t29 * t29 + t32 * t32 + t33 * t33;
-    const REAL t35 = b_e013 - d_e013;
-    const REAL t36 = b_e021 - d_e021;
-    const REAL t37 = t26 * t35 - t27 * t36;
-    const REAL t38 = b_e032 - d_e032;
-    const REAL t39 = t30 * t36 - t26 * t38;
-    const REAL t40 = t27 * t38 - t30 * t35;
-    const REAL t41 = t37 * t37 + t39 * t39 + t40 * t40;
-    const REAL t42 = MAXIMUM(t34, t41);
-    const REAL t43 = MAXIMUM(t24, t42);
-    const REAL t44 = c_e032 * (t0 - t1) - (c_e013 * (t8 - t9) - c_e021 * (t13 - t14));
-    const REAL t45 = t44 + d_e021 * (t16 - t17) - d_e013 * t12 + d_e032 * (t4 - t6);
-    out[0] = -(t45 / SQRT(SELECT(LESS_EQUAL(t43, (REAL)0), (REAL)1, t43)));
+    const REAL t0 = a_e013 * b_e021 - a_e021 * b_e013;
+    const REAL t1 = a_e013 - b_e013;
+    const REAL t2 = a_e021 - b_e021;
+    const REAL t3 = c_e021 * t1 - t0 - c_e013 * t2;
+    const REAL t4 = a_e032 * b_e021 - a_e021 * b_e032;
+    const REAL t5 = a_e032 - b_e032;
+    const REAL t6 = c_e021 * t5 - t4 - c_e032 * t2;
+    const REAL t7 = a_e032 * b_e013 - a_e013 * b_e032;
+    const REAL t8 = c_e013 * t5 - t7 - c_e032 * t1;
+    const REAL t9 = t3 * t3 + t6 * t6 + t8 * t8;
+    const REAL t10 = d_e013 * t2 - (d_e021 * t1 - t0);
+    const REAL t11 = d_e021 * t5 - t4 - d_e032 * t2;
+    const REAL t12 = d_e032 * t1 - (d_e013 * t5 - t7);
+    const REAL t13 = t10 * t10 + t11 * t11 + t12 * t12;
+    const REAL t14 = MAXIMUM(t9, t13);
+    const REAL t15 = a_e013 - d_e013;
+    const REAL t16 = c_e021 - d_e021;
+    const REAL t17 = c_e013 - d_e013;
+    const REAL t18 = a_e021 - d_e021;
+    const REAL t19 = t15 * t16 - t17 * t18;
+    const REAL t20 = c_e032 - d_e032;
+    const REAL t21 = a_e032 - d_e032;
+    const REAL t22 = t18 * t20 - t16 * t21;
+    const REAL t23 = t17 * t21 - t15 * t20;
+    const REAL t24 = t19 * t19 + t22 * t22 + t23 * t23;
+    const REAL t25 = b_e013 - d_e013;
+    const REAL t26 = b_e021 - d_e021;
+    const REAL t27 = t16 * t25 - t17 * t26;
+    const REAL t28 = b_e032 - d_e032;
+    const REAL t29 = t20 * t26 - t16 * t28;
+    const REAL t30 = t17 * t28 - t20 * t25;
+    const REAL t31 = t27 * t27 + t29 * t29 + t30 * t30;
+    const REAL t32 = MAXIMUM(t24, t31);
+    const REAL t33 = MAXIMUM(t32, t14);
+    const REAL t34 = c_e032 * t0 - (c_e013 * t4 - c_e021 * t7) + d_e021 * t8 - d_e013 * t6;
+    out[0] = -((t34 + d_e032 * t3) / SQRT(SELECT(LESS_EQUAL(t33, (REAL)0), (REAL)1, t33)));
+}
+
+static INLINE void NAME(coplanarity_residual_prepare_a_b_d)(const REAL *a, const REAL *b, const REAL *d, REAL
+    *prepared)
+{
+    const REAL a_e032 = a[0], a_e013 = a[1], a_e021 = a[2];
+    const REAL b_e032 = b[0], b_e013 = b[1], b_e021 = b[2];
+    const REAL d_e032 = d[0], d_e013 = d[1], d_e021 = d[2];
+    const REAL t0 = a_e013 * b_e021 - a_e021 * b_e013;
+    const REAL t1 = a_e013 - b_e013;
+    const REAL t2 = a_e021 - b_e021;
+    const REAL t3 = a_e032 * b_e021 - a_e021 * b_e032;
+    const REAL t4 = a_e032 - b_e032;
+    const REAL t5 = a_e032 * b_e013 - a_e013 * b_e032;
+    const REAL t6 = d_e013 * t2 - (d_e021 * t1 - t0);
+    const REAL t7 = d_e021 * t4 - t3 - d_e032 * t2;
+    const REAL t8 = d_e032 * t1 - (d_e013 * t4 - t5);
+    prepared[0] = t1;
+    prepared[1] = t0;
+    prepared[2] = t2;
+    prepared[3] = t4;
+    prepared[4] = t3;
+    prepared[5] = t5;
+    prepared[6] = t6 * t6 + t7 * t7 + t8 * t8;
+    prepared[7] = d_e021;
+    prepared[8] = a_e013 - d_e013;
+    prepared[9] = d_e013;
+    prepared[10] = a_e021 - d_e021;
+    prepared[11] = d_e032;
+    prepared[12] = a_e032 - d_e032;
+    prepared[13] = b_e013 - d_e013;
+    prepared[14] = b_e021 - d_e021;
+    prepared[15] = b_e032 - d_e032;
+}
+
+static INLINE void NAME(coplanarity_residual_apply_a_b_d)(const REAL *prepared, const REAL *c, REAL *out)
+{
+    const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
+        c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8], c9 = prepared[9],
+        c10 = prepared[10], c11 = prepared[11], c12 = prepared[12], c13 = prepared[13], c14 = prepared[14],
+        c15 = prepared[15];
+    const REAL c_e032 = c[0], c_e013 = c[1], c_e021 = c[2];
+    const REAL t0 = c_e021 * c0 - c1 - c_e013 * c2;
+    const REAL t1 = c_e021 * c3 - c4 - c_e032 * c2;
+    const REAL t2 = c_e013 * c3 - c5 - c_e032 * c0;
+    const REAL t3 = t0 * t0 + t1 * t1 + t2 * t2;
+    const REAL t4 = MAXIMUM(t3, c6);
+    const REAL t5 = c_e021 - c7;
+    const REAL t6 = c_e013 - c9;
+    const REAL t7 = c8 * t5 - t6 * c10;
+    const REAL t8 = c_e032 - c11;
+    const REAL t9 = c10 * t8 - t5 * c12;
+    const REAL t10 = t6 * c12 - c8 * t8;
+    const REAL t11 = t7 * t7 + t9 * t9 + t10 * t10;
+    const REAL t12 = t5 * c13 - t6 * c14;
+    const REAL t13 = t8 * c14 - t5 * c15;
+    const REAL t14 = t6 * c15 - t8 * c13;
+    const REAL t15 = t12 * t12 + t13 * t13 + t14 * t14;
+    const REAL t16 = MAXIMUM(t11, t15);
+    const REAL t17 = MAXIMUM(t16, t4);
+    const REAL t18 = c_e032 * c1 - (c_e013 * c4 - c_e021 * c5) + c7 * t2 - c9 * t1 + c11 * t0;
+    out[0] = -(t18 / SQRT(SELECT(LESS_EQUAL(t17, (REAL)0), (REAL)1, t17)));
 }
 
 static INLINE void NAME(coplanarity_residual_prepare_a_b_c)(const REAL *a, const REAL *b, const REAL *c, REAL
@@ -2832,32 +2874,22 @@ static INLINE void NAME(coplanarity_residual_prepare_a_b_c)(const REAL *a, const
     const REAL a_e032 = a[0], a_e013 = a[1], a_e021 = a[2];
     const REAL b_e032 = b[0], b_e013 = b[1], b_e021 = b[2];
     const REAL c_e032 = c[0], c_e013 = c[1], c_e021 = c[2];
-    const REAL t0 = a_e013 * b_e021;
-    const REAL t1 = a_e021 * b_e013;
-    const REAL t2 = t1 - t0;
-    const REAL t3 = a_e013 - b_e013;
-    const REAL t4 = t2 + c_e021 * t3;
-    const REAL t5 = a_e021 - b_e021;
-    const REAL t6 = c_e013 * t5;
-    const REAL t7 = t6 - t4;
-    const REAL t8 = a_e032 * b_e021;
-    const REAL t9 = a_e021 * b_e032;
-    const REAL t10 = t9 - t8;
-    const REAL t11 = a_e032 - b_e032;
-    const REAL t12 = t10 + c_e021 * t11 - c_e032 * t5;
-    const REAL t13 = a_e032 * b_e013;
-    const REAL t14 = a_e013 * b_e032;
-    const REAL t15 = t14 - t13;
-    const REAL t16 = t15 + c_e013 * t11;
-    const REAL t17 = c_e032 * t3;
-    const REAL t18 = t17 - t16;
-    prepared[0] = t3;
-    prepared[1] = t2;
-    prepared[2] = t5;
-    prepared[3] = t11;
-    prepared[4] = t10;
-    prepared[5] = t15;
-    prepared[6] = t7 * t7 + t12 * t12 + t18 * t18;
+    const REAL t0 = a_e013 * b_e021 - a_e021 * b_e013;
+    const REAL t1 = a_e013 - b_e013;
+    const REAL t2 = a_e021 - b_e021;
+    const REAL t3 = c_e021 * t1 - t0 - c_e013 * t2;
+    const REAL t4 = a_e032 * b_e021 - a_e021 * b_e032;
+    const REAL t5 = a_e032 - b_e032;
+    const REAL t6 = c_e021 * t5 - t4 - c_e032 * t2;
+    const REAL t7 = a_e032 * b_e013 - a_e013 * b_e032;
+    const REAL t8 = c_e013 * t5 - t7 - c_e032 * t1;
+    prepared[0] = t1;
+    prepared[1] = t0;
+    prepared[2] = t2;
+    prepared[3] = t5;
+    prepared[4] = t4;
+    prepared[5] = t7;
+    prepared[6] = t3 * t3 + t6 * t6 + t8 * t8;
     prepared[7] = a_e013;
     prepared[8] = c_e021;
     prepared[9] = c_e013;
@@ -2867,10 +2899,10 @@ static INLINE void NAME(coplanarity_residual_prepare_a_b_c)(const REAL *a, const
     prepared[13] = b_e013;
     prepared[14] = b_e021;
     prepared[15] = b_e032;
-    prepared[16] = t16 - t17;
-    prepared[17] = c_e032 * (t0 - t1) - (c_e013 * (t8 - t9) - c_e021 * (t13 - t14));
-    prepared[18] = t12;
-    prepared[19] = t4 - t6;
+    prepared[16] = t8;
+    prepared[17] = c_e032 * t0 - (c_e013 * t4 - c_e021 * t7);
+    prepared[18] = t6;
+    prepared[19] = t3;
 }
 
 static INLINE void NAME(coplanarity_residual_apply_a_b_c)(const REAL *prepared, const REAL *d, REAL *out)
@@ -2880,9 +2912,9 @@ static INLINE void NAME(coplanarity_residual_apply_a_b_c)(const REAL *prepared, 
         c10 = prepared[10], c11 = prepared[11], c12 = prepared[12], c13 = prepared[13], c14 = prepared[14],
         c15 = prepared[15], c16 = prepared[16], c17 = prepared[17], c18 = prepared[18], c19 = prepared[19];
     const REAL d_e032 = d[0], d_e013 = d[1], d_e021 = d[2];
-    const REAL t0 = d_e013 * c2 - (c1 + d_e021 * c0);
-    const REAL t1 = c4 + d_e021 * c3 - d_e032 * c2;
-    const REAL t2 = d_e032 * c0 - (c5 + d_e013 * c3);
+    const REAL t0 = d_e013 * c2 - (d_e021 * c0 - c1);
+    const REAL t1 = d_e021 * c3 - c4 - d_e032 * c2;
+    const REAL t2 = d_e032 * c0 - (d_e013 * c3 - c5);
     const REAL t3 = t0 * t0 + t1 * t1 + t2 * t2;
     const REAL t4 = MAXIMUM(c6, t3);
     const REAL t5 = c7 - d_e013;
@@ -2903,98 +2935,23 @@ static INLINE void NAME(coplanarity_residual_apply_a_b_c)(const REAL *prepared, 
     const REAL t20 = t7 * t18 - t10 * t15;
     const REAL t21 = t17 * t17 + t19 * t19 + t20 * t20;
     const REAL t22 = MAXIMUM(t14, t21);
-    const REAL t23 = MAXIMUM(t4, t22);
+    const REAL t23 = MAXIMUM(t22, t4);
     const REAL t24 = SQRT(SELECT(LESS_EQUAL(t23, (REAL)0), (REAL)1, t23));
     out[0] = -((c17 + d_e021 * c16 - d_e013 * c18 + d_e032 * c19) / t24);
 }
 
-static INLINE void NAME(coplanarity_residual_prepare_a_b_d)(const REAL *a, const REAL *b, const REAL *d, REAL
-    *prepared)
-{
-    const REAL a_e032 = a[0], a_e013 = a[1], a_e021 = a[2];
-    const REAL b_e032 = b[0], b_e013 = b[1], b_e021 = b[2];
-    const REAL d_e032 = d[0], d_e013 = d[1], d_e021 = d[2];
-    const REAL t0 = a_e013 * b_e021;
-    const REAL t1 = a_e021 * b_e013;
-    const REAL t2 = t1 - t0;
-    const REAL t3 = a_e013 - b_e013;
-    const REAL t4 = a_e021 - b_e021;
-    const REAL t5 = a_e032 * b_e021;
-    const REAL t6 = a_e021 * b_e032;
-    const REAL t7 = t6 - t5;
-    const REAL t8 = a_e032 - b_e032;
-    const REAL t9 = a_e032 * b_e013;
-    const REAL t10 = a_e013 * b_e032;
-    const REAL t11 = t10 - t9;
-    const REAL t12 = d_e013 * t4 - (t2 + d_e021 * t3);
-    const REAL t13 = t7 + d_e021 * t8 - d_e032 * t4;
-    const REAL t14 = d_e032 * t3 - (t11 + d_e013 * t8);
-    prepared[0] = t3;
-    prepared[1] = t2;
-    prepared[2] = t4;
-    prepared[3] = t8;
-    prepared[4] = t7;
-    prepared[5] = t11;
-    prepared[6] = t12 * t12 + t13 * t13 + t14 * t14;
-    prepared[7] = d_e021;
-    prepared[8] = a_e013 - d_e013;
-    prepared[9] = d_e013;
-    prepared[10] = a_e021 - d_e021;
-    prepared[11] = d_e032;
-    prepared[12] = a_e032 - d_e032;
-    prepared[13] = b_e013 - d_e013;
-    prepared[14] = b_e021 - d_e021;
-    prepared[15] = b_e032 - d_e032;
-    prepared[16] = t9 - t10;
-    prepared[17] = t5 - t6;
-    prepared[18] = t0 - t1;
-}
-
-static INLINE void NAME(coplanarity_residual_apply_a_b_d)(const REAL *prepared, const REAL *c, REAL *out)
-{
-    const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
-        c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8], c9 = prepared[9],
-        c10 = prepared[10], c11 = prepared[11], c12 = prepared[12], c13 = prepared[13], c14 = prepared[14],
-        c15 = prepared[15], c16 = prepared[16], c17 = prepared[17], c18 = prepared[18];
-    const REAL c_e032 = c[0], c_e013 = c[1], c_e021 = c[2];
-    const REAL t0 = c1 + c_e021 * c0;
-    const REAL t1 = c_e013 * c2;
-    const REAL t2 = t1 - t0;
-    const REAL t3 = c4 + c_e021 * c3 - c_e032 * c2;
-    const REAL t4 = c5 + c_e013 * c3;
-    const REAL t5 = c_e032 * c0;
-    const REAL t6 = t5 - t4;
-    const REAL t7 = t2 * t2 + t3 * t3 + t6 * t6;
-    const REAL t8 = MAXIMUM(t7, c6);
-    const REAL t9 = c_e021 - c7;
-    const REAL t10 = c_e013 - c9;
-    const REAL t11 = c8 * t9 - t10 * c10;
-    const REAL t12 = c_e032 - c11;
-    const REAL t13 = c10 * t12 - t9 * c12;
-    const REAL t14 = t10 * c12 - c8 * t12;
-    const REAL t15 = t11 * t11 + t13 * t13 + t14 * t14;
-    const REAL t16 = t9 * c13 - t10 * c14;
-    const REAL t17 = t12 * c14 - t9 * c15;
-    const REAL t18 = t10 * c15 - t12 * c13;
-    const REAL t19 = t16 * t16 + t17 * t17 + t18 * t18;
-    const REAL t20 = MAXIMUM(t15, t19);
-    const REAL t21 = MAXIMUM(t8, t20);
-    const REAL t22 = c_e032 * c18 - (c_e013 * c17 - c_e021 * c16) + c7 * (t4 - t5) - c9 * t3;
-    out[0] = -((t22 + c11 * (t0 - t1)) / SQRT(SELECT(LESS_EQUAL(t21, (REAL)0), (REAL)1, t21)));
-}
-
 #define PARTS_coplanarity_residual(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND IN(2, 2, \
     3, 3, 1, 3) AND IN(3, 3, 3, 3, 1, 3) AND OUT(4, 4, scalar, 1, 0, 0)
-#define PARTS_coplanarity_residual_a_b_c(IN, NUMBER, OUT, AND) IN(3, 3, 3, 3, 1, 3) AND OUT(4, 4, scalar, 1, 0, 0)
-#define SAME_coplanarity_residual_a_b_c(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND \
-    IN(2, 2, 3, 3, 1, 3)
-GAC_FORM(coplanarity_residual, a_b_c, 0, PLAIN, PLAIN, NO)
 #define PARTS_coplanarity_residual_a_b_d(IN, NUMBER, OUT, AND) IN(2, 2, 3, 3, 1, 3) AND OUT(4, 4, scalar, 1, 0, 0)
 #define SAME_coplanarity_residual_a_b_d(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND \
     IN(3, 3, 3, 3, 1, 3)
 GAC_FORM(coplanarity_residual, a_b_d, 0, PLAIN, PLAIN, NO)
-GAC_KERNEL_AND_FORMS(coplanarity_residual, PLAIN, NO, GAC_USE(coplanarity_residual, a_b_c, NO, 7, 2, 20),
-    GAC_USE(coplanarity_residual, a_b_d, NO, 11, 2, 19))
+#define PARTS_coplanarity_residual_a_b_c(IN, NUMBER, OUT, AND) IN(3, 3, 3, 3, 1, 3) AND OUT(4, 4, scalar, 1, 0, 0)
+#define SAME_coplanarity_residual_a_b_c(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND \
+    IN(2, 2, 3, 3, 1, 3)
+GAC_FORM(coplanarity_residual, a_b_c, 0, PLAIN, PLAIN, NO)
+GAC_KERNEL_AND_FORMS(coplanarity_residual, PLAIN, NO, GAC_USE(coplanarity_residual, a_b_d, NO, 11, 2, 16),
+    GAC_USE(coplanarity_residual, a_b_c, NO, 7, 2, 20))
 
 INLINE void NAME(flag_residuals)(const REAL *p, const REAL *line, const REAL *plane, REAL *out_0, REAL *out_1, REAL
     *out_2)
@@ -5937,56 +5894,58 @@ INLINE void NAME(motor_to_adjoint)(const REAL *m, REAL *out)
     const REAL t9 = m_1 * t0;
     const REAL t10 = m_e23 * t6;
     const REAL t11 = t10 - t9;
-    const REAL t12 = (REAL)1 - m_e12 * t6;
-    const REAL t13 = t12 - t3;
-    const REAL t14 = m_1 * t6;
-    const REAL t15 = m_e23 * t0;
-    const REAL t16 = t14 + t15;
-    const REAL t17 = t9 + t10;
-    const REAL t18 = t12 - t1;
-    const REAL t19 = m_1 * (REAL)2;
-    const REAL t20 = m_e02 * t19 + m_e0123 * t0;
+    const REAL t12 = t5 - t7;
+    const REAL t13 = (REAL)1 - m_e12 * t6;
+    const REAL t14 = t13 - t3;
+    const REAL t15 = m_1 * t6;
+    const REAL t16 = m_e23 * t0;
+    const REAL t17 = t15 + t16;
+    const REAL t18 = t9 + t10;
+    const REAL t19 = t15 - t16;
+    const REAL t20 = t13 - t1;
     const REAL t21 = m_e01 * t6 + m_e03 * t2;
-    const REAL t22 = m_e03 * t19 - m_e0123 * t6;
-    const REAL t23 = m_e01 * t0 - m_e02 * t2;
-    const REAL t24 = m_e12 * m_e03;
-    const REAL t25 = m_e13 * m_e02;
-    const REAL t26 = m_e01 * t19 - m_e0123 * t2;
-    const REAL t27 = m_e02 * t6 - m_e03 * t0;
-    const REAL t28 = m_e23 * m_e01;
+    const REAL t22 = m_1 * (REAL)2;
+    const REAL t23 = m_e02 * t22 + m_e0123 * t0;
+    const REAL t24 = m_e01 * t0 - m_e02 * t2;
+    const REAL t25 = m_e03 * t22 - m_e0123 * t6;
+    const REAL t26 = m_e12 * m_e03;
+    const REAL t27 = m_e13 * m_e02;
+    const REAL t28 = m_e01 * t22 - m_e0123 * t2;
+    const REAL t29 = m_e02 * t6 - m_e03 * t0;
+    const REAL t30 = m_e23 * m_e01;
     out[0] = t4;
     out[1] = t8;
     out[2] = t11;
     out[3] = (REAL)0;
     out[4] = (REAL)0;
     out[5] = (REAL)0;
-    out[6] = t7 - t5;
-    out[7] = t13;
-    out[8] = t16;
+    out[6] = -t12;
+    out[7] = t14;
+    out[8] = t17;
     out[9] = (REAL)0;
     out[10] = (REAL)0;
     out[11] = (REAL)0;
-    out[12] = t17;
-    out[13] = t15 - t14;
-    out[14] = t18;
+    out[12] = t18;
+    out[13] = -t19;
+    out[14] = t20;
     out[15] = (REAL)0;
     out[16] = (REAL)0;
     out[17] = (REAL)0;
-    out[18] = t21 - t20;
-    out[19] = t23 - t22;
-    out[20] = -((t24 - t25) * (REAL)4);
-    out[21] = t18;
-    out[22] = t14 - t15;
-    out[23] = t17;
-    out[24] = t26 + t27;
-    out[25] = (REAL)4 * (t24 + t28);
-    out[26] = -(t22 + t23);
-    out[27] = -t16;
-    out[28] = t13;
-    out[29] = t5 - t7;
-    out[30] = (REAL)4 * (t25 - t28);
-    out[31] = t26 - t27;
-    out[32] = t20 + t21;
+    out[18] = t21 - t23;
+    out[19] = t24 - t25;
+    out[20] = -((t26 - t27) * (REAL)4);
+    out[21] = t20;
+    out[22] = t19;
+    out[23] = t18;
+    out[24] = t28 + t29;
+    out[25] = (REAL)4 * (t26 + t30);
+    out[26] = -(t24 + t25);
+    out[27] = -t17;
+    out[28] = t14;
+    out[29] = t12;
+    out[30] = (REAL)4 * (t27 - t30);
+    out[31] = t28 - t29;
+    out[32] = t21 + t23;
     out[33] = t11;
     out[34] = -t8;
     out[35] = t4;
@@ -6002,51 +5961,52 @@ INLINE void NAME(motor_equation)(const REAL *a, const REAL *b, REAL *out)
     const REAL b_1 = b[0], b_e12 = b[1], b_e13 = b[2], b_e23 = b[3], b_e01 = b[4], b_e02 = b[5], b_e03 = b[6],
         b_e0123 = b[7];
     const REAL t0 = a_1 - b_1;
-    const REAL t1 = b_e12 - a_e12;
-    const REAL t2 = b_e13 - a_e13;
-    const REAL t3 = b_e23 - a_e23;
-    const REAL t4 = a_e12 - b_e12;
-    const REAL t5 = a_e23 + b_e23;
-    const REAL t6 = a_e13 + b_e13;
-    const REAL t7 = -t6;
-    const REAL t8 = a_e13 - b_e13;
-    const REAL t9 = -t5;
-    const REAL t10 = a_e12 + b_e12;
-    const REAL t11 = a_e23 - b_e23;
-    const REAL t12 = -t10;
+    const REAL t1 = a_e12 - b_e12;
+    const REAL t2 = -t1;
+    const REAL t3 = a_e13 - b_e13;
+    const REAL t4 = -t3;
+    const REAL t5 = a_e23 - b_e23;
+    const REAL t6 = -t5;
+    const REAL t7 = a_e23 + b_e23;
+    const REAL t8 = a_e13 + b_e13;
+    const REAL t9 = -t8;
+    const REAL t10 = -t7;
+    const REAL t11 = a_e12 + b_e12;
+    const REAL t12 = -t11;
     const REAL t13 = a_e01 - b_e01;
     const REAL t14 = a_e02 + b_e02;
     const REAL t15 = -(a_e03 + b_e03);
     const REAL t16 = b_e0123 - a_e0123;
-    const REAL t17 = a_e01 + b_e01;
-    const REAL t18 = a_e0123 - b_e0123;
-    const REAL t19 = a_e03 - b_e03;
+    const REAL t17 = b_e02 - a_e02;
+    const REAL t18 = a_e01 + b_e01;
+    const REAL t19 = -t16;
+    const REAL t20 = a_e03 - b_e03;
     out[0] = t0;
-    out[1] = t1;
-    out[2] = t2;
-    out[3] = t3;
+    out[1] = t2;
+    out[2] = t4;
+    out[3] = t6;
     out[4] = (REAL)0;
     out[5] = (REAL)0;
     out[6] = (REAL)0;
     out[7] = (REAL)0;
-    out[8] = t4;
+    out[8] = t1;
     out[9] = t0;
-    out[10] = t5;
-    out[11] = t7;
+    out[10] = t7;
+    out[11] = t9;
     out[12] = (REAL)0;
     out[13] = (REAL)0;
     out[14] = (REAL)0;
     out[15] = (REAL)0;
-    out[16] = t8;
-    out[17] = t9;
+    out[16] = t3;
+    out[17] = t10;
     out[18] = t0;
-    out[19] = t10;
+    out[19] = t11;
     out[20] = (REAL)0;
     out[21] = (REAL)0;
     out[22] = (REAL)0;
     out[23] = (REAL)0;
-    out[24] = t11;
-    out[25] = t6;
+    out[24] = t5;
+    out[25] = t8;
     out[26] = t12;
     out[27] = t0;
     out[28] = (REAL)0;
@@ -6058,32 +6018,32 @@ INLINE void NAME(motor_equation)(const REAL *a, const REAL *b, REAL *out)
     out[34] = t15;
     out[35] = t16;
     out[36] = t0;
-    out[37] = t10;
-    out[38] = t6;
-    out[39] = t3;
-    out[40] = a_e02 - b_e02;
-    out[41] = t17;
-    out[42] = t18;
+    out[37] = t11;
+    out[38] = t8;
+    out[39] = t6;
+    out[40] = -t17;
+    out[41] = t18;
+    out[42] = t19;
     out[43] = t15;
     out[44] = t12;
     out[45] = t0;
-    out[46] = t5;
-    out[47] = t8;
-    out[48] = t19;
+    out[46] = t7;
+    out[47] = t3;
+    out[48] = t20;
     out[49] = t16;
-    out[50] = t17;
+    out[50] = t18;
     out[51] = t14;
-    out[52] = t7;
-    out[53] = t9;
+    out[52] = t9;
+    out[53] = t10;
     out[54] = t0;
-    out[55] = t1;
-    out[56] = t18;
-    out[57] = t19;
-    out[58] = b_e02 - a_e02;
+    out[55] = t2;
+    out[56] = t19;
+    out[57] = t20;
+    out[58] = t17;
     out[59] = t13;
-    out[60] = t11;
-    out[61] = t2;
-    out[62] = t4;
+    out[60] = t5;
+    out[61] = t4;
+    out[62] = t1;
     out[63] = t0;
 }
 
@@ -7034,7 +6994,8 @@ INLINE void NAME(rotation_form)(const REAL *a, const REAL *b, REAL *out)
     const REAL t15 = (REAL)0.5 * (t13 - t14);
     const REAL t16 = -((REAL)0.5 * (t13 + t14));
     const REAL t17 = (REAL)0.5 * (t10 + t11);
-    const REAL t18 = -((REAL)0.5 * (t7 + t8));
+    const REAL t18 = t3 - t1;
+    const REAL t19 = -((REAL)0.5 * (t7 + t8));
     out[0] = (REAL)0.5 * (t4 + t6);
     out[1] = t9;
     out[2] = t12;
@@ -7045,12 +7006,12 @@ INLINE void NAME(rotation_form)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t17;
     out[8] = t12;
     out[9] = t16;
-    out[10] = (REAL)0.5 * (t3 - t1 - t6);
-    out[11] = t18;
+    out[10] = (REAL)0.5 * (t18 - t6);
+    out[11] = t19;
     out[12] = t15;
     out[13] = t17;
-    out[14] = t18;
-    out[15] = (REAL)0.5 * (t1 - t3 - t6);
+    out[14] = t19;
+    out[15] = -((REAL)0.5 * (t6 + t18));
 }
 
 static INLINE void NAME(rotation_form_prepare_a)(const REAL *a, REAL *prepared)
@@ -7482,9 +7443,9 @@ static INLINE void NAME(rotor_to_tait_bryan_angles_within)(const REAL *r, const 
     const REAL t22 = t12 * t3;
     const REAL t23 = t10 * t6;
     const REAL t24 = t22 - t23;
-    const REAL t25 = -((REAL)2 * (t12 * t10));
+    const REAL t25 = -(t12 * (REAL)2 * t10);
     const REAL t26 = SELECT(t9, t25, t24);
-    const REAL t27 = t6 * t3 * (REAL)2;
+    const REAL t27 = (REAL)2 * t6 * t3;
     const REAL t28 = SELECT(t20, (REAL)1, (REAL)0);
     const REAL t29 = SELECT(t9, (REAL)1, (REAL)0);
     const REAL t30 = ATAN2(t22 + t23, t16 - t15);
@@ -7939,52 +7900,52 @@ INLINE void NAME(inertia_of_moved_body)(const REAL *m, const REAL *body, REAL *o
     const REAL t5 = m_e13 * (REAL)2;
     const REAL t6 = (REAL)1 - m_e12 * t1;
     const REAL t7 = m_e13 * t5;
-    const REAL t8 = m_e01 * t2 + m_e0123 * t3 + t1 * t0 + t5 * t4 - body_1 * (t6 - t7);
-    const REAL t9 = body_0 * t8;
-    const REAL t10 = m_e01 - (m_1 * body_1 + m_e13 * body_3);
-    const REAL t11 = m_e0123 - m_e23 * body_1;
-    const REAL t12 = body_2 * t6 + t1 * t10 + t5 * t11 - m_e02 * t2 - t3 * t4;
-    const REAL t13 = body_0 * t12;
-    const REAL t14 = m_e13 * t1;
-    const REAL t15 = m_e03 * t2 + body_2 * t14 + t1 * t11 - t5 * t10 - t3 * t0 - body_3;
-    const REAL t16 = body_0 * t15;
-    const REAL t17 = t8 * t9;
-    const REAL t18 = t12 * t13;
-    const REAL t19 = t15 * t16;
-    const REAL t20 = t17 + t18 + t19;
-    const REAL t21 = t7 - t6;
+    const REAL t8 = t6 - t7;
+    const REAL t9 = m_e01 * t2 + m_e0123 * t3 + t1 * t0 + t5 * t4 - body_1 * t8;
+    const REAL t10 = body_0 * t9;
+    const REAL t11 = m_e01 - (m_1 * body_1 + m_e13 * body_3);
+    const REAL t12 = m_e0123 - m_e23 * body_1;
+    const REAL t13 = body_2 * t6 + t1 * t11 + t5 * t12 - m_e02 * t2 - t3 * t4;
+    const REAL t14 = body_0 * t13;
+    const REAL t15 = m_e13 * t1;
+    const REAL t16 = m_e03 * t2 + body_2 * t15 + t1 * t12 - t5 * t11 - t3 * t0 - body_3;
+    const REAL t17 = body_0 * t16;
+    const REAL t18 = t9 * t10;
+    const REAL t19 = t13 * t14;
+    const REAL t20 = t16 * t17;
+    const REAL t21 = t18 + t19 + t20;
     const REAL t22 = m_e23 * t5;
     const REAL t23 = m_1 * t1;
     const REAL t24 = t22 - t23;
     const REAL t25 = m_1 * t5;
     const REAL t26 = m_e23 * t1;
     const REAL t27 = t25 + t26;
-    const REAL t28 = t21 * (body_6 * t27 - (body_4 * t21 + body_5 * t24));
-    const REAL t29 = t28 + t24 * (body_8 * t27 - (body_5 * t21 + body_7 * t24));
+    const REAL t28 = t24 * (body_8 * t27 - (body_7 * t24 - body_5 * t8));
+    const REAL t29 = t28 - t8 * (body_6 * t27 - (body_5 * t24 - body_4 * t8));
     const REAL t30 = m_e23 * t3;
     const REAL t31 = t6 - t30;
     const REAL t32 = t22 + t23;
     const REAL t33 = m_1 * t3;
-    const REAL t34 = t33 - t14;
+    const REAL t34 = t33 - t15;
     const REAL t35 = body_5 * t31 - body_4 * t32 + body_6 * t34;
     const REAL t36 = body_7 * t31 - body_5 * t32 + body_8 * t34;
     const REAL t37 = body_8 * t31 - body_6 * t32 + body_9 * t34;
     const REAL t38 = t25 - t26;
-    const REAL t39 = t14 + t33;
+    const REAL t39 = t15 + t33;
     const REAL t40 = t7 + t30 - (REAL)1;
     const REAL t41 = body_4 * t38 + body_5 * t39 + body_6 * t40;
     const REAL t42 = body_5 * t38 + body_7 * t39 + body_8 * t40;
     const REAL t43 = body_6 * t38 + body_8 * t39 + body_9 * t40;
     out[0] = body_0;
-    out[1] = -t9;
-    out[2] = t13;
-    out[3] = -t16;
-    out[4] = t27 * (body_9 * t27 - (body_6 * t21 + body_8 * t24)) - t29 - t17 + t20;
-    out[5] = t27 * t37 - (t21 * t35 + t24 * t36) + t8 * t13;
-    out[6] = t21 * t41 + t24 * t42 - t27 * t43 - t8 * t16;
-    out[7] = t20 + (t31 * t36 - t32 * t35 + t34 * t37 - t18);
-    out[8] = t32 * t41 - t31 * t42 - t34 * t43 + t12 * t16;
-    out[9] = t20 + (t38 * t41 + t39 * t42 + t40 * t43 - t19);
+    out[1] = -t10;
+    out[2] = t14;
+    out[3] = -t17;
+    out[4] = t21 + (t27 * (body_9 * t27 - (body_8 * t24 - body_6 * t8)) - t29 - t18);
+    out[5] = t9 * t14 + (t27 * t37 - (t24 * t36 - t8 * t35));
+    out[6] = t24 * t42 - t8 * t41 - t27 * t43 - t9 * t17;
+    out[7] = t21 + (t31 * t36 - t32 * t35 + t34 * t37 - t19);
+    out[8] = t32 * t41 - t31 * t42 - t34 * t43 + t13 * t17;
+    out[9] = t21 + (t38 * t41 + t39 * t42 + t40 * t43 - t20);
 }
 
 #define PARTS_inertia_of_moved_body(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 10, 10, 1, 10) AND \

@@ -2,7 +2,7 @@
 // command: gac generate --all pga3
 // spec: 20ae328604af9aee
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 33835cabc9d9ca2f63d918540c7a661ca4f7e3721d867958157a68daab26c085
+// body: c542d8620ae4db201a09411f0ec9297dc38d9fbbf1e4706cc931bc7c2001a8b7
 /* pga3
    Plane-based geometric algebra G(3,0,1) of Euclidean space: points, lines, planes and rigid motions.
    
@@ -774,8 +774,8 @@ void pga3_signed_angle_line_plane_loop_f32(char **args, const intptr_t *dimensio
      axis[3]  PGA3.DIRECTION: e032, e013, e021.
      out[1]  SCALAR.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
-   Costs 15 mul, 11 add, 1 sqrt, 1 call, 2 choice.
-   If `a` and `b` are the same for 2 or more elements: 12 mul, 9 add, 1 sqrt, 1 call once, then 3 mul, 2 add, 2
+   Costs 15 mul, 9 add, 1 sqrt, 1 call, 2 choice.
+   If `a` and `b` are the same for 2 or more elements: 12 mul, 7 add, 1 sqrt, 1 call once, then 3 mul, 2 add, 2
    choice for each element.
    Error: 0.8 ulp of the largest coefficient, 64 random inputs. */
 void pga3_signed_angle_between_lines_f64(const double *a, const double *b, const double *axis, double *out);
@@ -1117,10 +1117,10 @@ void pga3_collinearity_residual_loop_f32(char **args, const intptr_t *dimensions
      c[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
      d[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
      out[1]  SCALAR.
-   Costs 48 mul, 51 add, 1 div, 1 sqrt, 5 choice.
-   If `a` and `b` and `c` are the same for 2 or more elements: 18 mul, 21 add once, then 30 mul, 30 add, 1 div, 1
+   Costs 48 mul, 46 add, 1 div, 1 sqrt, 5 choice.
+   If `a` and `b` and `d` are the same for 2 or more elements: 15 mul, 20 add once, then 33 mul, 26 add, 1 div, 1
    sqrt, 5 choice for each element.
-   If `a` and `b` and `d` are the same for 2 or more elements: 15 mul, 23 add once, then 33 mul, 28 add, 1 div, 1
+   If `a` and `b` and `c` are the same for 2 or more elements: 18 mul, 16 add once, then 30 mul, 30 add, 1 div, 1
    sqrt, 5 choice for each element.
    Error: 20.3 ulp of the largest coefficient, 64 random inputs. */
 void pga3_coplanarity_residual_f64(const double *a, const double *b, const double *c, const double *d, double *out);
@@ -1738,7 +1738,7 @@ void pga3_motor_between_planes_loop_f32(char **args, const intptr_t *dimensions,
      m[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
      out[36]  SCALAR.
    Assumes ``m ~m = 1``.
-   Costs 31 mul, 28 add.
+   Costs 31 mul, 26 add.
    Error: 1.7 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_to_adjoint_f64(const double *m, double *out);
 void pga3_motor_to_adjoint_f32(const float *m, float *out);
@@ -1753,7 +1753,7 @@ void pga3_motor_to_adjoint_loop_f32(char **args, const intptr_t *dimensions, con
      b[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
      out[64]  SCALAR.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
-   Costs 0 mul, 19 add.
+   Costs 0 mul, 14 add.
    Error: 0.5 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_equation_f64(const double *a, const double *b, double *out);
 void pga3_motor_equation_f32(const float *a, const float *b, float *out);
@@ -2100,7 +2100,7 @@ void pga3_blend_motors_loop_f32(char **args, const intptr_t *dimensions, const i
      a[3]  PGA3.DIRECTION: e032, e013, e021.
      b[3]  PGA3.DIRECTION: e032, e013, e021.
      out[16]  SCALAR.
-   Costs 19 mul, 16 add.
+   Costs 19 mul, 15 add.
    If `a` is the same for 2 or more elements: 0 mul, 0 add once, then 9 mul, 12 add for each element.
    If `b` is the same for 2 or more elements: 0 mul, 0 add once, then 9 mul, 12 add for each element.
    Error: 1.1 ulp of the largest coefficient, 64 random inputs. */
@@ -2446,7 +2446,7 @@ void pga3_power_loop_f32(char **args, const intptr_t *dimensions, const intptr_t
      body[10]  SCALAR.
      out[10]  SCALAR.
    Assumes ``m ~m = 1``.
-   Costs 89 mul, 73 add.
+   Costs 89 mul, 72 add.
    Error: 6.5 ulp of the largest coefficient, 64 random inputs. */
 void pga3_inertia_of_moved_body_f64(const double *m, const double *body, double *out);
 void pga3_inertia_of_moved_body_f32(const float *m, const float *body, float *out);

@@ -2,7 +2,7 @@
 // command: gac generate --all projective3
 // spec: 58668a37a00dc47d
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: f606a095fe84a58bfd043080cacb45187fc92a9219be3304c0bdce104b11903b
+// body: eff272e4d7dace8f17707cf53129ca411e69bcc67ec8a5239d1fa701c639c826
 /* projective3
    Projective space and cameras in the exterior algebra of homogeneous coordinates.
    
@@ -222,9 +222,9 @@ void projective3_triangulate_loop_f32(char **args, const intptr_t *dimensions, c
      third[4]  PROJECTIVE3.VECTOR: e1, e2, e3, e4.
      out[12]  PROJECTIVE3.VECTOR: e1, e2, e3, e4.
    Costs 60 mul, 36 add.
-   If `centre` and `first` and `second` are the same for 2 or more elements: 36 mul, 24 add once, then 24 mul, 16
+   If `centre` and `first` and `second` are the same for 2 or more elements: 36 mul, 20 add once, then 24 mul, 16
    add for each element.
-   If `centre` and `first` and `third` are the same for 2 or more elements: 36 mul, 22 add once, then 24 mul, 16
+   If `centre` and `first` and `third` are the same for 2 or more elements: 36 mul, 20 add once, then 24 mul, 16
    add for each element.
    If `centre` and `second` and `third` are the same for 2 or more elements: 36 mul, 20 add once, then 24 mul, 16
    add for each element.
@@ -444,7 +444,7 @@ void projective3_image_derivative_loop_f32(char **args, const intptr_t *dimensio
    Each is a cross-ratio of four planes about an edge of the tetrahedron of the first four points.
      points[24]  PROJECTIVE3.VECTOR: e1, e2, e3, e4.
      out[3]  SCALAR.
-   Costs 174 mul, 138 add, 3 div.
+   Costs 162 mul, 98 add, 3 div.
    Error: 185.8 ulp of the largest coefficient, 64 random inputs. */
 void projective3_invariants_of_points_f64(const double *points, double *out);
 void projective3_invariants_of_points_f32(const float *points, float *out);
@@ -469,7 +469,7 @@ void projective3_cross_ratio_of_planes_loop_f32(char **args, const intptr_t *dim
      pixels[12]  SCALAR.
      partners[12]  SCALAR.
      out[3]  SCALAR.
-   Costs 326 mul, 246 add, 3 div.
+   Costs 278 mul, 188 add, 3 div.
    Error: 91.6 ulp of the largest coefficient, 64 random inputs. */
 void projective3_invariants_of_two_views_f64(const double *fundamental, const double *pixels, const double
     *partners, double *out);
@@ -489,8 +489,8 @@ void projective3_invariants_of_two_views_loop_f32(char **args, const intptr_t *d
      partners[12]  SCALAR.
      others[12]  SCALAR.
      out[3]  SCALAR.
-   Costs 1141 mul, 452 add, 15 div.
-   Error: 1020.2 ulp of the largest coefficient, 39 random inputs. */
+   Costs 962 mul, 374 add, 15 div.
+   Error: 1020.2 ulp of the largest coefficient, 47 random inputs. */
 void projective3_invariants_of_three_views_f64(const double *tensor, const double *second, const double *third,
     const double *pixels, const double *partners, const double *others, double *out);
 void projective3_invariants_of_three_views_f32(const float *tensor, const float *second, const float *third, const

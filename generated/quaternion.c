@@ -2,7 +2,7 @@
 // command: gac generate --all quaternion
 // spec: 7564a18ee907a33b
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 6857f822e140d14ad2b69bdc21ee6fa7f9240181a15244bf89cb25b985c67236
+// body: 80af289fbf975ea51a8ee4b3d9b3365cb466f3d7a0ec47f3144d41e71bf4f0e0
 
 #ifndef REAL
 #include "quaternion.h"
@@ -1360,20 +1360,19 @@ static INLINE void NAME(unpack_real_prepare_w_mu_nu)(const REAL *w, const REAL *
     const REAL nu_e1 = nu[0], nu_e2 = nu[1], nu_e3 = nu[2];
     const REAL t0 = mu_e3 * nu_e3 + (mu_e1 * nu_e1 + mu_e2 * nu_e2);
     const REAL t1 = mu_e2 * nu_e3 - mu_e3 * nu_e2;
-    const REAL t2 = mu_e1 * nu_e3;
-    const REAL t3 = mu_e3 * nu_e1;
-    const REAL t4 = mu_e1 * nu_e2 - mu_e2 * nu_e1;
+    const REAL t2 = mu_e1 * nu_e3 - mu_e3 * nu_e1;
+    const REAL t3 = mu_e1 * nu_e2 - mu_e2 * nu_e1;
     prepared[0] = ((REAL)1 - t0) * (REAL)0.5;
     prepared[1] = (REAL)0.5 * (w_0 + w_0 * t0);
     prepared[2] = (REAL)0.5 * t1;
     prepared[3] = (REAL)0.5 * (nu_e1 - mu_e1);
     prepared[4] = (REAL)0.5 * (w_1 * (mu_e1 + nu_e1) - w_0 * t1);
-    prepared[5] = (REAL)0.5 * (t3 - t2);
+    prepared[5] = (REAL)0.5 * t2;
     prepared[6] = (REAL)0.5 * (nu_e2 - mu_e2);
-    prepared[7] = (REAL)0.5 * (w_0 * (t2 - t3) + w_1 * (mu_e2 + nu_e2));
-    prepared[8] = (REAL)0.5 * t4;
+    prepared[7] = (REAL)0.5 * (w_0 * t2 + w_1 * (mu_e2 + nu_e2));
+    prepared[8] = (REAL)0.5 * t3;
     prepared[9] = (REAL)0.5 * (nu_e3 - mu_e3);
-    prepared[10] = (REAL)0.5 * (w_1 * (mu_e3 + nu_e3) - w_0 * t4);
+    prepared[10] = (REAL)0.5 * (w_1 * (mu_e3 + nu_e3) - w_0 * t3);
 }
 
 static INLINE void NAME(unpack_real_apply_w_mu_nu)(const REAL *prepared, const REAL *mirrored, REAL *out)
@@ -1384,7 +1383,7 @@ static INLINE void NAME(unpack_real_apply_w_mu_nu)(const REAL *prepared, const R
     const REAL mirrored_0 = mirrored[0], mirrored_1 = mirrored[1];
     out[0] = mirrored_0 * c0 + c1;
     out[1] = mirrored_0 * c2 + mirrored_1 * c3 + c4;
-    out[2] = mirrored_0 * c5 + mirrored_1 * c6 + c7;
+    out[2] = c7 + (mirrored_1 * c6 - mirrored_0 * c5);
     out[3] = mirrored_0 * c8 + mirrored_1 * c9 + c10;
 }
 
@@ -1395,22 +1394,20 @@ static INLINE void NAME(unpack_real_prepare_mirrored_mu_nu)(const REAL *mirrored
     const REAL mu_e1 = mu[0], mu_e2 = mu[1], mu_e3 = mu[2];
     const REAL nu_e1 = nu[0], nu_e2 = nu[1], nu_e3 = nu[2];
     const REAL t0 = mu_e3 * nu_e3 + (mu_e1 * nu_e1 + mu_e2 * nu_e2);
-    const REAL t1 = mu_e2 * nu_e3;
-    const REAL t2 = mu_e3 * nu_e2;
-    const REAL t3 = mu_e1 * nu_e3 - mu_e3 * nu_e1;
-    const REAL t4 = mu_e1 * nu_e2;
-    const REAL t5 = mu_e2 * nu_e1;
+    const REAL t1 = mu_e2 * nu_e3 - mu_e3 * nu_e2;
+    const REAL t2 = mu_e1 * nu_e3 - mu_e3 * nu_e1;
+    const REAL t3 = mu_e1 * nu_e2 - mu_e2 * nu_e1;
     prepared[0] = ((REAL)1 + t0) * (REAL)0.5;
     prepared[1] = (REAL)0.5 * (mirrored_0 - mirrored_0 * t0);
-    prepared[2] = (REAL)0.5 * (t2 - t1);
+    prepared[2] = (REAL)0.5 * t1;
     prepared[3] = (REAL)0.5 * (mu_e1 + nu_e1);
-    prepared[4] = (REAL)0.5 * (mirrored_0 * (t1 - t2) - mirrored_1 * (mu_e1 - nu_e1));
-    prepared[5] = (REAL)0.5 * t3;
+    prepared[4] = (REAL)0.5 * (mirrored_0 * t1 - mirrored_1 * (mu_e1 - nu_e1));
+    prepared[5] = (REAL)0.5 * t2;
     prepared[6] = (REAL)0.5 * (mu_e2 + nu_e2);
-    prepared[7] = (REAL)0.5 * (mirrored_0 * t3 + mirrored_1 * (mu_e2 - nu_e2));
-    prepared[8] = (REAL)0.5 * (t5 - t4);
+    prepared[7] = (REAL)0.5 * (mirrored_0 * t2 + mirrored_1 * (mu_e2 - nu_e2));
+    prepared[8] = (REAL)0.5 * t3;
     prepared[9] = (REAL)0.5 * (mu_e3 + nu_e3);
-    prepared[10] = (REAL)0.5 * (mirrored_0 * (t4 - t5) - mirrored_1 * (mu_e3 - nu_e3));
+    prepared[10] = (REAL)0.5 * (mirrored_0 * t3 - mirrored_1 * (mu_e3 - nu_e3));
 }
 
 static INLINE void NAME(unpack_real_apply_mirrored_mu_nu)(const REAL *prepared, const REAL *w, REAL *out)
@@ -1420,9 +1417,9 @@ static INLINE void NAME(unpack_real_apply_mirrored_mu_nu)(const REAL *prepared, 
         c10 = prepared[10];
     const REAL w_0 = w[0], w_1 = w[1];
     out[0] = w_0 * c0 + c1;
-    out[1] = w_0 * c2 + w_1 * c3 + c4;
+    out[1] = c4 + (w_1 * c3 - w_0 * c2);
     out[2] = w_0 * c5 + w_1 * c6 - c7;
-    out[3] = w_0 * c8 + w_1 * c9 + c10;
+    out[3] = c10 + (w_1 * c9 - w_0 * c8);
 }
 
 static INLINE void NAME(unpack_real_prepare_w_mirrored_mu)(const REAL *w, const REAL *mirrored, const REAL *mu, REAL

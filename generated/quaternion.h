@@ -2,7 +2,7 @@
 // command: gac generate --all quaternion
 // spec: 7564a18ee907a33b
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: de5f21b300e071df3ce704a1a596863fcdee6a63bd5f743b1cc44701741bbcc8
+// body: 7fa11bb4461c86eb4f70ace17ee5d740658be04a217a1330c8d0f85df7fe3c36
 /* quaternion
    Quaternions (w, x, y, z), scalar first, as the even elements of G(3): ``i = e32, j = e13, k = e21``.
    
@@ -365,9 +365,9 @@ void quaternion_unpack_turned_loop_f32(char **args, const intptr_t *dimensions, 
      nu[3]  VGA3.VECTOR: e1, e2, e3.
      out[4]  VGA3.QUATERNION: 1, e32, e13, e21.
    Costs 22 mul, 16 add.
-   If `w` and `mu` and `nu` are the same for 2 or more elements: 27 mul, 17 add once, then 7 mul, 7 add for each
+   If `w` and `mu` and `nu` are the same for 2 or more elements: 27 mul, 16 add once, then 7 mul, 7 add for each
    element.
-   If `mirrored` and `mu` and `nu` are the same for 2 or more elements: 27 mul, 18 add once, then 7 mul, 7 add
+   If `mirrored` and `mu` and `nu` are the same for 2 or more elements: 27 mul, 16 add once, then 7 mul, 7 add
    for each element.
    If `w` and `mirrored` and `mu` are the same for 2 or more elements: 10 mul, 4 add once, then 12 mul, 12 add
    for each element.

@@ -2,7 +2,7 @@
 // command: gac generate --all robots
 // spec: 2ea3684a268dc8dd
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: f40fed2f7495ff4633db4bf03f8522ba6d21180a0930b25b84de67fa86c6b51c
+// body: 29c22c4ea0a60ce98fd00f32725734387e1a160b5cb38d003d2fc09466de9f6d
 /* robots
    Kinematics and dynamics of any robot: loops over the table of its joints, in link frames and in the base frame.
    
@@ -308,7 +308,7 @@ int robots_inverse_mass_matrix_rows_f32(const intptr_t *lengths, char **args, co
      armature[n]  SCALAR.
      gravity[3]  SCALAR.
      out[m]  SCALAR.
-   Costs 215 mul, 189 add, 2 call for each of n.
+   Costs 215 mul, 187 add, 2 call for each of n.
    Error: 28.1 ulp of the largest coefficient, 52 random inputs. */
 void robots_inverse_dynamics_f64(intptr_t m, intptr_t n, const double *q, const int64_t *parents, const int64_t
     *variables, const double *ratios, const double *offsets, const double *places, const double *screws, const
@@ -334,7 +334,7 @@ int robots_inverse_dynamics_rows_f32(const intptr_t *lengths, char **args, const
      inertias[n, 10]  SCALAR.
      gravity[3]  SCALAR.
      out[m]  SCALAR.
-   Costs 115 mul, 98 add, 2 call for each of n.
+   Costs 115 mul, 95 add, 2 call for each of n.
    Error: 23.2 ulp of the largest coefficient, 64 random inputs. */
 void robots_gravity_forces_f64(intptr_t m, intptr_t n, const double *q, const int64_t *parents, const int64_t
     *variables, const double *ratios, const double *offsets, const double *places, const double *screws, const
@@ -474,7 +474,7 @@ int robots_centroidal_momentum_matrix_rows_f32(const intptr_t *lengths, char **a
      is_strict[p]  SCALAR.
      out_0[m, m]  SCALAR.
      out_1[m, m]  SCALAR.
-   Costs 476 mul, 448 add, 2 call for each of n; 37 mul, 30 add for each of p.
+   Costs 476 mul, 447 add, 2 call for each of n; 37 mul, 30 add for each of p.
    Error: 48.5 ulp of the largest coefficient, 21 random inputs. */
 void robots_inverse_dynamics_derivatives_f64(intptr_t m, intptr_t n, intptr_t p, const double *q, const int64_t
     *parents, const int64_t *variables, const double *ratios, const double *offsets, const double *places, const
@@ -543,7 +543,7 @@ int robots_coriolis_matrix_rows_f32(const intptr_t *lengths, char **args, const 
      upper[p]  row numbers of n, or -1.
      upper_variables[p]  row numbers of m, or -1.
      out[m, n, 10]  SCALAR.
-   Costs 181 mul, 146 add, 2 call for each of n; 92 mul, 90 add for each of p.
+   Costs 181 mul, 144 add, 2 call for each of n; 92 mul, 85 add for each of p.
    Error: 30.2 ulp of the largest coefficient, 41 random inputs. */
 void robots_torque_regressor_f64(intptr_t m, intptr_t n, intptr_t p, const double *q, const int64_t *parents, const
     int64_t *variables, const double *ratios, const double *offsets, const double *places, const double *screws,

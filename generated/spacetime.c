@@ -2,7 +2,7 @@
 // command: gac generate --all spacetime
 // spec: ac4a52698fbc233f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: c89fba5c2c3c1027148ef9a90a59997c23ad1acacdce7df9cf7b7a79446a8fb0
+// body: 67b7296f50de189683f0c8329cf55902ba933d8598d2a9812e80f5c75c88f9db
 
 #ifndef REAL
 #include "spacetime.h"
@@ -942,46 +942,50 @@ INLINE void NAME(dirac_to_matrix)(const REAL *a, REAL *out)
     const REAL t1 = a_g12 + a_g012;
     const REAL t2 = a_g13 + a_g013;
     const REAL t3 = -(a_g23 + a_g023);
-    const REAL t4 = a_g123 + a_g0123;
-    const REAL t5 = a_g10 - a_g1;
-    const REAL t6 = a_g3 + a_g30;
-    const REAL t7 = a_g0123 - a_g123;
-    const REAL t8 = a_g1 + a_g10;
-    const REAL t9 = a_g2 + a_g20;
-    const REAL t10 = a_1 - a_g0;
-    const REAL t11 = a_g023 - a_g23;
+    const REAL t4 = a_g30 - a_g3;
+    const REAL t5 = a_g123 + a_g0123;
+    const REAL t6 = a_g10 - a_g1;
+    const REAL t7 = a_g2 - a_g20;
+    const REAL t8 = a_g3 + a_g30;
+    const REAL t9 = a_g0123 - a_g123;
+    const REAL t10 = a_g1 + a_g10;
+    const REAL t11 = a_g2 + a_g20;
+    const REAL t12 = a_1 - a_g0;
+    const REAL t13 = a_g012 - a_g12;
+    const REAL t14 = a_g13 - a_g013;
+    const REAL t15 = a_g023 - a_g23;
     out[0] = t0;
     out[1] = -t1;
     out[2] = t2;
     out[3] = t3;
-    out[4] = a_g30 - a_g3;
-    out[5] = t4;
-    out[6] = t5;
-    out[7] = a_g2 - a_g20;
+    out[4] = t4;
+    out[5] = t5;
+    out[6] = t6;
+    out[7] = t7;
     out[8] = -t2;
     out[9] = t3;
     out[10] = t0;
     out[11] = t1;
-    out[12] = t5;
-    out[13] = a_g20 - a_g2;
-    out[14] = a_g3 - a_g30;
-    out[15] = t4;
-    out[16] = t6;
-    out[17] = t7;
-    out[18] = t8;
-    out[19] = -t9;
-    out[20] = t10;
-    out[21] = a_g012 - a_g12;
-    out[22] = a_g13 - a_g013;
-    out[23] = t11;
-    out[24] = t8;
-    out[25] = t9;
-    out[26] = -t6;
-    out[27] = t7;
-    out[28] = a_g013 - a_g13;
-    out[29] = t11;
-    out[30] = t10;
-    out[31] = a_g12 - a_g012;
+    out[12] = t6;
+    out[13] = -t7;
+    out[14] = -t4;
+    out[15] = t5;
+    out[16] = t8;
+    out[17] = t9;
+    out[18] = t10;
+    out[19] = -t11;
+    out[20] = t12;
+    out[21] = t13;
+    out[22] = t14;
+    out[23] = t15;
+    out[24] = t10;
+    out[25] = t11;
+    out[26] = -t8;
+    out[27] = t9;
+    out[28] = -t14;
+    out[29] = t15;
+    out[30] = t12;
+    out[31] = -t13;
 }
 
 #define PARTS_dirac_to_matrix(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16) AND OUT(1, 1, 4x4x2, 32, 3, 4, 4, 2)
@@ -997,26 +1001,28 @@ INLINE void NAME(dirac_from_matrix)(const REAL *m, REAL *out)
         m_3_3_0 = m[30], m_3_3_1 = m[31];
     const REAL t0 = m_0_0_0 + m_1_1_0;
     const REAL t1 = m_0_3_0 + m_1_2_0;
-    const REAL t2 = m_1_1_1 - m_0_0_1;
-    const REAL t3 = m_0_1_0 - m_1_0_0;
-    const REAL t4 = m_0_1_1 + m_1_0_1;
-    const REAL t5 = m_0_2_1 + m_1_3_1;
+    const REAL t2 = m_0_3_1 - m_1_2_1;
+    const REAL t3 = m_1_3_0 - m_0_2_0;
+    const REAL t4 = m_1_1_1 - m_0_0_1;
+    const REAL t5 = m_0_1_0 - m_1_0_0;
+    const REAL t6 = m_0_1_1 + m_1_0_1;
+    const REAL t7 = m_0_2_1 + m_1_3_1;
     out[0] = (m_3_3_0 + (m_2_2_0 + t0)) * (REAL)0.25;
     out[1] = (REAL)0.25 * (t0 - m_2_2_0 - m_3_3_0);
     out[2] = (REAL)0.25 * (m_3_0_0 + (m_2_1_0 - t1));
-    out[3] = (REAL)0.25 * (m_3_0_1 + (m_0_3_1 - m_1_2_1 - m_2_1_1));
-    out[4] = (REAL)0.25 * (m_2_0_0 + (m_1_3_0 - m_0_2_0) - m_3_1_0);
+    out[3] = (REAL)0.25 * (m_3_0_1 + (t2 - m_2_1_1));
+    out[4] = (REAL)0.25 * (m_2_0_0 + t3 - m_3_1_0);
     out[5] = (REAL)0.25 * (m_3_0_0 + (m_2_1_0 + t1));
-    out[6] = (REAL)0.25 * (m_3_0_1 + (m_1_2_1 - m_0_3_1 - m_2_1_1));
-    out[7] = (REAL)0.25 * (m_3_3_1 + (t2 - m_2_2_1));
-    out[8] = (REAL)0.25 * (m_2_0_0 + (m_0_2_0 - m_1_3_0) - m_3_1_0);
-    out[9] = (REAL)0.25 * (m_2_3_0 + t3 - m_3_2_0);
-    out[10] = -((REAL)0.25 * (m_3_2_1 + (m_2_3_1 + t4)));
-    out[11] = (REAL)0.25 * (m_2_2_1 + t2 - m_3_3_1);
-    out[12] = (REAL)0.25 * (m_3_2_0 + (t3 - m_2_3_0));
-    out[13] = (REAL)0.25 * (m_3_2_1 + (m_2_3_1 - t4));
-    out[14] = (REAL)0.25 * (t5 - m_2_0_1 - m_3_1_1);
-    out[15] = (REAL)0.25 * (m_3_1_1 + (m_2_0_1 + t5));
+    out[6] = (REAL)0.25 * (m_3_0_1 - (m_2_1_1 + t2));
+    out[7] = (REAL)0.25 * (m_3_3_1 + (t4 - m_2_2_1));
+    out[8] = (REAL)0.25 * (m_2_0_0 - t3 - m_3_1_0);
+    out[9] = (REAL)0.25 * (m_2_3_0 + t5 - m_3_2_0);
+    out[10] = -((REAL)0.25 * (m_3_2_1 + (m_2_3_1 + t6)));
+    out[11] = (REAL)0.25 * (m_2_2_1 + t4 - m_3_3_1);
+    out[12] = (REAL)0.25 * (m_3_2_0 + (t5 - m_2_3_0));
+    out[13] = (REAL)0.25 * (m_3_2_1 + (m_2_3_1 - t6));
+    out[14] = (REAL)0.25 * (t7 - m_2_0_1 - m_3_1_1);
+    out[15] = (REAL)0.25 * (m_3_1_1 + (m_2_0_1 + t7));
 }
 
 #define PARTS_dirac_from_matrix(IN, NUMBER, OUT, AND) IN(0, 0, 4x4x2, 32, 3, 4, 4, 2) AND OUT(1, 3, 16, 16, 1, 16)

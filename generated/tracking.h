@@ -2,7 +2,7 @@
 // command: gac generate --all tracking
 // spec: c4ee23d8ce19272d
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 51103f53d48a93933e1ceabd9969ced0a0a22bd66fc55f337396a95d111b2664
+// body: 8ca8a907c52a670d84e9f53de01cc889f9859f88294ff2f5447feefab44a0466
 /* tracking
    Tracking by a camera on a robot: images of points, lines and planes, their derivatives, and steps of control.
    
@@ -192,7 +192,7 @@ int tracking_rates_for_point_rows_f32(const intptr_t *lengths, char **args, cons
      out_2[1]  SCALAR.
      out_3[1]  SCALAR.
    Assumes ``camera ~camera = 1``.
-   Costs 131 mul, 96 add, 1 div, 2 call, 6 choice for each of n; 896 mul, 661 add, 11 div, 9 sqrt, 12 call, 62
+   Costs 131 mul, 96 add, 1 div, 2 call, 6 choice for each of n; 896 mul, 655 add, 11 div, 9 sqrt, 12 call, 62
    choice once.
    Error: 9.5 ulp of the largest coefficient, 11 random inputs. */
 void tracking_rates_for_line_f64(intptr_t n, const double *q, const double *axes, const double *turns, const double
@@ -226,7 +226,7 @@ int tracking_rates_for_line_rows_f32(const intptr_t *lengths, char **args, const
      out_2[1]  SCALAR.
      out_3[1]  SCALAR.
    Assumes ``camera ~camera = 1``.
-   Costs 142 mul, 105 add, 1 div, 2 call, 6 choice for each of n; 1182 mul, 855 add, 24 div, 11 sqrt, 104 choice
+   Costs 142 mul, 105 add, 1 div, 2 call, 6 choice for each of n; 1176 mul, 849 add, 24 div, 11 sqrt, 104 choice
    once.
    Error: 180.2 ulp of the largest coefficient, 8 random inputs. */
 void tracking_rates_for_plane_f64(intptr_t n, const double *q, const double *axes, const double *turns, const double
@@ -321,7 +321,7 @@ int tracking_accelerations_for_point_rows_f32(const intptr_t *lengths, char **ar
      out_3[1]  SCALAR.
      out_4[1]  SCALAR.
    Assumes ``camera ~camera = 1``.
-   Costs 155 mul, 120 add, 1 div, 2 call, 6 choice for each of n; 1052 mul, 841 add, 14 div, 9 sqrt, 12 call, 65
+   Costs 155 mul, 120 add, 1 div, 2 call, 6 choice for each of n; 1052 mul, 835 add, 14 div, 9 sqrt, 12 call, 65
    choice once.
    Error: 12.6 ulp of the largest coefficient, 9 random inputs. */
 void tracking_accelerations_for_line_f64(intptr_t n, const double *q, const double *axes, const double *turns, const
@@ -363,7 +363,7 @@ int tracking_accelerations_for_line_rows_f32(const intptr_t *lengths, char **arg
      out_3[1]  SCALAR.
      out_4[1]  SCALAR.
    Assumes ``camera ~camera = 1``.
-   Costs 166 mul, 129 add, 1 div, 2 call, 6 choice for each of n; 1212 mul, 948 add, 24 div, 11 sqrt, 104 choice
+   Costs 166 mul, 129 add, 1 div, 2 call, 6 choice for each of n; 1206 mul, 942 add, 24 div, 11 sqrt, 104 choice
    once.
    Error: 1321.5 ulp of the largest coefficient, 8 random inputs. */
 void tracking_accelerations_for_plane_f64(intptr_t n, const double *q, const double *axes, const double *turns,

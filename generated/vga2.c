@@ -2,7 +2,7 @@
 // command: gac generate --all vga2
 // spec: 96d9a4bb5f71d2af
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 0664a39f5a6900ea7e23790f3e7ea19e0ac5af083f8cf468e9869e79fe765f18
+// body: ef81ccc29c8e5285d326cdb4f8f38e486096ea25591642a038379a306d658cc7
 
 #ifndef REAL
 #include "vga2.h"
@@ -471,15 +471,13 @@ static INLINE void NAME(interpolate_rotors_within)(const REAL *a, const REAL *b,
     const REAL a_1 = a[0], a_e12 = a[1];
     const REAL b_1 = b[0], b_e12 = b[1];
     const REAL t0 = a_1 * b_1 + a_e12 * b_e12;
-    const REAL t1 = a_1 * b_e12;
-    const REAL t2 = a_e12 * b_1;
-    const REAL t3 = t1 - t2;
-    const REAL t4 = t2 - t1;
-    const REAL t5 = t * ATAN2(SELECT(LESS(t0, (REAL)0), t4, t3), ABS(t0));
-    const REAL t6 = COS(t5);
-    const REAL t7 = SIN(t5);
-    out[0] = a_1 * t6 - a_e12 * t7;
-    out[1] = a_1 * t7 + a_e12 * t6;
+    const REAL t1 = a_1 * b_e12 - a_e12 * b_1;
+    const REAL t2 = -t1;
+    const REAL t3 = t * ATAN2(SELECT(LESS(t0, (REAL)0), t2, t1), ABS(t0));
+    const REAL t4 = COS(t3);
+    const REAL t5 = SIN(t3);
+    out[0] = a_1 * t4 - a_e12 * t5;
+    out[1] = a_1 * t5 + a_e12 * t4;
 }
 
 FUSED(interpolate_rotors, (const REAL *a, const REAL *b, REAL t, REAL *out), (a, b, t, out, NULL))
@@ -493,11 +491,9 @@ static INLINE void NAME(interpolate_rotors_prepare_a_b)(const REAL *a, const REA
     const REAL a_1 = a[0], a_e12 = a[1];
     const REAL b_1 = b[0], b_e12 = b[1];
     const REAL t0 = a_1 * b_1 + a_e12 * b_e12;
-    const REAL t1 = a_1 * b_e12;
-    const REAL t2 = a_e12 * b_1;
-    const REAL t3 = t1 - t2;
-    const REAL t4 = t2 - t1;
-    prepared[0] = ATAN2(SELECT(LESS(t0, (REAL)0), t4, t3), ABS(t0));
+    const REAL t1 = a_1 * b_e12 - a_e12 * b_1;
+    const REAL t2 = -t1;
+    prepared[0] = ATAN2(SELECT(LESS(t0, (REAL)0), t2, t1), ABS(t0));
     prepared[1] = a_1;
     prepared[2] = a_e12;
 }
@@ -616,18 +612,19 @@ INLINE void NAME(rotor_from_matrix)(const REAL *matrix, REAL *out)
 {
     const REAL matrix_0_0 = matrix[0], matrix_0_1 = matrix[1], matrix_1_0 = matrix[2], matrix_1_1 = matrix[3];
     const REAL t0 = matrix_0_0 + matrix_1_1;
-    const REAL t1 = matrix_1_0 - matrix_0_1;
+    const REAL t1 = matrix_0_1 - matrix_1_0;
     const REAL t2 = SQRT(t0 * t0 + t1 * t1);
     const REAL t3 = t0 + t2;
-    const REAL t4 = SELECT(LESS(t1, (REAL)0), (REAL)-1, (REAL)1);
-    const REAL t5 = t1 * t4;
-    const REAL t6 = LESS_EQUAL((REAL)0, t0);
-    const REAL t7 = SELECT(t6, t3, t5);
-    const REAL t8 = t4 * (t2 - t0);
-    const REAL t9 = SELECT(t6, t1, t8);
-    const REAL t10 = (REAL)1 / SQRT(t7 * t7 + t9 * t9);
-    out[0] = t7 * t10;
-    out[1] = -(t9 * t10);
+    const REAL t4 = -t1;
+    const REAL t5 = SELECT(LESS(t4, (REAL)0), (REAL)-1, (REAL)1);
+    const REAL t6 = -(t1 * t5);
+    const REAL t7 = LESS_EQUAL((REAL)0, t0);
+    const REAL t8 = SELECT(t7, t3, t6);
+    const REAL t9 = (t2 - t0) * t5;
+    const REAL t10 = SELECT(t7, t4, t9);
+    const REAL t11 = (REAL)1 / SQRT(t8 * t8 + t10 * t10);
+    out[0] = t8 * t11;
+    out[1] = -(t10 * t11);
 }
 
 #define PARTS_rotor_from_matrix(IN, NUMBER, OUT, AND) IN(0, 0, 2x2, 4, 2, 2, 2) AND OUT(1, 2, 2, 2, 1, 2)

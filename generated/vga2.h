@@ -2,7 +2,7 @@
 // command: gac generate --all vga2
 // spec: 96d9a4bb5f71d2af
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: ec4513d3982cc969239fdc0b5294c0e0b5095a9b10171aa24b9ee1b96b128199
+// body: 0a9f515e87c6714e1a849a4ffd537882360961e5039788b535e9ebe7e4d4972f
 /* vga2
    Vectors and rotations of the plane in the geometric algebra G(2); its even elements are the complex numbers.
    
@@ -340,8 +340,8 @@ void vga2_rotor_power_loop_f32(char **args, const intptr_t *dimensions, const in
      t  SCALAR.
      out[2]  VGA2.ROTOR: 1, e12; unit.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
-   Costs 9 mul, 5 add, 3 call, 3 choice.
-   If `a` and `b` are the same for 2 or more elements: 4 mul, 3 add, 1 call, 3 choice once, then 5 mul, 2 add, 2
+   Costs 9 mul, 4 add, 3 call, 3 choice.
+   If `a` and `b` are the same for 2 or more elements: 4 mul, 2 add, 1 call, 3 choice once, then 5 mul, 2 add, 2
    call for each element.
    Error: 4.1 ulp of the largest coefficient, 64 random inputs. */
 void vga2_interpolate_rotors_f64(const double *a, const double *b, double t, double *out);

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Mapping
+from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
@@ -20,10 +21,14 @@ from ..errors import InexactError, ZeroDivisorError
 
 Coefficient = Any
 
+_RATIONALS = frozenset({int, Fraction})
+_NUMBERS = frozenset({int, Fraction, float, complex})
+"""Types that are recognised without `isinstance`, which is slow for subclasses of abstract classes such as Fraction."""
+
 
 def is_exact(value: Coefficient) -> bool:
     """Return whether `value` is an integer or a fraction."""
-    return isinstance(value, (int, Fraction)) and not isinstance(value, bool)
+    return type(value) in _RATIONALS or (isinstance(value, (int, Fraction)) and not isinstance(value, bool))
 
 
 def as_exact(value: Coefficient) -> Coefficient:
@@ -59,6 +64,8 @@ _LARGEST = Fraction(sys.float_info.max)
 
 def is_zero(value: Coefficient) -> bool:
     """Return whether `value` is exactly zero by its form. Arrays never are: sparsity must not depend on data."""
+    if type(value) in _NUMBERS:
+        return not value
     own = getattr(value, "is_zero", None)
     if own is not None:
         return own is True
@@ -72,7 +79,7 @@ def scale(value: Coefficient, factor: int | Fraction) -> Coefficient:
     if factor == -1:
         return -value
     if isinstance(factor, Fraction) and (
-        isinstance(value, (float, complex, np.ndarray, np.generic)) or _is_mpmath(value)
+        isinstance(value, (Decimal, float, complex, np.ndarray, np.generic)) or _is_mpmath(value)
     ):
         return value * factor.numerator / factor.denominator
     return value * factor
@@ -93,7 +100,9 @@ def divide(a: Coefficient, b: Coefficient) -> Coefficient:
         return quotient.numerator if quotient.denominator == 1 else quotient
     if is_exact(b):
         return scale(a, 1 / Fraction(b))
-    if isinstance(a, Fraction) and _is_mpmath(b):
+    if type(b) is Decimal and not b:
+        raise ZeroDivisionError("division by zero")  # For 0 / 0, decimals give NaN.
+    if isinstance(a, Fraction) and (type(b) is Decimal or _is_mpmath(b)):
         return a.numerator / (b * a.denominator)
     return a / b
 
@@ -176,6 +185,8 @@ def scalar_function(name: str, *arguments: Coefficient) -> Coefficient:
     InexactError
         If all arguments are exact and the value is not rational.
     """
+    if any(type(argument) is Decimal for argument in arguments):
+        return _decimal_function(name, arguments)
     for argument in arguments:
         own = getattr(argument, "scalar_function", None)
         if own is not None:
@@ -189,6 +200,33 @@ def scalar_function(name: str, *arguments: Coefficient) -> Coefficient:
     if all(is_exact(argument) for argument in arguments):
         return EXACT[name](*arguments)
     return FLOAT[name](*arguments)
+
+
+def _decimal_function(name: str, arguments: tuple[Any, ...]) -> Any:
+    """Apply a function to decimals; the value is NaN if it is not real.
+
+    Raises
+    ------
+    ValueError
+        If a comparison or a choice has an argument that is not real.
+    """
+    lifted = [Decimal(a.numerator) / a.denominator if isinstance(a, Fraction) else Decimal(a) for a in arguments]
+    if any(a.is_nan() for a in lifted):
+        if name in _ANY or name == "atan2":
+            raise ValueError(f"{name} of a number that is not real")
+        return lifted[0] if lifted[0].is_nan() else lifted[1]
+    if name in _ANY:
+        return _ANY[name](*lifted)
+    if name == "sqrt":
+        return lifted[0].sqrt()
+    import mpmath
+
+    found = getattr(mpmath, name)(*(mpmath.mpf(str(a) if a.is_finite() else float(a)) for a in lifted))
+    if isinstance(found, mpmath.mpc) or not mpmath.isfinite(found):
+        return Decimal("NaN") if isinstance(found, mpmath.mpc) else Decimal(float(found))
+    sign, mantissa, exponent, _ = found._mpf_
+    whole = Decimal(-int(mantissa) if sign else int(mantissa))
+    return whole * (1 << exponent) if exponent >= 0 else whole / (1 << -exponent)
 
 
 def _mpmath_function(name: str, arguments: tuple[Any, ...]) -> Any:

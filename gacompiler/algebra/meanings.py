@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 from . import duality, versors
@@ -24,6 +24,26 @@ def _involution(signs: Callable[[int], int], a: Multivector) -> Multivector:
 def _scalar(operation: Operation, *arguments: Multivector) -> Multivector:
     first = arguments[0]
     return first.lift(scalar_function(operation.value, *(argument.scalar for argument in arguments)))
+
+
+ARITHMETIC = (Operation.GEOMETRIC_PRODUCT, Operation.ADD, Operation.SUBTRACT, Operation.NEGATE)
+
+
+def arithmetic(operation: Operation, scalars: Sequence[Multivector]) -> Multivector:
+    """Return a product, sum, difference or negative of scalars, as the general operation does, but many times faster.
+
+    Kernels on matrices of numbers consist of hundreds of these.
+    """
+    x = scalars[0].terms.get(0)
+    y = scalars[-1].terms.get(0)
+    if operation is Operation.GEOMETRIC_PRODUCT:
+        found = None if x is None or y is None else x * y
+    elif operation is Operation.NEGATE:
+        found = None if x is None else -x
+    else:
+        other = y if y is None or operation is Operation.ADD else -y
+        found = other if x is None else x if other is None else x + other
+    return Multivector(scalars[0].algebra, {} if found is None else {0: found})
 
 
 def _by_table() -> dict[Operation, Meaning]:

@@ -39,7 +39,8 @@ class Multivector:
 
     def __init__(self, algebra: Algebra, terms: Mapping[int, Coefficient]) -> None:
         object.__setattr__(self, "algebra", algebra)
-        kept = {blade: terms[blade] for blade in sorted(terms) if not is_zero(terms[blade])}
+        blades = sorted(terms) if len(terms) > 1 else terms
+        kept = {blade: terms[blade] for blade in blades if not is_zero(terms[blade])}
         object.__setattr__(self, "terms", MappingProxyType(kept))
 
     def __setattr__(self, name: str, value: object) -> None:

@@ -14,6 +14,7 @@ from ..generation.checked_in import own_specs
 from ..generation.compiling import AnyCompiled, compile_kernels, render_spec, rendered_before
 from ..generation.spec_files import Spec, load_spec
 from ..generation.workers import each_spec
+from ..ir.cost_models import COUNTS
 from ..passes.effort import DEFAULT
 from .output import progress_bar, searching
 
@@ -53,33 +54,39 @@ def find_kernel(target: str, algebra: str | None = None) -> Kernel:
 
 
 def compiled_kernels(
-    spec: Spec, cache: Cache | None, effort: int = DEFAULT, keep_best: bool = False
+    spec: Spec, cache: Cache | None, effort: int = DEFAULT, model: str = COUNTS.name, keep_best: bool = False
 ) -> list[AnyCompiled]:
-    """Compile every kernel of a spec, with a progress bar.
+    """Compile every kernel of a spec, with a progress bar; `model` is the name of a cost model.
 
     If `keep_best` is true, an interrupt ends searches with their best results so far.
     """
     with progress_bar(len(spec.kernels)) as advance, searching(advance) if keep_best else nullcontext():
-        return compile_kernels(spec, advance, cache, effort)
+        return compile_kernels(spec, advance, cache, effort, model)
 
 
 def rendered(
-    specs: Sequence[Spec], jobs: int, cache: Cache | None, effort: int = DEFAULT, keep_best: bool = False
+    specs: Sequence[Spec],
+    jobs: int,
+    cache: Cache | None,
+    effort: int = DEFAULT,
+    model: str = COUNTS.name,
+    keep_best: bool = False,
 ) -> list[dict[str, str]]:
     """Return the files of the module of each spec; modules that are not in the cache are compiled in parallel.
 
-    See `compiled_kernels` for `keep_best`.
+    See `compiled_kernels` for `model` and `keep_best`.
     """
     with (
         progress_bar(sum(len(spec.kernels) for spec in specs)) as advance,
         searching(advance) if keep_best else nullcontext(),
     ):
-        files = [rendered_before(spec, cache, effort) for spec in specs]
+        files = [rendered_before(spec, cache, effort, model) for spec in specs]
         for spec, known in zip(specs, files, strict=True):
             for kernel in spec.kernels if known is not None else ():
                 advance(f"{spec.name}.{kernel.name}")
         missing = [k for k, known in enumerate(files) if known is None]
-        made = each_spec(partial(render_spec, cache=cache, effort=effort), [specs[k] for k in missing], advance, jobs)
+        render = partial(render_spec, cache=cache, effort=effort, cost=model)
+        made = each_spec(render, [specs[k] for k in missing], advance, jobs)
     for k, texts in zip(missing, made, strict=True):
         files[k] = texts
     return [texts for texts in files if texts is not None]

@@ -19,12 +19,22 @@ from ..generation.checked_in import generated_folder, own_specs
 from ..generation.compiling import AnyCompiled, Progress, compile_kernels, source_of
 from ..generation.files import compare
 from ..generation.rendering import render
+from ..generation.selection import select
 from ..generation.spec_files import Spec
 from ..generation.workers import each_spec
 from ..runtime import load_module
 from ..verify import Verdict, verify_module
 from .arguments import compiled_kernels, find_spec, is_own, own_modules, rendered
-from .framework import algebra_option, cache_option, command, effort_option, jobs_option, json_option
+from .framework import (
+    algebra_option,
+    cache_option,
+    command,
+    effort_option,
+    jobs_option,
+    json_option,
+    model_option,
+    only_option,
+)
 from .output import near, print_table, progress_bar
 
 
@@ -85,6 +95,8 @@ def check(names: tuple[str, ...], prove: bool, jobs: int, cache: Cache | None) -
 @cache_option
 @algebra_option
 @effort_option
+@model_option
+@only_option
 def verify(
     specs: tuple[str, ...],
     output: Path | None,
@@ -93,20 +105,22 @@ def verify(
     cache: Cache | None,
     algebra: str | None,
     effort: int,
+    model: str,
+    only: tuple[str, ...],
 ) -> None:
     """Prove that generated files on disk compute what their specs define.
 
     The files are read back, and every kernel is compared with its definition at exact rational points that satisfy the
     relations of its arguments. The rounding error of the code that runs is then measured in ulp. The exit status is 1
-    if any kernel is not proved. --effort is the level that the files were generated with.
+    if any kernel is not proved. --effort and --cost are those that the files were generated with.
     """
     found = own_modules(()) if own else [find_spec(spec, algebra) for spec in specs]
     if not found:
         raise click.UsageError("name at least one spec, or give --all")
     rows: list[tuple[str, Verdict]] = []
-    for spec in found:
+    for spec in select(found, only):
         folder = output or (generated_folder() if is_own(spec) else Path("out"))
-        rows += _verdicts(spec, compiled_kernels(spec, cache, effort), folder)
+        rows += _verdicts(spec, compiled_kernels(spec, cache, effort, model), folder)
     if as_json:
         click.echo(json.dumps([{"module": m, **_verdict(v)} for m, v in rows], indent=2))
     else:

@@ -12,6 +12,7 @@ from rich.console import Console
 from ..backends.build import processors
 from ..errors import GacError
 from ..generation.cache import Cache, open_cache
+from ..ir.cost_models import COUNTS, MODELS
 from ..passes.effort import DEFAULT, LEVELS
 from .output import plain
 
@@ -90,6 +91,30 @@ effort_option = click.option(
     default=DEFAULT,
     show_default=True,
     help="Work spent on reducing operations: 0 keeps the author's structure, 3 may take hours.",
+)
+
+model_option = click.option(
+    "--cost",
+    "model",
+    type=click.Choice(list(MODELS)),
+    default=COUNTS.name,
+    show_default=True,
+    help="What is minimised: operations, cycles of one element, fused multiply-adds, or the size of the code "
+    "(see `gac cost --explain`).",
+)
+
+
+def _names(_: click.Context, __: click.Parameter, texts: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(name.strip() for text in texts for name in text.split(",") if name.strip())
+
+
+only_option = click.option(
+    "--only",
+    "only",
+    multiple=True,
+    metavar="NAMES",
+    callback=_names,
+    help="Only the kernels of these names, separated by commas; may be repeated.",
 )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import compileall
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -16,12 +17,14 @@ from ..generation.checked_in import generated_folder
 from ..generation.compiling import compile_spec
 from ..generation.files import write
 from ..generation.rendering import TARGETS, render, render_standalone, render_targets
+from ..generation.selection import select
 from ..generation.spec_files import Spec, load_spec
 from ..generation.workers import each_spec
+from ..ir.cost_models import COUNTS
 from ..robots.descriptions import robot_spec
 from ..robots.kernel_texts import DEFAULT, METHODS
 from .arguments import own_modules, rendered
-from .framework import algebra_option, cache_option, command, effort_option, jobs_option
+from .framework import algebra_option, cache_option, command, effort_option, jobs_option, model_option, only_option
 from .output import near, progress_bar, searching
 
 target_option = click.option(
@@ -43,6 +46,8 @@ target_option = click.option(
     "gac generate --all pga3 cga3",
     "gac generate horizon.clu --algebra cga3   compile a script in Gaalop's language",
     "gac generate my_kernels.py --effort 3     search for hours, for kernels that ship",
+    "gac generate my_kernels.py --cost latency  minimise the time of one element",
+    "gac generate my_kernels.py --only move_point,join_points",
 )
 @click.argument("specs", nargs=-1)
 @click.option(
@@ -56,6 +61,8 @@ target_option = click.option(
 @cache_option
 @algebra_option
 @effort_option
+@model_option
+@only_option
 def generate(
     specs: tuple[str, ...],
     output: Path | None,
@@ -67,6 +74,8 @@ def generate(
     cache: Cache | None,
     algebra: str | None,
     effort: int,
+    model: str,
+    only: tuple[str, ...],
 ) -> None:
     """Generate a module (.py, .c, .h) from each spec file, and compile its C if a compiler is available.
 
@@ -78,10 +87,13 @@ def generate(
         raise click.UsageError("name at least one spec file, or give --all")
     if standalone and own and output is None:
         raise click.UsageError("--standalone writes copies of modules; choose their folder with -o")
+    if only and own and output is None:
+        raise click.UsageError("--only writes modules with some kernels; choose their folder with -o")
     found = own_modules(specs) if own else [load_spec(Path(spec), algebra=algebra) for spec in specs]
     elsewhere = output or Path("out")
     folder = generated_folder() if own and output is None else elsewhere
-    _write_modules(found, targets, standalone, folder, elsewhere, jobs, cache, no_build, effort)
+    chosen = select(found, only)
+    _write_modules(chosen, targets, standalone, folder, elsewhere, jobs, cache, no_build, effort, model)
 
 
 def _write_modules(
@@ -94,17 +106,20 @@ def _write_modules(
     cache: Cache | None,
     no_build: bool,
     effort: int,
+    model: str,
 ) -> None:
     """Write modules to `folder` and files in other languages to `elsewhere`, and compile the C files."""
+    if model != COUNTS.name:
+        specs = [replace(spec, command=f"{spec.command} --cost {model}") for spec in specs]
     others = [target for target in TARGETS if target in targets]
     in_others, in_c = list[dict[str, str]](), list[dict[str, str]]()
     if others or standalone:
         with progress_bar(sum(len(spec.kernels) for spec in specs)) as advance, searching(advance):
-            modules = each_spec(partial(compile_spec, cache=cache, effort=effort), specs, advance, jobs)
+            modules = each_spec(partial(compile_spec, cache=cache, effort=effort, cost=model), specs, advance, jobs)
         in_others = [render_targets(module, others) for module in modules]
         in_c = [(render_standalone if standalone else render)(module) for module in modules] if "c" in targets else []
     else:
-        in_c = rendered(specs, jobs, cache, effort, keep_best=True)
+        in_c = rendered(specs, jobs, cache, effort, model, keep_best=True)
     for spec, files in zip(specs, in_others, strict=False):
         for name, text in files.items():
             unchanged = "" if write({name: text}, elsewhere) else ", unchanged"
@@ -180,6 +195,7 @@ def _build(sources: list[Path], force: bool = False, portable: bool = False) -> 
 @jobs_option
 @cache_option
 @effort_option
+@model_option
 def robot(
     robot: str,
     output: Path,
@@ -192,6 +208,7 @@ def robot(
     jobs: int,
     cache: Cache | None,
     effort: int,
+    model: str,
 ) -> None:
     """Generate a module (.py, .c, .h) for one robot, with its constants folded into the kernels.
 
@@ -202,4 +219,4 @@ def robot(
     path = output / "specs" / f"{module}.py"
     write({path.name: text}, path.parent)
     spec = load_spec(path, f"gac robot {robot}")
-    _write_modules([spec], targets, False, output, output, jobs, cache, no_build, effort)
+    _write_modules([spec], targets, False, output, output, jobs, cache, no_build, effort, model)

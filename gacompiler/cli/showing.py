@@ -22,11 +22,12 @@ from ..inspect import SHOWN, STAGES, described, latex, stage_text
 from ..inspect import why as why_text
 from ..inspect_loops import LOOP_STAGES, SHOWN_OF_LOOPS, loop_stage_text, refuse_latex
 from ..inspect_loops import why as why_of_loops
+from ..ir.cost_models import COUNTS, MODELS
 from ..ir.procedure_cost import costs_as_dict, costs_text
 from ..passes.loops import compile_loops
 from ..passes.pipeline import compile_kernel
 from .arguments import compiled_kernels, find_kernel, find_spec
-from .framework import algebra_option, cache_option, command, effort_option, json_option
+from .framework import algebra_option, cache_option, command, effort_option, json_option, model_option
 from .output import print_table, searching
 
 
@@ -42,12 +43,15 @@ from .output import print_table, searching
 @click.option("--latex", "as_latex", is_flag=True, help="Print the definition and the program as LaTeX.")
 @algebra_option
 @effort_option
-def show(target: str, stage: str | None, why: bool, as_latex: bool, algebra: str | None, effort: int) -> None:
+@model_option
+def show(
+    target: str, stage: str | None, why: bool, as_latex: bool, algebra: str | None, effort: int, model: str
+) -> None:
     """Show how a kernel is compiled, stage by stage."""
     kernel = find_kernel(target, algebra)
     if kernel.has_loops:
         with searching():
-            loops = compile_loops(kernel, effort=effort)
+            loops = compile_loops(kernel, effort=effort, cost=model)
         if as_latex:
             refuse_latex(loops)
         explained = why_of_loops(loops) if why else ""
@@ -55,7 +59,7 @@ def show(target: str, stage: str | None, why: bool, as_latex: bool, algebra: str
         text = partial(loop_stage_text, loops)
     else:
         with searching():
-            record = compile_kernel(kernel, effort=effort)
+            record = compile_kernel(kernel, effort=effort, cost=model)
         if as_latex:
             click.echo(latex(record))
             return
@@ -72,25 +76,48 @@ def show(target: str, stage: str | None, why: bool, as_latex: bool, algebra: str
         click.echo(text(name) + ("\n" if len(chosen) > 1 else ""))
 
 
+def _explain(context: click.Context, _: click.Parameter, wanted: bool) -> None:
+    if wanted:
+        print_table(["model", "what it counts"], [[model.name, model.counted] for model in MODELS.values()])
+        context.exit()
+
+
 @command(
-    "gac cost my_kernels.py", "gac cost my_kernels.py --json", "gac cost pga3            a module under generated/"
+    "gac cost my_kernels.py",
+    "gac cost my_kernels.py --json",
+    "gac cost pga3            a module under generated/",
+    "gac cost pga3 --cost latency",
+    "gac cost --explain       list the cost models",
 )
 @click.argument("spec")
 @json_option
 @cache_option
 @algebra_option
 @effort_option
-def cost(spec: str, as_json: bool, cache: Cache | None, algebra: str | None, effort: int) -> None:
-    """Count the operations of each kernel by type (mul, add, div, sqrt, call, choice, fma)."""
-    found = compiled_kernels(find_spec(spec, algebra), cache, effort, keep_best=True)
+@model_option
+@click.option(
+    "--explain", is_flag=True, is_eager=True, expose_value=False, callback=_explain, help="List the cost models."
+)
+def cost(spec: str, as_json: bool, cache: Cache | None, algebra: str | None, effort: int, model: str) -> None:
+    """Count the operations of each kernel by type (mul, add, div, sqrt, call, choice, fma).
+
+    With another cost model than the default, its number is in the last column. Kernels with loops have only counts.
+    """
+    found = compiled_kernels(find_spec(spec, algebra), cache, effort, model, keep_best=True)
+    chosen = MODELS[model]
     counts = {each.kernel.name: each.source.cost.as_dict() for each in found if isinstance(each, Compiled)}
+    if chosen is not COUNTS:
+        for each in found:
+            if isinstance(each, Compiled):
+                counts[each.kernel.name]["cost"] = chosen.of(each.source.program)
     loops = {each.kernel.name: each.source.costs for each in found if isinstance(each, CompiledLoops)}
     if as_json:
         click.echo(json.dumps(counts | {name: costs_as_dict(costs) for name, costs in loops.items()}, indent=2))
         return
     if counts:
+        header = [] if chosen is COUNTS else [f"{model} ({chosen.unit})"]
         print_table(
-            ["kernel", "mul", "add", "div", "sqrt", "call", "choice", "fma"],
+            ["kernel", "mul", "add", "div", "sqrt", "call", "choice", "fma", *header],
             [[n, *map(str, c.values())] for n, c in counts.items()],
         )
     if loops:

@@ -15,7 +15,7 @@ from ..algebra.algebra import Algebra
 from ..algebra.coefficients import as_exact
 from ..algebra.immutable import Immutable
 from ..algebra.layout import SCALARS, Layout
-from ..algebra.meanings import MEANINGS
+from ..algebra.meanings import ARITHMETIC, MEANINGS, arithmetic
 from ..algebra.multivector import Multivector
 from ..algebra.operations import Kind, Operation
 from ..errors import KernelError, shortened
@@ -258,7 +258,6 @@ def evaluate(
     to the ring, so that functions of constants are evaluated there: some rings have no square root of 2.
     """
     memory = {} if memory is None else memory
-
     for expression in topological(expressions, memory):
         values = [memory[argument] for argument in expression.arguments]
         memory[expression] = apply_operation(expression, values, inputs, lift)
@@ -270,15 +269,15 @@ def topological(expressions: Sequence[Expression], known: Container[Expression] 
     order: dict[Expression, None] = {}
     stack = list(reversed(expressions))
     while stack:
-        expression = stack[-1]
-        waiting = [a for a in expression.arguments if a not in order and a not in known]
+        expression = stack.pop()
         if expression in order or expression in known:
-            stack.pop()
-        elif waiting:
+            continue
+        waiting = [a for a in expression.arguments if a not in order and a not in known]
+        if waiting:
+            stack.append(expression)
             stack.extend(reversed(waiting))
         else:
             order[expression] = None
-            stack.pop()
     return list(order)
 
 
@@ -317,8 +316,9 @@ def _apply(expression: Expression, values: list[Multivector], inputs: Mapping[st
             return Multivector(expression.algebra, terms)
         case operation:
             algebra = expression.algebra
-            lifted = [v if v.algebra is algebra else Multivector(algebra, v.terms) for v in values]
-            return MEANINGS[operation](*lifted)
+            if algebra is SCALARS and operation in ARITHMETIC:
+                return arithmetic(operation, values)
+            return MEANINGS[operation](*(v if v.algebra is algebra else Multivector(algebra, v.terms) for v in values))
 
 
 class _Something:

@@ -52,3 +52,12 @@ def is_unit_even_versor(expression: Expression) -> bool:
     if `m` is a versor. In up to five dimensions every even element with ``m ~m = 1`` is one (Lounesto 2001, §17).
     """
     return is_unit(expression) and parity(expression) == 0 and expression.algebra.dimension <= 5
+
+
+def is_unit_vector(expression: Expression) -> bool:
+    """Return whether an expression is known to be a vector with square 1.
+
+    The sandwich product ``v x^ v`` with the grade involution ``x^`` is a reflection. It preserves grades and geometric
+    products, since ``(v a^ v) (v b^ v) = v (a b)^ v``, and has determinant -1.
+    """
+    return is_unit(expression) and is_vector(expression)

@@ -11,9 +11,9 @@ from collections.abc import Callable, Sequence
 from ..backends.module import ModuleSource
 from ..errors import GacError
 from ..frontend.kernel import Kernel
-from ..frontend.loop_trace import trace_loops
+from ..ir.cost_models import COUNTS
 from ..passes.effort import DEFAULT
-from ..passes.inference import LayoutInference
+from ..passes.inference import traced_loops
 from ..passes.interruption import is_interrupted
 from ..passes.loops import compile_loops
 from ..passes.pipeline import compile_kernel
@@ -36,16 +36,22 @@ Keys = Sequence[str | None]
 """Cache keys of the kernels of a spec; None for kernels that cannot be cached."""
 
 
-def compile_definition(kernel: Kernel, cache: Cache | None = None, effort: int = DEFAULT) -> Compiled:
+def compile_definition(
+    kernel: Kernel, cache: Cache | None = None, effort: int = DEFAULT, cost: str = COUNTS.name
+) -> Compiled:
     """Compile a kernel, or return the cached result."""
-    return _compiled(kernel, _kernel_key(kernel, effort) if cache else None, cache, effort)
+    return _compiled(kernel, _kernel_key(kernel, effort, cost) if cache else None, cache, effort, cost)
 
 
 def compile_kernels(
-    spec: Spec, progress: Progress = lambda name: None, cache: Cache | None = None, effort: int = DEFAULT
+    spec: Spec,
+    progress: Progress = lambda name: None,
+    cache: Cache | None = None,
+    effort: int = DEFAULT,
+    cost: str = COUNTS.name,
 ) -> list[AnyCompiled]:
     """Compile every kernel of a spec, or return the cached results."""
-    return _all_compiled(spec, _keys(spec, cache, effort), progress, cache, effort)
+    return _all_compiled(spec, _keys(spec, cache, effort, cost), progress, cache, effort, cost)
 
 
 def source_of(spec: Spec, compiled: Sequence[Compiled | CompiledLoops]) -> ModuleSource:
@@ -56,83 +62,102 @@ def source_of(spec: Spec, compiled: Sequence[Compiled | CompiledLoops]) -> Modul
 
 
 def compile_spec(
-    spec: Spec, progress: Progress = lambda name: None, cache: Cache | None = None, effort: int = DEFAULT
+    spec: Spec,
+    progress: Progress = lambda name: None,
+    cache: Cache | None = None,
+    effort: int = DEFAULT,
+    cost: str = COUNTS.name,
 ) -> ModuleSource:
     """Compile every kernel of a spec and return the data for the printers."""
-    return source_of(spec, compile_kernels(spec, progress, cache, effort))
+    return source_of(spec, compile_kernels(spec, progress, cache, effort, cost))
 
 
 def render_spec(
-    spec: Spec, progress: Progress = lambda name: None, cache: Cache | None = None, effort: int = DEFAULT
+    spec: Spec,
+    progress: Progress = lambda name: None,
+    cache: Cache | None = None,
+    effort: int = DEFAULT,
+    cost: str = COUNTS.name,
 ) -> dict[str, str]:
     """Compile every kernel of a spec, and return the texts of the files of its module by name."""
-    keys = _keys(spec, cache, effort)
+    keys = _keys(spec, cache, effort, cost)
     text_key = _text_key(spec, keys)
     known = _known_text(spec, text_key, cache)
     if known is not None:
+        for kernel in spec.kernels:
+            progress(f"{spec.name}.{kernel.name}")
         return known
-    files = render(source_of(spec, _all_compiled(spec, keys, progress, cache, effort)))
+    files = render(source_of(spec, _all_compiled(spec, keys, progress, cache, effort, cost)))
     if cache and text_key and not is_interrupted():
         cache.put(text_key, files)
         cache.prune()
     return files
 
 
-def rendered_before(spec: Spec, cache: Cache | None, effort: int = DEFAULT) -> dict[str, str] | None:
-    """Return the files of a spec's module if they are cached, else None; nothing is compiled."""
-    return _known_text(spec, _text_key(spec, _keys(spec, cache, effort)), cache)
+def rendered_before(
+    spec: Spec, cache: Cache | None, effort: int = DEFAULT, cost: str = COUNTS.name
+) -> dict[str, str] | None:
+    """Return the files of a spec's module if they are cached, else None; nothing is compiled.
+
+    None is also returned for specs with loops, whose kernels take seconds to trace. `render_spec`, which may run in
+    another process, traces them once and finds cached files as well.
+    """
+    if any(kernel.has_loops for kernel in spec.kernels):
+        return None
+    return _known_text(spec, _text_key(spec, _keys(spec, cache, effort, cost)), cache)
 
 
-def _all_compiled(spec: Spec, keys: Keys, progress: Progress, cache: Cache | None, effort: int) -> list[AnyCompiled]:
+def _all_compiled(
+    spec: Spec, keys: Keys, progress: Progress, cache: Cache | None, effort: int, cost: str
+) -> list[AnyCompiled]:
     found: list[AnyCompiled] = []
     for kernel, key in zip(spec.kernels, keys, strict=True):
         progress(f"{spec.name}.{kernel.name}")
         compile_one = _loops_compiled if kernel.has_loops else _compiled
-        found.append(compile_one(kernel, key, cache, effort))
+        found.append(compile_one(kernel, key, cache, effort, cost))
     if cache:
         cache.prune()
     return found
 
 
-def _compiled(kernel: Kernel, key: str | None, cache: Cache | None, effort: int) -> Compiled:
+def _compiled(kernel: Kernel, key: str | None, cache: Cache | None, effort: int, cost: str) -> Compiled:
     known = cache.get(key) if cache and key else None
     if known is not None:
         try:
             return unpacked(kernel, known)
         except (GacError, LookupError, TypeError, ValueError):
             pass  # the entry is not a valid kernel: compile it again
-    compiled = Compiled.of(compile_kernel(kernel, effort=effort))
+    compiled = Compiled.of(compile_kernel(kernel, effort=effort, cost=cost))
     if cache and key and not is_interrupted():
         cache.put(key, packed(compiled))
     return compiled
 
 
-def _loops_compiled(kernel: Kernel, key: str | None, cache: Cache | None, effort: int) -> CompiledLoops:
-    traced = trace_loops(kernel, LayoutInference())
+def _loops_compiled(kernel: Kernel, key: str | None, cache: Cache | None, effort: int, cost: str) -> CompiledLoops:
+    traced = traced_loops(kernel)
     known = cache.get(key) if cache and key else None
     if known is not None:
         try:
             return unpacked_loops(kernel, traced, known)
         except (GacError, LookupError, TypeError, ValueError):
             pass  # the entry is not a valid kernel: compile it again
-    compiled = CompiledLoops.of(compile_loops(kernel, traced, effort))
+    compiled = CompiledLoops.of(compile_loops(kernel, traced, effort, cost))
     if cache and key and not is_interrupted():
         cache.put(key, packed_loops(compiled))
     return compiled
 
 
-def _keys(spec: Spec, cache: Cache | None, effort: int) -> Keys:
-    return [_kernel_key(kernel, effort) if cache else None for kernel in spec.kernels]
+def _keys(spec: Spec, cache: Cache | None, effort: int, cost: str) -> Keys:
+    return [_kernel_key(kernel, effort, cost) if cache else None for kernel in spec.kernels]
 
 
-def _kernel_key(kernel: Kernel, effort: int) -> str | None:
+def _kernel_key(kernel: Kernel, effort: int, cost: str) -> str | None:
     compiler = fingerprint(PROGRAM_SOURCES)
     if compiler is None:
         return None
     try:
-        return key_of(
-            "procedure" if kernel.has_loops else "program", compiler, f"effort {effort}", description_of(kernel)
-        )
+        kind = "procedure" if kernel.has_loops else "program"
+        return key_of(kind, compiler, f"effort {effort}", f"cost {cost}", description_of(kernel))
     except (GacError, NotDescribed):
         return None  # if the kernel is invalid, compiling it reports the error
 

@@ -20,11 +20,11 @@ from ..frontend.calls import Call
 from ..frontend.expression import Expression, Input, topological
 from ..frontend.kernel import Kernel, Trace
 from ..frontend.kernel import trace as trace_kernel
-from ..frontend.loop_trace import LoopTrace, trace_loops
+from ..frontend.loop_trace import LoopTrace
 from ..frontend.recorded import Compute, Recorded, computes
 from ..frontend.rows import IndexOf
 from ..ir.procedure import Loop, Repeat
-from ..passes.inference import LayoutInference
+from ..passes.inference import traced_loops
 from ..rings.polynomial import Polynomial, PolynomialRing
 
 
@@ -43,7 +43,7 @@ def description_of(kernel: Kernel) -> str:
         See `description`.
     """
     if kernel.has_loops:
-        return loops_description(trace_loops(kernel, LayoutInference()))
+        return loops_description(traced_loops(kernel))
     return description(trace_kernel(kernel))
 
 

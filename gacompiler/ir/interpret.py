@@ -114,7 +114,7 @@ class Tape:
                 found.append(max(found[k] for k in at) + (op in RING))
         return max(found, default=0)
 
-    @property
+    @cached_property
     def is_dyadic(self) -> bool:
         """Whether binary fractions are mapped to binary fractions: all operations and constants are dyadic."""
         ring = all(op in RING for op, *_ in self._lines)

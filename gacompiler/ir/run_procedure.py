@@ -70,6 +70,11 @@ def _tapes(procedure: Procedure) -> dict[str, Tape]:
     return _PREPARED[id(procedure)][1]
 
 
+def is_dyadic(procedure: Procedure) -> bool:
+    """Return whether binary fractions are mapped to binary fractions (`Tape.is_dyadic`)."""
+    return all(tape.is_dyadic for tape in _tapes(procedure).values())
+
+
 class _Run:
     """The state of a running procedure: the rows of its tables, and the current rows of its loops."""
 

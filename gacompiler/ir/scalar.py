@@ -183,6 +183,10 @@ class Graph:
             nodes = nodes[::-1]
         return self._node(op, nodes, "")
 
+    def negative(self, node: Scalar) -> Scalar:
+        """Return the negation of a node, also of a difference, which `apply` replaces by the opposite difference."""
+        return self._node(Op.NEGATE, (node,), "")
+
     def _node(self, op: Op, arguments: tuple[Scalar, ...], value: Rational | str) -> Scalar:
         key = (op, value, *(argument.index for argument in arguments))
         node = self._nodes.get(key)

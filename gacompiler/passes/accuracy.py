@@ -22,6 +22,7 @@ from ..frontend.kernel import Kernel
 from ..ir.interpret import Tape, evaluate
 from ..ir.program import Program
 from ..ir.scalar import Op
+from ..rings.decimals import digits, from_decimal, to_decimal
 from ..rings.points import DIGITS, point
 from .samples import sample, to_mpmath
 
@@ -65,12 +66,15 @@ class Gate:
             worst = max((_ulps_or_inf(self._author, inputs, exact) for inputs, exact in points), default=0.0)
             self._known += [(inputs, exact, max(WORSE * worst, ROUNDING)) for inputs, exact in points]
 
-    def accepts(self, program: Program) -> bool:
-        """Return whether the error of `program` is not much larger than that of the author's structure."""
+    def accepts(self, program: Program, times: float = 1.0) -> bool:
+        """Return whether the error of `program` is not much larger than that of the author's structure.
+
+        The limit is multiplied by `times`.
+        """
         tape = Tape(program)
         for k, (inputs, exact, limit) in enumerate(self._known):
             error = _ulps_or_inf(tape, inputs, exact)
-            if error > limit and error > WORSE * self._sensitivity(k):
+            if error > times * limit and error > times * WORSE * self._sensitivity(k):
                 return False
         return True
 
@@ -134,11 +138,8 @@ def without_rounding(tape: Tape, inputs: Sequence[float | Fraction]) -> Sequence
             return tape.run([Fraction(value) for value in inputs])
         except InexactError:
             pass
-    with mpmath.workdps(DIGITS):
-        results = tape.run(map(to_mpmath, inputs), to_mpmath)
-    if any(isinstance(value, mpmath.mpc) for value in results):
-        raise ValueError("a result is not real")
-    return results
+    with digits(DIGITS):
+        return list(map(from_decimal, tape.run(map(to_decimal, inputs), to_decimal)))
 
 
 def _close_together(kernel: Kernel, random: Random) -> dict[str, Any]:

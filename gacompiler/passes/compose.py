@@ -23,6 +23,7 @@ from ..frontend.expression import Expression, apply_operation, topological
 from ..frontend.kernel import Kernel, Trace
 from ..ir.program import Program
 from ..ir.scalar import Graph, Scalar
+from .accuracy import Gate
 from .lower import PLAIN, pick, stages
 from .matrices import SMALLEST, has_huge_product
 from .parts import Optimise, Part, canonical, fits, layout_of_value, leaves_of, part_of_call, part_of_expression, stored
@@ -38,8 +39,10 @@ FORMS = 2
 """Number of rewritten forms that are composed."""
 CHECKED = 2
 """Number of exact points at which a composition is compared with the definition before it can be selected."""
+WORSE_OF_PARTS = 2.0
+"""Maximum error of a composition, as a multiple of that of other candidates."""
 HOPELESS = 1.2
-"""Compositions that cost more than this multiple of the best candidate are not refined."""
+"""Compositions that cost more than this multiple of the best candidate are neither refined nor tried."""
 
 Values = dict[Expression, Multivector]
 
@@ -69,13 +72,15 @@ class Composer:
         self._truths: list[Truth] | None = None
 
     def candidates(self, forms: Mapping[str, tuple[Expression, ...]], best: int) -> Iterator[Candidate]:
-        """Yield compositions that cost less than the best candidate so far, of total cost `best`.
+        """Yield compositions that cost at most `HOPELESS` times the best candidate so far, of total cost `best`.
 
-        They agree with the definition at exact points. A relation that a called kernel declares for its result holds
-        there, too, but is not proved, so the composition could be wrong elsewhere.
+        The best candidate may turn out to be inaccurate, and then a composition can be the cheapest of the others.
+        Compositions agree with the definition at exact points. A relation that a called kernel declares for its result
+        holds there, too, but is not proved, so the composition could be wrong elsewhere.
         """
         for candidate in (*self._of_calls(), *self._of_forms(forms, best)):
-            if candidate.cost.total < best and not disagreement(program_reader(candidate.program), self._known()):
+            is_cheap = candidate.cost.total <= HOPELESS * best
+            if is_cheap and not disagreement(program_reader(candidate.program), self._known()):
                 yield candidate
 
     def _known(self) -> list[Truth]:
@@ -177,7 +182,7 @@ class Composer:
             elif waiting:
                 todo += reversed(waiting)
                 continue
-            elif call is None and _is_direct(each, leaves):
+            elif call is None and _is_direct(each, {leaf: layouts[leaf] for leaf in leaves}):
                 found = {leaf: values[leaf] for leaf in leaves}
                 for node in topological([each], found):
                     found[node] = apply_operation(node, [found[a] for a in node.arguments], inputs, graph.lift)
@@ -216,10 +221,15 @@ class Composer:
                 values[result], layouts[result] = value, layout
 
 
-def _is_direct(expression: Expression, leaves: Sequence[Expression]) -> bool:
-    """Return whether a part is computed as it is: a function, or one sum or product that is not large."""
+def _is_direct(expression: Expression, leaves: Mapping[Expression, Layout]) -> bool:
+    """Return whether a part is evaluated without a search: a function, or one sum or product that is not large.
+
+    Products of elements with implied coefficients are searched: those of points of CGA are cheaper in differences.
+    """
     if not leaves or _is_function(expression):
         return True
+    if any(layout.implied for layout in leaves.values()):
+        return False
     heavy = [each for each in topological([expression], leaves) if each.operation not in PLAIN]
     sums = any(each.operation in _SUMS for each in topological([expression], leaves))
     if len(heavy) + sums > 1 or any(each.operation not in _DIRECT for each in heavy):
@@ -243,7 +253,7 @@ _PARTS = " parts"
 
 
 def _is_function(expression: Expression) -> bool:
-    """Return whether an expression is a function of scalars, which is computed as it is."""
+    """Return whether an expression is a function of scalars, which has a single form."""
     return expression.operation.row.kind is Kind.SCALAR
 
 
@@ -256,6 +266,14 @@ def named_results(expressions: Sequence[Expression]) -> frozenset[Expression]:
 def composable(variants: Mapping[str, tuple[Expression, ...]]) -> dict[str, tuple[Expression, ...]]:
     """Return the forms to compose: those in which sandwiches are not expanded, since parts choose their own form."""
     return {name: each for name, each in variants.items() if name not in EXPANDED}
+
+
+def is_accurate(candidate: Candidate, gate: Gate) -> bool:
+    """Return whether the error of a candidate is accepted.
+
+    Errors of parts that were accepted one by one add up, so compositions have a limit of their own.
+    """
+    return gate.accepts(candidate.program, WORSE_OF_PARTS if is_composed(candidate) else 1.0)
 
 
 def is_composed(candidate: Candidate) -> bool:

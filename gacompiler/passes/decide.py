@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from random import Random
 from typing import Any
 
@@ -21,7 +22,7 @@ from ..algebra.multivector import Multivector
 from ..errors import KernelError, TooLargeError
 from ..frontend.expression import Expression
 from ..frontend.facts import is_unit
-from ..frontend.kernel import Kernel, Output, Trace
+from ..frontend.kernel import Kernel, Output, Parameter, Trace
 from ..ir.scalar import Scalar
 from ..rings.points import DIGITS
 from ..rings.polynomial import Polynomial
@@ -35,6 +36,8 @@ POINTS, FEW_POINTS = 4, 2
 EFFORT, WHOLE_EFFORT = 400_000, 800_000
 """Maximum number of pairs of terms that are multiplied to prove constants from one form, and in total. The proofs of
 all kernels of the catalog require at most 7 500, those of 2 000 random ones at most 400 000."""
+PROOFS = 64
+"""Number of kernels whose proved constants are kept in memory."""
 PROOF_EFFORT = 30_000
 """Maximum number of pairs of terms that are multiplied to prove the relations of a result."""
 FAR = 10**20
@@ -146,6 +149,17 @@ def _prove(
     trace: Trace, suspected: Mapping[tuple[int, int], Any], variants: Sequence[Sequence[Expression]]
 ) -> dict[tuple[int, int], Any]:
     """Return the suspected constants that polynomials of any variant prove."""
+    return _proved(trace.kernel.parameters, tuple(suspected.items()), tuple(map(tuple, variants)))
+
+
+@lru_cache(maxsize=PROOFS)
+def _proved(
+    parameters: tuple[Parameter, ...],
+    suspects: tuple[tuple[tuple[int, int], Any], ...],
+    variants: tuple[tuple[Expression, ...], ...],
+) -> dict[tuple[int, int], Any]:
+    """Return the proved constants; the bodies of loops are decided when they are traced, and when they are compiled."""
+    kernel, suspected = Kernel("proof", tuple, parameters, None, ""), dict(suspects)
     proved: dict[tuple[int, int], Any] = {}
     forms = [(variant, cuts) for variant in variants for cuts in (frozenset[Expression](), frozenset(stages(variant)))]
     left = WHOLE_EFFORT
@@ -155,9 +169,10 @@ def _prove(
             if not open_keys or left <= 0:
                 return proved
             effort = min(EFFORT, left)
+            needed = sorted({k for k, _ in open_keys})
             try:
-                lowered = Lowering(trace.kernel, variant, cuts, budget=budget, effort=effort)
-                system = lowered.system([Slot(k, blade) for k, blade in open_keys])
+                lowered = Lowering(kernel, [variant[k] for k in needed], cuts, budget=budget, effort=effort)
+                system = lowered.system([Slot(needed.index(k), blade) for k, blade in open_keys])
                 left -= effort - lowered.ring.effort
             except TooLargeError as error:
                 left -= effort - error.left

@@ -59,11 +59,17 @@ class Policy:
         Whether terms of a sum that have the same numeric factor are collected first: ``x + 2 (...)``.
     long_sums_first : bool
         Whether common divisors of three or more terms are extracted first (`gacompiler.passes.kernel_extraction`).
+    fused : bool
+        Whether a sum and one product are counted as one operation, as on machines with fused multiply-add.
+    expanded : bool
+        Whether no divisors are extracted.
     """
 
     prefer_products: bool = False
     split_numbers: bool = False
     long_sums_first: bool = False
+    fused: bool = False
+    expanded: bool = False
 
 
 def factor(polynomials: tuple[Polynomial, ...], first_new: int, policy: Policy) -> Factored:
@@ -71,17 +77,13 @@ def factor(polynomials: tuple[Polynomial, ...], first_new: int, policy: Policy) 
     extraction = _Extraction(first_new, policy)
     for polynomial in polynomials:
         extraction.append(polynomial)
-    extraction.run()
+    if not policy.expanded:
+        extraction.run()
     return Factored(tuple(extraction.sums), len(polynomials), first_new, tuple(extraction.numbers))
 
 
 def _size(value: Rational) -> Rational:
     return value if value > 0 else -value
-
-
-def _products(cube: Cube) -> int:
-    """Return the number of multiplications in a product of literals."""
-    return len(cube) - 1 if cube else 0
 
 
 def _common(a: Cube, b: Cube) -> tuple[Cube, Cube, Cube]:
@@ -118,7 +120,8 @@ class _Extraction:
         self.numbers: list[Fraction] = []
         self._next = first_new
         self._rank = (1, 0) if policy.prefer_products else (0, 1)
-        self._split = policy.split_numbers
+        self._split = policy.split_numbers and not policy.expanded
+        self._fused = int(policy.fused)
         self._long_sums_first = policy.long_sums_first
         self._literal_of: dict[Fraction, Literal] = {}
         self._places: dict[SumKey, dict[Place, int]] = defaultdict(dict)
@@ -192,15 +195,15 @@ class _Extraction:
 
     def _register(self, index: int, cube: Cube, sign: int, change: int) -> None:
         """Register or unregister every divisor that this term forms with the other terms of its sum."""
-        places, saved, heap, rank = self._places, self._saved, self._heap, self._rank[0]
-        own = len(cube) or 1
+        places, saved, heap, rank, fused = self._places, self._saved, self._heap, self._rank[0], self._fused
+        own = max(1, len(cube) - fused)
         for other, other_sign in self.sums[index].items():
             first = cube < other
             shared, left, right = _common(cube, other) if first else _common(other, cube)
             if (len(right), right) < (len(left), left):
                 left, right = right, left
             key = (left, right, sign * other_sign)
-            saving = own + (len(other) or 1) - 1 - len(shared)
+            saving = own + max(1, len(other) - fused) - max(1, len(shared) + 1 - fused)
             place = (index, cube, other) if first else (index, other, cube)
             if change > 0:
                 places[key][place] = saving
@@ -208,10 +211,10 @@ class _Extraction:
                 del places[key][place]
             total = saved[key] + change * saving
             saved[key] = total
-            value = total + 1 - (len(left) or 1) - len(right)
+            value = total + 1 - max(1, len(left) - fused) - max(1, len(right) - fused)
             if value > 0:
                 heappush(heap, (-value, rank, key, False))
-        for x, y, times in _literal_pairs(cube):
+        for x, y, times in _literal_pairs(cube) if len(cube) > 2 * fused else ():
             pair = (x, y)
             if change > 0:
                 self._uses[pair][(index, cube)] = times
@@ -225,7 +228,7 @@ class _Extraction:
 
     def _try_sum(self, value: int, rank: int, key: SumKey, checked: bool) -> None:
         left, right, relative = key
-        definition = 1 + _products(left) + _products(right)
+        definition = max(1, len(left) - self._fused) + max(1, len(right) - self._fused) - 1
         if not checked and value != self._saved[key] - definition:
             return
         chosen = self._disjoint(key)

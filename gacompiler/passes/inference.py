@@ -7,6 +7,7 @@ points of the variety of the inputs (Schwartz 1980, Zippel 1979).
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import lru_cache
 from random import Random
 
 from ..algebra.layout import SCALAR, SCALARS, Layout
@@ -14,9 +15,19 @@ from ..algebra.multivector import Multivector
 from ..errors import LayoutError
 from ..frontend.expression import Expression, evaluate
 from ..frontend.kernel import Kernel, Trace, trace
+from ..frontend.loop_trace import LoopTrace, trace_loops
 from .decide import POINTS, decide, has_implied, layout_of, satisfies
 from .rewrite import rewrite
 from .samples import samples
+
+TRACES = 64
+"""Number of traces of kernels with loops that are kept in memory: the largest modules have about forty."""
+
+
+@lru_cache(maxsize=TRACES)
+def traced_loops(kernel: Kernel) -> LoopTrace:
+    """Return the trace of a kernel with loops. The same trace describes the kernel in the cache and is compiled."""
+    return trace_loops(kernel, LayoutInference())
 
 
 class LayoutInference:

@@ -11,7 +11,7 @@ from ..errors import GacError
 from ..frontend.kernel import Kernel
 from ..ir.interpret import Tape
 from ..ir.procedure import Procedure, Repeat, statements
-from ..ir.run_procedure import run_procedure
+from ..ir.run_procedure import is_dyadic, run_procedure
 from .accuracy import ERROR_POINTS, LONG, rounded_once, ulps
 from .loop_samples import Case, Rows, in_doubles
 from .prove_loops import exact_results
@@ -56,7 +56,9 @@ def without_rounding(
     """Return the results of a procedure on doubles, exactly if possible in reasonable time, else to many digits."""
     from_doubles = {name: [[_exact(x) for x in row] for row in rows] for name, rows in arguments.items()}
     repeats = any(isinstance(statement, Repeat) for statement in statements(procedure.body))
-    return exact_results(procedure, lengths, from_doubles, inexact=repeats)
+    if not repeats and is_dyadic(procedure):
+        return run_procedure(procedure, lengths, from_doubles, apply=Tape.run_dyadic)
+    return exact_results(procedure, lengths, from_doubles, inexact=True)
 
 
 def _exact(value: float | int) -> Any:

@@ -13,6 +13,7 @@ from ..errors import GacError, KernelError
 from ..frontend.kernel import ArrayOf, Kernel, Parameter
 from ..frontend.loop_trace import LoopTrace, trace_loops
 from ..frontend.recorded import Compute, Recorded, computes
+from ..ir.cost_models import COUNTS
 from ..ir.procedure import (
     Add,
     Apply,
@@ -63,7 +64,9 @@ class LoopCompilation:
         return procedure_costs(self.procedure)
 
 
-def compile_loops(kernel: Kernel, traced: LoopTrace | None = None, effort: int = DEFAULT) -> LoopCompilation:
+def compile_loops(
+    kernel: Kernel, traced: LoopTrace | None = None, effort: int = DEFAULT, cost: str = COUNTS.name
+) -> LoopCompilation:
     """Compile a kernel with loops.
 
     Parameters
@@ -71,7 +74,7 @@ def compile_loops(kernel: Kernel, traced: LoopTrace | None = None, effort: int =
     kernel : Kernel
     traced : LoopTrace, optional
         The result of `trace_loops`, if available.
-    effort : int
+    effort, cost : int, str
         As for `compile_kernel`.
 
     Raises
@@ -85,7 +88,7 @@ def compile_loops(kernel: Kernel, traced: LoopTrace | None = None, effort: int =
         renamed = _numbered(kernel, traced)
         for statement in computes(traced.statements):
             part = replace(statement.kernel, name=renamed[statement.kernel.name])
-            parts[statement.kernel.name] = compile_kernel(part, forms=False, effort=effort)
+            parts[statement.kernel.name] = compile_kernel(part, forms=False, effort=effort, cost=cost)
     except ZeroDivisionError as error:
         raise KernelError(
             kernel.where, "it divides by an expression that is zero", "a divisor that can differ from zero"

@@ -13,11 +13,13 @@ from functools import cache, partial
 from ..errors import GacError, KernelError, ProofError
 from ..frontend.kernel import Kernel, trace
 from ..ir.cost import Cost
+from ..ir.cost_models import COUNTS, cost_model
 from .accuracy import Gate
-from .compose import Composer, composable, is_composed
+from .compose import Composer, composable, is_accurate, is_composed
 from .decide import decide
 from .effort import DEFAULT, LEVELS, effort_of
 from .interruption import is_interrupted
+from .model_candidates import candidates_for
 from .prove import prove_program
 from .record import Compilation
 from .rewrite import rewrite
@@ -70,7 +72,8 @@ def _candidates(record: Compilation, is_part: bool) -> Compilation:
             best = min(candidate.cost.total for candidate in candidates)
             composer = Composer(record.trace, search, candidates[0].program, _optimiser_of_parts(effort.level))
             candidates += composer.candidates(composable(record.variants), best)
-        for candidate in (*candidates, *search.divided_once(candidates)):
+        candidates += search.divided_once(candidates)
+        for candidate in (*candidates, *candidates_for(record.model, search, candidates)):
             found.setdefault((candidate.steps, candidate.cost), candidate)
         limits = search.limits
         if is_interrupted():
@@ -99,12 +102,15 @@ def optimise_part(kernel: Kernel, level: int = DEFAULT) -> Compilation:
 
 
 def choose_program(record: Compilation) -> Compilation:
-    """Select the cheapest candidate whose error is not much larger than that of the first, the author's structure."""
+    """Select the cheapest candidate whose error is not much larger than that of the first, the author's structure.
+
+    Candidates that cost the same in another cost model than the default are compared by the default.
+    """
     if len(record.candidates) == 1 and record.effort.level == 0:
         return replace(record, best=record.candidates[0])
     gate = Gate(record.kernel, record.candidates[0].program)
-    by_cost = sorted(record.candidates, key=lambda candidate: candidate.cost.total)
-    best = next((candidate for candidate in by_cost if gate.accepts(candidate.program)), record.candidates[0])
+    by_cost = sorted(record.candidates, key=lambda candidate: (record.value(candidate), candidate.cost.total))
+    best = next((candidate for candidate in by_cost if is_accurate(candidate, gate)), record.candidates[0])
     return replace(record, gate=gate, best=best)
 
 
@@ -145,7 +151,7 @@ PIPELINE: tuple[Callable[[Compilation], Compilation], ...] = (
 )
 
 
-def compile_kernel(kernel: Kernel, forms: bool = True, effort: int = DEFAULT) -> Compilation:
+def compile_kernel(kernel: Kernel, forms: bool = True, effort: int = DEFAULT, cost: str = COUNTS.name) -> Compilation:
     """Run the pipeline on one kernel. Error messages name the kernel.
 
     Parameters
@@ -156,8 +162,10 @@ def compile_kernel(kernel: Kernel, forms: bool = True, effort: int = DEFAULT) ->
         Whether to search for forms for uniform arguments.
     effort : int
         The level of effort, from 0 to 3 (`gacompiler.passes.effort`).
+    cost : str
+        The name of the cost model (`gacompiler.ir.cost_models`).
     """
-    record = Compilation(kernel, effort=effort_of(effort))
+    record = Compilation(kernel, effort=effort_of(effort), model=cost_model(cost))
     try:
         for stage in PIPELINE:
             if forms or stage is not split_uniform:

@@ -21,6 +21,7 @@ from ..ir.interpret import Tape
 from ..ir.program import Program
 from ..ir.scalar import RING, Op
 from ..ir.uniform import joined
+from ..rings.decimals import digits, from_decimal, to_decimal
 from ..rings.residues import Residue, residue
 from .lower import Slot
 from .record import Compilation
@@ -182,8 +183,10 @@ def program_reader(program: Program) -> Reader:
 
     def reader(*inputs: Sequence[Any]) -> list[Any]:
         flat = [value for values in inputs for value in values]
-        inexact = any(isinstance(value, mpmath.mpf) for value in flat)
-        return tape.run(flat, to_mpmath if inexact else lambda value: value)
+        if not any(isinstance(value, mpmath.mpf) for value in flat):
+            return tape.run(flat)
+        with digits(WORKING_DIGITS):
+            return list(map(from_decimal, tape.run(map(to_decimal, flat), to_decimal)))
 
     return reader
 

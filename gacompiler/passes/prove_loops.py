@@ -19,10 +19,10 @@ from ..frontend.kernel import Kernel
 from ..frontend.recorded import Record
 from ..ir.procedure import Loop, Procedure, Repeat, Statement, Storage
 from ..ir.run_procedure import run_procedure
-from ..rings.points import DIGITS
+from ..rings.decimals import digits, from_decimal, to_decimal
 from .loop_samples import Case
 from .prove import same
-from .samples import to_mpmath
+from .samples import WORKING_DIGITS
 
 LENGTHS = (1, 2, 3)
 """Values of the first length for which results are compared. Each further length of a kernel is one larger."""
@@ -107,7 +107,7 @@ def _difference(case: Case, results: Results, procedure: Procedure, random: Rand
                 for row in found[name]:
                     value = next(expected)
                     for k, slot in enumerate(leaf.layout.stored, start=leaf.start):
-                        with mpmath.workdps(DIGITS):
+                        with mpmath.workdps(WORKING_DIGITS):
                             wanted = slot.sign * value.terms.get(slot.blade, 0)
                         if not same(row[k], wanted, scale):
                             return f"{name} is {row[k]}, expected {wanted}"
@@ -117,7 +117,7 @@ def _difference(case: Case, results: Results, procedure: Procedure, random: Rand
 def exact_results(
     procedure: Procedure, lengths: Mapping[str, int], arguments: Mapping[str, Any], inexact: bool = False
 ) -> dict[str, list[list[Any]]]:
-    """Return the results of a procedure on numbers, exactly if possible, else (or if `inexact`) to `DIGITS` digits.
+    """Return the results of a procedure on numbers: exact ones if possible, else (or if `inexact`) decimals.
 
     Raises
     ------
@@ -131,12 +131,10 @@ def exact_results(
         except InexactError:
             pass
     floats = {table.name for table in procedure.of(Storage.ARGUMENT)}
-    with mpmath.workdps(DIGITS):
+    with digits(WORKING_DIGITS):
         lifted = {
-            name: [list(map(to_mpmath, row)) for row in rows] if name in floats else rows
+            name: [list(map(to_decimal, row)) for row in rows] if name in floats else rows
             for name, rows in arguments.items()
         }
-        found = run_procedure(procedure, lengths, lifted, to_mpmath)
-    if any(isinstance(x, mpmath.mpc) for rows in found.values() for row in rows for x in row):
-        raise ValueError("a result is not real")
-    return found
+        found = run_procedure(procedure, lengths, lifted, to_decimal)
+        return {name: [list(map(from_decimal, row)) for row in rows] for name, rows in found.items()}

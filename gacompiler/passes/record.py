@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from ..frontend.expression import Expression
 from ..frontend.kernel import Kernel, Trace
 from ..ir.cost import Cost
+from ..ir.cost_models import COUNTS, CostModel
 from ..ir.program import Program
 from ..ir.uniform import Uniform
 from .accuracy import Gate
@@ -33,6 +34,8 @@ class Compilation:
     """Forms for batches in which some arguments are the same for every element."""
     effort: Effort = LEVELS[DEFAULT]
     """The level of effort, with its limits."""
+    model: CostModel = COUNTS
+    """The cost model by which the program is selected."""
 
     @property
     def program(self) -> Program:
@@ -45,3 +48,7 @@ class Compilation:
         """The cost of the selected program."""
         assert self.best is not None
         return self.best.cost
+
+    def value(self, candidate: Candidate) -> int:
+        """Return the cost of a candidate in the cost model."""
+        return candidate.cost.total if self.model is COUNTS else self.model.of(candidate.program)

@@ -2,7 +2,8 @@
 
 The rules apply to whole expressions rather than to single products. For example, ``m * p * ~m`` is a sandwich, and a
 sandwich with a product is two nested sandwiches. Products are equivariant under a unit even versor ``m``, so that
-``(m >> a) & (m >> b)`` is ``m >> (a & b)``, and scalars are invariant.
+``(m >> a) & (m >> b)`` is ``m >> (a & b)``, and scalars are invariant. The same holds for a reflection in a unit
+vector, but each regressive product and each pseudoscalar changes its sign.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from collections.abc import Callable
 from ..algebra.operations import PRODUCTS, Operation
 from ..algebra.versors import SMALL_DIMENSION, conjugate_factors, n_vectors
 from ..frontend.expression import Expression, node, topological
-from ..frontend.facts import is_unit, is_unit_even_versor, is_vector, parity
+from ..frontend.facts import is_unit, is_unit_even_versor, is_unit_vector, is_vector, parity
 from .associate import associate
 from .expand import expand_contraction, expand_meet, expand_square
 
@@ -108,27 +109,39 @@ def join_sandwich(expression: Expression) -> Expression | None:
 
 
 def pull_out_versor(expression: Expression) -> Expression | None:
-    """Apply an equivariant operation before the common unit even versor that transforms its operands."""
-    if expression.operation in _EQUIVARIANT_ALONE and expression.arguments[0].operation is Operation.SANDWICH:
-        versor, x = expression.arguments[0].arguments
-        if is_unit_even_versor(versor):
-            inner = Expression(expression.operation, (x,), expression.data, x.algebra)
-            return node(Operation.SANDWICH, versor, inner)
-    if expression.operation in _EQUIVARIANT and all(a.operation is Operation.SANDWICH for a in expression.arguments):
-        versors = [argument.arguments[0] for argument in expression.arguments]
-        if all(versor == versors[0] for versor in versors) and is_unit_even_versor(versors[0]):
-            moved = [argument.arguments[1] for argument in expression.arguments]
-            return node(Operation.SANDWICH, versors[0], node(expression.operation, *moved))
-    return None
+    """Apply an equivariant operation before the common unit even versor or unit vector that transforms its operands."""
+    if not expression.arguments or any(a.operation is not Operation.SANDWICH for a in expression.arguments):
+        return None
+    versors = [argument.arguments[0] for argument in expression.arguments]
+    alone = expression.operation in _EQUIVARIANT_ALONE
+    if not (alone or expression.operation in _EQUIVARIANT) or any(versor != versors[0] for versor in versors):
+        return None
+    if not is_unit_even_versor(versors[0]) and not is_unit_vector(versors[0]):
+        return None
+    moved = tuple(argument.arguments[1] for argument in expression.arguments)
+    if alone:
+        inner = Expression(expression.operation, moved, expression.data, moved[0].algebra)
+    else:
+        inner = node(expression.operation, *moved)
+    found = node(Operation.SANDWICH, versors[0], inner)
+    is_reflected = expression.operation is Operation.REGRESSIVE_PRODUCT and parity(versors[0]) == 1
+    return -found if is_reflected else found
 
 
 def drop_versor(expression: Expression) -> Expression | None:
-    """Remove a unit even versor that is applied to scalars and pseudoscalars, which are invariant."""
+    """Remove a unit even versor that is applied to scalars and pseudoscalars, which are invariant.
+
+    A unit vector preserves scalars, and changes the sign of pseudoscalars.
+    """
     if expression.operation is not Operation.SANDWICH:
         return None
     versor, x = expression.arguments
-    invariant = {0, expression.algebra.everything}
-    return x if x.blades <= invariant and is_unit_even_versor(versor) else None
+    scalar, pseudoscalar = 0, expression.algebra.everything
+    if is_unit_even_versor(versor):
+        return x if x.blades <= {scalar, pseudoscalar} else None
+    if not is_unit_vector(versor):
+        return None
+    return x if x.blades <= {scalar} else -x if x.blades <= {pseudoscalar} else None
 
 
 def separate_invariant_grades(expression: Expression) -> Expression | None:

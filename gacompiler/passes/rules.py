@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 from ..algebra.operations import Operation
 from ..frontend.expression import Expression, lift, node
-from ..frontend.facts import is_unit, is_unit_even_versor, parity
+from ..frontend.facts import is_unit, is_unit_even_versor, is_unit_vector, parity
 from .expand import expand_contraction, expand_meet, expand_square
 from .rewrite import (
     divide_by_reversing,
@@ -116,7 +116,7 @@ def norm_of_sandwich(expression: Expression) -> Expression | None:
     if expression.operation is not Operation.NORM or expression.arguments[0].operation is not Operation.SANDWICH:
         return None
     versor, x = expression.arguments[0].arguments
-    return node(Operation.NORM, x) if is_unit_even_versor(versor) else None
+    return node(Operation.NORM, x) if is_unit_even_versor(versor) or is_unit_vector(versor) else None
 
 
 def halve_power(expression: Expression) -> Expression | None:

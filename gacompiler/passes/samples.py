@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from fractions import Fraction
 from itertools import cycle
 from random import Random
@@ -15,6 +14,7 @@ from ..algebra.multivector import Multivector
 from ..errors import InexactError, TooLargeError
 from ..frontend.expression import Expression, apply_operation, evaluate, topological
 from ..frontend.kernel import Kernel
+from ..rings.decimals import digits, from_decimal, to_decimal
 from ..rings.points import point
 from ..rings.residues import residue
 
@@ -26,6 +26,8 @@ WORKING_DIGITS = 120
 """Number of decimal digits of values that are not rational. Cancellation in a deep definition may lose two thirds."""
 LONGEST = 2_000
 """Maximum number of bits of numerators and denominators; residues modulo a prime replace longer numbers."""
+SHORT = 400
+"""The same for definitions without residues: calculating with longer rationals takes more time than with digits."""
 
 
 def sample(
@@ -51,10 +53,11 @@ def samples(
     The spreads are those of `SPREADS` in turn. If `whole` is true, coefficients are integers.
     """
     found = 0
+    meaning = Meaning(expressions)
     for spread, _ in zip(cycle(SPREADS), range(8 * n), strict=False):
         inputs = sample(kernel, random, spread=spread, whole=whole)
         try:
-            values = meaning(expressions, inputs)
+            values = meaning.at(inputs)
         except (ZeroDivisionError, ValueError, mpmath.libmp.ComplexResult):
             continue
         if all(_is_real(value) for multivector in values for value in multivector.terms.values()):
@@ -69,37 +72,77 @@ def _is_real(value: Any) -> bool:
 
 
 def meaning(expressions: Sequence[Expression], inputs: Mapping[str, Any]) -> list[Multivector]:
-    """Evaluate the author's definition at a point, exactly if possible, else to `WORKING_DIGITS` digits.
+    """Evaluate the author's definition at a point; see `Meaning`."""
+    return Meaning(expressions).at(inputs)
+
+
+class Meaning:
+    """The author's definition, evaluated exactly if possible, else to `WORKING_DIGITS` digits.
 
     Exact values are rational numbers, or their residues modulo a prime if the rational numbers are too long.
+
+    Parameters
+    ----------
+    expressions : sequence of Expression
     """
-    if all(isinstance(value, (int, Fraction)) for value in inputs.values()):
-        try:
-            return _rational(expressions, inputs)
-        except TooLargeError:
-            with suppress(InexactError):
-                return evaluate(expressions, {name: residue(value) for name, value in inputs.items()}, lift=residue)
-        except InexactError:
-            pass
-    with mpmath.workdps(WORKING_DIGITS):
-        return evaluate(expressions, {name: to_mpmath(value) for name, value in inputs.items()}, lift=to_mpmath)
 
+    def __init__(self, expressions: Sequence[Expression]) -> None:
+        self._expressions = expressions
+        self._order = topological(expressions)
+        self._longest = LONGEST
+        self._has_residues = True
 
-def _rational(expressions: Sequence[Expression], inputs: Mapping[str, Any]) -> list[Multivector]:
-    """Evaluate with rational numbers.
+    def at(self, inputs: Mapping[str, Any]) -> list[Multivector]:
+        """Return the values of the expressions at a point.
 
-    Raises
-    ------
-    TooLargeError
-        If a number has more than `LONGEST` bits.
-    """
-    memory: dict[Expression, Multivector] = {}
-    for expression in topological(expressions):
-        value = apply_operation(expression, [memory[argument] for argument in expression.arguments], inputs)
-        if any(max(x.numerator.bit_length(), x.denominator.bit_length()) > LONGEST for x in value.terms.values()):
-            raise TooLargeError("exact evaluation", f"a number of more than {LONGEST} bits")
-        memory[expression] = value
-    return [memory[expression] for expression in expressions]
+        If rational numbers are too long at one point, other kinds of numbers are used at all further points.
+        """
+        memory: dict[Expression, Multivector] = {}
+        if all(isinstance(value, (int, Fraction)) for value in inputs.values()):
+            try:
+                if self._longest:
+                    return self._rational(inputs, memory)
+                return self._residues(inputs)
+            except TooLargeError:
+                if self._has_residues:
+                    try:
+                        values = self._residues(inputs)
+                        self._longest = 0
+                        return values
+                    except InexactError:
+                        self._has_residues, self._longest = False, SHORT
+            except InexactError:
+                pass
+        with digits(WORKING_DIGITS):
+            known = {each: value.map(to_decimal) for each, value in memory.items()}
+            lifted = {name: to_decimal(value) for name, value in inputs.items()}
+            return [each.map(from_decimal) for each in evaluate(self._expressions, lifted, known, to_decimal)]
+
+    def _residues(self, inputs: Mapping[str, Any]) -> list[Multivector]:
+        """Evaluate modulo a prime.
+
+        Raises
+        ------
+        InexactError
+            If there is a function that residues do not have, such as a comparison.
+        """
+        return evaluate(self._expressions, {name: residue(value) for name, value in inputs.items()}, lift=residue)
+
+    def _rational(self, inputs: Mapping[str, Any], memory: dict[Expression, Multivector]) -> list[Multivector]:
+        """Evaluate with rational numbers, and add the values of all subexpressions to `memory`.
+
+        Raises
+        ------
+        TooLargeError
+            If a number is too long.
+        """
+        most = self._longest
+        for expression in self._order:
+            value = apply_operation(expression, [memory[argument] for argument in expression.arguments], inputs)
+            if any(max(x.numerator.bit_length(), x.denominator.bit_length()) > most for x in value.terms.values()):
+                raise TooLargeError("exact evaluation", f"a number of more than {most} bits")
+            memory[expression] = value
+        return [memory[expression] for expression in self._expressions]
 
 
 def to_mpmath(value: Any) -> Any:

@@ -9,6 +9,7 @@ forms, and ties are decided by the structure of the forms.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from itertools import islice, product
 
 from ..algebra.layout import SCALAR, SCALARS, Layout
@@ -137,38 +138,32 @@ def _applied(rule: Rule, expression: Expression) -> Expression | None:
         return None
 
 
-_COSTS: dict[Expression, int] = {}
-"""Costs of single operations over parameters with canonical names."""
-_OPERATIONS: dict[Expression, int] = {}
-_TOTALS: dict[Expression, int] = {}
-_STRUCTURES: dict[Expression, tuple[object, ...]] = {}
+KEPT = 8_192
+"""Number of expressions whose cost or structure is kept in memory: several times as many as one kernel has."""
 
 
+@lru_cache(maxsize=KEPT)
 def cost_of(expression: Expression) -> int:
     """Return the number of scalar operations of an expression, computed one operation after the other."""
-    if expression not in _TOTALS:
-        order = [each for each in topological([expression]) if each.arguments]
-        selected = {each.arguments[0] for each in order if _selects(each)}
-        _TOTALS[expression] = sum(_cost_of_operation(each) for each in order if each not in selected)
-    return _TOTALS[expression]
+    order = [each for each in topological([expression]) if each.arguments]
+    selected = {each.arguments[0] for each in order if _selects(each)}
+    return sum(_cost_of_operation(each) for each in order if each not in selected)
 
 
+@lru_cache(maxsize=KEPT)
 def _cost_of_operation(expression: Expression) -> int:
-    if expression not in _OPERATIONS:
-        _OPERATIONS[expression] = _cost_on_leaves(expression)
-    return _OPERATIONS[expression]
-
-
-def _cost_on_leaves(expression: Expression) -> int:
     """Return the number of scalar operations of one operation on arguments with these blades and relations."""
     arguments = expression.arguments[0].arguments if _selects(expression) else expression.arguments
     leaves = {each: _layout(each) for each in arguments if each.operation is not Operation.CONSTANT}
-    single, _ = canonical(expression, leaves)
-    if single not in _COSTS:
-        forms = [single]
-        forms += [f for f in (sandwich_as_difference(single), reflection_as_difference(single)) if f is not None]
-        _COSTS[single] = min(map(_count, forms))
-    return _COSTS[single]
+    return _cost_over_parameters(canonical(expression, leaves)[0])
+
+
+@lru_cache(maxsize=KEPT)
+def _cost_over_parameters(single: Expression) -> int:
+    """Return the number of scalar operations of one operation over parameters with canonical names."""
+    forms = [single]
+    forms += [f for f in (sandwich_as_difference(single), reflection_as_difference(single)) if f is not None]
+    return min(map(_count, forms))
 
 
 def _selects(expression: Expression) -> bool:
@@ -213,15 +208,13 @@ def _operations(value: Multivector) -> int:
     return sum(each.op not in (Op.CONSTANT, Op.VARIABLE, Op.NEGATE) for each in seen)
 
 
+@lru_cache(maxsize=KEPT)
 def _structure(expression: Expression) -> tuple[object, ...]:
     """Return a key that is equal for equal expressions only, and does not depend on the process."""
-    if expression not in _STRUCTURES:
-        order = topological([expression])
-        places = {each: k for k, each in enumerate(order)}
-        _STRUCTURES[expression] = (len(order), *(
-            (each.operation.value, tuple(places[a] for a in each.arguments), _data(each)) for each in order
-        ))  # fmt: skip
-    return _STRUCTURES[expression]
+    order = topological([expression])
+    places = {each: k for k, each in enumerate(order)}
+    rows = ((each.operation.value, tuple(places[a] for a in each.arguments), _data(each)) for each in order)
+    return (len(order), *rows)
 
 
 def _data(expression: Expression) -> str:

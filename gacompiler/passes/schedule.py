@@ -7,6 +7,7 @@ from fractions import Fraction
 from ..ir.program import Argument, Line, Operand, Program, Result
 from ..ir.scalar import Op, Scalar
 from ..ir.verify import verify
+from .opposites import share_opposites
 
 
 def schedule(
@@ -16,6 +17,8 @@ def schedule(
 
     The operand with the larger subexpression is scheduled first.
     """
+    shared = iter(share_opposites([scalar for _, _, scalars in results for scalar in scalars]))
+    results = tuple((result, shape, tuple(next(shared) for _ in scalars)) for result, shape, scalars in results)
     order: list[Scalar] = []
     size: dict[Scalar, int] = {}
 

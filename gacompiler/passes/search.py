@@ -110,6 +110,7 @@ class Search:
         self._too_large = self._left = 0
         self._lines = self._skipped = 0
         self._factorised: dict[object, Candidate] = {}
+        self._compared: list[tuple[Steps, System]] = []
         self._least: int | None = None
         self._is_long = len(topological(next(iter(variants.values())))) > LONG
         self._has_implied = any(parameter.layout.implied for parameter in kernel.parameters)
@@ -147,11 +148,16 @@ class Search:
             candidate = self._factorise(steps, system, Policy(split_numbers=True))
             first.append((steps, system, candidate))
             least = min(least, candidate.cost.total)
+        self._compared = [(steps, system) for steps, system, _ in first]
         found += [candidate for _, _, candidate in first]
         ranked = sorted(range(len(first)), key=lambda k: (first[k][2].cost.total, k))
         best = ranked[: self._effort.refined - 1]
         tried = {first[k][0][0] for k in best}
         best += [k for k in ranked if first[k][0][0] not in tried][:1]
+        # Of systems that cost the same, some forms can be refined further than others.
+        forms = {_form_of(first[k][0]) for k in best}
+        ties = [k for k in ranked if first[k][2].cost.total == first[ranked[0]][2].cost.total]
+        best += [k for k in ties if _form_of(first[k][0]) not in forms][:1]
         effort = 0
         for k in best:
             steps, system, _ = first[k]
@@ -166,6 +172,15 @@ class Search:
         cheapest = sorted(found, key=lambda candidate: candidate.cost.total)[: DIVIDED if self._has_lines_left() else 1]
         divided = ((candidate.steps, divide_once(candidate.program)) for candidate in cheapest)
         return [self.candidate((*steps, "dividing once"), each) for steps, each in divided if each]
+
+    def factorised_by(self, policies: Sequence[Policy]) -> list[Candidate]:
+        """Return the systems that `candidates` compared, factorised by other policies."""
+        return [
+            self._factorise(steps, system, policy)
+            for steps, system in self._compared
+            for policy in policies
+            if not is_interrupted()
+        ]
 
     @property
     def limits(self) -> tuple[str, ...]:
@@ -215,7 +230,8 @@ class Search:
         return {name: graph.variable(name) for parameter in self._kernel.parameters for name in parameter.components}
 
     def _factorise(self, steps: Steps, system: System, policy: Policy) -> Candidate:
-        choices = ("factorised", *(name for name in Policy.__slots__ if getattr(policy, name)))
+        choices = tuple(name for name in Policy.__slots__ if getattr(policy, name))
+        choices = choices if policy.expanded else ("factorised", *choices)
         key = system.key, policy if _has_common_numbers(system) else replace(policy, split_numbers=False)
         if key in self._factorised:
             known = self._factorised[key]
@@ -303,6 +319,11 @@ def _forms(system: System) -> Iterator[tuple[Steps, System]]:
 
 def _size(system: System) -> int:
     return total_terms(_polynomials(system))
+
+
+def _form_of(steps: Steps) -> Steps:
+    """Return the steps without the number of stages."""
+    return steps[:1] + steps[2:]
 
 
 def _effort(system: System) -> int:

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 from compositions import alone, composed, has_the_meaning_of_its_parts, pairs
 
-from gacompiler import Kernel, exp, kernel, norm, sandwich
-from gacompiler.algebra.catalog import PGA3
+from gacompiler import Kernel, dual, exp, kernel, left_contraction, norm, sandwich
+from gacompiler.algebra.catalog import CGA2, CGA3, PGA3
 from gacompiler.algebra.layout import SCALAR
 from gacompiler.errors import KernelError
 from gacompiler.passes.pipeline import compile_kernel
@@ -79,6 +79,24 @@ def distance_of_moved(m, a, b):
     return norm(sandwich(m, a) & sandwich(m, b))
 
 
+@kernel(m=CGA2.MOTOR, a=CGA2.POINT, b=CGA2.POINT)
+def product_with_a_moved_point(m, a, b):
+    """The product of two points takes differences only if their squares are known to be 0."""
+    return left_contraction(sandwich(m, a), b)
+
+
+@kernel(m=CGA3.MOTOR, a=CGA3.VECTOR, b=CGA3.POINT)
+def product_with_a_moved_vector(m, a, b):
+    """Cheaper programs are less accurate than the composition of 37 and 8 multiplications."""
+    return left_contraction(sandwich(m, a), b)
+
+
+@kernel(m=CGA3.MOTOR, p=CGA3.POINT)
+def dual_of_moved_point(m, p):
+    """Duals only change signs."""
+    return dual(sandwich(m, p))
+
+
 REACHED = {
     # kernel: reached (mul, add)
     join_moved: (35, 29),
@@ -89,6 +107,9 @@ REACHED = {
     blend: (90, 75),
     relative: (48, 40),
     distance_of_moved: (3, 5),
+    product_with_a_moved_point: (11, 9),
+    product_with_a_moved_vector: (45, 34),
+    dual_of_moved_point: (25, 20),
 }
 
 

@@ -64,14 +64,31 @@ def scaled(m, w, a):
     return sandwich(m, w * a) + sandwich(m, a)
 
 
+@kernel(n=PGA3.UNIT_PLANE, a=POINT, b=POINT, c=POINT)
+def join_of_mirrored(n, a, b, c):
+    return sandwich(n, a) & sandwich(n, b) & sandwich(n, c)
+
+
+@kernel(n=PGA3.UNIT_PLANE, a=POINT, b=POINT)
+def distance_of_mirrored(n, a, b):
+    return norm(sandwich(n, a) & sandwich(n, b))
+
+
+@kernel(n=VGA3.UNIT_VECTOR, a=VECTOR, b=VECTOR, c=VECTOR)
+def volume_of_mirrored(n, a, b, c):
+    return sandwich(n, a) ^ sandwich(n, b) ^ sandwich(n, c)
+
+
 TEXTS = {
     join_of_moved: "sandwich(m, (a & (b & c)))",
     relative: "(~a * b)",
     moved_back: "(a & b)",
     dual_of_rotated: "sandwich(r, dual((a ^ b)))",
     distance_of_moved: "norm((a & b))",
+    distance_of_mirrored: "norm(-(a & b))",
+    volume_of_mirrored: "-(a ^ (b ^ c))",
 }
-KERNELS = (*TEXTS, blend, fifth_power, polarity_of_rotated, scaled)
+KERNELS = (*TEXTS, join_of_mirrored, blend, fifth_power, polarity_of_rotated, scaled)
 every = pytest.mark.parametrize("each", KERNELS, ids=lambda each: each.name)
 
 

@@ -50,7 +50,7 @@ ALLOWED: dict[str, set[str]] = {
     },
     "inspect_loops": {"errors", "frontend", "ir", "passes", "backends", "generation", "inspect"},
     "inspect": {"errors", "algebra", "frontend", "ir", "passes", "backends", "generation"},
-    "runtime": {"errors", "frontend", "passes", "backends", "generation", "cache_folder"},
+    "runtime": {"errors", "frontend", "ir.cost_models", "passes", "backends", "generation", "cache_folder"},
     "scripts": {"algebra", "frontend", "cluscript", "runtime"},
     "objects": {
         *("objects", "errors", "algebra", "rings", "ir", "frontend", "passes", "backends", "generation", "runtime"),
@@ -73,6 +73,7 @@ ALLOWED: dict[str, set[str]] = {
             "errors",
             "algebra",
             "frontend",
+            "ir.cost_models",
             "ir.procedure_cost",
             "passes",
             "backends",

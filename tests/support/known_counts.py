@@ -40,5 +40,5 @@ COUNTS: dict[str, tuple[tuple[int, int], tuple[int, int]]] = {
     "point_pair": ((23, 20), (20, 14)),
     "versor_vector": ((120, 100), (110, 94)),
     "even_product": ((144, 160), (148, 136)),
-    "full_product": ((288, 416), (240, 372)),
+    "full_product": ((288, 416), (240, 368)),
 }

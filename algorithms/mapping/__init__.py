@@ -1,0 +1,106 @@
+"""Maps from laser scans: matching, line maps, relocation and localisation."""
+
+from .building import build_map
+from .built_map import BuildSettings, BuiltMap, Progress, ScanStatus
+from .carmen import CarmenLog, Problem, Reading
+from .export_3d import write_ply, write_svg
+from .floor_plans import FloorPlan, RecallPrecision, load_floor_plan, wall_recall_precision
+from .following import Command, FollowSettings, follow
+from .g2o import PoseGraphFile, read_g2o
+from .line_map import LineMap, LineMapUpdate, same_wall
+from .line_views import View, seen_through
+from .localization import LineLocalizer, LocalizationSettings
+from .map_3d import (
+    Map3D,
+    Solid,
+    SolidFit,
+    SolidKind,
+    fit_solid,
+    pose_in_space,
+    stereo_lines,
+    stereo_points,
+    vertical_planes,
+)
+from .matching import Match, match_scans
+from .navigation_run import NavigationRun, simulate_following
+from .navigation_status import FitStatus, FollowStatus, LocalizationStatus, PathStatus, PlanStatus
+from .objects import MapObject, ObjectDistance, ObjectFit, ObjectKind, ObjectMap, fit_box, fit_circle
+from .paths import Located, PlanarPath
+from .pose_graph import GraphStatus, OptimisedPoses, optimise_poses
+from .relocation import Hypothesis, Relocation, relocate
+from .scan import Scan
+from .scan_simulation import Odometry, Scanner, SimulatedLog, SimulatedScan, simulate_log, simulate_scan
+from .segments import Segments, segments
+from .status import MappingStatus
+
+__all__ = [
+    "BuildSettings",
+    "BuiltMap",
+    "CarmenLog",
+    "Command",
+    "FitStatus",
+    "FloorPlan",
+    "FollowSettings",
+    "FollowStatus",
+    "GraphStatus",
+    "Hypothesis",
+    "LineLocalizer",
+    "LineMap",
+    "LineMapUpdate",
+    "LocalizationSettings",
+    "LocalizationStatus",
+    "Located",
+    "Map3D",
+    "MapObject",
+    "MappingStatus",
+    "Match",
+    "NavigationRun",
+    "ObjectDistance",
+    "ObjectFit",
+    "ObjectKind",
+    "ObjectMap",
+    "Odometry",
+    "OptimisedPoses",
+    "PathStatus",
+    "PlanStatus",
+    "PlanarPath",
+    "PoseGraphFile",
+    "Problem",
+    "Progress",
+    "Reading",
+    "RecallPrecision",
+    "Relocation",
+    "Scan",
+    "ScanStatus",
+    "Scanner",
+    "Segments",
+    "SimulatedLog",
+    "SimulatedScan",
+    "Solid",
+    "SolidFit",
+    "SolidKind",
+    "View",
+    "build_map",
+    "fit_box",
+    "fit_circle",
+    "fit_solid",
+    "follow",
+    "load_floor_plan",
+    "match_scans",
+    "optimise_poses",
+    "pose_in_space",
+    "read_g2o",
+    "relocate",
+    "same_wall",
+    "seen_through",
+    "segments",
+    "simulate_following",
+    "simulate_log",
+    "simulate_scan",
+    "stereo_lines",
+    "stereo_points",
+    "vertical_planes",
+    "wall_recall_precision",
+    "write_ply",
+    "write_svg",
+]

@@ -1,0 +1,113 @@
+"""Poses along a path with the surfaces seen there, and the graph of measured motions between them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from generated import pga2
+
+from ..arguments import Reals
+from .pose_graph import OptimisedPoses, optimise_poses
+from .surfaces import Reference, Surface
+
+IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
+_FLOOR = np.diag([np.radians(0.25), 0.015, 0.015]) ** 2
+"""The covariance that systematic errors of scanners add to that of each measured motion: angle, x, y."""
+
+_TOLERANCE = 1e-5
+"""The relative decrease of the cost at which an optimisation ends: far below the accuracy of scans."""
+
+
+def relative(a: Reals, b: Reals) -> Reals:
+    """Return the motors of poses b in the frames of poses a."""
+    return np.asarray(pga2.motor_product(pga2.motor_inverse(a), b))
+
+
+def length_and_angle(motor: Reals) -> tuple[float, float]:
+    """Return how far a motor moves the origin, and the absolute value of its angle."""
+    angle, shift = pga2.motor_to_angle_translation(motor)
+    return float(np.hypot(*shift)), abs(float(angle))
+
+
+def with_floor(information: Reals) -> Reals:
+    """Return the information of a measured motion with the systematic errors of scanners."""
+    return np.asarray(np.linalg.inv(np.linalg.inv(information + 1e-3 * np.eye(3)) + _FLOOR))
+
+
+class Keyframes:
+    """The poses of a path at which scans were kept. It has one owner, the builder of the map, which adds poses."""
+
+    def __init__(self) -> None:
+        self.surfaces: list[Surface] = []
+        self._motors = np.zeros((64, 4))
+        self._travelled = np.zeros(64)
+        self._edges: list[tuple[int, int]] = []
+        self._motions: list[Reals] = []
+        self._information: list[Reals] = []
+        self._is_loop: list[bool] = []
+
+    def __len__(self) -> int:
+        """Return the number of poses."""
+        return len(self.surfaces)
+
+    @property
+    def motors(self) -> Reals:
+        """(n, 4) The current estimates of the poses."""
+        return self._motors[: len(self)]
+
+    @property
+    def travelled(self) -> Reals:
+        """(n,) The length of the path up to each pose, in metres."""
+        return self._travelled[: len(self)]
+
+    @property
+    def loops(self) -> Reals:
+        """(m, 2) int. The closures of loops."""
+        return np.array([e for e, loop in zip(self._edges, self._is_loop, strict=True) if loop], int).reshape(-1, 2)
+
+    def add(self, surface: Surface, motion: Reals, information: Reals) -> None:
+        """Add a pose that follows the last one by a motion with an information matrix."""
+        n = len(self)
+        if n == len(self._motors):
+            self._motors = np.concatenate([self._motors, np.zeros_like(self._motors)])
+            self._travelled = np.concatenate([self._travelled, np.zeros_like(self._travelled)])
+        if n:
+            self._motors[n] = pga2.normalize_motor(pga2.motor_product(self._motors[n - 1], motion))
+            self._travelled[n] = self._travelled[n - 1] + length_and_angle(motion)[0]
+            self._append((n - 1, n), motion, information, False)
+        else:
+            self._motors[0] = IDENTITY
+        narrow = (each.astype(np.float32) for each in (surface.points, surface.normals))
+        self.surfaces.append(Surface(*narrow))
+
+    def add_loop(self, edge: tuple[int, int], motion: Reals, information: Reals) -> None:
+        """Add a measured motion between two poses that do not follow each other."""
+        self._append(edge, motion, information, True)
+
+    def _append(self, edge: tuple[int, int], motion: Reals, information: Reals, loop: bool) -> None:
+        self._edges.append(edge)
+        self._motions.append(motion)
+        self._information.append(with_floor(information))
+        self._is_loop.append(loop)
+
+    def submap(self, rows: Reals, origin: int) -> Reference:
+        """Return the surfaces of some poses in the frame of one of them."""
+        return Reference(self.parts(rows, origin))
+
+    def parts(self, rows: Reals, origin: int) -> list[Surface]:
+        """Return the surfaces of some poses, each in the frame of the pose `origin`."""
+        motors = relative(self.motors[origin], self.motors[rows])
+        return [self.surfaces[row].moved(motor) for row, motor in zip(rows, motors, strict=True)]
+
+    def optimise(self) -> OptimisedPoses:
+        """Make the poses agree with all measured motions."""
+        found = optimise_poses(
+            self.motors, np.array(self._edges).reshape(-1, 2), np.array(self._motions).reshape(-1, 4),
+            np.array(self._information).reshape(-1, 3, 3), np.array(self._is_loop, bool), tolerance=_TOLERANCE,
+        )  # fmt: skip
+        self._motors[: len(self)] = found.motors
+        return found
+
+    def n_bounded(self, found: OptimisedPoses) -> int:
+        """Return how many closures of loops have lost more than three quarters of their weight."""
+        return int((found.weights[np.array(self._is_loop, bool)] < 0.25).sum())

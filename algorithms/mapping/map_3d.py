@@ -1,0 +1,318 @@
+"""Maps in space: vertical planes of laser lines, and points, lines, planes and spheres of a stereo head."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import cga3, pga2, pga3
+from generated import navigation as kernels
+
+from ..arguments import Reals, real_array
+from ..estimation.matrices import from_triangle
+from ..geometry.fits import Fit, fit_plane, fit_sphere
+from ..vision.stereo import RectifiedPair
+from .localization import Lines
+from .navigation_status import FitStatus
+from .round_fitting import fit_round
+
+_ROUNDS = 5
+_NO_TURN = np.array([1.0, 0.0, 0.0, 0.0])
+_FEWEST = 5
+_OUTLINE = 0.92
+"""Points of a sphere are left out beyond this share of its radius from the ray to its centre: at its outline, their
+depth says nothing."""
+
+
+class SolidKind(IntEnum):
+    """Kinds of objects in space."""
+
+    PLANE = 0
+    SPHERE = 1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solid:
+    """A plane or a sphere of conformal space."""
+
+    kind: SolidKind
+    vector: Reals
+    """(5,) The dual plane or dual sphere of `generated.cga3`, with square 1."""
+    corners: Reals
+    """(k, 3) The boundary of the part of a plane that was seen; without rows for spheres."""
+    name: str = ""
+
+    @property
+    def centre(self) -> Reals:
+        """(3,) The centre of a sphere, or of the corners of a plane."""
+        if self.kind == SolidKind.SPHERE:
+            return np.asarray(self.vector[:3] / self.vector[3])
+        return np.asarray(self.corners.mean(0))
+
+    @property
+    def radius(self) -> float:
+        """The radius of a sphere; infinite for a plane."""
+        return abs(1 / float(self.vector[3])) if self.vector[3] else float("inf")
+
+    @property
+    def plane(self) -> Reals:
+        """(4,) A plane as a vector of `generated.pga3`.
+
+        Raises
+        ------
+        ValueError
+            For a sphere.
+        """
+        if self.kind != SolidKind.PLANE:
+            raise ValueError(f"{self.name or 'object'}: a sphere; expected a plane")
+        return np.append(self.vector[:3], -self.vector[4])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SolidFit:
+    """Result of `fit_solid`."""
+
+    solid: Solid | None
+    """None unless the status is OK."""
+    square: float
+    """The mean of the squared distances divided by their variances; about 1 if the covariances are right."""
+    inliers: Reals
+    """(n,) bool."""
+    status: FitStatus
+
+
+def pose_in_space(motor: ArrayLike, height: float = 0.0) -> Reals:
+    """Return the motors (..., 8) of `generated.pga3` of poses (..., 4) in the plane, at a height."""
+    pose = real_array(motor, "motor", (4,), "motors of generated.pga2").astype(float)
+    nothing = np.zeros_like(pose[..., :1])
+    rotor = np.concatenate([pose[..., :2], nothing, nothing], -1)
+    place = np.asarray(pga2.motor_to_angle_translation(pose)[1])
+    return np.asarray(pga3.motor_from_rotor_translation(rotor, np.concatenate([place, nothing + height], -1)))
+
+
+def vertical_planes(lines: Lines, low: float, high: float) -> tuple[Solid, ...]:
+    """Return the vertical planes through lines of the ground, between two heights.
+
+    Parameters
+    ----------
+    lines : Lines
+        Of a map from laser scans, such as `Segments`.
+    low, high : float
+        Metres above the plane of the scans.
+    """
+    found = []
+    for normal, offset, (start, end) in zip(lines.normals, lines.offsets, lines.ends, strict=True):
+        corners = [(*start, low), (*end, low), (*end, high), (*start, high)]
+        vector = np.array([normal[0], normal[1], 0.0, 0.0, offset])
+        found.append(Solid(SolidKind.PLANE, vector, np.array(corners)))
+    return tuple(found)
+
+
+def stereo_points(
+    pair: RectifiedPair,
+    pixels: ArrayLike,
+    disparities: ArrayLike,
+    pose: ArrayLike,
+    sigma: float = 0.5,
+    disparity_sigma: float | None = None,
+) -> tuple[Reals, Reals]:
+    """Return points of a stereo camera in the frame of the map, and their covariances.
+
+    Parameters
+    ----------
+    pair : RectifiedPair
+    pixels : array_like, (..., 2)
+        In the left image.
+    disparities : array_like, (...)
+        In pixels.
+    pose : array_like, (..., 8)
+        From the frame of the left camera to that of the map: the product of the pose of the robot (`pose_in_space`), of
+        the mount of the head, and of the head's pose at its angles (`BodyEye.pose`, or `Robot.forward` of a pan-tilt
+        head).
+    sigma : float
+        The standard deviation of pixels,
+    disparity_sigma : float, optional
+        and of disparities; by default that of a difference of two pixels.
+
+    Returns
+    -------
+    points : array, (..., 3)
+        NaN where the disparity is not that of a point in front of the cameras.
+    covariances : array, (..., 6)
+        Upper triangles, row by row.
+    """
+    places = real_array(pixels, "pixels", (2,)).astype(float)
+    shifts = real_array(disparities, "disparities").astype(float)
+    known = np.where(pair.valid(shifts), shifts + pair.offset, np.nan)
+    image = np.concatenate([places, np.expand_dims(known, -1)], -1)
+    numbers = np.array([pair.focal_length, *pair.centre, pair.baseline])
+    other = sigma * np.sqrt(2) if disparity_sigma is None else disparity_sigma
+    points, covariances = kernels.stereo_point(
+        image, numbers, real_array(pose, "pose", (8,), "motors"), np.array([sigma**2, other**2])
+    )
+    return np.asarray(points), np.asarray(covariances)
+
+
+def stereo_lines(pair: RectifiedPair, left: ArrayLike, right: ArrayLike, pose: ArrayLike) -> Reals:
+    """Return lines (..., 6) of `generated.pga3` in the frame of the map: the meets of planes through both images.
+
+    Parameters
+    ----------
+    pair : RectifiedPair
+    left, right : array_like, (..., 2, 2)
+        Two pixels on the line in each image; they need not correspond.
+    pose : array_like, (..., 8)
+        As for `stereo_points`.
+
+    Returns
+    -------
+    array, (..., 6)
+        Unit lines; NaN for lines in a plane with the baseline, whose two planes are the same.
+    """
+    planes = []
+    for ends, shift, aside in ((left, 0.0, 0.0), (right, pair.offset, pair.baseline)):
+        pixels = real_array(ends, "left" if aside == 0 else "right", (2, 2)).astype(float)
+        x = (pixels[..., 0] - pair.centre[0] - shift) / pair.focal_length
+        y = (pixels[..., 1] - pair.centre[1]) / pair.focal_length
+        rays = np.stack([x + aside, y, np.ones_like(x)], -1)
+        centre = np.array([aside, 0.0, 0.0])
+        planes.append(pga3.normalize_plane(pga3.join_three_points(centre, rays[..., 0, :], rays[..., 1, :])))
+    meet = np.asarray(pga3.meet_planes(*planes))
+    size = np.linalg.norm(meet[..., :3], axis=-1, keepdims=True)
+    unit = np.divide(meet, size, out=np.full_like(meet, np.nan), where=size > 1e-6)
+    return np.asarray(pga3.move_line(real_array(pose, "pose", (8,), "motors"), unit))
+
+
+def fit_solid(
+    points: ArrayLike, covariances: ArrayLike, kind: SolidKind, name: str = "", gate: float = 3.5
+) -> SolidFit:
+    """Fit a plane or a sphere to points with covariances.
+
+    The unit vector of conformal space with the least sum of squared distances, each divided by the variance of its
+    point along the normal, is found by Gauss-Newton steps. The depths of a stereo camera are far less certain than
+    directions, so that equal weights would distort the object. Points beyond the gate are left out.
+
+    Parameters
+    ----------
+    points : array_like, (n, 3)
+        What is not finite is left out.
+    covariances : array_like, (n, 6)
+        Upper triangles, as of `stereo_points`.
+    kind : SolidKind
+    name : str, optional
+    gate : float
+        In standard deviations.
+
+    Returns
+    -------
+    SolidFit
+    """
+    places = real_array(points, "points", (3,), "points").astype(float).reshape(-1, 3)
+    spreads = real_array(covariances, "covariances", (6,), "upper triangles").astype(float).reshape(-1, 6)
+    finite = np.isfinite(places).all(1) & np.isfinite(spreads).all(1)
+    if finite.sum() < _FEWEST:
+        return SolidFit(None, np.nan, np.zeros(len(places), bool), FitStatus.TOO_FEW)
+    shift = places[finite].mean(0)
+    local = places - shift
+    start = _start(local[finite], kind)
+    if start is None:
+        return SolidFit(None, np.nan, finite, FitStatus.DEGENERATE)
+    first = inliers = finite
+    vector, converged = start, False
+    for _ in range(_ROUNDS):
+        vector, converged = fit_round(
+            kernels.sphere_step, local[inliers], spreads[inliers], vector, curved=kind == SolidKind.SPHERE
+        )
+        if not np.isfinite(vector).all():
+            return SolidFit(None, np.nan, inliers, FitStatus.DEGENERATE)
+        squares = _squares(local, spreads, np.asarray(vector))
+        if kind == SolidKind.SPHERE and inliers is first:
+            finite = finite & _is_inside_outline(local, spreads, np.asarray(vector))
+        again = finite & (squares <= gate**2)
+        if again.sum() < _FEWEST:
+            return SolidFit(None, np.nan, again, FitStatus.TOO_FEW)
+        if np.array_equal(again, inliers):
+            break
+        inliers = again
+    square = float(_squares(local, spreads, np.asarray(vector))[inliers].mean())
+    status = FitStatus.OK if converged else FitStatus.NOT_CONVERGED
+    moved = np.asarray(cga3.move_vector(cga3.motor_from_rotor_translation(_NO_TURN, shift), vector))
+    corners = _corners(places[inliers], moved) if kind == SolidKind.PLANE else np.zeros((0, 3))
+    solid = Solid(kind, moved, corners, name) if status == FitStatus.OK else None
+    return SolidFit(solid, square, inliers, status)
+
+
+@dataclass(frozen=True, slots=True)
+class Map3D:
+    """A map in space; adding returns another map."""
+
+    solids: tuple[Solid, ...] = ()
+    clouds: tuple[Reals, ...] = ()
+    """Arrays of points (k, 3)."""
+    lines: tuple[Reals, ...] = ()
+    """Segments (2, 3)."""
+
+    def with_solids(self, more: Iterable[Solid]) -> Map3D:
+        """Return the map with further planes and spheres."""
+        return replace(self, solids=(*self.solids, *more))
+
+    def with_points(self, points: ArrayLike) -> Map3D:
+        """Return the map with further points (k, 3); those that are not finite are left out."""
+        places = real_array(points, "points", (3,), "points").astype(float).reshape(-1, 3)
+        return replace(self, clouds=(*self.clouds, places[np.isfinite(places).all(1)]))
+
+    def with_segments(self, ends: ArrayLike) -> Map3D:
+        """Return the map with further segments (k, 2, 3)."""
+        pairs = real_array(ends, "ends", (2, 3), "segments").astype(float).reshape(-1, 2, 3)
+        return replace(self, lines=(*self.lines, *pairs))
+
+
+def _start(points: Reals, kind: SolidKind) -> Reals | None:
+    """Return the unit vector of the fit with equal weights."""
+    fit: Fit = fit_plane(points) if kind == SolidKind.PLANE else fit_sphere(points)
+    if not fit.determined or not np.isfinite(fit.object).all():
+        return None
+    if kind == SolidKind.PLANE:
+        dual = np.asarray(cga3.plane_polarity(fit.object))
+        vector = np.array([*dual[:3], 0.0, dual[3]])
+    else:
+        vector = np.asarray(cga3.sphere_polarity(fit.object))
+    square = float(cga3.inner_product_of_vectors(vector, vector))
+    return vector / np.sqrt(square) if square > 0 else None
+
+
+def _squares(points: Reals, spreads: Reals, vector: Reals) -> Reals:
+    """Return squared distances divided by the variances along the normals."""
+    curvature = vector[3]
+    inner = points @ vector[:3] - curvature * (points**2).sum(1) / 2 - vector[4]
+    root = np.sqrt(np.maximum(1 - 2 * curvature * inner, 1e-12))
+    normals = (vector[:3] - curvature * points) / root[:, None]
+    variances = np.einsum("ki,kij,kj->k", normals, from_triangle(spreads, 3), normals)
+    return np.asarray((2 * inner / (1 + root)) ** 2 / variances)
+
+
+def _is_inside_outline(points: Reals, spreads: Reals, vector: Reals) -> Reals:
+    """Return which points, moved along their most uncertain direction, meet a sphere far from its outline."""
+    good = np.asarray(np.isfinite(spreads).all(1))
+    known = np.where(good[:, None], spreads, [1.0, 0, 0, 1.0, 0, 1.0])
+    directions = np.linalg.eigh(from_triangle(known, 3))[1][:, :, 2]
+    arms = points - vector[:3] / vector[3]
+    aside = arms - np.einsum("ki,ki->k", arms, directions)[:, None] * directions
+    return np.asarray(np.linalg.norm(aside, axis=1) * abs(vector[3]) <= _OUTLINE)
+
+
+def _corners(points: Reals, vector: Reals) -> Reals:
+    """Return the rectangle, in a plane, about points; one side is horizontal."""
+    normal = vector[:3]
+    up = np.array([0.0, 0, 1]) if abs(normal[2]) < 0.9 else np.array([0.0, 1, 0])
+    along = np.cross(up, normal)
+    along /= np.linalg.norm(along)
+    other = np.cross(normal, along)
+    u, v = points @ along, points @ other
+    foot = vector[4] * normal
+    sides = [(u.min(), v.min()), (u.max(), v.min()), (u.max(), v.max()), (u.min(), v.max())]
+    return np.array([foot + a * along + b * other for a, b in sides])

@@ -1,0 +1,168 @@
+"""Motions between scans without a prior: votes for rotations and translations, scores, and robust alignment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import pga2
+
+from ..arguments import Reals, finite, real_array
+from .agreement import agreement
+from .alignment import Aligned, aligned, covariance_of
+from .outlines import Outline, outline_of
+from .scan import Scan
+from .status import MappingStatus
+from .votes import motion_votes, rotation_votes
+
+_FEWEST = 10
+"""Valid readings that a scan needs."""
+_COARSE, _FINE = [0.4, 0.25, 0.15], [0.15, 0.1, 0.07, 0.07]
+"""Scales of residuals in metres: of the alignment of all hypotheses, and of the best one."""
+_HYPOTHESES = 6
+_SLIDES = np.arange(-12, 13) * 0.1
+"""Metres by which the best hypothesis is moved along its least certain direction."""
+_SLIDE_SCALE, _SLIDE_POINTS, _SLID = 0.1, 45, 0.03
+"""Scale in metres, points of a scan, and loss for a metre, with which these are compared."""
+_SLIDES_APART, _FLAT = 0.25, 0.01
+"""Metres between two of these, and difference of their scores, from which on the direction is determined."""
+_LEAST_SCORE = 0.5
+"""Score below which no motion explains the scans."""
+_MARGIN = 0.08
+"""Difference of scores up to which two motions explain the scans equally well."""
+_TURNED, _FAR = 0.12, 0.03
+"""What a hypothesis loses for a half turn, and for a metre: of two that agree equally, the smaller motion is chosen."""
+_FARTHEST = 6.0
+_APART, _APART_ANGLE = 0.3, 0.1
+"""Metres and radians from which on motions are different."""
+_NOISE = 0.02
+"""Least standard deviation of readings, in metres."""
+
+
+@dataclass(frozen=True, eq=False)
+class Match:
+    """The motion between two scans.
+
+    Attributes
+    ----------
+    motor : array, (4,)
+        Motor of `generated.pga2` that takes the coordinates of the second scan to those of the first; the identity if
+        no motion was found.
+    covariance : array, (3, 3)
+        Of x, y (metres) and the angle (radians) of the error: a small motion of the first scan's frame that follows the
+        motor. Infinite on the diagonal if no motion was found.
+    status : MappingStatus
+    score : float
+        The mean score of points: 1 if all are on lines of the other scan, negative if they are in its free space.
+    residual : float
+        Root mean square of the distances of points from their lines, in metres.
+    degenerate : array, (k, 3)
+        Unit directions of motions, by x, y and angle, that the scans do not determine.
+    others : array, (h, 4)
+        Motors of different motions that explain the scans almost as well.
+    """
+
+    motor: Reals
+    covariance: Reals
+    status: MappingStatus
+    score: float
+    residual: float
+    degenerate: Reals
+    others: Reals
+
+
+def match_scans(a: Scan, b: Scan, guess: ArrayLike | None = None) -> Match:
+    """Find the motor that takes the coordinates of scan `b` to those of scan `a`.
+
+    Without a guess, rotations and translations are voted for; the best hypotheses are aligned and compared, including
+    the free space that scans show. Of motions that explain the scans equally well, the smallest is returned.
+
+    Parameters
+    ----------
+    a, b : Scan
+    guess : array_like, (4,), optional
+        A motor of `generated.pga2` near the motion, which is then the only hypothesis.
+
+    Returns
+    -------
+    Match
+        Its status is OK if the motion is determined and no other one is almost as good.
+    """
+    if min(len(a.beams), len(b.beams)) < _FEWEST:
+        return _nothing(MappingStatus.TOO_FEW_READINGS)
+    one, two = outline_of(a), outline_of(b)
+    if guess is not None:
+        motor = finite(real_array(guess, "guess", (4,)).astype(float), "guess")
+        if motor.ndim != 1 or not 0.5 < motor[0] ** 2 + motor[1] ** 2 < 2:
+            raise ValueError(f"guess: {motor.tolist()}; expected a unit motor (4,), see pga2.normalize_motor")
+        motors = np.asarray(pga2.normalize_motor(motor))[None]
+    else:
+        motors = motion_votes(one, two, rotation_votes(one, two))
+        first = agreement(one, two, motors, 0.4, 40, coarse=True) - _size(motors)
+        motors = motors[np.argsort(-first)[:_HYPOTHESES]]
+    coarse = aligned(one, two, motors, _COARSE, 3)
+    motors = coarse.motors
+    scores = agreement(one, two, motors, 0.15)
+    order = np.argsort(_size(motors) - scores)
+    best, loose = _best_along(one, two, Aligned(*(x[order[0]] for x in coarse)))
+    found = aligned(one, two, best, _FINE)
+    return _result(one, two, found, loose, motors[order], scores[order])
+
+
+def _best_along(a: Outline, b: Outline, found: Aligned) -> tuple[Reals, Reals]:
+    """Return the motor of the best score among those that slide along the direction of least information.
+
+    The second result is that direction (1, 3) if others score as much, as in a corridor, or has no rows.
+    """
+    xx, xy, _, yy, _, _ = found.information
+    direction = np.linalg.eigh(np.array([[xx, xy], [xy, yy]]))[1][:, 0]
+    slides = pga2.motor_from_angle_translation(0.0, _SLIDES[:, None] * direction)
+    motors = pga2.motor_product(slides, found.motors)
+    scores = agreement(a, b, motors, _SLIDE_SCALE, _SLIDE_POINTS)
+    scores = scores - _SLID * np.abs(_SLIDES)
+    best = int(np.argmax(scores))
+    away = np.abs(_SLIDES - _SLIDES[best]) > _SLIDES_APART
+    flat = scores[away].max() > scores[best] - _FLAT
+    return motors[best], np.array([[*direction, 0.0]])[: int(flat)]
+
+
+def _result(a: Outline, b: Outline, found: Aligned, loose: Reals, motors: Reals, scores: Reals) -> Match:
+    score = float(agreement(a, b, found.motors[None], 0.15)[0])
+    if not np.isfinite(found.motors).all():
+        return _nothing(MappingStatus.NOT_MATCHED)
+    rivals = motors[1:][scores[1:] > score - _MARGIN]
+    others = rivals[_differ(found.motors, rivals)] if len(rivals) else rivals
+    weight, squares = float(found.sums[0]), float(found.sums[1])
+    variance = max(squares / max(weight, 1e-9), _NOISE**2)
+    covariance, degenerate = covariance_of(found.information, variance)
+    if not len(degenerate):
+        degenerate = loose
+    status = MappingStatus.OK
+    if score < _LEAST_SCORE:
+        status = MappingStatus.NOT_MATCHED
+    elif len(others):
+        status = MappingStatus.AMBIGUOUS
+    elif len(degenerate):
+        status = MappingStatus.DEGENERATE
+    residual = float(np.sqrt(squares / max(weight, 1e-9)))
+    return Match(found.motors, covariance, status, score, residual, degenerate, others)
+
+
+def _size(motors: Reals) -> Reals:
+    """Return what hypotheses lose for the size of the motion."""
+    angle, shift = pga2.motor_to_angle_translation(motors)
+    far = np.minimum(np.linalg.norm(shift, axis=-1), _FARTHEST)
+    return np.asarray(_TURNED * np.abs(angle) / np.pi + _FAR * far)
+
+
+def _differ(motor: Reals, others: Reals) -> Reals:
+    angle, shift = pga2.motor_to_angle_translation(pga2.motor_product(pga2.motor_inverse(motor), others))
+    return np.asarray((np.abs(angle) > _APART_ANGLE) | (np.linalg.norm(shift, axis=-1) > _APART))
+
+
+def _nothing(status: MappingStatus) -> Match:
+    covariance = np.diag(np.full(3, np.inf))
+    none = np.zeros((0, 4))
+    return Match(np.array([1.0, 0, 0, 0]), covariance, status, 0.0, np.inf, np.zeros((0, 3)), none)

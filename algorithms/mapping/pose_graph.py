@@ -1,0 +1,216 @@
+"""Optimisation of graphs of poses in the plane: Gauss-Newton on motors of PGA2 with sparse matrices of scipy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.sparse import csc_array
+from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import splu
+
+from generated import line_maps, pga2
+
+from ..arguments import Reals, finite, real_array
+
+_STEPS = 50
+_SETTLED = 1e-10
+"""Steps are small if no pose turns or moves by more than this, in radians and metres."""
+_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-9, 1e-12, 1e6
+"""Relative increments of the diagonal: at the start, and their range."""
+_LOWERED = 16.0
+"""The factor by which the bound of robust edges is lowered in each of the first steps."""
+
+
+class GraphStatus(IntEnum):
+    """Result of an optimisation of a graph of poses."""
+
+    OK = 0
+    NOT_CONVERGED = 1
+    """The steps were still large after the last iteration; the poses are the best that were found."""
+    DISCONNECTED = 2
+    """Some poses are not connected to the first one by edges; they were not changed."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OptimisedPoses:
+    """Result of `optimise_poses`."""
+
+    motors: Reals
+    """(n, 4) The poses. The first one is not changed."""
+    status: GraphStatus
+    misfits: Reals
+    """(m, 3) Of each edge: the angle and the translation of ``~motion ~a b``."""
+    weights: Reals
+    """(m,) 1 for edges that are not robust, and between 0 and 1 for robust ones."""
+    cost: float
+    """The sum over edges of half of their squared misfits by their information, robust ones bounded."""
+    steps: int
+
+
+def optimise_poses(
+    motors: ArrayLike,
+    edges: ArrayLike,
+    motions: ArrayLike,
+    information: ArrayLike,
+    robust: ArrayLike | None = None,
+    bound: float = 4.0,
+    tolerance: float = 1e-13,
+) -> OptimisedPoses:
+    """Find the poses that agree best with measured motions between them.
+
+    Parameters
+    ----------
+    motors : array_like, (n, 4)
+        Unit motors of `generated.pga2`, from the frame of each pose to that of the map: the start. The first one is
+        fixed.
+    edges : array_like, (m, 2) of int
+        Pairs (a, b) of poses.
+    motions : array_like, (m, 4)
+        The measured pose b in the frame of pose a.
+    information : array_like, (m, 3, 3)
+        The inverse covariances of the angle and the translation of the misfit ``~motion ~a b``, in this order.
+    robust : array_like, (m,) of bool, optional
+        Edges with a bounded influence (Geman and McClure's function), such as closures of loops that may be wrong. By
+        default none.
+    bound : float, optional
+        The misfit, in standard deviations, at which the weight of a robust edge is a quarter.
+    tolerance : float, optional
+        The relative decrease of the cost at which the steps end.
+
+    Returns
+    -------
+    OptimisedPoses
+
+    Raises
+    ------
+    TypeError, ValueError
+        If arguments have other shapes or types, are not finite, or name poses that do not exist.
+
+    Notes
+    -----
+    Each step solves the sparse normal equations by SuperLU, with the damping of Levenberg and Marquardt.
+    """
+    poses = finite(real_array(motors, "motors", (-1, 4)).astype(float), "motors")
+    pairs = np.asarray(edges).reshape(-1, 2) if np.size(edges) == 0 else np.asarray(edges)
+    if pairs.ndim != 2 or pairs.shape[1] != 2 or (pairs.size and pairs.dtype.kind not in "iu"):
+        raise ValueError(f"edges: shape {pairs.shape}, dtype {pairs.dtype}; expected (m, 2) integers")
+    pairs = pairs.astype(np.int64)
+    if pairs.size and not (pairs.min() >= 0 and pairs.max() < len(poses)):
+        raise ValueError(f"edges: poses {pairs.min()} to {pairs.max()}; expected 0 to {len(poses) - 1}")
+    measured = finite(real_array(motions, "motions", (len(pairs), 4)).astype(float), "motions")
+    weights = finite(real_array(information, "information", (len(pairs), 3, 3)).astype(float), "information")
+    bounded = np.zeros(len(pairs), bool) if robust is None else np.asarray(robust, bool)
+    if bounded.shape != (len(pairs),):
+        raise ValueError(f"robust: shape {bounded.shape}; expected ({len(pairs)},), one for each edge")
+    if not bound > 0:
+        raise ValueError(f"bound: {bound}; expected a positive number of standard deviations")
+    reached = _reached(len(poses), pairs)
+    problem = _Graph(pairs, measured, weights, bounded, bound**2, tolerance, reached)
+    return problem.optimised(poses)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Graph:
+    edges: Reals
+    motions: Reals
+    information: Reals
+    robust: Reals
+    scale: float
+    """The squared misfit at which the weight of a robust edge is a quarter."""
+    tolerance: float
+    reached: Reals
+
+    def misfits(self, poses: Reals) -> tuple[Reals, Reals, Reals]:
+        """Return the misfits (m, 3) and their derivatives (m, 3, 3) by the two poses."""
+        a, b = poses[self.edges[:, 0]], poses[self.edges[:, 1]]
+        return line_maps.edge_of_poses(a, b, self.motions)  # type: ignore[no-any-return]
+
+    def squares(self, misfits: Reals) -> Reals:
+        """Return squared misfits by the information of edges."""
+        return np.asarray(np.einsum("mi,mij,mj->m", misfits, self.information, misfits))
+
+    def weighed(self, misfits: Reals, scale: float) -> tuple[float, Reals]:
+        """Return the cost, and the weights of edges."""
+        squares = self.squares(misfits)
+        share = scale / (scale + squares)
+        cost = np.where(self.robust, share * squares, squares)
+        return 0.5 * float(cost.sum()), np.where(self.robust, share**2, 1.0)
+
+    def optimised(self, poses: Reals) -> OptimisedPoses:
+        """Take steps until they are small.
+
+        The bound of robust edges is lowered step by step, so that a large loop can pull the poses together first.
+        """
+        misfits, by_a, by_b = self.misfits(poses)
+        scale = max(self.scale, float(self.squares(misfits)[self.robust].max(initial=0.0)))
+        cost, weights = self.weighed(misfits, scale)
+        damping, settled, step = _DAMPING, not len(self.edges), 0
+        rows = _Rows(len(poses), self.edges, self.reached)
+        while not settled and step < _STEPS and damping < _MOST_DAMPING:
+            step += 1
+            change = rows.solved(misfits, by_a, by_b, weights[:, None, None] * self.information, damping)
+            moved = pga2.motor_product(poses, pga2.motor_from_angle_translation(change[:, 0], change[:, 1:]))
+            found = self.misfits(moved)
+            new_cost, new_weights = self.weighed(found[0], scale)
+            settled = scale == self.scale and float(np.abs(change).max()) < _SETTLED
+            if scale > self.scale:
+                scale = max(scale / _LOWERED, self.scale)
+                poses, (misfits, by_a, by_b) = moved, found
+                cost, weights = self.weighed(misfits, scale)
+            elif new_cost <= cost:
+                settled |= cost - new_cost <= self.tolerance * cost
+                poses, (misfits, by_a, by_b), cost, weights = moved, found, new_cost, new_weights
+                damping = max(damping / 10, _LEAST_DAMPING)
+            else:
+                # Rounding errors alone can raise the cost of a minimum.
+                settled |= new_cost - cost <= 1e-12 * cost
+                damping *= 30
+        status = GraphStatus.OK if settled else GraphStatus.NOT_CONVERGED
+        if not self.reached.all():
+            status = GraphStatus.DISCONNECTED
+        return OptimisedPoses(np.asarray(pga2.normalize_motor(poses)), status, misfits, weights, cost, step)
+
+
+class _Rows:
+    """The places of blocks in the sparse matrix of a graph."""
+
+    def __init__(self, n: int, edges: Reals, reached: Reals) -> None:
+        self._n, self._edges = n, edges
+        free = reached.copy()
+        free[:1] = False
+        self._free = np.flatnonzero(np.repeat(free, 3))
+        numbers = 3 * edges[:, :, None] + np.arange(3)
+        left = numbers[:, [0, 0, 1, 1], :, None]
+        right = numbers[:, [0, 1, 0, 1], None, :]
+        shape = (len(edges), 4, 3, 3)
+        position = np.full(3 * n, -1)
+        position[self._free] = np.arange(len(self._free))
+        row, column = (position[np.broadcast_to(each, shape).ravel()] for each in (left, right))
+        self._kept = (row >= 0) & (column >= 0)
+        self._row, self._column = row[self._kept], column[self._kept]
+
+    def solved(self, misfits: Reals, by_a: Reals, by_b: Reals, information: Reals, damping: float) -> Reals:
+        """Return the damped Gauss-Newton step (n, 3)."""
+        a, b = np.swapaxes(by_a, 1, 2) @ information, np.swapaxes(by_b, 1, 2) @ information
+        blocks = np.stack([a @ by_a, a @ by_b, b @ by_a, b @ by_b], 1)
+        size = len(self._free)
+        matrix = csc_array((blocks.ravel()[self._kept], (self._row, self._column)), shape=(size, size))
+        matrix.setdiag(matrix.diagonal() * (1 + damping) + 1e-12)
+        gradient = np.zeros((self._n, 3))
+        np.add.at(gradient, self._edges[:, 0], (a @ misfits[:, :, None])[:, :, 0])
+        np.add.at(gradient, self._edges[:, 1], (b @ misfits[:, :, None])[:, :, 0])
+        change = np.zeros(3 * self._n)
+        if size:
+            factor = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+            change[self._free] = -factor.solve(gradient.reshape(-1)[self._free])
+        return change.reshape(self._n, 3)
+
+
+def _reached(n: int, edges: Reals) -> Reals:
+    """Return which poses are connected to the first one."""
+    links = csc_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(n, n))
+    labels = connected_components(links, directed=False)[1] if n else np.zeros(0, int)
+    return np.asarray(labels == labels[0] if n else np.zeros(0, bool))

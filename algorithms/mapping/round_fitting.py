@@ -1,0 +1,37 @@
+"""Lines, circles, planes and spheres of conformal space with the least sum of squared distances from points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from ..arguments import Reals
+
+_DAMPING = 1e-9
+_CONVERGED = 1e-10
+"""A fit has converged if the step is predicted to decrease the cost by at most this fraction of it, plus one."""
+_STEPS = 40
+
+
+def fit_round(
+    step: Callable[..., Any], points: Reals, spreads: Reals, start: Reals, curved: bool
+) -> tuple[Reals, bool]:
+    """Return the unit vector after Gauss-Newton steps, and whether they converged.
+
+    Parameters
+    ----------
+    step : callable
+        `circle_step` or `sphere_step` of `generated.navigation`.
+    points, spreads : array
+        Points and upper triangles of their covariances.
+    start : array
+        The first unit vector.
+    curved : bool
+        False for lines and planes.
+    """
+    vector = start
+    for _ in range(_STEPS):
+        vector, cost, less = step(points, spreads, vector, float(curved), _DAMPING)
+        if abs(float(less)) <= _CONVERGED * (float(cost) + 1):
+            return vector, True
+    return vector, False

@@ -1,0 +1,19 @@
+"""Statuses of matched scans, relocations and maps."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class MappingStatus(IntEnum):
+    """Whether scans determine a motion, and whether they agree with it."""
+
+    OK = 0
+    DEGENERATE = 1
+    """Some direction of the motion is not determined, such as that along a corridor; the others are."""
+    AMBIGUOUS = 2
+    """A clearly different motion explains the readings almost as well."""
+    NOT_MATCHED = 3
+    """No motion explains enough of the readings."""
+    TOO_FEW_READINGS = 4
+    """A scan has too few valid readings, or a map too few lines; nothing was computed."""

@@ -1,0 +1,176 @@
+"""Graphs of poses: derivatives, exact graphs, scipy's dense minimum, wrong closures, and degenerate graphs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+from algorithms.arguments import Reals
+from algorithms.mapping.g2o import read_g2o
+from algorithms.mapping.pose_graph import GraphStatus, optimise_poses
+from generated import line_maps, pga2
+
+KILLIAN = Path(__file__).parents[1] / "data" / "maps" / "killian_start.g2o.gz"
+
+
+def motors(poses: Reals) -> Reals:
+    return np.asarray(pga2.motor_from_angle_translation(poses[..., 2], poses[..., :2]))
+
+
+def matrices(poses: Reals) -> Reals:
+    """Homogeneous matrices by numpy alone."""
+    c, s, o, i = np.cos(poses[..., 2]), np.sin(poses[..., 2]), np.zeros(poses.shape[:-1]), np.ones(poses.shape[:-1])
+    return np.stack([np.stack(row, -1) for row in ((c, -s, poses[..., 0]), (s, c, poses[..., 1]), (o, o, i))], -2)
+
+
+def by_numpy(poses: Reals, edges: Reals, motions: Reals) -> Reals:
+    """Misfits (m, 3): angle, x, y."""
+    first, second, motion = matrices(poses[edges[:, 0]]), matrices(poses[edges[:, 1]]), matrices(motions)
+    misfit = np.linalg.inv(motion) @ np.linalg.inv(first) @ second
+    return np.stack([np.arctan2(misfit[:, 1, 0], misfit[:, 0, 0]), misfit[:, 0, 2], misfit[:, 1, 2]], -1)
+
+
+@pytest.fixture
+def loop() -> tuple[Reals, Reals, Reals, Reals]:
+    """True poses on two rounds of a square, edges between neighbours and rounds, their motions, and information."""
+    rng = np.random.default_rng(4)
+    steps = np.tile([[1.0, 0, 0]] * 4 + [[1.0, 0, np.pi / 2]], (8, 1))
+    chain = [np.eye(3)]
+    for step in steps[:-1]:
+        chain.append(chain[-1] @ matrices(step))
+    poses = np.array([[m[0, 2], m[1, 2], np.arctan2(m[1, 0], m[0, 0])] for m in chain])
+    n = len(poses)
+    edges = np.array([(k, k + 1) for k in range(n - 1)] + [(k, k + 20) for k in range(0, n - 20, 4)])
+    relative = np.linalg.inv(matrices(poses[edges[:, 0]])) @ matrices(poses[edges[:, 1]])
+    motions = np.stack([relative[:, 0, 2], relative[:, 1, 2], np.arctan2(relative[:, 1, 0], relative[:, 0, 0])], -1)
+    random = rng.normal(size=(len(edges), 3, 3))
+    return poses, edges, motions, random @ random.transpose(0, 2, 1) + 100 * np.eye(3)
+
+
+def test_misfit_is_that_of_matrices() -> None:
+    rng = np.random.default_rng(0)
+    poses, motions = rng.normal(size=(6, 3)), rng.normal(size=(3, 3))
+    edges = np.arange(6).reshape(3, 2)
+    misfit, _, _ = line_maps.edge_of_poses(motors(poses[edges[:, 0]]), motors(poses[edges[:, 1]]), motors(motions))
+    assert np.allclose(misfit, by_numpy(poses, edges, motions), atol=1e-12)
+
+
+def test_derivatives_are_differences() -> None:
+    rng = np.random.default_rng(1)
+    a, b, motion = motors(rng.normal(size=(3, 3)))
+    _, by_a, by_b = line_maps.edge_of_poses(a, b, motion)
+    step = 1e-6
+    for k in range(3):
+        turn = pga2.motor_from_angle_translation(step * (k == 0), step * np.array([k == 1, k == 2]))
+        moved_a = line_maps.edge_of_poses(pga2.motor_product(a, turn), b, motion)[0]
+        moved_b = line_maps.edge_of_poses(a, pga2.motor_product(b, turn), motion)[0]
+        start = line_maps.edge_of_poses(a, b, motion)[0]
+        assert np.allclose((moved_a - start) / step, by_a[:, k], atol=1e-5)
+        assert np.allclose((moved_b - start) / step, by_b[:, k], atol=1e-5)
+
+
+def test_exact_graph_from_a_wrong_start(loop: tuple[Reals, Reals, Reals, Reals]) -> None:
+    poses, edges, motions, information = loop
+    start = poses + np.random.default_rng(2).normal(size=poses.shape) * [0.3, 0.3, 0.2]
+    start[0] = poses[0]
+    found = optimise_poses(motors(start), edges, motors(motions), information)
+    assert found.status == GraphStatus.OK and found.cost < 1e-16
+    assert np.allclose(np.asarray(pga2.motor_to_angle_translation(found.motors)[1]), poses[:, :2], atol=1e-9)
+    # Opposite motors are the same poses.
+    signs = np.where(np.arange(len(start)) % 2, 1.0, -1.0)[:, None]
+    other = optimise_poses(signs * motors(start), edges, -motors(motions), information)
+    assert np.allclose(pga2.motor_to_angle_translation(other.motors)[1], poses[:, :2], atol=1e-9)
+
+
+def test_minimum_is_that_of_scipy(loop: tuple[Reals, Reals, Reals, Reals]) -> None:
+    """A dense Levenberg-Marquardt of scipy, with misfits of numpy, finds the same minimum of a graph with noise."""
+    poses, edges, motions, information = loop
+    noisy = motions + 0.03 * np.random.default_rng(3).normal(size=motions.shape)
+    root = np.linalg.cholesky(information)
+
+    def residuals(free: Reals) -> Reals:
+        moved = np.concatenate([poses[:1], free.reshape(-1, 3)])
+        return np.einsum("mji,mj->mi", root, by_numpy(moved, edges, noisy)).ravel()
+
+    truth = least_squares(residuals, poses[1:].ravel(), xtol=1e-12, ftol=1e-12)
+    found = optimise_poses(motors(poses), edges, motors(noisy), information)
+    assert found.status == GraphStatus.OK
+    assert found.cost == pytest.approx(truth.cost, rel=1e-9)
+    places = pga2.motor_to_angle_translation(found.motors)[1]
+    assert np.allclose(places[1:], truth.x.reshape(-1, 3)[:, :2], atol=1e-5)
+
+
+def test_wrong_closures_have_little_influence(loop: tuple[Reals, Reals, Reals, Reals]) -> None:
+    poses, edges, motions, information = loop
+    wrong = np.array([[2, 17], [5, 30]])
+    all_edges, all_motions = np.concatenate([edges, wrong]), np.concatenate([motions, [[0.2, 0.1, 0], [0, 0, 1.0]]])
+    weights = np.concatenate([information, information[:2]])
+    robust = all_edges[:, 1] != all_edges[:, 0] + 1
+    found = optimise_poses(motors(poses), all_edges, motors(all_motions), weights, robust)
+    assert np.abs(pga2.motor_to_angle_translation(found.motors)[1] - poses[:, :2]).max() < 0.02
+    assert (found.weights[-2:] < 0.01).all() and (found.weights[:-2] > 0.9).all()
+    trusting = optimise_poses(motors(poses), all_edges, motors(all_motions), weights)
+    assert np.abs(pga2.motor_to_angle_translation(trusting.motors)[1] - poses[:, :2]).max() > 0.3
+
+
+def test_long_loop_is_closed_by_one_robust_edge() -> None:
+    """A chain that has drifted by metres is closed, though the misfit of its closure is hundreds of deviations."""
+    n = 100
+    poses = np.stack([np.cos(t := np.linspace(0, 2 * np.pi, n)), np.sin(t), t + np.pi / 2], 1) * [10, 10, 1]
+    edges = np.stack([np.arange(n - 1), np.arange(1, n)], 1)
+    exact = np.linalg.inv(matrices(poses[:-1])) @ matrices(poses[1:])
+    motions = np.stack([exact[:, 0, 2], exact[:, 1, 2], np.arctan2(exact[:, 1, 0], exact[:, 0, 0])], -1)
+    motions[:, 2] += 0.004
+    start = [motors(poses[0])]
+    for motion in motors(motions):
+        start.append(pga2.motor_product(start[-1], motion))
+    assert np.abs(pga2.motor_to_angle_translation(start[-1])[1] - poses[-1, :2]).max() > 3
+    weights = np.concatenate([np.tile(np.diag([1e4, 1e4, 1e4]), (n - 1, 1, 1)), np.diag([1e4, 1e4, 1e4])[None]])
+    all_edges = np.concatenate([edges, [[0, n - 1]]])
+    all_motions = np.concatenate([motors(motions), motors(np.zeros((1, 3)))])
+    found = optimise_poses(np.array(start), all_edges, all_motions, weights, all_edges[:, 1] - all_edges[:, 0] > 1)
+    assert found.weights[-1] > 0.5
+    assert np.abs(pga2.motor_to_angle_translation(found.motors)[1] - poses[:, :2]).max() < 0.3
+
+
+def test_graph_of_killian_court_from_its_chain() -> None:
+    """Chained motions drift by more than half a metre; with the closures, the poses are those of the file."""
+    graph = read_g2o(KILLIAN)
+    of_edge = {tuple(edge): motion for edge, motion in zip(graph.edges.tolist(), motors(graph.motions), strict=True)}
+    chain = [motors(graph.poses[0])]
+    for k in range(len(graph.poses) - 1):
+        chain.append(pga2.motor_product(chain[-1], of_edge[k, k + 1]))
+    information = graph.information[:, [2, 0, 1]][:, :, [2, 0, 1]]
+    found = optimise_poses(np.array(chain), graph.edges, motors(graph.motions), information)
+    unlinked = optimise_poses(np.array(chain), graph.edges[:0], np.zeros((0, 4)), information[:0])
+    assert found.status == GraphStatus.OK and unlinked.status == GraphStatus.DISCONNECTED
+    before, after = (np.abs(line_maps.edge_of_poses(
+        each[graph.edges[:, 0]], each[graph.edges[:, 1]], motors(graph.motions))[0]).max()
+        for each in (np.array(chain), found.motors))  # fmt: skip
+    assert after < 0.25 * before
+
+
+def test_degenerate_graphs() -> None:
+    nothing = optimise_poses(np.zeros((0, 4)), np.zeros((0, 2), int), np.zeros((0, 4)), np.zeros((0, 3, 3)))
+    assert nothing.status == GraphStatus.OK and nothing.motors.shape == (0, 4)
+    one = optimise_poses(np.eye(4)[:1], np.zeros((0, 2), int), np.zeros((0, 4)), np.zeros((0, 3, 3)))
+    assert one.status == GraphStatus.OK and np.array_equal(one.motors, np.eye(4)[:1])
+    apart = optimise_poses(
+        motors(np.array([[0.0, 0, 0], [1, 0, 0], [5, 5, 1]])), np.array([[0, 1]]), motors(np.array([[2.0, 0, 0]])),
+        np.eye(3)[None],
+    )  # fmt: skip
+    assert apart.status == GraphStatus.DISCONNECTED
+    places = np.asarray(pga2.motor_to_angle_translation(apart.motors)[1])
+    assert places == pytest.approx(np.array([[0, 0], [2, 0], [5, 5]]))
+
+
+@pytest.mark.parametrize(
+    ("edges", "match"),
+    [([[0, 3]], "expected 0 to 1"), ([[0.0, 1.0]], "expected .m, 2. integers"), ([[0, 1, 2]], "expected .m, 2.")],
+)
+def test_wrong_edges(edges: list[list[float]], match: str) -> None:
+    with pytest.raises(ValueError, match=match):
+        optimise_poses(np.eye(4)[[0, 0]], edges, np.eye(4)[:1], np.eye(3)[None])

@@ -1,0 +1,42 @@
+"""Constants of results are proved independently of other results, and once for equal definitions."""
+
+from __future__ import annotations
+
+from gacompiler import kernel
+from gacompiler.algebra.catalog import PGA3
+from gacompiler.frontend.kernel import trace
+from gacompiler.passes import decide as module
+from gacompiler.passes.decide import decide
+from gacompiler.passes.lower import Lowering
+
+
+@kernel(m=PGA3.MOTOR, x=PGA3.even, y=PGA3.even)
+def large_and_constant(m, x, y):
+    power = x
+    for _ in range(6):
+        power = power * y * x
+    return power, m * ~m
+
+
+def test_a_large_result_does_not_prevent_the_proof_of_a_constant() -> None:
+    traced = trace(large_and_constant)
+    found = decide(traced, [traced.expressions]).constants
+    assert found[1, 0] == 1
+    assert all(found[1, blade] == 0 for k, blade in found if k == 1 and blade)
+
+
+def test_equal_definitions_are_proved_once(monkeypatch) -> None:
+    made = []
+
+    def counted(*arguments, **options):
+        made.append(arguments)
+        return Lowering(*arguments, **options)
+
+    monkeypatch.setattr(module, "Lowering", counted)
+    module._proved.cache_clear()
+    traced = trace(large_and_constant)
+    first = decide(traced, [traced.expressions]).constants
+    n = len(made)
+    assert n > 0
+    assert decide(trace(large_and_constant), [traced.expressions]).constants == first
+    assert len(made) == n
