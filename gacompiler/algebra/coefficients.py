@@ -224,9 +224,14 @@ def _decimal_function(name: str, arguments: tuple[Any, ...]) -> Any:
     found = getattr(mpmath, name)(*(mpmath.mpf(str(a) if a.is_finite() else float(a)) for a in lifted))
     if isinstance(found, mpmath.mpc) or not mpmath.isfinite(found):
         return Decimal("NaN") if isinstance(found, mpmath.mpc) else Decimal(float(found))
-    sign, mantissa, exponent, _ = found._mpf_
-    whole = Decimal(-int(mantissa) if sign else int(mantissa))
-    return whole * (1 << exponent) if exponent >= 0 else whole / (1 << -exponent)
+    return binary_to_decimal(found)
+
+
+def binary_to_decimal(value: Any) -> Decimal:
+    """Convert a finite number of mpmath to a decimal of the current precision."""
+    sign, mantissa, exponent, _ = value._mpf_
+    # Exponents can have ten digits, for example those of exponentials, so powers are computed as decimals.
+    return Decimal(-int(mantissa) if sign else int(mantissa)) * Decimal(2) ** int(exponent)
 
 
 def _mpmath_function(name: str, arguments: tuple[Any, ...]) -> Any:

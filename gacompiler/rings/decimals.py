@@ -15,6 +15,8 @@ from typing import Any
 
 import mpmath
 
+from ..algebra.coefficients import binary_to_decimal
+
 GUARD = 5
 """Number of digits in addition to those of the results."""
 
@@ -36,10 +38,7 @@ def to_decimal(value: Any) -> Decimal:
         return Decimal(value.numerator) / value.denominator
     if not mpmath.isfinite(value):
         return Decimal(str(float(value)))
-    sign, mantissa, exponent, _ = (value if isinstance(value, mpmath.mpf) else mpmath.mpf(value))._mpf_
-    power = int(exponent)
-    whole = Decimal(-int(mantissa) if sign else int(mantissa))
-    return whole * (1 << power) if power >= 0 else whole / (1 << -power)
+    return binary_to_decimal(value if isinstance(value, mpmath.mpf) else mpmath.mpf(value))
 
 
 def from_decimal(value: Any) -> Any:

@@ -53,3 +53,13 @@ def test_values_that_are_not_real_are_refused(name: str, number: int) -> None:
             scalar_function("less", found, Decimal(1))
         with pytest.raises(ValueError, match="not real"):
             scalar_function("select", Decimal(1), Decimal(2), found)
+
+
+@pytest.mark.parametrize("exponent", [10**8, -(10**8)])
+def test_exponentials_of_large_numbers_take_no_time(exponent: int) -> None:
+    """Their binary exponents are too large for a power of two as an integer."""
+    with digits(40):
+        value = scalar_function("exp", Decimal(exponent))
+        expected = mpmath.exp(exponent)
+        assert abs(from_decimal(value) / expected - 1) < mpmath.mpf(10) ** -35
+        assert abs(from_decimal(to_decimal(expected)) / expected - 1) < mpmath.mpf(10) ** -35
