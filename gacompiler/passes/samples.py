@@ -96,6 +96,11 @@ class Meaning:
         """Return the values of the expressions at a point.
 
         If rational numbers are too long at one point, other kinds of numbers are used at all further points.
+
+        Raises
+        ------
+        ValueError
+            If a value is not real, or a function is not defined at the point.
         """
         memory: dict[Expression, Multivector] = {}
         if all(isinstance(value, (int, Fraction)) for value in inputs.values()):
@@ -116,7 +121,11 @@ class Meaning:
         with digits(WORKING_DIGITS):
             known = {each: value.map(to_decimal) for each, value in memory.items()}
             lifted = {name: to_decimal(value) for name, value in inputs.items()}
-            return [each.map(from_decimal) for each in evaluate(self._expressions, lifted, known, to_decimal)]
+            try:
+                values = evaluate(self._expressions, lifted, known, to_decimal)
+            except InexactError as error:  # Zeros remain exact, and no number is the logarithm of zero.
+                raise ValueError("a function is not defined at zero") from error
+            return [each.map(from_decimal) for each in values]
 
     def _residues(self, inputs: Mapping[str, Any]) -> list[Multivector]:
         """Evaluate modulo a prime.

@@ -287,7 +287,7 @@ def test_the_sources_of_this_process_are_known() -> None:
 
 
 def test_only_proved_kernels_are_cached(cache: Cache, monkeypatch: pytest.MonkeyPatch) -> None:
-    def unproved(definition: Any, effort: int) -> Compilation:
+    def unproved(definition: Any, effort: int, cost: str) -> Compilation:
         raise KernelError(definition.name, "it is not proved")
 
     monkeypatch.setattr(compiling, "compile_kernel", unproved)
