@@ -38,7 +38,7 @@ COUNTS: dict[str, tuple[tuple[int, int], tuple[int, int]]] = {
     "sphere_4_points": ((54, 40), (44, 37)),
     "circle_3_points": ((55, 42), (36, 28)),
     "point_pair": ((23, 20), (20, 14)),
-    "versor_vector": ((120, 100), (110, 94)),
+    "versor_vector": ((120, 100), (110, 91)),
     "even_product": ((144, 160), (148, 136)),
     "full_product": ((288, 416), (240, 368)),
 }
