@@ -17,6 +17,7 @@ from gacompiler.passes.record import Compilation
 
 from . import pages
 from .kingdon_counts import Unsupported, count
+from .kingdon_counts import compile_kernel as compile_peer
 from .known import Known, known
 from .libraries import installed
 from .machine import version
@@ -70,6 +71,12 @@ def peer_count(name: str) -> tuple[tuple[int, int, int], float]:
     """Return kingdon's products, sums and divisions for one expression, and its time; runs in another process."""
     found = count(known()[name].kernel)
     return (found.mul, found.add, found.div), found.seconds
+
+
+def peer_values(name: str, numbers: Sequence[float]) -> tuple[list[float], tuple[float, ...]]:
+    """Return the values of one expression by kingdon, and the factors of its blades; runs in another process."""
+    found = compile_peer(known()[name].kernel)
+    return list(found.function(numbers)), found.factors
 
 
 def count_with_kingdon(worker: Worker, name: str, limit: float) -> Peer:
