@@ -14,7 +14,7 @@ MODULES := $(foreach end,py c h,$(SPECS:gacompiler/specs/%.py=generated/%.$(end)
 COMPILER := $(shell find gacompiler -name '*.py' -o -name '*.jinja')
 
 # All but `peers`, which takes longer than the others together.
-EXTRAS := compiler,algorithms,pictures,notebooks,test
+EXTRAS := compiler,algorithms,pictures,notebooks,volumes,test
 
 # Steps that must follow one another are lines of a recipe, so that they do under `make -j` too.
 MAKEFLAGS += --no-print-directory

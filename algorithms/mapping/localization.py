@@ -32,20 +32,8 @@ _LEAST = np.array([np.radians(0.5), 0.03, 0.03]) ** 2
 """Variances that are added to those of a pose that was found without a prediction."""
 
 
-class Lines(Protocol):
+class Lines(relocation.Lines, Protocol):
     """Lines of a map: `Segments`, or the lines of a `LineMap`."""
-
-    @property
-    def normals(self) -> Reals:
-        """(k, 2) Unit normals."""
-
-    @property
-    def offsets(self) -> Reals:
-        """(k,) Distances from the origin along the normals."""
-
-    @property
-    def ends(self) -> Reals:
-        """(k, 2, 2) Both ends of the segments."""
 
     @property
     def covariances(self) -> Reals:

@@ -35,7 +35,7 @@ class ObjectKind(IntEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MapObject:
-    """An object: a box in the frame of its pose, grown by a radius."""
+    """An object: a box in the frame of its pose, enlarged by a radius."""
 
     kind: ObjectKind
     motor: Reals
@@ -123,7 +123,7 @@ class ObjectMap:
 class ObjectFit:
     """Result of `fit_circle` and `fit_box`."""
 
-    object: MapObject | None
+    fitted: MapObject | None
     """None unless the status is OK."""
     residual: float
     """Root mean square distance of the points that agree, in metres."""

@@ -12,6 +12,7 @@ from generated import pga2
 
 from ..arguments import Reals
 from .alignment import covariance_of
+from .keyframes import length_and_angle, relative
 from .scan import Scan
 from .segments import Segments, segments
 from .status import MappingStatus
@@ -307,5 +308,5 @@ def _compared(motors: Reals, scores: Reals, information: Reals, n_hypotheses: in
 
 
 def _differ(one: Reals, other: Reals) -> bool:
-    angle, shift = pga2.motor_to_angle_translation(pga2.motor_product(pga2.motor_inverse(one), other))
-    return bool(np.abs(angle) > _APART_ANGLE or np.linalg.norm(shift) > _APART)
+    length, angle = length_and_angle(relative(one, other))
+    return angle > _APART_ANGLE or length > _APART

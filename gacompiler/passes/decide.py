@@ -173,7 +173,7 @@ def _proved(
             try:
                 lowered = Lowering(kernel, [variant[k] for k in needed], cuts, budget=budget, effort=effort)
                 system = lowered.system([Slot(needed.index(k), blade) for k, blade in open_keys])
-                left -= effort - lowered.ring.effort
+                left -= lowered.pairs
             except TooLargeError as error:
                 left -= effort - error.left
                 continue

@@ -26,7 +26,7 @@ _POLICIES: Mapping[str, tuple[Policy, ...]] = {
         Policy(fused=True, prefer_products=True),
     ),
 }
-"""Further ways to factorise, for each model."""
+"""Further factorisations, for each model."""
 
 _CHANGES: Mapping[str, Mapping[str, Change]] = {
     "latency": {"balanced sums": balanced, "plain terms first": plain_terms_first},

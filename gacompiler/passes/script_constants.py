@@ -38,7 +38,7 @@ def prove_by_result(
             try:
                 lowered = Lowering(trace.kernel, (expression,), cuts, budget=BUDGET, effort=effort)
                 outputs = lowered.system([Slot(0, blade) for blade in open_blades]).outputs
-                left -= effort - lowered.ring.effort
+                left -= lowered.pairs
             except TooLargeError:
                 left -= effort
                 continue

@@ -45,8 +45,8 @@ def test_exact_circles_at_any_scale() -> None:
         points = scale * (np.array([5.0, -3.0]) + 0.4 * np.stack([np.cos(angle), np.sin(angle)], 1))
         found = fit_circle(points, sigma=0.01 * scale)
         assert found.status == FitStatus.OK and found.inliers.all()
-        np.testing.assert_allclose(found.object.centre, scale * np.array([5.0, -3.0]), rtol=1e-7)
-        np.testing.assert_allclose(found.object.size[2], scale * 0.4, rtol=1e-6)
+        np.testing.assert_allclose(found.fitted.centre, scale * np.array([5.0, -3.0]), rtol=1e-7)
+        np.testing.assert_allclose(found.fitted.size[2], scale * 0.4, rtol=1e-6)
 
 
 def test_circle_is_the_best_geometric_fit() -> None:
@@ -60,7 +60,7 @@ def test_circle_is_the_best_geometric_fit() -> None:
     def cost(x: float, y: float, r: float) -> float:
         return float(((np.hypot(used[:, 0] - x, used[:, 1] - y) - r) ** 2).sum())
 
-    best = *found.object.centre, found.object.size[2]
+    best = *found.fitted.centre, found.fitted.size[2]
     np.testing.assert_allclose(found.residual**2 * len(used), cost(*best), rtol=1e-6)
     for change in 1e-4 * rng.normal(size=(50, 3)):
         assert cost(*(np.array(best) + change)) > cost(*best)
@@ -90,7 +90,7 @@ def test_column_from_two_scans_to_a_centimetre() -> None:
         wrong = centre + rng.uniform(0.4, 0.8, (10, 2))
         found = fit_circle(np.concatenate([*points, wrong]))
         assert found.status == FitStatus.OK and not found.inliers[-10:].any()
-        errors.append([*(found.object.centre - centre), found.object.size[2] - radius])
+        errors.append([*(found.fitted.centre - centre), found.fitted.size[2] - radius])
     assert np.linalg.norm(np.array(errors)[:, :2], axis=1).max() < 0.01
     assert np.abs(np.array(errors)[:, 2]).max() < 0.01
 
@@ -103,10 +103,10 @@ def test_box_to_a_centimetre() -> None:
         scan = simulate_scan(plan, pose(0, 0), FINE, seed=seed).scan
         found = fit_box(scan.points())
         assert found.status == FitStatus.OK
-        assert np.linalg.norm(found.object.centre - truth.centre) < 0.01
-        np.testing.assert_allclose(np.sort(found.object.size), np.sort(truth.size), atol=0.01)
+        assert np.linalg.norm(found.fitted.centre - truth.centre) < 0.01
+        np.testing.assert_allclose(np.sort(found.fitted.size), np.sort(truth.size), atol=0.01)
         # A box has four equal poses.
-        turn = 4 * np.asarray(pga2.motor_to_angle_translation([truth.motor, found.object.motor])[0])
+        turn = 4 * np.asarray(pga2.motor_to_angle_translation([truth.motor, found.fitted.motor])[0])
         assert abs(np.exp(1j * turn[0]) - np.exp(1j * turn[1])) < 4 * np.radians(1.5)
 
 
@@ -120,6 +120,6 @@ def test_degenerate_points() -> None:
     assert fit_circle(np.zeros((0, 2))).status == FitStatus.TOO_FEW
     assert fit_box(np.zeros((0, 2))).status == FitStatus.TOO_FEW
     side = np.stack([np.full(40, 2.0), np.linspace(-1, 1, 40)], 1)
-    assert fit_box(side).status == FitStatus.DEGENERATE and fit_box(side).object is None
+    assert fit_box(side).status == FitStatus.DEGENERATE and fit_box(side).fitted is None
     with pytest.raises(ValueError, match="points"):
         fit_circle(np.zeros((4, 3)))
