@@ -9,8 +9,9 @@ import numpy as np
 from generated import pga2
 
 from ..arguments import Reals
-from .keyframes import Keyframes, length_and_angle, relative
+from .keyframes import Keyframes
 from .matching import match_scans
+from .motions import length_and_angle, relative
 from .scan import Scan
 from .status import MappingStatus
 from .surfaces import Alignment, Surface, align

@@ -12,6 +12,7 @@ from generated import pga2
 from ..arguments import Reals, finite, real_array
 from .agreement import agreement
 from .alignment import Aligned, aligned, covariance_of
+from .motions import length_and_angle, relative
 from .outlines import Outline, outline_of
 from .scan import Scan
 from .status import MappingStatus
@@ -166,8 +167,8 @@ def _size(motors: Reals) -> Reals:
 
 
 def _differ(motor: Reals, others: Reals) -> Reals:
-    angle, shift = pga2.motor_to_angle_translation(pga2.motor_product(pga2.motor_inverse(motor), others))
-    return np.asarray((np.abs(angle) > _APART_ANGLE) | (np.linalg.norm(shift, axis=-1) > _APART))
+    length, angle = length_and_angle(relative(motor, others))
+    return np.asarray((angle > _APART_ANGLE) | (length > _APART))
 
 
 def _nothing(status: MappingStatus) -> Match:

@@ -12,7 +12,7 @@ from generated import pga2
 
 from ..arguments import Reals
 from .alignment import covariance_of
-from .keyframes import length_and_angle, relative
+from .motions import length_and_angle, relative
 from .scan import Scan
 from .segments import Segments, segments
 from .status import MappingStatus

@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 from generated import line_maps, pga2
 
 from ..arguments import Reals
+from .motions import relative
 from .narrow_objects import joined_points, narrow_objects
 from .scan import Scan
 
@@ -156,7 +157,7 @@ def align(
         total = matrix + np.diag([1e-3, 1e-3, 1e-3])
         right = gradient * (_INDEPENDENT / _SIGMA**2)
         if prior is not None and prior_information is not None:
-            angle, shift = pga2.motor_to_angle_translation(pga2.motor_product(pga2.motor_inverse(prior), motor))
+            angle, shift = pga2.motor_to_angle_translation(relative(prior, motor))
             total = total + prior_information
             right = right + prior_information @ np.array([angle, *shift])
         change = -np.linalg.solve(total, right)
