@@ -198,7 +198,7 @@ class _Builder:
 
     def _is_near(self) -> bool:
         length, angle = length_and_angle(self._motion)
-        return length < self._options.min_length and angle < self._options.min_angle
+        return bool(length < self._options.min_length and angle < self._options.min_angle)
 
     def _keep(self, status: ScanStatus) -> None:
         self.statuses.append(status)

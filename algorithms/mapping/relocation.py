@@ -319,4 +319,4 @@ def _support(triangle: Reals) -> float:
 
 def _differ(one: Reals, other: Reals) -> bool:
     length, angle = length_and_angle(relative(one, other))
-    return angle > _APART_ANGLE or length > _APART
+    return bool(angle > _APART_ANGLE or length > _APART)

@@ -75,7 +75,7 @@ def _to_people(places: Reals, pose: Reals) -> Reals:
     along = directions @ off.T
     root = along**2 - (off**2).sum(1) + _RADIUS**2
     distances = along - np.sqrt(np.maximum(root, 0))
-    return np.where((root > 0) & (distances > 0.05), distances, np.inf).min(1, initial=np.inf)
+    return np.asarray(np.where((root > 0) & (distances > 0.05), distances, np.inf).min(1, initial=np.inf))
 
 
 def _crowd(rng: np.random.Generator, walls: Reals, pose: Reals, share: float) -> Reals:
