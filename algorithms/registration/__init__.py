@@ -1,1 +1,6 @@
-"""Registration by planes in joint space, tensor voting, and partial scans from any pose."""
+"""Registration of point clouds, and tensor voting."""
+
+from .vote_status import VoteStatus
+from .voting import Votes, published_curvature, tensor_vote
+
+__all__ = ["VoteStatus", "Votes", "published_curvature", "tensor_vote"]
