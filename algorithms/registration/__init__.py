@@ -1,6 +1,21 @@
 """Registration of point clouds, and tensor voting."""
 
-from .vote_status import VoteStatus
+from .deformation import Deformation, register_deformable
+from .normals import Normals, estimate_normals
+from .ply import Ply, read_ply
+from .vote_status import DeformStatus, VoteStatus
 from .voting import Votes, published_curvature, tensor_vote
 
-__all__ = ["VoteStatus", "Votes", "published_curvature", "tensor_vote"]
+__all__ = [
+    "DeformStatus",
+    "Deformation",
+    "Normals",
+    "Ply",
+    "VoteStatus",
+    "Votes",
+    "estimate_normals",
+    "published_curvature",
+    "read_ply",
+    "register_deformable",
+    "tensor_vote",
+]
