@@ -16,13 +16,19 @@ from .vote_status import DeformStatus
 
 _NODES = 6000
 """Points of the source that carry displacements; those of larger clouds are interpolated."""
-_NEIGHBOURS, _CANDIDATES, _INTERPOLATED = 8, 40, 4
-_START, _END, _FACTOR = 1.25, 0.09, 0.92
+_NEIGHBOURS, _CANDIDATES, _INTERPOLATED = 8, 60, 4
+_START, _END, _FACTOR = 2.0, 0.14, 0.92
 """First and last radius of correspondences in units of the spacing, and the factor from step to step."""
+_SOFTEST = 0.02
+"""The last stiffness, in units of the first one."""
 _MISSING = 0.01
 """The weight of the hypothesis that a target has no partner."""
-_MATCHED, _ENOUGH = 0.05, 0.6
-"""The weight from which on a point counts as matched, and the share of points that must be."""
+_MATCHED = 0.05
+"""The weight from which on the spread of a point's targets measures its uncertainty."""
+_NEAR, _ENOUGH = 0.5, 0.8
+"""Distance from the target, in units of the spacing, within which displaced points fit, and the share that must."""
+_FAR = 2.0
+"""Distance, in units of the spacing, from which on a point has no correspondence."""
 _STILL = 0.02
 """The mean displacement of the last step, in units of the spacing, up to which the displacements have converged."""
 
@@ -39,7 +45,7 @@ class Deformation:
         The row of the target that is nearest to each displaced point, -1 for points without one.
     uncertainties : array, (n,)
         Root mean square distance, for each coordinate, of the targets with which a point was matched in the last step,
-        by their weights; infinite for points without a correspondence.
+        by their weights, or of the nearest target if that is farther; infinite for points without a correspondence.
     status : DeformStatus
     """
 
@@ -68,9 +74,9 @@ def register_deformable(
     source, target : array_like, (n, d), (m, d)
         Clouds of 2 or 3 dimensions. Rows that are not finite are ignored.
     stiffness : float, optional
-        The weight of smoothness.
+        The weight of smoothness in the first step; it decreases to a fiftieth.
     radius : float, optional
-        The first radius of correspondences. By default 1.25 times the median distance from a point of the source to
+        The first radius of correspondences. By default twice the median distance from a point of the source to
         its nearest neighbour at the density of its nodes.
     descriptors : pair of array_like, (n, k) and (m, k), optional
         Numbers that are similar at corresponding points, such as multiples of normals. Their distances count as those
@@ -101,9 +107,8 @@ def register_deformable(
     found = _descend(places[nodes], own_extra[nodes], goal, float(stiffness), first, _END * spacing)
     moved = places.copy()
     moved[own] += _interpolated(places[nodes], found.shift, places[own])
-    doubt = np.full(len(places), np.inf)
-    doubt[own] = _interpolated(places[nodes], found.doubt[:, None], places[own])[:, 0]
-    return _result(moved, doubt, own, others, seen, found, spacing)
+    spread = _interpolated(places[nodes], found.spread[:, None], places[own])[:, 0]
+    return _result(moved, spread, own, others, seen, found.change, spacing)
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,8 +120,7 @@ class _Goal:
 @dataclass(frozen=True, eq=False)
 class _Shift:
     shift: Reals
-    doubt: Reals
-    weights: Reals
+    spread: Reals
     change: float
 
 
@@ -140,13 +144,14 @@ def _descend(points: Reals, extra: Reals, goal: _Goal, stiffness: float, first: 
         )
         weights = share * np.asarray(matches.sum(1)).ravel()
         pull = share * (matches @ goal.points) - weights[:, None] * points
-        matrix = (stiffness * bending + sparse.diags(weights + 1e-9)).tocsc()
+        softer = stiffness * max(_FACTOR**step, _SOFTEST)
+        matrix = (softer * bending + sparse.diags(weights + 1e-9)).tocsc()
         solved = splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).solve(pull)
         change, shift = float(np.linalg.norm(solved - shift, axis=1).mean()), solved
         away = ((goal.points[:, None] - (points + shift)[row]) ** 2).sum(-1)
         squares = share * np.bincount(row.ravel(), (chance * away).ravel(), n)
-    doubt = np.sqrt(squares / np.maximum(weights, 1e-12) / points.shape[1])
-    return _Shift(shift, np.where(weights >= _MATCHED, doubt, np.inf), weights, change)
+    spread = np.sqrt(squares / np.maximum(weights, 1e-12) / points.shape[1])
+    return _Shift(shift, np.where(weights >= _MATCHED, spread, 0), change)
 
 
 def _bending(points: Reals) -> Any:
@@ -160,16 +165,19 @@ def _bending(points: Reals) -> Any:
 
 
 def _result(
-    moved: Reals, doubt: Reals, own: Reals, others: Reals, seen: Reals, found: _Shift, spacing: float
+    moved: Reals, spread: Reals, own: Reals, others: Reals, seen: Reals, change: float, spacing: float
 ) -> Deformation:
-    rows = np.full(len(moved), -1, np.int64)
-    sure = own[np.isfinite(doubt[own])]
-    if len(sure):
-        rows[sure] = seen[cKDTree(others[seen]).query(moved[sure])[1]]
+    rows, doubt = np.full(len(moved), -1, np.int64), np.full(len(moved), np.inf)
+    if not np.isfinite(moved[own]).all():
+        return Deformation(moved, rows, doubt, DeformStatus.POOR_FIT)
+    distance, row = cKDTree(others[seen]).query(moved[own])
+    near = distance <= _FAR * spacing
+    rows[own[near]] = seen[row[near]]
+    doubt[own[near]] = np.maximum(spread, distance / np.sqrt(moved.shape[1]))[near]
     status = DeformStatus.OK
-    if not np.isfinite(moved[own]).all() or (found.weights >= _MATCHED).mean() < _ENOUGH:
+    if (distance <= _NEAR * max(spacing, _spacing(others[seen]))).mean() < _ENOUGH:
         status = DeformStatus.POOR_FIT
-    elif found.change > _STILL * spacing:
+    elif change > _STILL * spacing:
         status = DeformStatus.NOT_CONVERGED
     return Deformation(moved, rows, doubt, status)
 
@@ -179,9 +187,7 @@ def _interpolated(nodes: Reals, values: Reals, at: Reals) -> Reals:
     distance, row = cKDTree(nodes).query(at, k=_INTERPOLATED)
     weight = 1 / np.maximum(distance, 1e-9 * (distance.max() + 1e-300)) ** 2
     weight /= weight.sum(1, keepdims=True)
-    # Nodes far below the others in weight must not pass on that they have no correspondence.
-    kept = np.where(weight[..., None] > 1e-6, values[row] * weight[..., None], 0)
-    return np.asarray(kept.sum(1))
+    return np.asarray((values[row] * weight[..., None]).sum(1))
 
 
 def _spacing(points: Reals) -> float:

@@ -83,9 +83,7 @@ def _plate_splines(curvature: float) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
         across = (decay * np.cos(turn) ** 2).sum(-1)
         difference = -(decay * np.cos(2 * turn)).sum(-1)
         first = np.zeros((1, _FEWER))
-        found.append(
-            tuple(RectBivariateSpline(place, at, np.concatenate([first, v])) for v in (across, difference))
-        )
+        found.append(tuple(RectBivariateSpline(place, at, np.concatenate([first, v])) for v in (across, difference)))
     return found[0], found[1]  # type: ignore[return-value]
 
 

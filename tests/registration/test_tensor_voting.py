@@ -158,12 +158,12 @@ def _sphere(n: int, seed: int) -> tuple[Array, Array]:
     rng = np.random.default_rng(seed)
     on = rng.normal(size=(n, 3))
     on /= np.linalg.norm(on, axis=1, keepdims=True)
-    return np.concatenate([on, rng.uniform(-1.5, 1.5, (3 * n, 3))]), np.arange(4 * n) < n
+    return np.concatenate([on, rng.uniform(-2, 2, (3 * n, 3))]), np.arange(4 * n) < n
 
 
 def test_a_sphere_among_outliers() -> None:
     points, truth = _sphere(2500, 0)
-    found = tensor_vote(points, sigma=0.12)
+    found = tensor_vote(points, sigma=0.15)
     angle = np.degrees(np.arccos(np.minimum(np.abs((found.normals * points).sum(1)), 1)))[truth]
     assert _auc(found.surface, truth) >= 0.995
     assert angle.mean() <= 1.5
