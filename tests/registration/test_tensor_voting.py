@@ -43,7 +43,7 @@ def _ball(length: float) -> Array:
         return np.array([turned[0, 0], turned[1, 1] / 2]) * 3 / 2 * np.sin(angle)
 
     edge = np.pi / 4
-    return np.array([2 * _integral(lambda a: of(a)[k], [], edge, np.pi / 2) for k in range(2)])
+    return np.array([2 * _integral(lambda a, k=k: of(a)[k], [], edge, np.pi / 2) for k in range(2)])
 
 
 def _plate(v: Array) -> Array:
@@ -57,7 +57,9 @@ def _plate(v: Array) -> Array:
     if flat > length * np.sqrt(0.5):
         start, half = np.arctan2(v[1], v[0]), np.arccos(length * np.sqrt(0.5) / flat)
         kinks = [(start + s * half + k * np.pi) % (2 * np.pi) for s in (-1, 1) for k in (0, 1)]
-    return np.array([[_integral(lambda a: of(a)[i, j], kinks, 0, 2 * np.pi) for j in range(3)] for i in range(3)])
+    return np.array(
+        [[_integral(lambda a, i=i, j=j: of(a)[i, j], kinks, 0, 2 * np.pi) for j in range(3)] for i in range(3)]
+    )
 
 
 def test_a_stick_votes_for_the_normal_of_the_circle() -> None:
@@ -97,7 +99,7 @@ def test_a_ball_of_the_plane_votes_by_the_integral() -> None:
     v = np.array([length, 0.0])
     parts = [(np.pi / 4, 3 * np.pi / 4), (5 * np.pi / 4, 7 * np.pi / 4)]
     want = [
-        sum(_integral(lambda a: _vote(np.array([np.cos(a), np.sin(a)]), v)[k, k] / np.pi, [], *p) for p in parts)
+        sum(_integral(lambda a, k=k: _vote(np.array([np.cos(a), np.sin(a)]), v)[k, k] / np.pi, [], *p) for p in parts)
         for k in range(2)
     ]
     found = tensor_vote([[0.0, 0]], sigma=1.0, at=[v], passes=1).tensors[0]
