@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[2]
 def test_blocks_run(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "tensor-voting.md").read_text(), re.DOTALL)
-    assert len(blocks) == 3
+    assert len(blocks) == 4
     exec(compile("\n".join(blocks), "docs/tensor-voting.md", "exec"), {"__name__": "tensor_voting"})
 
 
