@@ -127,7 +127,9 @@ class _Shift:
 def _descend(points: Reals, extra: Reals, goal: _Goal, stiffness: float, first: float, last: float) -> _Shift:
     n = len(points)
     bending = _bending(points)
-    shift, weights, squares, change = np.zeros_like(points), np.zeros(n), np.zeros(n), np.inf
+    shift, change = np.zeros_like(points), np.inf
+    weights: Reals = np.zeros(n)
+    squares: Reals = np.zeros(n)
     # Each target has about n / m of the weight of a point, so that the density of the target does not matter.
     share = min(1.0, n / len(goal.points))
     steps = max(2, int(np.ceil(np.log(max(first / last, 1)) / -np.log(_FACTOR))))

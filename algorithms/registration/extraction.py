@@ -111,18 +111,18 @@ def _crossings(saliency: Reals, normals: Reals, slope: Reals, axis: int, least: 
 def _dual(found: list[tuple[Reals, Reals, Reals]], counts: tuple[int, ...], low: Reals, step: float) -> Extremal:
     """Connect the cells around crossed edges; the vertex of a cell is the mean of the crossings of its edges."""
     d = len(counts)
-    around = {2: [[(0,), (-1,)]] * 2, 3: [[(0, 0), (-1, 0), (-1, -1), (0, -1)]] * 3}[d]
+    around = np.array([[0], [-1]] if d == 2 else [[0, 0], [-1, 0], [-1, -1], [0, -1]])
     cells, places, sizes = [], [], []
     for axis, (edges, share, size) in enumerate(found):
         others = [k for k in range(d) if k != axis]
-        corners = np.repeat(edges[:, None], len(around[axis]), 1)
-        corners[..., others] += np.array(around[axis])
+        corners = np.repeat(edges[:, None], len(around), 1)
+        corners[..., others] += around
         inside = (corners >= 0).all((1, 2)) & (corners < np.array(counts) - 1).all((1, 2))
         place = edges.astype(float)
         place[:, axis] += share
         cells.append(np.ravel_multi_index(tuple(corners[inside].reshape(-1, d).T), counts))
-        places.append(np.repeat(place[inside], len(around[axis]), 0))
-        sizes.append(np.repeat(size[inside], len(around[axis])))
+        places.append(np.repeat(place[inside], len(around), 0))
+        sizes.append(np.repeat(size[inside], len(around)))
     every: NDArray[Any] = np.concatenate(cells)
     if not len(every):
         return _nothing(d)

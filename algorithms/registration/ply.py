@@ -141,7 +141,9 @@ def _binary(data: bytes, start: int, order: str, elements: list[_Element], path:
                 f"{path}, byte {start}: {len(data) - start} bytes left; expected {need} for {element.count} rows "
                 f"of {element.name}"
             )
-        rows = np.frombuffer(data, kind, element.count, start) if kind.itemsize else np.zeros(element.count)
+        rows: NDArray[Any] = (
+            np.frombuffer(data, kind, element.count, start) if kind.itemsize else np.zeros(element.count)
+        )
         tables[element.name] = {name: rows[f"p{k}"] for k, name in enumerate(element.names)}
         start += need
     return tables

@@ -84,7 +84,7 @@ def _plate_splines(curvature: float) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
         difference = -(decay * np.cos(2 * turn)).sum(-1)
         first = np.zeros((1, _FEWER))
         found.append(tuple(RectBivariateSpline(place, at, np.concatenate([first, v])) for v in (across, difference)))
-    return found[0], found[1]  # type: ignore[return-value]
+    return found[0], found[1]
 
 
 def _nodes(top: Reals) -> tuple[Reals, Reals]:

@@ -263,7 +263,7 @@ class _Tokens:
             total += votes(self.points, balls, at, voter, receiver, self._sigma, place - cell, cell, cubics, zero)
         if plates.any():
             span = kernels.pair_invariants(self.points, at, sources.tangents, voter, receiver, self._sigma)
-            across, excess = plate_functions(*span, self._curvature)
+            across, excess = plate_functions(span[0], span[1], self._curvature)
             total += kernels.plate_votes(
                 self.points, sources.tangents, plates, at, voter, receiver, self._sigma, across, excess, zero
             )
