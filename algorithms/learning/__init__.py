@@ -1,0 +1,1 @@
+"""Networks and support vector machines with multivectors."""

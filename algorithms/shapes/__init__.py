@@ -1,0 +1,1 @@
+"""Contours, surfaces, segments of volumes, and models of spheres."""
