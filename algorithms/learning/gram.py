@@ -71,8 +71,16 @@ class GramRows:
             return self._all[rows]
         return np.asarray(self.kernel.values(self.samples[rows], self.samples))
 
+    def square(self, rows: NDArray[np.intp]) -> Floats:
+        """Return the part (rows, size, rows) of some samples, whose indices ascend."""
+        if self._all is None or len(rows) == len(self):
+            return self.block(rows)[:, :, rows] if self._all is None else self._all
+        return np.asarray(self._all.take(rows, 0).take(rows, 2))
+
     def image(self, signed: Floats, signs: Signs) -> Floats:
         """Return the products of the Gram matrix with variables of components (m, n), a block of rows at a time."""
+        if self._all is not None and self.size == 1:
+            return np.asarray(signed @ self._all[:, 0])
         used = np.flatnonzero(signed.any(0))
         found = np.zeros(signed.shape)
         blade, sign = signs.pairs(len(signed))

@@ -1,11 +1,16 @@
-"""Data of three experiments with Clifford support vector machines: spirals, point sets and curves in space."""
+"""Data of experiments with Clifford support vector machines: spirals, point sets, curves in space, and rotors."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .blade_signs import blade_signs
+from .svm_kernels import KernelSettings, kernel_named
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -123,3 +128,81 @@ def curves(t: Floats) -> Floats:
     knot = [radius * np.cos(2 * a), radius * np.sin(2 * a), np.sin(3 * a) / 2]
     figure = [np.sin(a), np.sin(2 * a), np.cos(3 * a)]
     return np.column_stack([*helix, *knot, *figure])
+
+
+class CovariantKernel:
+    """Gaussian of a window in the frame of the body, times ``~a b`` for the rotors of two samples.
+
+    The first multivector of a sample is the rotor, the others are measurements. If the rotors of all samples are
+    multiplied by a rotor from the left, the kernel does not change, so the machine's values are multiplied by it too.
+
+    Parameters
+    ----------
+    gamma : float
+        The factor of squared distances of windows.
+    """
+
+    def __init__(self, gamma: float) -> None:
+        self.gamma = gamma
+
+    def __call__(self, a: Floats, b: Floats) -> Floats:
+        """Return the kernels (n, k, 4) of samples (n, d, 4) and (k, d, 4) of G(0,2)."""
+        signs = blade_signs(0, 2)
+        settings = KernelSettings(self.gamma, 1, 0.0, np.zeros(4), signs)
+        size = kernel_named("scalar", settings, True).values(a[:, 1:], b[:, 1:])
+        product = kernel_named("linear", settings, True).values(a[:, :1], b[:, :1])
+        return np.ascontiguousarray(np.moveaxis(size * product, 1, 2))
+
+
+@dataclass(frozen=True, eq=False)
+class RotorWindows:
+    """Windows of inertial measurements between two orientations.
+
+    Attributes
+    ----------
+    samples : array, (n, 17, 4)
+        The reverse of the first rotor, and the window: eight mean rates, as angles, and eight accelerations in g, as
+        quaternions without scalar part.
+    rotors : array, (n, 4)
+        The reverse of the last rotor, with the sign that is nearer to the first.
+    """
+
+    samples: Floats
+    rotors: Floats
+
+
+_STEPS = 16
+"""Orientations of the motion capture from the first to the last one of a window, with four readings each."""
+
+
+def rotor_windows(recording: Mapping[str, Any], n: int, first: int, last: int, seed: int) -> RotorWindows:
+    """Choose windows of 64 readings of a recording in `tests/data/estimation` at random, in which the sensor moves.
+
+    Parameters
+    ----------
+    recording : mapping
+    n : int
+    first, last : int
+        Orientations between which windows begin.
+    seed : int
+    """
+    truth = np.asarray(recording["truth"], float)
+    fine = np.isfinite(truth).all(1)
+    starts = np.random.default_rng(seed).permutation(np.arange(first, last))
+    usable = fine[starts] & fine[starts + _STEPS] & np.asarray(recording["moving"])[4 * starts]
+    starts = starts[usable][:n]
+    rows = 4 * starts[:, None] + 3 + np.arange(4 * _STEPS)
+    window = np.zeros((len(starts), 16, 4))
+    rates = np.asarray(recording["rates"], float)[rows].reshape(len(starts), 8, 8, 3).mean(2)
+    window[:, :8, 1:] = rates * 8 / float(recording["rate"])
+    window[:, 8:, 1:] = np.asarray(recording["accelerations"], float)[rows].reshape(-1, 8, 8, 3).mean(2) / 9.81
+    one, two = truth[starts], truth[starts + _STEPS]
+    two = two * np.where((one * two).sum(1) < 0, -1, 1)[:, None]
+    back = np.array([1, -1, -1, -1])
+    return RotorWindows(np.concatenate([(one * back)[:, None], window], 1), two * back)
+
+
+def rotor_error(found: Floats, truth: Floats) -> float:
+    """Return the root mean square of angles between rotors (n, 4), in degrees; `found` is normalised."""
+    cosine = np.abs((found * truth).sum(1)) / np.linalg.norm(found, axis=1)
+    return float(np.degrees(np.sqrt(np.mean((2 * np.arccos(np.minimum(cosine, 1))) ** 2))))

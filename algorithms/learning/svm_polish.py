@@ -11,7 +11,7 @@ from .smo import FAR, Bools, Problem, State, gaps
 from .svm_kernels import Floats
 
 _ITERATIONS = 12
-_RIDGE = 1e-10
+_RIDGE = 1e-5
 """Added to the diagonal of singular equations, relative to it."""
 _LARGEST = 1500
 """Number of free variables up to which their equations are solved."""
@@ -104,8 +104,8 @@ def _solved(problem: Problem, signed: Floats, is_free: Bools, offset: Floats) ->
 def _submatrix(rows: GramRows, problem: Problem, component: NDArray[np.intp], sample: NDArray[np.intp]) -> Floats:
     """Return the Gram matrix of some variables, in Fortran order."""
     if rows.size == 1:
-        return np.asfortranarray(rows.block(sample)[:, 0, sample])
+        return np.array(rows.square(sample)[:, 0].T, order="F")
     used, place = np.unique(sample, return_inverse=True)
-    whole = expanded(rows.block(used)[:, :, used], problem.m, problem.signs)
+    whole = expanded(rows.square(used), problem.m, problem.signs)
     at = component * len(used) + place
     return np.asfortranarray(whole[np.ix_(at, at)])
