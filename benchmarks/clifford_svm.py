@@ -154,9 +154,10 @@ def page(rows: list[str]) -> str:
         "| --- | ---: | ---: | ---: | ---: | ---: |",
         *rows,
         "",
-        "The errors of curves are root mean squares of all components, those of rotors root mean squares of angles. For",
-        "rotors, both sides choose C and gamma from twelve pairs by other windows of the same half of the recording, and",
-        "are tested on the other half. Our machines stop there after 10,000 steps, most of them before convergence.",
+        "The errors of curves are root mean squares of all components, those of rotors root mean squares of angles.",
+        "For rotors, both sides choose C and gamma from twelve pairs by other windows of the same half of the",
+        "recording, and are tested on the other half. Our machines stop there after 10,000 steps, most of them before",
+        "convergence.",
     ]
     return "\n".join(lines) + "\n"
 

@@ -10,7 +10,7 @@ import pytest
 from algorithms.learning import CliffordSVC, CliffordSVR
 from algorithms.learning.blade_signs import blade_signs
 from algorithms.learning.gram import expanded
-from algorithms.learning.svm_experiments import curves, spirals
+from algorithms.learning.svm_experiments import CovariantKernel, curves, rotor_error, rotor_windows, spirals
 
 pytestmark = pytest.mark.peers
 svm = pytest.importorskip("sklearn.svm")
@@ -53,6 +53,19 @@ def test_regression_of_a_scalar_kernel_is_that_of_scikit_learn() -> None:
     machine = CliffordSVR(C=5.0, gamma=30.0, epsilon=0.05).fit(t, y)
     peers = [svm.SVR(C=5.0, gamma=30.0, epsilon=0.05, tol=1e-8).fit(t, column).predict(t) for column in y.T]
     assert np.abs(machine.predict(t) - np.transpose(peers)).max() < 1e-5
+
+
+def test_coupled_components_predict_rotors_better_than_separate_ones() -> None:
+    recording = dict(np.load("tests/data/estimation/broad_06_fast_rotation.npz"))
+    train, test = rotor_windows(recording, 200, 0, 2600, 0), rotor_windows(recording, 400, 2700, 5300, 1)
+    machine = CliffordSVR(CovariantKernel(0.02), C=30.0, epsilon=0.02, algebra=(0, 2), max_iter=10000)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        ours = rotor_error(machine.fit(train.samples, train.rotors).predict(test.samples), test.rotors)
+    flat, other = (w.samples.reshape(len(w.samples), -1) for w in (train, test))
+    for C, gamma in ((10.0, 0.01), (100.0, 0.003), (100.0, 0.01), (100.0, 0.03)):
+        peers = [svm.SVR(C=C, gamma=gamma, epsilon=0.02).fit(flat, c).predict(other) for c in train.rotors.T]
+        assert ours < 0.9 * rotor_error(np.transpose(peers), test.rotors)
 
 
 def _by_clarabel(matrix: np.ndarray, targets: np.ndarray, lower: np.ndarray, upper: np.ndarray, width: float) -> float:
