@@ -9,6 +9,7 @@ Gram matrix. `svm_polish` solves for all free variables at once where that is ch
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -129,11 +130,9 @@ def _active(problem: Problem, state: State, active: NDArray[np.intp] | None) -> 
     """Return the samples that may still belong to a pair."""
     lowest, highest = (x[:, None] for x in _ends(problem, state, active))
     rise, fall = problem.slopes(state.signed)
-    keep = ((state.gradient + rise < highest) | (state.gradient + fall > lowest)).any(0)
+    keep: Bools = np.any((state.gradient + rise < highest) | (state.gradient + fall > lowest), axis=0)
     if active is not None:
-        left_out = np.ones(len(keep), bool)
-        left_out[active] = False
-        keep &= ~left_out
+        keep = keep & np.isin(np.arange(keep.size), active)
     return np.flatnonzero(keep)
 
 
@@ -152,7 +151,7 @@ def _steps(
     step_of_pair, second_of_pair = clifford_svm.step_of_pair, clifford_svm.second_of_pair
     some = slice(None) if active is None else active
     single = problem.m == 1
-    shape: tuple[slice | int, ...] = (0, some) if single else (slice(None), some)
+    shape: Any = (0, some) if single else (slice(None), some)
     v, b, low, high = (x[shape].copy() for x in (state.gradient, state.signed, problem.lower, problem.upper))
     rise, fall = (x[shape] for x in problem.slopes(state.signed))
     rise, fall = np.ascontiguousarray(rise), np.ascontiguousarray(fall)
@@ -181,9 +180,7 @@ def _steps(
         direct = row[0]
         _, second = second_of_pair(v[at], fall[at], direct, diagonal, diagonal[i], lowest[at], _LEAST_CURVATURE)
         k = int(second)
-        up, down = (i, k) if single else (at[0], i), (at[0], k) if not single else (k,)
-        if single:
-            up = (i,)
+        up, down = (*at, i), (*at, k)
         old, other = float(b[up]), float(b[down])
         room = (0.0 if old < 0 and width else float(high[up])) - old
         space = other - (0.0 if other > 0 and width else float(low[down]))
