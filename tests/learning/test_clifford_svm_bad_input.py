@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -50,7 +52,7 @@ def test_samples_that_cannot_be_used(x: np.ndarray, y: np.ndarray, text: str) ->
         ({"max_iter": -2}, "max_iter"),
     ],
 )
-def test_parameters_that_cannot_be_used(parameters: dict[str, object], text: str) -> None:
+def test_parameters_that_cannot_be_used(parameters: dict[str, Any], text: str) -> None:
     with pytest.raises(ValueError, match=text):
         CliffordSVC(**parameters).fit(X, Y)
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
 import warnings
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,13 +30,17 @@ def test_checks_of_estimators_pass(machine: CliffordSVC | CliffordSVR) -> None:
 
 
 def test_pipelines_and_cross_validation() -> None:
-    from sklearn.datasets import load_iris
-    from sklearn.model_selection import GridSearchCV
-    from sklearn.pipeline import make_pipeline
-    from sklearn.preprocessing import StandardScaler
-
+    load_iris, search_grid, pipeline, scaler = (
+        getattr(importlib.import_module(f"sklearn.{module}"), name)
+        for module, name in (
+            ("datasets", "load_iris"),
+            ("model_selection", "GridSearchCV"),
+            ("pipeline", "make_pipeline"),
+            ("preprocessing", "StandardScaler"),
+        )
+    )
     x, y = load_iris(return_X_y=True)
-    search = GridSearchCV(make_pipeline(StandardScaler(), CliffordSVC()), {"cliffordsvc__C": [1.0, 10.0]}, cv=3)
+    search = search_grid(pipeline(scaler(), CliffordSVC()), {"cliffordsvc__C": [1.0, 10.0]}, cv=3)
     assert search.fit(x, y).best_score_ > 0.93
     assert base.clone(CliffordSVC(C=3.0)).get_params()["C"] == 3.0
 
@@ -96,15 +102,16 @@ def test_dual_objectives_are_those_of_clarabel(name: str, width: float) -> None:
     algebra = (0, 1) if name == "polynomial" else (0, 2)
     size = 2 ** sum(algebra)
     x = random.normal(size=(30, 2, size))
-    settings = {"gamma": 0.2, "degree": 2, "algebra": algebra, "C": 2.0}
+    settings: dict[str, Any] = {"gamma": 0.2, "degree": 2, "algebra": algebra, "C": 2.0}
+    machine: CliffordSVC | CliffordSVR
     if width:
         targets = (x[:, 0] + 0.2 * random.normal(size=(30, size))).T
         machine = CliffordSVR(name, epsilon=width, **settings).fit(x, targets.T)
         lower, upper = np.full(targets.shape, -2.0), np.full(targets.shape, 2.0)
     else:
         y = np.arange(30) % 2**size
-        machine = CliffordSVC(name, code="compact", **settings).fit(x, y)
-        targets = machine.code_[y % 2**size].T.astype(float)
+        machine = classifier = CliffordSVC(name, code="compact", **settings).fit(x, y)
+        targets = classifier.code_[y % 2**size].T.astype(float)
         lower, upper = np.where(targets > 0, 0, -2.0), np.where(targets > 0, 2.0, 0)
     matrix = expanded(machine._kernel.values(x, x), len(targets), blade_signs(*algebra))
     truth = _by_clarabel(matrix, targets, lower, upper, width)
