@@ -16,15 +16,17 @@ _STEPS = 10
 _EDGE = 3.0
 """Differences of neighbours that count as an edge, in standard deviations of the noise."""
 _CLIP = 10.0
-_WIDTH = 3.5
+_WIDTH = 3.0
 """Half the width of the interval of accepted densities, in standard deviations of the smoothed region."""
-_TEXTURE = 4.0
-"""Local standard deviation that is accepted, in standard deviations of the noise."""
-_NECK = 0.2
+_GROWTH, _SETTLED = 1.25, 0.02
+"""Factor for the standard deviation of the region, which its interval truncates, and change below which it is final."""
+_LEAK = 2.0
+"""Ratio of volumes from which on a region has leaked through necks."""
+_NECK = 0.25
 """Radius of the necks that are cut, as a fraction of the depth of the region around the seed."""
-_ROUNDS = 4
+_ROUNDS = 6
 _MANY = 2_000_000
-"""Voxels from which on the interval is adapted in a single round."""
+"""Voxels from which on the interval is adapted in two rounds."""
 Report = Callable[[str], None]
 
 
@@ -38,9 +40,10 @@ def segment(
 ) -> Mask:
     """Segment the region of a slice or a volume that contains a seed.
 
-    The image is smoothed with edges preserved. Voxels are accepted whose density is in an interval around that of the
-    region and whose texture, the local standard deviation, is as that at the seed. The interval is adapted to the
-    region. Narrow connections to other regions are cut by distances in units of the spacing, and holes are filled.
+    The texture at the seed, the robust standard deviation of its neighbourhood, is the scale of an edge-preserving
+    diffusion. Voxels are accepted whose density is then in an interval around that of the region, which is adapted to
+    the region. Narrow connections to other regions are cut by distances in units of the spacing if much more is
+    connected by them, and holes are filled.
 
     Parameters
     ----------
@@ -51,7 +54,7 @@ def segment(
     spacing : array_like, (axes,), optional
         Distances of voxels along the axes.
     neck : float, optional
-        Radius, in units of the spacing, of the widest connection that is cut. By default a fifth of the depth of the
+        Radius, in units of the spacing, of the widest connection that is cut. By default a quarter of the depth of the
         region around the seed.
     progress : callable, optional
         Is called with the name of each stage.
@@ -83,8 +86,10 @@ def segment(
     core, accepted, radius = _grown(smooth, seeds, noise, step, neck)
     report("filling")
     if radius > 0:
-        reach = ndimage.distance_transform_edt(~core, sampling=step) <= radius + 0.5 * step.min()
-        core = reach & accepted
+        opened = (ndimage.distance_transform_edt(~core, sampling=step) <= radius + 0.5 * step.min()) & accepted
+        whole = _components(accepted, seeds, step)
+        # If little is connected by necks, nothing has leaked through them, and they belong to the region.
+        core = whole if neck is None and whole.sum() < _LEAK * opened.sum() else opened
     return filled(core)
 
 
@@ -126,21 +131,21 @@ def filled(mask: Mask) -> Mask:
 def _grown(smooth: Reals, seeds: Reals, noise: float, step: Reals, neck: float | None) -> tuple[Mask, Mask, float]:
     """Return the region without narrow connections, the accepted voxels, and the radius of the connections cut."""
     middle, spread = _statistics(smooth, seeds, 2)
-    spread = max(spread, noise / 6)
-    mean = ndimage.uniform_filter(smooth, 3)
-    rough = ndimage.uniform_filter(smooth * smooth, 3) - mean * mean
-    even = rough < (_TEXTURE * noise) ** 2
+    spread = max(spread, noise / 4)
     core = accepted = np.zeros(smooth.shape, bool)
     radius = 0.0
-    for _ in range(_ROUNDS if smooth.size < _MANY else 1):
+    for _ in range(_ROUNDS if smooth.size < _MANY else 2):
         accepted = np.abs(smooth - middle) < _WIDTH * spread
         accepted[tuple(seeds.T)] = True
         depth = _depth(accepted, step)
         radius = neck if neck is not None else _NECK * _climbed(depth, seeds)
-        core = _components((depth > radius) & even if radius > 0 else depth > 0, seeds, step)
+        core = _components(depth > radius, seeds, step)
         if not core.any():
             break
-        middle, spread = float(smooth[core].mean()), max(float(smooth[core].std()), 0.8 * spread)
+        before = spread
+        middle, spread = float(smooth[core].mean()), max(_GROWTH * float(smooth[core].std()), noise / 4)
+        if abs(spread - before) < _SETTLED * before:
+            break
     if not core.any():
         raise ValueError(f"seed: {seeds[0].tolist()}: no region grows from it; move the seed, or pass a smaller neck")
     return core, accepted, radius

@@ -69,8 +69,7 @@ def test_motors_transport_lines_and_circles() -> None:
     assert np.allclose(np.abs(lines[:, :2]), np.abs(found.normals))
     circles = found.osculating_circles()
     assert np.abs(cga2.signed_distance_point_circle(found.path, circles)).max() < 1e-6
-    centres = cga2.circle_centre(circles)
-    assert np.median(np.hypot(*(centres - 40).T)) < 3
+    assert 20 < np.median(np.sqrt(cga2.circle_radius_squared(circles))) < 30
 
 
 def test_contour_follows_a_moved_shape() -> None:
