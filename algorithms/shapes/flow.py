@@ -46,7 +46,7 @@ def gradient_vector_flow(
     flow = force.copy()
     for k in range(sweeps):
         flow = _swept(flow, force, g, _STEP[k % len(_STEP)], step)
-    return flow
+    return np.asarray(flow)
 
 
 def forces(image: Reals, sharpness: float, sigma: float, step: Reals) -> tuple[Reals, Reals]:
@@ -66,7 +66,7 @@ def _swept(flow: Reals, force: Reals, g: Reals, time: float, step: Reals) -> Rea
     found = flow + time * (sum(changes) + (1 - g) * force)
     for a in range(axes):
         found = _implicit(found - time * changes[a], g * (time / step[a] ** 2), 1 + time * h, a)
-    return found
+    return np.asarray(found)
 
 
 def _implicit(right: Reals, weight: Reals, middle: Reals, axis: int) -> Reals:

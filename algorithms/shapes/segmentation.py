@@ -15,18 +15,20 @@ _STEPS = 10
 """Steps of edge-preserving smoothing."""
 _EDGE = 3.0
 """Differences of neighbours that count as an edge, in standard deviations of the noise."""
-_CLIP = 10.0
+_CLIP = 40.0
 _WIDTH = 3.0
 """Half the width of the interval of accepted densities, in standard deviations of the smoothed region."""
 _GROWTH, _SETTLED = 1.25, 0.02
 """Factor for the standard deviation of the region, which its interval truncates, and change below which it is final."""
-_LEAK = 2.0
+_LEAK = 1.2
 """Ratio of volumes from which on a region has leaked through necks."""
-_NECK = 0.25
+_NECK = 0.3
 """Radius of the necks that are cut, as a fraction of the depth of the region around the seed."""
 _ROUNDS = 6
+_LEVELS = 64
+"""Levels that are compared for their gradients."""
 _MANY = 2_000_000
-"""Voxels from which on the interval is adapted in two rounds."""
+"""Voxels from which on the interval is adapted in three rounds."""
 Report = Callable[[str], None]
 
 
@@ -54,7 +56,7 @@ def segment(
     spacing : array_like, (axes,), optional
         Distances of voxels along the axes.
     neck : float, optional
-        Radius, in units of the spacing, of the widest connection that is cut. By default a quarter of the depth of the
+        Radius, in units of the spacing, of the widest connection that is cut. By default 0.3 times the depth of the
         region around the seed.
     progress : callable, optional
         Is called with the name of each stage.
@@ -89,7 +91,9 @@ def segment(
         opened = (ndimage.distance_transform_edt(~core, sampling=step) <= radius + 0.5 * step.min()) & accepted
         whole = _components(accepted, seeds, step)
         # If little is connected by necks, nothing has leaked through them, and they belong to the region.
-        core = whole if neck is None and whole.sum() < _LEAK * opened.sum() else opened
+        core = opened
+        if neck is None and whole.sum() < _LEAK * opened.sum():
+            core = _at_edges(smooth, whole, seeds, step)
     return filled(core)
 
 
@@ -134,7 +138,7 @@ def _grown(smooth: Reals, seeds: Reals, noise: float, step: Reals, neck: float |
     spread = max(spread, noise / 4)
     core = accepted = np.zeros(smooth.shape, bool)
     radius = 0.0
-    for _ in range(_ROUNDS if smooth.size < _MANY else 2):
+    for _ in range(_ROUNDS if smooth.size < _MANY else 3):
         accepted = np.abs(smooth - middle) < _WIDTH * spread
         accepted[tuple(seeds.T)] = True
         depth = _depth(accepted, step)
@@ -149,6 +153,29 @@ def _grown(smooth: Reals, seeds: Reals, noise: float, step: Reals, neck: float |
     if not core.any():
         raise ValueError(f"seed: {seeds[0].tolist()}: no region grows from it; move the seed, or pass a smaller neck")
     return core, accepted, radius
+
+
+def _at_edges(smooth: Reals, region: Mask, seeds: Reals, step: Reals) -> Mask:
+    """Return the region between the levels with the largest mean gradients, where it is about as large as before."""
+    near = ndimage.binary_dilation(region, iterations=3)
+    size = np.sqrt(sum(slope**2 for slope in np.gradient(smooth, *step)))[near]
+    values = smooth[near]
+    middle, spread = float(smooth[region].mean()), float(smooth[region].std())
+    limits = []
+    for side in (-1, 1):
+        outside = side * (values - middle)
+        edges = np.linspace(_WIDTH / 2 * spread, max(float(outside.max()), 2 * _WIDTH * spread), _LEVELS + 1)
+        at = np.digitize(outside, edges) - 1
+        used = (at >= 0) & (at < _LEVELS)
+        length = ndimage.gaussian_filter1d(np.bincount(at[used], size[used], _LEVELS), 1.0)
+        squares = ndimage.gaussian_filter1d(np.bincount(at[used], size[used] ** 2, _LEVELS), 1.0)
+        best = int(np.argmax(np.where(length > 0.02 * length.max(), squares / np.maximum(length, 1e-30), 0)))
+        limits.append(middle + side * (edges[best] + edges[best + 1]) / 2)
+    accepted = (smooth > limits[0]) & (smooth < limits[1])
+    accepted[tuple(seeds.T)] = True
+    found = _components(accepted, seeds, step)
+    grown = found.sum() / region.sum()
+    return found if 0.5 < grown < 2 else region
 
 
 def _depth(mask: Mask, step: Reals) -> Reals:

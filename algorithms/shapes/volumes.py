@@ -100,7 +100,7 @@ def _read_nifti(source: Path) -> Volume:
     with extra("volumes", "reading NIfTI files"):
         import nibabel
     try:
-        image: Any = nibabel.load(source)  # type: ignore[attr-defined]
+        image: Any = nibabel.load(source)
         _check_size(source, image.shape)
         voxels = np.asanyarray(image.dataobj)
         spacing = np.array(image.header.get_zooms()[: voxels.ndim], float)
