@@ -25,6 +25,8 @@ _LEAK = 1.2
 _NECK = 0.3
 """Radius of the necks that are cut, as a fraction of the depth of the region around the seed."""
 _ROUNDS = 6
+_MOST_GROWN = 3.0
+"""Ratio of volumes up to which a region is extended to the edges around it."""
 _LEVELS = 64
 """Levels that are compared for their gradients."""
 _MANY = 2_000_000
@@ -175,7 +177,7 @@ def _at_edges(smooth: Reals, region: Mask, seeds: Reals, step: Reals) -> Mask:
     accepted[tuple(seeds.T)] = True
     found = _components(accepted, seeds, step)
     grown = found.sum() / region.sum()
-    return found if 0.5 < grown < 2 else region
+    return found if 0.5 < grown < _MOST_GROWN else region
 
 
 def _depth(mask: Mask, step: Reals) -> Reals:

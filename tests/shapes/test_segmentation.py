@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from algorithms.shapes import segment
 
 Array = np.ndarray[Any, Any]
+
+ABDOMEN = Path(__file__).parents[1] / "data" / "shapes" / "abdomen.npz"
 
 
 def scene(noise: float = 8.0) -> tuple[Array, Array]:
@@ -73,3 +77,13 @@ def test_errors_name_what_is_wrong(change: dict[str, Any], message: str) -> None
 def test_seeds_must_be_integers() -> None:
     with pytest.raises(TypeError, match="expected indices"):
         segment(scene()[0], (1.5, 2, 3))
+
+
+@pytest.mark.parametrize(("label", "count", "least"), [(5, 3, 0.92), (1, 3, 0.78)])
+def test_organs_of_a_real_volume(label: int, count: int, least: float) -> None:
+    with np.load(ABDOMEN) as file:
+        density, mask = file["density"], file["labels"] == label
+    depth = ndimage.distance_transform_edt(mask)
+    inner = np.argwhere(depth > 0.8 * depth.max())
+    for seed in inner[:: max(1, len(inner) // count)][:count]:
+        assert dice(segment(density, seed, (3, 3, 3)), mask) > least
