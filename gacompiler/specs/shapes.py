@@ -62,7 +62,7 @@ def sums_of_cells(samples, weights, winner, nodes):
     ----------
     samples, weights
     winner
-        For each sample the node that is nearest to it, or -1.
+        For each sample the node that is nearest to it.
     nodes
         Places of nodes.
     """
