@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from generated import vga3
 
 from ..arguments import Reals
 
-Integers = NDArray[np.int64]
+Integers = NDArray[np.integer[Any]]
 CORNERS = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)])
 EDGES = tuple((i, i | 1 << axis) for axis in range(3) for i in range(8) if not i >> axis & 1)
 """The corners of the twelve edges; four edges along x, then y, then z."""
@@ -41,7 +42,7 @@ def corner_permutations() -> Integers:
     """Return to which corner each rotor takes each corner, (24, 8)."""
     arms = CORNERS - 0.5
     moved = np.asarray(vga3.rotate_vector(rotors()[:, None, :], arms)) + 0.5
-    return np.rint(moved).astype(int) @ np.array([1, 2, 4])
+    return np.asarray(np.rint(moved).astype(int) @ np.array([1, 2, 4]))
 
 
 @cache
@@ -61,7 +62,7 @@ def classes(*, complement: bool) -> Integers:
         rotations alone.
     """
     least = _images().min(0)
-    return np.minimum(least, least[::-1]) if complement else least
+    return np.asarray(np.minimum(least, least[::-1]) if complement else least)
 
 
 def _faces() -> list[list[int]]:

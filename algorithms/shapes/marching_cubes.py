@@ -113,4 +113,4 @@ def _triangles(code: Reals, numbers: Integers, shape: tuple[int, ...]) -> Intege
     edges = rows.triangles[np.repeat(rows.starts[codes], counts) + within]
     first = np.array([CORNERS[i] @ [shape[1] * shape[2], shape[2], 1] for i, _ in EDGES])
     voxel = np.repeat(origin, counts)[:, None] + first[edges]
-    return numbers[edges >> 2, voxel].astype(np.int64)
+    return np.asarray(numbers[edges >> 2, voxel].astype(np.int64))
