@@ -1,0 +1,87 @@
+"""Layers that commute with rotations and reflections: weights of grades, weighted products, invariants."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .algebra import Algebra, Array
+from .base import Layer, Shape, summed
+
+
+@dataclass(frozen=True)
+class GradeLinear(Layer):
+    """Sums with one real weight for each grade; the bias is a scalar."""
+
+    channels: int
+
+    def output(self, algebra: Algebra, channels: int) -> Shape:
+        return algebra, self.channels
+
+    def initial(self, algebra: Algebra, channels: int, random: np.random.Generator) -> list[Array]:
+        w = random.normal(size=(self.channels, channels, algebra.n + 1)) / np.sqrt(channels)
+        return [w, np.zeros(self.channels)]
+
+    def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
+        w, bias = parameters
+        y = np.empty((len(x), self.channels, algebra.size), x.dtype)
+        for k in range(algebra.n + 1):
+            y[..., algebra.grades == k] = w[..., k] @ x[..., algebra.grades == k]
+        y[..., 0] += bias
+        return y
+
+    def pull(
+        self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
+    ) -> tuple[Array, list[Array]]:
+        w, _ = parameters
+        dx, dw = np.empty_like(x), np.empty_like(w)
+        for k in range(algebra.n + 1):
+            own = algebra.grades == k
+            dx[..., own] = w[..., k].T @ d[..., own]
+            dw[..., k] = np.tensordot(d[..., own], x[..., own], ((0, 2), (0, 2)))
+        return dx, [dw, summed(d[..., 0])]
+
+
+@dataclass(frozen=True)
+class GradeProduct(Layer):
+    """Products of the channels with linear combinations of them, with a weight for each triple of grades."""
+
+    def initial(self, algebra: Algebra, channels: int, random: np.random.Generator) -> list[Array]:
+        weights = random.normal(size=(channels, len(algebra.paths))) / np.sqrt(algebra.n + 1)
+        return [*GradeLinear(channels).initial(algebra, channels, random), weights]
+
+    def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
+        other = GradeLinear(x.shape[1]).value(algebra, x, parameters[:2])
+        return algebra.weighted(x, other, parameters[2])
+
+    def pull(
+        self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
+    ) -> tuple[Array, list[Array]]:
+        linear = GradeLinear(x.shape[1])
+        other = linear.value(algebra, x, parameters[:2])
+        dx, by_other, weights = algebra.weighted_pull(x, other, parameters[2], d)
+        rest, gradients = linear.pull(algebra, x, parameters[:2], other, by_other)
+        return dx + rest, [*gradients, summed(weights)]
+
+
+@dataclass(frozen=True)
+class Invariants(Layer):
+    """The logarithms of 1 + the squared norms of coefficients of all grades, as real channels.
+
+    Invariant under rotations of an algebra G(n).
+    """
+
+    def output(self, algebra: Algebra, channels: int) -> Shape:
+        return Algebra(0), channels * (algebra.n + 1)
+
+    def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
+        starts = np.searchsorted(algebra.grades, np.arange(algebra.n + 1))
+        return np.log1p(np.add.reduceat(x * x, starts, axis=-1)).reshape(len(x), -1, 1)
+
+    def pull(
+        self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
+    ) -> tuple[Array, list[Array]]:
+        slope = (d * np.exp(-y)).reshape(len(x), x.shape[1], algebra.n + 1)
+        return 2 * x * slope[..., algebra.grades], []
