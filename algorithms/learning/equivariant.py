@@ -71,17 +71,28 @@ class Invariants(Layer):
     """The logarithms of 1 + the squared norms of coefficients of all grades, as real channels.
 
     Invariant under rotations of an algebra G(n).
+
+    Parameters
+    ----------
+    pool : int
+        The number of neighbouring channels whose squares are added.
     """
 
+    pool: int = 1
+
     def output(self, algebra: Algebra, channels: int) -> Shape:
-        return Algebra(0), channels * (algebra.n + 1)
+        if self.pool < 1 or channels % self.pool:
+            raise ValueError(f"Invariants: {channels} channels; expected a multiple of pool = {self.pool}")
+        return Algebra(0), channels // self.pool * (algebra.n + 1)
 
     def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
         starts = np.searchsorted(algebra.grades, np.arange(algebra.n + 1))
-        return np.log1p(np.add.reduceat(x * x, starts, axis=-1)).reshape(len(x), -1, 1)
+        squares = np.add.reduceat(x * x, starts, axis=-1)
+        groups = squares.reshape(len(x), x.shape[1] // self.pool, self.pool, algebra.n + 1).sum(2)
+        return np.log1p(groups).reshape(len(x), groups.shape[1] * groups.shape[2], 1)
 
     def pull(
         self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
     ) -> tuple[Array, list[Array]]:
-        slope = (d * np.exp(-y)).reshape(len(x), x.shape[1], algebra.n + 1)
-        return 2 * x * slope[..., algebra.grades], []
+        slope = (d * np.exp(-y)).reshape(len(x), x.shape[1] // self.pool, algebra.n + 1)
+        return 2 * x * np.repeat(slope, self.pool, axis=1)[..., algebra.grades], []

@@ -11,6 +11,10 @@ from .algebra import Algebra, Array
 from .base import Layer, Shape, summed
 
 
+LEAST_WIDTH = 512
+"""The measured number of real inputs and results from which matrices of spinors are faster than wide matrices."""
+
+
 def left_matrix(algebra: Algebra, w: Array, signs: Array | None = None) -> Array:
     """Return the matrices (..., k, j) of ``x -> w x``."""
     signs = algebra.signs if signs is None else signs
@@ -92,9 +96,9 @@ class _Spinors:
     def elements(self, rows: Array, channels: int) -> Array:
         """Return d times the inverse of `rows`, its transpose."""
         numbers = rows.reshape(-1, self.d, channels, self.d).transpose(0, 2, 1, 3)
-        flat = np.ascontiguousarray(numbers).reshape(-1, self.d * self.d)
+        flat = np.ascontiguousarray(numbers).reshape(numbers.shape[0] * channels, self.d * self.d)
         found = flat.view(flat.real.dtype) @ self.columns.T
-        return found.reshape(len(rows) // self.d, channels, -1)
+        return found.reshape(len(rows) // self.d, channels, len(self.columns))
 
 
 @dataclass(frozen=True)
@@ -145,6 +149,8 @@ class Linear(Layer):
 
     def _spinors(self, algebra: Algebra, x: Array) -> _Spinors | None:
         if self.product != "geometric" or self.grades is not None or algebra.spinors is None:
+            return None
+        if min(x.shape[1], self.channels) * algebra.size < LEAST_WIDTH:
             return None
         return _Spinors(algebra, algebra.spinors, self.side, x.dtype)
 
@@ -236,7 +242,7 @@ class Rotor(Layer):
         self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
     ) -> tuple[Array, list[Array]]:
         v = parameters[0]
-        left, right, inverse, squares = self._steps(algebra, v)
+        left, right, _, squares = self._steps(algebra, v)
         steps, count, n = left @ right, v.shape[2], algebra.n
         before = [np.broadcast_to(np.eye(algebra.size, dtype=v.dtype), steps[:, :, 0].shape)]
         for k in range(count):

@@ -72,8 +72,8 @@ class ConformalNeuron(Layer):
 class Radial(Layer):
     """Gaussians of vectors of G(2) or G(3), whose axes are turned by a rotor and scaled by dilators.
 
-    The values are ``exp(-|D ~R (x - c) R|**2 / 2)``, summed over the channels in the exponent, where R is divided by its
-    norm and D has the exponentials of the last parameters on its diagonal.
+    The values are ``exp(-|D ~R (x - c) R|**2 / 2)``, summed over the channels in the exponent, where R is divided
+    by its norm and D has the exponentials of the last parameters on its diagonal.
     """
 
     channels: int

@@ -2,7 +2,8 @@
 
 Kernels whose names end with an algebra are products of all elements in an orthonormal basis, sorted by grade:
 `complex` is G(0,1), `quaternion` G(0,2), `g2` G(2), `g3` G(3), and `g301` G(3,0,1), where the null vector is last.
-The products by tables are those of any algebra; their transposed derivatives are the same kernels with exchanged tables.
+The products by tables are those of any algebra; their transposed derivatives are the same kernels with exchanged
+tables.
 Kernels with the suffix `pull` return the gradients for a cotangent.
 """
 
@@ -34,7 +35,7 @@ def weighted_by_table(a, b, w, left, right, path, sign, target, zero):
 
 @kernel(x=NUMBERS, slope=SCALAR, bound=SCALAR, returns=NUMBERS)
 def bounded(x, slope, bound):
-    """Compute ``x / (slope + |x| / bound)``, the activation of Georgiou and Koutsougeras, for the norm of coefficients."""
+    """Compute ``x / (slope + |x| / bound)``, the activation of Georgiou and Koutsougeras."""
     size = sqrt(total(lambda c: c * c, x) + TINY)
     factor = 1 / (slope + size / bound)
     return each(lambda c: c * factor, x)

@@ -16,8 +16,10 @@ from algorithms.learning.rounds import ConformalNeuron, Hypersphere, Radial
 
 ALGEBRAS = ["R", "C", "H", "G(1)", "G(2)", "G(1,1)", "G(3)", "G(0,3)", "G(3,0,1)", "G(3,1)", "G(4,1)", "G(2,0,1)"]
 ANY = [
-    Linear(2), Linear(2, side="right"), Linear(2, product="inner", grades=(0, 1)), Linear(2, product="outer", bias=False),
-    TwoSided(2), Split("tanh"), Split("sigmoid"), Bounded(), Gate(), Series(), GradeLinear(2), GradeProduct(), Invariants(),
+    Linear(2), Linear(2, side="right"), Linear(2, product="inner", grades=(0, 1)),
+    Linear(2, product="outer", bias=False),
+    TwoSided(2), Split("tanh"), Split("sigmoid"), Bounded(), Gate(), Series(), GradeLinear(2), GradeProduct(),
+    Invariants(), Invariants(3),
 ]  # fmt: skip
 
 
@@ -52,6 +54,14 @@ def test_gradients(layer: Layer, name: str) -> None:
     check_gradient(layer, Algebra.of(name))
 
 
+@pytest.mark.parametrize("name", ["C", "G(2)", "G(3)", "G(3,1)", "G(4,1)"])
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_gradients_by_matrices_of_spinors(name: str, side: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("algorithms.learning.linear.LEAST_WIDTH", 0)
+    layer = Linear(2, side=side)
+    check_gradient(layer, Algebra.of(name))
+
+
 @pytest.mark.parametrize("name", ["C", "G(2)", "G(3)", "G(2,0,1)"])
 def test_gradient_of_rotors(name: str) -> None:
     check_gradient(Rotor(2), Algebra.of(name), tolerance=1e-7)
@@ -65,7 +75,10 @@ def test_gradients_of_rounds(layer: Layer, name: str) -> None:
 
 @pytest.mark.parametrize("name", [*ALGEBRAS, "G(2,2)", "G(3,3)"])
 @pytest.mark.parametrize("side", ["left", "right"])
-def test_matrices_of_spinors_give_the_products_of_the_table(name: str, side: str) -> None:
+def test_matrices_of_spinors_give_the_products_of_the_table(
+    name: str, side: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("algorithms.learning.linear.LEAST_WIDTH", 0)
     algebra, random = Algebra.of(name), np.random.default_rng(2)
     x, w = random.normal(size=(5, 2, algebra.size)), random.normal(size=(3, 2, algebra.size))
     found = Linear(3, side=side, bias=False).value(algebra, x, [w])
