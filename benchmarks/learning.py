@@ -36,7 +36,7 @@ def cpu_times(calls: dict[str, Callable[[], object]]) -> dict[str, float]:
 
 
 def by_torch(network: Network, x: Array, y: Array) -> Callable[[], Array]:
-    """Return the gradient by torch, in the style of cliffordlayers: a wide real matrix from the weights, and autograd."""
+    """Return the gradient by torch, in the style of cliffordlayers: wide real matrices from weights, and autograd."""
     torch = importlib.import_module("torch")
     torch.set_num_threads(1)
     algebra = network.algebra
@@ -119,9 +119,9 @@ def main() -> None:
     """Write the page."""
     lines = [
         "# Learning: times and errors", "",
-        "Written by `python -m benchmarks.learning`. Times are CPU times of the process on one thread in ms, the smallest of "
-        f"{ROUNDS} alternated rounds; the other libraries: torch {version('torch')}, jax {version('jax')}. The machine had "
-        "other load.", "",
+        "Written by `python -m benchmarks.learning`. Times are CPU times of the process on one thread in ms, the smallest",
+        f"of {ROUNDS} rounds that measure all libraries alternately: torch {version('torch')}, jax {version('jax')}.",
+        "The machine had other load. Like cliffordlayers, torch and jax multiply by a wide real matrix of the weights.", "",
         f"## Loss and gradient of a 16-64-4 network over G(3), batch {BATCH}", "",
         "| numbers | gacompiler | torch | jax | largest deviation of gradients |", "|---|---|---|---|---|",
     ]  # fmt: skip

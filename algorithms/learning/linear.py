@@ -10,7 +10,6 @@ import numpy as np
 from .algebra import Algebra, Array
 from .base import Layer, Shape, summed
 
-
 LEAST_WIDTH = 512
 """The measured number of real inputs and results from which matrices of spinors are faster than wide matrices."""
 
@@ -48,13 +47,13 @@ def apply(matrix: Array, x: Array) -> Array:
     """Apply matrices (out, in, blades, blades) to x (batch, in, blades) by one product of real matrices."""
     out, inner, size, _ = matrix.shape
     wide = matrix.transpose(1, 3, 0, 2).reshape(inner * size, out * size)
-    return (x.reshape(len(x), -1) @ wide).reshape(len(x), out, size)
+    return (x.reshape(len(x), inner * size) @ wide).reshape(len(x), out, size)
 
 
 def apply_pull(matrix: Array, x: Array, d: Array) -> tuple[Array, Array]:
     """Return the gradients of ``d . apply(matrix, x)`` with respect to the matrices and x."""
     out, inner, size, _ = matrix.shape
-    flat, cotangent = x.reshape(len(x), -1), d.reshape(len(d), -1)
+    flat, cotangent = x.reshape(len(x), inner * size), d.reshape(len(d), out * size)
     wide = matrix.transpose(0, 2, 1, 3).reshape(out * size, inner * size)
     gradient = (cotangent.T @ flat).reshape(out, size, inner, size).transpose(0, 2, 1, 3)
     return gradient, (cotangent @ wide).reshape(x.shape)
@@ -161,7 +160,9 @@ class Linear(Layer):
         else:
             matrix = left_matrix if self.side == "left" else right_matrix
             y = apply(matrix(algebra, w, self._signs(algebra)), x)
-        return y + parameters[1] if self.bias else y
+        if self.bias:
+            y += parameters[1]
+        return y
 
     def pull(
         self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array

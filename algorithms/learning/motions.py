@@ -24,7 +24,7 @@ def read_series(path: str | Path) -> tuple[Array, list[str]]:
     return np.array(values), [part[-1] for part in parts]
 
 
-def spectra(recordings: Array, scale: float = 1.0) -> Array:
+def spectra(recordings: Array, scale: float = 30.0) -> Array:
     """Return Fourier coefficients over time as elements of G(3), (recordings, 2 frequencies, 8).
 
     Accelerations are vectors, and angular velocities are bivectors. The real and imaginary part of a frequency are

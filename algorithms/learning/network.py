@@ -157,8 +157,9 @@ class Network:
         return loss, self.backward(values, d)[0]
 
     def fit(
-        self, x: ArrayLike, y: ArrayLike, optimizer: Optimizer | str = "adam", *, epochs: int = 100, batch: int | None = 32,
-        schedule: Schedule | None = None, validation: tuple[ArrayLike, ArrayLike] | None = None, patience: int | None = None,
+        self, x: ArrayLike, y: ArrayLike, optimizer: Optimizer | str = "adam", *, epochs: int = 100,
+        batch: int | None = 32, schedule: Schedule | None = None,
+        validation: tuple[ArrayLike, ArrayLike] | None = None, patience: int | None = None,
         decay: float = 0.0, seed: int = 0, progress: Callable[[int, float], None] | None = None,
     ) -> TrainingResult:  # fmt: skip
         """Train the network.
