@@ -119,9 +119,9 @@ def main() -> None:
     """Write the page."""
     lines = [
         "# Learning: times and errors", "",
-        "Written by `python -m benchmarks.learning`. Times are CPU times of the process on one thread in ms, the smallest",
-        f"of {ROUNDS} rounds that measure all libraries alternately: torch {version('torch')}, jax {version('jax')}.",
-        "The machine had other load. Like cliffordlayers, torch and jax multiply by a wide real matrix of the weights.", "",
+        "Written by `python -m benchmarks.learning`. Times are CPU times of the process on one thread in ms, the",
+        f"smallest of {ROUNDS} rounds that measure all libraries alternately: torch {version('torch')}, jax {version('jax')}.",
+        "The machine had other load. Like cliffordlayers, torch and jax multiply by a wide real matrix.", "",
         f"## Loss and gradient of a 16-64-4 network over G(3), batch {BATCH}", "",
         "| numbers | gacompiler | torch | jax | largest deviation of gradients |", "|---|---|---|---|---|",
     ]  # fmt: skip

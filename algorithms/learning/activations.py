@@ -24,6 +24,7 @@ class Split(Layer):
             raise ValueError(f"Split: {self.function!r}; expected 'tanh', 'sigmoid', 'relu' or 'identity'")
 
     def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
+        """Compute the result."""
         match self.function:
             case "tanh":
                 return np.tanh(x)
@@ -36,6 +37,7 @@ class Split(Layer):
     def pull(
         self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
     ) -> tuple[Array, list[Array]]:
+        """Compute the gradients of ``d . y`` with respect to x and the parameters."""
         match self.function:
             case "tanh":
                 slope = np.square(y)
@@ -57,11 +59,13 @@ class Bounded(Layer):
     bound: float = 1.0
 
     def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
+        """Compute the result."""
         return np.asarray(kernels.bounded(x, x.dtype.type(self.slope), x.dtype.type(self.bound)))
 
     def pull(
         self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
     ) -> tuple[Array, list[Array]]:
+        """Compute the gradients of ``d . y`` with respect to x and the parameters."""
         one = x.dtype.type
         return np.asarray(kernels.bounded_vjp_x(x, one(self.slope), one(self.bound), d)[1]), []
 
@@ -71,15 +75,18 @@ class Gate(Layer):
     """The part of each grade times the logistic function of ``slope |part|**2 + offset``, an equivariant activation."""
 
     def initial(self, algebra: Algebra, channels: int, random: np.random.Generator) -> list[Array]:
+        """Return random parameters."""
         return [np.ones((channels, algebra.n + 1)), np.zeros((channels, algebra.n + 1))]
 
     def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
+        """Compute the result."""
         zero = np.zeros(algebra.n + 1, x.dtype)
         return np.asarray(kernels.gated(x, *parameters, algebra.grades, zero))
 
     def pull(
         self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
     ) -> tuple[Array, list[Array]]:
+        """Compute the gradients of ``d . y`` with respect to x and the parameters."""
         given = (x, *parameters, algebra.grades, np.zeros(algebra.n + 1, x.dtype), d)
         pulls = kernels.gated_vjp_x, kernels.gated_vjp_slope, kernels.gated_vjp_offset
         dx, *others = (np.asarray(pull(*given)[1]) for pull in pulls)
@@ -98,12 +105,14 @@ class Series(Layer):
         return t, square, factor.astype(x.dtype, copy=False)
 
     def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
+        """Compute the result."""
         t, _, factor = self._inner(algebra, x)
         return algebra.product(t, factor)
 
     def pull(
         self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
     ) -> tuple[Array, list[Array]]:
+        """Compute the gradients of ``d . y`` with respect to x and the parameters."""
         t, square, factor = self._inner(algebra, x)
         dt, df = algebra.product_pull(t, factor, d)
         by_square = sum(algebra.product_pull(square, square, 2 / 15 * df)) - df / 3

@@ -18,13 +18,16 @@ class GradeLinear(Layer):
     channels: int
 
     def output(self, algebra: Algebra, channels: int) -> Shape:
+        """Return the algebra and the number of channels of the result."""
         return algebra, self.channels
 
     def initial(self, algebra: Algebra, channels: int, random: np.random.Generator) -> list[Array]:
+        """Return random parameters."""
         w = random.normal(size=(self.channels, channels, algebra.n + 1)) / np.sqrt(channels)
         return [w, np.zeros(self.channels)]
 
     def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
+        """Compute the result."""
         w, bias = parameters
         y = np.empty((len(x), self.channels, algebra.size), x.dtype)
         for k in range(algebra.n + 1):
@@ -35,6 +38,7 @@ class GradeLinear(Layer):
     def pull(
         self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
     ) -> tuple[Array, list[Array]]:
+        """Compute the gradients of ``d . y`` with respect to x and the parameters."""
         w, _ = parameters
         dx, dw = np.empty_like(x), np.empty_like(w)
         for k in range(algebra.n + 1):
@@ -49,16 +53,19 @@ class GradeProduct(Layer):
     """Products of the channels with linear combinations of them, with a weight for each triple of grades."""
 
     def initial(self, algebra: Algebra, channels: int, random: np.random.Generator) -> list[Array]:
+        """Return random parameters."""
         weights = random.normal(size=(channels, len(algebra.paths))) / np.sqrt(algebra.n + 1)
         return [*GradeLinear(channels).initial(algebra, channels, random), weights]
 
     def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
+        """Compute the result."""
         other = GradeLinear(x.shape[1]).value(algebra, x, parameters[:2])
         return algebra.weighted(x, other, parameters[2])
 
     def pull(
         self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
     ) -> tuple[Array, list[Array]]:
+        """Compute the gradients of ``d . y`` with respect to x and the parameters."""
         linear = GradeLinear(x.shape[1])
         other = linear.value(algebra, x, parameters[:2])
         dx, by_other, weights = algebra.weighted_pull(x, other, parameters[2], d)
@@ -81,11 +88,13 @@ class Invariants(Layer):
     pool: int = 1
 
     def output(self, algebra: Algebra, channels: int) -> Shape:
+        """Return the algebra and the number of channels of the result."""
         if self.pool < 1 or channels % self.pool:
             raise ValueError(f"Invariants: {channels} channels; expected a multiple of pool = {self.pool}")
         return Algebra(0), channels // self.pool * (algebra.n + 1)
 
     def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
+        """Compute the result."""
         starts = np.searchsorted(algebra.grades, np.arange(algebra.n + 1))
         squares = np.add.reduceat(x * x, starts, axis=-1)
         groups = squares.reshape(len(x), x.shape[1] // self.pool, self.pool, algebra.n + 1).sum(2)
@@ -94,5 +103,6 @@ class Invariants(Layer):
     def pull(
         self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
     ) -> tuple[Array, list[Array]]:
+        """Compute the gradients of ``d . y`` with respect to x and the parameters."""
         slope = (d * np.exp(-y)).reshape(len(x), x.shape[1] // self.pool, algebra.n + 1)
         return 2 * x * np.repeat(slope, self.pool, axis=1)[..., algebra.grades], []

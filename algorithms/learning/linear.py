@@ -82,6 +82,7 @@ class _Spinors:
         return matrices.transpose(1, 3, 0, 2).reshape(inner * self.d, out * self.d)
 
     def weights_pull(self, d: Array, out: int) -> Array:
+        """Return the gradient with respect to the weights."""
         inner = len(d) // self.d
         rows = np.ascontiguousarray(d.reshape(inner, self.d, out, self.d).transpose(2, 0, 3, 1)).reshape(out, inner, -1)
         return rows.view(rows.real.dtype) @ self.basis.T
@@ -133,9 +134,11 @@ class Linear(Layer):
             )
 
     def output(self, algebra: Algebra, channels: int) -> Shape:
+        """Return the algebra and the number of channels of the result."""
         return algebra, self.channels
 
     def initial(self, algebra: Algebra, channels: int, random: np.random.Generator) -> list[Array]:
+        """Return random parameters."""
         w = random.normal(size=(self.channels, channels, algebra.size)) / np.sqrt(channels * algebra.size)
         return [w, np.zeros((self.channels, algebra.size))] if self.bias else [w]
 
@@ -154,6 +157,7 @@ class Linear(Layer):
         return _Spinors(algebra, algebra.spinors, self.side, x.dtype)
 
     def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
+        """Compute the result."""
         w, spinors = parameters[0], self._spinors(algebra, x)
         if spinors:
             y = spinors.elements(spinors.rows(x) @ (spinors.weights(w) / spinors.d), len(w))
@@ -167,6 +171,7 @@ class Linear(Layer):
     def pull(
         self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
     ) -> tuple[Array, list[Array]]:
+        """Compute the gradients of ``d . y`` with respect to x and the parameters."""
         w, spinors = parameters[0], self._spinors(algebra, x)
         if spinors:
             rows, cotangent = spinors.rows(x), spinors.rows(d) / spinors.d
@@ -187,12 +192,15 @@ class TwoSided(Layer):
     channels: int
 
     def output(self, algebra: Algebra, channels: int) -> Shape:
+        """Return the algebra and the number of channels of the result."""
         return algebra, self.channels
 
     def initial(self, algebra: Algebra, channels: int, random: np.random.Generator) -> list[Array]:
+        """Return random parameters."""
         return [random.normal(size=(self.channels, channels, algebra.size)) / np.sqrt(algebra.size * np.sqrt(channels))]
 
     def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
+        """Compute the result."""
         w = parameters[0]
         reverse = w * algebra.reversal.astype(w.dtype)
         return apply(left_matrix(algebra, w) @ right_matrix(algebra, reverse), x)
@@ -200,6 +208,7 @@ class TwoSided(Layer):
     def pull(
         self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
     ) -> tuple[Array, list[Array]]:
+        """Compute the gradients of ``d . y`` with respect to x and the parameters."""
         w = parameters[0]
         signs = algebra.reversal.astype(w.dtype)
         left, right = left_matrix(algebra, w), right_matrix(algebra, w * signs)
@@ -218,11 +227,13 @@ class Rotor(Layer):
     channels: int
 
     def output(self, algebra: Algebra, channels: int) -> Shape:
+        """Return the algebra and the number of channels of the result."""
         if algebra.p + algebra.q == 0:
             raise ValueError(f"Rotor: {algebra} has no vector with an inverse; expected another algebra")
         return algebra, self.channels
 
     def initial(self, algebra: Algebra, channels: int, random: np.random.Generator) -> list[Array]:
+        """Return random parameters."""
         return [random.normal(size=(self.channels, channels, 2 * max(1, algebra.n // 2), algebra.n))]
 
     def _steps(self, algebra: Algebra, v: Array) -> tuple[Array, Array, Array, Array]:
@@ -233,6 +244,7 @@ class Rotor(Layer):
         return left_matrix(algebra, w), right_matrix(algebra, inverse), inverse, squares
 
     def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
+        """Compute the result."""
         left, right, _, _ = self._steps(algebra, parameters[0])
         matrix = left[:, :, 0] @ right[:, :, 0]
         for k in range(1, left.shape[2]):
@@ -242,6 +254,7 @@ class Rotor(Layer):
     def pull(
         self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
     ) -> tuple[Array, list[Array]]:
+        """Compute the gradients of ``d . y`` with respect to x and the parameters."""
         v = parameters[0]
         left, right, _, squares = self._steps(algebra, v)
         steps, count, n = left @ right, v.shape[2], algebra.n

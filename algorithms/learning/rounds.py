@@ -24,19 +24,23 @@ class Hypersphere(Layer):
     channels: int
 
     def output(self, algebra: Algebra, channels: int) -> Shape:
+        """Return the algebra and the number of channels of the result."""
         _require_reals(algebra, "Hypersphere")
         return algebra, self.channels
 
     def initial(self, algebra: Algebra, channels: int, random: np.random.Generator) -> list[Array]:
+        """Return random parameters."""
         return [random.normal(size=(self.channels, channels + 2)) / np.sqrt(channels + 2)]
 
     def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
+        """Compute the result."""
         w, v = parameters[0], x[..., 0]
         return np.asarray((v @ w[:, :-2].T + w[:, -2] + (v * v).sum(1, keepdims=True) / 2 * w[:, -1])[..., None])
 
     def pull(
         self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
     ) -> tuple[Array, list[Array]]:
+        """Compute the gradients of ``d . y`` with respect to x and the parameters."""
         w, v, c = parameters[0], x[..., 0], d[..., 0]
         point = np.concatenate([v, np.ones_like(v[:, :1]), (v * v).sum(1, keepdims=True) / 2], 1)
         return (c @ w[:, :-2] + v * (c @ w[:, -1:]))[..., None], [c.T @ point]
@@ -49,13 +53,16 @@ class ConformalNeuron(Layer):
     channels: int
 
     def output(self, algebra: Algebra, channels: int) -> Shape:
+        """Return the algebra and the number of channels of the result."""
         _require_reals(algebra, "ConformalNeuron")
         return algebra, self.channels
 
     def initial(self, algebra: Algebra, channels: int, random: np.random.Generator) -> list[Array]:
+        """Return random parameters."""
         return [random.normal(size=(self.channels, channels)), np.ones(self.channels)]
 
     def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
+        """Compute the result."""
         centre, radius = parameters
         offset = x[:, None, :, 0] - centre
         return np.asarray((radius**2 - (offset * offset).sum(-1))[..., None] / 2)
@@ -63,6 +70,7 @@ class ConformalNeuron(Layer):
     def pull(
         self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
     ) -> tuple[Array, list[Array]]:
+        """Compute the gradients of ``d . y`` with respect to x and the parameters."""
         centre, radius = parameters
         weighted = d * (x[:, None, :, 0] - centre)
         return -weighted.sum(1)[..., None], [weighted.sum(0), radius * d[..., 0].sum(0)]
@@ -79,11 +87,13 @@ class Radial(Layer):
     channels: int
 
     def output(self, algebra: Algebra, channels: int) -> Shape:
+        """Return the algebra and the number of channels of the result."""
         if (algebra.p, algebra.q, algebra.r) not in ((2, 0, 0), (3, 0, 0)):
             raise ValueError(f"Radial: {algebra}; expected G(2) or G(3)")
         return Algebra(0), self.channels
 
     def initial(self, algebra: Algebra, channels: int, random: np.random.Generator) -> list[Array]:
+        """Return random parameters."""
         even = int((algebra.grades % 2 == 0).sum())
         rotor = random.normal(size=(self.channels, even))
         return [random.normal(size=(self.channels, channels, algebra.n)), rotor, np.zeros((self.channels, algebra.n))]
@@ -101,12 +111,14 @@ class Radial(Layer):
         return offset, turn, np.einsum("okj,bocj->bock", turn, offset) * np.exp(log)[:, None]
 
     def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
+        """Compute the result."""
         scaled = self._parts(algebra, x, parameters)[2]
         return np.asarray(np.exp(-(scaled * scaled).sum((2, 3)) / 2)[..., None])
 
     def pull(
         self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
     ) -> tuple[Array, list[Array]]:
+        """Compute the gradients of ``d . y`` with respect to x and the parameters."""
         n, (_, rotor, log) = algebra.n, parameters
         offset, turn, scaled = self._parts(algebra, x, parameters)
         by_scaled = -(d * y)[..., None] * scaled

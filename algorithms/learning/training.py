@@ -77,7 +77,7 @@ def train(
             if not np.isfinite(judged) or not np.isfinite(network.parameters).all():
                 status = TrainingStatus.DIVERGED
                 warnings.warn(
-                    f"training diverged in epoch {epoch}; the parameters of the smallest loss {kept.loss:.3g} are kept; "
+                    f"training diverged in epoch {epoch}; those of the smallest loss {kept.loss:.3g} are kept; "
                     "use a smaller rate", RuntimeWarning, stacklevel=3,
                 )  # fmt: skip
                 break

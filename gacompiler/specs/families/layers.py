@@ -3,16 +3,17 @@
 from dataclasses import replace
 
 from gacompiler import SCALAR, Family, array, vjp
-from gacompiler.algebra.blades import grade
 
 
 def paths(algebra):
     """Return the grades (i, j, k) for which products of grades i and j have parts of grade k, in ascending order."""
-    everything = range(2**algebra.dimension)
-    found = {
-        (grade(a), grade(b), grade(c)) for a in everything for b in everything for c in algebra.blade_product(a, b)
-    }
-    return sorted(found)
+    grades = range(algebra.dimension + 1)
+
+    def product(i, j):
+        pairs = ((a, b) for a in algebra.blades(i) for b in algebra.blades(j))
+        return {c.bit_count() for a, b in pairs for c in algebra.blade_product(a, b)}
+
+    return [(i, j, k) for i in grades for j in grades for k in sorted(product(i, j))]
 
 
 def layers(algebra, suffix=""):
