@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 import scipy.optimize
@@ -15,8 +15,21 @@ from .losses import LOSSES
 from .optimizers import Adam, Optimizer, Rprop, Schedule, Sgd
 from .status import TrainingStatus
 
-if TYPE_CHECKING:
-    from .network import Network
+
+class Trainable(Protocol):
+    """What training needs of a network."""
+
+    parameters: Array
+    loss_name: str
+
+    def forward(self, x: Array) -> list[Array]:
+        """Return the input and the results of all layers."""
+        ...
+
+    def checked_gradient(self, x: Array, y: Array) -> tuple[float, Array]:
+        """Return the mean loss and its gradient."""
+        ...
+
 
 Progress = Callable[[int, float], None]
 Samples = tuple[Array, Array]
@@ -47,7 +60,7 @@ class _Kept:
 
 
 def train(
-    network: Network, x: Array, y: Array, optimizer: Optimizer | str, epochs: int, batch: int | None,
+    network: Trainable, x: Array, y: Array, optimizer: Optimizer | str, epochs: int, batch: int | None,
     schedule: Schedule | None, held: Samples | None, patience: int | None, decay: float, seed: int,
     progress: Progress | None,
 ) -> TrainingResult:  # fmt: skip
@@ -95,7 +108,7 @@ def train(
 
 
 def _epoch(
-    network: Network, x: Array, y: Array, optimizer: Optimizer, size: int, factor: float, decay: float,
+    network: Trainable, x: Array, y: Array, optimizer: Optimizer, size: int, factor: float, decay: float,
     random: np.random.Generator,
 ) -> float:  # fmt: skip
     """Run one epoch, and return the mean loss. An interruption between steps leaves the last complete step."""
@@ -114,7 +127,7 @@ def _epoch(
 
 
 def _by_lbfgs(
-    network: Network, x: Array, y: Array, iterations: int, decay: float, progress: Progress | None
+    network: Trainable, x: Array, y: Array, iterations: int, decay: float, progress: Progress | None
 ) -> TrainingResult:
     """Minimise the loss of all samples by scipy's L-BFGS-B."""
     dtype, losses = network.parameters.dtype, [0.0]
