@@ -38,4 +38,4 @@ class Layer:
 
 def summed(gradient: Array) -> Array:
     """Sum over the batch."""
-    return gradient.sum(axis=0)
+    return np.asarray(gradient.sum(axis=0))

@@ -98,7 +98,7 @@ class Invariants(Layer):
         starts = np.searchsorted(algebra.grades, np.arange(algebra.n + 1))
         squares = np.add.reduceat(x * x, starts, axis=-1)
         groups = squares.reshape(len(x), x.shape[1] // self.pool, self.pool, algebra.n + 1).sum(2)
-        return np.log1p(groups).reshape(len(x), groups.shape[1] * groups.shape[2], 1)
+        return np.asarray(np.log1p(groups).reshape(len(x), groups.shape[1] * groups.shape[2], 1))
 
     def pull(
         self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array

@@ -89,7 +89,8 @@ def jax_function(layer: Layer, algebra: str | Algebra, channels: int) -> Callabl
     after, out = layer.output(algebra, channels)
 
     def result(array: Any, shape: Any = None) -> Any:
-        return jax.ShapeDtypeStruct(array.shape if shape is None else shape, array.dtype)
+        struct: Any = jax.ShapeDtypeStruct
+        return struct(array.shape if shape is None else shape, array.dtype)
 
     def of_numpy(x: Any, *parameters: Any) -> Any:
         given, *own = map(np.asarray, (x, *parameters))
@@ -115,4 +116,4 @@ def jax_function(layer: Layer, algebra: str | Algebra, channels: int) -> Callabl
         return jax.pure_callback(pull_of_numpy, shapes, x, y, d, *parameters, vmap_method="sequential")
 
     function.defvjp(forward, backward)
-    return function  # type: ignore[no-any-return]
+    return function

@@ -79,26 +79,26 @@ class _Spinors:
         """Return (in * d, out * d) for weights (out, in, blades)."""
         out, inner, _ = w.shape
         matrices = (w @ self.basis).view(self.number).reshape(out, inner, self.d, self.d)
-        return matrices.transpose(1, 3, 0, 2).reshape(inner * self.d, out * self.d)
+        return np.asarray(matrices.transpose(1, 3, 0, 2).reshape(inner * self.d, out * self.d))
 
     def weights_pull(self, d: Array, out: int) -> Array:
         """Return the gradient with respect to the weights."""
         inner = len(d) // self.d
         rows = np.ascontiguousarray(d.reshape(inner, self.d, out, self.d).transpose(2, 0, 3, 1)).reshape(out, inner, -1)
-        return rows.view(rows.real.dtype) @ self.basis.T
+        return np.asarray(rows.view(rows.real.dtype) @ self.basis.T)
 
     def rows(self, x: Array) -> Array:
         """Return (batch * d, channels * d): the columns of the matrices of x."""
         batch, channels, size = x.shape
         numbers = (x.reshape(-1, size) @ self.columns).view(self.number).reshape(batch, channels, self.d, self.d)
-        return numbers.transpose(0, 2, 1, 3).reshape(batch * self.d, channels * self.d)
+        return np.asarray(numbers.transpose(0, 2, 1, 3).reshape(batch * self.d, channels * self.d))
 
     def elements(self, rows: Array, channels: int) -> Array:
         """Return d times the inverse of `rows`, its transpose."""
         numbers = rows.reshape(-1, self.d, channels, self.d).transpose(0, 2, 1, 3)
         flat = np.ascontiguousarray(numbers).reshape(numbers.shape[0] * channels, self.d * self.d)
         found = flat.view(flat.real.dtype) @ self.columns.T
-        return found.reshape(len(rows) // self.d, channels, len(self.columns))
+        return np.asarray(found.reshape(len(rows) // self.d, channels, len(self.columns)))
 
 
 @dataclass(frozen=True)
