@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from algorithms.learning import Algebra, Linear, Network, Split
+from algorithms.learning import linear as layers
 from algorithms.learning.experiments import TASKS, compare, encoder
 from algorithms.learning.linear import left_matrix
 
@@ -98,7 +99,8 @@ def gradients(dtype: Any) -> tuple[dict[str, float], float]:
 
 def crossover() -> list[str]:
     """Return the rows of the table of linear layers by matrices of spinors and by the table of signs."""
-    rows = []
+    rows, least = [], layers.LEAST_WIDTH
+    layers.LEAST_WIDTH = 0
     for name in ("G(2)", "G(3)", "G(4,1)"):
         for channels in (4, 16, 64):
             algebra = Algebra.of(name)
@@ -112,6 +114,7 @@ def crossover() -> list[str]:
             }
             found = cpu_times(calls)
             rows.append(f"| {name} | {channels} | {found['spinors']:.2f} | {found['table']:.2f} |")
+    layers.LEAST_WIDTH = least
     return rows
 
 
@@ -120,7 +123,8 @@ def main() -> None:
     lines = [
         "# Learning: times and errors", "",
         "Written by `python -m benchmarks.learning`. Times are CPU times of the process on one thread in ms, the",
-        f"smallest of {ROUNDS} rounds that measure all libraries alternately: torch {version('torch')}, jax {version('jax')}.",
+        f"smallest of {ROUNDS} rounds that measure all libraries alternately: torch {version('torch')}, "
+        f"jax {version('jax')}.",
         "The machine had other load. Like cliffordlayers, torch and jax multiply by a wide real matrix.", "",
         f"## Loss and gradient of a 16-64-4 network over G(3), batch {BATCH}", "",
         "| numbers | gacompiler | torch | jax | largest deviation of gradients |", "|---|---|---|---|---|",
