@@ -152,7 +152,7 @@ class MotorFilter:
             self._triangle = self._triangle + self._more
             self._variance += step * self._growth
             if self._beginning is not None:
-                self._beginning = self._beginning.grown(self._more)
+                self._beginning = self._beginning.with_noise(self._more)
         self._status = self._observed
         return self._status
 

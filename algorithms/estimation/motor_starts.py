@@ -39,7 +39,7 @@ class Beginning:
         """Return the beginning with further objects."""
         return replace(self, model=np.concatenate([self.model, model]), seen=np.concatenate([self.seen, seen]))
 
-    def grown(self, noise: Reals) -> Beginning:
+    def with_noise(self, noise: Reals) -> Beginning:
         """Return the beginning with a covariance that is larger by `noise`."""
         return replace(self, triangle=self.triangle + noise)
 

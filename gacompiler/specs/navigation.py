@@ -415,7 +415,7 @@ def pursuit_curvature(pose, target):
 def distance_to_objects(p, poses, sizes):
     """Compute the signed distance from a point to the nearest of n objects, negative inside, and the object's index.
 
-    An object is a box in the frame of its pose, with half its length along x, half its width along y, grown by a
+    An object is a box in the frame of its pose, with half its length along x, half its width along y, enlarged by a
     radius: the three numbers of `sizes`. Circles are boxes of length and width 0, segments those of width and radius 0.
     """
 
