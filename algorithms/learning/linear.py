@@ -7,13 +7,15 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+from scipy.linalg.blas import get_blas_funcs
 
 from .algebra import Algebra, Array
 from .base import Layer, Shape, summed
 from .workspace import empty, multiplied
 
-LEAST_WIDTH = 100
-"""The measured number of real inputs and results from which matrices of spinors are faster than wide matrices."""
+LEAST_WIDTH: float = 100
+"""The measured value of ``a b / (a + b)``, for a real inputs and b real results, from which matrices of spinors are
+faster than wide matrices."""
 
 
 def left_matrix(algebra: Algebra, w: Array, signs: Array | None = None) -> Array:
@@ -96,11 +98,13 @@ class _Spinors:
         matrices = (w @ self.basis).view(self.number).reshape(out, inner, self.d, self.d)
         return np.asarray(matrices.transpose(1, 3, 0, 2).reshape(inner * self.d, out * self.d))
 
-    def weights_pull(self, d: Array, out: int) -> Array:
+    def weights_pull(self, rows: Array, cotangent: Array, out: int) -> Array:
         """Return the gradient with respect to the weights."""
-        inner = len(d) // self.d
-        rows = np.ascontiguousarray(d.reshape(inner, self.d, out, self.d).transpose(2, 0, 3, 1)).reshape(out, inner, -1)
-        return np.asarray(rows.view(rows.real.dtype) @ self.basis.T)
+        # BLAS conjugates without a copy, which `rows.conj().T @ cotangent` makes.
+        (product,) = get_blas_funcs(("gemm",), (rows, cotangent))
+        flat = product(1 / self.d, cotangent.T, rows.T, trans_b=2).T.reshape(-1, self.d, out, self.d)
+        found = np.ascontiguousarray(flat.transpose(2, 0, 3, 1)).reshape(out, len(flat), -1)
+        return np.asarray(found.view(found.real.dtype) @ self.basis.T)
 
     def rows(self, x: Array) -> Array:
         """Return the columns of the matrices of x (batch, channels, blades)."""
@@ -226,9 +230,7 @@ class Linear(Layer):
     def _gradients(self, algebra: Algebra, x: Array, w: Array, d: Array, cotangent: Array | None = None) -> list[Array]:
         spinors = self._spinors(algebra, x)
         if spinors:
-            rows = spinors.rows(x)  # An array of this call: it is changed in place.
-            rows /= spinors.d
-            dw = spinors.weights_pull(np.conj(rows, out=rows).T @ cotangent, len(w))
+            dw = spinors.weights_pull(spinors.rows(x), cotangent, len(w))
         else:
             pull = left_pull if self.side == "left" else right_pull
             dw = pull(algebra, matrix_pull(x, d), self._signs(algebra))
