@@ -15,7 +15,7 @@ from .workspace import empty, multiplied
 
 LEAST_WIDTH: float = 100
 """The measured value of ``a b / (a + b)``, for a real inputs and b real results, from which matrices of spinors are
-faster than wide matrices."""
+faster than wide matrices; a quarter of it is, where kernels compute columns of the matrices."""
 
 
 def left_matrix(algebra: Algebra, w: Array, signs: Array | None = None) -> Array:
@@ -190,7 +190,8 @@ class Linear(Layer):
         if self.product != "geometric" or self.grades is not None or algebra.spinors is None:
             return None
         inner, out = x.shape[1] * algebra.size, self.channels * algebra.size
-        if inner * out < LEAST_WIDTH * (inner + out):
+        least = LEAST_WIDTH / 4 if self.side == "left" and algebra.column_kernels else LEAST_WIDTH
+        if inner * out < least * (inner + out):
             return None
         return _spinors_of(algebra, self.side, x.dtype)
 
