@@ -6,6 +6,7 @@ import importlib
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -114,7 +115,7 @@ def crossover() -> list[str]:
                 with workspace.used():
                     layer.pull(algebra, x, w, layer.value(algebra, x, w), d)
 
-            found = cpu_times({"spinors": lambda call=call: call(0), "wide": lambda call=call: call(np.inf)}, 4)
+            found = cpu_times({"spinors": partial(call, 0), "wide": partial(call, np.inf)}, 4)
             mean = inner * out * algebra.size / (inner + out)
             rows.append(f"| {name} | {inner} | {out} | {mean:.0f} | {found['spinors']:.2f} | {found['wide']:.2f} |")
     layers.LEAST_WIDTH = least

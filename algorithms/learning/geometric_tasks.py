@@ -76,7 +76,8 @@ def beside_real(name: str, seed: int, iterations: int = 300) -> tuple[tuple[floa
         real = (Linear(out, bias=False),)
     for network in (geometric, Network(real, "R", inner, seed=seed)):
         algebra = network.algebra
-        network.fit(*(placed(one, algebra) for one in task.train), "lbfgs", epochs=iterations, decay=1e-6)
+        inputs, targets = (placed(one, algebra) for one in task.train)
+        network.fit(inputs, targets, "lbfgs", epochs=iterations, decay=1e-6)
         values = taken(network.predict(placed(task.test[0], algebra)), out, algebra)
         found.append((float(np.sqrt(np.mean((values - task.test[1]) ** 2))), network.parameters.size))
     return found[0], found[1]

@@ -230,7 +230,7 @@ class Linear(Layer):
 
     def _gradients(self, algebra: Algebra, x: Array, w: Array, d: Array, cotangent: Array | None = None) -> list[Array]:
         spinors = self._spinors(algebra, x)
-        if spinors:
+        if spinors and cotangent is not None:
             dw = spinors.weights_pull(spinors.rows(x), cotangent, len(w))
         else:
             pull = left_pull if self.side == "left" else right_pull

@@ -77,7 +77,7 @@ def invariants(recordings: Array, bands: int = 10, groups: Sequence[str] = GROUP
     for lag in (1, 2, 4) if "lags" in groups else ():
         product = algebra.product(vectors[:, lag:], vectors[:, :-lag]).mean(1)
         parts += [np.abs(product[:, :1]), (product[:, 4:7] ** 2).sum(-1)[:, None]]
-    return np.log1p(np.concatenate(parts, 1))
+    return np.asarray(np.log1p(np.concatenate(parts, 1)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
