@@ -6,6 +6,7 @@ import importlib
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,8 @@ import numpy as np
 from algorithms.learning import Algebra, Linear, Network, Split
 from algorithms.learning import linear as layers
 from algorithms.learning.experiments import TASKS, compare, encoder
-from algorithms.learning.linear import left_matrix
+from algorithms.learning.geometric_tasks import GEOMETRIC_TASKS, beside_real
+from algorithms.learning.workspace import Workspace
 
 from .libraries import installed
 from .machine import version
@@ -24,10 +26,10 @@ BATCH, ROUNDS, SEEDS = 1024, 15, 10
 Array = np.ndarray[Any, Any]
 
 
-def cpu_times(calls: dict[str, Callable[[], object]]) -> dict[str, float]:
+def cpu_times(calls: dict[str, Callable[[], object]], rounds: int = ROUNDS) -> dict[str, float]:
     """Return the smallest CPU time of the process in milliseconds, over rounds that measure all calls alternately."""
     found = dict.fromkeys(calls, np.inf)
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         for name, call in calls.items():
             start = time.process_time()
             for _ in range(4):
@@ -98,23 +100,36 @@ def gradients(dtype: Any) -> tuple[dict[str, float], float]:
 
 
 def crossover() -> list[str]:
-    """Return the rows of the table of linear layers by matrices of spinors and by the table of signs."""
+    """Return the rows of the table of linear layers by matrices of spinors and by one wide real matrix."""
     rows, least = [], layers.LEAST_WIDTH
-    layers.LEAST_WIDTH = 0
     for name in ("G(2)", "G(3)", "G(4,1)"):
-        for channels in (4, 16, 64):
-            algebra = Algebra.of(name)
-            x = np.random.default_rng(0).normal(size=(BATCH, channels, algebra.size))
-            w = np.random.default_rng(1).normal(size=(channels, channels, algebra.size))
-            layer = Linear(channels, bias=False)
-            wide = left_matrix(algebra, w).transpose(1, 3, 0, 2).reshape(x[0].size, -1)
-            calls: dict[str, Callable[[], object]] = {
-                "spinors": lambda layer=layer, algebra=algebra, x=x, w=w: layer.value(algebra, x, [w]),
-                "table": lambda x=x, wide=wide: x.reshape(len(x), -1) @ wide,
-            }
-            found = cpu_times(calls)
-            rows.append(f"| {name} | {channels} | {found['spinors']:.2f} | {found['table']:.2f} |")
+        for inner, out in ((8, 8), (16, 16), (16, 64), (64, 4), (64, 64)):
+            algebra, random, workspace = Algebra.of(name), np.random.default_rng(0), Workspace()
+            x, d = (random.normal(size=(BATCH, count, algebra.size)) for count in (inner, out))
+            layer = Linear(out, bias=False)
+            w = layer.initial(algebra, inner, random)
+
+            def call(width: float, layer: Linear = layer, algebra: Algebra = algebra, x: Array = x, d: Array = d,
+                     w: list[Array] = w, workspace: Workspace = workspace) -> None:  # fmt: skip
+                layers.LEAST_WIDTH = width
+                with workspace.used():
+                    layer.pull(algebra, x, w, layer.value(algebra, x, w), d)
+
+            found = cpu_times({"spinors": partial(call, 0), "wide": partial(call, np.inf)}, 4)
+            mean = inner * out * algebra.size / (inner + out)
+            rows.append(f"| {name} | {inner} | {out} | {mean:.0f} | {found['spinors']:.2f} | {found['wide']:.2f} |")
     layers.LEAST_WIDTH = least
+    return rows
+
+
+def beside_real_networks() -> list[str]:
+    """Return the rows of the table of tasks that are products of multivectors."""
+    rows = []
+    for name, (_, algebra, _) in GEOMETRIC_TASKS.items():
+        found = [beside_real(name, seed) for seed in range(SEEDS)]
+        own, real = (float(np.median([row[k][0] for row in found])) for k in (0, 1))
+        counts = f"{found[0][0][1]} | {found[0][1][1]}"
+        rows.append(f"| {name} | {algebra} | {counts} | {own:.1e} | {real:.1e} | {own / real:.2f} |")
     return rows
 
 
@@ -134,8 +149,12 @@ def main() -> None:
         cells = " | ".join(f"{times[name]:.2f}" if name in times else "" for name in ("gacompiler", "torch", "jax"))
         lines.append(f"| {np.dtype(dtype).name} | {cells} | {error:.1e} |")
     lines += ["", "## Linear layers by matrices of spinors and by one wide real matrix", "",
-              "The time of the wide matrix is that of the product alone.", "",
-              "| algebra | channels | spinors | wide matrix |", "|---|---|---|---|", *crossover()]  # fmt: skip
+              "Values and all gradients; the width is that in `LEAST_WIDTH`.", "",
+              "| algebra | inputs | results | width | spinors | wide matrix |", "|---|---|---|---|---|---|",
+              *crossover()]  # fmt: skip
+    lines += ["", f"## Mappings that are products, beside real networks: medians of {SEEDS} seeds", "",
+              "| task | algebra | parameters | of the real network | error | of the real network | ratio |",
+              "|---|---|---|---|---|---|---|", *beside_real_networks()]  # fmt: skip
     lines += ["", f"## Test errors by algebra, medians of {SEEDS} seeds", "",
               "| task | algebra | real parameters | root mean square error |", "|---|---|---|---|"]  # fmt: skip
     for name in TASKS:

@@ -138,6 +138,11 @@ class Algebra:
         suffix = _GENERATED.get((self.p, self.q, self.r))
         return getattr(kernels, f"{name}_{suffix}") if suffix else None
 
+    @property
+    def column_kernels(self) -> tuple[Any, Any] | None:
+        """The kernels of the two columns of `spinors` of an element and of the inverse, where they exist."""
+        return (kernels.columns_g3, kernels.elements_g3) if (self.p, self.q, self.r) == (3, 0, 0) else None
+
     def _by_table(self, order: str, length: int, *factors: Array) -> Array:
         """Sum the terms of a product; `order` names the three factors and the result."""
         terms = {key: np.ascontiguousarray(value) for key, value in self._terms.items()}

@@ -35,6 +35,12 @@ class Layer:
         """Compute the gradients of ``d . y`` with respect to x and the parameters, where y is the result."""
         raise NotImplementedError
 
+    def pull_parameters(
+        self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
+    ) -> list[Array]:
+        """Compute the gradients of ``d . y`` with respect to the parameters only, which the first layer needs."""
+        return self.pull(algebra, x, parameters, y, d)[1]
+
 
 def summed(gradient: Array) -> Array:
     """Sum over the batch."""

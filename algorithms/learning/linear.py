@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
+from scipy.linalg.blas import get_blas_funcs
 
 from .algebra import Algebra, Array
 from .base import Layer, Shape, summed
+from .workspace import empty, multiplied
 
-LEAST_WIDTH = 512
-"""The measured number of real inputs and results from which matrices of spinors are faster than wide matrices."""
+LEAST_WIDTH: float = 100
+"""The measured value of ``a b / (a + b)``, for a real inputs and b real results, from which matrices of spinors are
+faster than wide matrices; a quarter of it is, where kernels compute columns of the matrices."""
 
 
 def left_matrix(algebra: Algebra, w: Array, signs: Array | None = None) -> Array:
@@ -47,33 +51,46 @@ def apply(matrix: Array, x: Array) -> Array:
     """Apply matrices (out, in, blades, blades) to x (batch, in, blades) by one product of real matrices."""
     out, inner, size, _ = matrix.shape
     wide = matrix.transpose(1, 3, 0, 2).reshape(inner * size, out * size)
-    return (x.reshape(len(x), inner * size) @ wide).reshape(len(x), out, size)
+    return multiplied(x.reshape(len(x), inner * size), wide).reshape(len(x), out, size)
 
 
-def apply_pull(matrix: Array, x: Array, d: Array) -> tuple[Array, Array]:
-    """Return the gradients of ``d . apply(matrix, x)`` with respect to the matrices and x."""
+def apply_pull(matrix: Array, d: Array) -> Array:
+    """Return the gradient of ``d . apply(matrix, x)`` with respect to x."""
     out, inner, size, _ = matrix.shape
-    flat, cotangent = x.reshape(len(x), inner * size), d.reshape(len(d), out * size)
     wide = matrix.transpose(0, 2, 1, 3).reshape(out * size, inner * size)
-    gradient = (cotangent.T @ flat).reshape(out, size, inner, size).transpose(0, 2, 1, 3)
-    return gradient, (cotangent @ wide).reshape(x.shape)
+    return multiplied(d.reshape(len(d), out * size), wide).reshape(len(d), inner, size)
+
+
+def matrix_pull(x: Array, d: Array) -> Array:
+    """Return the gradient of ``d . apply(matrix, x)`` with respect to the matrices (out, in, blades, blades)."""
+    (batch, out, size), inner = d.shape, x.shape[1]
+    found = d.reshape(batch, out * size).T @ x.reshape(batch, inner * size)
+    return found.reshape(out, size, inner, size).transpose(0, 2, 1, 3)
 
 
 class _Spinors:
-    """Products of sums by matrices over real or complex numbers that represent the algebra."""
+    """Products of sums by matrices over real or complex numbers that represent the algebra.
 
-    def __init__(self, algebra: Algebra, matrices: Array, side: str, dtype: np.dtype) -> None:
-        matrices = matrices if side == "left" else matrices.transpose(0, 2, 1)
-        self.d, self.is_complex = matrices.shape[-1], np.iscomplexobj(matrices)
-        flat = matrices.reshape(len(matrices), -1)
-        # Rows of real numbers; real and imaginary parts alternate.
-        self.basis = (
-            (np.stack([flat.real, flat.imag], -1) if self.is_complex else flat).reshape(len(flat), -1).astype(dtype)
-        )
-        columns = matrices.transpose(0, 2, 1).reshape(len(matrices), -1)
-        self.columns = (np.stack([columns.real, columns.imag], -1) if self.is_complex else columns).reshape(
-            len(flat), -1).astype(dtype)  # fmt: skip
-        self.number = np.result_type(dtype, np.complex64) if self.is_complex else np.dtype(dtype)
+    The columns of the matrices of all elements are the rows of one matrix, (columns * batch, channels * d): first
+    columns first, so that every column is a contiguous array of real numbers.
+    """
+
+    def __init__(self, algebra: Algebra, side: str, dtype: np.dtype) -> None:
+        found = algebra.spinors
+        if found is None:
+            raise ValueError(f"{algebra} has no matrices of as many real numbers as blades")
+        matrices = found if side == "left" else found.transpose(0, 2, 1)
+        self.d, self.size, is_complex = matrices.shape[-1], len(matrices), np.iscomplexobj(matrices)
+
+        def reals(numbers: Array) -> Array:
+            """Let real and imaginary parts alternate."""
+            parts = np.stack([numbers.real, numbers.imag], -1) if is_complex else numbers
+            return np.ascontiguousarray(parts.reshape(self.size, -1), dtype)
+
+        self.basis = reals(matrices.reshape(self.size, -1))
+        self.columns = [reals(matrices[..., k]) for k in range(self.d)]
+        self.number = np.result_type(dtype, np.complex64) if is_complex else np.dtype(dtype)
+        self.kernels = algebra.column_kernels if side == "left" else None
 
     def weights(self, w: Array) -> Array:
         """Return (in * d, out * d) for weights (out, in, blades)."""
@@ -81,24 +98,44 @@ class _Spinors:
         matrices = (w @ self.basis).view(self.number).reshape(out, inner, self.d, self.d)
         return np.asarray(matrices.transpose(1, 3, 0, 2).reshape(inner * self.d, out * self.d))
 
-    def weights_pull(self, d: Array, out: int) -> Array:
+    def weights_pull(self, rows: Array, cotangent: Array, out: int) -> Array:
         """Return the gradient with respect to the weights."""
-        inner = len(d) // self.d
-        rows = np.ascontiguousarray(d.reshape(inner, self.d, out, self.d).transpose(2, 0, 3, 1)).reshape(out, inner, -1)
-        return np.asarray(rows.view(rows.real.dtype) @ self.basis.T)
+        # BLAS conjugates without a copy, which `rows.conj().T @ cotangent` makes.
+        (product,) = get_blas_funcs(("gemm",), (rows, cotangent))
+        flat = product(1 / self.d, cotangent.T, rows.T, trans_b=2).T.reshape(-1, self.d, out, self.d)
+        found = np.ascontiguousarray(flat.transpose(2, 0, 3, 1)).reshape(out, len(flat), -1)
+        return np.asarray(found.view(found.real.dtype) @ self.basis.T)
 
     def rows(self, x: Array) -> Array:
-        """Return (batch * d, channels * d): the columns of the matrices of x."""
-        batch, channels, size = x.shape
-        numbers = (x.reshape(-1, size) @ self.columns).view(self.number).reshape(batch, channels, self.d, self.d)
-        return np.asarray(numbers.transpose(0, 2, 1, 3).reshape(batch * self.d, channels * self.d))
+        """Return the columns of the matrices of x (batch, channels, blades)."""
+        batch, channels, _ = x.shape
+        found = empty((self.d, batch, channels, self.size // self.d), x.dtype)
+        if self.kernels:
+            self.kernels[0](x, out=(found[0], found[1]))
+        else:
+            flat = np.ascontiguousarray(x).reshape(-1, self.size)
+            for k, table in enumerate(self.columns):
+                np.matmul(flat, table, out=found[k].reshape(len(flat), -1))
+        return found.view(self.number).reshape(self.d * batch, channels * self.d)
 
-    def elements(self, rows: Array, channels: int) -> Array:
-        """Return d times the inverse of `rows`, its transpose."""
-        numbers = rows.reshape(-1, self.d, channels, self.d).transpose(0, 2, 1, 3)
-        flat = np.ascontiguousarray(numbers).reshape(numbers.shape[0] * channels, self.d * self.d)
-        found = flat.view(flat.real.dtype) @ self.columns.T
-        return np.asarray(found.reshape(len(rows) // self.d, channels, len(self.columns)))
+    def elements(self, rows: Array, channels: int, offset: Array) -> Array:
+        """Return d times the inverse of `rows`, its transpose, plus an offset for each channel."""
+        batch = len(rows) // self.d
+        parts = rows.view(rows.real.dtype).reshape(self.d, batch, channels, self.size // self.d)
+        if self.kernels:
+            return np.asarray(self.kernels[1](*parts, offset, out=empty((batch, channels, self.size), parts.dtype)))
+        flat = parts.reshape(self.d, batch * channels, -1)
+        found = flat[0] @ self.columns[0].T
+        for k in range(1, self.d):
+            found += flat[k] @ self.columns[k].T
+        found = found.reshape(batch, channels, self.size)
+        found += offset
+        return np.asarray(found)
+
+
+@cache
+def _spinors_of(algebra: Algebra, side: str, dtype: np.dtype) -> _Spinors:
+    return _Spinors(algebra, side, dtype)
 
 
 @dataclass(frozen=True)
@@ -152,18 +189,20 @@ class Linear(Layer):
     def _spinors(self, algebra: Algebra, x: Array) -> _Spinors | None:
         if self.product != "geometric" or self.grades is not None or algebra.spinors is None:
             return None
-        if min(x.shape[1], self.channels) * algebra.size < LEAST_WIDTH:
+        inner, out = x.shape[1] * algebra.size, self.channels * algebra.size
+        least = LEAST_WIDTH / 4 if self.side == "left" and algebra.column_kernels else LEAST_WIDTH
+        if inner * out < least * (inner + out):
             return None
-        return _Spinors(algebra, algebra.spinors, self.side, x.dtype)
+        return _spinors_of(algebra, self.side, x.dtype)
 
     def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
         """Compute the result."""
         w, spinors = parameters[0], self._spinors(algebra, x)
         if spinors:
-            y = spinors.elements(spinors.rows(x) @ (spinors.weights(w) / spinors.d), len(w))
-        else:
-            matrix = left_matrix if self.side == "left" else right_matrix
-            y = apply(matrix(algebra, w, self._signs(algebra)), x)
+            offset = parameters[1] if self.bias else np.zeros((len(w), algebra.size), w.dtype)
+            return spinors.elements(multiplied(spinors.rows(x), spinors.weights(w) / spinors.d), len(w), offset)
+        matrix = left_matrix if self.side == "left" else right_matrix
+        y = apply(matrix(algebra, w, self._signs(algebra)), x)
         if self.bias:
             y += parameters[1]
         return y
@@ -174,15 +213,29 @@ class Linear(Layer):
         """Compute the gradients of ``d . y`` with respect to x and the parameters."""
         w, spinors = parameters[0], self._spinors(algebra, x)
         if spinors:
-            rows, cotangent = spinors.rows(x), spinors.rows(d) / spinors.d
-            dw = spinors.weights_pull(rows.conj().T @ cotangent, len(w))
-            dx = spinors.elements(cotangent @ spinors.weights(w).conj().T, x.shape[1])
+            cotangent = spinors.rows(d)
+            back = multiplied(cotangent, spinors.weights(w).conj().T / spinors.d)
+            dx = spinors.elements(back, x.shape[1], np.zeros((x.shape[1], algebra.size), x.dtype))
+            return dx, self._gradients(algebra, x, w, d, cotangent)
+        matrix = left_matrix if self.side == "left" else right_matrix
+        dx = apply_pull(matrix(algebra, w, self._signs(algebra)), d)
+        return dx, self._gradients(algebra, x, w, d)
+
+    def pull_parameters(
+        self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
+    ) -> list[Array]:
+        """Compute the gradients of ``d . y`` with respect to the parameters."""
+        spinors = self._spinors(algebra, x)
+        return self._gradients(algebra, x, parameters[0], d, spinors.rows(d) if spinors else None)
+
+    def _gradients(self, algebra: Algebra, x: Array, w: Array, d: Array, cotangent: Array | None = None) -> list[Array]:
+        spinors = self._spinors(algebra, x)
+        if spinors and cotangent is not None:
+            dw = spinors.weights_pull(spinors.rows(x), cotangent, len(w))
         else:
-            left, signs = self.side == "left", self._signs(algebra)
-            matrix = (left_matrix if left else right_matrix)(algebra, w, signs)
-            gradient, dx = apply_pull(matrix, x, d)
-            dw = (left_pull if left else right_pull)(algebra, gradient, signs)
-        return dx, [dw, summed(d)] if self.bias else [dw]
+            pull = left_pull if self.side == "left" else right_pull
+            dw = pull(algebra, matrix_pull(x, d), self._signs(algebra))
+        return [dw, summed(d)] if self.bias else [dw]
 
 
 @dataclass(frozen=True)
@@ -212,7 +265,7 @@ class TwoSided(Layer):
         w = parameters[0]
         signs = algebra.reversal.astype(w.dtype)
         left, right = left_matrix(algebra, w), right_matrix(algebra, w * signs)
-        gradient, dx = apply_pull(left @ right, x, d)
+        gradient, dx = matrix_pull(x, d), apply_pull(left @ right, d)
         by_left, by_right = gradient @ right.swapaxes(-1, -2), left.swapaxes(-1, -2) @ gradient
         return dx, [left_pull(algebra, by_left) + signs * right_pull(algebra, by_right)]
 
@@ -261,7 +314,7 @@ class Rotor(Layer):
         before = [np.broadcast_to(np.eye(algebra.size, dtype=v.dtype), steps[:, :, 0].shape)]
         for k in range(count):
             before.append(steps[:, :, k] @ before[-1])
-        gradient, dx = apply_pull(before[-1], x, d)
+        gradient, dx = matrix_pull(x, d), apply_pull(before[-1], d)
         found = np.empty_like(v)
         for k in reversed(range(count)):
             own = gradient @ before[k].swapaxes(-1, -2)

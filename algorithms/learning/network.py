@@ -18,6 +18,7 @@ from .base import Layer
 from .losses import LOSSES
 from .optimizers import Optimizer, Schedule
 from .training import TrainingResult, train
+from .workspace import Workspace
 
 _LAYERS: dict[str, type[Layer]] = {
     kind.__name__: kind
@@ -72,6 +73,7 @@ class Network:
         self._shapes = [[array.shape for array in own] for own in arrays]
         flat = [array.ravel() for own in arrays for array in own]
         self.parameters: Array = np.concatenate([*flat, np.zeros(0)]).astype(dtype)
+        self._workspace = Workspace()
 
     @property
     def weights(self) -> list[list[Array]]:
@@ -127,14 +129,15 @@ class Network:
             values.append(layer.value(algebra, values[-1], own))
         return values
 
-    def backward(self, values: Sequence[Array], d: Array) -> tuple[Array, Array]:
-        """Return the gradients of ``d . y`` with respect to the parameters and the input: back-propagation."""
+    def backward(self, values: Sequence[Array], d: Array) -> Array:
+        """Return the gradient of ``d . y`` with respect to the parameters: back-propagation."""
         gradients: list[Array] = []
         weights = self.weights
-        for k in reversed(range(len(self.layers))):
+        for k in reversed(range(1, len(self.layers))):
             d, own = self.layers[k].pull(self.stages[k][0], values[k], weights[k], values[k + 1], d)
             gradients[:0] = [one.ravel() for one in own]
-        return np.concatenate([*gradients, np.zeros(0, d.dtype)]), d
+        own = self.layers[0].pull_parameters(self.stages[0][0], values[0], weights[0], values[1], d)
+        return np.concatenate([*(one.ravel() for one in own), *gradients, np.zeros(0, d.dtype)])
 
     def predict(self, x: ArrayLike) -> Array:
         """Return the results, (samples, channels, blades)."""
@@ -152,9 +155,10 @@ class Network:
 
     def checked_gradient(self, x: Array, y: Array) -> tuple[float, Array]:
         """Return the mean loss and its gradient for arrays that `inputs` and `targets` returned."""
-        values = self.forward(x)
-        loss, d = LOSSES[self.loss_name](values[-1], y)
-        return loss, self.backward(values, d)[0]
+        with self._workspace.used():
+            values = self.forward(x)
+            loss, d = LOSSES[self.loss_name](values[-1], y)
+            return loss, self.backward(values, d)
 
     def fit(
         self, x: ArrayLike, y: ArrayLike, optimizer: Optimizer | str = "adam", *, epochs: int = 100,

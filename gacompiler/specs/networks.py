@@ -33,6 +33,35 @@ def weighted_by_table(a, b, w, left, right, path, sign, target, zero):
     return scatter(terms, target, zero)
 
 
+COLUMN = array(SCALAR, 4)
+
+
+@kernel(a=array(SCALAR, 8), returns=(COLUMN, COLUMN))
+def columns_g3(a):
+    """Compute the columns of the matrix of an element of G(3), in which e1, e2 and e3 are the matrices of Pauli.
+
+    A column is the coefficients of ``a (1 + e3)`` or ``a (1 - e3) e1`` in a left ideal. Its complex numbers are pairs
+    of real and imaginary parts.
+    """
+    s, x, y, z, xy, xz, yz, xyz = a
+    return (s + z, xy + xyz, x + xz, y + yz), (x - xz, yz - y, s - z, xyz - xy)
+
+
+@kernel(first=COLUMN, second=COLUMN, offset=array(SCALAR, 8), returns=array(SCALAR, 8))
+def elements_g3(first, second, offset):
+    """Compute an offset plus the transpose of `columns_g3`, which is twice its inverse."""
+    (a, b, c, d), (e, f, g, h), (s, x, y, z, xy, xz, yz, xyz) = first, second, offset
+    return (
+        s + (a + g), x + (c + e), y + (d - f), z + (a - g), xy + (b - h), xz + (c - e), yz + (d + f), xyz + (b + h)
+    )  # fmt: skip
+
+
+@kernel(y=SCALAR, cotangent=SCALAR, returns=SCALAR)
+def tanh_pull(y, cotangent):
+    """Compute the gradient of ``cotangent * tanh(x)`` from the value y of the hyperbolic tangent."""
+    return cotangent * (1 - y * y)
+
+
 @kernel(x=NUMBERS, slope=SCALAR, bound=SCALAR, returns=NUMBERS)
 def bounded(x, slope, bound):
     """Compute ``x / (slope + |x| / bound)``, the activation of Georgiou and Koutsougeras."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -115,3 +117,18 @@ def test_command_prints_a_table(capsys: pytest.CaptureFixture[str]) -> None:
     main(["moebius", "--algebras", "R", "C", "--seeds", "1", "--parameters", "40"])
     real, complex_ = (float(row.split("|")[3]) for row in capsys.readouterr().out.splitlines()[2:])
     assert complex_ < real
+
+
+def test_gradients_share_no_arrays() -> None:
+    random = np.random.default_rng(12)
+    network = Network([Linear(64), Split("tanh"), Linear(4)], "G(3)", 16)
+    x, y = random.normal(size=(2, 30, 16, 8)), random.normal(size=(2, 30, 4, 8))
+    first = network.gradient(x[0], y[0])[1]
+    kept = first.copy()
+    copied = copy.deepcopy(network)
+    network.gradient(x[1], y[1])
+    assert np.array_equal(first, kept)
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda k: network.gradient(x[k % 2], y[k % 2])[1], range(40)))
+    assert all(np.array_equal(one, found[k % 2]) for k, one in enumerate(found))
+    assert np.array_equal(found[0], kept) and np.array_equal(copied.gradient(x[0], y[0])[1], kept)
