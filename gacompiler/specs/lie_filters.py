@@ -10,9 +10,9 @@ xx, xy, x, yy, y, 1, in this order.
 """
 
 from gacompiler import SCALAR, array, kernel
-from gacompiler.structure.general_linear import bivector_of_linear_map, null_cones
+from gacompiler.algebra.catalog import null_pairs
 
-PLANE = null_cones(3)
+PLANE = null_pairs(3)
 GENERATORS = (
     ((0, 0, 1), (0, 0, 0), (0, 0, 0)),
     ((0, 0, 0), (0, 0, 1), (0, 0, 0)),
@@ -21,7 +21,11 @@ GENERATORS = (
     ((1, 0, 0), (0, -1, 0), (0, 0, 0)),
     ((0, 1, 0), (1, 0, 0), (0, 0, 0)),
 )
-BIVECTORS = tuple(bivector_of_linear_map(matrix) for matrix in GENERATORS)
+BASIS = PLANE.basis()
+BIVECTORS = tuple(
+    sum((a * (BASIS[i] ^ BASIS[3 + j]) for i, row in enumerate(matrix) for j, a in enumerate(row) if a), start=0)
+    for matrix in GENERATORS
+)
 SIX, PAIR = array(SCALAR, 6), array(SCALAR, 2)
 WEIGHTS = array(SCALAR, 3, 6)
 

@@ -13,7 +13,7 @@ from algorithms.wavelets import key_points, lie_filter, lie_responses, orbit_ene
 from algorithms.wavelets.lie_filters import GENERATORS
 from gacompiler.specs.lie_filters import BIVECTORS
 from gacompiler.specs.lie_filters import GENERATORS as MATRICES
-from gacompiler.structure.general_linear import linear_map_of_bivector
+from gacompiler.structure.general_linear import bivector_of_linear_map, linear_map_of_bivector
 
 SIZE = 81
 Y, X = np.mgrid[:SIZE, :SIZE] - SIZE // 2
@@ -34,6 +34,8 @@ PATTERNS = {
 def test_commutators_are_exact() -> None:
     """The commutator products of the bivectors are the commutators of the matrices, over the integers."""
     matrices = [np.array(m, dtype=object) for m in MATRICES]
+    for bivector, matrix in zip(BIVECTORS, MATRICES, strict=True):
+        assert bivector.terms == bivector_of_linear_map(matrix).terms
     for (a, b), (m, n) in zip(combinations(BIVECTORS, 2), combinations(matrices, 2), strict=True):
         found = linear_map_of_bivector((a * b - b * a) / 2)
         assert (found == m @ n - n @ m).all()
