@@ -22,6 +22,7 @@ from .discrete import WaveletPyramid, discrete_wavelet, wavelet_filters
 from .dual_tree import DualTree, dual_tree
 from .flow import Flow, optical_flow
 from .geometric_fourier import geometric_fft, igeometric_fft
+from .lie_filters import lie_filter, lie_responses
 from .local_phase import (
     LocalPhase,
     QuaternionLocalPhase,
@@ -29,6 +30,7 @@ from .local_phase import (
     local_phase,
     quaternion_local_phase,
 )
+from .orbits import KeyPoints, key_points, orbit_energies, orbit_energy
 from .phase import Phase, gabor_bank, quaternion_phase
 from .pseudoscalar_fourier import (
     iproduct_fft,
@@ -56,6 +58,7 @@ __all__ = [
     "Disparity",
     "DualTree",
     "Flow",
+    "KeyPoints",
     "LocalPhase",
     "Match",
     "Monogenic",
@@ -96,10 +99,15 @@ __all__ = [
     "irqft",
     "ispacetime_fft",
     "ivolume_time_fft",
+    "key_points",
+    "lie_filter",
+    "lie_responses",
     "local_phase",
     "match_template",
     "monogenic_signal",
     "optical_flow",
+    "orbit_energies",
+    "orbit_energy",
     "partial_analytic_signal",
     "product_fft",
     "pseudoscalar_fft",
