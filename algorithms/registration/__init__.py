@@ -1,1 +1,15 @@
-"""Registration by planes in joint space, tensor voting, and partial scans from any pose."""
+"""Registration of clouds of points without a guess, and tensor voting (chapter 15)."""
+
+from .matches import MatchRegistration, register_matches, separate_motions
+from .rigid import Poses, Registration, register
+from .rigid_status import RegistrationStatus
+
+__all__ = [
+    "MatchRegistration",
+    "Poses",
+    "Registration",
+    "RegistrationStatus",
+    "register",
+    "register_matches",
+    "separate_motions",
+]
