@@ -27,7 +27,7 @@ NEAREST = index("n", into="m")
 AXES = ("e1", "e2", "e3")
 TRIVECTOR = "e123"
 UNUSED = {"e1": "e23", "e2": "e13", "e3": "e12"}
-"""The blade of the rotor that is not in the coefficient of each vector: the product of the vector with it has grade 3."""
+"""The blade of the rotor that is not in the coefficient of each vector: their product has grade 3."""
 TINY = Fraction(1, 10**30)
 
 
@@ -79,7 +79,7 @@ def joint_planes(m):
     shift = _numbers(ga.sandwich(m, PGA3.multivector({"e123": 1})))
     rotor = [m[name] for name in ROTOR.blades]
     rows = _rows((0, 0, 0), shift)
-    return tuple(tuple(rotor[k] for k in _joint_blades(axis)) + (-dot(rows[axis], rotor),) for axis in AXES)
+    return tuple((*(rotor[k] for k in _joint_blades(axis)), -dot(rows[axis], rotor)) for axis in AXES)
 
 
 @kernel(x=VECTOR, y=VECTOR, m=MOTOR, returns=SCALAR)
