@@ -21,7 +21,7 @@ from .machine import version
 from .registration_scenes import OBJECTS, clouds, error, least_error, scene
 
 PAGE = Path("docs/registration-speed.md")
-ROUNDS, SLOW_ROUNDS = 20, 2
+ROUNDS, SLOW_ROUNDS = 10, 1
 HEADINGS = 12
 Array = np.ndarray[Any, Any]
 
@@ -68,14 +68,14 @@ def objects(rounds: int) -> list[str]:
             result, seconds = timed(lambda s=source, t=target: register(s, t))  # type: ignore[misc]
             spent.append(seconds)
             angle, shift = least_error(result, matrix, source) if len(result.poses.motors) else (np.inf, np.inf)
-            found += angle < 0.5 and shift < 0.005 * diagonal
+            found += bool(angle < 0.5 and shift < 0.005 * diagonal)
             for peer, call in peers.items():
                 if not installed(peer) or (peer == "pycpd" and seed >= SLOW_ROUNDS):
                     continue
                 its, seconds = timed(lambda s=source, t=target, c=call: c(s, t))  # type: ignore[misc]
                 angle, shift = error(its, matrix, source.mean(0))
                 good, count, total = others[peer]
-                others[peer] = good + (angle < 0.5 and shift < 0.005 * diagonal), count + 1, total + seconds
+                others[peer] = good + bool(angle < 0.5 and shift < 0.005 * diagonal), count + 1, total + seconds
         texts = [f"{good} of {n}, {s / max(n, 1):.2f} s" for good, n, s in others.values()]
         rows.append(
             f"| {name} | {found} of {rounds} | {np.median(spent):.2f} | {max(spent):.2f} | {' | '.join(texts)} |"

@@ -103,7 +103,7 @@ def voxel_for(points: Reals, most: int) -> float:
         if 0.8 * most < count < 1.2 * most:
             break
         voxel *= float(np.sqrt(count / most))
-    return voxel
+    return float(voxel)
 
 
 def normals_of(cloud: Cloud) -> Reals:

@@ -71,8 +71,8 @@ def correlated_poses(source: Cloud, target: Cloud) -> Reals:
         scores.append(np.take_along_axis(found, best, 1))
         places.append(best)
     order = np.argsort(-np.concatenate(scores).ravel())[:_KEPT]
-    shift = np.stack(np.unravel_index(np.concatenate(places).ravel()[order], density.shape), 1)
-    shift = np.where(shift >= _CELLS // 2, shift - _CELLS, shift) * cell
+    peak = np.stack(np.unravel_index(np.concatenate(places).ravel()[order], density.shape), 1)
+    shift = np.where(peak >= _CELLS // 2, peak - _CELLS, peak) * cell
     return _motors(rotors[order // _PEAKS], centre, middle + shift)
 
 

@@ -16,12 +16,12 @@ from .hypotheses import correlated_poses, descended
 from .refinement import Refined, Surface, neighbours, planes_target, refined
 from .rigid_status import RegistrationStatus
 
-_SEARCH, _FINISH = 2200, 14000
+_SEARCH, _FINISH = 2200, 11000
 """Points to which larger clouds are thinned, for the search and for the last refinement."""
 _HYPOTHESES, _REPORTED = 20, 12
 _APART, _APART_SHIFT = np.radians(8.0), 0.08
 """Angle, and shift relative to the size, up to which poses count as the same."""
-_FINE_GATES = [3.0, 2.2, 1.6, 1.2, 1.0]
+_FINE_GATES = [3.0, 2.0, 1.4, 1.0]
 """Greatest distances of neighbours relative to the last one, while a hypothesis is refined."""
 _GATE, _SCALE = 0.05, 0.012
 """Least of the greatest distance of neighbours, and of the scale of distances, relative to the size."""
@@ -221,7 +221,7 @@ def _levels(source: Reals, target: Reals, most: int) -> tuple[Cloud, Cloud]:
 def _different(motors: Reals, scores: Reals, source: Cloud, size: float, most: int) -> Reals:
     """Return the best of motors of which no two are about the same."""
     left = motors[np.argsort(-scores, kind="stable")]
-    kept = []
+    kept: list[Reals] = []
     middle = source.centre
     while len(left) and len(kept) < most:
         best = left[0]
