@@ -156,7 +156,7 @@ def page(object_rows: list[str], lidar_rows: list[str], match_rows: list[str]) -
         "uniform outliers as points are left are added in its bounding box. The target is an independent sample, or",
         "for the bunny the same points. Rotations are random, the first is 0 and the second 180°. It succeeds if",
         "a reported pose is within 0.5° and 0.5 % of the diagonal; for the can up to a rotation about its axis, which",
-        "is reported as free. The poses of the peers count as they are, also for the can. GICP starts at the centroids,",
+        "is reported as free. Poses of peers count as they are, also for the can. GICP starts at the centroids,",
         "without rotation; pycpd runs once for each object, with the rotation 0.",
         "",
         "| | success | median s | worst s | small_gicp | pycpd |",
