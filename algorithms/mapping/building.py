@@ -15,11 +15,12 @@ from ..arguments import Reals
 from .built_map import BuildSettings, BuiltMap, Progress, ScanStatus
 from .carmen import CarmenLog, Problem
 from .g2o import read_g2o
-from .keyframes import IDENTITY, Keyframes, length_and_angle, relative
+from .keyframes import IDENTITY, Keyframes
 from .line_map import LineMap
 from .line_views import View, seen_through
 from .loops import Closure, StoredScans, agree, find_far_loop, find_loop
 from .matching import match_scans
+from .motions import length_and_angle, relative
 from .odometry_noise import OdometryNoise
 from .scan import Scan
 from .segments import Segments, segments
@@ -36,7 +37,7 @@ _CERTAIN = 0.85
 """The share of readings on known surfaces from which a motion is accepted although odometry contradicts it."""
 _TURNS = np.radians([7.0, -7.0, 14.0, -14.0, 25.0, -25.0])
 _SHIFT, _RARELY, _MOST_NEW_LOOPS = 0.15, 100, 50
-"""Poses are optimised if a loop moves the last one by more than this and the path has grown by a hundredth, or after
+"""Poses are optimised if a loop moves the last one by more than this and the path is longer by a hundredth, or after
 this many loops."""
 _LONG_AGO, _SELDOM, _CONFIRMED_WITHIN = 25.0, 3, 8.0
 """Loops without a prior are looked for at every third scan after this length of path without a loop, in metres, and
@@ -190,14 +191,14 @@ class _Builder:
                 jumped = length > allowed
                 if not jumped:
                     self._motion = np.asarray(pga2.motor_product(self._motion, step))
-                    grown = np.array([_SHARE_OF_ANGLE * angle, *[_SHARE_OF_LENGTH * length] * 2])
-                    self._uncertain = self._uncertain + grown**2
+                    added = np.array([_SHARE_OF_ANGLE * angle, *[_SHARE_OF_LENGTH * length] * 2])
+                    self._uncertain = self._uncertain + added**2
             self._odometry = now
         return jumped
 
     def _is_near(self) -> bool:
         length, angle = length_and_angle(self._motion)
-        return length < self._options.min_length and angle < self._options.min_angle
+        return bool(length < self._options.min_length and angle < self._options.min_angle)
 
     def _keep(self, status: ScanStatus) -> None:
         self.statuses.append(status)

@@ -7,6 +7,7 @@ import numpy as np
 from generated import pga2
 
 from ..arguments import Reals
+from .motions import length_and_angle, relative
 from .pose_graph import OptimisedPoses, optimise_poses
 from .surfaces import Reference, Surface
 
@@ -16,17 +17,6 @@ _FLOOR = np.diag([np.radians(0.25), 0.015, 0.015]) ** 2
 
 _TOLERANCE = 1e-5
 """The relative decrease of the cost at which an optimisation ends: far below the accuracy of scans."""
-
-
-def relative(a: Reals, b: Reals) -> Reals:
-    """Return the motors of poses b in the frames of poses a."""
-    return np.asarray(pga2.motor_product(pga2.motor_inverse(a), b))
-
-
-def length_and_angle(motor: Reals) -> tuple[float, float]:
-    """Return how far a motor moves the origin, and the absolute value of its angle."""
-    angle, shift = pga2.motor_to_angle_translation(motor)
-    return float(np.hypot(*shift)), abs(float(angle))
 
 
 def with_floor(information: Reals) -> Reals:

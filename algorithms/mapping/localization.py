@@ -17,6 +17,7 @@ from generated import pga2
 from ..arguments import Reals, finite, real_array
 from ..estimation.matrices import as_definite, from_triangle, to_triangle
 from . import relocation
+from .motions import relative
 from .navigation_status import LocalizationStatus
 from .scan import Scan
 from .segments import segments
@@ -308,7 +309,7 @@ def normalized_error(motor: ArrayLike, covariance: ArrayLike, truth: ArrayLike) 
     covariance : array_like, (..., 3, 3)
         Of errors in the frame of the robot.
     """
-    turn, shift = pga2.twist_to_velocities(pga2.motor_to_twist(pga2.motor_product(pga2.motor_inverse(motor), truth)))
+    turn, shift = pga2.twist_to_velocities(pga2.motor_to_twist(relative(np.asarray(motor), np.asarray(truth))))
     error = np.concatenate([np.asarray(turn)[..., None], shift], -1)
     return np.asarray((error * np.linalg.solve(np.asarray(covariance), error[..., None])[..., 0]).sum(-1))
 

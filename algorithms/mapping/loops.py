@@ -9,8 +9,9 @@ import numpy as np
 from generated import pga2
 
 from ..arguments import Reals
-from .keyframes import Keyframes, length_and_angle, relative
+from .keyframes import Keyframes
 from .matching import match_scans
+from .motions import length_and_angle, relative
 from .scan import Scan
 from .status import MappingStatus
 from .surfaces import Alignment, Surface, align
@@ -131,7 +132,7 @@ def agree(path: Keyframes, a: Closure, b: Closure) -> bool:
     # Both are compared at the last pose, since far from the origin small angles move points far.
     here = path.motors[b.edge[1]]
     length, angle = length_and_angle(relative(*(pga2.motor_product(each, here) for each in corrections)))
-    return length < _AGREED and angle < _AGREED_ANGLE
+    return bool(length < _AGREED and angle < _AGREED_ANGLE)
 
 
 def _compared(path: Keyframes, other: int, start: Reals) -> Closure | None:

@@ -12,9 +12,11 @@ from generated import pga2
 from ..arguments import Reals, finite, real_array
 from .agreement import agreement
 from .alignment import Aligned, aligned, covariance_of
+from .motions import length_and_angle, relative
 from .outlines import Outline, outline_of
 from .scan import Scan
 from .status import MappingStatus
+from .support import support
 from .votes import motion_votes, rotation_votes
 
 _FEWEST = 10
@@ -30,13 +32,17 @@ _SLIDES_APART, _FLAT = 0.25, 0.01
 """Metres between two of these, and difference of their scores, from which on the direction is determined."""
 _LEAST_SCORE = 0.5
 """Score below which no motion explains the scans."""
-_MARGIN = 0.08
+_MARGIN = 0.04
 """Difference of scores up to which two motions explain the scans equally well."""
 _TURNED, _FAR = 0.12, 0.03
 """What a hypothesis loses for a half turn, and for a metre: of two that agree equally, the smaller motion is chosen."""
 _FARTHEST = 6.0
 _APART, _APART_ANGLE = 0.3, 0.1
 """Metres and radians from which on motions are different."""
+_LEAST_SUPPORT = 2.5
+"""Readings that have to determine each direction, see `support`."""
+_LARGEST_RESIDUAL = 0.026
+"""Root mean square of the distances of readings from lines, in metres, above which they contradict the motion."""
 _NOISE = 0.02
 """Least standard deviation of readings, in metres."""
 
@@ -88,7 +94,8 @@ def match_scans(a: Scan, b: Scan, guess: ArrayLike | None = None) -> Match:
     Returns
     -------
     Match
-        Its status is OK if the motion is determined and no other one is almost as good.
+        Its status is OK if the motion is determined by enough readings on walls of both scans, and no other motion is
+        almost as good.
     """
     if min(len(a.beams), len(b.beams)) < _FEWEST:
         return _nothing(MappingStatus.TOO_FEW_READINGS)
@@ -135,7 +142,8 @@ def _result(a: Outline, b: Outline, found: Aligned, loose: Reals, motors: Reals,
     rivals = motors[1:][scores[1:] > score - _MARGIN]
     others = rivals[_differ(found.motors, rivals)] if len(rivals) else rivals
     weight, squares = float(found.sums[0]), float(found.sums[1])
-    variance = max(squares / max(weight, 1e-9), _NOISE**2)
+    residual = float(np.sqrt(squares / max(weight, 1e-9)))
+    variance = max(residual**2, _NOISE**2)
     covariance, degenerate = covariance_of(found.information, variance)
     if not len(degenerate):
         degenerate = loose
@@ -146,7 +154,8 @@ def _result(a: Outline, b: Outline, found: Aligned, loose: Reals, motors: Reals,
         status = MappingStatus.AMBIGUOUS
     elif len(degenerate):
         status = MappingStatus.DEGENERATE
-    residual = float(np.sqrt(squares / max(weight, 1e-9)))
+    elif residual > _LARGEST_RESIDUAL or support(a, b, found.motors) < _LEAST_SUPPORT:
+        status = MappingStatus.WEAK
     return Match(found.motors, covariance, status, score, residual, degenerate, others)
 
 
@@ -158,8 +167,8 @@ def _size(motors: Reals) -> Reals:
 
 
 def _differ(motor: Reals, others: Reals) -> Reals:
-    angle, shift = pga2.motor_to_angle_translation(pga2.motor_product(pga2.motor_inverse(motor), others))
-    return np.asarray((np.abs(angle) > _APART_ANGLE) | (np.linalg.norm(shift, axis=-1) > _APART))
+    length, angle = length_and_angle(relative(motor, others))
+    return np.asarray((angle > _APART_ANGLE) | (length > _APART))
 
 
 def _nothing(status: MappingStatus) -> Match:

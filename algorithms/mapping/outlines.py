@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arguments import Reals
+from .narrow_objects import narrow_objects
 from .scan import Scan
 from .segments import Runs, straight_runs
 
@@ -20,6 +21,8 @@ _NEAR = 0.3
 """Metres up to which neighbouring points off lines count as one surface."""
 _LEAST_POINTS, _LEAST_LENGTH, _ROUGHNESS = 4, 0.2, 0.04
 """What makes a run a line: its points, its length, and its deviation in metres."""
+_FEWEST = 20
+"""Narrow objects in front of others, such as people, are left out if at least this many readings remain."""
 _LONG = 1.0
 """Length of lines that are expected to continue, in metres."""
 _REACH = 0.1
@@ -34,13 +37,17 @@ _KERNEL = np.fft.rfft(np.exp(-0.5 * (_bins / _BLUR) ** 2))
 
 
 class Outline(NamedTuple):
-    """The outline of the surroundings that a scan shows.
+    """The outline of the surroundings that a scan shows, without narrow objects in front of others.
 
     Attributes
     ----------
     scan : Scan
+    stride : int
+        Every so many readings are kept.
     points, normals : arrays, (k, 2)
         Readings, and unit normals away from the scanner.
+    on_line : array, (k,)
+        Whether the readings are on lines.
     along, weights : arrays, (k,)
         Weights of distances at right angles to the normals, and of points.
     targets : array, (k, 5)
@@ -58,8 +65,10 @@ class Outline(NamedTuple):
     """
 
     scan: Scan
+    stride: int
     points: Reals
     normals: Reals
+    on_line: Reals
     along: Reals
     weights: Reals
     targets: Reals
@@ -72,7 +81,7 @@ class Outline(NamedTuple):
 
 def outline_of(scan: Scan) -> Outline:
     """Compute the outline of a scan with at least two valid readings."""
-    points = scan.points()
+    points = _still(scan)
     n = len(points)
     runs = straight_runs(points)
     is_line = _lines(points, runs)
@@ -86,8 +95,9 @@ def outline_of(scan: Scan) -> Outline:
     along_line = is_line[of_step]
     line_gaps = np.where(along_line, gaps, 0.0)
     spacing = 0.6 * np.maximum(np.append(line_gaps, 0), np.append(0, line_gaps))
-    keep = slice(None, None, 1 + n // _MOST_POINTS)
-    spacing = np.clip(keep.step * spacing, _REACH, 3.0)
+    stride = 1 + n // _MOST_POINTS
+    keep = slice(None, None, stride)
+    spacing = np.clip(stride * spacing, _REACH, 3.0)
     factors = np.where(on_line, (_REACH / spacing) ** 2, 1.0)
     targets = np.column_stack([points, normals, factors])[keep]
     counts = np.where(along_line, np.clip(np.ceil(gaps / _SPACING), 1, _MOST), 1).astype(int)
@@ -95,8 +105,10 @@ def outline_of(scan: Scan) -> Outline:
     fraction = (np.arange(len(index)) - (np.cumsum(counts) - counts)[index]) / counts[index]
     return Outline(
         scan,
+        stride,
         points[keep],
         normals[keep],
+        on_line[keep],
         np.where(on_line, _ALONG_LINES, _ALONG_POINTS)[keep],
         np.where(on_line, 1.0, 0.5)[keep],
         targets,
@@ -106,6 +118,12 @@ def outline_of(scan: Scan) -> Outline:
         _histogram(points, steps, gaps, along_line, runs.fits.normals[of_step]),
         _closest(scan),
     )
+
+
+def _still(scan: Scan) -> Reals:
+    """Return the readings without narrow objects in front of others, or all if too few would remain."""
+    still = ~narrow_objects(scan)
+    return scan.points()[still] if still.sum() > _FEWEST else scan.points()
 
 
 def _thinned(targets: Reals, on_line: Reals) -> Reals:

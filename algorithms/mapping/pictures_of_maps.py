@@ -12,6 +12,7 @@ from generated import pga2
 from ..arguments import Reals, real_array
 from .built_map import BuiltMap, ScanStatus
 from .line_map import LineMap
+from .motions import relative
 from .scan import Scan
 
 _MOST_POINTS = 200_000
@@ -57,7 +58,7 @@ def draw_path_errors(built: BuiltMap, truth: ArrayLike) -> Figure:
     """Draw the errors of poses over the path, with the statuses of scans that were not added."""
     poses = real_array(truth, "truth", (len(built.motors), 3)).astype(float)
     motors = pga2.motor_from_angle_translation(poses[:, 2], poses[:, :2])
-    angle, shift = pga2.motor_to_angle_translation(pga2.motor_product(pga2.motor_inverse(motors), built.motors))
+    angle, shift = pga2.motor_to_angle_translation(relative(motors, built.motors))
     figure = Figure(figsize=(8, 3.6), layout="constrained")
     axes = figure.subplots(2, 1, sharex=True)
     rows = np.arange(len(poses))

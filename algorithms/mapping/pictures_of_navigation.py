@@ -17,6 +17,7 @@ from generated import pga2
 
 from ..arguments import Reals
 from .localization import Lines
+from .motions import relative
 from .navigation_run import NavigationRun
 from .navigation_status import FollowStatus
 from .objects import MapObject
@@ -70,7 +71,7 @@ def draw_errors(run: NavigationRun) -> Figure:
     upper, middle, lower = figure.subplots(3, 1, sharex=True)
     upper.plot(run.times, 100 * run.distances, color="tab:blue")
     upper.set_ylabel("off the path in cm")
-    off = pga2.motor_product(pga2.motor_inverse(run.estimates), run.truth)
+    off = relative(run.estimates, run.truth)
     errors = 100 * np.asarray(pga2.motor_to_angle_translation(off)[1])
     for k, (name, colour) in enumerate((("ahead", "tab:orange"), ("left", "tab:purple"))):
         bound = 200 * np.sqrt(run.covariances[:, 1 + k, 1 + k])

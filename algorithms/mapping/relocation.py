@@ -12,7 +12,7 @@ from generated import pga2
 
 from ..arguments import Reals
 from .alignment import covariance_of
-from .keyframes import length_and_angle, relative
+from .motions import length_and_angle, relative
 from .scan import Scan
 from .segments import Segments, segments
 from .status import MappingStatus
@@ -30,7 +30,7 @@ _SLACK = 0.5
 """Metres by which lines that were seen may extend beyond those of the map."""
 _MOST_VOTES = 400_000
 """Meets of lines for one rotation; of more, only those of fewer lines of the scan are computed."""
-_CELL = 0.25
+_CELL = 0.4
 _MOST_STEPS = 200
 """Steps along a constraint that votes alone."""
 _CANDIDATES, _REFINED = 250, 40
@@ -47,6 +47,8 @@ _WALL = 1.0
 _CONTRADICTION = 0.1
 """What a contradicting reading costs, in readings that agree."""
 _LEAST_SCORE = 0.5
+_LEAST_SUPPORT = 3.0
+"""Readings, of those that are aligned, that have to determine each direction."""
 _MARGIN = 0.06
 """Difference of scores up to which two places explain a scan equally well."""
 _APART, _APART_ANGLE = 0.5, 0.15
@@ -119,8 +121,8 @@ def relocate(scan: Scan, line_map: Lines, *, n_hypotheses: int = 5) -> Relocatio
     Returns
     -------
     Relocation
-        Its status is OK if one pose is better than all others, AMBIGUOUS if a different one is almost as good, and
-        NOT_MATCHED if none explains enough readings.
+        Its status is OK if one pose is better than all others, AMBIGUOUS if a different one is almost as good, WEAK if
+        few readings determine the position in some direction, and NOT_MATCHED if none explains enough readings.
 
     Raises
     ------
@@ -304,9 +306,17 @@ def _compared(motors: Reals, scores: Reals, information: Reals, n_hypotheses: in
         status = MappingStatus.AMBIGUOUS
     elif undetermined[0]:
         status = MappingStatus.DEGENERATE
+    elif _support(information[kept[0]]) < _LEAST_SUPPORT:
+        status = MappingStatus.WEAK
     return Relocation(best.motor, best.score, best.covariance, status, tuple(hypotheses[:n_hypotheses]))
+
+
+def _support(triangle: Reals) -> float:
+    """Return the least eigenvalue of the information of translations, in readings."""
+    xx, xy, _, yy, _, _ = triangle
+    return float((xx + yy) / 2 - np.hypot((xx - yy) / 2, xy))
 
 
 def _differ(one: Reals, other: Reals) -> bool:
     length, angle = length_and_angle(relative(one, other))
-    return angle > _APART_ANGLE or length > _APART
+    return bool(angle > _APART_ANGLE or length > _APART)

@@ -12,6 +12,7 @@ from generated import cga2, pga2
 
 from ..arguments import Reals, real_array
 from .floor_plans import FloorPlan
+from .motions import relative
 from .navigation_status import PlanStatus
 from .scan import Scan
 
@@ -205,7 +206,7 @@ def simulate_log(
     ranges, walls, status = _measured(plan, truth, device, people, rng)
     motions = np.tile([1.0, 0, 0, 0], (len(truth), 1))
     if len(truth) > 1:
-        motions[1:] = pga2.motor_product(pga2.motor_inverse(truth[:-1]), truth[1:])
+        motions[1:] = relative(truth[:-1], truth[1:])
     covariances = wheels.covariances(motions)
     covariances[:1] = 0
     errors = rng.normal(size=(len(truth), 3)) * np.sqrt(np.diagonal(covariances, axis1=1, axis2=2))

@@ -17,3 +17,5 @@ class MappingStatus(IntEnum):
     """No motion explains enough of the readings."""
     TOO_FEW_READINGS = 4
     """A scan has too few valid readings, or a map too few lines; nothing was computed."""
+    WEAK = 5
+    """Too few readings on walls that both scans show confirm the motion, or they are far from these walls."""

@@ -10,6 +10,8 @@ from scipy.spatial import cKDTree
 from generated import line_maps, pga2
 
 from ..arguments import Reals
+from .motions import relative
+from .narrow_objects import joined_points, narrow_objects
 from .scan import Scan
 
 _SQUARE = np.array([0, 1, 2, 1, 3, 4, 2, 4, 5])
@@ -27,10 +29,6 @@ _INDEPENDENT = 0.3
 """The share of readings that count as independent."""
 _SETTLED = 1e-4
 _WINDOW = 2
-_JOINED = 0.35
-"""Points that are farther apart are not on one surface."""
-_NARROW, _IN_FRONT = 0.6, 0.3
-"""Objects that are narrower than the first, and nearer than what is beside them by the second, may be people."""
 INLIER = 0.1
 """The distance up to which a reading agrees with a map."""
 _NEAR = 0.6
@@ -55,14 +53,12 @@ class Surface:
 
 def surface(scan: Scan) -> Surface:
     """Return the points of a scan with neighbours on a smooth surface, with normals fitted to up to five points."""
-    points, beams = scan.points(), scan.beams
+    points = scan.points()
     n = len(points)
     if n < 2:
         return Surface(np.zeros((0, 2)), np.zeros((0, 2)))
-    # Neighbours count while no step between two of them is long; a longer one is usual at a distance.
-    steps = np.diff(points, axis=0)
-    reach = np.maximum(_JOINED, 4 * abs(scan.angle_step) * np.hypot(*points[1:].T))
-    joined = (np.hypot(*steps.T) < reach) & (np.diff(beams) <= 2)
+    # Neighbours count while no step between two of them is long.
+    joined = joined_points(scan)
     total, count = points.copy(), np.ones(n)
     squares = points[:, :, None] * points[:, None, :]
     moments = squares.copy()
@@ -85,20 +81,9 @@ def surface(scan: Scan) -> Surface:
     normals = np.stack([-np.sin(angle), np.cos(angle)], 1)
     root = np.sqrt((xx - yy) ** 2 / 4 + xy**2)
     thin, long = (xx + yy) / 2 - root, (xx + yy) / 2 + root
-    smooth = (count >= 3) & (thin < 0.1 * long) & ~_in_front(scan, points, joined)
+    smooth = (count >= 3) & (thin < 0.1 * long) & ~narrow_objects(scan, joined)
     normals *= -np.sign((normals * points).sum(1))[:, None]
     return Surface(points[smooth], normals[smooth])
-
-
-def _in_front(scan: Scan, points: Reals, joined: Reals) -> Reals:
-    """Return which points are of narrow objects in front of others, such as people, who may have moved on."""
-    bounds = np.concatenate([[0], np.flatnonzero(~joined) + 1, [len(points)]])
-    first, last = bounds[:-1], bounds[1:] - 1
-    narrow = np.hypot(*(points[last] - points[first]).T) < _NARROW
-    ranges = scan.ranges[scan.beams]
-    before, after = ranges[np.maximum(first - 1, 0)], ranges[np.minimum(last + 1, len(points) - 1)]
-    behind = (before > ranges[first] + _IN_FRONT) & (after > ranges[last] + _IN_FRONT)
-    return np.repeat(narrow & behind & (first > 0) & (last < len(points) - 1), np.diff(bounds))
 
 
 class Reference:
@@ -172,7 +157,7 @@ def align(
         total = matrix + np.diag([1e-3, 1e-3, 1e-3])
         right = gradient * (_INDEPENDENT / _SIGMA**2)
         if prior is not None and prior_information is not None:
-            angle, shift = pga2.motor_to_angle_translation(pga2.motor_product(pga2.motor_inverse(prior), motor))
+            angle, shift = pga2.motor_to_angle_translation(relative(prior, motor))
             total = total + prior_information
             right = right + prior_information @ np.array([angle, *shift])
         change = -np.linalg.solve(total, right)

@@ -16,8 +16,8 @@ from algorithms.mapping.built_map import REFUSED
 from algorithms.mapping.carmen import CarmenLog
 from algorithms.mapping.floor_plans import load_floor_plan
 from algorithms.mapping.g2o import PoseGraphFile, read_g2o
-from algorithms.mapping.keyframes import relative
 from algorithms.mapping.line_map import same_wall
+from algorithms.mapping.motions import relative
 from algorithms.mapping.scan_simulation import Odometry, Scanner, SimulatedLog, simulate_log
 from generated import pga2
 

@@ -71,6 +71,13 @@ def test_corridors(rng: np.random.Generator) -> None:
     assert found.status in (MappingStatus.AMBIGUOUS, MappingStatus.DEGENERATE) and len(found.hypotheses)
 
 
+def test_a_corridor_with_one_frame_is_weak(rng: np.random.Generator) -> None:
+    """If only a frame of 6 cm shows where along a corridor a scan was taken, the status is not OK."""
+    walls = np.concatenate([np.array([[-40.0, 1, 40, 1], [-40.0, -1, 40, -1]]), box(2.0, 1.0, 0.06, 0.06)])
+    found = relocate(scan_at(rng, walls, np.array([0.0, 0.1, 0.0])), exact_map(walls))
+    assert found.status is not MappingStatus.OK
+
+
 def test_other_rooms_do_not_match(rng: np.random.Generator) -> None:
     walls = room(rng, 10)
     a, _ = pair(rng, walls)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from gacompiler import kernel
 from gacompiler.algebra.catalog import PGA3
 from gacompiler.frontend.kernel import trace
@@ -40,3 +42,25 @@ def test_equal_definitions_are_proved_once(monkeypatch) -> None:
     assert n > 0
     assert decide(trace(large_and_constant), [traced.expressions]).constants == first
     assert len(made) == n
+
+
+@kernel(a=PGA3.MOTOR, x=PGA3.even, y=PGA3.even)
+def not_constant(a, x, y):
+    return x * y, a
+
+
+@pytest.mark.parametrize(("whole", "fewest", "most"), [(1, 1, 1), (800_000, 2, 4)])
+def test_all_proofs_together_have_a_bound(monkeypatch: pytest.MonkeyPatch, whole: int, fewest: int, most: int) -> None:
+    """The work of an attempt counts also if it found a polynomial: none follows when the bound is reached."""
+    made = []
+
+    def counted(*arguments, **options):
+        made.append(arguments)
+        # One attempt may use more than what is left of all work, so that it finds a polynomial.
+        return Lowering(*arguments, **{**options, "effort": 400_000})
+
+    monkeypatch.setattr(module, "Lowering", counted)
+    monkeypatch.setattr(module, "WHOLE_EFFORT", whole)
+    wrong = (((0, 0), 0),)
+    assert module._proved.__wrapped__(not_constant.parameters, wrong, (trace(not_constant).expressions,)) == {}
+    assert fewest <= len(made) <= most

@@ -1,9 +1,15 @@
-"""No kernel reads or writes out of bounds, on arrays of any shape and strides, according to the sanitizers of gcc."""
+"""No kernel reads or writes out of bounds, on arrays of any shape and strides, according to the sanitizers of gcc.
+
+The loops of a straight-line kernel are macros of the shapes of its arguments and results. They are compiled for the
+first kernel with these shapes in all modules; `test_indices_of_kernels.py` reads the indices in the other bodies.
+"""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -14,7 +20,10 @@ from gacompiler.generation.files import write
 
 pytestmark = pytest.mark.peers
 
-FLAGS = ["-O1", "-std=c17", "-fPIC", "-shared", "-ffp-contract=off", "-fno-math-errno", "-fsanitize=address,undefined"]
+FLAGS = [
+    "-Og", "-std=c17", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-fsanitize=address,undefined",
+    "-fno-sanitize-recover=all",
+]  # fmt: skip
 ROUNDS = 60
 WIDTHS = {
     "#define LOOPS(name) GAC_FOR(v3, NAME(name), NAME(name##_v3)) GAC_FOR(v4, NAME(name), NAME(name##_v4))":
@@ -22,7 +31,14 @@ WIDTHS = {
     "WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}": "WIDTHS(name) {NAME(name##_v3), NAME(name##_v3)}",
 }  # fmt: skip
 """Loops have one text for vectors of either width; one of them is compiled, in half the time."""
-MODULES = sorted(path.stem for path in generated_folder().glob("*.c"))
+
+
+def _size(name: str) -> int:
+    return (generated_folder() / f"{name}.c").stat().st_size
+
+
+MODULES = sorted((path.stem for path in generated_folder().glob("*.c")), key=lambda name: (-_size(name), name))
+"""The largest first, so that no process compiles one of them while the others have nothing left to do."""
 
 
 def runtime(compiler: str) -> str:
@@ -31,25 +47,79 @@ def runtime(compiler: str) -> str:
     return found.stdout.strip()
 
 
-@pytest.mark.parametrize("name", MODULES)
-def test_every_kernel_stays_within_bounds(name: str, tmp_path: Path) -> None:
-    compiler = shutil.which("gcc")
-    if compiler is None or not Path(runtime(compiler)).is_file():
+@pytest.fixture(scope="module")
+def compiler() -> str:
+    """The path of gcc, if it has the sanitizers."""
+    found = shutil.which("gcc")
+    if found is None or not Path(runtime(found)).is_file():
         pytest.skip("no gcc with sanitizers")
-    for ending in ("py", "c", "h"):
-        shutil.copy(generated_folder() / f"{name}.{ending}", tmp_path)
-    source = tmp_path / f"{name}.c"
-    write(runtime_files(), tmp_path)
-    header = tmp_path / "gac_runtime" / "gac_runtime.h"
+    return found
+
+
+@pytest.fixture(scope="module")
+def compiled_runtime(compiler: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the runtime, for vectors of one width, and its object file."""
+    folder = tmp_path_factory.mktemp("runtime")
+    write(runtime_files(), folder)
+    header = folder / "gac_runtime" / "gac_runtime.h"
     text = header.read_text()
     for both, one in WIDTHS.items():
         assert text.count(both) == 1
         text = text.replace(both, one)
     header.write_text(text)
-    library = tmp_path / "_build" / library_name(name, source.read_text())
+    source = folder / "gac_runtime" / "gac_runtime.c"
+    subprocess.run([compiler, *FLAGS, "-c", str(source), "-o", str(folder / "gac_runtime.o")], check=True)
+    return folder
+
+
+def without_known_loops(text: str, earlier: set[str]) -> str:
+    """Return the text of a module without the loops of straight-line kernels that have the shapes of an earlier one."""
+    joined = re.sub(r"\s*\\\n\s*", " ", text)
+    parts = dict(re.findall(r"^#define PARTS_(\w+)\(IN, NUMBER, OUT, AND\) (.*)$", joined, re.MULTILINE))
+
+    def kernel(found: re.Match[str]) -> str:
+        name, kind, dense = found.groups()
+        shapes = f"{parts[name]} {kind} {dense}"
+        if shapes not in earlier:
+            earlier.add(shapes)
+            return found[0]
+        return (
+            f"void NAME({name}_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)"
+            " { (void)args, (void)dimensions, (void)steps; }"
+        )
+
+    return re.sub(r"^GAC_KERNEL\((\w+), (\w+), (\w+)\)$", kernel, text, flags=re.MULTILINE)
+
+
+@cache
+def texts() -> dict[str, str]:
+    """The C text of every module as it is compiled here."""
+    earlier: set[str] = set()
+    folder = generated_folder()
+    return {name: without_known_loops((folder / f"{name}.c").read_text(), earlier) for name in sorted(MODULES)}
+
+
+def test_loops_are_left_out_once_they_are_known() -> None:
+    shapes = "#define PARTS_{0}(IN, NUMBER, OUT, AND) IN(0, 0, 3, {1}) AND \\\n    OUT(1, 1, 3)"
+    text = shapes + "\nGAC_KERNEL({0}, PLAIN, NO)\n"
+    earlier: set[str] = set()
+    assert without_known_loops(text.format("f", 3), earlier) == text.format("f", 3)
+    assert without_known_loops(text.format("g", 4), earlier) == text.format("g", 4)
+    assert "\nvoid NAME(h_loop)" in without_known_loops(text.format("h", 3), earlier)
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_every_kernel_stays_within_bounds(name: str, compiler: str, compiled_runtime: Path, tmp_path: Path) -> None:
+    for ending in ("py", "c", "h"):
+        shutil.copy(generated_folder() / f"{name}.{ending}", tmp_path)
+    shutil.copytree(compiled_runtime / "gac_runtime", tmp_path / "gac_runtime")
+    source = tmp_path / "shortened" / f"{name}.c"
+    source.parent.mkdir()
+    source.write_text(texts()[name])
+    library = tmp_path / "_build" / library_name(name, (tmp_path / f"{name}.c").read_text())
     library.parent.mkdir()
-    sources = [str(source), str(tmp_path / "gac_runtime" / "gac_runtime.c")]
-    subprocess.run([compiler, *FLAGS, "-fno-sanitize-recover=all", *sources, "-o", str(library), "-lm"], check=True)
+    parts = [str(source), str(compiled_runtime / "gac_runtime.o")]
+    subprocess.run([compiler, *FLAGS, f"-I{tmp_path}", "-shared", *parts, "-o", str(library), "-lm"], check=True)
     environment = {
         **os.environ,
         "LD_PRELOAD": runtime(compiler),

@@ -110,7 +110,9 @@ EXCEPTIONS: dict[str, set[str]] = {
 ONLY_INSIDE_FUNCTIONS = {"algebra/coefficients.py": {"sympy", "mpmath"}}
 
 GENERATED = {"numpy", "_cffi_backend", "numba", "generated", "gac_runtime"}
-ALGORITHMS = {"generated", "algorithms", "numpy", "numba", "scipy", "matplotlib", "skimage", "rich"}
+ALGORITHMS = {
+    "generated", "algorithms", "numpy", "numba", "scipy", "matplotlib", "skimage", "rich", "nibabel", "pydicom"
+}  # fmt: skip
 LINES = 400
 
 MUTUAL = frozenset(f"gacompiler.algebra.{name}" for name in ("algebra", "layout", "multivector"))

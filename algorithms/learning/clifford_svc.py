@@ -1,0 +1,152 @@
+"""Clifford support vector machines for classification."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .clifford_machine import CliffordMachine
+from .codes import code_distance, code_of_classes, losses
+from .estimators import ContradictionWarning, contradictions, warn_column
+from .svm_kernels import Floats
+
+
+class CliffordSVC(CliffordMachine):
+    """One support vector machine with multivector values for several classes.
+
+    Classes are coded by the signs of components, so an algebra of n vectors has values for up to ``2**(2**n)`` classes.
+    The interface is that of scikit-learn's classifiers.
+
+    Parameters
+    ----------
+    kernel : {"scalar", "linear", "gabor", "polynomial"} or callable
+        ``exp(-gamma |x - y|^2)``; ``~x y``; this Gaussian times a rotor ``exp(u w (x - y))``; or
+        ``(gamma ~x y + coef0)^degree``. A callable maps two arrays of samples to kernels (n, k) or (n, k, 2**k).
+    C : float
+        The penalty of errors.
+    gamma : float or "scale"
+        With "scale", the inverse of the variance of features times their number.
+    degree, coef0 : int, float
+        Of the polynomial.
+    frequency : float or array
+        The wave vector w of the Gabor kernel. A number is its length; it then has equal coordinates.
+    code : {"one-vs-rest", "compact"}, int or mapping
+        The signs of classes; see `codes.code_of_classes`.
+    algebra : (p, q), optional
+        The signature. By default there are just enough vectors of square -1.
+    tol : float
+        Tolerance of the conditions of optimality.
+    max_iter : int
+        The maximum number of steps, -1 for no limit.
+    shrinking : bool
+        Whether to leave out samples that probably remain at their bounds.
+    cache_size : float
+        Megabytes for rows of the kernel.
+
+    Attributes
+    ----------
+    classes_ : array, (classes,)
+    code_ : array, (classes, m)
+    code_distance_ : int
+        The least number of components in which two classes differ.
+    support_, support_vectors_ : array
+        Indices of the samples with nonzero dual variables, and these samples.
+    dual_coef_ : array, (m, support)
+        Dual variables, with the signs of labels.
+    intercept_ : array, (m,)
+    n_iter_ : int
+        The number of steps, of all components.
+    status_ : MachineStatus
+    gap_, dual_objective_ : float
+        The violation of the conditions of optimality, and the objective that is minimised.
+    """
+
+    def __init__(
+        self, kernel: Any = "scalar", C: float = 1.0, gamma: Any = "scale", degree: int = 3, coef0: float = 1.0,
+        frequency: Any = 1.0, code: Any = "one-vs-rest", algebra: Any = None, tol: float = 1e-6, max_iter: int = -1,
+        shrinking: bool = True, cache_size: float = 200.0,
+    ) -> None:  # fmt: skip
+        self.kernel, self.C, self.gamma, self.degree, self.coef0 = kernel, C, gamma, degree, coef0
+        self.frequency, self.code, self.algebra, self.tol = frequency, code, algebra, tol
+        self.max_iter, self.shrinking, self.cache_size = max_iter, shrinking, cache_size
+
+    def fit(self, X: Any, y: Any) -> Self:
+        """Fit the machine to samples (n, d), or multivectors (n, d, 2**k), and their classes.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If the samples or labels cannot be used, or the kernel is not positive definite.
+
+        Warns
+        -----
+        ContradictionWarning
+            If equal samples have different labels.
+        ConvergenceWarning
+            If the tolerance has not been reached.
+        """
+        samples = self._samples(X)
+        labels = _checked_labels(y, len(samples))
+        self.classes_, number = np.unique(labels, return_inverse=True)
+        if len(self.classes_) < 2:
+            raise ValueError(f"y: the number of classes has to be greater than one; got {len(self.classes_)} class")
+        code = code_of_classes(self.code, self.classes_)
+        if (samples == samples[0]).all():
+            raise ValueError("X: all features are constant; expected samples that differ")
+        clashes = contradictions(samples, number)
+        if clashes:
+            warnings.warn(
+                f"y: {clashes} samples equal an earlier one with another label; no machine separates them",
+                ContradictionWarning, stacklevel=2,
+            )  # fmt: skip
+        targets = code[number].T.astype(float)
+        self._train(samples, targets, np.where(targets > 0, 0, -self.C), np.where(targets > 0, self.C, 0), 0.0)
+        self.code_, self.code_distance_ = code, code_distance(code)
+        self._learn_features(X, samples)
+        return self
+
+    def components(self, X: Any) -> Floats:
+        """Return the components (n, m) of the multivector values, whose signs code the classes."""
+        return self._values(X)
+
+    def decision_function(self, X: Any) -> Floats:
+        """Return the value (n,) for two classes with one component, else the negative losses (n, classes)."""
+        values = self._values(X)
+        if values.shape[1] == 1:
+            return np.asarray(values[:, 0] * self.code_[1, 0])
+        found = -losses(values, self.code_)
+        return np.asarray(found[:, 1] - found[:, 0] if len(self.classes_) == 2 else found)
+
+    def predict(self, X: Any) -> NDArray[Any]:
+        """Return the class of each sample: the one whose code has the least hinge loss."""
+        values = self.decision_function(X)
+        return np.asarray(self.classes_[(values > 0).astype(int) if values.ndim == 1 else values.argmax(1)])
+
+    def score(self, X: Any, y: Any) -> float:
+        """Return the share of samples whose class is predicted."""
+        return float((self.predict(X) == np.asarray(y)).mean())
+
+    def __sklearn_tags__(self) -> Any:
+        return self._tags("classifier")
+
+
+def _checked_labels(y: Any, n: int) -> NDArray[Any]:
+    if y is None:
+        raise ValueError("y: None; requires y to be passed, but the target y is None")
+    labels = np.asarray(y)
+    if labels.ndim == 2 and labels.shape[1] == 1:
+        warn_column()
+        labels = labels[:, 0]
+    if labels.ndim != 1 or len(labels) != n:
+        raise ValueError(f"y: shape {labels.shape}; expected one label for each of {n} samples")
+    if labels.dtype.kind == "f":
+        if not np.isfinite(labels).all():
+            raise ValueError("y: contains NaN or infinity; expected labels of classes")
+        if (labels != np.round(labels)).any():
+            raise ValueError("y: Unknown label type: continuous; expected classes, use CliffordSVR for numbers")
+    if labels.dtype.kind == "c":
+        raise ValueError("Complex data not supported: y; expected classes")
+    return labels

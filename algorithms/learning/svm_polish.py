@@ -1,0 +1,111 @@
+"""Active-set iterations for dual problems of support vector machines: all free variables are solved for at once."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import lapack
+
+from .gram import GramRows, expanded
+from .smo import FAR, Bools, Problem, State, gaps
+from .svm_kernels import Floats
+
+_ITERATIONS = 12
+_RIDGE = 1e-5
+"""Added to the diagonal of singular equations, relative to it."""
+_LARGEST = 1500
+"""Number of free variables up to which their equations are solved."""
+
+
+def polish(problem: Problem, state: State, tolerance: float, is_free: Bools | None = None) -> bool:
+    """Solve for all free variables, and change their set until the conditions of optimality hold.
+
+    The state is changed only if that succeeds.
+
+    Parameters
+    ----------
+    problem : Problem
+    state : State
+    tolerance : float
+    is_free : array of bool, (m, n), optional
+        The first guess; by default the variables that are between their bounds.
+
+    Returns
+    -------
+    bool
+    """
+    signed = state.signed.copy()
+    rise, fall = problem.slopes(signed)
+    offset = np.where(signed > 0, problem.width, -problem.width)
+    if is_free is None:
+        is_free = (rise == fall) & (signed != 0)
+    elif problem.width:
+        offset = np.where(problem.targets > 0, problem.width, -problem.width)
+    for _ in range(_ITERATIONS):
+        count = np.count_nonzero(is_free)
+        if not 0 < count <= _LARGEST or not is_free.any(1).all():
+            return False
+        solved = _solved(problem, signed, is_free, offset)
+        if solved is None:
+            return False
+        signed, constant = solved
+        below = np.where((problem.width > 0) & (offset > 0), 0.0, problem.lower)
+        above = np.where((problem.width > 0) & (offset < 0), 0.0, problem.upper)
+        outside = is_free & ((signed < below) | (signed > above))
+        signed = np.where(outside, np.clip(signed, below, above), signed)
+        gradient = problem.gradient(signed)
+        if not outside.any():
+            found = State(signed, gradient, state.steps, state.shrunk)
+            lowest, highest = gaps(problem, found)
+            if (highest - lowest <= tolerance).all():
+                state.signed, state.gradient = signed, gradient
+                return True
+        rise, fall = problem.slopes(signed)
+        slope = gradient + constant[:, None]
+        gains, loses = slope + rise < -tolerance / 4, slope + fall > tolerance / 4
+        fixed = ~is_free
+        is_free = is_free & ~outside
+        offset = np.where(fixed & gains & (rise < FAR), rise, offset)
+        offset = np.where(fixed & loses & (fall > -FAR), fall, offset)
+        is_free = is_free | (fixed & (gains | loses))
+    return False
+
+
+def _solved(problem: Problem, signed: Floats, is_free: Bools, offset: Floats) -> tuple[Floats, Floats] | None:
+    """Return variables and constants with vanishing derivatives by all free variables, or None without a solution."""
+    m = problem.m
+    component, sample = np.nonzero(is_free)
+    matrix = _submatrix(problem.rows, problem, component, sample)
+    rest = np.where(is_free, 0.0, signed)
+    right = problem.targets - offset
+    if rest.any():
+        right = right - problem.rows.image(rest, problem.signs)
+    groups = (component[:, None] == np.arange(m)).astype(float)
+    right_sides = np.asfortranarray(np.column_stack([right[is_free], groups]))
+    factor, info = lapack.dpotrf(matrix, lower=1, clean=0)
+    ridge = _RIDGE * float(matrix.diagonal().max())
+    if info or factor.diagonal().min() ** 2 < ridge:
+        # The solution nearest to the present variables; the rest of the iterations reduce its error.
+        matrix[np.diag_indices_from(matrix)] += ridge
+        right_sides[:, 0] += ridge * signed[is_free]
+        factor, info = lapack.dpotrf(matrix, lower=1, clean=0)
+    if info:
+        return None
+    z, _ = lapack.dpotrs(factor, right_sides, lower=1)
+    try:
+        constant = np.linalg.solve(groups.T @ z[:, 1:], groups.T @ z[:, 0] + rest.sum(1))
+    except np.linalg.LinAlgError:
+        return None
+    found = rest
+    found[is_free] = z[:, 0] - z[:, 1:] @ constant
+    return (found, constant) if np.isfinite(found).all() else None
+
+
+def _submatrix(rows: GramRows, problem: Problem, component: NDArray[np.intp], sample: NDArray[np.intp]) -> Floats:
+    """Return the Gram matrix of some variables, in Fortran order."""
+    if rows.size == 1:
+        return np.array(rows.square(sample)[:, 0].T, order="F")
+    used, place = np.unique(sample, return_inverse=True)
+    whole = expanded(rows.square(used), problem.m, problem.signs)
+    at = component * len(used) + place
+    return np.asfortranarray(whole[np.ix_(at, at)])

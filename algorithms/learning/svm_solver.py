@@ -1,0 +1,114 @@
+"""Solution of the dual problems of Clifford support vector machines, with a status that has been verified."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import IntEnum
+
+import numpy as np
+
+from .smo import Problem, State, gaps, intercepts, minimise
+from .svm_kernels import Floats
+from .svm_polish import polish
+
+_ALL_FREE = 600
+"""Number of variables up to which the first guess is that all are free."""
+_FIRST = 2
+"""Steps for each variable, before all free variables are first solved for; later the number doubles."""
+_UNLIMITED = 10_000_000
+
+
+class MachineStatus(IntEnum):
+    """Whether a support vector machine has been found."""
+
+    OK = 0
+    """The conditions of optimality hold within the tolerance, with a gradient computed from the result."""
+    NOT_CONVERGED = 1
+    """They do not hold after the maximum number of steps."""
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """The solution of a dual problem.
+
+    Attributes
+    ----------
+    signed : array, (m, n)
+        The dual variables, with the signs of their labels.
+    intercept : array, (m,)
+    status : MachineStatus
+    steps : int
+    gap : float
+        The greatest violation of the conditions of optimality.
+    objective : float
+        The dual objective, to be minimised.
+    """
+
+    signed: Floats
+    intercept: Floats
+    status: MachineStatus
+    steps: int
+    gap: float
+    objective: float
+
+
+def solve(problem: Problem, tolerance: float, max_steps: int, shrinking: bool) -> Solution:
+    """Solve a dual problem; the components separately if the kernel has scalar values.
+
+    Parameters
+    ----------
+    problem : Problem
+    tolerance : float
+        Of the conditions of optimality.
+    max_steps : int
+        Maximum number of steps, -1 for no limit.
+    shrinking : bool
+        Whether to leave out samples that probably remain at their bounds.
+    """
+    limit = _UNLIMITED if max_steps < 0 else max_steps
+    if problem.rows.size > 1:
+        return _together(problem, tolerance, limit, shrinking)
+    parts = []
+    for j in range(problem.m):
+        one = slice(j, j + 1)
+        part = replace(
+            problem, targets=problem.targets[one], lower=problem.lower[one], upper=problem.upper[one]
+        )  # fmt: skip
+        parts.append(_together(part, tolerance, limit, shrinking))
+    return Solution(
+        np.concatenate([part.signed for part in parts]),
+        np.concatenate([part.intercept for part in parts]),
+        max(part.status for part in parts),
+        sum(part.steps for part in parts),
+        max(part.gap for part in parts),
+        sum(part.objective for part in parts),
+    )
+
+
+def _together(problem: Problem, tolerance: float, limit: int, shrinking: bool) -> Solution:
+    state = State.start(problem)
+    size = problem.targets.size
+    guess = limit > 0 and size <= _ALL_FREE and problem.rows.is_complete
+    if guess and polish(problem, state, tolerance, np.ones(problem.targets.shape, bool)):
+        state.steps += 1
+        return _verified(problem, state, tolerance)
+    budget = _FIRST * size
+    while state.steps < limit:
+        done = minimise(problem, state, tolerance, min(budget, limit - state.steps), shrinking)
+        if done or polish(problem, state, tolerance):
+            state.gradient = problem.gradient(state.signed)
+            lowest, highest = gaps(problem, state)
+            if (highest - lowest <= tolerance).all():
+                break
+        budget *= 2
+    return _verified(problem, state, tolerance)
+
+
+def _verified(problem: Problem, state: State, tolerance: float) -> Solution:
+    state.gradient = problem.gradient(state.signed)
+    lowest, highest = gaps(problem, state)
+    gap = max(float((highest - lowest).max()), 0.0)
+    status = MachineStatus.OK if gap <= tolerance else MachineStatus.NOT_CONVERGED
+    half = (state.gradient - problem.targets) / 2
+    objective = float((state.signed * half).sum() + problem.width * np.abs(state.signed).sum())
+    return Solution(state.signed, intercepts(problem, state), status, state.steps, gap, objective)

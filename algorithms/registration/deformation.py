@@ -1,0 +1,219 @@
+"""Deformable registration: smooth displacements of a cloud, with soft correspondences from coarse to fine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import sparse
+from scipy.sparse.linalg import splu
+from scipy.spatial import cKDTree
+
+from ..arguments import Reals, finite_number, real_array
+from .vote_status import DeformStatus
+
+_NODES = 6000
+"""Points of the source that carry displacements; those of larger clouds are interpolated."""
+_NEIGHBOURS, _CANDIDATES, _INTERPOLATED = 8, 60, 4
+_START, _END, _FACTOR = 2.0, 0.14, 0.92
+"""First and last radius of correspondences in units of the spacing, and the factor from step to step."""
+_SOFTEST = 0.02
+"""The last stiffness, in units of the first one."""
+_MISSING = 0.01
+"""The weight of the hypothesis that a target has no partner."""
+_MATCHED = 0.05
+"""The weight from which on the spread of a point's targets measures its uncertainty."""
+_NEAR, _ENOUGH = 0.5, 0.8
+"""Distance from the target, in units of the spacing, within which displaced points fit, and the share that must."""
+_FAR = 2.0
+"""Distance, in units of the spacing, from which on a point has no correspondence."""
+_STILL = 0.02
+"""The mean displacement of the last step, in units of the spacing, up to which the displacements have converged."""
+
+
+@dataclass(frozen=True, eq=False)
+class Deformation:
+    """Displacements of a source cloud onto a target.
+
+    Attributes
+    ----------
+    points : array, (n, d)
+        The displaced points; rows that are not finite remain so.
+    correspondences : int array, (n,)
+        The row of the target that is nearest to each displaced point, -1 for points without one.
+    uncertainties : array, (n,)
+        Root mean square distance, for each coordinate, of the targets with which a point was matched in the last step,
+        by their weights, or of the nearest target if that is farther; infinite for points without a correspondence.
+    status : DeformStatus
+    """
+
+    points: Reals
+    correspondences: NDArray[np.int64]
+    uncertainties: Reals
+    status: DeformStatus
+
+
+def register_deformable(
+    source: ArrayLike,
+    target: ArrayLike,
+    *,
+    stiffness: float = 0.1,
+    radius: float | None = None,
+    descriptors: tuple[ArrayLike, ArrayLike] | None = None,
+) -> Deformation:
+    """Displace the points of a source smoothly onto a target.
+
+    In each step, the targets distribute their weights among the nearest displaced points, and a sparse linear system
+    gives the displacements, smooth in the graph of neighbours: those of a linear map cost nothing. The radius of
+    correspondences decreases from step to step. Clouds must be roughly aligned.
+
+    Parameters
+    ----------
+    source, target : array_like, (n, d), (m, d)
+        Clouds of 2 or 3 dimensions. Rows that are not finite are ignored.
+    stiffness : float, optional
+        The weight of smoothness in the first step; it decreases to a fiftieth.
+    radius : float, optional
+        The first radius of correspondences. By default twice the median distance from a point of the source to
+        its nearest neighbour at the density of its nodes.
+    descriptors : pair of array_like, (n, k) and (m, k), optional
+        Numbers that are similar at corresponding points, such as multiples of normals. Their distances count as those
+        of coordinates.
+
+    Returns
+    -------
+    Deformation
+    """
+    places, others = _cloud(source, "source"), _cloud(target, "target")
+    d = places.shape[1]
+    if others.shape[1] != d:
+        raise ValueError(f"target: {others.shape[1]} coordinates; expected {d}, as those of the source")
+    if finite_number(stiffness, "stiffness") <= 0:
+        raise ValueError(f"stiffness: {stiffness}; expected a positive number")
+    own, seen = (np.flatnonzero(np.isfinite(cloud).all(1)) for cloud in (places, others))
+    own_extra, seen_extra = _descriptors(descriptors, len(places), len(others))
+    if min(len(np.unique(places[own], axis=0)), len(np.unique(others[seen], axis=0))) < d + 2:
+        return _unchanged(places)
+    nodes = own
+    if len(own) > _NODES:
+        nodes = np.sort(np.random.default_rng(0).permutation(own)[:_NODES])
+    spacing = _spacing(places[nodes])
+    first = _START * spacing if radius is None else finite_number(radius, "radius")
+    if first <= 0:
+        raise ValueError(f"radius: {first}; expected a positive number")
+    goal = _Goal(others[seen], seen_extra[seen])
+    found = _descend(places[nodes], own_extra[nodes], goal, float(stiffness), first, _END * spacing)
+    moved = places.copy()
+    moved[own] += _interpolated(places[nodes], found.shift, places[own])
+    spread = _interpolated(places[nodes], found.spread[:, None], places[own])[:, 0]
+    return _result(moved, spread, own, others, seen, found.change, spacing)
+
+
+@dataclass(frozen=True, eq=False)
+class _Goal:
+    points: Reals
+    extra: Reals
+
+
+@dataclass(frozen=True, eq=False)
+class _Shift:
+    shift: Reals
+    spread: Reals
+    change: float
+
+
+def _descend(points: Reals, extra: Reals, goal: _Goal, stiffness: float, first: float, last: float) -> _Shift:
+    n = len(points)
+    bending = _bending(points)
+    shift, change = np.zeros_like(points), np.inf
+    weights: Reals = np.zeros(n)
+    squares: Reals = np.zeros(n)
+    # Each target has about n / m of the weight of a point, so that the density of the target does not matter.
+    share = min(1.0, n / len(goal.points))
+    steps = max(2, int(np.ceil(np.log(max(first / last, 1)) / -np.log(_FACTOR))))
+    count = min(_CANDIDATES, n)
+    every = np.column_stack([goal.points, goal.extra])
+    for step in range(steps + 3):
+        radius = max(first * _FACTOR**step, last)
+        tree = cKDTree(np.column_stack([points + shift, extra]))
+        distance, row = tree.query(every, k=count)
+        chance = np.exp(-((distance / radius) ** 2) / 2)
+        chance /= chance.sum(1, keepdims=True) + _MISSING
+        matches = sparse.csr_matrix(
+            (chance.ravel(), (row.ravel(), np.repeat(np.arange(len(every)), count))), shape=(n, len(every))
+        )
+        weights = share * np.asarray(matches.sum(1)).ravel()
+        pull = share * (matches @ goal.points) - weights[:, None] * points
+        softer = stiffness * max(_FACTOR**step, _SOFTEST)
+        matrix = (softer * bending + sparse.diags(weights + 1e-9)).tocsc()
+        solved = splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).solve(pull)
+        change, shift = float(np.linalg.norm(solved - shift, axis=1).mean()), solved
+        away = ((goal.points[:, None] - (points + shift)[row]) ** 2).sum(-1)
+        squares = share * np.bincount(row.ravel(), (chance * away).ravel(), n)
+    spread = np.sqrt(squares / np.maximum(weights, 1e-12) / points.shape[1])
+    return _Shift(shift, np.where(weights >= _MATCHED, spread, 0), change)
+
+
+def _bending(points: Reals) -> Any:
+    """Return the square of the Laplacian of the graph of neighbours."""
+    n, k = len(points), min(_NEIGHBOURS, len(points) - 1)
+    near = cKDTree(points).query(points, k=k + 1)[1]
+    links = sparse.coo_matrix((np.ones(n * k), (np.repeat(np.arange(n), k), near[:, 1:].ravel())), shape=(n, n)).tocsr()
+    links = ((links + links.T) > 0).astype(float)
+    laplacian = sparse.diags(np.asarray(links.sum(1)).ravel()) - links
+    return laplacian.T @ laplacian
+
+
+def _result(
+    moved: Reals, spread: Reals, own: Reals, others: Reals, seen: Reals, change: float, spacing: float
+) -> Deformation:
+    rows, doubt = np.full(len(moved), -1, np.int64), np.full(len(moved), np.inf)
+    if not np.isfinite(moved[own]).all():
+        return Deformation(moved, rows, doubt, DeformStatus.POOR_FIT)
+    distance, row = cKDTree(others[seen]).query(moved[own])
+    near = distance <= _FAR * spacing
+    rows[own[near]] = seen[row[near]]
+    doubt[own[near]] = np.maximum(spread, distance / np.sqrt(moved.shape[1]))[near]
+    status = DeformStatus.OK
+    if (distance <= _NEAR * max(spacing, _spacing(others[seen]))).mean() < _ENOUGH:
+        status = DeformStatus.POOR_FIT
+    elif change > _STILL * spacing:
+        status = DeformStatus.NOT_CONVERGED
+    return Deformation(moved, rows, doubt, status)
+
+
+def _interpolated(nodes: Reals, values: Reals, at: Reals) -> Reals:
+    """Interpolate values of nodes by inverse squared distances."""
+    distance, row = cKDTree(nodes).query(at, k=_INTERPOLATED)
+    weight = 1 / np.maximum(distance, 1e-9 * (distance.max() + 1e-300)) ** 2
+    weight /= weight.sum(1, keepdims=True)
+    return np.asarray((values[row] * weight[..., None]).sum(1))
+
+
+def _spacing(points: Reals) -> float:
+    distance = cKDTree(points).query(points, k=2)[0][:, 1]
+    positive = distance[distance > 0]
+    return float(np.median(positive)) if len(positive) else 1.0
+
+
+def _cloud(value: ArrayLike, name: str) -> Reals:
+    array = real_array(value, name, (-1,)).astype(float)
+    if array.ndim != 2 or array.shape[1] not in (2, 3):
+        raise ValueError(f"{name}: shape {array.shape}; expected (n, 2) or (n, 3)")
+    return array
+
+
+def _descriptors(pair: tuple[ArrayLike, ArrayLike] | None, n: int, m: int) -> tuple[Reals, Reals]:
+    if pair is None:
+        return np.zeros((n, 0)), np.zeros((m, 0))
+    own, other = (real_array(x, f"descriptors[{k}]", (-1,)).astype(float) for k, x in enumerate(pair))
+    if own.ndim != 2 or own.shape[0] != n or other.shape != (m, own.shape[1]):
+        raise ValueError(f"descriptors: shapes {own.shape} and {other.shape}; expected ({n}, k) and ({m}, k)")
+    return np.nan_to_num(own), np.nan_to_num(other)
+
+
+def _unchanged(places: Reals) -> Deformation:
+    n = len(places)
+    return Deformation(places, np.full(n, -1, np.int64), np.full(n, np.inf), DeformStatus.TOO_FEW_POINTS)

@@ -1,0 +1,116 @@
+"""Normals of clouds by tensor voting, oriented consistently along a spanning tree."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import sparse
+from scipy.sparse import csgraph
+from scipy.spatial import cKDTree
+
+from ..arguments import Reals, finite_number
+from .vote_status import VoteStatus
+from .voting import Votes, tensor_vote
+
+_NEIGHBOURS = 16
+"""Tokens within three sigma, by default."""
+_LINKS = 10
+"""Neighbours that orient each other."""
+
+
+@dataclass(frozen=True, eq=False)
+class Normals:
+    """Normals of a cloud.
+
+    Attributes
+    ----------
+    normals : array, (n, d)
+        Unit vectors, or 0 where the status is not OK. In each connected part, they point outwards at the point that is
+        farthest from its centre.
+    confidence : array, (n,)
+        From 0 to 1: the saliency of the surface relative to the largest eigenvalue.
+    status : int array, (n,)
+        `VoteStatus`
+    sigma : float
+        The scale of the votes.
+    """
+
+    normals: Reals
+    confidence: Reals
+    status: NDArray[Any]
+    sigma: float
+
+
+def estimate_normals(points: ArrayLike, sigma: float | None = None, passes: int = 2) -> Normals:
+    """Estimate the normals of a surface in space, or of a curve in the plane, and orient them consistently.
+
+    Parameters
+    ----------
+    points : array_like, (n, 3) or (n, 2)
+    sigma : float, optional
+        The scale of the votes; by default a third of the median distance to the 16th neighbour.
+    passes : int, optional
+        Number of passes of `tensor_vote`.
+
+    Returns
+    -------
+    Normals
+    """
+    array = np.asarray(points)
+    scale = _scale(array) if sigma is None else finite_number(sigma, "sigma")
+    votes = tensor_vote(points, sigma=scale, passes=passes)
+    found = _oriented(votes)
+    largest = votes.eigenvalues[:, 0]
+    gap = largest - votes.eigenvalues[:, 1]
+    confidence = np.where(largest > 0, gap / np.where(largest > 0, largest, 1), 0)
+    return Normals(found, confidence, votes.status, scale)
+
+
+def _scale(array: NDArray[Any]) -> float:
+    if array.ndim != 2 or array.dtype.kind not in "fiub":
+        return 1.0  # tensor_vote states what is wrong with the points
+    places = np.unique(array[np.isfinite(array).all(1)], axis=0)
+    if len(places) < 2:
+        return 1.0
+    k = min(_NEIGHBOURS, len(places) - 1)
+    return float(np.median(cKDTree(places).query(places, k=k + 1)[0][:, k])) / 3
+
+
+def _oriented(votes: Votes) -> Reals:
+    normals = np.zeros_like(votes.points)
+    rows = np.flatnonzero(votes.status == VoteStatus.OK)
+    if not len(rows):
+        return normals
+    places, own = votes.points[rows], votes.normals[rows].copy()
+    n, k = len(rows), min(_LINKS, len(rows) - 1)
+    if k:
+        distance, near = cKDTree(places).query(places, k=k + 1)
+        first, second = np.repeat(np.arange(n), k + 1), near.ravel()
+        # Short links between parallel normals come first in the tree; a link must not have the weight 0.
+        turned = 1 - np.abs((own[first] * own[second]).sum(1))
+        cost = 1e-6 + turned + 0.01 * distance.ravel() / max(distance.max(), 1e-300)
+        kept = first != second
+        links = sparse.coo_matrix((cost[kept], (first[kept], second[kept])), shape=(n, n)).tocsr()
+        links = links.maximum(links.T)
+        tree = csgraph.minimum_spanning_tree(links)
+        _, part = csgraph.connected_components(tree, directed=False)
+        for label in range(part.max() + 1):
+            _orient_part(own, places, tree, np.flatnonzero(part == label))
+    normals[rows] = own
+    return normals
+
+
+def _orient_part(own: Reals, places: Reals, tree: Any, members: NDArray[Any]) -> None:
+    """Orient the normals of a connected part in place."""
+    away = places[members] - places[members].mean(0)
+    start = int(np.argmax((away**2).sum(1)))
+    root = members[start]
+    if own[root] @ away[start] < 0:
+        own[root] *= -1
+    order, before = csgraph.breadth_first_order(tree, root, directed=False)
+    for row in order[1:]:
+        if own[row] @ own[before[row]] < 0:
+            own[row] *= -1

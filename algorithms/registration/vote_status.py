@@ -1,0 +1,29 @@
+"""Statuses of voted tensors, estimated normals, and deformable registration."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class VoteStatus(IntEnum):
+    """Whether the votes at a place determine a direction."""
+
+    OK = 0
+    ISOLATED = 1
+    """No token votes here: the tensor and all saliencies are 0."""
+    UNDETERMINED = 2
+    """All eigenvalues are equal: the votes prefer no direction, and normal and tangent are arbitrary."""
+    NOT_FINITE = 3
+    """A coordinate is infinite or NaN: the token neither votes nor receives votes."""
+
+
+class DeformStatus(IntEnum):
+    """Whether a deformation was found."""
+
+    OK = 0
+    NOT_CONVERGED = 1
+    """The displacements still change after the last step."""
+    POOR_FIT = 2
+    """Too many points have no corresponding place on the target."""
+    TOO_FEW_POINTS = 3
+    """A cloud has too few finite, distinct points; the source is returned unchanged."""

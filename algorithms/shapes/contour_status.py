@@ -1,0 +1,18 @@
+"""Statuses of traced contours."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class ContourStatus(IntEnum):
+    """Whether a contour agrees with the boundary in the image."""
+
+    OK = 0
+    """A closed cycle without crossings, near the boundary in both directions."""
+    TOUCHES_BORDER = 1
+    """As OK, but the object is cut by the border of the image, which the contour follows there."""
+    CROSSING = 2
+    """The cycle crosses itself."""
+    TOO_FAR = 3
+    """The contour and the boundary differ by more than the tolerance; more nodes are needed."""

@@ -1,0 +1,52 @@
+"""Straight-line kernels read and write components that the arrays have, and write each component of the results."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from gacompiler.generation.checked_in import generated_folder
+
+MODULES = sorted(path.stem for path in generated_folder().glob("*.c"))
+BODY = re.compile(
+    r"^(?:static )?INLINE void NAME\((\w+?)(?:_within)?\)\(([^)]*)\)\n\{\n(.*?)^\}$", re.MULTILINE | re.DOTALL
+)
+PARTS = re.compile(r"^#define PARTS_(\w+)\(IN, NUMBER, OUT, AND\) (.*)$", re.MULTILINE)
+
+
+def wrong_indices(text: str) -> tuple[int, list[str]]:
+    """Return the number of kernels, and what each of them does wrong."""
+    joined = re.sub(r"\s*\\\n\s*", " ", text)
+    shapes = dict(PARTS.findall(joined))
+    wrong, count = [], 0
+    for name, parameters, body in BODY.findall(joined):
+        if name not in shapes:
+            continue
+        count += 1
+        names = [each.split()[-1].lstrip("*") for each in parameters.split(",") if each.split() != ["WORD", "*far"]]
+        arguments = re.findall(r"(IN|NUMBER|OUT)\(([^)]*)\)", shapes[name])
+        for parameter, (kind, numbers) in zip(names, arguments, strict=True):
+            if kind == "NUMBER":
+                continue
+            size = int(numbers.split(",")[3])
+            read = {int(index) for index in re.findall(rf"\b{parameter}\[(\d+)\]", body)}
+            computed = re.findall(rf"\b{parameter}\[\D", body)
+            if computed or (read != set(range(size)) if kind == "OUT" else not read <= set(range(size))):
+                wrong.append(f"{name}: {parameter} has {size} components, the body uses {sorted(read)}")
+    return count, wrong
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_indices_are_within_the_arrays(name: str) -> None:
+    text = (generated_folder() / f"{name}.c").read_text()
+    count, wrong = wrong_indices(text)
+    assert not wrong
+    assert count >= len(re.findall(r"^GAC_KERNEL\(", text, re.MULTILINE))
+
+
+def test_a_wrong_index_is_found() -> None:
+    text = (generated_folder() / "vga2.c").read_text()
+    assert not wrong_indices(text)[1]
+    changed, n = re.subn(r"\bout\[1\] = ", "out[7] = ", text, count=1)
+    assert n == 1 and "out has" in wrong_indices(changed)[1][0]

@@ -1,0 +1,118 @@
+"""Clifford support vector machines compared with scikit-learn and with Clarabel."""
+
+from __future__ import annotations
+
+import importlib
+import warnings
+from typing import Any
+
+import numpy as np
+import pytest
+
+from algorithms.learning import CliffordSVC, CliffordSVR
+from algorithms.learning.blade_signs import blade_signs
+from algorithms.learning.gram import expanded
+from algorithms.learning.svm_experiments import CovariantKernel, curves, rotor_error, rotor_windows, spirals
+
+pytestmark = pytest.mark.peers
+svm = pytest.importorskip("sklearn.svm")
+base = pytest.importorskip("sklearn.base")
+RANDOM = np.random.default_rng(5)
+
+
+@pytest.mark.parametrize("machine", [CliffordSVC(), CliffordSVR()])
+def test_checks_of_estimators_pass(machine: CliffordSVC | CliffordSVR) -> None:
+    checks = pytest.importorskip("sklearn.utils.estimator_checks")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        found = checks.check_estimator(machine, on_fail=None)
+    assert len(found) > 40 and [c["check_name"] for c in found if c["status"] == "failed"] == []
+
+
+def test_pipelines_and_cross_validation() -> None:
+    load_iris, search_grid, pipeline, scaler = (
+        getattr(importlib.import_module(f"sklearn.{module}"), name)
+        for module, name in (
+            ("datasets", "load_iris"),
+            ("model_selection", "GridSearchCV"),
+            ("pipeline", "make_pipeline"),
+            ("preprocessing", "StandardScaler"),
+        )
+    )
+    x, y = load_iris(return_X_y=True)
+    search = search_grid(pipeline(scaler(), CliffordSVC()), {"cliffordsvc__C": [1.0, 10.0]}, cv=3)
+    assert search.fit(x, y).best_score_ > 0.93
+    assert base.clone(CliffordSVC(C=3.0)).get_params()["C"] == 3.0
+
+
+def test_components_of_a_scalar_kernel_are_machines_of_scikit_learn() -> None:
+    x, y = spirals(32)
+    machine = CliffordSVC(C=50.0, gamma=0.05, code="compact").fit(x, y)
+    for values, signs in zip(machine.components(x).T, machine.code_.T, strict=True):
+        peer = svm.SVC(C=50.0, gamma=0.05, tol=1e-8).fit(x, signs[y])
+        assert np.abs(peer.decision_function(x) - values).max() < 1e-5
+
+
+def test_regression_of_a_scalar_kernel_is_that_of_scikit_learn() -> None:
+    t = np.linspace(0, 1, 20)[:, None]
+    y = curves(t[:, 0]) + 0.05 * RANDOM.normal(size=(20, 9))
+    machine = CliffordSVR(C=5.0, gamma=30.0, epsilon=0.05).fit(t, y)
+    peers = [svm.SVR(C=5.0, gamma=30.0, epsilon=0.05, tol=1e-8).fit(t, column).predict(t) for column in y.T]
+    assert np.abs(machine.predict(t) - np.transpose(peers)).max() < 1e-5
+
+
+def test_coupled_components_predict_rotors_better_than_separate_ones() -> None:
+    recording = dict(np.load("tests/data/estimation/broad_06_fast_rotation.npz"))
+    train, test = rotor_windows(recording, 200, 0, 2600, 0), rotor_windows(recording, 400, 2700, 5300, 1)
+    machine = CliffordSVR(CovariantKernel(0.02), C=30.0, epsilon=0.02, algebra=(0, 2), max_iter=10000)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        ours = rotor_error(machine.fit(train.samples, train.rotors).predict(test.samples), test.rotors)
+    flat, other = (w.samples.reshape(len(w.samples), -1) for w in (train, test))
+    for C, gamma in ((10.0, 0.01), (100.0, 0.003), (100.0, 0.01), (100.0, 0.03)):
+        peers = [svm.SVR(C=C, gamma=gamma, epsilon=0.02).fit(flat, c).predict(other) for c in train.rotors.T]
+        assert ours < 0.9 * rotor_error(np.transpose(peers), test.rotors)
+
+
+def _by_clarabel(matrix: np.ndarray, targets: np.ndarray, lower: np.ndarray, upper: np.ndarray, width: float) -> float:
+    """Return the least dual objective. Variables are split into their positive and negative parts."""
+    clarabel = pytest.importorskip("clarabel")
+    from scipy import sparse
+
+    m, n = targets.shape
+    split = np.hstack([np.eye(m * n), -np.eye(m * n)])
+    linear = np.concatenate([width - targets.ravel(), width + targets.ravel()])
+    bounds = np.concatenate([upper.ravel(), -lower.ravel()])
+    sums = np.kron(np.eye(m), np.ones(n)) @ split
+    rows = np.vstack([sums, np.eye(2 * m * n), -np.eye(2 * m * n)])
+    right = np.concatenate([np.zeros(m), bounds, np.zeros(2 * m * n)])
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.tol_gap_rel = settings.tol_gap_abs = settings.tol_feas = 1e-11
+    hessian = sparse.triu(sparse.csc_matrix(split.T @ matrix @ split)).tocsc()
+    cones = [clarabel.ZeroConeT(m), clarabel.NonnegativeConeT(4 * m * n)]
+    solver = clarabel.DefaultSolver(hessian, linear, sparse.csc_matrix(rows), right, cones, settings)
+    return float(solver.solve().obj_val)
+
+
+@pytest.mark.parametrize("name", ["scalar", "gabor", "linear", "polynomial"])
+@pytest.mark.parametrize("width", [0.0, 0.1])
+def test_dual_objectives_are_those_of_clarabel(name: str, width: float) -> None:
+    random = np.random.default_rng(11)
+    algebra = (0, 1) if name == "polynomial" else (0, 2)
+    size = 2 ** sum(algebra)
+    x = random.normal(size=(30, 2, size))
+    settings: dict[str, Any] = {"gamma": 0.2, "degree": 2, "algebra": algebra, "C": 2.0}
+    machine: CliffordSVC | CliffordSVR
+    if width:
+        targets = (x[:, 0] + 0.2 * random.normal(size=(30, size))).T
+        machine = CliffordSVR(name, epsilon=width, **settings).fit(x, targets.T)
+        lower, upper = np.full(targets.shape, -2.0), np.full(targets.shape, 2.0)
+    else:
+        y = np.arange(30) % 2**size
+        machine = classifier = CliffordSVC(name, code="compact", **settings).fit(x, y)
+        targets = classifier.code_[y % 2**size].T.astype(float)
+        lower, upper = np.where(targets > 0, 0, -2.0), np.where(targets > 0, 2.0, 0)
+    matrix = expanded(machine._kernel.values(x, x), len(targets), blade_signs(*algebra))
+    truth = _by_clarabel(matrix, targets, lower, upper, width)
+    assert abs(machine.dual_objective_ - truth) < 1e-6 * max(1, abs(truth))

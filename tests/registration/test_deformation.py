@@ -1,0 +1,55 @@
+"""Deformations with known correspondences: faces, smooth maps, and bad input."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from algorithms.registration import DeformStatus, register_deformable
+
+FACES = np.loadtxt(Path(__file__).parents[1] / "data" / "faces" / "faces-600.txt.gz")
+
+
+def test_points_of_a_face_find_their_partners() -> None:
+    source, target = FACES[:, :3], FACES[:, 3:]
+    found = register_deformable(source, target)
+    assert found.status is DeformStatus.OK
+    assert (found.correspondences == np.arange(600)).mean() > 0.995
+    error = np.linalg.norm(found.points - target, axis=1)
+    assert error.mean() < 0.3 < np.linalg.norm(source - target, axis=1).mean() / 10
+
+
+def test_uncertainties_grow_with_noise() -> None:
+    rng = np.random.default_rng(0)
+    source = rng.uniform(size=(400, 2))
+    bent = source + 0.05 * np.sin(3 * source[:, ::-1])
+    medians = []
+    for noise in (0.0, 0.004):
+        found = register_deformable(source, bent + noise * rng.normal(size=bent.shape))
+        assert found.status is DeformStatus.OK
+        medians.append(np.median(found.uncertainties))
+        assert np.median(np.linalg.norm(found.points - bent, axis=1)) < 0.003 + 2 * noise
+    assert medians[1] > 1.2 * medians[0]
+
+
+def test_rows_that_are_not_finite_have_no_partner() -> None:
+    source, target = FACES[:, :3].copy(), FACES[:, 3:].copy()
+    source[3], target[5] = np.nan, np.inf
+    source.setflags(write=False)
+    found = register_deformable(source, target)
+    assert found.correspondences[3] == -1 and np.isinf(found.uncertainties[3])
+    assert 5 not in found.correspondences and np.isfinite(np.delete(found.points, 3, 0)).all()
+
+
+def test_bad_input_has_a_status_or_an_error() -> None:
+    few = register_deformable(np.zeros((9, 3)), FACES[:, :3])
+    assert few.status is DeformStatus.TOO_FEW_POINTS and (few.correspondences == -1).all()
+    assert register_deformable(np.zeros((0, 3)), FACES[:, :3]).status is DeformStatus.TOO_FEW_POINTS
+    apart = register_deformable(FACES[:, :3], FACES[:, 3:] + 1e4)
+    assert apart.status is not DeformStatus.OK
+    with pytest.raises(ValueError, match="target: 2 coordinates"):
+        register_deformable(FACES[:, :3], FACES[:, :2])
+    with pytest.raises(ValueError, match="stiffness"):
+        register_deformable(FACES[:, :3], FACES[:, 3:], stiffness=0.0)

@@ -1,0 +1,39 @@
+"""Extremal surfaces and curves of known shapes among outliers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from algorithms.registration import extract_curves, extract_surface
+
+
+def test_a_sphere_among_outliers_is_a_surface_with_few_gaps() -> None:
+    rng = np.random.default_rng(0)
+    sphere = rng.normal(size=(1500, 3))
+    sphere /= np.linalg.norm(sphere, axis=1, keepdims=True)
+    found = extract_surface(
+        np.concatenate([sphere, rng.uniform(-1.5, 1.5, (300, 3))]), sigma=0.25, spacing=0.1, least=0.1
+    )
+    radius = np.linalg.norm(found.vertices, axis=1)
+    assert len(found.pieces) > 500 and np.quantile(np.abs(radius - 1), 0.95) < 0.03 and np.abs(radius - 1).mean() < 0.01
+    edges = np.sort(np.stack([found.pieces, np.roll(found.pieces, -1, 1)], -1).reshape(-1, 2), 1)
+    assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).mean() > 0.9
+
+
+def test_two_circles_are_curves() -> None:
+    rng = np.random.default_rng(1)
+    turn = rng.uniform(0, 2 * np.pi, 500)
+    rings = np.stack([np.cos(turn), np.sin(turn)], 1) + np.where(np.arange(500) < 250, 0, 3)[:, None] * [1, 0]
+    found = extract_curves(np.concatenate([rings, rng.uniform(-1.5, 4.5, (80, 2)) * [1, 0.5]]), sigma=0.2)
+    radius = np.minimum(*(np.abs(np.hypot(found.vertices[:, 0] - x, found.vertices[:, 1]) - 1) for x in (0, 3)))
+    assert len(found.pieces) > 150 and np.median(radius) < 0.005 and np.quantile(radius, 0.95) < 0.03
+
+
+def test_nothing_gives_nothing() -> None:
+    assert len(extract_surface(np.zeros((0, 3)), sigma=1.0).vertices) == 0
+    assert len(extract_surface([[0, 0, 0], [9, 9, 9]], sigma=1.0).pieces) == 0
+    with pytest.raises(ValueError, match="points: shape"):
+        extract_curves(np.zeros((3, 3)), sigma=1.0)
+    with pytest.raises(ValueError, match="nodes; expected at most"):
+        extract_surface([[0, 0, 0], [1e6, 1e6, 1e6]], sigma=1.0)

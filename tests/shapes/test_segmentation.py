@@ -1,0 +1,89 @@
+"""Segmentation of volumes with known regions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from algorithms.shapes import segment
+
+Array = np.ndarray[Any, Any]
+
+ABDOMEN = Path(__file__).parents[1] / "data" / "shapes" / "abdomen.npz"
+
+
+def scene(noise: float = 8.0) -> tuple[Array, Array]:
+    """An ellipsoid in voxels of 1 x 1 x 2 mm beside a block of equal density, joined with it by a thin rod."""
+    x, y, z = (np.indices((60, 50, 30)).T * [1.0, 1, 2]).T
+    ball = ((x - 22) / 16) ** 2 + ((y - 25) / 18) ** 2 + ((z - 30) / 22) ** 2 < 1
+    block = x > 48
+    rod = (np.hypot(y - 25, z - 30) < 3) & (x > 30)
+    volume = np.where(ball | block | rod, 100.0, 0.0) + np.random.default_rng(0).normal(size=x.shape) * noise
+    return volume, ball
+
+
+def dice(a: Array, b: Array) -> float:
+    return float(2 * (a & b).sum() / (a.sum() + b.sum()))
+
+
+@pytest.mark.parametrize("seed", [(22, 25, 15), (14, 30, 12), (26, 18, 18)])
+def test_region_does_not_leak_through_a_neck(seed: tuple[int, int, int]) -> None:
+    volume, ball = scene()
+    found = segment(volume, seed, (1, 1, 2), neck=4)
+    assert found.shape == volume.shape and found.dtype == bool
+    assert dice(found, ball) > 0.95
+    assert dice(segment(volume, seed, (1, 1, 2), neck=0), ball) < 0.8
+
+
+def test_holes_are_filled_and_slices_are_accepted() -> None:
+    rows, columns = np.indices((80, 80))
+    disc = np.hypot(rows - 40, columns - 40) < 22
+    hole = np.hypot(rows - 45, columns - 40) < 4
+    image = np.where(disc & ~hole, 500, -200) + np.random.default_rng(1).normal(size=disc.shape) * 30
+    found = segment(image, (30, 40))
+    assert dice(found, disc) > 0.98 and found[hole].all()
+
+
+@pytest.mark.parametrize("kind", [np.uint8, np.int16, np.int32, np.float32])
+def test_types_and_automatic_seed(kind: type) -> None:
+    volume, _ = scene(2.0)
+    whole = segment((volume + 20).clip(0, 200).astype(kind), neck=0)
+    assert dice(whole, volume > 50) > 0.95
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"seed": (99, 0, 0)}, "outside"),
+        ({"seed": (1, 2)}, "expected 3 indices"),
+        ({"spacing": (1, 1, 0)}, "expected 3 positive"),
+        ({"neck": -1.0}, "at least 0"),
+        ({"volume": np.full((5, 5, 5), np.nan)}, "nan at"),
+        ({"volume": np.ones((5, 5, 5))}, "all voxels are 1"),
+        ({"volume": np.zeros((0, 5, 5))}, "no elements"),
+        ({"volume": np.broadcast_to(np.uint8(1), (3000, 3000, 3000))}, "27,000,000,000 elements"),
+    ],
+)
+def test_errors_name_what_is_wrong(change: dict[str, Any], message: str) -> None:
+    arguments: dict[str, Any] = {"volume": scene()[0], "seed": (2, 2, 2), **change}
+    with pytest.raises(ValueError, match=message):
+        segment(**arguments)
+
+
+def test_seeds_must_be_integers() -> None:
+    with pytest.raises(TypeError, match="expected indices"):
+        segment(scene()[0], (1.5, 2, 3))
+
+
+@pytest.mark.parametrize(("label", "count", "least"), [(5, 3, 0.92), (1, 3, 0.78)])
+def test_organs_of_a_real_volume(label: int, count: int, least: float) -> None:
+    with np.load(ABDOMEN) as file:
+        density, mask = file["density"], file["labels"] == label
+    depth = ndimage.distance_transform_edt(mask)
+    inner = np.argwhere(depth > 0.8 * depth.max())
+    for seed in inner[:: max(1, len(inner) // count)][:count]:
+        assert dice(segment(density, seed, (3, 3, 3)), mask) > least
