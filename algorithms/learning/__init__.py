@@ -1,7 +1,44 @@
 """Networks and support vector machines with multivectors."""
 
+from .activations import Bounded, Gate, Series, Split
+from .algebra import Algebra
+from .base import Layer
 from .clifford_svc import CliffordSVC
 from .clifford_svr import CliffordSVR
+from .equivariant import GradeLinear, GradeProduct, Invariants
+from .linear import Linear, Rotor, TwoSided
+from .network import Network
+from .optimizers import Adam, Rprop, Sgd, cosine, halving
+from .rounds import ConformalNeuron, Hypersphere, Radial
+from .status import TrainingStatus
 from .svm_solver import MachineStatus
+from .training import TrainingResult
 
-__all__ = ["CliffordSVC", "CliffordSVR", "MachineStatus"]
+__all__ = [
+    "Adam",
+    "Algebra",
+    "Bounded",
+    "CliffordSVC",
+    "CliffordSVR",
+    "ConformalNeuron",
+    "Gate",
+    "GradeLinear",
+    "GradeProduct",
+    "Hypersphere",
+    "Invariants",
+    "Layer",
+    "Linear",
+    "MachineStatus",
+    "Network",
+    "Radial",
+    "Rotor",
+    "Rprop",
+    "Series",
+    "Sgd",
+    "Split",
+    "TrainingResult",
+    "TrainingStatus",
+    "TwoSided",
+    "cosine",
+    "halving",
+]

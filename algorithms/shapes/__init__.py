@@ -3,15 +3,36 @@
 from .contour_status import ContourStatus
 from .contours import Contour, adapted, contour, trace_contour
 from .flow import gradient_vector_flow, streamline_samples
+from .marching_cubes import CubeMesh, marching_cubes
+from .marching_spheres import MarchedModel, march, marching_spheres
+from .maximal_balls import BallModel, fit_balls, maximal_balls
+from .rasterising import filled
 from .segmentation import segment
+from .sphere_matching import SphereRegistration, register_spheres
+from .sphere_status import BallStatus, SphereMatchStatus
+from .union_of_spheres import union_of_spheres
 
 __all__ = [
+    "BallModel",
+    "BallStatus",
     "Contour",
     "ContourStatus",
+    "CubeMesh",
+    "MarchedModel",
+    "SphereMatchStatus",
+    "SphereRegistration",
     "adapted",
     "contour",
+    "filled",
+    "fit_balls",
     "gradient_vector_flow",
+    "march",
+    "marching_cubes",
+    "marching_spheres",
+    "maximal_balls",
+    "register_spheres",
     "segment",
     "streamline_samples",
     "trace_contour",
+    "union_of_spheres",
 ]

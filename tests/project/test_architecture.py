@@ -111,7 +111,8 @@ ONLY_INSIDE_FUNCTIONS = {"algebra/coefficients.py": {"sympy", "mpmath"}}
 
 GENERATED = {"numpy", "_cffi_backend", "numba", "generated", "gac_runtime"}
 ALGORITHMS = {
-    "generated", "algorithms", "numpy", "numba", "scipy", "matplotlib", "skimage", "rich", "nibabel", "pydicom"
+    "generated", "algorithms", "numpy", "numba", "scipy", "matplotlib", "skimage", "rich", "nibabel", "pydicom",
+    "torch", "jax",
 }  # fmt: skip
 LINES = 400
 

@@ -1,0 +1,120 @@
+"""Activations: by component, bounded by the norm, gated by grade, and as power series of multivectors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from generated import networks as kernels
+
+from .algebra import Algebra, Array
+from .base import Layer, summed
+
+
+@dataclass(frozen=True)
+class Split(Layer):
+    """A real function of every coefficient: "tanh", "sigmoid", "relu" or "identity"."""
+
+    function: str = "tanh"
+
+    def __post_init__(self) -> None:
+        if self.function not in ("tanh", "sigmoid", "relu", "identity"):
+            raise ValueError(f"Split: {self.function!r}; expected 'tanh', 'sigmoid', 'relu' or 'identity'")
+
+    def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
+        """Compute the result."""
+        match self.function:
+            case "tanh":
+                return np.tanh(x)
+            case "sigmoid":
+                return np.asarray(0.5 + 0.5 * np.tanh(0.5 * x))
+            case "relu":
+                return np.maximum(x, 0)
+        return x
+
+    def pull(
+        self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
+    ) -> tuple[Array, list[Array]]:
+        """Compute the gradients of ``d . y`` with respect to x and the parameters."""
+        match self.function:
+            case "tanh":
+                slope = np.square(y)
+                np.subtract(1, slope, out=slope)
+                slope *= d
+                return slope, []
+            case "sigmoid":
+                return d * y * (1 - y), []
+            case "relu":
+                return d * (x > 0), []
+        return d, []
+
+
+@dataclass(frozen=True)
+class Bounded(Layer):
+    """``x / (slope + |x| / bound)`` of Georgiou and Koutsougeras, with the norm of the coefficients."""
+
+    slope: float = 1.0
+    bound: float = 1.0
+
+    def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
+        """Compute the result."""
+        return np.asarray(kernels.bounded(x, x.dtype.type(self.slope), x.dtype.type(self.bound)))
+
+    def pull(
+        self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
+    ) -> tuple[Array, list[Array]]:
+        """Compute the gradients of ``d . y`` with respect to x and the parameters."""
+        one = x.dtype.type
+        return np.asarray(kernels.bounded_vjp_x(x, one(self.slope), one(self.bound), d)[1]), []
+
+
+@dataclass(frozen=True)
+class Gate(Layer):
+    """The part of each grade times the logistic function of ``slope |part|**2 + offset``, an equivariant activation."""
+
+    def initial(self, algebra: Algebra, channels: int, random: np.random.Generator) -> list[Array]:
+        """Return random parameters."""
+        return [np.ones((channels, algebra.n + 1)), np.zeros((channels, algebra.n + 1))]
+
+    def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
+        """Compute the result."""
+        zero = np.zeros(algebra.n + 1, x.dtype)
+        return np.asarray(kernels.gated(x, *parameters, algebra.grades, zero))
+
+    def pull(
+        self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
+    ) -> tuple[Array, list[Array]]:
+        """Compute the gradients of ``d . y`` with respect to x and the parameters."""
+        given = (x, *parameters, algebra.grades, np.zeros(algebra.n + 1, x.dtype), d)
+        pulls = kernels.gated_vjp_x, kernels.gated_vjp_slope, kernels.gated_vjp_offset
+        dx, *others = (np.asarray(pull(*given)[1]) for pull in pulls)
+        return dx, [summed(one) for one in others]
+
+
+@dataclass(frozen=True)
+class Series(Layer):
+    """The hyperbolic tangent as a power series of the multivector, to the fifth order, after `Bounded`."""
+
+    def _inner(self, algebra: Algebra, x: Array) -> tuple[Array, Array, Array]:
+        t = Bounded().value(algebra, x, ())
+        square = algebra.product(t, t)
+        factor = 2 / 15 * algebra.product(square, square) - square / 3
+        factor[..., 0] += 1
+        return t, square, factor.astype(x.dtype, copy=False)
+
+    def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
+        """Compute the result."""
+        t, _, factor = self._inner(algebra, x)
+        return algebra.product(t, factor)
+
+    def pull(
+        self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
+    ) -> tuple[Array, list[Array]]:
+        """Compute the gradients of ``d . y`` with respect to x and the parameters."""
+        t, square, factor = self._inner(algebra, x)
+        dt, df = algebra.product_pull(t, factor, d)
+        by_square = sum(algebra.product_pull(square, square, 2 / 15 * df)) - df / 3
+        dt = dt + sum(algebra.product_pull(t, t, np.asarray(by_square, x.dtype)))
+        return Bounded().pull(algebra, x, (), y, dt.astype(x.dtype, copy=False))

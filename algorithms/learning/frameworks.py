@@ -1,0 +1,119 @@
+"""Layers for torch and jax, which call the same kernels on the CPU. Both libraries are optional."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..extras import extra
+from .algebra import Algebra
+from .base import Layer
+
+_numbers = itertools.count()
+
+
+def torch_operator(layer: Layer, algebra: str | Algebra, channels: int) -> Callable[..., Any]:
+    """Register a layer as an operator of torch, a function of x (batch, channels, blades) and a list of parameters.
+
+    It has derivatives, is batched by ``torch.vmap``, and does not break graphs of ``torch.compile``.
+    """
+    with extra("peers", "algorithms.learning.frameworks"):
+        import torch
+    algebra = Algebra.of(algebra)
+    (after, out), name = layer.output(algebra, channels), f"geometric::{type(layer).__name__.lower()}_{next(_numbers)}"
+
+    def arrays(tensors: Any) -> list[Any]:
+        return [np.ascontiguousarray(tensor.detach().numpy()) for tensor in tensors]
+
+    def value(x: torch.Tensor, parameters: list[torch.Tensor]) -> torch.Tensor:
+        (given,), own = arrays([x]), arrays(parameters)
+        return torch.from_numpy(np.array(layer.value(algebra, given, own), given.dtype))
+
+    def pull(x: torch.Tensor, parameters: list[torch.Tensor], y: torch.Tensor, d: torch.Tensor) -> list[torch.Tensor]:
+        given, result, cotangent = arrays([x, y, d])
+        dx, others = layer.pull(algebra, given, arrays(parameters), result, cotangent)
+        return [torch.from_numpy(np.array(one, given.dtype)) for one in (dx, *others)]
+
+    # Annotations are read by torch, which needs types instead of their names.
+    tensor, tensors = torch.Tensor, list[torch.Tensor]
+    value.__annotations__ = {"x": tensor, "parameters": tensors, "return": tensor}
+    pull.__annotations__ = {"x": tensor, "parameters": tensors, "y": tensor, "d": tensor, "return": tensors}
+    run: Any = torch.library.custom_op(name, value, mutates_args=())
+    back: Any = torch.library.custom_op(name + "_pull", pull, mutates_args=())
+    run.register_fake(lambda x, parameters: x.new_empty((x.shape[0], out, after.size)))
+    back.register_fake(lambda x, parameters, y, d: [torch.empty_like(one) for one in (x, *parameters)])
+
+    def setup(ctx: Any, inputs: Any, output: Any) -> None:
+        ctx.save_for_backward(inputs[0], *inputs[1], output)
+
+    def backward(ctx: Any, d: Any) -> Any:
+        x, *parameters, y = ctx.saved_tensors
+        dx, *others = back(x, parameters, y, d)
+        return dx, others
+
+    run.register_autograd(backward, setup_context=setup)
+
+    def batched(operator: Any) -> Callable[..., Any]:
+        def run_batch(info: Any, dims: Any, *given: Any) -> Any:
+            def part(value: Any, dim: Any, k: int) -> Any:
+                if isinstance(value, (list, tuple)):
+                    return [part(one, own, k) for one, own in zip(value, dim, strict=True)]
+                return value if dim is None else value.select(dim, k)
+
+            found = [
+                operator(*(part(value, dim, k) for value, dim in zip(given, dims, strict=True)))
+                for k in range(info.batch_size)
+            ]
+            if isinstance(found[0], list):
+                return [torch.stack(rows) for rows in zip(*found, strict=True)], [0] * len(found[0])
+            return torch.stack(found), 0
+
+        return run_batch
+
+    for operator in (run, back):
+        operator.register_vmap(batched(operator))
+    return run  # type: ignore[no-any-return]
+
+
+def jax_function(layer: Layer, algebra: str | Algebra, channels: int) -> Callable[..., Any]:
+    """Return a layer as a function of jax, of x (batch, channels, blades) and parameters, with reverse derivatives.
+
+    It can be compiled and batched; it calls the kernels by ``jax.pure_callback``.
+    """
+    with extra("peers", "algorithms.learning.frameworks"):
+        import jax
+    algebra = Algebra.of(algebra)
+    after, out = layer.output(algebra, channels)
+
+    def result(array: Any, shape: Any = None) -> Any:
+        struct: Any = jax.ShapeDtypeStruct
+        return struct(array.shape if shape is None else shape, array.dtype)
+
+    def of_numpy(x: Any, *parameters: Any) -> Any:
+        given, *own = map(np.asarray, (x, *parameters))
+        return np.asarray(layer.value(algebra, given, own), given.dtype)
+
+    def pull_of_numpy(x: Any, y: Any, d: Any, *parameters: Any) -> Any:
+        given, value, cotangent, *own = map(np.asarray, (x, y, d, *parameters))
+        dx, others = layer.pull(algebra, given, own, value, cotangent)
+        return tuple(np.asarray(one, given.dtype) for one in (dx, *others))
+
+    @jax.custom_vjp
+    def function(x: Any, *parameters: Any) -> Any:
+        shape = result(x, (x.shape[0], out, after.size))
+        return jax.pure_callback(of_numpy, shape, x, *parameters, vmap_method="sequential")
+
+    def forward(x: Any, *parameters: Any) -> Any:
+        y = function(x, *parameters)
+        return y, (x, y, parameters)
+
+    def backward(saved: Any, d: Any) -> Any:
+        x, y, parameters = saved
+        shapes = tuple(result(one) for one in (x, *parameters))
+        return jax.pure_callback(pull_of_numpy, shapes, x, y, d, *parameters, vmap_method="sequential")
+
+    function.defvjp(forward, backward)
+    return function

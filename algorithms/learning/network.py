@@ -1,0 +1,233 @@
+"""Networks: sequences of layers with one vector of parameters, losses and gradients."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arguments import finite, real_array
+from . import activations, equivariant, linear, rounds
+from .algebra import Algebra, Array
+from .base import Layer
+from .losses import LOSSES
+from .optimizers import Optimizer, Schedule
+from .training import TrainingResult, train
+
+_LAYERS: dict[str, type[Layer]] = {
+    kind.__name__: kind
+    for module in (activations, equivariant, linear, rounds)
+    for kind in vars(module).values()
+    if isinstance(kind, type) and issubclass(kind, Layer) and kind is not Layer
+}
+
+
+class Network:
+    """A network of layers over an algebra.
+
+    Parameters
+    ----------
+    layers : sequence of Layer
+    algebra : str or Algebra
+        The algebra of the input: "R", "C", "H", or a name like "G(3)", "G(4,1)" or "G(3,0,1)".
+    channels : int
+        The number of multivectors of one input.
+    seed : int
+        Of the initial parameters.
+    dtype : {numpy.float64, numpy.float32}
+    loss : {"squares", "entropy"}
+        The mean over the samples of half the squared error, or of the cross entropy of the scalar parts of the
+        channels, for labels 0, 1, ...
+
+    Examples
+    --------
+    >>> network = Network([Linear(64), Split("tanh"), Linear(4)], algebra="G(3)", channels=16)
+    >>> network.predict(np.zeros((5, 16, 8))).shape
+    (5, 4, 8)
+    """
+
+    def __init__(
+        self, layers: Sequence[Layer], algebra: str | Algebra = "G(3)", channels: int = 1, *, seed: int = 0,
+        dtype: Any = np.float64, loss: str = "squares",
+    ) -> None:  # fmt: skip
+        if not layers or not all(isinstance(layer, Layer) for layer in layers):
+            raise TypeError(f"layers: {layers!r}; expected a sequence of at least one layer, such as Linear(4)")
+        if channels < 1 or loss not in LOSSES:
+            raise ValueError(
+                f"channels {channels}, loss {loss!r}; expected a positive number and one of {sorted(LOSSES)}"
+            )
+        if np.dtype(dtype) not in (np.float32, np.float64):
+            raise TypeError(f"dtype: {dtype}; expected float32 or float64")
+        self.layers, self.algebra, self.channels, self.loss_name = tuple(layers), Algebra.of(algebra), channels, loss
+        random, self.stages = np.random.default_rng(seed), [(self.algebra, channels)]
+        arrays: list[list[Array]] = []
+        for layer in self.layers:
+            self.stages.append(layer.output(*self.stages[-1]))
+            arrays.append(layer.initial(*self.stages[-2], random))
+        self._shapes = [[array.shape for array in own] for own in arrays]
+        flat = [array.ravel() for own in arrays for array in own]
+        self.parameters: Array = np.concatenate([*flat, np.zeros(0)]).astype(dtype)
+
+    @property
+    def weights(self) -> list[list[Array]]:
+        """The arrays of parameters of each layer, views of `parameters`."""
+        return self._split(self.parameters)
+
+    def _split(self, flat: Array) -> list[list[Array]]:
+        found, start = [], 0
+        for shapes in self._shapes:
+            own = []
+            for shape in shapes:
+                stop = start + int(np.prod(shape))
+                own.append(flat[start:stop].reshape(shape))
+                start = stop
+            found.append(own)
+        return found
+
+    def inputs(self, x: ArrayLike) -> Array:
+        """Check inputs, (samples, channels, blades), and convert them to the type of the parameters."""
+        array = real_array(x, "X")
+        algebra, size = self.algebra, self.algebra.size
+        if array.ndim == 2 and size == 1:
+            array = array[..., None]
+        if array.ndim != 3 or array.shape[1:] != (self.channels, size):
+            raise ValueError(
+                f"X: shape {array.shape}; expected (samples, {self.channels}, {size}): {self.channels} channels with "
+                f"the {size} coefficients of {algebra}"
+            )
+        return finite(array, "X").astype(self.parameters.dtype, copy=False)
+
+    def targets(self, y: ArrayLike, samples: int) -> Array:
+        """Check targets: labels for the cross entropy, else arrays of the shape of predictions."""
+        algebra, channels = self.stages[-1]
+        if samples == 0:
+            raise ValueError("X: no samples; expected at least one for a loss or gradient")
+        if self.loss_name == "entropy":
+            labels = np.asarray(y)
+            is_label = labels.dtype.kind in "iu" and labels.shape == (samples,)
+            if not is_label or labels.min() < 0 or labels.max() >= channels:
+                raise ValueError(f"y: expected {samples} integer labels from 0 to {channels - 1}, one for each channel")
+            return labels
+        array = real_array(y, "y")
+        if array.ndim == 2 and algebra.size == 1:
+            array = array[..., None]
+        if array.shape != (samples, channels, algebra.size):
+            raise ValueError(f"y: shape {array.shape}; expected {(samples, channels, algebra.size)}")
+        return finite(array, "y").astype(self.parameters.dtype, copy=False)
+
+    def forward(self, x: Array) -> list[Array]:
+        """Return the input and the results of all layers, without checks."""
+        values = [x]
+        for layer, (algebra, _), own in zip(self.layers, self.stages, self.weights, strict=False):
+            values.append(layer.value(algebra, values[-1], own))
+        return values
+
+    def backward(self, values: Sequence[Array], d: Array) -> tuple[Array, Array]:
+        """Return the gradients of ``d . y`` with respect to the parameters and the input: back-propagation."""
+        gradients: list[Array] = []
+        weights = self.weights
+        for k in reversed(range(len(self.layers))):
+            d, own = self.layers[k].pull(self.stages[k][0], values[k], weights[k], values[k + 1], d)
+            gradients[:0] = [one.ravel() for one in own]
+        return np.concatenate([*gradients, np.zeros(0, d.dtype)]), d
+
+    def predict(self, x: ArrayLike) -> Array:
+        """Return the results, (samples, channels, blades)."""
+        return self.forward(self.inputs(x))[-1]
+
+    def loss(self, x: ArrayLike, y: ArrayLike) -> float:
+        """Return the mean loss."""
+        inputs = self.inputs(x)
+        return LOSSES[self.loss_name](self.forward(inputs)[-1], self.targets(y, len(inputs)))[0]
+
+    def gradient(self, x: ArrayLike, y: ArrayLike) -> tuple[float, Array]:
+        """Return the mean loss and its gradient with respect to `parameters`."""
+        inputs = self.inputs(x)
+        return self.checked_gradient(inputs, self.targets(y, len(inputs)))
+
+    def checked_gradient(self, x: Array, y: Array) -> tuple[float, Array]:
+        """Return the mean loss and its gradient for arrays that `inputs` and `targets` returned."""
+        values = self.forward(x)
+        loss, d = LOSSES[self.loss_name](values[-1], y)
+        return loss, self.backward(values, d)[0]
+
+    def fit(
+        self, x: ArrayLike, y: ArrayLike, optimizer: Optimizer | str = "adam", *, epochs: int = 100,
+        batch: int | None = 32, schedule: Schedule | None = None,
+        validation: tuple[ArrayLike, ArrayLike] | None = None, patience: int | None = None,
+        decay: float = 0.0, seed: int = 0, progress: Callable[[int, float], None] | None = None,
+    ) -> TrainingResult:  # fmt: skip
+        """Train the network.
+
+        Parameters
+        ----------
+        x, y : array_like
+            Inputs (samples, channels, blades), and targets of the shape of predictions or labels.
+        optimizer : Optimizer or {"sgd", "rprop", "adam", "lbfgs"}
+            Rprop and L-BFGS use all samples in each step.
+        epochs : int
+            For L-BFGS, the maximum number of iterations.
+        batch : int, optional
+            The number of samples of a step; all if None.
+        schedule : callable, optional
+            The factor of the rate in an epoch.
+        validation : tuple, optional
+            Inputs and targets that select the epoch whose parameters are kept.
+        patience : int, optional
+            Stop after so many epochs without a smaller validation loss.
+        decay : float
+            The factor of half the squared parameters in the loss.
+        seed : int
+            Of the order of samples.
+        progress : callable, optional
+            Called with the epoch and the loss.
+
+        Warns
+        -----
+        RuntimeWarning
+            If the loss diverges.
+        """
+        inputs = self.inputs(x)
+        held = None
+        if validation is not None:
+            held_x = self.inputs(validation[0])
+            held = held_x, self.targets(validation[1], len(held_x))
+        elif patience is not None:
+            raise ValueError("patience: given without validation data; expected validation=(X, y)")
+        targets = self.targets(y, len(inputs))
+        return train(self, inputs, targets, optimizer, epochs, batch, schedule, held, patience, decay, seed, progress)
+
+    def save(self, path: str | Path) -> None:
+        """Write the layers and parameters into a file in numpy's npz format."""
+        if self.algebra.module is not None:
+            raise ValueError("save: the algebra uses a module, which a file cannot contain; save `parameters` instead")
+        layers = [[type(layer).__name__, asdict(layer)] for layer in self.layers]
+        text = json.dumps(
+            {"layers": layers, "algebra": str(self.algebra), "channels": self.channels, "loss": self.loss_name}
+        )
+        np.savez(path, definition=np.array(text), parameters=self.parameters)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Network:
+        """Read a file written by `save`. Nothing in it is executed."""
+        with np.load(path, allow_pickle=False) as file:
+            if set(file.files) != {"definition", "parameters"}:
+                raise ValueError(f"{path}: contains {sorted(file.files)}; expected a file written by Network.save")
+            definition, parameters = json.loads(str(file["definition"])), file["parameters"]
+        layers = []
+        for name, fields in definition["layers"]:
+            if name not in _LAYERS:
+                raise ValueError(f"{path}: layer {name!r}; expected one of {sorted(_LAYERS)}")
+            layers.append(_LAYERS[name](**{k: tuple(v) if isinstance(v, list) else v for k, v in fields.items()}))
+        found = cls(
+            layers, definition["algebra"], definition["channels"], dtype=parameters.dtype, loss=definition["loss"]
+        )
+        if parameters.shape != found.parameters.shape:
+            raise ValueError(f"{path}: {parameters.size} parameters; expected {found.parameters.size}")
+        found.parameters = parameters
+        return found

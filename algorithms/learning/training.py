@@ -1,0 +1,164 @@
+"""Training of networks, which ends with usable parameters whether it converges, is interrupted, or diverges."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import scipy.optimize
+
+from .algebra import Array
+from .losses import LOSSES
+from .optimizers import Adam, Optimizer, Rprop, Schedule, Sgd
+from .status import TrainingStatus
+
+
+class Trainable(Protocol):
+    """What training needs of a network."""
+
+    parameters: Array
+    loss_name: str
+
+    def forward(self, x: Array) -> list[Array]:
+        """Return the input and the results of all layers."""
+        ...
+
+    def checked_gradient(self, x: Array, y: Array) -> tuple[float, Array]:
+        """Return the mean loss and its gradient."""
+        ...
+
+
+Progress = Callable[[int, float], None]
+Samples = tuple[Array, Array]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrainingResult:
+    """The outcome of a training."""
+
+    status: TrainingStatus
+    losses: Array
+    """The mean loss of each epoch or iteration, during the epoch."""
+    validation: Array
+    """The validation loss after each epoch, if there are validation data."""
+
+
+class _Kept:
+    """The parameters of the smallest loss."""
+
+    def __init__(self, parameters: Array) -> None:
+        self.loss, self.parameters, self.age = np.inf, parameters.copy(), 0
+
+    def update(self, loss: float, parameters: Array) -> None:
+        self.age += 1
+        if loss < self.loss:
+            self.loss, self.age = loss, 0
+            self.parameters[:] = parameters
+
+
+def train(
+    network: Trainable, x: Array, y: Array, optimizer: Optimizer | str, epochs: int, batch: int | None,
+    schedule: Schedule | None, held: Samples | None, patience: int | None, decay: float, seed: int,
+    progress: Progress | None,
+) -> TrainingResult:  # fmt: skip
+    """Train a network on checked arrays; see `Network.fit`."""
+    if epochs < 1 or (batch is not None and batch < 1):
+        raise ValueError(f"epochs {epochs}, batch {batch}; expected positive numbers")
+    if optimizer == "lbfgs":
+        if held is not None:
+            raise ValueError("validation: given with L-BFGS, which does not select epochs; expected another optimizer")
+        return _by_lbfgs(network, x, y, epochs, decay, progress)
+    kinds: dict[str, type[Optimizer]] = {"sgd": Sgd, "rprop": Rprop, "adam": Adam}
+    if isinstance(optimizer, str):
+        if optimizer not in kinds:
+            raise ValueError(f"optimizer: {optimizer!r}; expected one of {sorted([*kinds, 'lbfgs'])}")
+        optimizer = kinds[optimizer]()
+    size = len(x) if batch is None or isinstance(optimizer, Rprop) else batch
+    random, kept = np.random.default_rng(seed), _Kept(network.parameters)
+    losses: list[float] = []
+    checks: list[float] = []
+    status = TrainingStatus.OK
+    try:
+        for epoch in range(epochs):
+            factor = schedule(epoch) if schedule else 1.0
+            losses.append(_epoch(network, x, y, optimizer, size, factor, decay, random))
+            checks.extend([LOSSES[network.loss_name](network.forward(held[0])[-1], held[1])[0]] if held else [])
+            judged = checks[-1] if held else losses[-1]
+            if not np.isfinite(judged) or not np.isfinite(network.parameters).all():
+                status = TrainingStatus.DIVERGED
+                warnings.warn(
+                    f"training diverged in epoch {epoch}; those of the smallest loss {kept.loss:.3g} are kept; "
+                    "use a smaller rate", RuntimeWarning, stacklevel=3,
+                )  # fmt: skip
+                break
+            kept.update(judged, network.parameters)
+            if progress:
+                progress(epoch, losses[-1])
+            if patience is not None and kept.age >= patience:
+                status = TrainingStatus.STOPPED_EARLY
+                break
+    except KeyboardInterrupt:
+        status = TrainingStatus.INTERRUPTED
+    if status == TrainingStatus.DIVERGED or (held is not None and status != TrainingStatus.INTERRUPTED):
+        network.parameters[:] = kept.parameters
+    return TrainingResult(status, np.array(losses), np.array(checks))
+
+
+def _epoch(
+    network: Trainable, x: Array, y: Array, optimizer: Optimizer, size: int, factor: float, decay: float,
+    random: np.random.Generator,
+) -> float:  # fmt: skip
+    """Run one epoch, and return the mean loss. An interruption between steps leaves the last complete step."""
+    order, total = random.permutation(len(x)), 0.0
+    with np.errstate(over="ignore", invalid="ignore"):
+        for start in range(0, len(x), size):
+            rows = order[start : start + size] if size < len(x) else slice(None)
+            loss, gradient = network.checked_gradient(x[rows], y[rows])
+            total += loss * len(x[rows])
+            if not np.isfinite(loss):
+                return np.inf
+            after = network.parameters.copy()
+            optimizer.step(after, gradient + decay * network.parameters, factor)
+            network.parameters = after
+    return total / len(x)
+
+
+def _by_lbfgs(
+    network: Trainable, x: Array, y: Array, iterations: int, decay: float, progress: Progress | None
+) -> TrainingResult:
+    """Minimise the loss of all samples by scipy's L-BFGS-B."""
+    dtype, losses = network.parameters.dtype, [0.0]
+    losses.clear()
+    last = network.parameters.copy()
+
+    def function(flat: Array) -> tuple[float, Array]:
+        network.parameters = flat.astype(dtype)
+        loss, gradient = network.checked_gradient(x, y)
+        return loss + decay / 2 * float(flat @ flat), (gradient + decay * flat).astype(float)
+
+    def report(intermediate_result: scipy.optimize.OptimizeResult) -> None:
+        last[:] = intermediate_result.x
+        losses.append(float(intermediate_result.fun))
+        if progress:
+            progress(len(losses) - 1, losses[-1])
+
+    options = {"maxiter": iterations, "maxfun": 10 * iterations, "ftol": 1e-14, "gtol": 1e-9}
+    try:
+        found = scipy.optimize.minimize(
+            function, last.astype(float), jac=True, method="L-BFGS-B", callback=report, options=options
+        )
+    except KeyboardInterrupt:
+        network.parameters = last
+        return TrainingResult(TrainingStatus.INTERRUPTED, np.array(losses), np.zeros(0))
+    network.parameters = found.x.astype(dtype)
+    if not np.isfinite(found.fun):
+        network.parameters = last
+        warnings.warn(
+            "training diverged; the last parameters with a finite loss are kept", RuntimeWarning, stacklevel=4
+        )
+        return TrainingResult(TrainingStatus.DIVERGED, np.array(losses), np.zeros(0))
+    status = TrainingStatus.OK if found.success else TrainingStatus.NOT_CONVERGED
+    return TrainingResult(status, np.array(losses), np.zeros(0))

@@ -1,0 +1,225 @@
+"""Registration of models of spheres: robust matching of balls by annealing, with thin-plate splines (section 22.4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
+
+from generated import sphere_models
+
+from ..arguments import Reals, finite, real_array
+from .rasterising import checked_balls
+from .sphere_maps import Map, fitted_map, stretch
+from .sphere_status import SphereMatchStatus
+
+_KINDS = {"similarity": 3, "affine": 4, "nonrigid": 5}
+"""Kinds of maps, and the fewest balls for each."""
+_START, _END, _COOLING = 0.1, 0.0006, 0.82
+"""Temperatures, in squares of the size of the models, and the factor of each step."""
+_OUTLIER = np.exp(-4.5)
+"""Affinity of an outlier: that of a pair three standard deviations apart."""
+_BALANCING = 12
+_STIFFNESS = 200.0
+"""Stiffness of splines, in units of the temperature."""
+_RADII = 2.0
+"""Weight of the squared difference of radii."""
+_AFFINE_UNTIL = 0.02
+"""Temperature above which splines are replaced by affine maps, which cannot fold."""
+_MATCHED = 0.5
+_DIRECTIONS = 80
+"""Points on each sphere for the comparison of surfaces."""
+_SURFACE_STEPS = (0.3, 0.1, 0.1, 0.03, 0.03, 0.01, 0.01)
+"""Stiffness of the splines that move surface to surface."""
+_TURN = 0.05
+"""Distance, in sizes of the models, that counts as much as a difference of normals by one radian."""
+_CONTROL = 1500
+"""Points that determine one of these."""
+
+
+@dataclass(frozen=True, eq=False)
+class SphereRegistration:
+    """A map from one model of spheres to another.
+
+    Attributes
+    ----------
+    match : array of int, (n, 2)
+        Pairs of indices of balls in the first and second model.
+    status : SphereMatchStatus
+    residual : float
+        Root mean square of the distances of matched centres, in the unit of the models; NaN without a match.
+    """
+
+    match: NDArray[np.int64]
+    status: SphereMatchStatus
+    residual: float
+    _maps: tuple[Map, ...] = field(repr=False)
+    _start: Reals = field(repr=False)
+    _end: Reals = field(repr=False)
+    _size: float = field(repr=False)
+
+    def warp(self, points: ArrayLike) -> Reals:
+        """Return the images (n, 3) of points of the first model."""
+        x = finite(real_array(points, "points", (3,)).astype(float), "points")
+        moved = (x.reshape(-1, 3) - self._start) / self._size
+        for step in self._maps:
+            moved = step(moved) if len(moved) else moved
+        return (moved * self._size + self._end).reshape(x.shape)
+
+    def warp_balls(self, balls: ArrayLike) -> Reals:
+        """Return the images of balls; radii change as the cube root of volumes."""
+        rows = checked_balls(balls)
+        return np.column_stack([self.warp(rows[:, :3]), rows[:, 3] * stretch(self.warp, rows)])
+
+    def unwarp(self, points: ArrayLike, steps: int = 12) -> Reals:
+        """Return the points whose images are given, by a fixed-point iteration of the displacement."""
+        x = finite(real_array(points, "points", (3,)).astype(float), "points")
+        found = x - self._end + self._start
+        for _ in range(steps):
+            found = found - (self.warp(found) - x)
+        return found
+
+
+def register_spheres(
+    a: ArrayLike, b: ArrayLike, kind: str = "nonrigid", *, surfaces: bool | None = None
+) -> SphereRegistration:
+    """Match the balls of two models and find the map that takes the first to the second.
+
+    Each ball has a soft assignment to those of the other model and to an outlier. Assignments and the map are improved
+    alternately, while the temperature decreases (robust point matching). The cost of a pair has the distance of centres
+    and the difference of radii.
+
+    Parameters
+    ----------
+    a, b : array_like, (k, 4)
+        Centres and radii, in one unit.
+    kind : str, optional
+        ``nonrigid`` (thin-plate splines), ``affine`` or ``similarity``.
+    surfaces : bool, optional
+        Whether to move the surfaces of the unions of balls to each other after the matching. Left out, this is done for
+        nonrigid maps of models in which most balls overlap others, as those of `maximal_balls` do.
+
+    Returns
+    -------
+    SphereRegistration
+    """
+    if kind not in _KINDS:
+        raise ValueError(f"kind: {kind!r}; expected one of {', '.join(_KINDS)}")
+    one, two = checked_balls(a, "a"), checked_balls(b, "b")
+    if min(len(one), len(two)) == 0:
+        raise ValueError(f"{'b' if len(one) else 'a'}: no balls; expected at least {_KINDS[kind]}")
+    start, end = (np.median(x[:, :3], axis=0) for x in (one, two))
+    size = float(np.sqrt(np.square(two[:, :3] - end).sum(1).mean()) + np.sqrt(np.square(two[:, 3]).mean()))
+    size = size if size > 0 else 1.0
+    first, second = (np.column_stack([x[:, :3] - m, x[:, 3]]) / size for x, m in ((one, start), (two, end)))
+    if min(len(one), len(two)) < _KINDS[kind]:
+        none = np.zeros((0, 2), np.int64)
+        return SphereRegistration(none, SphereMatchStatus.TOO_FEW_BALLS, np.nan, (), start, end, size)
+    maps: tuple[Map, ...] = (_annealed(first, second, kind),)
+    if surfaces or (surfaces is None and kind == "nonrigid" and _solid(first) and _solid(second)):
+        maps = _with_surfaces(first, second, maps)
+    match, residual = _matches(_moved(maps, first), second)
+    enough = 2 * len(match) >= min(len(one), len(two))
+    status = SphereMatchStatus.OK if enough else SphereMatchStatus.FEW_MATCHES
+    return SphereRegistration(match, status, size * residual, maps, start, end, size)
+
+
+def _moved(maps: tuple[Map, ...], balls: Reals) -> Reals:
+    def whole(x: Reals) -> Reals:
+        for step in maps:
+            x = step(x)
+        return x
+
+    return np.column_stack([whole(balls[:, :3]), balls[:, 3] * stretch(whole, balls)])
+
+
+def _assigned(moved: Reals, other: Reals, temperature: float) -> tuple[Reals, Reals, Reals]:
+    """Return the matrix of assignments, the sum of each row, and the mean ball of each row."""
+    affinities = np.asarray(sphere_models.affinities(moved, other, 2 * temperature, _RADII))
+    columns = np.ones(len(other))
+    for _ in range(_BALANCING):
+        rows = 1 / (affinities @ columns + _OUTLIER)
+        columns = 1 / (rows @ affinities + _OUTLIER)
+    factor, matched, mean = sphere_models.balanced_row(affinities, columns, other, _OUTLIER)
+    return factor[:, None] * affinities * columns, np.asarray(matched), np.asarray(mean)
+
+
+def _annealed(first: Reals, second: Reals, kind: str) -> Map:
+    temperature = _START
+    found: Map = lambda x: x  # noqa: E731
+    moved = first
+    while temperature > _END:
+        _, matched, mean = _assigned(moved, second, temperature)
+        if np.count_nonzero(matched > 0.01) < _KINDS[kind]:
+            break
+        now = "affine" if kind == "nonrigid" and temperature > _AFFINE_UNTIL else kind
+        found = fitted_map(now, first[:, :3], mean[:, :3], matched, _STIFFNESS * temperature)
+        moved = _moved((found,), first)
+        temperature *= _COOLING
+    return found
+
+
+def _matches(moved: Reals, second: Reals) -> tuple[NDArray[np.int64], float]:
+    """Return the pairs that are assigned to each other with more than half of their weight."""
+    assigned, _, _ = _assigned(moved, second, _END)
+    column = assigned.argmax(1)
+    rows = np.arange(len(moved))
+    mutual = (assigned[rows, column] > _MATCHED) & (assigned.argmax(0)[column] == rows)
+    match = np.column_stack([rows[mutual], column[mutual]]).astype(np.int64)
+    off = moved[match[:, 0], :3] - second[match[:, 1], :3]
+    return match, float(np.sqrt(np.square(off).sum(1).mean())) if len(match) else np.nan
+
+
+# Surfaces.
+
+
+def _solid(balls: Reals) -> bool:
+    """Return whether most balls overlap another one."""
+    distances, other = cKDTree(balls[:, :3]).query(balls[:, :3], k=2)
+    return bool(np.mean(distances[:, 1] < balls[:, 3] + balls[other[:, 1], 3]) > _MATCHED)
+
+
+def surface_points(balls: Reals, count: int = _DIRECTIONS) -> tuple[Reals, Reals]:
+    """Return points of the surface of a union of balls, and the normals there.
+
+    Parameters
+    ----------
+    balls : array, (k, 4)
+    count : int, optional
+        Points on each sphere, evenly distributed; those inside other balls are removed.
+    """
+    turn = np.arange(count) * np.pi * (3 - np.sqrt(5))
+    height = 1 - (2 * np.arange(count) + 1) / count
+    across = np.sqrt(1 - height * height)
+    normals = np.column_stack([across * np.cos(turn), across * np.sin(turn), height])
+    points = (balls[:, None, :3] + balls[:, None, 3:] * normals).reshape(-1, 3)
+    free = np.ones(len(points), bool)
+    tree = cKDTree(points)
+    for ball in balls:
+        free[tree.query_ball_point(ball[:3], ball[3] * (1 - 1e-6))] = False
+    return points[free], np.tile(normals, (len(balls), 1))[free]
+
+
+def _with_surfaces(first: Reals, second: Reals, maps: tuple[Map, ...]) -> tuple[Map, ...]:
+    """Append splines that move the surface of the first model to the second, and that to the first."""
+    (points, normals), (targets, ends) = surface_points(first), surface_points(second)
+    tree = cKDTree(np.column_stack([targets, _TURN * ends]))
+    rng = np.random.default_rng(0)
+    for step in maps:
+        points = step(points)
+    for stiffness in _SURFACE_STEPS:
+        chosen = rng.permutation(len(points))[:_CONTROL]
+        distance, nearest = tree.query(np.column_stack([points[chosen], _TURN * normals[chosen]]))
+        backwards = cKDTree(np.column_stack([points, _TURN * normals]))
+        sought = rng.permutation(len(targets))[: _CONTROL // 2]
+        away, source = backwards.query(np.column_stack([targets[sought], _TURN * ends[sought]]))
+        x = np.vstack([points[chosen], points[source]])
+        y = np.vstack([targets[nearest], targets[sought]])
+        off = np.concatenate([distance, away])
+        scale = 3 * np.median(off) + 1e-9
+        spline = fitted_map("nonrigid", x, y, 1 / (1 + (off / scale) ** 2), stiffness)
+        points = spline(points)
+        maps = (*maps, spline)
+    return maps

@@ -1,0 +1,58 @@
+"""Networks of multivectors: activations and products of layers, with transposed derivatives.
+
+Kernels whose names end with an algebra are products of all elements in an orthonormal basis, sorted by grade:
+`complex` is G(0,1), `quaternion` G(0,2), `g2` G(2), `g3` G(3), and `g301` G(3,0,1), where the null vector is last.
+The products by tables are those of any algebra; their transposed derivatives are the same kernels with exchanged
+tables.
+Kernels with the suffix `pull` return the gradients for a cotangent.
+"""
+
+from fractions import Fraction
+
+from gacompiler import SCALAR, array, each, exp, gather, index, kernel, scatter, sqrt, total, vjp
+from gacompiler.algebra.catalog import orthogonal
+from gacompiler.specs.families.layers import layers
+
+TINY = Fraction(1, 10**30)
+"""Added to squared norms, so that their roots have derivatives; not zero in float32."""
+NUMBERS = array(SCALAR, "n")
+
+for _sizes, _name in (((0, 1), "complex"), ((0, 2), "quaternion"), ((2,), "g2"), ((3,), "g3"), ((3, 0, 1), "g301")):
+    globals().update(layers(orthogonal(*_sizes), f"_{_name}"))
+
+
+@kernel(
+    a=array(SCALAR, "p"), b=array(SCALAR, "q"), w=array(SCALAR, "s"),
+    left=index("t", into="p"), right=index("t", into="q"), path=index("t", into="s"),
+    sign=array(SCALAR, "t", shared=True), target=index("t", into="r"), zero=array(SCALAR, "r", shared=True),
+    returns=array(SCALAR, "r"),
+)  # fmt: skip
+def weighted_by_table(a, b, w, left, right, path, sign, target, zero):
+    """Sum the terms ``sign a[left] b[right] w[path]`` into the coefficients `target`; `zero` contains zeros."""
+    terms = each(lambda factor, x, y, z: factor * x * y * z, sign, gather(a, left), gather(b, right), gather(w, path))
+    return scatter(terms, target, zero)
+
+
+@kernel(x=NUMBERS, slope=SCALAR, bound=SCALAR, returns=NUMBERS)
+def bounded(x, slope, bound):
+    """Compute ``x / (slope + |x| / bound)``, the activation of Georgiou and Koutsougeras."""
+    size = sqrt(total(lambda c: c * c, x) + TINY)
+    factor = 1 / (slope + size / bound)
+    return each(lambda c: c * factor, x)
+
+
+bounded_vjp_x = vjp(bounded, "x")
+
+
+@kernel(
+    x=NUMBERS, slope=array(SCALAR, "k"), offset=array(SCALAR, "k"), grade=index("n", into="k"),
+    zero=array(SCALAR, "k", shared=True), returns=NUMBERS,
+)  # fmt: skip
+def gated(x, slope, offset, grade, zero):
+    """Multiply the part of each grade by the logistic function of ``slope |part|**2 + offset``."""
+    squares = scatter(each(lambda c: c * c, x), grade, zero)
+    gates = each(lambda s, a, b: 1 / (1 + exp(-(a * s + b))), squares, slope, offset)
+    return each(lambda c, g: c * g, x, gather(gates, grade))
+
+
+gated_vjp_x, gated_vjp_slope, gated_vjp_offset = (vjp(gated, name) for name in ("x", "slope", "offset"))

@@ -1,0 +1,43 @@
+"""Experiments of chapter 16 with networks, and the page on learning."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from algorithms.learning import Algebra
+from algorithms.learning.experiments import encoder, lorenz, moebius, placed, taken, trained
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_encoder_for_ten_seeds() -> None:
+    assert all(encoder(seed)[1] for seed in range(10))
+
+
+@pytest.mark.parametrize("algebra", ["R", "G(3)"])
+def test_prediction_of_lorenz_states(algebra: str) -> None:
+    errors = [trained(lorenz(seed), algebra, 150, seed)[0] for seed in range(3)]
+    assert np.median(errors) <= 0.01
+
+
+def test_complex_network_learns_a_moebius_map() -> None:
+    error, count = trained(moebius(1), "C", 62, 1)
+    assert error < 0.02 and count == 62
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 5, 9])
+@pytest.mark.parametrize("name", ["R", "C", "G(3)"])
+def test_placed_numbers_are_taken_again(name: str, count: int) -> None:
+    values = np.random.default_rng(0).normal(size=(4, count))
+    assert np.array_equal(taken(placed(values, Algebra.of(name)), count, Algebra.of(name)), values)
+
+
+def test_blocks_of_the_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "learning.md").read_text(), re.DOTALL)
+    assert len(blocks) >= 2
+    exec(compile("\n".join(blocks), "docs/learning.md", "exec"), {"__name__": "learning"})

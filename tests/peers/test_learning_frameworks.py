@@ -1,0 +1,52 @@
+"""Layers as operators of torch and functions of jax."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from algorithms.learning import Algebra, Gate, GradeProduct, Linear
+from algorithms.learning.frameworks import jax_function, torch_operator
+
+pytestmark = pytest.mark.peers
+LAYERS = [Linear(2), GradeProduct(), Gate()]
+
+
+def given(layer: Any) -> tuple[Any, list[Any], Any]:
+    random = np.random.default_rng(0)
+    x, parameters = random.normal(size=(5, 3, 8)), layer.initial(Algebra(3), 3, random)
+    return x, parameters, layer.value(Algebra(3), x, parameters)
+
+
+@pytest.mark.parametrize("layer", LAYERS, ids=str)
+def test_torch(layer: Any) -> None:
+    torch = pytest.importorskip("torch")
+    x, parameters, y = given(layer)
+    run = torch_operator(layer, "G(3)", 3)
+    tensors = [torch.tensor(a, requires_grad=True) for a in (x, *parameters)]
+
+    def function(x: Any, *own: Any) -> Any:
+        return run(x, list(own))
+
+    assert torch.autograd.gradcheck(function, tensors)
+    assert np.allclose(function(*tensors).detach(), y)
+    graph = torch.compile(lambda *a: 2 * torch.sin(function(*a)), fullgraph=True, backend="aot_eager")
+    assert np.allclose(graph(*tensors).detach(), 2 * np.sin(y))
+    many = torch.vmap(lambda x: function(x, *tensors[1:]))(torch.stack([tensors[0], 2 * tensors[0]]))
+    assert np.allclose(many[0].detach(), y)
+
+
+@pytest.mark.parametrize("layer", LAYERS, ids=str)
+def test_jax(layer: Any) -> None:
+    jax = pytest.importorskip("jax")
+    x, parameters, y = given(layer)
+    with jax.enable_x64(True):
+        function = jax_function(layer, "G(3)", 3)
+        value, pull = jax.vjp(jax.jit(function), x, *parameters)
+        dx, others = layer.pull(Algebra(3), x, parameters, y, np.cos(y))
+        assert np.allclose(value, y, atol=1e-12)
+        for found, expected in zip(pull(jax.numpy.cos(value)), (dx, *others), strict=True):
+            assert np.allclose(found, expected, atol=1e-10)
+        assert np.allclose(jax.vmap(lambda x: function(x, *parameters))(np.stack([x, 2 * x]))[0], y)
