@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
+from generated import tensor_voting
+
 from ..arguments import Reals, real_array
 from .rigid_status import RegistrationStatus
 
@@ -19,6 +21,8 @@ _MOST_WEIGHT = 3.0
 _FLAT = 2e-3
 """Ratio of extents below which a cloud is flat."""
 _VOXEL_TRIES = 4
+_HASH = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
+"""Odd factors of the bits of coordinates."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +62,10 @@ def valid_points(value: ArrayLike, name: str) -> tuple[Reals, Any]:
     if array.ndim != 2:
         raise ValueError(f"{name}: shape {array.shape}; expected (n, 3), points")
     rows = np.isfinite(array).all(1)
-    points = array[rows]
-    order = np.lexsort(points.T)
+    points = array[rows] + 0.0  # -0.0 becomes 0.0, so that equal points have equal bits
+    # Sorting one hash is faster than sorting rows; different points with one hash would only be separated.
+    keys = points.view(np.uint64) @ _HASH
+    order = np.argsort(keys)
     ordered = points[order]
     first = np.ones(len(points), bool)
     first[1:] = (ordered[1:] != ordered[:-1]).any(1)
@@ -107,10 +113,15 @@ def voxel_for(points: Reals, most: int) -> float:
 
 
 def normals_of(cloud: Cloud) -> Reals:
-    """Return unit normals (n, 3), of unknown sign: the direction of least spread of weighted neighbours."""
+    """Return unit normals (n, 3), of unknown sign: the direction of least spread of weighted neighbours.
+
+    `estimate_normals` takes the axes of votes, by the same kernel. As a target of registration, they fitted slightly
+    worse among outliers than spreads with the weights of the cloud.
+    """
     near = cloud.tree.query(cloud.points, min(_NORMAL_NEIGHBOURS, len(cloud.points)))[1]
     weights = cloud.weights[near]
     offsets = cloud.points[near] - cloud.points[:, None]
     offsets -= np.einsum("nk,nki->ni", weights, offsets)[:, None] / weights.sum(1)[:, None, None]
     spread = np.matmul((weights[..., None] * offsets).transpose(0, 2, 1), offsets)
-    return np.asarray(np.linalg.eigh(spread)[1][:, :, 0])
+    upper = np.triu_indices(3)
+    return np.asarray(tensor_voting.spectrum(spread[:, upper[0], upper[1]])[1][:, 2])

@@ -56,24 +56,31 @@ def correlated_poses(source: Cloud, target: Cloud) -> Reals:
     centre = source.centre
     points, weights = source.points[dense] - centre, source.weights[dense]
     rotors = rotation_grid()
-    scores, places = [], []
+    scores, places, of = [], [], []
+    # Cells repeat periodically, as in the Fourier transform.
+    reach = int(np.sqrt((points**2).sum(1).max()) / cell) + 2
+    wrapped = (np.arange(-reach, reach + 1) + _CELLS // 2) % _CELLS
     zero = np.zeros(3)
     for start in range(0, len(rotors), _BATCH):
         turned = pga3.move_point(_motors(rotors[start : start + _BATCH], zero, zero)[:, None], points)
-        cells = (np.floor(turned / cell).astype(np.int32) + _CELLS // 2) % _CELLS
+        cells = wrapped[np.floor(turned * (1 / cell)).astype(np.int32) + reach]
         flat = (cells[..., 0] * _CELLS + cells[..., 1]) * _CELLS + cells[..., 2]
         flat += np.arange(len(turned))[:, None] * _CELLS**3
         count = len(turned) * _CELLS**3
         grid = np.bincount(flat.ravel(), np.broadcast_to(weights, flat.shape).ravel(), count).astype(np.float32)
         of_source = fft.rfftn(grid.reshape(-1, *density.shape), axes=(1, 2, 3))
         found = fft.irfftn(spectrum * np.conj(of_source), axes=(1, 2, 3)).reshape(len(turned), -1)
-        best = np.argpartition(-found, _PEAKS, axis=1)[:, :_PEAKS]
-        scores.append(np.take_along_axis(found, best, 1))
-        places.append(best)
-    order = np.argsort(-np.concatenate(scores).ravel())[:_KEPT]
-    peak = np.stack(np.unravel_index(np.concatenate(places).ravel()[order], density.shape), 1)
+        row = np.arange(len(found))
+        for _ in range(_PEAKS):  # two searches for a maximum are faster than a partition
+            best = found.argmax(1)
+            scores.append(found[row, best])
+            places.append(best)
+            of.append(start + row)
+            found[row, best] = -np.inf
+    order = np.argsort(-np.concatenate(scores))[:_KEPT]
+    peak = np.stack(np.unravel_index(np.concatenate(places)[order], density.shape), 1)
     shift = np.where(peak >= _CELLS // 2, peak - _CELLS, peak) * cell
-    return _motors(rotors[order // _PEAKS], centre, middle + shift)
+    return _motors(rotors[np.concatenate(of)[order]], centre, middle + shift)
 
 
 def _nearest_table(target: Cloud) -> tuple[Reals, float, Reals, Reals]:

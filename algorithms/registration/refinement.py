@@ -70,8 +70,8 @@ def neighbours(target: Surface, points: Reals, gate: float) -> tuple[Any, Any, R
     found = np.isfinite(far)
     rows = np.where(found, rows, 0)
     off = points - target.cloud.points[rows]
-    own = (off * target.directions[rows]).sum(1)
-    square = target.across[rows] * (off * off).sum(1) + target.along[rows] * own * own
+    own = np.einsum("ni,ni->n", off, target.directions[rows])
+    square = target.across[rows] * np.einsum("ni,ni->n", off, off) + target.along[rows] * own * own
     return rows, found, np.where(found, np.sqrt(np.maximum(square, 0)), np.inf)
 
 

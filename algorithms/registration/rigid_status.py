@@ -18,5 +18,6 @@ class RegistrationStatus(IntEnum):
     TOO_FEW_POINTS = 4
     COLLINEAR = 5
     COPLANAR = 6
+    """A cloud is in a plane and is refused: turns about axes in the plane are distinguished only by the outline."""
     DIFFERENT_UNITS = 7
     """The clouds differ in size by so much that no rigid motion can align them; units may differ."""
