@@ -19,6 +19,7 @@ from .libraries import installed
 FACES = Path("tests/data/faces/faces-600.txt.gz")
 TOKENS, NEIGHBOURS = 10_000, 50
 BETAS = (2, 30)
+ROUNDS = 7
 Array = np.ndarray[Any, Any]
 
 
@@ -32,7 +33,7 @@ def least_time(call: Callable[[], object], rounds: int) -> float:
     return min(spent)
 
 
-def times(rounds: int = 7) -> list[str]:
+def times(rounds: int = ROUNDS) -> list[str]:
     """Return table rows: milliseconds of votes of 1e4 random tokens with 50 neighbours, with the tree and spectra."""
     rng = np.random.default_rng(0)
     points, normals = rng.uniform(size=(TOKENS, 3)), rng.normal(size=(TOKENS, 3))

@@ -1,9 +1,13 @@
-"""Registration of point clouds, and tensor voting."""
+"""Registration of clouds of points without a guess, and tensor voting (chapter 15)."""
 
 from .deformation import Deformation, register_deformable
 from .extraction import Extremal, extract_curves, extract_surface
+from .matches import MatchRegistration, register_matches, separate_motions
 from .normals import Normals, estimate_normals
 from .ply import Ply, read_ply
+from .refinement import Refinement, refine
+from .rigid import Poses, Registration, register
+from .rigid_status import RegistrationStatus
 from .vote_status import DeformStatus, VoteStatus
 from .voting import Votes, published_curvature, tensor_vote
 
@@ -11,8 +15,13 @@ __all__ = [
     "DeformStatus",
     "Deformation",
     "Extremal",
+    "MatchRegistration",
     "Normals",
     "Ply",
+    "Poses",
+    "Refinement",
+    "Registration",
+    "RegistrationStatus",
     "VoteStatus",
     "Votes",
     "estimate_normals",
@@ -20,6 +29,10 @@ __all__ = [
     "extract_surface",
     "published_curvature",
     "read_ply",
+    "refine",
+    "register",
     "register_deformable",
+    "register_matches",
+    "separate_motions",
     "tensor_vote",
 ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -29,6 +29,8 @@ _NEAR, _ENOUGH = 0.5, 0.8
 """Distance from the target, in units of the spacing, within which displaced points fit, and the share that must."""
 _FAR = 2.0
 """Distance, in units of the spacing, from which on a point has no correspondence."""
+_CLOSED, _MOST = 0.5, 0.95
+"""Distance, in units of the spacing, within which points return to their places, and the share that must."""
 _STILL = 0.02
 """The mean displacement of the last step, in units of the spacing, up to which the displacements have converged."""
 
@@ -47,12 +49,19 @@ class Deformation:
         Root mean square distance, for each coordinate, of the targets with which a point was matched in the last step,
         by their weights, or of the nearest target if that is farther; infinite for points without a correspondence.
     status : DeformStatus
+        OK promises three things. Four fifths of the displaced points are within half a spacing of the target, the last
+        step moved points by less than 2 % of a spacing, and the same method with both clouds exchanged takes 95 % of
+        the displaced points back to within half a spacing of their places. It does not promise that each partner is
+        right: where the surface can slide along itself, both directions may agree on a wrong one.
+    closed : float
+        The share of points that return to their places; NaN where another check failed before.
     """
 
     points: Reals
     correspondences: NDArray[np.int64]
     uncertainties: Reals
     status: DeformStatus
+    closed: float = np.nan
 
 
 def register_deformable(
@@ -67,7 +76,8 @@ def register_deformable(
 
     In each step, the targets distribute their weights among the nearest displaced points, and a sparse linear system
     gives the displacements, smooth in the graph of neighbours: those of a linear map cost nothing. The radius of
-    correspondences decreases from step to step. Clouds must be roughly aligned.
+    correspondences decreases from step to step. Clouds must be roughly aligned. A result that fits is checked by the
+    displacements of the target onto the source, which takes as long again.
 
     Parameters
     ----------
@@ -85,6 +95,11 @@ def register_deformable(
     Returns
     -------
     Deformation
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument has a wrong shape or type, or `stiffness` or `radius` is not positive.
     """
     places, others = _cloud(source, "source"), _cloud(target, "target")
     d = places.shape[1]
@@ -96,23 +111,27 @@ def register_deformable(
     own_extra, seen_extra = _descriptors(descriptors, len(places), len(others))
     if min(len(np.unique(places[own], axis=0)), len(np.unique(others[seen], axis=0))) < d + 2:
         return _unchanged(places)
-    nodes = own
-    if len(own) > _NODES:
-        nodes = np.sort(np.random.default_rng(0).permutation(own)[:_NODES])
-    spacing = _spacing(places[nodes])
-    first = _START * spacing if radius is None else finite_number(radius, "radius")
-    if first <= 0:
+    first = None if radius is None else finite_number(radius, "radius")
+    if first is not None and first <= 0:
         raise ValueError(f"radius: {first}; expected a positive number")
-    goal = _Goal(others[seen], seen_extra[seen])
-    found = _descend(places[nodes], own_extra[nodes], goal, float(stiffness), first, _END * spacing)
+    start, goal = _Points(places[own], own_extra[own]), _Points(others[seen], seen_extra[seen])
+    moves = _displaced(start, goal, float(stiffness), first)
     moved = places.copy()
-    moved[own] += _interpolated(places[nodes], found.shift, places[own])
-    spread = _interpolated(places[nodes], found.spread[:, None], places[own])[:, 0]
-    return _result(moved, spread, own, others, seen, found.change, spacing)
+    moved[own] += moves.shift
+    found = _result(moved, moves, own, others, seen)
+    if found.status != DeformStatus.OK:
+        return found
+    back = _displaced(goal, start, float(stiffness), first)
+    loops = moves.shift + _interpolated(goal.points, back.shift, moved[own])
+    spacing = max(_spacing(start.points), _spacing(goal.points))
+    closed = float((np.linalg.norm(loops, axis=1) <= _CLOSED * spacing).mean())
+    return replace(found, closed=closed, status=found.status if closed >= _MOST else DeformStatus.INCONSISTENT)
 
 
 @dataclass(frozen=True, eq=False)
-class _Goal:
+class _Points:
+    """Finite points of a cloud, with their descriptors."""
+
     points: Reals
     extra: Reals
 
@@ -122,9 +141,26 @@ class _Shift:
     shift: Reals
     spread: Reals
     change: float
+    spacing: float
 
 
-def _descend(points: Reals, extra: Reals, goal: _Goal, stiffness: float, first: float, last: float) -> _Shift:
+def _displaced(start: _Points, goal: _Points, stiffness: float, first: float | None) -> _Shift:
+    """Return displacements of all points of a cloud, interpolated between those of its nodes."""
+    nodes = np.arange(len(start.points))
+    if len(nodes) > _NODES:
+        nodes = np.sort(np.random.default_rng(0).permutation(nodes)[:_NODES])
+    places = start.points[nodes]
+    spacing = _spacing(places)
+    radius = _START * spacing if first is None else first
+    shift, spread, change = _descend(places, start.extra[nodes], goal, stiffness, radius, _END * spacing)
+    both = _interpolated(places, np.column_stack([shift, spread]), start.points)
+    return _Shift(both[:, :-1], both[:, -1], change, spacing)
+
+
+def _descend(
+    points: Reals, extra: Reals, goal: _Points, stiffness: float, first: float, last: float
+) -> tuple[Reals, Reals, float]:
+    """Return displacements, their spreads, and the mean change of the last step."""
     n = len(points)
     bending = _bending(points)
     shift, change = np.zeros_like(points), np.inf
@@ -153,7 +189,7 @@ def _descend(points: Reals, extra: Reals, goal: _Goal, stiffness: float, first: 
         away = ((goal.points[:, None] - (points + shift)[row]) ** 2).sum(-1)
         squares = share * np.bincount(row.ravel(), (chance * away).ravel(), n)
     spread = np.sqrt(squares / np.maximum(weights, 1e-12) / points.shape[1])
-    return _Shift(shift, np.where(weights >= _MATCHED, spread, 0), change)
+    return shift, np.where(weights >= _MATCHED, spread, 0), change
 
 
 def _bending(points: Reals) -> Any:
@@ -166,20 +202,20 @@ def _bending(points: Reals) -> Any:
     return laplacian.T @ laplacian
 
 
-def _result(
-    moved: Reals, spread: Reals, own: Reals, others: Reals, seen: Reals, change: float, spacing: float
-) -> Deformation:
+def _result(moved: Reals, moves: _Shift, own: Reals, others: Reals, seen: Reals) -> Deformation:
+    """Return the partners of displaced points, and whether they fit and have converged."""
+    spacing = moves.spacing
     rows, doubt = np.full(len(moved), -1, np.int64), np.full(len(moved), np.inf)
     if not np.isfinite(moved[own]).all():
         return Deformation(moved, rows, doubt, DeformStatus.POOR_FIT)
     distance, row = cKDTree(others[seen]).query(moved[own])
     near = distance <= _FAR * spacing
     rows[own[near]] = seen[row[near]]
-    doubt[own[near]] = np.maximum(spread, distance / np.sqrt(moved.shape[1]))[near]
+    doubt[own[near]] = np.maximum(moves.spread, distance / np.sqrt(moved.shape[1]))[near]
     status = DeformStatus.OK
     if (distance <= _NEAR * max(spacing, _spacing(others[seen]))).mean() < _ENOUGH:
         status = DeformStatus.POOR_FIT
-    elif change > _STILL * spacing:
+    elif moves.change > _STILL * spacing:
         status = DeformStatus.NOT_CONVERGED
     return Deformation(moved, rows, doubt, status)
 

@@ -27,3 +27,5 @@ class DeformStatus(IntEnum):
     """Too many points have no corresponding place on the target."""
     TOO_FEW_POINTS = 3
     """A cloud has too few finite, distinct points; the source is returned unchanged."""
+    INCONSISTENT = 4
+    """The displacements of the target onto the source do not lead back: partners are ambiguous or wrong."""

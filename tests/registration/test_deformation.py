@@ -10,6 +10,7 @@ import pytest
 from algorithms.registration import DeformStatus, register_deformable
 
 FACES = np.loadtxt(Path(__file__).parents[1] / "data" / "faces" / "faces-600.txt.gz")
+FISH = np.loadtxt(Path(__file__).parents[1] / "data" / "registration" / "fish.txt")
 
 
 def test_points_of_a_face_find_their_partners() -> None:
@@ -19,6 +20,19 @@ def test_points_of_a_face_find_their_partners() -> None:
     assert (found.correspondences == np.arange(600)).mean() > 0.995
     error = np.linalg.norm(found.points - target, axis=1)
     assert error.mean() < 0.3 < np.linalg.norm(source - target, axis=1).mean() / 10
+
+
+@pytest.mark.parametrize("radius", [None, 0.3, 0.6, 1.2])
+def test_wrong_partners_of_a_fish_are_inconsistent(radius: float | None) -> None:
+    found = register_deformable(FISH[:, :2], FISH[:, 2:], radius=radius)
+    assert (found.correspondences == np.arange(91)).mean() < 0.9
+    assert found.status is DeformStatus.INCONSISTENT and found.closed < 0.9
+
+
+def test_a_part_of_a_face_is_consistent_with_the_whole() -> None:
+    found = register_deformable(FACES[::2, :3], FACES[:, 3:])
+    assert found.status is DeformStatus.OK and found.closed > 0.99
+    assert (found.correspondences == np.arange(0, 600, 2)).mean() > 0.97
 
 
 def test_uncertainties_grow_with_noise() -> None:

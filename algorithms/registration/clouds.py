@@ -1,0 +1,127 @@
+"""Clouds of points for registration: valid rows, thinning by voxels, weights by local density, and normals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial import cKDTree
+
+from generated import tensor_voting
+
+from ..arguments import Reals, real_array
+from .rigid_status import RegistrationStatus
+
+FEWEST = 20
+"""Different points that a cloud needs."""
+_NEIGHBOURS, _NORMAL_NEIGHBOURS = 6, 12
+_MOST_WEIGHT = 3.0
+_FLAT = 2e-3
+"""Ratio of extents below which a cloud is flat."""
+_VOXEL_TRIES = 4
+_HASH = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
+"""Odd factors of the bits of coordinates."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cloud:
+    """Points with their k-d tree, weights and spacing.
+
+    Attributes
+    ----------
+    points : array, (n, 3)
+    tree : cKDTree
+    weights : array, (n,)
+        Large where points are dense, at most 3: uniform outliers have small weights.
+    spacing : float
+        The median distance to the sixth neighbour.
+    """
+
+    points: Reals
+    tree: Any
+    weights: Reals
+    spacing: float
+
+    @property
+    def centre(self) -> Reals:
+        """The weighted mean."""
+        return np.asarray(self.weights @ self.points / self.weights.sum())
+
+    @property
+    def size(self) -> float:
+        """The weighted root mean square distance from the centre."""
+        squares = ((self.points - self.centre) ** 2).sum(1)
+        return float(np.sqrt(self.weights @ squares / self.weights.sum()))
+
+
+def valid_points(value: ArrayLike, name: str) -> tuple[Reals, Any]:
+    """Return the finite points (n, 3) of an array without repeated ones, and a mask of the finite rows."""
+    array = real_array(value, name, (-1, 3), "points").astype(float)
+    if array.ndim != 2:
+        raise ValueError(f"{name}: shape {array.shape}; expected (n, 3), points")
+    rows = np.isfinite(array).all(1)
+    points = array[rows] + 0.0  # -0.0 becomes 0.0, so that equal points have equal bits
+    # Sorting one hash is faster than sorting rows; different points with one hash would only be separated.
+    keys = points.view(np.uint64) @ _HASH
+    order = np.argsort(keys)
+    ordered = points[order]
+    first = np.ones(len(points), bool)
+    first[1:] = (ordered[1:] != ordered[:-1]).any(1)
+    return points[np.sort(order[first])], rows
+
+
+def shape_status(points: Reals) -> RegistrationStatus:
+    """Return OK if the points are enough and in general position."""
+    if len(points) < FEWEST:
+        return RegistrationStatus.TOO_FEW_POINTS
+    extents = np.linalg.svd(points - points.mean(0), compute_uv=False)
+    if extents[1] < _FLAT * extents[0]:
+        return RegistrationStatus.COLLINEAR
+    return RegistrationStatus.COPLANAR if extents[2] < _FLAT * extents[0] else RegistrationStatus.OK
+
+
+def cloud_of(points: Reals) -> Cloud:
+    """Build the tree of a cloud, and weights of points by the distance to their neighbours."""
+    tree = cKDTree(points)
+    far = tree.query(points, min(_NEIGHBOURS, len(points) - 1) + 1)[0][:, -1]
+    spacing = float(np.median(far))
+    weights = np.minimum((spacing / np.maximum(far, 1e-12 * spacing)) ** 2, _MOST_WEIGHT)
+    return Cloud(points, tree, weights, spacing)
+
+
+def thinned(points: Reals, voxel: float) -> Reals:
+    """Return the mean of the points of each voxel."""
+    cells = np.floor((points - points.min(0)) / voxel).astype(np.int64)
+    size = cells.max(0) + 1
+    keys = (cells[:, 0] * size[1] + cells[:, 1]) * size[2] + cells[:, 2]
+    _, row, count = np.unique(keys, return_inverse=True, return_counts=True)
+    return np.stack([np.bincount(row, points[:, k]) / count for k in range(3)], 1)
+
+
+def voxel_for(points: Reals, most: int) -> float:
+    """Return the size of voxels that leaves about `most` points of a surface."""
+    few = points[:: max(1, len(points) // (8 * most))]
+    voxel = float(np.linalg.norm(few.std(0))) * np.sqrt(8.0 / most)
+    for _ in range(_VOXEL_TRIES):
+        count = len(thinned(few, voxel))
+        if 0.8 * most < count < 1.2 * most:
+            break
+        voxel *= float(np.sqrt(count / most))
+    return float(voxel)
+
+
+def normals_of(cloud: Cloud) -> Reals:
+    """Return unit normals (n, 3), of unknown sign: the direction of least spread of weighted neighbours.
+
+    `estimate_normals` takes the axes of votes, by the same kernel. As a target of registration, they fitted slightly
+    worse among outliers than spreads with the weights of the cloud.
+    """
+    near = cloud.tree.query(cloud.points, min(_NORMAL_NEIGHBOURS, len(cloud.points)))[1]
+    weights = cloud.weights[near]
+    offsets = cloud.points[near] - cloud.points[:, None]
+    offsets -= np.einsum("nk,nki->ni", weights, offsets)[:, None] / weights.sum(1)[:, None, None]
+    spread = np.matmul((weights[..., None] * offsets).transpose(0, 2, 1), offsets)
+    upper = np.triu_indices(3)
+    return np.asarray(tensor_voting.spectrum(spread[:, upper[0], upper[1]])[1][:, 2])

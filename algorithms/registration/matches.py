@@ -1,0 +1,236 @@
+"""Motions from given matches of points, most of which may be wrong: rigidity in joint space, and significance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import gammaln
+
+from generated import pga3
+from generated import registration as kernels
+
+from ..arguments import Reals, finite_number, real_array
+from .rigid import between_places
+from .rigid_status import RegistrationStatus
+
+_FEWEST = 4
+_SEEDS, _BEST = 300, 12
+"""Matches whose pairs with all others are compared, and those from which motions are computed."""
+_TOLERANCES = (0.001, 0.004, 0.015, 0.05)
+"""Differences of lengths, relative to the size of the target, up to which a pair may be of one rigid motion."""
+_REPEATS = 4
+_LEAST_RESIDUAL = 1e-6
+_SIGNIFICANT = -4.0
+"""Decimal logarithm of the expected number of motions by chance, below which a motion is significant."""
+_ROOM = 15.0
+"""Volume by the product of standard deviations in which wrong matches are assumed to be."""
+_CERTAIN = -30.0
+_OWN = 4.0
+"""Distance in residuals up to which matches are of a motion already found."""
+_DETERMINED = 1e-9
+_BINS, _PEAKS = 400, 3
+"""Bins of the logarithm of ratios of lengths between 1/20 and 20, and peaks that are tried."""
+
+
+@dataclass(frozen=True, eq=False)
+class MatchRegistration:
+    """The motion of matches.
+
+    Attributes
+    ----------
+    motor : array, (8,)
+        Motor of `generated.pga3` that takes the source, multiplied by `scale`, to the target.
+    scale : float
+        1 unless a similarity was requested.
+    inliers : array of bool, (n,)
+        Matches that agree with the motion.
+    status : RegistrationStatus
+    residual : float
+        Root mean square of the distances of inliers.
+    log_chance : float
+        Decimal logarithm of the expected number of motions that wrong matches alone would support as well.
+    """
+
+    motor: Reals
+    scale: float
+    inliers: Any
+    status: RegistrationStatus
+    residual: float
+    log_chance: float
+
+
+def register_matches(
+    source: ArrayLike, target: ArrayLike, *, tolerance: float | None = None, similarity: bool = False
+) -> MatchRegistration:
+    """Find the rigid motion of matched points, of which a few percent may be right.
+
+    Two right matches have equal distances in both clouds, the rigidity constraint of joint space. Matches that have
+    many pairs in common with another one are fitted by the common normal of the three joint planes. The threshold of
+    inliers is the one by which the motion is least likely by chance.
+
+    Parameters
+    ----------
+    source, target : array_like, (n, 3)
+        Row i of the source is matched to row i of the target. Rows with NaN or infinite numbers are left out.
+    tolerance : float, optional
+        The greatest distance of an inlier. By default it follows from the data.
+    similarity : bool, optional
+        Whether the target also has another scale.
+
+    Returns
+    -------
+    MatchRegistration
+
+    Raises
+    ------
+    TypeError, ValueError
+        If arguments have wrong shapes or types, or the tolerance is not positive.
+    """
+    x, y = (
+        real_array(p, name, (-1, 3), "points").astype(float) for p, name in ((source, "source"), (target, "target"))
+    )
+    if x.ndim != 2 or x.shape != y.shape:
+        raise ValueError(f"source, target: shapes {x.shape} and {y.shape}; expected (n, 3) for both, one row per match")
+    if tolerance is not None and finite_number(tolerance, "tolerance") <= 0:
+        raise ValueError(f"tolerance: {tolerance}; expected a positive distance")
+    rows = np.isfinite(x).all(1) & np.isfinite(y).all(1)
+    if rows.sum() < _FEWEST:
+        return _none(RegistrationStatus.TOO_FEW_POINTS, len(x))
+    scales = _likely_scales(x[rows], y[rows]) if similarity else [1.0]
+    found = [_one_motion(scale * x[rows], y[rows], tolerance) for scale in scales]
+    k = int(np.argmin([f.log_chance for f in found]))
+    best, scale = found[k], scales[k]
+    if similarity and best.inliers.any():
+        right = best.inliers
+        spread = [np.linalg.norm(p[rows][right] - p[rows][right].mean(0)) for p in (x, y)]
+        scale = float(spread[1] / spread[0]) if spread[0] else scale
+        best = _one_motion(scale * x[rows], y[rows], tolerance)
+    inliers = np.zeros(len(x), bool)
+    inliers[rows] = best.inliers
+    return MatchRegistration(best.motor, scale, inliers, best.status, best.residual, best.log_chance)
+
+
+def separate_motions(
+    source: ArrayLike, target: ArrayLike, *, most: int = 8, tolerance: float | None = None
+) -> tuple[MatchRegistration, ...]:
+    """Find several rigid motions of matched points in sequence, each among the matches that are left.
+
+    Parameters
+    ----------
+    source, target : array_like, (n, 3)
+    most : int, optional
+        The greatest number of motions.
+    tolerance : float, optional
+        As of `register_matches`.
+
+    Returns
+    -------
+    tuple of MatchRegistration
+        The significant motions. A match is an inlier of at most one.
+    """
+    x, y = np.array(source, float), np.asarray(target, float)
+    found: list[MatchRegistration] = []
+    while len(found) < most:
+        motion = register_matches(x, y, tolerance=tolerance)
+        if motion.status != RegistrationStatus.OK:
+            break
+        found.append(motion)
+        off = np.linalg.norm(pga3.move_point(motion.motor, x) - y, axis=1)
+        x[motion.inliers | (off < _OWN * motion.residual)] = np.nan
+    return tuple(found)
+
+
+def _one_motion(x: Reals, y: Reals, tolerance: float | None) -> MatchRegistration:
+    """Return the least likely motion by chance over the tolerances of lengths."""
+    middle_x, middle_y = np.median(x, 0), np.median(y, 0)
+    x, y = x - middle_x, y - middle_y
+    size = float(np.sqrt(np.mean(y * y) * 3))
+    if size == 0:
+        return _none(RegistrationStatus.COLLINEAR, len(x))
+    seeds = np.random.default_rng(0).permutation(len(x))[:_SEEDS]
+    one, two = kernels.lengths_of_pairs(x[seeds], y[seeds], x, y)
+    apart = np.abs(one - two)
+    best = _none(RegistrationStatus.NO_SUPPORT, len(x))
+    for limit in _TOLERANCES if tolerance is None else (2 * tolerance / size,):
+        agree = (apart < limit * size).astype(np.float32)
+        agree[np.maximum(one, two) < 4 * limit * size] = 0  # short pairs agree in any case
+        top = np.argsort(-agree.sum(1))[:_BEST]
+        common = (agree[top][:, seeds] @ agree) * agree[top]
+        weights = (common > 0.5 * common.max(1, keepdims=True)).astype(float)
+        fitted = _fitted(x, y, weights, limit * size, tolerance)
+        best = min(best, fitted, key=lambda motion: motion.log_chance)
+        if best.log_chance < _CERTAIN and best.residual < 0.1 * limit * size:
+            break
+    if best.log_chance > _SIGNIFICANT:
+        return _none(RegistrationStatus.NO_SUPPORT, len(x), best.log_chance)
+    motor = between_places(best.motor, middle_x, middle_y)
+    return MatchRegistration(motor, 1.0, best.inliers, best.status, best.residual, best.log_chance)
+
+
+def _fitted(x: Reals, y: Reals, weights: Reals, reach: float, tolerance: float | None) -> MatchRegistration:
+    """Return the best of the motions of several sets of weights, after repeated selection of inliers."""
+    status = RegistrationStatus.OK
+    off = np.zeros((len(weights), len(x)))
+    for _ in range(_REPEATS):
+        form, x_mean, y_mean, _ = kernels.form_of_matches(x, y, weights)
+        vectors = np.linalg.eigh(form)[1]
+        motors = kernels.motor_of_rotor(vectors[:, :, 0], x_mean, y_mean)
+        off = np.linalg.norm(pga3.move_point(motors[:, None], x) - y, axis=-1)
+        weights = (off < (tolerance or reach)).astype(float)
+    chances = [_log_chance(row, y, tolerance) for row in off]
+    k = int(np.argmin([chance for chance, _ in chances]))
+    chance, radius = chances[k]
+    inliers = off[k] <= radius
+    form, x_mean, y_mean, _ = kernels.form_of_matches(x, y, inliers.astype(float))
+    values, vectors = np.linalg.eigh(form)
+    motor = kernels.motor_of_rotor(vectors[:, 0], x_mean, y_mean)
+    if values[1] - values[0] < _DETERMINED * values[3]:
+        status = RegistrationStatus.COLLINEAR
+    off_one = np.linalg.norm(pga3.move_point(motor, x) - y, axis=-1)
+    residual = float(np.sqrt(np.mean(off_one[inliers] ** 2))) if inliers.any() else np.inf
+    return MatchRegistration(motor, 1.0, inliers, status, residual, chance)
+
+
+def _log_chance(off: Reals, y: Reals, tolerance: float | None) -> tuple[float, float]:
+    """Return the least expected number of chance motions over the radius of inliers, as a logarithm, and the radius."""
+    n = len(off)
+    radii = np.sort(off)
+    # The volume of a normal distribution of this spread; that of a uniform one is larger.
+    spread = y.std(0)
+    room = float(_ROOM * np.prod(np.maximum(spread, 1e-3 * spread.max())))
+    floor = _LEAST_RESIDUAL * np.cbrt(room)
+    count = np.arange(1, n + 1)
+    share = np.minimum(4 / 3 * np.pi * np.maximum(radii, floor) ** 3 / room, 1)
+    log_ways = gammaln(n + 1) - gammaln(count + 1) - gammaln(n - count + 1)
+    # Three matches determine a motion: they agree with it in any case, and there are so many choices of them.
+    log_choices = np.log(n) + gammaln(n + 1) - gammaln(n - 2) - np.log(6) if n >= 3 else 0.0
+    logs = (log_choices + log_ways + (count - 3) * np.log(share)) / np.log(10)
+    logs[count <= 3] = np.inf
+    if tolerance is not None:
+        logs[radii > tolerance] = np.inf
+    k = int(np.argmin(logs))
+    return float(logs[k]), float(max(radii[k], floor))
+
+
+def _likely_scales(x: Reals, y: Reals) -> list[float]:
+    """Return the ratios of lengths that most pairs have."""
+    seeds = np.random.default_rng(0).permutation(len(x))[:_SEEDS]
+    one, two = kernels.lengths_of_pairs(x[seeds], y[seeds], x, y)
+    long = (one > 0.1 * one.max()) & (two > 0)
+    ratios = np.log(two[long] / one[long])
+    count, edges = np.histogram(ratios, _BINS, (-np.log(20), np.log(20)))
+    # The ratios of wrong pairs vary smoothly: a peak is what exceeds the mean of the bins around it.
+    around = np.convolve(count, np.ones(21) / 21, "same")
+    peaks = np.argsort(-(count - around) / np.sqrt(around + 1))[:_PEAKS]
+    found = []
+    for k in peaks:
+        near = np.abs(ratios - (edges[k] + edges[k + 1]) / 2) < edges[1] - edges[0]
+        found.append(float(np.exp(np.median(ratios[near]))) if near.any() else 1.0)
+    return found
+
+
+def _none(status: RegistrationStatus, count: int, chance: float = np.inf) -> MatchRegistration:
+    return MatchRegistration(np.eye(8)[0], 1.0, np.zeros(count, bool), status, np.inf, chance)

@@ -1,0 +1,182 @@
+"""Refinement of motors: robust distances of points from points, planes and lines, with scales from the data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import pga3
+from generated import registration as kernels
+
+from ..arguments import Reals, finite, real_array
+from .clouds import Cloud, cloud_of, normals_of
+
+_UPPER = np.triu_indices(6)
+_ACROSS = 0.02
+"""Factor of squared distances along a plane: it holds motions that planes leave free."""
+_DAMPING = 1e-9
+_MEASURED = {"planes": 1, "lines": 2, "points": 3}
+"""Coordinates of a point that a neighbour determines."""
+_SINGULAR = 1e12
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A target of refinement: a cloud with a direction and two factors of squared distances for each point."""
+
+    cloud: Cloud
+    directions: Reals
+    across: Reals
+    along: Reals
+
+
+@dataclass(frozen=True, eq=False)
+class Refined:
+    """A refined motor, with the information of its small motions and the sums of its last step."""
+
+    motor: Reals
+    information: Reals
+    weight: float
+    squares: float
+    distances: Reals
+    """Of all points, by the metric of the surface; infinite without a neighbour."""
+
+
+def points_target(cloud: Cloud) -> Surface:
+    """Return a target to whose points distances are measured."""
+    n = len(cloud.points)
+    return Surface(cloud, np.tile([1.0, 0, 0], (n, 1)), np.ones(n), np.zeros(n))
+
+
+def planes_target(cloud: Cloud, directions: Reals | None = None) -> Surface:
+    """Return a target to whose tangent planes distances are measured."""
+    n = len(cloud.points)
+    normals = normals_of(cloud) if directions is None else directions
+    return Surface(cloud, normals, np.full(n, _ACROSS), np.full(n, 1 - _ACROSS))
+
+
+def lines_target(cloud: Cloud, directions: Reals) -> Surface:
+    """Return a target to whose lines, with unit directions, distances are measured."""
+    n = len(cloud.points)
+    return Surface(cloud, directions, np.ones(n), np.full(n, _ACROSS - 1))
+
+
+def neighbours(target: Surface, points: Reals, gate: float) -> tuple[Any, Any, Reals]:
+    """Return the row of the nearest point within a gate, whether there is one, and the distance from its surface."""
+    far, rows = target.cloud.tree.query(points, distance_upper_bound=gate)
+    found = np.isfinite(far)
+    rows = np.where(found, rows, 0)
+    off = points - target.cloud.points[rows]
+    own = np.einsum("ni,ni->n", off, target.directions[rows])
+    square = target.across[rows] * np.einsum("ni,ni->n", off, off) + target.along[rows] * own * own
+    return rows, found, np.where(found, np.sqrt(np.maximum(square, 0)), np.inf)
+
+
+def refined(
+    motor: Reals, points: Reals, weights: Reals, target: Surface, gates: list[float], scales: list[float]
+) -> Refined:
+    """Take a Gauss-Newton step for each gate, the greatest distance of neighbours, and each scale of residuals.
+
+    A scale of 0 is taken from the data: three times the normalised median of the distances within the gate.
+    """
+    information = np.zeros((6, 6))
+    weight = squares = 0.0
+    distances = np.full(len(points), np.inf)
+    for gate, fixed in zip(gates, scales, strict=True):
+        rows, found, distances = neighbours(target, pga3.move_point(motor, points), gate)
+        if found.sum() < 6:
+            break
+        scale = fixed or max(3 * 1.4826 * float(np.median(distances[found])), 1e-6 * gate)
+        table, slope, (weight, squares) = kernels.alignment_sums(
+            motor, points, weights * found, target.cloud.points, target.directions, target.across, target.along,
+            rows, scale,
+        )  # fmt: skip
+        information = np.zeros((6, 6))
+        information[_UPPER] = table
+        information = information + np.triu(information, 1).T
+        damped = information + np.diag(_DAMPING * np.diag(information) + 1e-30)
+        step = np.linalg.solve(damped, -slope)
+        motor = pga3.normalize_motor(pga3.motor_product(pga3.motor_exponential(step), motor))
+    return Refined(motor, information, float(weight), float(squares), distances)
+
+
+@dataclass(frozen=True, eq=False)
+class Refinement:
+    """A refined motion.
+
+    Attributes
+    ----------
+    motor : array, (8,)
+    inliers : array of bool, (n,)
+        Points of the source with a neighbour.
+    covariance : array, (6, 6)
+        Of the coefficients e12 e13 e23 e01 e02 e03 of the small bivector B for which ``exp(B) motor`` is true; infinite
+        on the diagonal without enough neighbours.
+    residual : float
+        Root mean square of the distances, with robust weights.
+    """
+
+    motor: Reals
+    inliers: Any
+    covariance: Reals
+    residual: float
+
+
+def refine(
+    source: ArrayLike,
+    target: ArrayLike,
+    motor: ArrayLike,
+    gate: float,
+    *,
+    to: str = "planes",
+    directions: ArrayLike | None = None,
+    steps: int = 15,
+) -> Refinement:
+    """Refine a motor that nearly takes a source to a target.
+
+    Parameters
+    ----------
+    source : array_like, (n, 3)
+    target : array_like, (m, 3)
+    motor : array_like, (8,)
+        A unit motor of `generated.pga3`.
+    gate : float
+        The greatest distance of neighbours.
+    to : {"planes", "points", "lines"}, optional
+        To what distances are measured: tangent planes of the target, its points, or lines through them.
+    directions : array_like, (m, 3), optional
+        Unit normals of the planes, by default those of neighbours, or unit directions of the lines.
+    steps : int, optional
+        Gauss-Newton steps. The robust scale of each follows from the distances before it.
+
+    Returns
+    -------
+    Refinement
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument has a wrong shape or type, or is not finite, or lines have no directions.
+    """
+    x, y = (finite(real_array(p, n, (-1, 3)), n).astype(float) for p, n in ((source, "source"), (target, "target")))
+    start = finite(real_array(motor, "motor", (8,)), "motor").astype(float)
+    along = None if directions is None else finite(real_array(directions, "directions", (len(y), 3)), "directions")
+    if to not in _MEASURED or (to == "lines" and along is None):
+        raise ValueError(f"to: {to!r} without directions; expected planes, points, or lines with directions")
+    cloud = cloud_of(y)
+    if to == "points":
+        surface = points_target(cloud)
+    elif to == "lines" and along is not None:
+        surface = lines_target(cloud, along)
+    else:
+        surface = planes_target(cloud, along)
+    found = refined(start, x, np.ones(len(x)), surface, [gate] * steps, [0.0] * steps)
+    freedom = _MEASURED[to] * found.weight - 6
+    covariance = np.diag(np.full(6, np.inf))
+    if freedom > 0 and np.linalg.cond(found.information) < _SINGULAR:
+        covariance = found.squares / freedom * np.linalg.inv(found.information)
+    residual = float(np.sqrt(found.squares / found.weight)) if found.weight else np.inf
+    return Refinement(found.motor, np.isfinite(found.distances), covariance, residual)

@@ -1,0 +1,99 @@
+"""Motions of matches, most of which are wrong, and the planes of joint space."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from algorithms.registration import RegistrationStatus, register_matches, separate_motions
+from generated import pga3
+from generated import registration as kernels
+
+
+def matches(seed, count, right, noise=0.005, scale=1.0):
+    """Return matches, the first ones of them right, and the rotations of the groups."""
+    rng = np.random.default_rng(seed)
+    x, y, turns, row = rng.normal(size=(count, 3)), scale * rng.normal(size=(count, 3)), [], 0
+    for k, group in enumerate(right):
+        turns.append(Rotation.random(random_state=7 * seed + k).as_matrix())
+        rows = slice(row, row + group)
+        y[rows] = scale * x[rows] @ turns[-1].T + rng.normal(size=3) + noise * rng.normal(size=(group, 3))
+        row += group
+    return x, y, turns
+
+
+def angle(motor, turn):
+    return np.degrees(np.linalg.norm(Rotation.from_matrix(pga3.motor_to_matrix(motor)[:3, :3].T @ turn).as_rotvec()))
+
+
+@pytest.mark.parametrize(("count", "right"), [(1000, 100), (300, 30), (100, 10)])
+def test_nine_of_ten_matches_are_wrong(count, right):
+    for seed in range(20):
+        x, y, (turn,) = matches(seed, count, [right])
+        found = register_matches(x, y)
+        assert found.status == RegistrationStatus.OK and angle(found.motor, turn) < 0.5
+        assert found.inliers[:right].mean() > 0.7 and found.inliers[right:].sum() <= 2
+
+
+def test_wrong_matches_alone_are_no_motion():
+    for seed in range(20):
+        for count in (10, 20, 300):
+            x, y, _ = matches(seed, count, [])
+            found = register_matches(x, y)
+            assert found.status == RegistrationStatus.NO_SUPPORT and not found.inliers.any()
+
+
+def test_two_motions_are_separated():
+    right = 0
+    for seed in range(50):
+        x, y, turns = matches(seed, 600, [100, 80])
+        found = separate_motions(x, y)
+        near = [min(range(2), key=lambda k, m=m: angle(m.motor, turns[k])) for m in found]
+        good = all(angle(m.motor, turns[k]) < 0.5 for m, k in zip(found, near, strict=True))
+        right += sorted(near) == [0, 1] and good
+    assert right >= 49
+
+
+@pytest.mark.parametrize("scale", [0.4, 2.5])
+def test_similarity(scale):
+    x, y, (turn,) = matches(3, 500, [100], scale=scale)
+    found = register_matches(x, y, similarity=True)
+    assert found.status == RegistrationStatus.OK and abs(found.scale / scale - 1) < 0.01
+    assert angle(found.motor, turn) < 0.5
+    assert register_matches(x, y).status == RegistrationStatus.NO_SUPPORT
+
+
+def test_degenerate_matches():
+    rng = np.random.default_rng(1)
+    assert register_matches(np.zeros((3, 3)), np.zeros((3, 3))).status == RegistrationStatus.TOO_FEW_POINTS
+    line = rng.random((50, 1)) * [1.0, 2.0, 2.0]
+    assert register_matches(line, line + 1).status in (RegistrationStatus.COLLINEAR, RegistrationStatus.NO_SUPPORT)
+    with pytest.raises(ValueError, match="one row per match"):
+        register_matches(np.zeros((5, 3)), np.zeros((6, 3)))
+
+
+@pytest.mark.parametrize("rotation", [0.0, 0.7, np.pi])
+def test_matches_of_one_motion_are_on_three_planes_with_one_rotor(rotation):
+    rng = np.random.default_rng(5)
+    x = rng.normal(size=(20, 3))
+    turn, shift = Rotation.from_rotvec([0, 0.6 * rotation, 0.8 * rotation]), np.array([1.0, -2.0, 0.5])
+    y = turn.apply(x) + shift
+    w = kernels.form_of_matches(x, y, np.ones(20))
+    values, vectors = np.linalg.eigh(w[0])
+    assert abs(values[0]) < 1e-12 * values[3]
+    motor = kernels.motor_of_rotor(vectors[:, 0], w[1], w[2])
+    assert np.allclose(pga3.move_point(motor, x), y, atol=1e-12)
+    points, planes = kernels.joint_points(x, y), kernels.joint_planes(motor)
+    assert np.allclose(np.einsum("nij,ij->ni", points, planes[:, :3]) + planes[:, 3], 0, atol=1e-12)
+    assert np.allclose(kernels.screw_plane_value(x, y, motor), 0, atol=1e-12)
+    # Coordinates are a difference and, up to sign, two sums.
+    assert np.allclose(np.sort(np.abs(points[:, 0])), np.sort(np.abs(np.stack(
+        [y[:, 0] - x[:, 0], y[:, 1] + x[:, 1], y[:, 2] + x[:, 2]], 1
+    ))))  # fmt: skip
+
+
+def test_lengths_of_pairs_are_equal_for_rigid_motions():
+    rng = np.random.default_rng(6)
+    x = rng.normal(size=(9, 3))
+    y = Rotation.random(random_state=1).apply(x) + 3
+    one, two = kernels.lengths_of_pairs(x[0], y[0], x, y)
+    assert np.allclose(one, np.linalg.norm(x - x[0], axis=1)) and np.allclose(one, two)

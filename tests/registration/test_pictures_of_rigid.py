@@ -1,0 +1,24 @@
+"""Pictures of clouds before and after, and of joint space."""
+
+import numpy as np
+import pytest
+
+from algorithms.registration import register_matches
+from generated import pga3
+
+pictures = pytest.importorskip("algorithms.registration.pictures_of_rigid", exc_type=ImportError)
+
+
+def test_pictures_show_the_points_and_planes():
+    rng = np.random.default_rng(0)
+    x = rng.normal(size=(60, 3))
+    motor = pga3.motor_exponential([0.3, 0.2, 0.1, 0.5, 0.2, 0.1])
+    y = np.array(pga3.move_point(motor, x))
+    y[40:] = rng.normal(size=(20, 3))
+    found = register_matches(x, y)
+    before, after = pictures.draw_clouds(x[:40], y[:40], found.motor).axes
+    target, source = after.collections
+    assert np.allclose(np.array(source._offsets3d), np.array(target._offsets3d), atol=1e-9)
+    assert not np.allclose(np.array(before.collections[1]._offsets3d), np.array(target._offsets3d), atol=0.1)
+    axes = pictures.draw_joint_space(x, y, found.inliers, found.motor).axes
+    assert len(axes) == 3 and all(len(axis.collections) == 3 for axis in axes)

@@ -1,0 +1,86 @@
+"""Registration of scanned objects and lidar scans from any pose, and its refusals."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from algorithms.registration import RegistrationStatus, register
+from benchmarks.registration_scenes import OBJECTS, clouds, error, least_error, scene
+from generated import pga3
+
+
+@pytest.mark.parametrize(
+    ("name", "angle"), [(name, None) for name in OBJECTS] + [("bunny", 0.0), ("PowerDrill", np.pi)]
+)
+def test_half_outliers_and_a_missing_part_from_any_rotation(name, angle):
+    source, true_rows, target, matrix = scene(name, 11, angle)
+    result = register(source, target)
+    assert result.status in (RegistrationStatus.OK, RegistrationStatus.SYMMETRIC, RegistrationStatus.FREE_MOTION)
+    angle, distance = least_error(result, matrix, source)
+    assert angle < 0.5 and distance < 0.005 * np.linalg.norm(np.ptp(target, axis=0))
+    assert result.inliers.shape == (len(source),)
+    assert result.inliers[true_rows].mean() > 2 * result.inliers[~true_rows].mean()
+
+
+def test_a_can_is_free_about_its_axis():
+    source, _, target, _ = scene("TomatoSoupCan", 3)
+    result = register(source, target)
+    assert result.status == RegistrationStatus.FREE_MOTION and len(result.free) == 1
+    e12, e13, e23 = result.free[0, :3]
+    axis = np.array([e23, -e13, e12]) / np.linalg.norm([e12, e13, e23])
+    thin = np.linalg.eigh(np.cov(target.T))
+    spread = thin[0]
+    odd = np.argmax(np.abs(spread - np.median(spread)))
+    assert abs(axis @ thin[1][:, odd]) > 0.99
+
+
+def test_lidar_scans_from_other_headings():
+    data = clouds()
+    source, target, motion = data["outdoor_source"], data["outdoor_target"], data["outdoor_motion"]
+    for heading in (1.0, np.pi):
+        turn = Rotation.from_euler("z", heading).as_matrix()
+        truth = motion @ np.block([[turn, np.zeros((3, 1))], [np.zeros((1, 3)), np.ones((1, 1))]])
+        result = register(source @ turn, target)
+        assert result.status == RegistrationStatus.OK
+        angle, distance = error(pga3.motor_to_matrix(result.motor), truth, np.zeros(3))
+        assert angle < 0.2 and distance < 0.02
+
+
+@pytest.mark.parametrize("pair", [("bunny", "PowerDrill"), ("Banana", "MustardBottle"), ("CrackerBox", "bunny")])
+def test_unrelated_objects_have_no_support(pair):
+    one, two = (clouds()[name].reshape(-1, 3)[:1500] for name in pair)
+    one, two = (p / np.linalg.norm(p.std(0)) for p in (one, two))
+    result = register(one, two)
+    assert result.status == RegistrationStatus.NO_SUPPORT
+    assert np.array_equal(result.motor, np.eye(8)[0]) and not result.inliers.any()
+
+
+def test_random_points_have_no_support():
+    rng = np.random.default_rng(2)
+    assert register(rng.random((800, 3)), rng.random((700, 3))).status == RegistrationStatus.NO_SUPPORT
+
+
+def test_degenerate_clouds_are_refused():
+    rng = np.random.default_rng(0)
+    bunny = clouds()["bunny"]
+    line = rng.random((100, 1)) * [1.0, 2.0, 3.0]
+    plane = rng.random((100, 3)) * [1.0, 2.0, 0.0]
+    assert register(bunny[:10], bunny).status == RegistrationStatus.TOO_FEW_POINTS
+    assert register(np.tile(bunny[:5], (50, 1)), bunny).status == RegistrationStatus.TOO_FEW_POINTS
+    assert register(line, bunny).status == RegistrationStatus.COLLINEAR
+    assert register(bunny, plane).status == RegistrationStatus.COPLANAR
+    assert register(1000 * bunny, bunny).status == RegistrationStatus.DIFFERENT_UNITS
+    assert register(np.full((50, 3), np.nan), bunny).status == RegistrationStatus.TOO_FEW_POINTS
+    with pytest.raises(ValueError, match="source"):
+        register(bunny[:, :2], bunny)
+
+
+def test_missing_numbers_duplicates_and_units_do_not_matter():
+    bunny = clouds()["bunny"]
+    turn = Rotation.random(random_state=4).as_matrix()
+    source = np.concatenate([bunny @ turn, (bunny @ turn)[:40], np.full((5, 3), np.nan)])
+    result = register(1000 * source, 1000 * bunny)
+    assert result.status == RegistrationStatus.OK
+    assert result.inliers[:-5].all() and not result.inliers[-5:].any()
+    assert np.allclose(pga3.motor_to_matrix(result.motor)[:3, :3], turn, atol=1e-6)
+    assert result.residual < 1e-6 and result.coverage == 1
