@@ -40,7 +40,7 @@ def distances_to_samples(points: Reals, samples: Samples, tree: cKDTree) -> Real
     away = points - samples.places[rows]
     off = (away * samples.normals[rows]).sum(1)
     beside = np.linalg.norm(away - off[:, None] * samples.normals[rows], axis=1)
-    return np.hypot(off, np.maximum(0, beside - _DISC * samples.spacing))
+    return np.asarray(np.hypot(off, np.maximum(0, beside - _DISC * samples.spacing)))
 
 
 def _distance(p: Reals, corners: Reals) -> Reals:

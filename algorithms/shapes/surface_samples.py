@@ -85,7 +85,7 @@ def _near_surface(points: Reals, distances: Reals, rows: NDArray[np.intp]) -> ND
     graph = coo_array((np.ones(int(near.sum()), np.int8), (first[near], rows[:, 1:5][near])), (len(points),) * 2)
     _, labels = connected_components(graph, directed=False)
     small = ~flat & (np.bincount(labels)[labels] < _PART * len(points))
-    return ~(sparse | far | small)
+    return np.asarray(~(sparse | far | small))
 
 
 def _planes(points: Reals, rows: NDArray[np.intp]) -> tuple[Reals, Reals, NDArray[np.bool_]]:

@@ -41,7 +41,7 @@ def closed_triangles(nodes: Reals, samples: Samples, tree: cKDTree) -> Triangles
     beyond = np.append(inside, False)[neighbours]
     cell, facet = np.nonzero(inside[:, None] & ~beyond)
     found = corners[cell[:, None], _FACETS[facet]]
-    return np.where((volume[cell] < 0)[:, None], found[:, ::-1], found)
+    return np.asarray(np.where((volume[cell] < 0)[:, None], found[:, ::-1], found))
 
 
 def _minor_parts(corners: Triangles, neighbours: Triangles, inside: NDArray[np.bool_]) -> NDArray[np.bool_]:
