@@ -10,6 +10,8 @@ from .rasterising import filled
 from .segmentation import segment
 from .sphere_matching import SphereRegistration, register_spheres
 from .sphere_status import BallStatus, SphereMatchStatus
+from .surface_status import SurfaceStatus
+from .surfaces import Surface, surface
 from .union_of_spheres import union_of_spheres
 
 __all__ = [
@@ -21,6 +23,8 @@ __all__ = [
     "MarchedModel",
     "SphereMatchStatus",
     "SphereRegistration",
+    "Surface",
+    "SurfaceStatus",
     "adapted",
     "contour",
     "filled",
@@ -33,6 +37,7 @@ __all__ = [
     "register_spheres",
     "segment",
     "streamline_samples",
+    "surface",
     "trace_contour",
     "union_of_spheres",
 ]

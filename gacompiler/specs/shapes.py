@@ -1,17 +1,16 @@
-"""Nodes of a neural gas as motors: winners of samples, motions of nodes, circles and normals of their neighbours.
+"""Nodes of a neural gas as motors: cells of samples, motions of nodes, circles and normals of their neighbours.
 
 A node of a contour is a motor of G(2,0,1), a node of a surface one of G(3,0,1). It takes the origin to the place of the
 node, and the last coordinate axis to its unit normal, so that it transports any entity that is given at the origin.
 """
 
 import gacompiler as ga
-from gacompiler import SCALAR, array, each, fold, gather, index, kernel, scan, scatter
+from gacompiler import SCALAR, array, each, gather, index, kernel, scan, scatter
 from gacompiler.algebra.catalog import CGA2, PGA2, PGA3
 from gacompiler.specs import cga2, pga2, pga3
 from gacompiler.specs.families.plane_based import coordinates
 
 PAIRS, TRIPLES, NUMBERS = array(SCALAR, "n", 2), array(SCALAR, "n", 3), array(SCALAR, "n")
-FAR = 1e300
 SMALL = 1e-200
 """Below the square of any length."""
 
@@ -20,35 +19,7 @@ motor_between_planes = pga3.motor_between_planes.function
 motor_between_lines = pga2.motor_between_lines.function
 
 
-# Winners of samples.
-
-
-@kernel(x=array(SCALAR, 6), nodes=array(SCALAR, "n", 6), returns=(array(SCALAR, 2), array(SCALAR, 2)))
-def nearest_two(x, nodes):
-    """Find the two nodes nearest to a sample, by its place and its normal times a length.
-
-    Returns
-    -------
-    squares
-        Their squared distances.
-    rows
-        Their indices, as numbers; -1 if there is no such row.
-    """
-
-    def better(best, node):
-        first, second, one, two, row = best
-        square = sum((a - b) * (a - b) for a, b in zip(x, node, strict=True))
-        wins, follows = square < first, square < second
-        return (
-            ga.select(wins, square, first),
-            ga.select(wins, first, ga.select(follows, square, second)),
-            ga.select(wins, row, one),
-            ga.select(wins, one, ga.select(follows, row, two)),
-            row + 1,
-        )
-
-    first, second, one, two, _ = fold(better, (FAR, FAR, -1, -1, 0), nodes)
-    return (first, second), (one, two)
+# Cells of samples.
 
 
 @kernel(

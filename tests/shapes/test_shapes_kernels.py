@@ -3,17 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import ConvexHull, cKDTree
+from scipy.spatial import ConvexHull
 
 from generated import pga3, shapes
-
-
-def test_two_winners_are_those_of_a_tree() -> None:
-    rng = np.random.default_rng(0)
-    nodes, x = rng.normal(size=(40, 6)), rng.normal(size=(300, 6))
-    squares, rows = shapes.nearest_two(x, nodes)
-    distances, known = cKDTree(nodes).query(x, 2)
-    assert np.allclose(squares, distances**2) and np.array_equal(rows, known)
 
 
 def test_sums_of_cells() -> None:
