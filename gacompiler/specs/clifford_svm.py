@@ -8,7 +8,7 @@ variable, and `fall` for a decrease. They are `FAR` and its negative for variabl
 import gacompiler as ga
 from gacompiler import SCALAR, array, each, kernel, least
 
-FAR = 2.0**100
+FAR = float(2**100)
 """What takes a variable at a bound out of the selection."""
 
 NUMBERS = array(SCALAR, "n")

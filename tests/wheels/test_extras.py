@@ -73,7 +73,7 @@ def test_other_errors_of_an_import_are_raised_unchanged() -> None:
 
 def test_extras_have_the_required_packages() -> None:
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
-    assert {"compiler", "algorithms", "pictures", "notebooks", "test", "peers", "docs"} == set(extras)
+    assert {"compiler", "algorithms", "pictures", "notebooks", "test", "peers", "volumes", "docs"} == set(extras)
     named = {extra: {line.partition(">")[0] for line in lines} for extra, lines in extras.items()}
     assert set(COMPILER) <= named["compiler"]
     assert {"numba", "scipy"} <= named["algorithms"]
