@@ -22,7 +22,7 @@ IMAGES = [
 ]
 """Functions of images of one number per pixel."""
 
-ONE = {"optical_flow", "denoise", "disparity", "estimated_noise", "similarity_distance"}
+ONE = {"optical_flow", "denoise", "disparity", "estimated_noise", "key_points", "similarity_distance"}
 """Functions that do not accept stacks."""
 
 

@@ -103,7 +103,11 @@ OTHERS = {
 ALONE = {
     "complex_pyramid": "sparse matrices of scipy",
     "estimated_noise": "one level",
+    "key_points": "filters of scipy.ndimage",
+    "lie_responses": "filters of scipy.ndimage",
     "local_phase": "one filter",
+    "orbit_energies": "filters of scipy.ndimage",
+    "orbit_energy": "filters of scipy.ndimage",
     "quaternion_local_phase": "one filter",
 }
 """Functions of arrays that use one thread."""
