@@ -35,6 +35,8 @@ MOST_PARTS = 32
 """Expressions with more parts than this are composed of the results of calls only."""
 MOST_MERGES = 8
 """Maximum number of different parts that are tried when parts of one form are merged."""
+LARGEST_MERGED = 1_500
+"""Compositions that cost more than this are not refined by merging: each merged part is a search of its own."""
 FORMS = 2
 """Number of rewritten forms that are composed."""
 CHECKED = 2
@@ -100,7 +102,8 @@ class Composer:
                     plans.append((found.candidate.cost.total, len(plans), name, found))
         for total, _, name, found in sorted(plans, key=lambda plan: plan[:2])[:FORMS]:
             if total <= HOPELESS * best:
-                yield self._merged(name, forms[name], found).candidate
+                is_small = total <= LARGEST_MERGED
+                yield (self._merged(name, forms[name], found) if is_small else found).candidate
 
     def _of_calls(self) -> Iterator[Candidate]:
         """Yield the composition of the called kernels, and that of parts with everything proved about the arguments."""

@@ -247,16 +247,19 @@ class Search:
             expressions = self._variants[name]
             methods = self._methods(expressions)
             too_large: list[tuple[Method, frozenset[Expression]]] = []
+            irreducible: set[tuple[frozenset[Expression], bool]] = set()
             for cuts in _choices_of_stages(stages(expressions), self._effort.stages):
                 for method in methods:
+                    reduction, name_implied, _ = method
+                    if reduction is not Reduction.NORMAL and (cuts, name_implied) in irreducible:
+                        continue
                     if any(method == other and cuts < more for other, more in too_large):
                         continue
                     if left < 0 or is_interrupted():
                         self._too_large += 1
                         continue
                     try:
-                        reduction, *options = method
-                        lowering = Lowering(self._kernel, expressions, cuts, reduction, self._budget, most, *options)
+                        lowering = Lowering(self._kernel, expressions, cuts, reduction, self._budget, most, *method[1:])
                         system = lowering.system(self._slots)
                     except TooLargeError:
                         self._too_large += 1
@@ -264,6 +267,8 @@ class Search:
                         left -= most
                         continue
                     left -= lowering.pairs
+                    if not lowering.relations.known:
+                        irreducible.add((cuts, name_implied))
                     if not _has_effect(method, lowering) or _size(system) > self._budget:
                         continue
                     steps = (name, f"{len(cuts)} stages", *_steps_of(method, lowering))

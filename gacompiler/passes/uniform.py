@@ -56,8 +56,9 @@ def uniform_forms(
     if not SMALLEST <= total <= LARGEST:
         return ()
     found: list[tuple[int, int, Uniform]] = []
+    systems = _systems(kernel, expressions, slots)
     for same in _choices(program):
-        programs = [program, *_collected(kernel, expressions, program.results, slots, same)]
+        programs = [program, *_collected(kernel, systems, program.results, same)]
         forms = [form for each in programs if (form := split(each, same)) is not None and _pays(form, total)]
         forms.sort(key=lambda form: (form.costs[1].total, form.costs[0].total))
         best = next((form for form in forms if gate.accepts(joined(form, program))), None)
@@ -78,24 +79,32 @@ def _choices(program: Program) -> Iterator[tuple[str, ...]]:
         yield from combinations(names, size)
 
 
+def _systems(kernel: Kernel, expressions: Sequence[Expression], slots: Sequence[Slot]) -> list[System]:
+    """Return the distinct systems of the results, by all reductions that have an effect."""
+    found: dict[object, System] = {}
+    for reduction in Reduction:
+        try:
+            lowering = Lowering(kernel, expressions, frozenset(), reduction, LARGEST, 10 * LARGEST)
+            system = lowering.system(slots)
+        except TooLargeError:
+            continue
+        if sum(len(output.terms) for output in system.outputs) <= LARGEST:
+            found.setdefault(system.key, system)
+        if not lowering.relations.known:
+            break  # There is nothing to reduce by, so that other reductions lead to the same system.
+    return list(found.values())
+
+
 def _collected(
-    kernel: Kernel,
-    expressions: Sequence[Expression],
-    results: Sequence[Result],
-    slots: Sequence[Slot],
-    same: Sequence[str],
+    kernel: Kernel, systems: Sequence[System], results: Sequence[Result], same: Sequence[str]
 ) -> Iterator[Program]:
     """Yield programs of the results as polynomials in the varying arguments with named coefficients."""
     arguments = tuple(Argument(p.name, p.shape, p.components) for p in kernel.parameters)
     fixed = {component for argument in arguments if argument.name in same for component in argument.components}
-    seen = set()
-    for reduction in Reduction:
+    for system in systems:
         # The limit of the lowering also holds for the products that follow, in which little of it may be left.
+        system.ring.effort = 10 * LARGEST
         try:
-            system = Lowering(kernel, expressions, frozenset(), reduction, LARGEST, 10 * LARGEST).system(slots)
-            if sum(len(output.terms) for output in system.outputs) > LARGEST or system.key in seen:
-                continue
-            seen.add(system.key)
             collected = _by_coefficients(system, fixed)
             if collected is None:
                 continue

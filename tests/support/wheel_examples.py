@@ -62,7 +62,10 @@ class Environment:
     def install(self, *wheels: Path) -> None:
         """Install wheels; their dependencies must already be present."""
         pip = [sys.executable, "-m", "pip", "--isolated", "--python", str(self.python)]
-        done = subprocess.run([*pip, "install", "--no-index", *map(str, wheels)], capture_output=True, text=True)
+        known = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}  # pip would look there.
+        done = subprocess.run(
+            [*pip, "install", "--no-index", *map(str, wheels)], capture_output=True, text=True, env=known
+        )
         assert done.returncode == 0, done.stderr
 
     def run(self, code: str, path: str = "", **variables: str) -> subprocess.CompletedProcess[str]:
