@@ -13,6 +13,7 @@ from generated import registration as kernels
 
 from ..arguments import Reals
 from .clouds import Cloud
+from .weighted_matches import form_about_means
 
 _ROTATIONS = 1000
 _CELLS, _EXTENT = 24, 5.0
@@ -112,6 +113,6 @@ def descended(source: Cloud, target: Cloud, motors: Reals) -> tuple[Reals, Reals
         near = target.points[rows]
         square = ((moved - near) ** 2).sum(-1)
         share = weights / (1 + square / (scale * size) ** 2) ** 2
-        form, x, y, _ = kernels.form_of_matches(points, near, share * target.weights[rows])
+        form, x, y = form_about_means(points, near, share * target.weights[rows])
         last, motors = motors, _motors(np.linalg.eigh(form)[1][:, :, 0], x, y)
     return last, share.sum(1) / weights.sum()

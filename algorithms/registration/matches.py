@@ -15,6 +15,7 @@ from generated import registration as kernels
 from ..arguments import Reals, finite_number, real_array
 from .rigid import between_places
 from .rigid_status import RegistrationStatus
+from .weighted_matches import form_about_means
 
 _FEWEST = 4
 _SEEDS, _BEST = 300, 12
@@ -175,7 +176,7 @@ def _fitted(x: Reals, y: Reals, weights: Reals, reach: float, tolerance: float |
     status = RegistrationStatus.OK
     off = np.zeros((len(weights), len(x)))
     for _ in range(_REPEATS):
-        form, x_mean, y_mean, _ = kernels.form_of_matches(x, y, weights)
+        form, x_mean, y_mean = form_about_means(x, y, weights)
         vectors = np.linalg.eigh(form)[1]
         motors = kernels.motor_of_rotor(vectors[:, :, 0], x_mean, y_mean)
         off = np.linalg.norm(pga3.move_point(motors[:, None], x) - y, axis=-1)
@@ -184,7 +185,7 @@ def _fitted(x: Reals, y: Reals, weights: Reals, reach: float, tolerance: float |
     k = int(np.argmin([chance for chance, _ in chances]))
     chance, radius = chances[k]
     inliers = off[k] <= radius
-    form, x_mean, y_mean, _ = kernels.form_of_matches(x, y, inliers.astype(float))
+    form, x_mean, y_mean = form_about_means(x, y, inliers.astype(float))
     values, vectors = np.linalg.eigh(form)
     motor = kernels.motor_of_rotor(vectors[:, 0], x_mean, y_mean)
     if values[1] - values[0] < _DETERMINED * values[3]:

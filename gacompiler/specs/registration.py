@@ -10,8 +10,6 @@ Points and motors are those of G(3,0,1), as in the module `pga3`. A small motion
 B of ``exp(B) m``.
 """
 
-from fractions import Fraction
-
 import gacompiler as ga
 from gacompiler import SCALAR, array, assemble, each, gather, index, kernel, sqrt, total
 from gacompiler.algebra.catalog import PGA3, VGA3
@@ -28,7 +26,6 @@ AXES = ("e1", "e2", "e3")
 TRIVECTOR = "e123"
 UNUSED = {"e1": "e23", "e2": "e13", "e3": "e12"}
 """The blade of the rotor that is not in the coefficient of each vector: their product has grade 3."""
-TINY = Fraction(1, 10**30)
 
 
 def _rows(x, y):
@@ -117,30 +114,32 @@ def _form(x, y):
     return [sum(row[i] * row[j] for row in rows) for i in range(4) for j in range(i, 4)]
 
 
-@kernel(points=POINTS, targets=POINTS, weights=NUMBERS, returns=(array(SCALAR, 4, 4), VECTOR, VECTOR, array(SCALAR, 2)))
-def form_of_matches(points, targets, weights):
-    """Sum the squares of ``y R - R x`` over matches, as a quadratic form of the rotor about the means.
-
-    The eigenvector of the smallest eigenvalue is the rotor of least squares, the common normal of the joint planes.
-
-    Returns
-    -------
-    form
-        A matrix (4, 4).
-    x_mean, y_mean
-    numbers
-        The sum of weights, and the weighted sum of squares of points about their mean.
-    """
+@kernel(points=POINTS, targets=POINTS, weights=NUMBERS, returns=(VECTOR, VECTOR))
+def means_of_matches(points, targets, weights):
+    """Compute the weighted means of points and of their matches; they are 0 if all weights are."""
 
     def of(x, y, w):
-        row = tuple(w * f for f in _form(x, y))
-        return row, tuple(w * v for v in x), tuple(w * v for v in y), w, w * dot(x, x)
+        return tuple(w * v for v in x), tuple(w * v for v in y), w
 
-    sums, x_sum, y_sum, weight, squares = total(of, points, targets, weights)
-    one = 1 / (weight + TINY)
-    x, y = [v * one for v in x_sum], [v * one for v in y_sum]
-    form = square([a - weight * b for a, b in zip(sums, _form(x, y), strict=True)], 4)
-    return tuple(map(tuple, form)), tuple(x), tuple(y), (weight, squares - weight * dot(x, x))
+    x, y, weight = total(of, points, targets, weights)
+    divisor = ga.select(weight > 0, weight, 1)
+    return tuple(v / divisor for v in x), tuple(v / divisor for v in y)
+
+
+@kernel(points=POINTS, targets=POINTS, weights=NUMBERS, x=VECTOR, y=VECTOR, returns=array(SCALAR, 4, 4))
+def form_of_matches(points, targets, weights, x, y):
+    """Sum the squares of ``q R - R p`` as a quadratic form of the rotor R, where p and q are relative to `x` and `y`.
+
+    If these are the means, the eigenvector of the smallest eigenvalue is the rotor of least squares, the common normal
+    of the joint planes.
+    """
+
+    def of(p, q, w):
+        one, two = ([a - b for a, b in zip(*pair, strict=True)] for pair in ((p, x), (q, y)))
+        return tuple(w * f for f in _form(one, two))
+
+    form = square(list(total(of, points, targets, weights)), 4)
+    return tuple(map(tuple, form))
 
 
 @kernel(rotor=array(SCALAR, 4), x=VECTOR, y=VECTOR, returns=MOTOR)

@@ -91,11 +91,11 @@ def circles_of_neighbours(points, before, after):
     """
 
     def of(a, b, c):
-        one, two, three = (ga.assemble(CGA2, _embedded(p)) for p in (a, b, c))
-        circle = ga.polarity(circle_from_points(one, two, three))
+        # Relative to the point, so that nothing is lost far from the origin, and neighbours may be equal.
+        one, three = ([u - v for u, v in zip(p, b, strict=True)] for p in (a, c))
+        circle = ga.polarity(circle_from_points(*(ga.assemble(CGA2, _embedded(p)) for p in (one, (0, 0), three))))
         # The dual circle is a multiple of ``centre + e0 + ... einf``: a line has no e0, and its normal is what remains.
-        weight = circle["e0"]
-        x, y = circle["e1"] - weight * b[0], circle["e2"] - weight * b[1]
+        weight, x, y = circle["e0"], circle["e1"], circle["e2"]
         square = x * x + y * y
         length = ga.sqrt(ga.select(square > SMALL, square, 1))
         return (-x / length, -y / length), weight / length

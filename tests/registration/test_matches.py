@@ -5,6 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from algorithms.registration import RegistrationStatus, register_matches, separate_motions
+from algorithms.registration.weighted_matches import form_about_means
 from generated import pga3
 from generated import registration as kernels
 
@@ -77,10 +78,11 @@ def test_matches_of_one_motion_are_on_three_planes_with_one_rotor(rotation):
     x = rng.normal(size=(20, 3))
     turn, shift = Rotation.from_rotvec([0, 0.6 * rotation, 0.8 * rotation]), np.array([1.0, -2.0, 0.5])
     y = turn.apply(x) + shift
-    w = kernels.form_of_matches(x, y, np.ones(20))
-    values, vectors = np.linalg.eigh(w[0])
+    form, x_mean, y_mean = form_about_means(x, y, np.ones(20))
+    assert np.allclose([x_mean, y_mean], [x.mean(0), y.mean(0)], atol=1e-15)
+    values, vectors = np.linalg.eigh(form)
     assert abs(values[0]) < 1e-12 * values[3]
-    motor = kernels.motor_of_rotor(vectors[:, 0], w[1], w[2])
+    motor = kernels.motor_of_rotor(vectors[:, 0], x_mean, y_mean)
     assert np.allclose(pga3.move_point(motor, x), y, atol=1e-12)
     points, planes = kernels.joint_points(x, y), kernels.joint_planes(motor)
     assert np.allclose(np.einsum("nij,ij->ni", points, planes[:, :3]) + planes[:, 3], 0, atol=1e-12)
