@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from math import isfinite, sqrt
 from typing import Any
 
 import numpy as np
@@ -41,6 +42,7 @@ def _weights() -> dict[GraspStage, Reals]:
 
 
 _WEIGHTS = _weights()
+_INDICES = {stage: np.flatnonzero(weights) for stage, weights in _WEIGHTS.items()}
 
 
 @dataclass(frozen=True)
@@ -211,16 +213,17 @@ def visual_error(images: ArrayLike) -> VisualErrors:
 
 def _judged(points: Reals, rows: Reals, ratio: Reals, flat: Reals, ahead: Reals) -> VisualErrors:
     status = VisualStatus.OK
-    if not np.isfinite(rows.sum()):
+    least, clear, hand = (min(pair) for pair in zip(*flat.tolist(), strict=True))
+    if not isfinite(rows.sum()):
         lost = np.argwhere(~np.isfinite(points).all(-1))
         if len(lost):
             return VisualErrors(rows, ratio, VisualStatus.LOST_FEATURE, int(lost[0, 0]), int(lost[0, 1]))
         status = VisualStatus.DEGENERATE_VIEW
-    elif flat[:, 0].min() < -_FLAT or flat[:, 2].min() < -_CROSSED:
+    elif least < -_FLAT or hand < -_CROSSED:
         status = VisualStatus.BEHIND_CAMERA
-    elif flat[:, 1].min() < _FLAT:
+    elif clear < _FLAT:
         status = VisualStatus.DEGENERATE_VIEW
-    return VisualErrors(rows, ratio, status, upright=bool(ahead.min() > 0))
+    return VisualErrors(rows, ratio, status, upright=min(ahead.tolist()) > 0)
 
 
 def grasp_step(
@@ -285,8 +288,8 @@ def _moving(state: GraspState, motion: Reals, error: float, settings: GraspSetti
 
 
 def _size(errors: Reals, stage: GraspStage) -> float:
-    weights = _WEIGHTS[stage]
-    return float(np.sqrt(np.dot(weights, errors * errors) / weights.sum()))
+    own = errors[_INDICES[stage]]
+    return sqrt(own.dot(own) / len(own))
 
 
 def _probe(state: GraspState, errors: Reals, settings: GraspSettings) -> GraspStep:
