@@ -78,8 +78,8 @@ class GraspSettings:
     coarse: float = 4.0
     noise: float = 0.0
     fine: float = 1e-8
-    frames: int = 400
-    rounds: int = 6
+    frames: int = 640
+    rounds: int = 7
     at_most: int = 200
 
     def __post_init__(self) -> None:
