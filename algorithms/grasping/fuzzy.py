@@ -207,9 +207,9 @@ class Mamdani:
     def _clipped(self, x: Reals) -> tuple[Reals, NDArray[np.bool_], NDArray[np.bool_]]:
         """Return inputs in the ranges, whether they are finite, and whether they were in the ranges."""
         low, high = np.array([[one.low, one.high] for one in self.inputs]).T
-        finite = np.isfinite(x).all(-1)
+        finite = np.asarray(np.isfinite(x).all(-1))
         clipped = np.clip(np.where(finite[:, None], x, low), low, high)
-        return clipped, finite, (clipped == x).all(-1)
+        return clipped, finite, np.asarray((clipped == x).all(-1))
 
     def strengths(self, inputs: ArrayLike | Mapping[str, ArrayLike]) -> Reals:
         """Compute the strengths of the rules, before weights.
@@ -280,9 +280,9 @@ def _defuzzified(table: OutputTables, cuts: Reals, method: str) -> tuple[Reals, 
     """Return numbers of unions, and whether the unions are not empty."""
     if method == "centroid":
         area, moment = table.areas(cuts)
-        fires = area > 0
+        fires = np.asarray(area > 0)
         return np.asarray(moment / np.where(fires, area, 1)), fires
-    fires = (cuts > 0).any(1)
+    fires = np.asarray((cuts > 0).any(1))
     if method == "bisector":
         return table.bisectors(cuts), fires
     return np.array(table.maxima(cuts)[("mom", "som", "lom").index(method)]), fires

@@ -159,7 +159,7 @@ class OutputTables:
                 cuts, self._place_rows, self._terms, self._peaks, *points, *self._couples, self._last, self._scaled,
                 self._tolerance,
             )
-        )  # type: ignore[return-value]  # fmt: skip
+        )  # fmt: skip
 
     def bisectors(self, cuts: Reals) -> Reals:
         """Compute the places that divide the areas into halves."""

@@ -21,7 +21,8 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from functools import partial
+from typing import TypeVar
 
 from .fuzzy import Mamdani
 from .fuzzy_rules import And, Conclusion, Condition, Is, Not, Or, Rule
@@ -49,7 +50,10 @@ class _Variable:
         return _at(self.line, lambda: FuzzyVariable(self.name, self.low, self.high, self.samples, tuple(self.sets)))
 
 
-def _at(line: int, make: Callable[[], Any]) -> Any:
+_Made = TypeVar("_Made")
+
+
+def _at(line: int, make: Callable[[], _Made]) -> _Made:
     """Call a function, and add the number of a line to its errors."""
     try:
         return make()
@@ -193,7 +197,7 @@ def _rule(line: _Line) -> Rule:
         line.require("is")
         target = line.name("the name of a set")
         weight = line.number_of("a weight") if line.accept("with") else 1.0
-        conclusions.append(_at(line.number, lambda v=variable, t=target, w=weight: Conclusion(v, t, w)))
+        conclusions.append(_at(line.number, partial(Conclusion, variable, target, weight)))
         if not line.accept(",", "and"):
             break
     line.end()
@@ -235,7 +239,7 @@ def _assembled(methods: dict[str, str], variables: list[_Variable], rules: list[
     inputs, outputs = found["input"], found["output"]
     if inputs and outputs:
         for number, rule in rules:
-            _at(number, lambda own=rule: Mamdani(inputs, outputs, (own,), by, **methods))
+            _at(number, partial(Mamdani, inputs, outputs, (rule,), by, **methods))
     return Mamdani(inputs, outputs, tuple(rule for _, rule in rules), by, **methods)
 
 
@@ -269,9 +273,9 @@ def write(system: Mamdani) -> str:
             lines.append(f"    set {one.name} {one.kind} {' '.join(map(_number_text, one.parameters))}")
     for rule in system.rules:
         ends = []
-        for one in rule.conclusions:
-            weight = "" if one.weight == 1 else f" with {_number_text(one.weight)}"
-            ends.append(f"{one.variable} is {one.set}{weight}")
+        for end in rule.conclusions:
+            weight = "" if end.weight == 1 else f" with {_number_text(end.weight)}"
+            ends.append(f"{end.variable} is {end.set}{weight}")
         name = f" {rule.name}:" if rule.name else ""
         lines.append(f"rule{name} if {_condition_text(rule.condition)} then {', '.join(ends)}")
     return "\n".join(lines) + "\n"

@@ -71,7 +71,7 @@ class VisualScene:
         seen = np.einsum("cij,pj->cpi", self.cameras[..., :3], self.points()) + self.cameras[:, None, :, 3]
         depth = seen[..., 2:]
         found = seen[..., :2] / np.where(depth > 0, depth, np.nan)
-        return found if rng is None or noise == 0 else found + noise * rng.normal(size=found.shape)
+        return np.asarray(found if rng is None or noise == 0 else found + noise * rng.normal(size=found.shape))
 
     def moved(self, motion: Reals, closing: float = 1.0) -> VisualScene:
         """Return the scene after a motion of the hand, as in `GraspStep`."""

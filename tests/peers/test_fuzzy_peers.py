@@ -7,9 +7,9 @@ import importlib
 import numpy as np
 import pytest
 from random_rule_bases import number_of_union, random_inputs, random_rule_base
-from scikit_fuzzy import peer_simulation, used_inputs
 
 from algorithms.grasping import FuzzyStatus, Mamdani
+from benchmarks.scikit_fuzzy import peer_simulation, used_inputs
 
 pytestmark = pytest.mark.peers
 
