@@ -66,6 +66,7 @@ class OutputTables:
         self._terms = term.astype(np.int64)
         self._area_rows = np.stack([own, same, last * area[place], last * moment[place]], 1)
         self._place_rows = np.stack([own, same, last, x[place]], 1)
+        self._width_rows = np.stack([own, same, last, np.append(0.0, width)[place]], 1)
         self._peaks = heights.max(0)
 
     def _flanks(self) -> None:
@@ -75,7 +76,11 @@ class OutputTables:
         lengths, starts = np.zeros(2 * sets, np.int64), np.zeros(2 * sets, np.int64)
         for k, own in enumerate(self.heights.T):
             first, last = int(np.argmax(own)), n - 1 - int(np.argmax(own[::-1]))
-            for flank, part in ((k, own[: first + 1]), (sets + k, own[last:])):
+            # Of samples that are 0, one is enough: the others never cross a strength.
+            positive = np.flatnonzero(own > 0)
+            start, end = (max(positive[0] - 1, 0), positive[-1] + 2) if len(positive) else (first, last + 1)
+            starts[k] = start
+            for flank, part in ((k, own[start : first + 1]), (sets + k, own[last:end])):
                 heights.append(part)
                 falling.append(np.full(len(part), float(flank >= sets)))
                 terms.append(np.full(len(part), k))
@@ -118,10 +123,16 @@ class OutputTables:
         runs = self._runs[cell, self._own] * exists
         left, right = self.heights.take(cell, 0), self.heights.take(cell + 1, 0)
         start = self.heights[cell, self._own]
-        n = len(cuts)
+        n, pairs = len(cuts), len(self._same)
         places = self.places
         return _Points(
-            exists.astype(float), places[cell], places[cell + 1], start, runs, left.reshape(n, -1), right.reshape(n, -1)
+            exists.astype(float),
+            places[cell],
+            places[cell + 1],
+            start,
+            runs,
+            left.reshape(n, pairs),
+            right.reshape(n, pairs),
         )
 
     def _point_arguments(self, p: _Points) -> tuple[NDArray[np.generic], ...]:
@@ -135,7 +146,7 @@ class OutputTables:
         area, moment = kernels.area_on_grid(cuts, self._area_rows, self._terms, self._scaled)
         if not self._scaled:
             points = self._point_arguments(self._points(cuts))
-            more, turn = kernels.area_by_points(cuts, *points, *self._couples, self._last)
+            more, turn = kernels.area_by_points(cuts, *points, *self._couples, self._last, np.inf)
             area, moment = area + more, moment + turn
         return area, moment
 
@@ -163,6 +174,33 @@ class OutputTables:
 
     def bisectors(self, cuts: Reals) -> Reals:
         """Compute the places that divide the areas into halves."""
+        if self._scaled:
+            return self._sorted_bisectors(cuts)
+        points = self._points(cuts)
+        arguments = self._point_arguments(points)
+
+        def more(limit: Reals | float) -> Reals:
+            found = kernels.area_by_points(cuts, *arguments, *self._couples, self._last, limit)
+            return np.asarray(found[0])
+
+        half = (kernels.area_on_grid(cuts, self._area_rows, self._terms, 0.0)[0] + more(np.inf)) / 2
+        # The points left of the interval change the area, and so perhaps the interval.
+        added = np.zeros(len(cuts))
+        for _ in range(2):
+            before = added
+            target = half - added
+            at, area, low, high = kernels.place_of_area(cuts, self._width_rows, self._terms, 0.0, target)
+            left = np.maximum(at.astype(np.int64), 1) - 1
+            added = more(self.places[left])
+        found = _halved(self.places[left], np.diff(self.places)[left], low, high, target - area)
+        inside = ((points.left == self.places[left][:, None]) & (points.exists > 0)).any(1)
+        rest = inside | (added != before) | (at < 0)
+        if rest.any():
+            found[rest] = self._sorted_bisectors(cuts[rest])
+        return found
+
+    def _sorted_bisectors(self, cuts: Reals) -> Reals:
+        """Compute bisectors from the sorted places and points."""
         members = self.heights.T * cuts[:, :, None] if self._scaled else np.minimum(self.heights.T, cuts[:, :, None])
         x, top = np.broadcast_to(self.places, (len(cuts), len(self.places))), members.max(1)
         if not self._scaled:
@@ -179,7 +217,11 @@ class OutputTables:
             np.take_along_axis(table, at + k, 1)[:, 0]
             for table, k in ((x, 0), (top, 0), (top, 1), (width, 0), (pieces, 0), (sums, 0))
         )
-        rest = np.clip(half[:, 0] - (end - whole), 0, whole)
-        slope = (high - low) / np.where(step > 0, step, 1)
-        root = np.sqrt(np.maximum(low * low + 2 * slope * rest, 0))
-        return np.asarray(a + 2 * rest / np.where(low + root > 0, low + root, 1))
+        return _halved(a, step, low, high, np.clip(half[:, 0] - (end - whole), 0, whole))
+
+
+def _halved(left: Reals, width: Reals, low: Reals, high: Reals, area: Reals) -> Reals:
+    """Return the places up to which linear functions on intervals have given areas."""
+    slope = (high - low) / np.where(width > 0, width, 1)
+    root = np.sqrt(np.maximum(low * low + 2 * slope * area, 0))
+    return np.asarray(left + 2 * area / np.where(low + root > 0, low + root, 1))

@@ -247,16 +247,18 @@ def area_on_grid(cuts, samples, term, scaled):
 
 @kernel(
     cuts=_numbers("terms"), **_POINTS, first=index("couples", into="points"), second=index("couples", into="points"),
-    last=_shared("couples", 2), returns=(SCALAR, SCALAR),
+    last=_shared("couples", 2), limit=SCALAR, returns=(SCALAR, SCALAR),
 )  # fmt: skip
 def area_by_points(
     cuts, exists, left, right, start, run, own, left_heights, right_heights, pair_point, pair_term, same, ends, first,
-    second, last,
+    second, last, limit,
 ):  # fmt: skip
     """Compute how much the points where sets cross their strengths add to the area and the first moment.
 
     Parameters
     ----------
+    limit
+        Only points count whose neighbour to the right on the grid is at most this place.
     first, second
         Each point with all points before it; a point comes with itself at the end.
     last
@@ -279,10 +281,54 @@ def area_by_points(
         b, b_top = select(after, q.place, b), select(after, q.top, b_top)
         more = _area(p.place - a, a_top, p.top) + _area(b - p.place, p.top, b_top) - _area(b - a, a_top, b_top)
         turn = _moment(a, p.place, a_top, p.top) + _moment(p.place, b, p.top, b_top) - _moment(a, b, a_top, b_top)
-        return a, a_top, b, b_top, area + closes * more, moment + closes * turn
+        counts = closes * (p.right <= limit)
+        return a, a_top, b, b_top, area + counts * more, moment + counts * turn
 
     found = fold(insert, (0,) * 6, gather(points, first), gather(points, second), last)
     return found[4], found[5]
+
+
+@kernel(
+    cuts=_numbers("terms"), samples=_shared("samples", 4), term=index("samples", into="terms"), scaled=SCALAR,
+    target=SCALAR, returns=(SCALAR, SCALAR, SCALAR, SCALAR),
+)  # fmt: skip
+def place_of_area(cuts, samples, term, scaled, target):
+    """Find the interval of the grid in which the area of a union reaches a target.
+
+    Parameters
+    ----------
+    cuts
+        The strengths of the sets.
+    samples, term
+        Memberships of the places, whether the previous sample is of the same place, whether this is the last sample of
+        the place, and the width of the interval to its left; and their sets.
+    scaled
+        Whether sets are multiplied by their strengths and not clipped.
+    target
+        The area.
+
+    Returns
+    -------
+    place
+        The index of the right end of the interval, or -1.
+    before
+        The area to the left of the interval.
+    left_top, right_top
+        The union at its ends.
+    """
+
+    def add(found, cut, row):
+        height, same, closes, width = row
+        top, previous, area, number, place, before, left_top, right_top = found
+        top = ga.maximum(same * top, select(scaled, cut * height, ga.minimum(cut, height)))
+        whole = area + closes * _area(width, previous, top)
+        hit = closes * (width > 0) * (place < 0) * (whole >= target)
+        return (
+            top, select(closes, top, previous), whole, number + closes, select(hit, number, place),
+            select(hit, area, before), select(hit, previous, left_top), select(hit, top, right_top),
+        )  # fmt: skip
+
+    return fold(add, (0, 0, 0, 0, -1, 0, 0, 0), gather(cuts, term), samples)[4:]
 
 
 @kernel(
