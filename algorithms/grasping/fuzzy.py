@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -14,11 +14,12 @@ from numpy.typing import ArrayLike, NDArray
 from generated import fuzzy as kernels
 
 from ..arguments import Reals, real_array
-from .fuzzy_program import OPERATIONS, Program, program_of
-from .fuzzy_rules import Rule, can_fire, parts
-from .fuzzy_sets import DEFUZZIFIERS, FuzzyVariable
+from .fuzzy_base import RuleBase
+from .fuzzy_program import Program, program_of
+from .fuzzy_rules import can_fire
 from .fuzzy_status import FuzzyStatus
 from .fuzzy_tables import OutputTables
+from .fuzzy_text import parse, write
 
 _CHUNK = 2048
 """Number of elements of a batch that are handled at once, so that tables remain in the cache."""
@@ -41,7 +42,7 @@ class FuzzyOutput:
 
 
 @dataclass(frozen=True)
-class Mamdani:
+class Mamdani(RuleBase):
     """A rule base for Mamdani inference.
 
     The strength of a rule is the membership of the inputs in its condition, times the weight of the conclusion. The
@@ -67,56 +68,6 @@ class Mamdani:
         If names are unknown or not unique, there is no rule, or a method is unknown.
     """
 
-    inputs: tuple[FuzzyVariable, ...]
-    outputs: tuple[FuzzyVariable, ...]
-    rules: tuple[Rule, ...]
-    defuzzify: str | tuple[str, ...] = "centroid"
-    conjunction: str = "min"
-    disjunction: str = "max"
-    implication: str = "min"
-
-    def __post_init__(self) -> None:
-        for name in ("inputs", "outputs", "rules"):
-            found = tuple(getattr(self, name))
-            if not found:
-                raise ValueError(f"{name}: empty; expected at least one")
-            object.__setattr__(self, name, found)
-        count = len(self.outputs)
-        methods = (self.defuzzify,) * count if isinstance(self.defuzzify, str) else tuple(self.defuzzify)
-        if len(methods) != count:
-            raise ValueError(f"defuzzify: {len(methods)} methods; expected one, or one for each of {count} outputs")
-        for method in methods:
-            _one_of("defuzzify", method, DEFUZZIFIERS)
-        object.__setattr__(self, "defuzzify", methods)
-        _one_of("conjunction", self.conjunction, [b for a, b in OPERATIONS if a == "and"])
-        _one_of("disjunction", self.disjunction, [b for a, b in OPERATIONS if a == "or"])
-        _one_of("implication", self.implication, ("min", "product"))
-        names = [one.name for one in (*self.inputs, *self.outputs)]
-        for name in names:
-            if names.count(name) > 1:
-                raise ValueError(f"variables: two with the name {name}; expected different names")
-        for k, rule in enumerate(self.rules):
-            self._check_rule(rule, rule.name or f"rule {k + 1}")
-
-    def _check_rule(self, rule: Rule, where: str) -> None:
-        for kind, own, used in (
-            ("input", self.inputs, parts(rule.condition)),
-            ("output", self.outputs, rule.conclusions),
-        ):
-            known = {one.name: one for one in own}
-            for part in used:
-                if part.variable not in known:
-                    raise ValueError(f"{where}: no {kind} {part.variable!r}; expected {', '.join(known)}")
-                try:
-                    known[part.variable].index(part.set)
-                except ValueError as error:
-                    raise ValueError(f"{where}: {error}") from None
-        if not rule.conclusions:
-            raise ValueError(f"{where}: no conclusion; expected at least one")
-        used_sets = [(one.variable, one.set) for one in rule.conclusions]
-        if len(set(used_sets)) < len(used_sets):
-            raise ValueError(f"{where}: a conclusion is repeated; expected different sets")
-
     @classmethod
     def parse(cls, text: str) -> Mamdani:
         """Read a rule base from text; see `fuzzy_text`.
@@ -126,9 +77,8 @@ class Mamdani:
         ValueError
             With the number of the line, if the text cannot be read.
         """
-        from .fuzzy_text import parse
-
-        return parse(text)
+        base = parse(text)
+        return cls(**{one.name: getattr(base, one.name) for one in fields(base)})
 
     @classmethod
     def read(cls, path: str | Path) -> Mamdani:
@@ -137,8 +87,6 @@ class Mamdani:
 
     def to_text(self) -> str:
         """Write the rule base as text, from which `parse` reads an equal one."""
-        from .fuzzy_text import write
-
         return write(self)
 
     @cached_property
@@ -286,11 +234,6 @@ def _defuzzified(table: OutputTables, cuts: Reals, method: str) -> tuple[Reals, 
     if method == "bisector":
         return table.bisectors(cuts), fires
     return np.array(table.maxima(cuts)[("mom", "som", "lom").index(method)]), fires
-
-
-def _one_of(name: str, value: object, choices: Sequence[str]) -> None:
-    if value not in choices:
-        raise ValueError(f"{name}: {value!r}; expected one of {', '.join(choices)}")
 
 
 def grasp_controller() -> Mamdani:

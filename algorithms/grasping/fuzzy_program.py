@@ -14,8 +14,13 @@ from .fuzzy_rules import And, Condition, Is, Not
 Integers = NDArray[np.int64]
 DEPTH = 6
 """The size of the stack."""
-_FIELDS = ("plus", "sign", "weight", "push", "pop", "load", "least", "greatest", "product", "sum", "complement")
-OPERATIONS = {("and", "min"): "least", ("and", "product"): "product", ("or", "max"): "greatest", ("or", "sum"): "sum"}
+_FIELDS = ("plus", "sign", "weight", "push", "pop", "load", "least", "greatest", "product", "either", "complement")
+OPERATIONS = {
+    ("and", "min"): "least",
+    ("and", "product"): "product",
+    ("or", "max"): "greatest",
+    ("or", "sum"): "either",
+}
 """Fields by conjunctions and disjunctions."""
 
 

@@ -24,7 +24,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TypeVar
 
-from .fuzzy import Mamdani
+from .fuzzy_base import RuleBase
 from .fuzzy_rules import And, Conclusion, Condition, Is, Not, Or, Rule
 from .fuzzy_sets import DEFUZZIFIERS, FuzzySet, FuzzyVariable
 
@@ -204,7 +204,7 @@ def _rule(line: _Line) -> Rule:
     return Rule(condition, tuple(conclusions), name)
 
 
-def parse(text: str) -> Mamdani:
+def parse(text: str) -> RuleBase:
     """Read a rule base.
 
     Raises
@@ -233,14 +233,14 @@ def parse(text: str) -> Mamdani:
     return _assembled(methods, variables, rules)
 
 
-def _assembled(methods: dict[str, str], variables: list[_Variable], rules: list[tuple[int, Rule]]) -> Mamdani:
+def _assembled(methods: dict[str, str], variables: list[_Variable], rules: list[tuple[int, Rule]]) -> RuleBase:
     found = {kind: tuple(one.finished() for one in variables if one.kind == kind) for kind in ("input", "output")}
     by = tuple(one.method for one in variables if one.kind == "output")
     inputs, outputs = found["input"], found["output"]
     if inputs and outputs:
         for number, rule in rules:
-            _at(number, partial(Mamdani, inputs, outputs, (rule,), by, **methods))
-    return Mamdani(inputs, outputs, tuple(rule for _, rule in rules), by, **methods)
+            _at(number, partial(RuleBase, inputs, outputs, (rule,), by, **methods))
+    return RuleBase(inputs, outputs, tuple(rule for _, rule in rules), by, **methods)
 
 
 def _condition_text(condition: Condition, inside: type | None = None) -> str:
@@ -260,7 +260,7 @@ def _number_text(x: float) -> str:
     return str(int(x)) if x == int(x) and abs(x) < 1e15 else repr(float(x))
 
 
-def write(system: Mamdani) -> str:
+def write(system: RuleBase) -> str:
     """Write a rule base."""
     lines = [f"method and {system.conjunction} or {system.disjunction} implication {system.implication}"]
     methods = dict(zip((one.name for one in system.outputs), system.defuzzify, strict=True))

@@ -250,8 +250,7 @@ def grasp_step(
     Returns
     -------
     GraspStep
-        With a status other than OK, the motion is 0 and the state is the previous one, so that the step can be
-        repeated with other images.
+        With a status other than OK, the motion is 0, and the step can be repeated with the state and other images.
     """
     own = _DEFAULT if settings is None else settings
     found = visual_error(images)

@@ -35,7 +35,7 @@ class Step(NamedTuple):
     least: Any
     greatest: Any
     product: Any
-    sum: Any
+    either: Any
     complement: Any
     """Which of the operations computes the result."""
 
@@ -90,7 +90,7 @@ def strengths(offsets, heights, slopes, variable, literal, program, ends):
         first, second = stack[0], select(step.pop, stack[1], step.plus + step.sign * member)
         found = (
             step.load * second + step.least * ga.minimum(first, second) + step.greatest * ga.maximum(first, second)
-            + step.product * (first * second) + step.sum * (first + second - first * second)
+            + step.product * (first * second) + step.either * (first + second - first * second)
             + step.complement * (1 - first)
         )  # fmt: skip
         found = step.weight * found
