@@ -9,6 +9,7 @@ import sys
 COMMANDS = (
     *("chain", "clifford_svm", "cost_models", "counts", "estimation", "growth", "learning", "mapping", "minimal"),
     *("overview", "random_kernels", "registration", "robots", "signals", "subspaces", "toolkit", "tracking", "vision"),
+    "visual_grasping",
 )
 """The subcommands, which are also the names of their modules. Without a subcommand, `command` runs."""
 

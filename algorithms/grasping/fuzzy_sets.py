@@ -1,0 +1,176 @@
+"""Fuzzy sets, and variables with sets over a range."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..arguments import Reals, finite_number
+
+DEFUZZIFIERS = ("centroid", "bisector", "mom", "som", "lom")
+"""Centroid and bisector of the area; mean, smallest and largest of the places with the maximum."""
+
+
+def _linear(x: Reals, places: tuple[float, ...], heights: tuple[float, ...]) -> Reals:
+    """Return a function that is linear between places, which may coincide, and 0 outside."""
+    found = np.zeros_like(x)
+    for a, b, low, high in zip(places, places[1:], heights, heights[1:], strict=False):
+        inside = (a < x) & (x < b)
+        if low == high:
+            found[inside] = low
+        elif low < high:
+            found[inside] = (x[inside] - a) / (b - a)
+        else:
+            found[inside] = (b - x[inside]) / (b - a)
+    for place, height in zip(places, heights, strict=True):
+        found[x == place] = np.maximum(found[x == place], height)
+    return found
+
+
+def _triangle(x: Reals, a: float, b: float, c: float) -> Reals:
+    return _linear(x, (a, b, c), (0, 1, 0))
+
+
+def _trapezoid(x: Reals, a: float, b: float, c: float, d: float) -> Reals:
+    return _linear(x, (a, b, c, d), (0, 1, 1, 0))
+
+
+def _gauss(x: Reals, mean: float, sigma: float) -> Reals:
+    return np.asarray(np.exp(-((x - mean) ** 2) / (2 * sigma**2)))
+
+
+def _bell(x: Reals, width: float, slope: float, centre: float) -> Reals:
+    with np.errstate(over="ignore", divide="ignore"):
+        return np.asarray(1 / (1 + np.abs((x - centre) / width) ** (2 * slope)))
+
+
+def _sigmoid(x: Reals, centre: float, slope: float) -> Reals:
+    with np.errstate(over="ignore"):
+        return np.asarray(1 / (1 + np.exp(-slope * (x - centre))))
+
+
+MEMBERSHIPS: dict[str, tuple[Callable[..., Reals], tuple[str, ...]]] = {
+    "triangle": (_triangle, ("left", "peak", "right")),
+    "trapezoid": (_trapezoid, ("left", "from", "to", "right")),
+    "gauss": (_gauss, ("mean", "sigma")),
+    "bell": (_bell, ("width", "slope", "centre")),
+    "sigmoid": (_sigmoid, ("centre", "slope")),
+}
+"""The kinds of sets: their membership, and the names of their parameters."""
+
+
+@dataclass(frozen=True)
+class FuzzySet:
+    """A fuzzy set of real numbers.
+
+    Parameters
+    ----------
+    name : str
+    kind : str
+        ``"triangle"`` with the parameters left, peak, right; ``"trapezoid"`` with left, from, to, right; ``"gauss"``
+        with mean, sigma; ``"bell"`` with width, slope, centre; ``"sigmoid"`` with centre, slope. These are the
+        functions `trimf`, `trapmf`, `gaussmf`, `gbellmf` and `sigmf` of scikit-fuzzy, with parameters in the same
+        order.
+    parameters : tuple of float
+
+    Raises
+    ------
+    ValueError
+        If the kind is unknown, or parameters are missing, out of order, not positive or not finite.
+    """
+
+    name: str
+    kind: str
+    parameters: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        where = f"set {self.name}"
+        if self.kind not in MEMBERSHIPS:
+            raise ValueError(f"{where}: kind {self.kind!r}; expected {', '.join(MEMBERSHIPS)}")
+        names = MEMBERSHIPS[self.kind][1]
+        if len(self.parameters) != len(names):
+            raise ValueError(f"{where}: {len(self.parameters)} parameters; expected {self.kind} {' '.join(names)}")
+        numbers = tuple(finite_number(x, f"{where}: {n}") for x, n in zip(self.parameters, names, strict=True))
+        if self.kind in ("triangle", "trapezoid") and list(numbers) != sorted(numbers):
+            raise ValueError(f"{where}: parameters {numbers}; expected numbers in ascending order")
+        positive = {"gauss": (1,), "bell": (0, 1)}.get(self.kind, ())
+        for k in positive:
+            if numbers[k] <= 0:
+                raise ValueError(f"{where}: {names[k]} {numbers[k]}; expected a positive number")
+        object.__setattr__(self, "parameters", numbers)
+
+    def membership(self, x: Reals) -> Reals:
+        """Evaluate the membership of numbers."""
+        return MEMBERSHIPS[self.kind][0](np.asarray(x, float), *self.parameters)
+
+
+@dataclass(frozen=True)
+class FuzzyVariable:
+    """An input or output: a range with equidistant places, and sets.
+
+    Memberships are evaluated at the places and are linear between them.
+
+    Parameters
+    ----------
+    name : str
+    low, high : float
+        The range.
+    samples : int
+        Number of places, at least 2.
+    sets : tuple of FuzzySet
+        With different names.
+    """
+
+    name: str
+    low: float
+    high: float
+    samples: int
+    sets: tuple[FuzzySet, ...]
+
+    def __post_init__(self) -> None:
+        where = f"variable {self.name}"
+        low, high = finite_number(self.low, f"{where}: low"), finite_number(self.high, f"{where}: high")
+        if not low < high:
+            raise ValueError(f"{where}: range from {low} to {high}; expected an ascending range")
+        if isinstance(self.samples, bool) or not isinstance(self.samples, int) or self.samples < 2:
+            raise ValueError(f"{where}: {self.samples!r} samples; expected an integer of at least 2")
+        if not self.sets:
+            raise ValueError(f"{where}: no sets; expected at least one")
+        names = [one.name for one in self.sets]
+        for name in names:
+            if names.count(name) > 1:
+                raise ValueError(f"{where}: two sets {name}; expected different names")
+
+    @cached_property
+    def places(self) -> Reals:
+        """The places (n,)."""
+        return np.linspace(self.low, self.high, self.samples)
+
+    @cached_property
+    def memberships(self) -> Reals:
+        """The memberships (n, sets) of the places."""
+        return np.stack([_unimodal(one.membership(self.places)) for one in self.sets], 1)
+
+    def index(self, name: str) -> int:
+        """Return the position of a set.
+
+        Raises
+        ------
+        ValueError
+            If there is no set of this name.
+        """
+        for k, one in enumerate(self.sets):
+            if one.name == name:
+                return k
+        raise ValueError(f"{self.name} has no set {name!r}; expected {', '.join(one.name for one in self.sets)}")
+
+
+def _unimodal(heights: Reals) -> Reals:
+    """Remove rounding errors by which memberships do not rise and then fall."""
+    peak = int(np.argmax(heights))
+    rising = np.maximum.accumulate(heights[: peak + 1])
+    falling = np.maximum.accumulate(heights[peak:][::-1])[::-1]
+    return np.concatenate([rising, falling[1:]])
