@@ -21,7 +21,7 @@ _GROWTHS = (0.9, 0.6, 0.3, 0.0)
 """Lengths, in edges of voxels, by which balls may exceed the object: the first that reaches the overlap is used."""
 _SLACK = 0.7
 """A ball is chosen if it adds this part of what the next one may add."""
-_RIDGE = 0.3
+_RIDGE = 0.1
 """Edges of a voxel by which the distance at a candidate may be less than that of its neighbours."""
 _STEPS = (0.5, 0.35, 0.5, 0.25)
 """Edges of voxels by which a refinement changes centres and radii."""
