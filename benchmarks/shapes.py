@@ -88,9 +88,7 @@ def contours() -> list[str]:
     edges = segmentation.inverse_gaussian_gradient(mask.astype(float), 100, 1)
     level = np.zeros(mask.shape, np.int8)
     level[5:-5, 5:-5] = 1
-    region, spent = timed(
-        lambda: segmentation.morphological_geodesic_active_contour(edges, 300, level, 1, balloon=-1), 1
-    )
+    region, spent = timed(lambda: segmentation.morphological_geodesic_active_contour(edges, 300, level, 1, 0.7, -1), 1)
     path = max(measure.find_contours(np.pad(region, 1).astype(float), 0.5), key=len)[:-1] - 1
     name = "scikit-image, `morphological_geodesic_active_contour`"
     return [*rows, f"| {name} | {len(path)} | {both_ways(path, line)} | {spent:.2f} |"]
@@ -178,7 +176,7 @@ def registrations() -> list[str]:
     masks = [mask_of(name) for name in ("lung_fixed", "lung_moving")]
     balls = [fit_balls(mask, 0.95, LUNG).balls for mask in masks]
     points = [marching_cubes(np.pad(mask, 1), spacing=LUNG).points - LUNG for mask in masks]
-    found, spent = timed(lambda: register_spheres(*balls), 1)
+    found, spent = timed(lambda: register_spheres(balls[0], balls[1]), 1)
     rows = [f"| `register_spheres` | {distances(found.warp(points[0]), points[1])} | {spent:.1f} |"]
     if installed("pycpd"):
         peer = importlib.import_module("pycpd")
@@ -215,8 +213,8 @@ def page(count: int) -> str:
     lines = [
         "# How near shapes are to the truth, and how fast",
         "",
-        f"Written by `python -m benchmarks shapes`, beside {versions}. Times are",
-        "processor seconds of one thread. Data are those of `tests/data/shapes`.",
+        f"Written by `python -m benchmarks shapes`, beside {versions}.",
+        "Times are processor seconds of one thread. Data are those of `tests/data/shapes`.",
         "",
         "The silhouette of a horse (328 x 400 pixels). Distances in pixels from its level line, the larger of both",
         "directions:",

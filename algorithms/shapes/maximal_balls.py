@@ -88,10 +88,10 @@ class _Choice:
         while queue:
             _, i = heapq.heappop(queue)
             part, ball = ball_in_grid(places[i] * self.edges, float(radii[i]), self.inside.shape, self.edges)
-            hits = np.count_nonzero(self.open[part] & ball)
+            hits = int(np.count_nonzero(self.open[part] & ball))
             needed = -_SLACK * queue[0][0] if queue else 0
             # Voxels outside are counted only if those of the object are enough.
-            gain = hits if hits < needed else hits - np.count_nonzero(self.outside[part] & ball)
+            gain = hits if hits < needed else hits - int(np.count_nonzero(self.outside[part] & ball))
             if gain <= 0:
                 continue
             if gain < needed:
@@ -127,8 +127,8 @@ class _Refinement:
         """Return the voxels in a ball that as many balls cover as stated: those of the object, less those outside."""
         part, inside = self._grid(ball)
         alone = inside & (self.counts[part] == others)
-        hits = np.count_nonzero(alone & self.inside[part])
-        return 2 * hits - np.count_nonzero(alone)
+        hits = int(np.count_nonzero(alone & self.inside[part]))
+        return 2 * hits - int(np.count_nonzero(alone))
 
     def _gains_of_moves(self, ball: Reals, moves: Reals) -> Reals:
         """Return the gains of balls that differ little from a ball, by the voxels around it that no ball covers."""

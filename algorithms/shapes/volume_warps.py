@@ -48,7 +48,7 @@ def warp_volume(
     if len(shape) != 3 or min(shape) < 1:
         raise ValueError(f"shape: {tuple(shape)}; expected three positive numbers of voxels")
     coarse = tuple(-(-(n - 1) // _STEP) + 1 for n in shape)
-    grid = np.stack(np.indices(coarse), -1) * (_STEP * others)
+    grid = np.moveaxis(np.indices(coarse), 0, -1) * (_STEP * others)
     places = back.warp(grid.reshape(-1, 3)).reshape(grid.shape) / edges
     result = np.empty(shape, np.float32)
     inner = np.stack(np.meshgrid(*(np.arange(n) / _STEP for n in shape[1:]), indexing="ij"))
