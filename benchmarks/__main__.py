@@ -8,8 +8,13 @@ import sys
 
 COMMANDS = (
     *("chain", "clifford_svm", "cost_models", "counts", "estimation", "growth", "learning", "mapping", "minimal"),
+<<<<<<< HEAD
     *("overview", "random_kernels", "registration", "robots", "signals", "subspaces", "toolkit", "tracking", "vision"),
     "visual_grasping",
+=======
+    *("overview", "random_kernels", "registration", "robots", "shapes", "signals", "subspaces", "toolkit"),
+    *("tracking", "vision"),
+>>>>>>> shapes
 )
 """The subcommands, which are also the names of their modules. Without a subcommand, `command` runs."""
 

@@ -13,6 +13,7 @@ from .sphere_status import BallStatus, SphereMatchStatus
 from .surface_status import SurfaceStatus
 from .surfaces import Surface, surface
 from .union_of_spheres import union_of_spheres
+from .volume_warps import warp_volume
 
 __all__ = [
     "BallModel",
@@ -40,4 +41,5 @@ __all__ = [
     "surface",
     "trace_contour",
     "union_of_spheres",
+    "warp_volume",
 ]

@@ -16,3 +16,5 @@ class ContourStatus(IntEnum):
     """The cycle crosses itself."""
     TOO_FAR = 3
     """The contour and the boundary differ by more than the tolerance; more nodes are needed."""
+    UNCERTAIN = 4
+    """As OK, but the boundary moves too much if the level or the scale changes, or two objects may touch."""

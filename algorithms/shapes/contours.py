@@ -11,16 +11,20 @@ from scipy.spatial import cKDTree
 from generated import cga2, shapes
 
 from ..arguments import Reals
+from .contour_stability import Stability, stability
 from .contour_status import ContourStatus
 from .images import checked_image
 from .level_lines import level_line
-from .objects_of_images import object_of
+from .objects_of_images import Object, object_of
 
 _FEWEST = 8
 _RATE, _ADAPTATIONS = 0.5, 6
 """Fraction of the error that nodes are moved by, and how often, at the end."""
 _MEAN, _MOST = 0.7, 3.0
 """Distances in pixels within which a contour agrees with the boundary."""
+_MEAN_SHIFT = 3 * _MEAN
+"""The same for changes of the level. They are larger than its error, which is about a third of them."""
+_CERTAIN = Stability(0.0, 0.0, 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +50,9 @@ class Contour:
         While the cycle grew: nodes, mean and largest distance of the samples.
     n_components : int
         Objects of the image, of which one was chosen.
+    stability : Stability
+        How much the boundary moves with its level and with the scale. Images of two values and adapted contours are
+        not examined.
     """
 
     path: Reals
@@ -58,6 +65,7 @@ class Contour:
     largest_distances: tuple[float, float]
     curve: Reals
     n_components: int
+    stability: Stability
 
     def similarities(self, radius: float = 1e3) -> Reals:
         """Return versors (n, 8) of `generated.cga2` that also scale by the radius of curvature, at most `radius`."""
@@ -88,9 +96,14 @@ def contour(image: ArrayLike, nodes: int = 150, tolerance: float = 0.6, near: tu
     Raises
     ------
     ValueError
-        If there is no object, or its contour does not agree with its boundary; the message states the distances.
+        If there is no object, its boundary is uncertain, or its contour does not agree with it; the message states
+        the distances.
     """
     found = trace_contour(image, nodes, tolerance, near)
+    if found.status is ContourStatus.UNCERTAIN:
+        raise ValueError(
+            f"image: UNCERTAIN: {_reason(found.stability)}; pass a mask, or look at the result of trace_contour"
+        )
     if found.status not in (ContourStatus.OK, ContourStatus.TOUCHES_BORDER):
         raise ValueError(
             f"image: {found.status.name}: {len(found.path)} nodes differ from the boundary by "
@@ -131,7 +144,7 @@ def trace_contour(
     found = object_of(array, near)
     field = np.where(found.mask, found.field, np.minimum(found.field, found.level - 1e-9))
     samples = level_line(field, found.level)
-    return _contour_of(samples, nodes, tolerance, found.components, found.is_cut)
+    return _contour_of(samples, nodes, tolerance, found, stability(found, samples))
 
 
 def adapted(shape: Contour, samples: Reals) -> Contour:
@@ -154,7 +167,20 @@ def adapted(shape: Contour, samples: Reals) -> Contour:
     places = shape.path + samples.mean(0) - shape.samples.mean(0)
     _, at = tree.query(np.hstack([places, size * shape.normals]))
     at = _in_order(at, len(samples))
-    return _result(samples, at, samples[at], shape.motors, shape.curve, shape.n_components, False)
+    return _result(samples, at, samples[at], shape.motors, shape.curve, shape.n_components, False, _CERTAIN)
+
+
+def _is_certain(found: Stability) -> bool:
+    return found.mean <= _MEAN_SHIFT and found.largest <= _MOST and found.bodies == 1
+
+
+def _reason(found: Stability) -> str:
+    if found.bodies > 1:
+        return f"the object has {found.bodies} bodies with a narrow neck; objects may touch"
+    return (
+        f"the boundary moves by {found.mean:.1f} pixels on average, {found.largest:.1f} at most, if its level changes "
+        f"by a fifth of the contrast or the image is smoothed; expected {_MEAN_SHIFT:.1f} and {_MOST}"
+    )
 
 
 def _in_order(at: NDArray[np.intp], count: int) -> NDArray[np.intp]:
@@ -167,7 +193,7 @@ def _in_order(at: NDArray[np.intp], count: int) -> NDArray[np.intp]:
     return (start + (unique if doubled else relative)) % count
 
 
-def _contour_of(samples: Reals, nodes: int, tolerance: float, components: int, is_cut: bool) -> Contour:
+def _contour_of(samples: Reals, nodes: int, tolerance: float, found: Object, certain: Stability) -> Contour:
     count = len(samples)
     at = np.unique(np.linspace(0, count, min(_FEWEST, count), endpoint=False).astype(np.intp))
     motors = np.tile([1.0, 0, 0, 0], (len(at), 1))
@@ -184,7 +210,7 @@ def _contour_of(samples: Reals, nodes: int, tolerance: float, components: int, i
         motors = np.insert(motors, where, motors[where - 1], 0)
         at = np.insert(at, where, new)
     places = _relaxed(samples, at)
-    return _result(samples, at, places, motors, np.array(curve), components, is_cut)
+    return _result(samples, at, places, motors, np.array(curve), found.components, found.is_cut, certain)
 
 
 def _insertions(errors: Reals, at: NDArray[np.intp], tolerance: float, room: int) -> NDArray[np.intp]:
@@ -238,8 +264,9 @@ def _moved(motors: Reals, places: Reals) -> Reals:
 
 
 def _result(
-    samples: Reals, at: NDArray[np.intp], places: Reals, motors: Reals, curve: Reals, components: int, is_cut: bool
-) -> Contour:
+    samples: Reals, at: NDArray[np.intp], places: Reals, motors: Reals, curve: Reals, components: int, is_cut: bool,
+    certain: Stability,
+) -> Contour:  # fmt: skip
     errors, _, _ = _errors(samples, at, places)
     back, _ = cKDTree(dense(samples)).query(dense(places))
     mean, most = (float(errors.mean()), float(back.mean())), (float(errors.max()), float(back.max()))
@@ -249,10 +276,12 @@ def _result(
         status = ContourStatus.CROSSING
     elif max(mean) > _MEAN or max(most) > _MOST:
         status = ContourStatus.TOO_FAR
+    elif not _is_certain(certain):
+        status = ContourStatus.UNCERTAIN
     elif is_cut:
         status = ContourStatus.TOUCHES_BORDER
     moved = np.asarray(shapes.moved_contour_nodes(motors, places, normals))
-    return Contour(places, moved, normals, curvatures, samples, status, mean, most, curve, components)
+    return Contour(places, moved, normals, curvatures, samples, status, mean, most, curve, components, certain)
 
 
 def dense(path: Reals, step: float = 0.25) -> Reals:

@@ -10,9 +10,12 @@ from scipy import ndimage
 
 from ..arguments import Reals
 from .rasterising import Mask, ball_in_grid, checked_mask, checked_spacing
+from .sphere_status import BallStatus
 
 _OVERLAP = 0.952
 """Overlap at which no further spheres are added."""
+_ENOUGH = 0.95
+"""Overlap of a model whose status is OK."""
 _WORTH = 0.2
 """The part of a cell that must be uncovered for a sphere in the first round."""
 _GROWTHS = (0.0, 0.2, 0.45)
@@ -40,6 +43,8 @@ class MarchedModel:
         The voxels in model and mask divided by those in either.
     cells : int
         Number of cells that the surface crosses.
+    status : BallStatus
+        LIMIT_REACHED if spheres in all cells do not reach an overlap of 0.95.
     """
 
     balls: Reals
@@ -47,6 +52,7 @@ class MarchedModel:
     filled: Mask
     overlap: float
     cells: int
+    status: BallStatus
 
 
 def _blocks(volume: Reals, size: int) -> Reals:
@@ -97,7 +103,8 @@ def march(mask: ArrayLike, size: int, spacing: ArrayLike = (1, 1, 1)) -> Marched
             break
         # Half of the largest number of voxels that is left in a cell may remain in each round.
         _cover(model, cells, left, most / 2, growths, _OVERLAP)
-    return MarchedModel(np.array(model.balls).reshape(-1, 4), full, model.covered, model.overlap(), len(cells))
+    status = BallStatus.OK if model.overlap() >= _ENOUGH else BallStatus.LIMIT_REACHED
+    return MarchedModel(np.array(model.balls).reshape(-1, 4), full, model.covered, model.overlap(), len(cells), status)
 
 
 @dataclass(eq=False)
@@ -152,6 +159,6 @@ def _cover(
 def marching_spheres(mask: ArrayLike, size: int, spacing: ArrayLike = (1, 1, 1)) -> Reals:
     """Return the spheres of the surface of an object, (k, 4): centres and radii in the unit of the spacing.
 
-    See `march`, which also returns the full cells inside and the overlap.
+    See `march`, which also returns the full cells inside, the overlap, and whether it suffices.
     """
     return march(mask, size, spacing).balls

@@ -19,9 +19,9 @@ from .sphere_status import BallStatus
 
 _GROWTHS = (0.9, 0.6, 0.3, 0.0)
 """Lengths, in edges of voxels, by which balls may exceed the object: the first that reaches the overlap is used."""
-_SLACK = 0.8
+_SLACK = 0.7
 """A ball is chosen if it adds this part of what the next one may add."""
-_RIDGE = 0.3
+_RIDGE = 0.1
 """Edges of a voxel by which the distance at a candidate may be less than that of its neighbours."""
 _STEPS = (0.5, 0.35, 0.5, 0.25)
 """Edges of voxels by which a refinement changes centres and radii."""
@@ -58,8 +58,8 @@ class _Choice:
 
     def run(self, growth: float, enough: float, most: int) -> tuple[list[Reals], float]:
         """Return balls that exceed the object by up to `growth`, and their overlap."""
-        # 1 where a voxel of the object is not covered, -1 outside, 0 where a ball has it.
-        self.gains = np.where(self.inside, 1, -1).astype(np.int8)
+        # The voxels of the object and outside of it that no ball has.
+        self.open, self.outside = self.inside.copy(), ~self.inside
         self.hits = self.extra = 0
         self.balls: list[Reals] = []
         while not self._round(growth, enough, most):
@@ -72,7 +72,7 @@ class _Choice:
     def _candidates(self) -> Reals:
         """Return voxels that are ridges of the distance, at first of the object, later of what is not covered."""
         first = not self.balls
-        depth = self.depth if first else np.where(self.gains > 0, self.depth, 0)
+        depth = self.depth if first else np.where(self.open, self.depth, 0)
         ridge = depth >= ndimage.maximum_filter(depth, 3) - (_RIDGE * self.edge if first else 0)
         return np.argwhere(ridge & (depth > 0))
 
@@ -88,16 +88,18 @@ class _Choice:
         while queue:
             _, i = heapq.heappop(queue)
             part, ball = ball_in_grid(places[i] * self.edges, float(radii[i]), self.inside.shape, self.edges)
-            new = self.gains[part] * ball
-            gain = int(new.sum(dtype=np.int64))
+            hits = int(np.count_nonzero(self.open[part] & ball))
+            needed = -_SLACK * queue[0][0] if queue else 0
+            # Voxels outside are counted only if those of the object are enough.
+            gain = hits if hits < needed else hits - int(np.count_nonzero(self.outside[part] & ball))
             if gain <= 0:
                 continue
-            if queue and gain < -_SLACK * queue[0][0]:
+            if gain < needed:
                 heapq.heappush(queue, (-gain, i))
                 continue
-            hits = int(np.count_nonzero(new > 0))
             self.hits, self.extra = self.hits + hits, self.extra + hits - gain
-            self.gains[part] *= ~ball
+            for voxels in (self.open, self.outside):
+                voxels[part] &= ~ball
             self.balls.append(np.array([*(places[i] * self.edges), radii[i]]))
             if self._overlap() >= enough or len(self.balls) >= most:
                 return True
@@ -112,7 +114,6 @@ class _Refinement:
         self.counts = np.zeros(inside.shape, np.int16)
         for ball in balls:
             self._change(ball, 1)
-        self.sign = np.where(inside, 1, -1).astype(np.int8)
         self.size = int(np.count_nonzero(inside))
 
     def _grid(self, ball: Reals) -> tuple[tuple[slice, slice, slice], Mask]:
@@ -122,10 +123,24 @@ class _Refinement:
         part, inside = self._grid(ball)
         self.counts[part] += inside.astype(np.int16) * np.int16(by)
 
-    def gain(self, ball: Reals) -> int:
-        """Return the voxels of the object that only this ball covers, less those outside."""
+    def gain(self, ball: Reals, others: int = 0) -> int:
+        """Return the voxels in a ball that as many balls cover as stated: those of the object, less those outside."""
         part, inside = self._grid(ball)
-        return int((self.sign[part] * (inside & (self.counts[part] == 0))).sum(dtype=np.int64))
+        alone = inside & (self.counts[part] == others)
+        hits = int(np.count_nonzero(alone & self.inside[part]))
+        return 2 * hits - int(np.count_nonzero(alone))
+
+    def _gains_of_moves(self, ball: Reals, moves: Reals) -> Reals:
+        """Return the gains of balls that differ little from a ball, by the voxels around it that no ball covers."""
+        reach = float(np.abs(moves).sum(1).max())
+        part, inside = self._grid(ball + np.array([0.0, 0.0, 0.0, reach]))
+        free = np.flatnonzero(inside & (self.counts[part] == 0))
+        places = np.stack(np.unravel_index(free, inside.shape), 1) + [p.start for p in part]
+        away = places * self.edges - ball[:3]
+        # The square of the distance from a moved centre, from that of the first centre.
+        square = (away**2).sum(1)[:, None] - 2 * away @ moves[:, :3].T + (moves[:, :3] ** 2).sum(1)
+        within = square < np.maximum(ball[3] + moves[:, 3], 0) ** 2
+        return np.asarray(np.where(self.inside[part].ravel()[free], 1.0, -1.0) @ within)
 
     def overlap(self) -> float:
         covered = self.counts > 0
@@ -136,29 +151,27 @@ class _Refinement:
         border = self.inside & ~ndimage.binary_erosion(self.inside)
         surface = np.argwhere(border) * self.edges
         tree = cKDTree(surface)
-        moves = step * np.vstack([np.eye(4), -np.eye(4)])
+        moves = step * np.vstack([np.zeros(4), np.eye(4), -np.eye(4)])
         for i, ball in enumerate(self.balls):
             self._change(ball, -1)
-            tried = [ball, *(ball + moves)]
-            near = tree.query_ball_point(ball[:3], ball[3] + step)
-            points = surface[near]
+            gains = self._gains_of_moves(ball, moves)
+            best = int(np.argmax(gains))
+            tried = ball + moves[best]
+            points = surface[tree.query_ball_point(ball[:3], ball[3] + step)]
             points = points[np.abs(np.linalg.norm(points - ball[:3], axis=1) - ball[3]) < 2 * step]
             if len(points) > 3:
-                tried.append(np.asarray(sphere_models.ball_of_points(ball, points)))
-            gains = [self.gain(b) if 0 < b[3] < 2 * ball[3] else -self.size for b in tried]
-            self.balls[i] = tried[int(np.argmax(gains))]
-            self._change(self.balls[i], 1)
+                fitted = np.asarray(sphere_models.ball_of_points(ball, points))
+                if 0 < fitted[3] < 2 * ball[3] and self.gain(fitted) > gains[best]:
+                    tried = fitted
+            self.balls[i] = tried
+            self._change(tried, 1)
 
     def prune(self, enough: float) -> None:
         """Remove balls with the smallest gains while the overlap remains sufficient."""
         covered = self.counts > 0
         hits = int(np.count_nonzero(covered & self.inside))
         extra = int(np.count_nonzero(covered)) - hits
-        gains = []
-        for ball in self.balls:
-            self._change(ball, -1)
-            gains.append(self.gain(ball))
-            self._change(ball, 1)
+        gains = [self.gain(ball, 1) for ball in self.balls]
         keep = np.ones(len(self.balls), bool)
         for i in np.argsort(gains, kind="stable"):
             self._change(self.balls[i], -1)

@@ -24,6 +24,8 @@ class Object(NamedTuple):
     level: float
     components: int
     is_cut: bool
+    smooth: Reals | None
+    """All of the smoothed image, with the object above the level; None for an image of two values."""
 
 
 def object_of(image: NDArray[Any], near: tuple[int, int] | None) -> Object:
@@ -37,7 +39,8 @@ def object_of(image: NDArray[Any], near: tuple[int, int] | None) -> Object:
     field = image.astype(float)
     if field.min() == field.max():
         raise ValueError(f"image: all pixels are {field.flat[0]:g}; expected an object and a background")
-    if len(np.unique(field)) == 2:
+    is_binary = len(np.unique(field)) == 2
+    if is_binary:
         field = (field > field.min()).astype(float)
         level = 0.5
     else:
@@ -58,7 +61,8 @@ def object_of(image: NDArray[Any], near: tuple[int, int] | None) -> Object:
     edge = np.concatenate([mask[0], mask[-1], mask[:, 0], mask[:, -1]])
     low = min(float(field.min()), 2 * level - float(field.max()))
     return Object(mask, np.where(mask | ~inside, np.where(mask, np.maximum(field, level + 1e-9), field), low), level,
-                  int((sizes >= _LEAST).sum()), bool(edge.any()))  # fmt: skip
+                  int((sizes >= _LEAST).sum()), bool(edge.any()),
+                  None if is_binary else field)  # fmt: skip
 
 
 def _central(labels: NDArray[Any], sizes: NDArray[Any]) -> int:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from ..arguments import Reals
 from .contours import Contour
 from .images import Mask
+from .surfaces import Surface
 
 _LINE, _NODE = "#d1495b", "#00798c"
 
@@ -54,4 +55,19 @@ def plot_segment(volume: ArrayLike, mask: Mask, size: float = 9.0) -> Figure:
         if part.any():
             view.contour(part, [0.5], colors=_LINE)
         view.set_title(f"axis {axis}, slice {middle}")
+    return figure
+
+
+def plot_surface(found: Surface, size: float = 5.0) -> Figure:
+    """Draw the triangles of a surface in space, and its distances from the samples while it grew."""
+    figure = Figure(figsize=(2 * size, size), layout="constrained")
+    left = figure.add_subplot(1, 2, 1, projection="3d")
+    left.plot_trisurf(*found.nodes.T, triangles=found.triangles, color=_NODE, edgecolor="white", linewidth=0.1)
+    left.set_aspect("equal")
+    left.set_title(f"{len(found.nodes)} nodes, genus {found.genus}, {found.status.name}")
+    right = figure.add_subplot(1, 2, 2)
+    right.loglog(found.curve[:, 0], found.curve[:, 1] / found.diagonal, color=_NODE, label="mean")
+    right.loglog(found.curve[:, 0], found.curve[:, 2] / found.diagonal, color=_LINE, label="largest")
+    right.set(xlabel="nodes", ylabel="distance of samples in diagonals")
+    right.legend()
     return figure

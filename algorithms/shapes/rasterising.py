@@ -68,7 +68,8 @@ def ball_in_grid(
     low = np.maximum(np.ceil((centre - radius) / spacing), 0).astype(int)
     high = np.maximum(np.minimum(np.floor((centre + radius) / spacing) + 1, shape).astype(int), low)
     i, j, k = ((np.arange(a, b) * h - c) ** 2 for a, b, h, c in zip(low, high, spacing, centre, strict=True))
-    inside = i[:, None, None] + (j[:, None] + k) < radius * radius
+    # One comparison of the whole box: the sum of the squares is needed in a plane only.
+    inside = i[:, None, None] < radius * radius - (j[:, None] + k)
     return (slice(low[0], high[0]), slice(low[1], high[1]), slice(low[2], high[2])), inside
 
 

@@ -26,9 +26,10 @@ _NECK = 0.3
 """Radius of the necks that are cut, as a fraction of the depth of the region around the seed."""
 _ROUNDS = 6
 _MOST_GROWN = 3.0
-"""Ratio of volumes up to which a region is extended to the edges around it."""
-_LEVELS = 64
-"""Levels that are compared for their gradients."""
+"""Ratio of volumes up to which a region is extended towards its surroundings."""
+_SIDES, _FEW, _TAIL = 3, 0.02, 4.0
+"""Rounds of the levels between a region and its surroundings, the least part of these on a side, and the difference, in
+standard deviations of the region, from which on they are not a tail of the region."""
 _MANY = 2_000_000
 """Voxels from which on the interval is adapted in three rounds."""
 Report = Callable[[str], None]
@@ -95,7 +96,9 @@ def segment(
         # If little is connected by necks, nothing has leaked through them, and they belong to the region.
         core = opened
         if neck is None and whole.sum() < _LEAK * opened.sum():
-            core = _at_edges(smooth, whole, seeds, step)
+            core = _between_neighbours(smooth, whole, seeds, step)
+    elif neck == 0:
+        core = _between_neighbours(smooth, core, seeds, step)
     return filled(core)
 
 
@@ -157,25 +160,28 @@ def _grown(smooth: Reals, seeds: Reals, noise: float, step: Reals, neck: float |
     return core, accepted, radius
 
 
-def _at_edges(smooth: Reals, region: Mask, seeds: Reals, step: Reals) -> Mask:
-    """Return the region between the levels with the largest mean gradients, where it is about as large as before."""
-    near = ndimage.binary_dilation(region, iterations=3)
-    size = np.sqrt(sum(slope**2 for slope in np.gradient(smooth, *step)))[near]
-    values = smooth[near]
-    middle, spread = float(smooth[region].mean()), float(smooth[region].std())
-    limits = []
-    for side in (-1, 1):
-        outside = side * (values - middle)
-        edges = np.linspace(_WIDTH / 2 * spread, max(float(outside.max()), 2 * _WIDTH * spread), _LEVELS + 1)
-        at = np.digitize(outside, edges) - 1
-        used = (at >= 0) & (at < _LEVELS)
-        length = ndimage.gaussian_filter1d(np.bincount(at[used], size[used], _LEVELS), 1.0)
-        squares = ndimage.gaussian_filter1d(np.bincount(at[used], size[used] ** 2, _LEVELS), 1.0)
-        best = int(np.argmax(np.where(length > 0.02 * length.max(), squares / np.maximum(length, 1e-30), 0)))
-        limits.append(middle + side * (edges[best] + edges[best + 1]) / 2)
-    accepted = (smooth > limits[0]) & (smooth < limits[1])
-    accepted[tuple(seeds.T)] = True
-    found = _components(accepted, seeds, step)
+def _between_neighbours(smooth: Reals, region: Mask, seeds: Reals, step: Reals) -> Mask:
+    """Return the region up to halfway between its density and those of its surroundings, on both sides.
+
+    The levels are adapted to the region in rounds. A side on which the surroundings are hardly different is the tail of
+    the distribution of the region, and is not limited. A result of a very different size is not used.
+    """
+    found = region
+    for _ in range(_SIDES):
+        inner = ndimage.binary_erosion(found)
+        values = smooth[inner if inner.any() else found]
+        middle = float(np.median(values))
+        spread = 1.4826 * float(np.median(np.abs(values - middle)))
+        around = smooth[ndimage.binary_dilation(found, iterations=3) & ~found]
+        accepted = np.ones(smooth.shape, bool)
+        for side in (-1, 1):
+            beside = side * (around - middle)
+            beside = beside[beside > 2 * spread]
+            away = float(np.median(beside)) if len(beside) > _FEW * len(around) else 0.0
+            if away > _TAIL * spread:
+                accepted &= side * (smooth - middle) < away / 2
+        accepted[tuple(seeds.T)] = True
+        found = _components(accepted, seeds, step)
     grown = found.sum() / region.sum()
     return found if 0.5 < grown < _MOST_GROWN else region
 

@@ -10,7 +10,7 @@ class BallStatus(IntEnum):
 
     OK = 0
     LIMIT_REACHED = 1
-    """The largest number of balls was reached first."""
+    """The largest number of balls was reached first, or no further ball is of use."""
 
 
 class SphereMatchStatus(IntEnum):

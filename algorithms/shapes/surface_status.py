@@ -18,3 +18,5 @@ class SurfaceStatus(IntEnum):
     """Closed and manifold, but parts of the surface have no samples near them: gaps of the data that were closed."""
     UNSTABLE = 4
     """Closed and manifold, but the genus or the number of components differed with fewer nodes, or in the mask."""
+    FOLDED = 5
+    """Closed and manifold, but triangles of a graph that was adapted to a moved shape face inwards."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,6 +13,7 @@ from generated import pga3, shapes
 
 from ..arguments import Reals, finite, real_array
 from .images import checked_image, checked_spacing
+from .surface_adaptation import is_folded, moved_nodes
 from .surface_distances import dense_points, distances_to_samples, distances_to_triangles
 from .surface_samples import Samples, samples_of_mask, samples_of_points, unit
 from .surface_status import SurfaceStatus
@@ -89,6 +90,7 @@ def surface(
     normals: ArrayLike | None = None,
     nodes: int = 4000,
     tolerance: float = 0.0015,
+    start: Surface | None = None,
 ) -> Surface:
     """Grow a closed triangulated graph on the surface of points or of a mask.
 
@@ -105,6 +107,9 @@ def surface(
     tolerance : float, optional
         Mean distance, in diagonals of the bounding box, at which the graph does not grow any more, once its largest
         distance is within the limits and its genus is that of the graph before.
+    start : Surface, optional
+        The surface before the shape moved. Its nodes follow the shape and its triangles are kept: row i of `motors`,
+        times the inverse of row i before, is the motion of node i. The graph does not grow.
 
     Returns
     -------
@@ -133,6 +138,8 @@ def surface(
             given = finite(real_array(normals, "normals", (len(points), 3)).astype(float), "normals")
         samples, outliers = samples_of_points(points, given)
     _check_count(len(samples.places))
+    if start is not None:
+        return _followed(start, samples, outliers, euler)
     return _grown(samples, nodes, tolerance, outliers, euler)
 
 
@@ -171,6 +178,23 @@ def _grown(samples: Samples, most: int, tolerance: float, outliers: int, euler: 
         before = graph.topology
         at = _inserted(samples, at, graph, min(most, int(_GROWTH * len(at)) + 1))
     return _result(samples, tree, graph, np.array(curve), diagonal, outliers, stable)
+
+
+def _followed(before: Surface, samples: Samples, outliers: int, euler: int | None) -> Surface:
+    """Adapt the nodes of a surface to the samples of a moved shape."""
+    if before.genus < 0:
+        raise ValueError(f"start: {before.status.name}; expected a closed surface")
+    tree = cKDTree(samples.places)
+    nodes = moved_nodes(before.nodes, before.normals, before.triangles, samples)
+    topology = before.components, before.genus
+    errors = distances_to_triangles(samples.places, nodes, before.triangles)
+    graph = _Graph(nodes, before.triangles, errors, np.zeros(0, np.intp), topology)
+    diagonal = float(np.linalg.norm(np.ptp(samples.places, 0)))
+    stable = euler is None or 2 * (topology[0] - topology[1]) == euler
+    found = _result(samples, tree, graph, before.curve, diagonal, outliers, stable, before.motors)
+    if found.status is SurfaceStatus.OK and is_folded(nodes, before.triangles, samples, tree):
+        return replace(found, status=SurfaceStatus.FOLDED)
+    return found
 
 
 def _spread(places: Reals, count: int) -> NDArray[np.intp]:
@@ -219,8 +243,9 @@ def _inserted(samples: Samples, at: NDArray[np.intp], graph: _Graph, size: int) 
 
 
 def _result(
-    samples: Samples, tree: cKDTree, graph: _Graph, curve: Reals, diagonal: float, outliers: int, stable: bool
-) -> Surface:
+    samples: Samples, tree: cKDTree, graph: _Graph, curve: Reals, diagonal: float, outliers: int, stable: bool,
+    motors: Reals | None = None,
+) -> Surface:  # fmt: skip
     used = np.unique(graph.triangles)
     triangles = np.searchsorted(used, graph.triangles)
     nodes = graph.nodes[used]
@@ -231,9 +256,10 @@ def _result(
                        outliers, status)  # fmt: skip
     a, b, c = triangles.T
     normals = unit(np.asarray(shapes.normals_of_triangles(nodes, a, b, c)))
-    start = np.zeros((len(nodes), 8))
-    start[:, 0] = 1
-    motors = np.asarray(shapes.moved_surface_nodes(start, nodes, normals))
+    if motors is None:
+        motors = np.zeros((len(nodes), 8))
+        motors[:, 0] = 1
+    motors = np.asarray(shapes.moved_surface_nodes(motors, nodes, normals))
     sums, counts = shapes.curvatures_of_edges(nodes, normals, triangles.ravel(), np.roll(triangles, -1, 1).ravel())
     back = distances_to_samples(dense_points(nodes, triangles)[0], samples, tree)
     mean = float(graph.errors.mean()), float(back.mean())

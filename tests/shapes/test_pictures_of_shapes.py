@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from algorithms.shapes import gradient_vector_flow, trace_contour
-from algorithms.shapes.pictures_of_shapes import plot_contour, plot_flow, plot_segment
+from algorithms.shapes import gradient_vector_flow, surface, trace_contour
+from algorithms.shapes.pictures_of_shapes import plot_contour, plot_flow, plot_segment, plot_surface
 
 
 def test_plots() -> None:
@@ -18,3 +18,12 @@ def test_plots() -> None:
     assert [axis.get_title() for axis in plot_segment(ball * 1.0, ball).axes] == [
         f"axis {axis}, slice 10" for axis in range(3)
     ]
+
+
+def test_plot_of_a_surface() -> None:
+    grid = np.indices((30, 30, 30)) - 15
+    found = surface((grid**2).sum(0) < 120)
+    left, right = plot_surface(found).axes
+    assert left.get_xlim()[1] > found.nodes[:, 0].max() > 20 and len(left.collections) == 1
+    assert left.get_title() == f"{len(found.nodes)} nodes, genus {found.genus}, {found.status.name}"
+    assert len(right.lines[0].get_xdata()) == len(found.curve)

@@ -8,5 +8,5 @@ PAGE = Path(__file__).parents[2] / "docs" / "sphere-models.md"
 
 def test_blocks_run() -> None:
     blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
-    assert len(blocks) == 5
+    assert len(blocks) == 6
     exec(compile("\n".join(blocks), PAGE.name, "exec"), {"__name__": "sphere_models"})

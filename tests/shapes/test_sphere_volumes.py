@@ -60,6 +60,7 @@ def test_marching_spheres_of_a_liver(size: int) -> None:
     mask = stored_mask("liver")
     model = march(mask, size)
     assert distance_from_spheres(border_points(mask), model.balls).max() <= 0.9 * size
+    assert model.status is BallStatus.OK
     drawn = filled(model.balls, mask.shape) | model.full
     np.testing.assert_array_equal(drawn, model.filled)
     assert overlap(drawn, mask) >= 0.95 and abs(overlap(drawn, mask) - model.overlap) < 1e-12
@@ -77,6 +78,13 @@ def test_marching_spheres_in_other_units() -> None:
     mask = ball_mask(9, 25)
     one, two = marching_spheres(mask, 2), marching_spheres(mask.astype(np.int16), 2, (2, 2, 2))
     np.testing.assert_allclose(two, 2 * one)
+
+
+def test_cells_that_are_too_coarse_are_reported() -> None:
+    x, y, z = np.indices((24, 24, 24))
+    sheets = (x + y + z) % 4 == 0
+    model = march(sheets, 8)
+    assert model.overlap < 0.95 and model.status is BallStatus.LIMIT_REACHED
 
 
 def test_maximal_balls_of_a_liver() -> None:

@@ -37,6 +37,33 @@ def test_nifti(tmp_path: Path) -> None:
     assert np.array_equal(found.voxels, voxels) and np.allclose(found.spacing, [1.5, 2, 3])
 
 
+@pytest.mark.parametrize("frames", [1, 4])
+def test_dicom(tmp_path: Path, frames: int) -> None:
+    pydicom = pytest.importorskip("pydicom")
+    voxels = np.arange(frames * 6, dtype=np.int16).reshape(frames, 2, 3) - 5
+    meta = pydicom.dataset.FileMetaDataset()
+    meta.TransferSyntaxUID = pydicom.uid.ExplicitVRLittleEndian
+    meta.MediaStorageSOPClassUID = pydicom.uid.CTImageStorage
+    meta.MediaStorageSOPInstanceUID = pydicom.uid.generate_uid()
+    image = pydicom.Dataset()
+    image.file_meta = meta
+    image.SOPClassUID, image.SOPInstanceUID = meta.MediaStorageSOPClassUID, meta.MediaStorageSOPInstanceUID
+    image.Rows, image.Columns, image.NumberOfFrames = 2, 3, frames
+    image.SamplesPerPixel, image.PhotometricInterpretation = 1, "MONOCHROME2"
+    image.BitsAllocated, image.BitsStored, image.HighBit, image.PixelRepresentation = 16, 16, 15, 1
+    image.PixelSpacing, image.SliceThickness = [0.5, 0.75], 2.5
+    image.RescaleSlope, image.RescaleIntercept = 2, -1000
+    image.PixelData = voxels.tobytes()
+    path = tmp_path / "a.dcm"
+    image.save_as(path, enforce_file_format=True)
+    found = read_volume(path)
+    np.testing.assert_array_equal(found.voxels, 2.0 * np.squeeze(voxels, 0 if frames == 1 else ()) - 1000)
+    assert found.spacing.tolist() == ([0.5, 0.75] if frames == 1 else [2.5, 0.5, 0.75])
+    path.write_bytes(b"nothing")
+    with pytest.raises(ValueError, match="not a DICOM image"):
+        read_volume(path)
+
+
 def test_unreadable_files(tmp_path: Path) -> None:
     path = tmp_path / "a.mha"
     with pytest.raises(FileNotFoundError, match="no such file"):
