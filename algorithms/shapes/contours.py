@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -96,15 +97,20 @@ def contour(image: ArrayLike, nodes: int = 150, tolerance: float = 0.6, near: tu
     Raises
     ------
     ValueError
-        If there is no object, its boundary is uncertain, or its contour does not agree with it; the message states
-        the distances.
+        If there is no object, or its contour does not agree with it; the message states the distances.
+
+    Warns
+    -----
+    UserWarning
+        If the boundary is uncertain: other levels or a smoothed image have another one, or a neck joins two bodies.
     """
     found = trace_contour(image, nodes, tolerance, near)
     if found.status is ContourStatus.UNCERTAIN:
-        raise ValueError(
-            f"image: UNCERTAIN: {_reason(found.stability)}; pass a mask, or look at the result of trace_contour"
+        warnings.warn(
+            f"image: UNCERTAIN: {_reason(found.stability)}; pass a mask, or look at the result of trace_contour",
+            stacklevel=2,
         )
-    if found.status not in (ContourStatus.OK, ContourStatus.TOUCHES_BORDER):
+    elif found.status not in (ContourStatus.OK, ContourStatus.TOUCHES_BORDER):
         raise ValueError(
             f"image: {found.status.name}: {len(found.path)} nodes differ from the boundary by "
             f"{max(found.mean_distances):.2f} pixels on average, {max(found.largest_distances):.1f} at most; expected "
