@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
-from tests.support.scans import NAMES, box, cylinder, scan, sphere, torus
 
 from algorithms.grasping import BARRETT_OPENRAVE, GraspStatus, plan_grasps
 from generated import pga3
+from tests.support.scans import NAMES, box, cylinder, scan, sphere, torus
 
 OK = GraspStatus.OK
 
