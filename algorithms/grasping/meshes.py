@@ -14,7 +14,7 @@ from .status import GraspStatus
 
 _SAMPLES = 4096
 """Number of samples of the surface: the distance between neighbours is about a sixtieth of the object's size."""
-_VERTICES = 8192
+_VERTICES = 4096
 _THIRDS = np.array([0.7548776662466927, 0.5698402909980532])
 """The steps of a sequence of points that fill a square evenly (Roberts' R2)."""
 _FLAT = 1e-9
@@ -36,7 +36,7 @@ class Surface:
     normals: Reals
     """(n, 3) Outward unit normals of the faces."""
     outline: Reals
-    """(k, 3) Vertices, at most 8192, and half of the samples, for tests of collisions."""
+    """(k, 3) Vertices, at most 4096, and half of the samples, for tests of collisions."""
     extents: Reals
     """(3,) The size along each axis."""
     length: float
@@ -119,7 +119,7 @@ def _principal_axes(table: Reals, off: Reals) -> Reals:
         inside = off @ basis
         far = np.sqrt(np.square(inside).sum(1))
         found = inside[int(np.argmax(far > 0.1 * reach))]
-        return basis @ (found / np.linalg.norm(found))
+        return basis @ (found / np.linalg.norm(found))  # type: ignore[no-any-return]
 
     close = (values[:-1] - values[1:]) < _EQUAL * values[0]
     if close.all():

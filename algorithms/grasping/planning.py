@@ -19,9 +19,9 @@ from .quality import grasp_quality
 from .status import GraspStatus
 from .triples import triples
 
-_BLOCK = 24
+_BLOCK = 10
 """Number of triples for which the hand is placed at a time."""
-_BLOCKS = 8
+_BLOCKS = 20
 _STARTS = np.array([[0.2, 0.8, 0.8, 0.8], [0.8, 1.1, 1.1, 1.1], [1.3, 0.6, 0.6, 0.6], [0.5, 1.5, 1.5, 1.5]])
 """Variables of the hand from which it is fitted to a triple."""
 _ORDERS = np.array(list(permutations(range(3))))
@@ -29,7 +29,7 @@ _REACHED = 1e-7
 """Largest error of a fingertip, in metres."""
 _TOUCH = 0.0015
 """How far the hand may intersect the object, in metres: its skin yields, and samples are some millimetres apart."""
-_STRIDES = 64, 16
+_STRIDES = 64, 8
 """Poses are tested with one of so many samples; those that pass, with more of them, and with the outline."""
 _TRIES = 6
 """The largest number of poses of a triple that are tested with more samples."""
@@ -89,7 +89,7 @@ def plan_grasps(
     hand: HandTable | Hand | None = None,
     friction: float = 0.5,
     edges: int = 8,
-    count: int = 3,
+    count: int = 2,
 ) -> GraspPlan:
     """Plan grasps of an object, given as a closed mesh, by a hand with three fingers.
 

@@ -29,7 +29,7 @@ _WITHOUT_SAMPLE = -1
 def _unit_twists() -> Reals:
     """Return twists in all directions; the same in every process."""
     found = np.random.default_rng(20).standard_normal((len(_PASSES), _TWISTS_OF_PASS, 6))
-    return found / np.linalg.norm(found, axis=-1, keepdims=True)
+    return found / np.linalg.norm(found, axis=-1, keepdims=True)  # type: ignore[no-any-return]
 
 
 _TWISTS = _unit_twists()
@@ -86,12 +86,13 @@ def _around(table: Integers) -> Integers:
 
 def _opposite(table: Integers) -> Integers:
     """Style 3: a thumb opposite to two fingers, which are side by side along the axis."""
-    start, row, apart = np.meshgrid(
-        np.arange(0, _ANGLES, 2), np.arange(5, _HEIGHTS - 5), np.arange(1, 7), indexing="ij"
+    start, row, apart, one, other = np.meshgrid(
+        np.arange(0, _ANGLES, 3), np.arange(6, _HEIGHTS - 6), np.arange(1, 7), [-3, 0, 3], [-3, 0, 3], indexing="ij"
     )
-    across = (start + _ANGLES // 2) % _ANGLES
     low, high = np.maximum(row - apart, 0), np.minimum(row + apart, _HEIGHTS - 1)
-    return np.stack([table[start, row].ravel(), table[across, low].ravel(), table[across, high].ravel()], -1)
+    opposite = start + _ANGLES // 2
+    cells = (start, row), ((opposite + one) % _ANGLES, low), ((opposite + other) % _ANGLES, high)
+    return np.stack([table[cell].ravel() for cell in cells], -1)
 
 
 def _towards_centre(surface: Surface, friction: float) -> Integers:
@@ -103,4 +104,5 @@ def _towards_centre(surface: Surface, friction: float) -> Integers:
         return np.zeros((0, 3), np.intp)
     if len(pool) > _POOL:
         pool = pool[((np.arange(_POOL) + 0.5) * (len(pool) / _POOL)).astype(np.intp)]
-    return pool[_COMBINATIONS[(len(pool) > _COMBINATIONS).all(1)]]
+    chosen: Integers = pool[_COMBINATIONS[(len(pool) > _COMBINATIONS).all(1)]]
+    return chosen
