@@ -122,7 +122,7 @@ def contact_wrench(p, n, u, v, friction, cosine, sine):
 
 
 def _support(twist, contacts, normals, friction):
-    """Return the greatest power of a unit of normal force at one of three contacts, and its derivatives by the twist."""
+    """Return the greatest power of a unit of normal force at one of three contacts, and its derivatives."""
     columns = [PGA3.multivector({name: 1}) for name in LINE.blades]
     most, slope = -FAR, [0] * len(columns)
     for p, n in zip(contacts, normals, strict=True):
