@@ -7,6 +7,7 @@ import os
 import sys
 
 COMMANDS = (
+<<<<<<< HEAD
     *("chain", "clifford_svm", "cost_models", "counts", "estimation", "growth", "learning", "mapping", "minimal"),
 <<<<<<< HEAD
     *("overview", "random_kernels", "registration", "robots", "signals", "subspaces", "toolkit", "tracking", "vision"),
@@ -15,6 +16,11 @@ COMMANDS = (
     *("overview", "random_kernels", "registration", "robots", "shapes", "signals", "subspaces", "toolkit"),
     *("tracking", "vision"),
 >>>>>>> shapes
+=======
+    *("chain", "clifford_svm", "cost_models", "counts", "estimation", "grasping", "growth", "learning", "mapping"),
+    *("minimal", "overview", "random_kernels", "registration", "robots", "signals", "subspaces", "toolkit"),
+    *("tracking", "vision"),
+>>>>>>> plans
 )
 """The subcommands, which are also the names of their modules. Without a subcommand, `command` runs."""
 

@@ -1,0 +1,156 @@
+"""Kinematic tables of hands with three fingers, and both public models of the Barrett hand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, radians, sin
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import grasping, pga3
+
+from ..arguments import Reals, finite, real_array
+
+
+@dataclass(frozen=True, slots=True)
+class HandTable:
+    """The kinematic table of a Barrett hand, in metres and radians.
+
+    The palm is the plane z = 0, and fingers bent by a right angle extend along z. Fingers 1 and 2 rotate by the spread
+    about axes parallel to z; finger 3 is fixed opposite to them.
+
+    Attributes
+    ----------
+    name : str
+    spread_offset : float
+        Distance of the spread axes from the centre of the palm, along y.
+    root : float
+        Distance from there to the first joint of a finger.
+    link : float
+        Length of the first link.
+    shift : float
+        Displacement of the last joint from the first link, towards the inner side of the finger.
+    coupling : float
+        Rotation of the last joint for a rotation of the first one by 1.
+    tip, tip_angle : float
+        Distance from the last joint to the centre of the fingertip, and the angle of this direction to the first link
+        when the finger is open.
+    radius, link_radius, palm_radius : float
+        Radii of the fingertip, of the links, and of the palm.
+    height : float
+        Height of the first joints above the palm.
+    spread_limit, bend_limit : float
+        The largest values of the joints; the smallest are 0.
+    """
+
+    name: str
+    spread_offset: float
+    root: float
+    link: float
+    shift: float
+    coupling: float
+    tip: float
+    tip_angle: float
+    radius: float
+    link_radius: float
+    palm_radius: float
+    height: float
+    spread_limit: float
+    bend_limit: float
+
+
+BARRETT_OPENRAVE = HandTable(
+    "barrett, OpenRAVE", 0.025, 0.050, 0.070, 0.0, 1 / 3, 0.050, radians(50), 0.0095, 0.011, 0.045, 0.0, radians(180),
+    radians(140),
+)  # fmt: skip
+"""The model of `algorithms.kinematics.hands`: the last link is bent by 50 degrees when the finger is open."""
+
+BARRETT_BH280 = HandTable(
+    "barrett, BH8-280", 0.025, 0.050, 0.069936, 0.003, 0.84 / 2.44, 0.0491, 0.6786, 0.0095, 0.011, 0.045, 0.0,
+    3.1416, 2.44,
+)  # fmt: skip
+"""The model of the published URDF of the BH8-280. Its z = 0 is the plane of the first joints of the fingers, 0.0754 m
+above the base. The fingertip is the sphere that touches the end of the tip's mesh, whose centre is at
+(-0.0382, 0.0308) m from the last joint."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hand:
+    """The lines, points and capsules of a hand in the rest position, for the kernels of `generated.grasping`."""
+
+    table: HandTable
+    axes: Reals
+    """(9, 6) The lines of the joints, finger by finger."""
+    ratios: Reals
+    """(9,) How far each joint rotates with its variable."""
+    tips: Reals
+    """(3, 3) The centres of the fingertips."""
+    limits: Reals
+    """(4, 2) The lowest and highest value of the spread and of the three bends."""
+    capsules: Reals
+    """(k, 2, 3) The ends of the axes of the capsules, in the rest position."""
+    carriers: Reals
+    """(k,) The link of each capsule; -1 for the palm."""
+    radii: Reals
+    """(k,)"""
+
+    def links(self, joints: ArrayLike) -> Reals:
+        """Return the motors (..., 9, 8) of the links at given variables (..., 4)."""
+        q = finite(real_array(joints, "joints", (4,), "the spread and three bends"), "joints")
+        return grasping.hand_links(q, self.axes, self.ratios)  # type: ignore[no-any-return]
+
+    def fingertips(self, joints: ArrayLike) -> Reals:
+        """Return the centres (..., 3, 3) of the fingertips in the frame of the hand."""
+        return pga3.move_point(self.links(joints)[..., 2::3, :], self.tips)  # type: ignore[no-any-return]
+
+    def placed_capsules(self, joints: ArrayLike) -> Reals:
+        """Return the ends (..., k, 2, 3) of the capsules in the frame of the hand."""
+        links = self.links(joints)
+        rest = np.broadcast_to(np.eye(8)[0], (*links.shape[:-2], 1, 8))
+        motors = np.concatenate([links, rest], -2)[..., self.carriers, :]
+        return pga3.move_point(motors[..., None, :], self.capsules)  # type: ignore[no-any-return]
+
+
+def hand_of_table(table: HandTable = BARRETT_BH280) -> Hand:
+    """Return the hand of a kinematic table.
+
+    Parameters
+    ----------
+    table : HandTable
+
+    Raises
+    ------
+    TypeError, ValueError
+        If `table` is not a `HandTable`, or a number is not finite or a length or a limit is negative.
+    """
+    if not isinstance(table, HandTable):
+        raise TypeError(f"hand_of_table: table: {type(table).__name__}; expected a HandTable")
+    numbers = [getattr(table, name) for name in HandTable.__slots__ if name != "name"]
+    if not (np.isfinite(numbers).all() and min(numbers) >= 0 and table.link > 0 and table.radius > 0):
+        raise ValueError(f"hand_of_table: {table}; expected finite numbers, none of them negative")
+    axes, ratios, tips, capsules, carriers, radii = [], [], [], [], [], []
+    y, z = np.array([0.0, 1, 0]), np.array([0.0, 0, 1])
+    for finger, (side, sense, out) in enumerate(((-1, -1.0, 1.0), (1, 1.0, 1.0), (0, 0.0, -1.0))):
+        spread = np.array([0.0, side * table.spread_offset, table.height])
+        root = spread + np.array([out * table.root, 0, 0])
+        last = root + np.array([out * table.link, 0, table.shift])
+        tip = last + table.tip * np.array([out * cos(table.tip_angle), 0, sin(table.tip_angle)])
+        for direction, point, ratio in ((z, spread, sense), (-out * y, root, 1.0), (-out * y, last, table.coupling)):
+            axes.append(pga3.line_from_direction_moment(direction, np.cross(point, direction)))
+            ratios.append(ratio)
+        tips.append(tip)
+        capsules += [(spread, root), (root, last), (last, tip)]
+        carriers += [3 * finger, 3 * finger + 1, 3 * finger + 2]
+        radii += [table.link_radius, table.link_radius, table.radius]
+    # The palm: spheres below the plane of the joints.
+    for x in (-0.5, 0.5):
+        below = np.array([x * table.root, 0, table.height - table.palm_radius])
+        capsules.append((below, below))
+        carriers.append(-1)
+        radii.append(table.palm_radius)
+    return Hand(
+        table, np.array(axes), np.array(ratios), np.array(tips),
+        np.array([[0, table.spread_limit], *[[0, table.bend_limit]] * 3]),
+        np.array(capsules), np.array(carriers), np.array(radii),
+    )  # fmt: skip

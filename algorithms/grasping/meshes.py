@@ -1,0 +1,156 @@
+"""Meshes of objects in a frame of their own: checks, moments, and samples of the surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from generated import grasping, pga3
+
+from ..arguments import Reals, finite, real_array
+from .status import GraspStatus
+
+_SAMPLES = 4096
+"""Number of samples of the surface: the distance between neighbours is about a sixtieth of the object's size."""
+_VERTICES = 4096
+_THIRDS = np.array([0.7548776662466927, 0.5698402909980532])
+"""The steps of a sequence of points that fill a square evenly (Roberts' R2)."""
+_FLAT = 1e-9
+"""A mesh has no volume if it is below this fraction of the cube of its size."""
+_EQUAL = 1e-6
+"""Relative difference below which principal moments count as equal."""
+
+Integers = NDArray[np.intp]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surface:
+    """Samples of the surface of an object in the frame of its centre of mass and principal axes."""
+
+    frame: Reals
+    """(8,) The motor from this frame to that of the mesh."""
+    points: Reals
+    """(n, 3) Points on the faces."""
+    normals: Reals
+    """(n, 3) Outward unit normals of the faces."""
+    outline: Reals
+    """(k, 3) Vertices, at most 4096, and half of the samples, for tests of collisions."""
+    extents: Reals
+    """(3,) The size along each axis."""
+    length: float
+    """The largest distance of a vertex from the centre of mass, by which torques are divided."""
+
+
+def checked_mesh(vertices: ArrayLike, faces: ArrayLike, name: str) -> tuple[Reals, Integers]:
+    """Return vertices and faces as arrays if their shapes, types and values are valid."""
+    points = finite(real_array(vertices, f"{name}: vertices", (-1, 3), "vertices as rows"), f"{name}: vertices")
+    numbers = np.asarray(faces)
+    if points.ndim != 2:
+        raise ValueError(f"{name}: vertices: shape {points.shape}; expected one mesh, (n, 3)")
+    if numbers.size == 0:
+        return points.astype(np.float64), np.zeros((0, 3), np.intp)
+    if numbers.ndim != 2 or numbers.shape[1] != 3:
+        raise ValueError(f"{name}: faces: shape {numbers.shape}; expected three integers for each triangle, (m, 3)")
+    if numbers.dtype.kind not in "iu":
+        raise TypeError(f"{name}: faces: dtype {numbers.dtype}; expected integers")
+    if numbers.min() < 0 or numbers.max() >= len(points):
+        raise ValueError(f"{name}: faces: vertices {numbers.min()} to {numbers.max()}; expected 0 to {len(points) - 1}")
+    return points.astype(np.float64), numbers.astype(np.intp)
+
+
+def is_closed(faces: Integers) -> bool:
+    """Determine whether each edge occurs equally often in both directions."""
+    ends = np.roll(faces, -1, 1).ravel()
+    starts = faces.ravel()
+    count = int(faces.max()) + 1
+    return bool(np.array_equal(np.sort(starts * count + ends), np.sort(ends * count + starts)))
+
+
+def surface_of(vertices: Reals, faces: Integers) -> Surface | GraspStatus:
+    """Return samples of the surface of a closed mesh, or why there are none."""
+    proper = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
+    faces = faces if proper.all() else faces[proper]
+    if not faces.size:
+        return GraspStatus.EMPTY
+    if not is_closed(faces):
+        # The faces of some formats share no vertices; those at equal places are the same.
+        vertices, same = np.unique(vertices, axis=0, return_inverse=True)
+        faces = same.reshape(-1)[faces]
+        if not is_closed(faces):
+            return GraspStatus.OPEN_MESH
+    used = np.zeros(len(vertices), bool)
+    used[faces] = True
+    if not used.all():
+        vertices, faces = vertices[used], (np.cumsum(used) - 1)[faces]
+    origin = vertices.mean(0)
+    local = vertices - origin
+    i, j, k = np.ascontiguousarray(faces.T)
+    areas, volume, first, second = grasping.mesh_moments(local, i, j, k)
+    size = float(np.ptp(local, axis=0).max())
+    if not abs(volume) > _FLAT * size**3:
+        return GraspStatus.TOO_THIN
+    centre = first / volume
+    table = np.empty((3, 3))
+    table[np.triu_indices(3)] = second / volume
+    table = np.triu(table) + np.triu(table, 1).T - np.outer(centre, centre)
+    turn = _principal_axes(table, local - centre)
+    placed = (local - centre) @ turn
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = turn, origin + centre
+    points, normals = _samples(placed, faces, np.sign(volume) * areas @ turn)
+    length = float(np.sqrt(np.square(placed).sum(1).max()))
+    outline = np.concatenate([placed[:: -(-len(placed) // _VERTICES)], points[::2]])
+    return Surface(pga3.motor_from_matrix(matrix), points, normals, outline, np.ptp(placed, axis=0), length)
+
+
+def _principal_axes(table: Reals, off: Reals) -> Reals:
+    """Return a rotation matrix whose columns are principal axes, the longest first, from moments and vertices.
+
+    Directions that the moments leave open are chosen by the first vertex that distinguishes them, so that they move
+    with the object.
+    """
+    values, axes = np.linalg.eigh(table)
+    values, axes = values[::-1], axes[:, ::-1].copy()
+    reach = float(np.sqrt(np.square(off).sum(1).max()))
+
+    def first_direction(basis: Reals) -> Reals:
+        inside = off @ basis
+        far = np.sqrt(np.square(inside).sum(1))
+        found = inside[int(np.argmax(far > 0.1 * reach))]
+        return basis @ (found / np.linalg.norm(found))  # type: ignore[no-any-return]
+
+    close = (values[:-1] - values[1:]) < _EQUAL * values[0]
+    if close.all():
+        axes[:, 0] = first_direction(axes)
+        axes[:, 1] = first_direction(np.linalg.svd(axes[:, :1].T)[2][1:].T)
+    elif close[0]:
+        axes[:, 0] = first_direction(axes[:, :2])
+        axes[:, 2] = _signed(axes[:, 2], off)
+        axes[:, 1] = np.cross(axes[:, 2], axes[:, 0])
+    else:
+        axes[:, 0] = _signed(axes[:, 0], off)
+        axes[:, 1] = first_direction(axes[:, 1:]) if close[1] else _signed(axes[:, 1], off)
+    axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
+    return axes
+
+
+def _signed(axis: Reals, off: Reals) -> Reals:
+    along = off @ axis
+    first = along[int(np.argmax(np.abs(along) > 0.1 * float(np.abs(along).max())))]
+    return axis if first > 0 else -axis
+
+
+def _samples(vertices: Reals, faces: Integers, areas: Reals) -> tuple[Reals, Reals]:
+    """Return points on the faces, evenly distributed by area, and the unit normals of their faces."""
+    sizes = np.sqrt(np.square(areas).sum(1))
+    reached = np.cumsum(sizes)
+    steps = (np.arange(_SAMPLES) + 0.5) * (reached[-1] / _SAMPLES)
+    chosen = np.minimum(np.searchsorted(reached, steps), len(faces) - 1)
+    share = (0.5 + np.arange(1, _SAMPLES + 1)[:, None] * _THIRDS) % 1.0
+    share = np.where(share.sum(1, keepdims=True) > 1, 1 - share, share)
+    # A little inside the face, so that it is the nearest face of the sample.
+    share = 0.96 * share + 0.04 / 3
+    a, b, c = (vertices[faces[chosen, k]] for k in range(3))
+    return a + share[:, :1] * (b - a) + share[:, 1:] * (c - a), areas[chosen] / sizes[chosen, None]

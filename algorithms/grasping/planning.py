@@ -1,0 +1,279 @@
+"""Grasps of an object by a hand with three fingers (section 20.4)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import permutations
+from typing import overload
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import cga3, grasping, pga3
+
+from ..arguments import Reals, finite_number
+from .hands import Hand, HandTable, hand_of_table
+from .meshes import Integers, Surface, checked_mesh, surface_of
+from .quality import grasp_quality
+from .status import GraspStatus
+from .triples import triples
+
+_BLOCK = 10
+"""Number of triples for which the hand is placed at a time."""
+_BLOCKS = 20
+_STARTS = np.array([[0.2, 0.8, 0.8, 0.8], [0.8, 1.1, 1.1, 1.1], [1.3, 0.6, 0.6, 0.6], [0.5, 1.5, 1.5, 1.5]])
+"""Variables of the hand from which it is fitted to a triple."""
+_ORDERS = np.array(list(permutations(range(3))))
+_REACHED = 1e-7
+"""Largest error of a fingertip, in metres."""
+_TOUCH = 0.0015
+"""How far the hand may intersect the object, in metres: its skin yields, and samples are some millimetres apart."""
+_STRIDES = 64, 8
+"""Poses are tested with one of so many samples; those that pass, with more of them, and with the outline."""
+_TRIES = 6
+"""The largest number of poses of a triple that are tested with more samples."""
+_THINNEST = 0.002
+"""The least thickness of an object, in metres."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Grasp:
+    """A grasp of an object, or the reason why there is none."""
+
+    contacts: Reals
+    """(3, 3) Points of the surface; row k is that of finger k + 1. NaN without a grasp."""
+    normals: Reals
+    """(3, 3) Outward unit normals of the faces at the contacts."""
+    motor: Reals
+    """(8,) The pose of the hand, a motor of `generated.pga3`; the identity without a grasp."""
+    joints: Reals
+    """(4,) The spread and the bend of each finger, in rad; zeros without a grasp."""
+    quality: float
+    """The quality of `grasp_quality` about the centre of mass, with the largest distance of a vertex as length."""
+    status: GraspStatus
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GraspPlan(Sequence[Grasp]):
+    """Grasps, the best first. Without a grasp, it has one element, whose status names the cause."""
+
+    grasps: tuple[Grasp, ...]
+    hand: Hand
+    friction: float
+
+    @property
+    def status(self) -> GraspStatus:
+        """The status of the first grasp."""
+        return self.grasps[0].status
+
+    def __len__(self) -> int:
+        return len(self.grasps)
+
+    @overload
+    def __getitem__(self, at: int) -> Grasp: ...
+    @overload
+    def __getitem__(self, at: slice) -> tuple[Grasp, ...]: ...
+    def __getitem__(self, at: int | slice) -> Grasp | tuple[Grasp, ...]:
+        return self.grasps[at]
+
+    def __iter__(self) -> Iterator[Grasp]:
+        return iter(self.grasps)
+
+
+def plan_grasps(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    style: int = 1,
+    *,
+    hand: HandTable | Hand | None = None,
+    friction: float = 0.5,
+    edges: int = 8,
+    count: int = 2,
+) -> GraspPlan:
+    """Plan grasps of an object, given as a closed mesh, by a hand with three fingers.
+
+    Parameters
+    ----------
+    vertices : array_like, (n, 3)
+        In metres.
+    faces : array_like of int, (m, 3)
+        The vertices of each triangle. All are oriented alike; if they point inwards, normals are reversed.
+    style : {1, 2, 3}
+        1: three contacts around a section through the centre of mass. 2: contacts whose friction cones contain the
+        direction to the centre of mass. 3: a thumb opposite to two fingers.
+    hand : HandTable or Hand, optional
+        The BH8-280 by default.
+    friction : float
+        The coefficient of friction.
+    edges : int
+        The number of edges of a friction cone.
+    count : int
+        The largest number of grasps.
+
+    Returns
+    -------
+    GraspPlan
+        Grasps with the status OK have force closure, contacts on the surface, joints within limits, and fingertips at
+        the contacts; the links and the palm are clear of the object.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument has a wrong type or shape, a coordinate is not finite, a face refers to a missing vertex, or
+        an option is out of its range.
+    """
+    model = hand if isinstance(hand, Hand) else hand_of_table() if hand is None else hand_of_table(hand)
+    if isinstance(style, bool) or style not in (1, 2, 3):
+        raise ValueError(f"plan_grasps: style: {style!r}; expected 1, 2 or 3")
+    if not finite_number(friction, "plan_grasps: friction") > 0:
+        raise ValueError(f"plan_grasps: friction: {friction}; expected a positive number")
+    for name, value, least in (("edges", edges, 3), ("count", count, 1)):
+        if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+            raise ValueError(f"plan_grasps: {name}: {value!r}; expected an integer of at least {least}")
+    surface = surface_of(*checked_mesh(vertices, faces, "plan_grasps"))
+    if isinstance(surface, GraspStatus):
+        return GraspPlan((_failed(surface),), model, friction)
+    found = _planned(surface, model, style, friction, edges, count)
+    return GraspPlan((_failed(found),) if isinstance(found, GraspStatus) else found, model, friction)
+
+
+def _failed(status: GraspStatus) -> Grasp:
+    nowhere = np.full((3, 3), np.nan)
+    return Grasp(nowhere, nowhere.copy(), np.eye(8)[0], np.zeros(4), 0.0, status)
+
+
+def _planned(
+    surface: Surface, hand: Hand, style: int, friction: float, edges: int, count: int
+) -> tuple[Grasp, ...] | GraspStatus:
+    if surface.extents.min() < _THINNEST:
+        return GraspStatus.TOO_THIN
+    opening = _opening(hand)
+    if surface.extents.min() + 2 * hand.table.radius > opening:
+        return GraspStatus.TOO_LARGE
+    rows, _ = triples(surface, style, friction)
+    if not len(rows):
+        return GraspStatus.NO_CONTACTS
+    centres = surface.points + hand.table.radius * surface.normals
+    sides = _sides(centres[rows])
+    wide, apart = (sides < opening).all(1), (sides > 2 * hand.table.radius).all(1)
+    if not (wide & apart).any():
+        return GraspStatus.TOO_THIN if wide.any() else GraspStatus.TOO_LARGE
+    rows = rows[wide & apart]
+    cause = GraspStatus.OUT_OF_REACH
+    found: list[Grasp] = []
+    for first in range(0, min(len(rows), _BLOCK * _BLOCKS), _BLOCK):
+        poses = _reaching(surface, hand, centres, rows[first : first + _BLOCK])
+        if len(poses.triple):
+            cause = max(cause, GraspStatus.COLLISION)
+        for at in _clear_poses(surface, hand, poses):
+            cause = GraspStatus.NO_FORCE_CLOSURE
+            one = _verified(surface, hand, poses.samples[at], poses.motors[at], poses.joints[at], friction, edges)
+            if one is not None:
+                found.append(one)
+            if len(found) == count:
+                break
+        if len(found) == count:
+            break
+    found.sort(key=lambda one: -one.quality)
+    return tuple(found) or cause
+
+
+def _opening(hand: Hand) -> float:
+    """Return the largest distance of the first from the third fingertip."""
+    bends = np.linspace(hand.limits[1, 0], hand.limits[1, 1], 64)
+    joints = np.stack([0 * bends, bends, bends, bends], -1)
+    return float(_sides(hand.fingertips(joints)).max())
+
+
+def _sides(points: Reals) -> Reals:
+    gaps = points - np.roll(points, -1, -2)
+    return np.sqrt(np.square(gaps).sum(-1))  # type: ignore[no-any-return]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Poses:
+    """Poses of the hand with the fingertips at contacts."""
+
+    triple: Integers
+    """(n,) The row of the triple of each pose, in order."""
+    samples: Integers
+    """(n, 3) The samples of the fingers."""
+    motors: Reals
+    joints: Reals
+    ends: Reals
+    """(n, k, 2, 3) The ends of the capsules."""
+
+
+def _reaching(surface: Surface, hand: Hand, centres: Reals, rows: Integers) -> _Poses:
+    """Return the poses of the hand, in all orders of the fingers, that reach triples of samples."""
+    orders = rows[:, _ORDERS]
+    start = np.broadcast_to(_STARTS, (*orders.shape[:2], *_STARTS.shape))
+    sides = _sides(centres[orders])[:, :, None]
+    joints, errors = grasping.preshape(start, hand.axes, hand.ratios, hand.tips, sides, hand.limits)
+    triple, order, seed = np.nonzero(errors < _REACHED)
+    joints, samples = joints[triple, order, seed], orders[triple, order]
+    motors = _aligned(hand.fingertips(joints), centres[samples])
+    return _Poses(
+        triple, samples, motors, joints, pga3.move_point(motors[:, None, None, :], hand.placed_capsules(joints))
+    )
+
+
+def _clear_poses(surface: Surface, hand: Hand, poses: _Poses) -> Iterator[int]:
+    """Generate for each triple the first pose in which the hand is clear of the object, if there is one."""
+    first, second = (surface.points[::stride] for stride in _STRIDES)
+    clear = _clearance(first, poses.ends, hand.radii)
+    kept = np.flatnonzero(clear > -_TOUCH)
+    kept = kept[np.lexsort((-np.round(clear[kept], 9), poses.triple[kept]))]
+    for triple in np.unique(poses.triple[kept]):
+        own = kept[poses.triple[kept] == triple][:_TRIES]
+        own = own[_clearance(second, poses.ends[own], hand.radii) > -_TOUCH]
+        for at in own:
+            if _clearance(surface.outline, poses.ends[at : at + 1], hand.radii)[0] > -_TOUCH:
+                yield int(at)
+                break
+
+
+def _clearance(points: Reals, ends: Reals, radii: Reals) -> Reals:
+    each = grasping.capsule_clearance(points, ends[..., 0, :], ends[..., 1, :], radii)
+    return each.min(-1)  # type: ignore[no-any-return]
+
+
+def _frames(points: Reals) -> Reals:
+    """Return poses (..., 4, 4) of the circles through three points: centre, direction of the first point, normal."""
+    a, b, c = (points[..., k, :] for k in range(3))
+    circles = cga3.circle_from_points(a, b, c)
+    poses = np.zeros((*a.shape[:-1], 4, 4))
+    centre, normal = cga3.circle_centre(circles), cga3.circle_normal(circles)
+    normal = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
+    first = (a - centre) / np.linalg.norm(a - centre, axis=-1, keepdims=True)
+    poses[..., :3, 0], poses[..., :3, 1], poses[..., :3, 2] = first, np.cross(normal, first), normal
+    poses[..., :3, 3], poses[..., 3, 3] = centre, 1
+    return poses
+
+
+def _aligned(tips: Reals, targets: Reals) -> Reals:
+    """Return the motors that take the circles of fingertips to those of the targets, tip by tip."""
+    own, goal = pga3.motor_from_matrix(_frames(tips)), pga3.motor_from_matrix(_frames(targets))
+    return pga3.motor_product(goal, pga3.motor_inverse(own))  # type: ignore[no-any-return]
+
+
+def _verified(
+    surface: Surface, hand: Hand, samples: Integers, motor: Reals, joints: Reals, friction: float, edges: int
+) -> Grasp | None:
+    """Return a grasp in the frame of the mesh if its fingertips touch the contacts and it has force closure."""
+    contacts, normals = surface.points[samples], surface.normals[samples]
+    tips = pga3.move_point(motor, hand.fingertips(joints))
+    if not np.abs(tips - contacts - hand.table.radius * normals).max() < 10 * _REACHED:
+        return None
+    quality = grasp_quality(contacts, normals, friction, edges, length=surface.length)
+    if not quality > 0:
+        return None
+    return Grasp(
+        pga3.move_point(surface.frame, contacts),
+        pga3.move_direction(surface.frame, normals),
+        pga3.motor_product(surface.frame, motor),
+        joints,
+        quality,
+        GraspStatus.OK,
+    )
