@@ -9,7 +9,7 @@ import pytest
 
 from algorithms.speech import bark_image, read_wav, vowel_features, word_features, word_image, word_quaternions
 from algorithms.speech.__main__ import main
-from algorithms.speech.experiments import Corpus, leave_out, read_corpus
+from algorithms.speech.experiments import Corpus, leave_out, read_corpus, select_decay
 
 DATA = Path(__file__).parents[1] / "data" / "speech"
 IMAGE = bark_image(*read_wav(DATA / "7_jackson_1.wav"))
@@ -50,6 +50,13 @@ def test_vowels_of_voices_left_out() -> None:
     labels = np.random.default_rng(0).permutation(corpus.labels)
     shuffled = leave_out(Corpus(corpus.features, labels, corpus.speakers), members=1, folds=3)
     assert shuffled.mean < 0.2
+
+
+def test_decay_is_selected_by_speakers_left_out() -> None:
+    corpus = read_corpus(DATA / "french_vowels.npz", "vowels")
+    assert select_decay(corpus, (100.0, 0.01), folds=2, members=1, iterations=30) == 0.01
+    with pytest.raises(ValueError, match="at least one"):
+        select_decay(corpus, ())
 
 
 @pytest.mark.slow
