@@ -60,6 +60,7 @@ bench: build ## Measure generation, kernels and algorithms, compare with other l
 	$(BIN)/python -m benchmarks
 	@for page in chain subspaces toolkit robots signals vision estimation tracking mapping registration learning clifford_svm visual_grasping cost_models; do $(BIN)/python -m benchmarks $$page || exit; done
 	@for page in chain subspaces toolkit robots signals vision estimation tracking mapping registration grasping learning clifford_svm cost_models; do $(BIN)/python -m benchmarks $$page || exit; done
+	@for page in chain subspaces toolkit robots signals vision estimation tracking mapping registration learning clifford_svm speech cost_models; do $(BIN)/python -m benchmarks $$page || exit; done
 
 counts: .venv/.installed ## Count operations of known expressions, compare with kingdon; write docs/operation-counts.md
 	$(BIN)/python -m benchmarks counts

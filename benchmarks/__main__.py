@@ -10,6 +10,7 @@ COMMANDS = (
 <<<<<<< HEAD
     *("chain", "clifford_svm", "cost_models", "counts", "estimation", "growth", "learning", "mapping", "minimal"),
 <<<<<<< HEAD
+<<<<<<< HEAD
     *("overview", "random_kernels", "registration", "robots", "signals", "subspaces", "toolkit", "tracking", "vision"),
     "visual_grasping",
 =======
@@ -21,6 +22,10 @@ COMMANDS = (
     *("minimal", "overview", "random_kernels", "registration", "robots", "signals", "subspaces", "toolkit"),
     *("tracking", "vision"),
 >>>>>>> plans
+=======
+    *("overview", "random_kernels", "registration", "robots", "signals", "speech", "subspaces", "toolkit", "tracking"),
+    "vision",
+>>>>>>> speech
 )
 """The subcommands, which are also the names of their modules. Without a subcommand, `command` runs."""
 

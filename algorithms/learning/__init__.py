@@ -3,8 +3,10 @@
 from .activations import Bounded, Gate, Series, Split
 from .algebra import Algebra
 from .base import Layer
+from .classifier import Classifier, confusion_matrix, load_classifier, train_classifier
 from .clifford_svc import CliffordSVC
 from .clifford_svr import CliffordSVR
+from .delays import Delays, MeanOverTime
 from .equivariant import GradeLinear, GradeProduct, Invariants
 from .linear import Linear, Rotor, TwoSided
 from .network import Network
@@ -18,9 +20,11 @@ __all__ = [
     "Adam",
     "Algebra",
     "Bounded",
+    "Classifier",
     "CliffordSVC",
     "CliffordSVR",
     "ConformalNeuron",
+    "Delays",
     "Gate",
     "GradeLinear",
     "GradeProduct",
@@ -29,6 +33,7 @@ __all__ = [
     "Layer",
     "Linear",
     "MachineStatus",
+    "MeanOverTime",
     "Network",
     "Radial",
     "Rotor",
@@ -39,6 +44,9 @@ __all__ = [
     "TrainingResult",
     "TrainingStatus",
     "TwoSided",
+    "confusion_matrix",
     "cosine",
     "halving",
+    "load_classifier",
+    "train_classifier",
 ]

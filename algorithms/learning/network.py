@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import finite, real_array
-from . import activations, equivariant, linear, rounds
+from . import activations, delays, equivariant, linear, rounds
 from .algebra import Algebra, Array
 from .base import Layer
 from .losses import LOSSES
@@ -22,7 +22,7 @@ from .workspace import Workspace
 
 _LAYERS: dict[str, type[Layer]] = {
     kind.__name__: kind
-    for module in (activations, equivariant, linear, rounds)
+    for module in (activations, delays, equivariant, linear, rounds)
     for kind in vars(module).values()
     if isinstance(kind, type) and issubclass(kind, Layer) and kind is not Layer
 }

@@ -16,7 +16,7 @@ PAGE = (ROOT / "docs" / "speech.md").read_text()
 def test_blocks_run(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     blocks = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
-    assert len(blocks) == 2
+    assert len(blocks) == 5
     exec(compile("\n".join(blocks), "docs/speech.md", "exec"), {"__name__": "speech"})
 
 

@@ -90,6 +90,18 @@ def test_centres_of_invariant_patterns(name: str) -> None:
     assert energy[c, c] == around.min()
 
 
+def test_energies_of_rays_at_their_centre_fall_with_the_window() -> None:
+    """Smoothing bends rays within some sigma of the centre: the share of these pixels falls like (sigma / window)^2."""
+    y, x = np.mgrid[:241, :241] - 120
+    image, r = np.cos(4 * np.arctan2(y, x)), np.hypot(x, y)
+    shares = []
+    for sigma, window in ((1.0, 12.0), (1.0, 24.0), (1.0, 44.0), (2.0, 24.0)):
+        energy = orbit_energy(image, "dilation", sigma, window)
+        shares.append(energy[120, 120] / energy[(r > 5 / 12 * window) & (r < 15 / 12 * window)].mean())
+    assert shares[2] <= 1e-2 and shares[0] / shares[1] == pytest.approx(4, rel=0.1)
+    assert shares[3] == pytest.approx(shares[0], rel=0.1)
+
+
 def test_centres_off_the_middle_are_found() -> None:
     y, x = np.mgrid[:120, :160]
     first, second = np.hypot(x - 40, y - 60), np.hypot(x - 115, y - 50)
