@@ -138,6 +138,18 @@ def _spinors_of(algebra: Algebra, side: str, dtype: np.dtype) -> _Spinors:
     return _Spinors(algebra, side, dtype)
 
 
+@cache
+def _kept_signs(algebra: Algebra, product: str, grades: tuple[int, ...] | None) -> Array:
+    """Return the signs of the products of blades that a layer keeps, and zeros for the others."""
+    g, target = algebra.grades, algebra.grades[algebra.targets]
+    keep = np.isin(target, range(algebra.n + 1) if grades is None else grades)
+    if product != "geometric":
+        keep &= target == (np.abs(g[:, None] - g) if product == "inner" else g[:, None] + g)
+    found = algebra.signs * keep
+    found.flags.writeable = False
+    return np.asarray(found)
+
+
 @dataclass(frozen=True)
 class Linear(Layer):
     """Sums of products of weights and inputs, and a bias: the geometric neuron with the identity as activation.
@@ -180,11 +192,7 @@ class Linear(Layer):
         return [w, np.zeros((self.channels, algebra.size))] if self.bias else [w]
 
     def _signs(self, algebra: Algebra) -> Array:
-        g, target = algebra.grades, algebra.grades[algebra.targets]
-        keep = np.isin(target, range(algebra.n + 1) if self.grades is None else self.grades)
-        if self.product != "geometric":
-            keep &= target == (np.abs(g[:, None] - g) if self.product == "inner" else g[:, None] + g)
-        return algebra.signs * keep
+        return _kept_signs(algebra, self.product, self.grades)
 
     def _spinors(self, algebra: Algebra, x: Array) -> _Spinors | None:
         if self.product != "geometric" or self.grades is not None or algebra.spinors is None:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import finite, real_array
-from . import activations, equivariant, linear, rounds
+from . import activations, equivariant, linear, particles, rounds
 from .algebra import Algebra, Array
 from .base import Layer
 from .losses import LOSSES
@@ -22,7 +22,7 @@ from .workspace import Workspace
 
 _LAYERS: dict[str, type[Layer]] = {
     kind.__name__: kind
-    for module in (activations, equivariant, linear, rounds)
+    for module in (activations, equivariant, linear, particles, rounds)
     for kind in vars(module).values()
     if isinstance(kind, type) and issubclass(kind, Layer) and kind is not Layer
 }
@@ -165,6 +165,7 @@ class Network:
         batch: int | None = 32, schedule: Schedule | None = None,
         validation: tuple[ArrayLike, ArrayLike] | None = None, patience: int | None = None,
         decay: float = 0.0, seed: int = 0, progress: Callable[[int, float], None] | None = None,
+        clip: float | None = None,
     ) -> TrainingResult:  # fmt: skip
         """Train the network.
 
@@ -190,6 +191,8 @@ class Network:
             Of the order of samples.
         progress : callable, optional
             Called with the epoch and the loss.
+        clip : float, optional
+            The largest norm of the gradient of a step; longer gradients are shortened. L-BFGS does not use it.
 
         Warns
         -----
@@ -204,7 +207,9 @@ class Network:
         elif patience is not None:
             raise ValueError("patience: given without validation data; expected validation=(X, y)")
         targets = self.targets(y, len(inputs))
-        return train(self, inputs, targets, optimizer, epochs, batch, schedule, held, patience, decay, seed, progress)
+        return train(
+            self, inputs, targets, optimizer, epochs, batch, schedule, held, patience, decay, seed, progress, clip
+        )  # fmt: skip
 
     def save(self, path: str | Path) -> None:
         """Write the layers and parameters into a file in numpy's npz format."""

@@ -62,11 +62,13 @@ class _Kept:
 def train(
     network: Trainable, x: Array, y: Array, optimizer: Optimizer | str, epochs: int, batch: int | None,
     schedule: Schedule | None, held: Samples | None, patience: int | None, decay: float, seed: int,
-    progress: Progress | None,
+    progress: Progress | None, clip: float | None = None,
 ) -> TrainingResult:  # fmt: skip
     """Train a network on checked arrays; see `Network.fit`."""
     if epochs < 1 or (batch is not None and batch < 1):
         raise ValueError(f"epochs {epochs}, batch {batch}; expected positive numbers")
+    if clip is not None and not clip > 0:
+        raise ValueError(f"clip: {clip}; expected a positive norm of gradients, or None")
     if optimizer == "lbfgs":
         if held is not None:
             raise ValueError("validation: given with L-BFGS, which does not select epochs; expected another optimizer")
@@ -84,7 +86,7 @@ def train(
     try:
         for epoch in range(epochs):
             factor = schedule(epoch) if schedule else 1.0
-            losses.append(_epoch(network, x, y, optimizer, size, factor, decay, random))
+            losses.append(_epoch(network, x, y, optimizer, size, factor, decay, random, clip))
             checks.extend([LOSSES[network.loss_name](network.forward(held[0])[-1], held[1])[0]] if held else [])
             judged = checks[-1] if held else losses[-1]
             if not np.isfinite(judged) or not np.isfinite(network.parameters).all():
@@ -109,7 +111,7 @@ def train(
 
 def _epoch(
     network: Trainable, x: Array, y: Array, optimizer: Optimizer, size: int, factor: float, decay: float,
-    random: np.random.Generator,
+    random: np.random.Generator, clip: float | None,
 ) -> float:  # fmt: skip
     """Run one epoch, and return the mean loss. An interruption between steps leaves the last complete step."""
     order, total = random.permutation(len(x)), 0.0
@@ -120,6 +122,8 @@ def _epoch(
             total += loss * len(x[rows])
             if not np.isfinite(loss):
                 return np.inf
+            if clip is not None:
+                gradient = gradient * min(1, clip / max(float(np.linalg.norm(gradient)), 1e-300))
             after = network.parameters.copy()
             optimizer.step(after, gradient + decay * network.parameters, factor)
             network.parameters = after

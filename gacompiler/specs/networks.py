@@ -62,6 +62,19 @@ def tanh_pull(y, cotangent):
     return cotangent * (1 - y * y)
 
 
+@kernel(x=SCALAR, returns=SCALAR)
+def silu(x):
+    """Compute x times the logistic function of x."""
+    return x / (1 + exp(-x))
+
+
+@kernel(x=SCALAR, cotangent=SCALAR, returns=SCALAR)
+def silu_pull(x, cotangent):
+    """Compute the gradient of ``cotangent * silu(x)``."""
+    gate = 1 / (1 + exp(-x))
+    return cotangent * gate * (1 + x * (1 - gate))
+
+
 @kernel(x=NUMBERS, slope=SCALAR, bound=SCALAR, returns=NUMBERS)
 def bounded(x, slope, bound):
     """Compute ``x / (slope + |x| / bound)``, the activation of Georgiou and Koutsougeras."""
