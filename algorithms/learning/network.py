@@ -15,6 +15,7 @@ from ..arguments import finite, real_array
 from . import activations, equivariant, linear, particles, rounds
 from .algebra import Algebra, Array
 from .base import Layer
+from .chains import joined
 from .losses import LOSSES
 from .optimizers import Optimizer, Schedule
 from .training import TrainingResult, train
@@ -70,6 +71,7 @@ class Network:
         for layer in self.layers:
             self.stages.append(layer.output(*self.stages[-1]))
             arrays.append(layer.initial(*self.stages[-2], random))
+        self._plan = joined(self.layers, self.algebra, channels)
         self._shapes = [[array.shape for array in own] for own in arrays]
         flat = [array.ravel() for own in arrays for array in own]
         self.parameters: Array = np.concatenate([*flat, np.zeros(0)]).astype(dtype)
@@ -122,21 +124,32 @@ class Network:
             raise ValueError(f"y: shape {array.shape}; expected {(samples, channels, algebra.size)}")
         return finite(array, "y").astype(self.parameters.dtype, copy=False)
 
+    def _steps(self) -> list[tuple[Layer, Algebra, list[Array]]]:
+        """Return what computes the results: layers, or chains of several, with their algebras and parameters."""
+        weights, found, start = self.weights, [], 0
+        for layer, count in self._plan:
+            own = [array for arrays in weights[start : start + count] for array in arrays]
+            found.append((layer, self.stages[start][0], own))
+            start += count
+        return found
+
     def forward(self, x: Array) -> list[Array]:
-        """Return the input and the results of all layers, without checks."""
+        """Return the input and the results of all layers but those inside of chains, without checks."""
         values = [x]
-        for layer, (algebra, _), own in zip(self.layers, self.stages, self.weights, strict=False):
+        for layer, algebra, own in self._steps():
             values.append(layer.value(algebra, values[-1], own))
         return values
 
     def backward(self, values: Sequence[Array], d: Array) -> Array:
         """Return the gradient of ``d . y`` with respect to the parameters: back-propagation."""
         gradients: list[Array] = []
-        weights = self.weights
-        for k in reversed(range(1, len(self.layers))):
-            d, own = self.layers[k].pull(self.stages[k][0], values[k], weights[k], values[k + 1], d)
+        steps = self._steps()
+        for k in reversed(range(1, len(steps))):
+            layer, algebra, weights = steps[k]
+            d, own = layer.pull(algebra, values[k], weights, values[k + 1], d)
             gradients[:0] = [one.ravel() for one in own]
-        own = self.layers[0].pull_parameters(self.stages[0][0], values[0], weights[0], values[1], d)
+        layer, algebra, weights = steps[0]
+        own = layer.pull_parameters(algebra, values[0], weights, values[1], d)
         return np.concatenate([*(one.ravel() for one in own), *gradients, np.zeros(0, d.dtype)])
 
     def predict(self, x: ArrayLike) -> Array:

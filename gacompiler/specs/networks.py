@@ -56,6 +56,16 @@ def elements_g3(first, second, offset):
     )  # fmt: skip
 
 
+@kernel(first=COLUMN, second=COLUMN, y=array(SCALAR, 8), returns=(COLUMN, COLUMN))
+def tanh_columns_g3(first, second, y):
+    """Compute the columns of the gradient of a hyperbolic tangent by coefficient, from its value y.
+
+    `first` and `second` are the columns of the cotangent, as for `elements_g3`.
+    """
+    cotangent = elements_g3.function(first, second, (0,) * 8)
+    return columns_g3.function(tuple(d * (1 - c * c) for d, c in zip(cotangent, y, strict=True)))
+
+
 @kernel(y=SCALAR, cotangent=SCALAR, returns=SCALAR)
 def tanh_pull(y, cotangent):
     """Compute the gradient of ``cotangent * tanh(x)`` from the value y of the hyperbolic tangent."""
