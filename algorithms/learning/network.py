@@ -18,7 +18,7 @@ from .base import Layer
 from .chains import joined
 from .losses import LOSSES
 from .optimizers import Optimizer, Schedule
-from .training import TrainingResult, train
+from .training import TrainingResult, is_count, train
 from .workspace import Workspace
 
 _LAYERS: dict[str, type[Layer]] = {
@@ -59,9 +59,9 @@ class Network:
     ) -> None:  # fmt: skip
         if not layers or not all(isinstance(layer, Layer) for layer in layers):
             raise TypeError(f"layers: {layers!r}; expected a sequence of at least one layer, such as Linear(4)")
-        if channels < 1 or loss not in LOSSES:
+        if not is_count(channels) or loss not in LOSSES:
             raise ValueError(
-                f"channels {channels}, loss {loss!r}; expected a positive number and one of {sorted(LOSSES)}"
+                f"channels {channels!r}, loss {loss!r}; expected a positive integer and one of {sorted(LOSSES)}"
             )
         if np.dtype(dtype) not in (np.float32, np.float64):
             raise TypeError(f"dtype: {dtype}; expected float32 or float64")
@@ -70,6 +70,8 @@ class Network:
         arrays: list[list[Array]] = []
         for layer in self.layers:
             self.stages.append(layer.output(*self.stages[-1]))
+            if not is_count(self.stages[-1][1]):
+                raise ValueError(f"{layer}: {self.stages[-1][1]!r} channels; expected a positive integer")
             arrays.append(layer.initial(*self.stages[-2], random))
         self._plan = joined(self.layers, self.algebra, channels)
         self._shapes = [[array.shape for array in own] for own in arrays]
