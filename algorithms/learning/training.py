@@ -65,7 +65,7 @@ _GROWTH = 1e6
 
 def is_count(value: object) -> bool:
     """Return whether a value is a positive integer."""
-    return isinstance(value, (int, np.integer)) and not isinstance(value, bool) and value > 0
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool) and bool(value > 0)
 
 
 def train(
