@@ -92,7 +92,8 @@ class Chain(Layer):
         """Return the gradients of the parameters, and the columns of that of the first layer's result."""
         columns, values = noted(y) or self._computed(algebra, x, parameters)[1]
         spinors, batch = Spinors.of(algebra, "left", x.dtype), len(x)
-        cotangent, gradients = spinors.rows(d), []
+        cotangent = spinors.rows(d)
+        gradients: list[Array] = []
         own = self._own(parameters)
         for k in reversed(range(len(self.layers))):
             layer, w = self.layers[k], own[k][0]

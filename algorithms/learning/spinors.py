@@ -79,7 +79,8 @@ class Spinors:
         parts = rows.view(rows.real.dtype).reshape(self.d, len(rows) // self.d, -1)
         total = np.ones(parts.shape[1], parts.dtype) @ parts
         zero = np.zeros((channels, self.size), parts.dtype)
-        return self.elements(total.view(self.number).reshape(self.d, -1), channels, zero)[0] / parts.dtype.type(self.d)
+        found = self.elements(total.view(self.number).reshape(self.d, -1), channels, zero)[0]
+        return np.asarray(found / parts.dtype.type(self.d))
 
     def elements(self, rows: Array, channels: int, offset: Array) -> Array:
         """Return d times the inverse of `rows`, its transpose, plus an offset for each channel."""
