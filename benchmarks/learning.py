@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import importlib
+import json
+import os
+import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -99,6 +102,24 @@ def gradients(dtype: Any) -> tuple[dict[str, float], float]:
     return cpu_times(calls), error
 
 
+def gradients_by(coretype: str) -> dict[str, dict[str, float]]:
+    """Return the times by name of the type of numbers, measured where OpenBLAS uses the code for another processor."""
+    code = (
+        "import json, sys, numpy; from benchmarks.learning import gradients;"
+        "json.dump({t: gradients(getattr(numpy, t))[0] for t in ('float64', 'float32')}, sys.stdout)"
+    )
+    environment = {**os.environ, "OPENBLAS_CORETYPE": coretype}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, check=True, capture_output=True, text=True)
+    found: dict[str, dict[str, float]] = json.loads(done.stdout)
+    return found
+
+
+def has_avx512() -> bool:
+    """Return whether the processor has AVX-512, as far as Linux tells."""
+    facts = Path("/proc/cpuinfo")
+    return facts.exists() and "avx512f" in facts.read_text()
+
+
 def crossover() -> list[str]:
     """Return the rows of the table of linear layers by matrices of spinors and by one wide real matrix."""
     rows, least = [], layers.LEAST_WIDTH
@@ -148,6 +169,10 @@ def main() -> None:
         times, error = gradients(dtype)
         cells = " | ".join(f"{times[name]:.2f}" if name in times else "" for name in ("gacompiler", "torch", "jax"))
         lines.append(f"| {np.dtype(dtype).name} | {cells} | {error:.1e} |")
+    if has_avx512():
+        for name, times in gradients_by("SkylakeX").items():
+            cells = " | ".join(f"{times[one]:.2f}" if one in times else "" for one in ("gacompiler", "torch", "jax"))
+            lines.append(f"| {name}, `OPENBLAS_CORETYPE=SkylakeX` | {cells} | |")
     lines += ["", "## Linear layers by matrices of spinors and by one wide real matrix", "",
               "Values and all gradients; the width is that in `LEAST_WIDTH`.", "",
               "| algebra | inputs | results | width | spinors | wide matrix |", "|---|---|---|---|---|---|",

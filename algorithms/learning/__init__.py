@@ -11,6 +11,7 @@ from .equivariant import GradeLinear, GradeProduct, Invariants
 from .linear import Linear, Rotor, TwoSided
 from .network import Network
 from .optimizers import Adam, Rprop, Sgd, cosine, halving
+from .particles import Interaction
 from .rounds import ConformalNeuron, Hypersphere, Radial
 from .status import TrainingStatus
 from .svm_solver import MachineStatus
@@ -29,6 +30,7 @@ __all__ = [
     "GradeLinear",
     "GradeProduct",
     "Hypersphere",
+    "Interaction",
     "Invariants",
     "Layer",
     "Linear",

@@ -16,13 +16,13 @@ from .workspace import empty
 
 @dataclass(frozen=True)
 class Split(Layer):
-    """A real function of every coefficient: "tanh", "sigmoid", "relu" or "identity"."""
+    """A real function of every coefficient: "tanh", "sigmoid", "relu", "silu" (x times its sigmoid) or "identity"."""
 
     function: str = "tanh"
 
     def __post_init__(self) -> None:
-        if self.function not in ("tanh", "sigmoid", "relu", "identity"):
-            raise ValueError(f"Split: {self.function!r}; expected 'tanh', 'sigmoid', 'relu' or 'identity'")
+        if self.function not in ("tanh", "sigmoid", "relu", "silu", "identity"):
+            raise ValueError(f"Split: {self.function!r}; expected 'tanh', 'sigmoid', 'relu', 'silu' or 'identity'")
 
     def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
         """Compute the result."""
@@ -33,6 +33,8 @@ class Split(Layer):
                 return np.asarray(0.5 + 0.5 * np.tanh(0.5 * x))
             case "relu":
                 return np.maximum(x, 0)
+            case "silu":
+                return np.asarray(kernels.silu(x, out=empty(x.shape, x.dtype)))
         return x
 
     def pull(
@@ -46,6 +48,8 @@ class Split(Layer):
                 return d * y * (1 - y), []
             case "relu":
                 return d * (x > 0), []
+            case "silu":
+                return np.asarray(kernels.silu_pull(x, d, out=empty(x.shape, x.dtype))), []
         return d, []
 
 

@@ -51,6 +51,8 @@ class Algebra:
         """Return the algebra with a name: "R", "C", "H", or "G(p,q,r)" where zeros at the end may be omitted."""
         if isinstance(name, Algebra):
             return name
+        if not isinstance(name, str):
+            raise TypeError(f'algebra: {name!r}; expected a name like "G(3)", or an Algebra')
         if name in _NAMES:
             return cls(*_NAMES[name])
         found = re.fullmatch(r"G\((\d)(?:,\s*(\d))?(?:,\s*(\d))?\)", name)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from .blade_signs import Signs, blade_signs, signs_of_algebra
-from .estimators import Estimator, checked_samples, convergence_warning
+from .estimators import Estimator, checked_samples, convergence_warning, is_number
 from .gram import GramRows, check_definite
 from .smo import Problem
 from .svm_kernels import Floats, Kernel, KernelSettings, kernel_named
@@ -34,11 +34,11 @@ class CliffordMachine(Estimator):
     cache_size: float
 
     def _samples(self, x: object) -> Floats:
+        self._check_parameters()
         return checked_samples(x, None if self.algebra is None else signs_of_algebra(self.algebra).size)
 
     def _train(self, samples: Floats, targets: Floats, lower: Floats, upper: Floats, width: float) -> Solution:
         """Solve the dual problem of targets (m, n), and set the attributes of the fitted machine."""
-        self._check_parameters()
         m = len(targets)
         signs = self._signs(m)
         self._kernel = self._kernel_for(samples, signs)
@@ -114,9 +114,14 @@ class CliffordMachine(Estimator):
         if gamma == "scale":
             variance = float(flat.var())
             gamma = 1 / (flat.shape[1] * variance) if variance > 0 else 1.0
-        elif isinstance(gamma, str) or not np.isfinite(gamma) or gamma <= 0:
+        elif not is_number(gamma) or gamma <= 0:
             raise ValueError(f"gamma: {gamma!r}; expected 'scale' or a positive number")
-        wave = np.asarray(self.frequency, float)
+        try:
+            wave = np.asarray(self.frequency, float)
+        except (TypeError, ValueError):
+            wave = np.full((), np.nan)
+        if not np.isfinite(wave).all():
+            raise ValueError(f"frequency: {self.frequency!r}; expected finite numbers")
         if wave.ndim == 0:
             wave = np.full(flat.shape[1], float(wave) / np.sqrt(flat.shape[1]))
         if wave.reshape(-1).shape != flat.shape[1:]:
@@ -127,7 +132,7 @@ class CliffordMachine(Estimator):
     def _check_parameters(self) -> None:
         for name in ("C", "tol", "cache_size"):
             value = getattr(self, name)
-            if isinstance(value, (str, bool)) or not np.isfinite(value) or value <= 0:
+            if not is_number(value) or value <= 0:
                 raise ValueError(f"{name}: {value!r}; expected a positive number")
         for name, least in (("degree", 1), ("max_iter", -1)):
             value = getattr(self, name)

@@ -90,7 +90,11 @@ class CliffordSVC(CliffordMachine):
         """
         samples = self._samples(X)
         labels = _checked_labels(y, len(samples))
-        self.classes_, number = np.unique(labels, return_inverse=True)
+        try:
+            self.classes_, number = np.unique(labels, return_inverse=True)
+        except TypeError:
+            kinds = sorted({type(label).__name__ for label in labels})
+            raise TypeError(f"y: labels of the types {', '.join(kinds)}; expected labels of one type") from None
         if len(self.classes_) < 2:
             raise ValueError(f"y: the number of classes has to be greater than one; got {len(self.classes_)} class")
         code = code_of_classes(self.code, self.classes_)

@@ -7,7 +7,7 @@ from typing import Any, Self
 import numpy as np
 
 from .clifford_machine import CliffordMachine
-from .estimators import warn_column
+from .estimators import is_number, warn_column
 from .svm_kernels import Floats
 
 
@@ -51,7 +51,7 @@ class CliffordSVR(CliffordMachine):
         ConvergenceWarning
             If the tolerance has not been reached.
         """
-        if not np.isfinite(self.epsilon) or self.epsilon < 0:
+        if not is_number(self.epsilon) or self.epsilon < 0:
             raise ValueError(f"epsilon: {self.epsilon!r}; expected a number of at least 0")
         samples = self._samples(X)
         targets = _checked_targets(y, len(samples))

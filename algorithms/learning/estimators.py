@@ -151,6 +151,13 @@ def checked_samples(x: Any, size: int | None) -> Floats:
     return samples
 
 
+def is_number(value: object) -> bool:
+    """Return whether a value is a finite real number, as parameters of machines have to be."""
+    return (
+        isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool) and np.isfinite(value)
+    )
+
+
 def contradictions(samples: Floats, labels: NDArray[Any]) -> int:
     """Return the number of samples that equal an earlier sample with another label."""
     first: dict[bytes, Any] = {}

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from scipy.linalg.blas import get_blas_funcs
 
 from .algebra import Algebra, Array
 from .base import Layer, Shape, summed
-from .workspace import empty, multiplied
+from .spinors import Spinors
+from .workspace import multiplied
 
 LEAST_WIDTH: float = 100
 """The measured value of ``a b / (a + b)``, for a real inputs and b real results, from which matrices of spinors are
@@ -68,74 +68,16 @@ def matrix_pull(x: Array, d: Array) -> Array:
     return found.reshape(out, size, inner, size).transpose(0, 2, 1, 3)
 
 
-class _Spinors:
-    """Products of sums by matrices over real or complex numbers that represent the algebra.
-
-    The columns of the matrices of all elements are the rows of one matrix, (columns * batch, channels * d): first
-    columns first, so that every column is a contiguous array of real numbers.
-    """
-
-    def __init__(self, algebra: Algebra, side: str, dtype: np.dtype) -> None:
-        found = algebra.spinors
-        if found is None:
-            raise ValueError(f"{algebra} has no matrices of as many real numbers as blades")
-        matrices = found if side == "left" else found.transpose(0, 2, 1)
-        self.d, self.size, is_complex = matrices.shape[-1], len(matrices), np.iscomplexobj(matrices)
-
-        def reals(numbers: Array) -> Array:
-            """Let real and imaginary parts alternate."""
-            parts = np.stack([numbers.real, numbers.imag], -1) if is_complex else numbers
-            return np.ascontiguousarray(parts.reshape(self.size, -1), dtype)
-
-        self.basis = reals(matrices.reshape(self.size, -1))
-        self.columns = [reals(matrices[..., k]) for k in range(self.d)]
-        self.number = np.result_type(dtype, np.complex64) if is_complex else np.dtype(dtype)
-        self.kernels = algebra.column_kernels if side == "left" else None
-
-    def weights(self, w: Array) -> Array:
-        """Return (in * d, out * d) for weights (out, in, blades)."""
-        out, inner, _ = w.shape
-        matrices = (w @ self.basis).view(self.number).reshape(out, inner, self.d, self.d)
-        return np.asarray(matrices.transpose(1, 3, 0, 2).reshape(inner * self.d, out * self.d))
-
-    def weights_pull(self, rows: Array, cotangent: Array, out: int) -> Array:
-        """Return the gradient with respect to the weights."""
-        # BLAS conjugates without a copy, which `rows.conj().T @ cotangent` makes.
-        (product,) = get_blas_funcs(("gemm",), (rows, cotangent))
-        flat = product(1 / self.d, cotangent.T, rows.T, trans_b=2).T.reshape(-1, self.d, out, self.d)
-        found = np.ascontiguousarray(flat.transpose(2, 0, 3, 1)).reshape(out, len(flat), -1)
-        return np.asarray(found.view(found.real.dtype) @ self.basis.T)
-
-    def rows(self, x: Array) -> Array:
-        """Return the columns of the matrices of x (batch, channels, blades)."""
-        batch, channels, _ = x.shape
-        found = empty((self.d, batch, channels, self.size // self.d), x.dtype)
-        if self.kernels:
-            self.kernels[0](x, out=(found[0], found[1]))
-        else:
-            flat = np.ascontiguousarray(x).reshape(-1, self.size)
-            for k, table in enumerate(self.columns):
-                np.matmul(flat, table, out=found[k].reshape(len(flat), -1))
-        return found.view(self.number).reshape(self.d * batch, channels * self.d)
-
-    def elements(self, rows: Array, channels: int, offset: Array) -> Array:
-        """Return d times the inverse of `rows`, its transpose, plus an offset for each channel."""
-        batch = len(rows) // self.d
-        parts = rows.view(rows.real.dtype).reshape(self.d, batch, channels, self.size // self.d)
-        if self.kernels:
-            return np.asarray(self.kernels[1](*parts, offset, out=empty((batch, channels, self.size), parts.dtype)))
-        flat = parts.reshape(self.d, batch * channels, -1)
-        found = flat[0] @ self.columns[0].T
-        for k in range(1, self.d):
-            found += flat[k] @ self.columns[k].T
-        found = found.reshape(batch, channels, self.size)
-        found += offset
-        return np.asarray(found)
-
-
 @cache
-def _spinors_of(algebra: Algebra, side: str, dtype: np.dtype) -> _Spinors:
-    return _Spinors(algebra, side, dtype)
+def _kept_signs(algebra: Algebra, product: str, grades: tuple[int, ...] | None) -> Array:
+    """Return the signs of the products of blades that a layer keeps, and zeros for the others."""
+    g, target = algebra.grades, algebra.grades[algebra.targets]
+    keep = np.isin(target, range(algebra.n + 1) if grades is None else grades)
+    if product != "geometric":
+        keep &= target == (np.abs(g[:, None] - g) if product == "inner" else g[:, None] + g)
+    found = algebra.signs * keep
+    found.flags.writeable = False
+    return np.asarray(found)
 
 
 @dataclass(frozen=True)
@@ -180,20 +122,24 @@ class Linear(Layer):
         return [w, np.zeros((self.channels, algebra.size))] if self.bias else [w]
 
     def _signs(self, algebra: Algebra) -> Array:
-        g, target = algebra.grades, algebra.grades[algebra.targets]
-        keep = np.isin(target, range(algebra.n + 1) if self.grades is None else self.grades)
-        if self.product != "geometric":
-            keep &= target == (np.abs(g[:, None] - g) if self.product == "inner" else g[:, None] + g)
-        return algebra.signs * keep
+        return _kept_signs(algebra, self.product, self.grades)
 
-    def _spinors(self, algebra: Algebra, x: Array) -> _Spinors | None:
+    def _spinors(self, algebra: Algebra, x: Array) -> Spinors | None:
         if self.product != "geometric" or self.grades is not None or algebra.spinors is None:
             return None
-        inner, out = x.shape[1] * algebra.size, self.channels * algebra.size
-        least = LEAST_WIDTH / 4 if self.side == "left" and algebra.column_kernels else LEAST_WIDTH
-        if inner * out < least * (inner + out):
+        if not self._is_wide(algebra, x.shape[1]):
             return None
-        return _spinors_of(algebra, self.side, x.dtype)
+        return Spinors.of(algebra, self.side, x.dtype)
+
+    def _is_wide(self, algebra: Algebra, channels: int) -> bool:
+        inner, out = channels * algebra.size, self.channels * algebra.size
+        least = LEAST_WIDTH / 4 if self.side == "left" and algebra.column_kernels else LEAST_WIDTH
+        return inner * out >= least * (inner + out)
+
+    def uses_columns(self, algebra: Algebra, channels: int) -> bool:
+        """Return whether the layer multiplies columns of matrices that kernels compute."""
+        plain = self.product == "geometric" and self.grades is None and self.side == "left"
+        return plain and algebra.column_kernels is not None and self._is_wide(algebra, channels)
 
     def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
         """Compute the result."""

@@ -12,17 +12,26 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import finite, real_array
+<<<<<<< HEAD
 from . import activations, delays, equivariant, linear, rounds
+=======
+from . import activations, equivariant, linear, particles, rounds
+>>>>>>> learn
 from .algebra import Algebra, Array
 from .base import Layer
+from .chains import joined
 from .losses import LOSSES
 from .optimizers import Optimizer, Schedule
-from .training import TrainingResult, train
+from .training import TrainingResult, is_count, train
 from .workspace import Workspace
 
 _LAYERS: dict[str, type[Layer]] = {
     kind.__name__: kind
+<<<<<<< HEAD
     for module in (activations, delays, equivariant, linear, rounds)
+=======
+    for module in (activations, equivariant, linear, particles, rounds)
+>>>>>>> learn
     for kind in vars(module).values()
     if isinstance(kind, type) and issubclass(kind, Layer) and kind is not Layer
 }
@@ -58,9 +67,9 @@ class Network:
     ) -> None:  # fmt: skip
         if not layers or not all(isinstance(layer, Layer) for layer in layers):
             raise TypeError(f"layers: {layers!r}; expected a sequence of at least one layer, such as Linear(4)")
-        if channels < 1 or loss not in LOSSES:
+        if not is_count(channels) or loss not in LOSSES:
             raise ValueError(
-                f"channels {channels}, loss {loss!r}; expected a positive number and one of {sorted(LOSSES)}"
+                f"channels {channels!r}, loss {loss!r}; expected a positive integer and one of {sorted(LOSSES)}"
             )
         if np.dtype(dtype) not in (np.float32, np.float64):
             raise TypeError(f"dtype: {dtype}; expected float32 or float64")
@@ -69,7 +78,10 @@ class Network:
         arrays: list[list[Array]] = []
         for layer in self.layers:
             self.stages.append(layer.output(*self.stages[-1]))
+            if not is_count(self.stages[-1][1]):
+                raise ValueError(f"{layer}: {self.stages[-1][1]!r} channels; expected a positive integer")
             arrays.append(layer.initial(*self.stages[-2], random))
+        self._plan = joined(self.layers, self.algebra, channels)
         self._shapes = [[array.shape for array in own] for own in arrays]
         flat = [array.ravel() for own in arrays for array in own]
         self.parameters: Array = np.concatenate([*flat, np.zeros(0)]).astype(dtype)
@@ -122,21 +134,32 @@ class Network:
             raise ValueError(f"y: shape {array.shape}; expected {(samples, channels, algebra.size)}")
         return finite(array, "y").astype(self.parameters.dtype, copy=False)
 
+    def _steps(self) -> list[tuple[Layer, Algebra, list[Array]]]:
+        """Return what computes the results: layers, or chains of several, with their algebras and parameters."""
+        weights, found, start = self.weights, [], 0
+        for layer, count in self._plan:
+            own = [array for arrays in weights[start : start + count] for array in arrays]
+            found.append((layer, self.stages[start][0], own))
+            start += count
+        return found
+
     def forward(self, x: Array) -> list[Array]:
-        """Return the input and the results of all layers, without checks."""
+        """Return the input and the results of all layers but those inside of chains, without checks."""
         values = [x]
-        for layer, (algebra, _), own in zip(self.layers, self.stages, self.weights, strict=False):
+        for layer, algebra, own in self._steps():
             values.append(layer.value(algebra, values[-1], own))
         return values
 
     def backward(self, values: Sequence[Array], d: Array) -> Array:
         """Return the gradient of ``d . y`` with respect to the parameters: back-propagation."""
         gradients: list[Array] = []
-        weights = self.weights
-        for k in reversed(range(1, len(self.layers))):
-            d, own = self.layers[k].pull(self.stages[k][0], values[k], weights[k], values[k + 1], d)
+        steps = self._steps()
+        for k in reversed(range(1, len(steps))):
+            layer, algebra, weights = steps[k]
+            d, own = layer.pull(algebra, values[k], weights, values[k + 1], d)
             gradients[:0] = [one.ravel() for one in own]
-        own = self.layers[0].pull_parameters(self.stages[0][0], values[0], weights[0], values[1], d)
+        layer, algebra, weights = steps[0]
+        own = layer.pull_parameters(algebra, values[0], weights, values[1], d)
         return np.concatenate([*(one.ravel() for one in own), *gradients, np.zeros(0, d.dtype)])
 
     def predict(self, x: ArrayLike) -> Array:
@@ -165,6 +188,7 @@ class Network:
         batch: int | None = 32, schedule: Schedule | None = None,
         validation: tuple[ArrayLike, ArrayLike] | None = None, patience: int | None = None,
         decay: float = 0.0, seed: int = 0, progress: Callable[[int, float], None] | None = None,
+        clip: float | None = None,
     ) -> TrainingResult:  # fmt: skip
         """Train the network.
 
@@ -190,6 +214,8 @@ class Network:
             Of the order of samples.
         progress : callable, optional
             Called with the epoch and the loss.
+        clip : float, optional
+            The largest norm of the gradient of a step; longer gradients are shortened. L-BFGS does not use it.
 
         Warns
         -----
@@ -204,7 +230,9 @@ class Network:
         elif patience is not None:
             raise ValueError("patience: given without validation data; expected validation=(X, y)")
         targets = self.targets(y, len(inputs))
-        return train(self, inputs, targets, optimizer, epochs, batch, schedule, held, patience, decay, seed, progress)
+        return train(
+            self, inputs, targets, optimizer, epochs, batch, schedule, held, patience, decay, seed, progress, clip
+        )  # fmt: skip
 
     def save(self, path: str | Path) -> None:
         """Write the layers and parameters into a file in numpy's npz format."""

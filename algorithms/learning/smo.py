@@ -61,6 +61,10 @@ class Problem:
         fall = np.where(signed > 0, self.width, -self.width)
         return np.where(signed >= self.upper, FAR, rise), np.where(signed <= self.lower, -FAR, fall)
 
+    def objective(self, signed: Floats, gradient: Floats) -> float:
+        """Return the objective from the variables and the gradient."""
+        return float((signed * (gradient - self.targets)).sum() / 2 + self.width * np.abs(signed).sum())
+
     def gradient(self, signed: Floats) -> Floats:
         """Return the gradient, without the part of the tube."""
         return self.rows.image(signed, self.signs) - self.targets

@@ -11,6 +11,9 @@ from .smo import FAR, Bools, Problem, State, gaps
 from .svm_kernels import Floats
 
 _ITERATIONS = 12
+_DESCENTS = 60
+_FIXED = 4
+"""The inverse of the share of variables passing a bound that are fixed at a time."""
 _RIDGE = 1e-5
 """Added to the diagonal of singular equations, relative to it."""
 _LARGEST = 1500
@@ -69,6 +72,47 @@ def polish(problem: Problem, state: State, tolerance: float, is_free: Bools | No
         offset = np.where(fixed & loses & (fall > -FAR), fall, offset)
         is_free = is_free | (fixed & (gains | loses))
     return False
+
+
+def descend(problem: Problem, state: State) -> bool:
+    """Decrease the objective by solving for the free variables; those that would pass a bound are fixed there.
+
+    A part of the variables that pass a bound is fixed at a time, the nearest ones first, until the rest are within
+    their bounds. No variable becomes free.
+
+    Returns
+    -------
+    bool
+        Whether the objective has decreased; otherwise the state is unchanged.
+    """
+    signed = state.signed.copy()
+    for _ in range(_DESCENTS):
+        rise, fall = problem.slopes(signed)
+        is_free = (rise == fall) & (signed != 0)
+        if not 0 < np.count_nonzero(is_free) <= _LARGEST or not is_free.any(1).all():
+            return False
+        offset = np.where(signed > 0, problem.width, -problem.width)
+        solved = _solved(problem, signed, is_free, offset)
+        if solved is None:
+            return False
+        change = solved[0] - signed
+        below = np.where((problem.width > 0) & (offset > 0), 0.0, problem.lower)
+        above = np.where((problem.width > 0) & (offset < 0), 0.0, problem.upper)
+        bound = np.where(change > 0, above, below)
+        part = np.divide(bound - signed, change, out=np.full(signed.shape, np.inf), where=is_free & (change != 0))
+        passed = np.sort(part[part < 1])
+        length = passed[len(passed) // _FIXED] if passed.size else 1.0
+        signed = np.where(is_free, signed + length * change, signed)
+        signed = np.where(part <= min(length, passed.max(initial=0)), bound, signed)
+        if not passed.size:
+            break
+    else:
+        return False
+    gradient = problem.gradient(signed)
+    if problem.objective(signed, gradient) >= problem.objective(state.signed, state.gradient):
+        return False
+    state.signed, state.gradient = signed, gradient
+    return True
 
 
 def _solved(problem: Problem, signed: Floats, is_free: Bools, offset: Floats) -> tuple[Floats, Floats] | None:

@@ -9,12 +9,14 @@ import numpy as np
 
 from .smo import Problem, State, gaps, intercepts, minimise
 from .svm_kernels import Floats
-from .svm_polish import polish
+from .svm_polish import descend, polish
 
 _ALL_FREE = 600
 """Number of variables up to which the first guess is that all are free."""
 _FIRST = 2
 """Steps for each variable, before all free variables are first solved for; later the number doubles."""
+_FEWEST = 60
+"""Steps at least between two solutions for all free variables."""
 _UNLIMITED = 10_000_000
 
 
@@ -95,12 +97,13 @@ def _together(problem: Problem, tolerance: float, limit: int, shrinking: bool) -
     budget = _FIRST * size
     while state.steps < limit:
         done = minimise(problem, state, tolerance, min(budget, limit - state.steps), shrinking)
-        if done or polish(problem, state, tolerance):
+        decreased = not done and descend(problem, state)
+        if done or (decreased and polish(problem, state, tolerance)):
             state.gradient = problem.gradient(state.signed)
             lowest, highest = gaps(problem, state)
             if (highest - lowest <= tolerance).all():
                 break
-        budget *= 2
+        budget = max(size // 2, _FEWEST) if decreased else 2 * budget
     return _verified(problem, state, tolerance)
 
 
@@ -109,6 +112,5 @@ def _verified(problem: Problem, state: State, tolerance: float) -> Solution:
     lowest, highest = gaps(problem, state)
     gap = max(float((highest - lowest).max()), 0.0)
     status = MachineStatus.OK if gap <= tolerance else MachineStatus.NOT_CONVERGED
-    half = (state.gradient - problem.targets) / 2
-    objective = float((state.signed * half).sum() + problem.width * np.abs(state.signed).sum())
+    objective = problem.objective(state.signed, state.gradient)
     return Solution(state.signed, intercepts(problem, state), status, state.steps, gap, objective)

@@ -59,14 +59,25 @@ class _Kept:
             self.parameters[:] = parameters
 
 
+_GROWTH = 1e6
+"""The quotient of a loss and the smallest one, above which a training has diverged."""
+
+
+def is_count(value: object) -> bool:
+    """Return whether a value is a positive integer."""
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool) and bool(value > 0)
+
+
 def train(
     network: Trainable, x: Array, y: Array, optimizer: Optimizer | str, epochs: int, batch: int | None,
     schedule: Schedule | None, held: Samples | None, patience: int | None, decay: float, seed: int,
-    progress: Progress | None,
+    progress: Progress | None, clip: float | None = None,
 ) -> TrainingResult:  # fmt: skip
     """Train a network on checked arrays; see `Network.fit`."""
-    if epochs < 1 or (batch is not None and batch < 1):
-        raise ValueError(f"epochs {epochs}, batch {batch}; expected positive numbers")
+    if not is_count(epochs) or not (batch is None or is_count(batch)):
+        raise ValueError(f"epochs {epochs!r}, batch {batch!r}; expected positive integers")
+    if clip is not None and not clip > 0:
+        raise ValueError(f"clip: {clip}; expected a positive norm of gradients, or None")
     if optimizer == "lbfgs":
         if held is not None:
             raise ValueError("validation: given with L-BFGS, which does not select epochs; expected another optimizer")
@@ -84,17 +95,21 @@ def train(
     try:
         for epoch in range(epochs):
             factor = schedule(epoch) if schedule else 1.0
-            losses.append(_epoch(network, x, y, optimizer, size, factor, decay, random))
+            before = network.parameters
+            losses.append(_epoch(network, x, y, optimizer, size, factor, decay, random, clip))
             checks.extend([LOSSES[network.loss_name](network.forward(held[0])[-1], held[1])[0]] if held else [])
             judged = checks[-1] if held else losses[-1]
-            if not np.isfinite(judged) or not np.isfinite(network.parameters).all():
+            is_lost = not np.isfinite(judged) or not np.isfinite(network.parameters).all()
+            if is_lost or judged > _GROWTH * kept.loss > 0:
                 status = TrainingStatus.DIVERGED
+                which = f"parameters of the smallest loss {kept.loss:.3g}" if np.isfinite(kept.loss) else "initial ones"
                 warnings.warn(
-                    f"training diverged in epoch {epoch}; those of the smallest loss {kept.loss:.3g} are kept; "
-                    "use a smaller rate", RuntimeWarning, stacklevel=3,
+                    f"training diverged in epoch {epoch}: loss {judged:.3g}; the {which} are kept; "
+                    "use a smaller rate, or scale the samples", RuntimeWarning, stacklevel=3,
                 )  # fmt: skip
                 break
-            kept.update(judged, network.parameters)
+            # The loss during an epoch is that of earlier parameters than those after it.
+            kept.update(judged, network.parameters if held else before)
             if progress:
                 progress(epoch, losses[-1])
             if patience is not None and kept.age >= patience:
@@ -109,7 +124,7 @@ def train(
 
 def _epoch(
     network: Trainable, x: Array, y: Array, optimizer: Optimizer, size: int, factor: float, decay: float,
-    random: np.random.Generator,
+    random: np.random.Generator, clip: float | None,
 ) -> float:  # fmt: skip
     """Run one epoch, and return the mean loss. An interruption between steps leaves the last complete step."""
     order, total = random.permutation(len(x)), 0.0
@@ -120,6 +135,8 @@ def _epoch(
             total += loss * len(x[rows])
             if not np.isfinite(loss):
                 return np.inf
+            if clip is not None:
+                gradient = gradient * min(1, clip / max(float(np.linalg.norm(gradient)), 1e-300))
             after = network.parameters.copy()
             optimizer.step(after, gradient + decay * network.parameters, factor)
             network.parameters = after

@@ -22,6 +22,7 @@ class Workspace:
     def __init__(self) -> None:
         self._arrays: dict[tuple[tuple[int, ...], np.dtype], list[Array]] = defaultdict(list)
         self._taken: dict[tuple[tuple[int, ...], np.dtype], int] = defaultdict(int)
+        self._notes: dict[int, Any] = {}
         self._lock = threading.Lock()
 
     def __reduce__(self) -> tuple[type[Workspace], tuple[()]]:
@@ -39,6 +40,7 @@ class Workspace:
         token = _current.set(self)
         try:
             self._taken.clear()
+            self._notes.clear()
             if len(self._arrays) > _MOST_KINDS:
                 self._arrays.clear()
             yield
@@ -55,6 +57,14 @@ class Workspace:
             arrays.append(np.empty(shape, dtype))
         return arrays[index]
 
+    def note(self, array: Array, found: Any) -> None:
+        """Keep what belongs to an array until the next use begins."""
+        self._notes[id(array)] = array, found
+
+    def noted(self, array: Array) -> Any:
+        """Return what was kept, or None."""
+        return self._notes.get(id(array), (None, None))[1]
+
 
 _current: ContextVar[Workspace | None] = ContextVar("workspace", default=None)
 
@@ -63,6 +73,19 @@ def empty(shape: tuple[int, ...], dtype: Any) -> Array:
     """Return an array without values: one of the workspace in use, or a new one."""
     workspace = _current.get()
     return np.empty(shape, dtype) if workspace is None else workspace.take(shape, np.dtype(dtype))
+
+
+def note(array: Array, found: Any) -> None:
+    """Keep what belongs to an array, if a workspace is in use."""
+    workspace = _current.get()
+    if workspace is not None:
+        workspace.note(array, found)
+
+
+def noted(array: Array) -> Any:
+    """Return what `note` kept in the present use of a workspace, or None."""
+    workspace = _current.get()
+    return None if workspace is None else workspace.noted(array)
 
 
 def multiplied(a: Array, b: Array) -> Array:

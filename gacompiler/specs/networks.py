@@ -56,10 +56,33 @@ def elements_g3(first, second, offset):
     )  # fmt: skip
 
 
+@kernel(first=COLUMN, second=COLUMN, y=array(SCALAR, 8), returns=(COLUMN, COLUMN))
+def tanh_columns_g3(first, second, y):
+    """Compute the columns of the gradient of a hyperbolic tangent by coefficient, from its value y.
+
+    `first` and `second` are the columns of the cotangent, as for `elements_g3`.
+    """
+    cotangent = elements_g3.function(first, second, (0,) * 8)
+    return columns_g3.function(tuple(d * (1 - c * c) for d, c in zip(cotangent, y, strict=True)))
+
+
 @kernel(y=SCALAR, cotangent=SCALAR, returns=SCALAR)
 def tanh_pull(y, cotangent):
     """Compute the gradient of ``cotangent * tanh(x)`` from the value y of the hyperbolic tangent."""
     return cotangent * (1 - y * y)
+
+
+@kernel(x=SCALAR, returns=SCALAR)
+def silu(x):
+    """Compute x times the logistic function of x."""
+    return x / (1 + exp(-x))
+
+
+@kernel(x=SCALAR, cotangent=SCALAR, returns=SCALAR)
+def silu_pull(x, cotangent):
+    """Compute the gradient of ``cotangent * silu(x)``."""
+    gate = 1 / (1 + exp(-x))
+    return cotangent * gate * (1 + x * (1 - gate))
 
 
 @kernel(x=NUMBERS, slope=SCALAR, bound=SCALAR, returns=NUMBERS)

@@ -122,3 +122,24 @@ def test_predictions_for_other_samples() -> None:
 def test_targets_of_regression(y: object) -> None:
     with pytest.raises(ValueError, match="y:"):
         CliffordSVR().fit(X, y)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "text"),
+    [
+        ({"C": None}, "C: None"),
+        ({"gamma": None}, "gamma: None"),
+        ({"frequency": np.nan}, "frequency: nan; expected finite numbers"),
+        ({"frequency": "high"}, "frequency: 'high'; expected finite numbers"),
+    ],
+)
+def test_parameters_of_a_wrong_type_are_named(parameters: dict[str, Any], text: str) -> None:
+    with pytest.raises(ValueError, match=text):
+        CliffordSVC("gabor", **parameters).fit(X, Y)
+
+
+def test_width_and_labels_of_a_wrong_type_are_named() -> None:
+    with pytest.raises(ValueError, match="epsilon: 'a'"):
+        CliffordSVR(epsilon="a").fit(X, X)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="types NoneType, str; expected labels of one type"):
+        CliffordSVC().fit(X, np.array(["a", None] * 10, object))

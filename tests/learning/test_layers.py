@@ -13,39 +13,15 @@ from algorithms.learning.base import Layer
 from algorithms.learning.equivariant import GradeLinear, GradeProduct, Invariants
 from algorithms.learning.linear import Linear, Rotor, TwoSided, left_matrix, right_matrix, simplified_pull
 from algorithms.learning.rounds import ConformalNeuron, Hypersphere, Radial
+from tests.support.layer_gradients import check_gradient
 
 ALGEBRAS = ["R", "C", "H", "G(1)", "G(2)", "G(1,1)", "G(3)", "G(0,3)", "G(3,0,1)", "G(3,1)", "G(4,1)", "G(2,0,1)"]
 ANY = [
     Linear(2), Linear(2, side="right"), Linear(2, product="inner", grades=(0, 1)),
     Linear(2, product="outer", bias=False),
-    TwoSided(2), Split("tanh"), Split("sigmoid"), Bounded(), Gate(), Series(), GradeLinear(2), GradeProduct(),
-    Invariants(), Invariants(3),
+    TwoSided(2), Split("tanh"), Split("sigmoid"), Split("silu"), Bounded(), Gate(), Series(), GradeLinear(2),
+    GradeProduct(), Invariants(), Invariants(3),
 ]  # fmt: skip
-
-
-def check_gradient(layer: Layer, algebra: Algebra, channels: int = 3, tolerance: float = 1e-10) -> None:
-    """Compare the derivative along a random direction with extrapolated differences."""
-    random = np.random.default_rng(1)
-    _, out = layer.output(algebra, channels)
-    x = random.normal(size=(4, channels, algebra.size))
-    parameters = [p + 0.1 * random.normal(size=p.shape) for p in layer.initial(algebra, channels, random)]
-    y = layer.value(algebra, x, parameters)
-    assert y.shape[1] == out
-    d = random.normal(size=y.shape)
-    dx, others = layer.pull(algebra, x, parameters, y, d)
-    along = [random.normal(size=p.shape) for p in (x, *parameters)]
-    expected = sum((a * b).sum() for a, b in zip([dx, *others], along, strict=True))
-
-    def at(t: float) -> float:
-        moved = [p + t * a for p, a in zip((x, *parameters), along, strict=True)]
-        return float((d * layer.value(algebra, moved[0], moved[1:])).sum())
-
-    # Differences of the tenth order.
-    weights = 5 / 6, -5 / 21, 5 / 84, -5 / 504, 1 / 1260
-    h = 4e-3
-    found = sum(w * (at(k * h) - at(-k * h)) for k, w in enumerate(weights, 1)) / h
-    scale = sum(np.abs(a * b).sum() for a, b in zip([dx, *others], along, strict=True))
-    assert abs(found - expected) <= tolerance * max(scale, 1)
 
 
 @pytest.mark.parametrize("name", ALGEBRAS)

@@ -5,11 +5,23 @@ from __future__ import annotations
 import copy
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from algorithms.learning import Adam, Linear, Network, Sgd, Split, TrainingStatus, cosine, halving
+from algorithms.learning import (
+    Adam,
+    GradeLinear,
+    Linear,
+    Network,
+    Sgd,
+    Split,
+    TrainingStatus,
+    TwoSided,
+    cosine,
+    halving,
+)
 from algorithms.learning.__main__ import main
 
 RANDOM = np.random.default_rng(0)
@@ -132,3 +144,29 @@ def test_gradients_share_no_arrays() -> None:
         found = list(pool.map(lambda k: network.gradient(x[k % 2], y[k % 2])[1], range(40)))
     assert all(np.array_equal(one, found[k % 2]) for k, one in enumerate(found))
     assert np.array_equal(found[0], kept) and np.array_equal(copied.gradient(x[0], y[0])[1], kept)
+
+
+def test_parameters_before_a_divergence_are_kept() -> None:
+    one = network()
+    before = one.loss(X, Y)
+    with pytest.warns(RuntimeWarning, match="diverged in epoch 1.*smallest loss"):
+        result = one.fit(X, Y, Sgd(1e6), epochs=20, batch=None)
+    assert result.status is TrainingStatus.DIVERGED and one.loss(X, Y) == before
+    with pytest.warns(RuntimeWarning, match="diverged in epoch 0: loss inf; the initial ones are kept"):
+        one.fit(1e150 * X, 1e160 * Y, epochs=3)
+    assert one.loss(X, Y) == before
+
+
+@pytest.mark.parametrize("channels", [0, -1, 2.5])
+@pytest.mark.parametrize("kind", [GradeLinear, TwoSided])
+def test_layers_need_a_positive_number_of_channels(kind: Any, channels: Any) -> None:
+    with pytest.raises(ValueError, match=f"{channels} channels; expected a positive integer"):
+        Network([kind(channels)], "G(3)", 2)
+
+
+def test_names_of_algebras_are_strings() -> None:
+    for name in (None, 3):
+        with pytest.raises(TypeError, match="expected a name like"):
+            Network([Linear(1)], name)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="expected positive integers"):
+        network().fit(X, Y, epochs=2.5)  # type: ignore[arg-type]

@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from algorithms.learning import Algebra, Gate, GradeProduct, Linear
+from algorithms.learning import Algebra, Gate, GradeProduct, Interaction, Invariants, Linear, Split
 from algorithms.learning.frameworks import jax_function, torch_operator
 
 pytestmark = pytest.mark.peers
-LAYERS = [Linear(2), GradeProduct(), Gate()]
+LAYERS = [Linear(2), GradeProduct(), Gate(), Split("silu"), Invariants(), Interaction(2, steps=2, hidden=(4,))]
 
 
 def given(layer: Any) -> tuple[Any, list[Any], Any]:
     random = np.random.default_rng(0)
-    x, parameters = random.normal(size=(5, 3, 8)), layer.initial(Algebra(3), 3, random)
+    x, parameters = random.normal(size=(5, 4, 8)), layer.initial(Algebra(3), 4, random)
     return x, parameters, layer.value(Algebra(3), x, parameters)
 
 
@@ -24,7 +24,7 @@ def given(layer: Any) -> tuple[Any, list[Any], Any]:
 def test_torch(layer: Any) -> None:
     torch = pytest.importorskip("torch")
     x, parameters, y = given(layer)
-    run = torch_operator(layer, "G(3)", 3)
+    run = torch_operator(layer, "G(3)", 4)
     tensors = [torch.tensor(a, requires_grad=True) for a in (x, *parameters)]
 
     def function(x: Any, *own: Any) -> Any:
@@ -43,10 +43,11 @@ def test_jax(layer: Any) -> None:
     jax = pytest.importorskip("jax")
     x, parameters, y = given(layer)
     with jax.enable_x64(True):
-        function = jax_function(layer, "G(3)", 3)
+        function = jax_function(layer, "G(3)", 4)
         value, pull = jax.vjp(jax.jit(function), x, *parameters)
         dx, others = layer.pull(Algebra(3), x, parameters, y, np.cos(y))
         assert np.allclose(value, y, atol=1e-12)
         for found, expected in zip(pull(jax.numpy.cos(value)), (dx, *others), strict=True):
             assert np.allclose(found, expected, atol=1e-10)
-        assert np.allclose(jax.vmap(lambda x: function(x, *parameters))(np.stack([x, 2 * x]))[0], y)
+        many = jax.jit(jax.vmap(lambda x: function(x, *parameters)))(np.stack([x, 2 * x]))
+        assert np.allclose(many[0], y) and np.allclose(many[1], layer.value(Algebra(3), 2 * x, parameters))
