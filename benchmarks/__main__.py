@@ -7,25 +7,10 @@ import os
 import sys
 
 COMMANDS = (
-<<<<<<< HEAD
-    *("chain", "clifford_svm", "cost_models", "counts", "estimation", "growth", "learning", "mapping", "minimal"),
-<<<<<<< HEAD
-<<<<<<< HEAD
-    *("overview", "random_kernels", "registration", "robots", "signals", "subspaces", "toolkit", "tracking", "vision"),
-    "visual_grasping",
-=======
-    *("overview", "random_kernels", "registration", "robots", "shapes", "signals", "subspaces", "toolkit"),
-    *("tracking", "vision"),
->>>>>>> shapes
-=======
-    *("chain", "clifford_svm", "cost_models", "counts", "estimation", "grasping", "growth", "learning", "mapping"),
-    *("minimal", "overview", "random_kernels", "registration", "robots", "signals", "subspaces", "toolkit"),
-    *("tracking", "vision"),
->>>>>>> plans
-=======
-    *("overview", "random_kernels", "registration", "robots", "signals", "speech", "subspaces", "toolkit", "tracking"),
-    "vision",
->>>>>>> speech
+    *("chain", "clifford_svm", "cost_models", "counts", "estimation", "grasping", "grasping_loop"),
+    *("growth", "learning", "mapping", "minimal", "overview", "random_kernels", "registration"),
+    *("robots", "shapes", "signals", "speech", "subspaces", "toolkit", "tracking"),
+    *("vision", "visual_grasping"),
 )
 """The subcommands, which are also the names of their modules. Without a subcommand, `command` runs."""
 

@@ -12,11 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import finite, real_array
-<<<<<<< HEAD
-from . import activations, delays, equivariant, linear, rounds
-=======
-from . import activations, equivariant, linear, particles, rounds
->>>>>>> learn
+from . import activations, delays, equivariant, linear, particles, rounds
 from .algebra import Algebra, Array
 from .base import Layer
 from .chains import joined
@@ -27,11 +23,7 @@ from .workspace import Workspace
 
 _LAYERS: dict[str, type[Layer]] = {
     kind.__name__: kind
-<<<<<<< HEAD
-    for module in (activations, delays, equivariant, linear, rounds)
-=======
-    for module in (activations, equivariant, linear, particles, rounds)
->>>>>>> learn
+    for module in (activations, delays, equivariant, linear, particles, rounds)
     for kind in vars(module).values()
     if isinstance(kind, type) and issubclass(kind, Layer) and kind is not Layer
 }
