@@ -2,6 +2,9 @@
 
 from .hands import BARRETT_BH280, BARRETT_OPENRAVE, Hand, HandTable, hand_of_table
 from .planning import Grasp, GraspPlan, plan_grasps
+from .pose_estimation import PoseEstimate, estimate_pose
+from .pose_models import ObjectModel, View
+from .pose_status import PoseStatus
 from .quality import contact_wrenches, grasp_quality
 from .status import GraspStatus
 
@@ -13,7 +16,12 @@ __all__ = [
     "GraspStatus",
     "Hand",
     "HandTable",
+    "ObjectModel",
+    "PoseEstimate",
+    "PoseStatus",
+    "View",
     "contact_wrenches",
+    "estimate_pose",
     "grasp_quality",
     "hand_of_table",
     "plan_grasps",
