@@ -204,9 +204,8 @@ def _numbered(kind: str, seen: object, n: int) -> tuple[Reals, Reals]:
     index, image = seen  # type: ignore[misc]
     rows = np.asarray(index)
     pixels = real_array(image, f"View: {kind}", (2,), "x y").astype(np.float64).reshape(-1, 2)
-    if rows.shape != (len(pixels),) or (
-        rows.size and (rows.dtype.kind not in "iu" or rows.min() < 0 or rows.max() >= n)
-    ):
+    is_table = rows.shape == (len(pixels),) and (not rows.size or rows.dtype.kind in "iu")
+    if not is_table or (rows.size and not 0 <= int(rows.min()) <= int(rows.max()) < n):
         raise ValueError(f"View: {kind}: indices {rows}; expected for each of {len(pixels)} pixels one below {n}")
     return rows.astype(np.int64), pixels
 

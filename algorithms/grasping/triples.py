@@ -93,4 +93,4 @@ def _towards_centre(surface: Surface, friction: float) -> Integers:
         return np.zeros((0, 3), np.intp)
     if len(pool) > _POOL:
         pool = pool[((np.arange(_POOL) + 0.5) * (len(pool) / _POOL)).astype(np.intp)]
-    return pool[_COMBINATIONS[(_COMBINATIONS < len(pool)).all(1)]]
+    return pool[_COMBINATIONS[(len(pool) > _COMBINATIONS).all(1)]]
