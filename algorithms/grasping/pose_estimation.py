@@ -223,7 +223,7 @@ def _covariance(table: Reals, task: _Task) -> tuple[Reals, Reals]:
     size = np.array([1, 1, 1, *[task.model.size] * 3])
     bivectors = (size[:, None] * vectors).T
     motions = bivectors @ _MOTIONS
-    motions[:, 3:] += np.cross(motions[:, :3], task.model.centre)
+    motions[:, 3:] += motions[:, :3] @ task.model.lever
     spread = np.where(open_ones, 0, task.noise**2 / np.where(open_ones, 1, values))
     covariance = (motions.T * spread) @ motions
     if open_ones.any():

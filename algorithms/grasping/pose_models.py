@@ -117,6 +117,18 @@ class ObjectModel:
         return whole, lengths / np.sqrt(len(self.samples))
 
     @cached_property
+    def lever(self) -> Reals:
+        """(3, 3) The matrix L with ``w @ L`` the cross product of w and the centre."""
+        return np.cross(np.eye(3), self.centre)
+
+    @cached_property
+    def half_turns(self) -> Reals:
+        """(3, 8) The motors of half turns about the principal axes through the centre."""
+        turns = np.zeros((3, 8))
+        turns[:, 1:7] = pga3.line_from_direction_moment(self.axes[0], np.cross(self.centre, self.axes[0]))
+        return turns
+
+    @cached_property
     def size(self) -> float:
         """The root mean square distance of the samples from their centre, or of a model of one point, one."""
         return float(np.sqrt(np.square(self.samples - self.centre).sum(1).mean())) or 1.0

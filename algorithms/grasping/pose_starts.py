@@ -82,10 +82,7 @@ def reversals(model: ObjectModel, motor: Reals, matrix: Reals) -> Reals:
     """
     directions = model.axes[0]
     centre = model.centre
-    turns = np.zeros((3, 8))
-    lines = pga3.line_from_direction_moment(directions, np.cross(centre, directions))
-    turns[:, 1:7] = lines
-    halves = pga3.motor_product(motor, turns)
+    halves = pga3.motor_product(motor, model.half_turns)
     there = pga3.move_point(motor, centre)
     sight = there + np.linalg.solve(matrix[:, :3], matrix[:, 3])
     mirror = np.eye(3) - 2 * np.outer(sight, sight) / (sight @ sight)
@@ -96,13 +93,19 @@ def reversals(model: ObjectModel, motor: Reals, matrix: Reals) -> Reals:
     return np.concatenate([halves, pga3.motor_from_matrix(whole)[None]])
 
 
+def cross(a: Reals, b: Reals) -> list[float]:
+    """Return the cross product of two vectors; numpy's takes ten times as long for a single pair."""
+    (x, y, z), (u, v, w) = a.tolist(), b.tolist()
+    return [y * w - z * v, z * u - x * w, x * v - y * u]
+
+
 def camera_axes(matrix: Reals) -> tuple[Reals, Reals]:
     """Return the axes of a camera as rows, and its upper triangular matrix."""
     first, second, third = matrix[:, :3]
     y = second - (second @ third) * third
     fy = np.sqrt(y @ y)
     y = y / fy
-    x = np.cross(y, third)
+    x = np.array(cross(y, third))
     k = np.array([[first @ x, first @ y, first @ third], [0, fy, second @ third], [0, 0, 1.0]])
     return np.array([x, y, third]), k
 
@@ -129,18 +132,18 @@ def _parallel(places: Reals, seen: Reals) -> Reals:
     if wide.sum() == 3:
         size = max(float(scales.mean()), 1e-300)
         two = left @ right
-        options = [np.vstack([two, np.cross(two[0], two[1])])]
+        options = [np.vstack([two, cross(two[0], two[1])])]
         thin = directions[2]
     else:
         # The affine map of a plane has singular values s and s cos(tilt): two tilts have the same image.
-        thin = np.cross(directions[0], directions[1])
+        thin = np.array(cross(directions[0], directions[1]))
         cosine = min(float(scales[1]) / size, 1.0)
         sine = np.sqrt(1 - cosine * cosine)
         options = []
         for sign in (1, -1):
             short = cosine * right[1] + sign * sine * thin
             two = left @ np.stack([right[0], short])
-            options.append(np.vstack([two, np.cross(two[0], two[1])]))
+            options.append(np.vstack([two, cross(two[0], two[1])]))
     if len(options) == 1:
         mirrored = np.diag([1.0, 1.0, -1.0]) @ options[0] @ (np.eye(3) - 2 * np.outer(thin, thin))
         options.append(mirrored)
