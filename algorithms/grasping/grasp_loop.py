@@ -52,7 +52,8 @@ class GuidedGrasp:
     grasp: Grasp | None
     """The grasp that the robot reaches, in the frame of the object."""
     path: Reals
-    """(k, n) Joints of the arm: first the given ones, then from the approach to the grasp. One row if it stays."""
+    """(k, n) Joints of the arm: first the given ones, then from the approach to the grasp. One row if it
+    does not move."""
     contacts: Reals
     """(3, 3) Where the fingers touch, in the world, by forward kinematics; NaN if the hand does not move."""
 

@@ -19,7 +19,6 @@ from .scene import Scene, SceneCamera
 with extra("pictures", __name__):
     from matplotlib.animation import FuncAnimation, PillowWriter
     from matplotlib.figure import Figure
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 _FRUSTUM = 0.08
 """Depth of the pyramid that stands for a camera, in metres."""
@@ -83,7 +82,7 @@ def _draw(axes: Any, scene: Scene, contacts: Reals | None) -> None:
     for one in scene.objects:
         vertices = pga3.move_point(one.pose, one.vertices)
         if len(one.faces):
-            axes.add_collection3d(Poly3DCollection(vertices[one.faces], alpha=0.5, facecolor="tab:orange"))
+            axes.plot_trisurf(*vertices.T, triangles=one.faces, alpha=0.5, color="tab:orange")
         axes.plot(*pga3.move_point(one.pose, one.model.samples).T, ".", markersize=3, color="tab:brown")
     for k, camera in enumerate(scene.cameras):
         for line in _pyramid(camera, scene.camera(k).pose):

@@ -232,7 +232,7 @@ def _covariance(table: Reals, task: _Task) -> tuple[Reals, Reals]:
 
 
 def _are_symmetries(motor: Reals, free: Reals, task: _Task) -> bool:
-    """Return whether images stay the same along undetermined motions, not to first order only."""
+    """Return whether undetermined motions change no image, not to first order only."""
 
     def squares(pose: Reals) -> float:
         every = np.concatenate(list(_residuals(pose, task.seen)[0].values()))

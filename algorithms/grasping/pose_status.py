@@ -24,7 +24,7 @@ class PoseStatus(IntEnum):
     INCONSISTENT = 7
     """Residuals are larger than the noise explains, or more than half of the measurements are rejected."""
     UNCERTAIN = 8
-    """The standard deviations are larger than the tolerances that were asked for."""
+    """The standard deviations are larger than the tolerances of the caller."""
     NOT_CONVERGED = 9
     """The iterations ended before they reached a minimum."""
     NOT_FINITE = 10
