@@ -145,7 +145,7 @@ class _Task(NamedTuple):
 def _start(start: ArrayLike) -> Reals:
     given = real_array(start, "start", (8,), "a motor").astype(np.float64)
     if given.ndim != 1 or not np.abs(given - pga3.normalize_motor(given)).max() < 1e-6:
-        raise ValueError(f"start: {start}; expected one unit motor of generated.pga3")
+        raise ValueError(f"start: {given}; expected one unit motor of generated.pga3")
     return given
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -180,7 +181,9 @@ class Measurements:
 
 
 def measurements(model: ObjectModel, views: tuple[View, ...]) -> Measurements:
-    """Collect the pixels of all views; ValueError if indices or shapes disagree with the model."""
+    """Collect the pixels of all views; ValueError if there is none, or indices or shapes disagree with the model."""
+    if not views:
+        raise ValueError("views: none; expected at least one View")
     elements, pixels, cameras, rows, weights = {}, {}, {}, {}, {}
     missing, equations = 0, 0
     tables = model.tables
@@ -193,8 +196,8 @@ def measurements(model: ObjectModel, views: tuple[View, ...]) -> Measurements:
                 continue
             index, image = _numbered(kind, seen, len(tables[kind]))
             if kind == "points":
-                shown = ~np.isnan(image).any(1)
-                missing += len(shown) - int(shown.sum())
+                shown = np.asarray(~np.isnan(image).any(1))
+                missing += int(shown.size - shown.sum())
                 index, image = index[shown], image[shown]
             parts.append(image)
             numbers.append(index)
@@ -209,11 +212,11 @@ def measurements(model: ObjectModel, views: tuple[View, ...]) -> Measurements:
     return Measurements(matrices, elements, pixels, cameras, rows, equations, missing, weights)
 
 
-def _numbered(kind: str, seen: object, n: int) -> tuple[Reals, Reals]:
+def _numbered(kind: str, seen: Any, n: int) -> tuple[Reals, Reals]:
     if kind == "points":
-        image = real_array(seen, "View: points", (n, 2), "a pixel for each point of the model")  # type: ignore[arg-type]
+        image = real_array(seen, "View: points", (n, 2), "a pixel for each point of the model")
         return np.arange(n), image.astype(np.float64).reshape(-1, 2)
-    index, image = seen  # type: ignore[misc]
+    index, image = seen
     rows = np.asarray(index)
     pixels = real_array(image, f"View: {kind}", (2,), "x y").astype(np.float64).reshape(-1, 2)
     is_table = rows.shape == (len(pixels),) and (not rows.size or rows.dtype.kind in "iu")

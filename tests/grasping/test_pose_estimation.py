@@ -256,6 +256,8 @@ def test_wrong_arguments_are_refused() -> None:
     model = ObjectModel.of(points=CUBE)
     with pytest.raises(ValueError, match="expected"):
         estimate_pose(model, View(cameras()[0], points=np.zeros((3, 2))))
+    with pytest.raises(ValueError, match="at least one View"):
+        estimate_pose(model, ())
     with pytest.raises(ValueError, match="positive"):
         estimate_pose(model, View(cameras()[0], points=np.zeros((8, 2))), noise=0.0)
     with pytest.raises(ValueError, match="unit motor"):
