@@ -7,9 +7,9 @@ import os
 import sys
 
 COMMANDS = (
-    *("chain", "clifford_svm", "cost_models", "counts", "estimation", "grasping_loop", "growth", "learning"),
-    *("mapping", "minimal", "overview", "random_kernels", "registration", "robots", "signals"),
-    *("subspaces", "toolkit", "tracking", "vision"),
+    *("chain", "clifford_svm", "cost_models", "counts", "estimation", "grasping", "grasping_loop"),
+    *("growth", "learning", "mapping", "minimal", "overview", "random_kernels", "registration", "robots"),
+    *("signals", "subspaces", "toolkit", "tracking", "vision"),
 )
 """The subcommands, which are also the names of their modules. Without a subcommand, `command` runs."""
 

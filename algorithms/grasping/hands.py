@@ -133,8 +133,8 @@ def hand_of_table(table: HandTable = BARRETT_BH280) -> Hand:
     y, z = np.array([0.0, 1, 0]), np.array([0.0, 0, 1])
     for finger, (side, sense, out) in enumerate(((-1, -1.0, 1.0), (1, 1.0, 1.0), (0, 0.0, -1.0))):
         spread = np.array([0.0, side * table.spread_offset, table.height])
-        root = spread + [out * table.root, 0, 0]
-        last = root + [out * table.link, 0, table.shift]
+        root = spread + np.array([out * table.root, 0, 0])
+        last = root + np.array([out * table.link, 0, table.shift])
         tip = last + table.tip * np.array([out * cos(table.tip_angle), 0, sin(table.tip_angle)])
         for direction, point, ratio in ((z, spread, sense), (-out * y, root, 1.0), (-out * y, last, table.coupling)):
             axes.append(pga3.line_from_direction_moment(direction, np.cross(point, direction)))

@@ -14,6 +14,7 @@ from .status import GraspStatus
 
 _SAMPLES = 4096
 """Number of samples of the surface: the distance between neighbours is about a sixtieth of the object's size."""
+_VERTICES = 4096
 _THIRDS = np.array([0.7548776662466927, 0.5698402909980532])
 """The steps of a sequence of points that fill a square evenly (Roberts' R2)."""
 _FLAT = 1e-9
@@ -34,6 +35,8 @@ class Surface:
     """(n, 3) Points on the faces."""
     normals: Reals
     """(n, 3) Outward unit normals of the faces."""
+    outline: Reals
+    """(k, 3) Vertices, at most 4096, and half of the samples, for tests of collisions."""
     extents: Reals
     """(3,) The size along each axis."""
     length: float
@@ -77,8 +80,11 @@ def surface_of(vertices: Reals, faces: Integers) -> Surface | GraspStatus:
         faces = same.reshape(-1)[faces]
         if not is_closed(faces):
             return GraspStatus.OPEN_MESH
-    used = np.unique(faces) if len(vertices) > faces.size else None
-    origin = (vertices if used is None else vertices[used]).mean(0)
+    used = np.zeros(len(vertices), bool)
+    used[faces] = True
+    if not used.all():
+        vertices, faces = vertices[used], (np.cumsum(used) - 1)[faces]
+    origin = vertices.mean(0)
     local = vertices - origin
     i, j, k = np.ascontiguousarray(faces.T)
     areas, volume, first, second = grasping.mesh_moments(local, i, j, k)
@@ -89,52 +95,48 @@ def surface_of(vertices: Reals, faces: Integers) -> Surface | GraspStatus:
     table = np.empty((3, 3))
     table[np.triu_indices(3)] = second / volume
     table = np.triu(table) + np.triu(table, 1).T - np.outer(centre, centre)
-    turn = _principal_axes(table, vertices if used is None else vertices[used], origin + centre)
+    turn = _principal_axes(table, local - centre)
     placed = (local - centre) @ turn
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = turn, origin + centre
     points, normals = _samples(placed, faces, np.sign(volume) * areas @ turn)
-    held = placed if used is None else placed[used]
-    return Surface(
-        pga3.motor_from_matrix(matrix), points, normals, np.ptp(held, axis=0),
-        float(np.sqrt(np.square(held).sum(1).max())),
-    )  # fmt: skip
+    length = float(np.sqrt(np.square(placed).sum(1).max()))
+    outline = np.concatenate([placed[:: -(-len(placed) // _VERTICES)], points[::2]])
+    return Surface(pga3.motor_from_matrix(matrix), points, normals, outline, np.ptp(placed, axis=0), length)
 
 
-def _principal_axes(table: Reals, vertices: Reals, centre: Reals) -> Reals:
-    """Return a rotation matrix whose columns are principal axes, the longest first.
+def _principal_axes(table: Reals, off: Reals) -> Reals:
+    """Return a rotation matrix whose columns are principal axes, the longest first, from moments and vertices.
 
     Directions that the moments leave open are chosen by the first vertex that distinguishes them, so that they move
     with the object.
     """
     values, axes = np.linalg.eigh(table)
     values, axes = values[::-1], axes[:, ::-1].copy()
-    off = vertices - centre
     reach = float(np.sqrt(np.square(off).sum(1).max()))
 
     def first_direction(basis: Reals) -> Reals:
         inside = off @ basis
         far = np.sqrt(np.square(inside).sum(1))
         found = inside[int(np.argmax(far > 0.1 * reach))]
-        return basis @ (found / np.linalg.norm(found))
+        return basis @ (found / np.linalg.norm(found))  # type: ignore[no-any-return]
 
     close = (values[:-1] - values[1:]) < _EQUAL * values[0]
     if close.all():
         axes[:, 0] = first_direction(axes)
-        rest = np.linalg.svd(axes[:, :1].T)[2][1:].T
-        axes[:, 1] = first_direction(rest)
+        axes[:, 1] = first_direction(np.linalg.svd(axes[:, :1].T)[2][1:].T)
     elif close[0]:
         axes[:, 0] = first_direction(axes[:, :2])
-        axes[:, 2] = _signed(axes[:, 2], off, reach)
+        axes[:, 2] = _signed(axes[:, 2], off)
         axes[:, 1] = np.cross(axes[:, 2], axes[:, 0])
     else:
-        axes[:, 0] = _signed(axes[:, 0], off, reach)
-        axes[:, 1] = first_direction(axes[:, 1:]) if close[1] else _signed(axes[:, 1], off, reach)
+        axes[:, 0] = _signed(axes[:, 0], off)
+        axes[:, 1] = first_direction(axes[:, 1:]) if close[1] else _signed(axes[:, 1], off)
     axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
     return axes
 
 
-def _signed(axis: Reals, off: Reals, reach: float) -> Reals:
+def _signed(axis: Reals, off: Reals) -> Reals:
     along = off @ axis
     first = along[int(np.argmax(np.abs(along) > 0.1 * float(np.abs(along).max())))]
     return axis if first > 0 else -axis

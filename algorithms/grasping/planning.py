@@ -19,9 +19,9 @@ from .quality import grasp_quality
 from .status import GraspStatus
 from .triples import triples
 
-_BLOCK = 24
+_BLOCK = 10
 """Number of triples for which the hand is placed at a time."""
-_BLOCKS = 8
+_BLOCKS = 20
 _STARTS = np.array([[0.2, 0.8, 0.8, 0.8], [0.8, 1.1, 1.1, 1.1], [1.3, 0.6, 0.6, 0.6], [0.5, 1.5, 1.5, 1.5]])
 """Variables of the hand from which it is fitted to a triple."""
 _ORDERS = np.array(list(permutations(range(3))))
@@ -29,8 +29,10 @@ _REACHED = 1e-7
 """Largest error of a fingertip, in metres."""
 _TOUCH = 0.0015
 """How far the hand may intersect the object, in metres: its skin yields, and samples are some millimetres apart."""
-_STRIDES = 64, 8, 1
-"""Poses are tested with one of so many samples; the next test is for those that pass."""
+_STRIDES = 64, 8
+"""Poses are tested with one of so many samples; those that pass, with more of them, and with the outline."""
+_TRIES = 6
+"""The largest number of poses of a triple that are tested with more samples."""
 _THINNEST = 0.002
 """The least thickness of an object, in metres."""
 
@@ -87,7 +89,7 @@ def plan_grasps(
     hand: HandTable | Hand | None = None,
     friction: float = 0.5,
     edges: int = 8,
-    count: int = 3,
+    count: int = 2,
 ) -> GraspPlan:
     """Plan grasps of an object, given as a closed mesh, by a hand with three fingers.
 
@@ -161,26 +163,25 @@ def _planned(
     cause = GraspStatus.OUT_OF_REACH
     found: list[Grasp] = []
     for first in range(0, min(len(rows), _BLOCK * _BLOCKS), _BLOCK):
-        placed = _placed(surface, hand, centres, rows[first : first + _BLOCK])
-        if isinstance(placed, GraspStatus):
-            cause = max(cause, placed)
-            continue
-        for contacts, motor, joints in zip(*placed, strict=True):
-            one = _verified(surface, hand, contacts, motor, joints, friction, edges)
+        poses = _reaching(surface, hand, centres, rows[first : first + _BLOCK])
+        if len(poses.triple):
+            cause = max(cause, GraspStatus.COLLISION)
+        for at in _clear_poses(surface, hand, poses):
+            cause = GraspStatus.NO_FORCE_CLOSURE
+            one = _verified(surface, hand, poses.samples[at], poses.motors[at], poses.joints[at], friction, edges)
             if one is not None:
                 found.append(one)
-            if len(found) >= count:
+            if len(found) == count:
                 break
-        if len(found) >= count:
+        if len(found) == count:
             break
-        cause = cause if found else GraspStatus.NO_FORCE_CLOSURE
     found.sort(key=lambda one: -one.quality)
     return tuple(found) or cause
 
 
 def _opening(hand: Hand) -> float:
     """Return the largest distance of the first from the third fingertip."""
-    bends = np.linspace(*hand.limits[1], 64)
+    bends = np.linspace(hand.limits[1, 0], hand.limits[1, 1], 64)
     joints = np.stack([0 * bends, bends, bends, bends], -1)
     return float(_sides(hand.fingertips(joints)).max())
 
@@ -190,39 +191,52 @@ def _sides(points: Reals) -> Reals:
     return np.sqrt(np.square(gaps).sum(-1))  # type: ignore[no-any-return]
 
 
-def _placed(
-    surface: Surface, hand: Hand, centres: Reals, rows: Integers
-) -> tuple[Integers, Reals, Reals] | GraspStatus:
-    """Return for triples with a feasible pose of the hand the samples of its fingers, the motors, and the joints."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Poses:
+    """Poses of the hand with the fingertips at contacts."""
+
+    triple: Integers
+    """(n,) The row of the triple of each pose, in order."""
+    samples: Integers
+    """(n, 3) The samples of the fingers."""
+    motors: Reals
+    joints: Reals
+    ends: Reals
+    """(n, k, 2, 3) The ends of the capsules."""
+
+
+def _reaching(surface: Surface, hand: Hand, centres: Reals, rows: Integers) -> _Poses:
+    """Return the poses of the hand, in all orders of the fingers, that reach triples of samples."""
     orders = rows[:, _ORDERS]
-    targets = centres[orders]
     start = np.broadcast_to(_STARTS, (*orders.shape[:2], *_STARTS.shape))
-    sides = _sides(targets)[:, :, None]
+    sides = _sides(centres[orders])[:, :, None]
     joints, errors = grasping.preshape(start, hand.axes, hand.ratios, hand.tips, sides, hand.limits)
     triple, order, seed = np.nonzero(errors < _REACHED)
-    if not len(triple):
-        return GraspStatus.OUT_OF_REACH
     joints, samples = joints[triple, order, seed], orders[triple, order]
     motors = _aligned(hand.fingertips(joints), centres[samples])
-    ends = pga3.move_point(motors[:, None, None, :], hand.placed_capsules(joints))
-    kept = np.arange(len(motors))
-    for stride in _STRIDES[:-1]:
-        clear = _clearance(surface.points[::stride], ends[kept], hand.radii)
-        kept, clear = kept[clear > -_TOUCH], clear[clear > -_TOUCH]
-    # The best pose of each triple: the one that is farthest from the object.
-    feasible: list[int] = []
-    for at in kept[np.lexsort((-np.round(clear, 9), triple[kept]))]:
-        if feasible and triple[at] == triple[feasible[-1]]:
-            continue
-        if _clearance(surface.points[:: _STRIDES[-1]], ends[at : at + 1], hand.radii)[0] > -_TOUCH:
-            feasible.append(at)
-    if not feasible:
-        return GraspStatus.COLLISION
-    return samples[feasible], motors[feasible], joints[feasible]
+    return _Poses(
+        triple, samples, motors, joints, pga3.move_point(motors[:, None, None, :], hand.placed_capsules(joints))
+    )
+
+
+def _clear_poses(surface: Surface, hand: Hand, poses: _Poses) -> Iterator[int]:
+    """Generate for each triple the first pose in which the hand is clear of the object, if there is one."""
+    first, second = (surface.points[::stride] for stride in _STRIDES)
+    clear = _clearance(first, poses.ends, hand.radii)
+    kept = np.flatnonzero(clear > -_TOUCH)
+    kept = kept[np.lexsort((-np.round(clear[kept], 9), poses.triple[kept]))]
+    for triple in np.unique(poses.triple[kept]):
+        own = kept[poses.triple[kept] == triple][:_TRIES]
+        own = own[_clearance(second, poses.ends[own], hand.radii) > -_TOUCH]
+        for at in own:
+            if _clearance(surface.outline, poses.ends[at : at + 1], hand.radii)[0] > -_TOUCH:
+                yield int(at)
+                break
 
 
 def _clearance(points: Reals, ends: Reals, radii: Reals) -> Reals:
-    return np.min(grasping.capsule_clearance(points, ends[..., 0, :], ends[..., 1, :], radii), -1)  # type: ignore[no-any-return]
+    each = grasping.capsule_clearance(points, ends[..., 0, :], ends[..., 1, :], radii)
+    return each.min(-1)  # type: ignore[no-any-return]
 
 
 def _frames(points: Reals) -> Reals:

@@ -18,16 +18,18 @@ from .meshes import Integers, Surface
 _ANGLES, _HEIGHTS = 48, 16
 _POOL = 32
 """Number of samples among which style 2 chooses."""
-_FINE = 256
-"""Number of triples whose bound of the quality is computed with all twists."""
-_ROUGH, _ALL = 8, 192
+_PASSES = 256, 100, 60, 60, 60, 60, 60
+"""Each pass lowers the bounds of so many of the best triples by a descent from other twists."""
+_TWISTS_OF_PASS, _ROUGH = 24, 8
+_SHARES = 0.5 * np.cumprod(np.full(100, 0.965))
+"""The lengths of the steps of a descent."""
 _WITHOUT_SAMPLE = -1
 
 
 def _unit_twists() -> Reals:
     """Return twists in all directions; the same in every process."""
-    found = np.random.default_rng(20).standard_normal((_ALL, 6))
-    return found / np.linalg.norm(found, axis=1, keepdims=True)
+    found = np.random.default_rng(20).standard_normal((len(_PASSES), _TWISTS_OF_PASS, 6))
+    return found / np.linalg.norm(found, axis=-1, keepdims=True)  # type: ignore[no-any-return]
 
 
 _TWISTS = _unit_twists()
@@ -35,21 +37,29 @@ _COMBINATIONS = np.array(list(combinations(range(_POOL), 3)))
 
 
 def triples(surface: Surface, style: int, friction: float) -> tuple[Integers, Reals]:
-    """Return rows of three samples (t, 3) with bounds of their qualities (t,), the largest first."""
+    """Return rows of three samples (t, 3) with bounds of their qualities (t,), the best first."""
     if style == 2:
         found = _towards_centre(surface, friction)
     else:
         of = _around if style == 1 else _opposite
         found = np.concatenate([of(_outermost(surface, axis)) for axis in range(3)])
-    found = found[(found != _WITHOUT_SAMPLE).all(1)]
+    found = np.sort(found, axis=1)
+    found = found[(found[:, 0] != _WITHOUT_SAMPLE) & (found[:, 0] < found[:, 1]) & (found[:, 1] < found[:, 2])]
+    count = len(surface.points)
+    _, first = np.unique((found[:, 0] * count + found[:, 1]) * count + found[:, 2], return_index=True)
+    found = found[np.sort(first)]
     scaled = surface.points / surface.length
-    bounds = grasping.quality_bound(scaled[found], surface.normals[found], friction, _TWISTS[:_ROUGH])
-    first = np.argsort(-bounds, kind="stable")[:_FINE]
-    found = found[first[bounds[first] > 0]]
-    bounds = grasping.quality_bound(scaled[found], surface.normals[found], friction, _TWISTS)
+    bounds = grasping.quality_bound(scaled[found], surface.normals[found], friction, _TWISTS[0, :_ROUGH])
     order = np.argsort(-bounds, kind="stable")
-    order = order[bounds[order] > 0]
-    return found[order], bounds[order]
+    found, bounds = found[order], bounds[order]
+    for count, twists in zip(_PASSES, _TWISTS, strict=True):
+        best = found[:count]
+        lower = grasping.refined_bound(scaled[best], surface.normals[best], friction, twists, _SHARES)
+        bounds[:count] = np.minimum(bounds[:count], lower)
+        order = np.argsort(-bounds[:count], kind="stable")
+        found[:count], bounds[:count] = best[order], bounds[:count][order]
+    kept = np.flatnonzero(bounds[: _PASSES[0]] > 0)
+    return found[kept], bounds[kept]
 
 
 def _outermost(surface: Surface, axis: int) -> Integers:
@@ -76,16 +86,17 @@ def _around(table: Integers) -> Integers:
 
 def _opposite(table: Integers) -> Integers:
     """Style 3: a thumb opposite to two fingers, which are side by side along the axis."""
-    start, row, apart = np.meshgrid(
-        np.arange(0, _ANGLES, 2), np.arange(5, _HEIGHTS - 5), np.arange(1, 7), indexing="ij"
+    start, row, apart, one, other = np.meshgrid(
+        np.arange(0, _ANGLES, 3), np.arange(6, _HEIGHTS - 6), np.arange(1, 7), [-3, 0, 3], [-3, 0, 3], indexing="ij"
     )
-    across = (start + _ANGLES // 2) % _ANGLES
     low, high = np.maximum(row - apart, 0), np.minimum(row + apart, _HEIGHTS - 1)
-    return np.stack([table[start, row].ravel(), table[across, low].ravel(), table[across, high].ravel()], -1)
+    opposite = start + _ANGLES // 2
+    cells = (start, row), ((opposite + one) % _ANGLES, low), ((opposite + other) % _ANGLES, high)
+    return np.stack([table[cell].ravel() for cell in cells], -1)
 
 
 def _towards_centre(surface: Surface, friction: float) -> Integers:
-    """Style 2: contacts whose friction cones contain the direction to the centre, not necessarily in a plane with it."""
+    """Style 2: contacts whose friction cones contain the direction to the centre, which may be outside their plane."""
     inward = -(surface.points * surface.normals).sum(1)
     cone = np.sqrt(np.square(surface.points).sum(1)) / np.sqrt(1 + friction * friction)
     pool = np.flatnonzero(-inward >= cone)
@@ -93,4 +104,5 @@ def _towards_centre(surface: Surface, friction: float) -> Integers:
         return np.zeros((0, 3), np.intp)
     if len(pool) > _POOL:
         pool = pool[((np.arange(_POOL) + 0.5) * (len(pool) / _POOL)).astype(np.intp)]
-    return pool[_COMBINATIONS[(len(pool) > _COMBINATIONS).all(1)]]
+    chosen: Integers = pool[_COMBINATIONS[(len(pool) > _COMBINATIONS).all(1)]]
+    return chosen

@@ -5,8 +5,8 @@ point of contact with the direction of the force. A twist is a line as well, and
 commutator of the twist and the point.
 
 The nine joints of a hand are given in the order finger by finger, from the palm to the tip. `axes` are their lines in
-the rest position. The variables of the hand are the spread, which rotates the first joint of each finger, and the bend of
-each finger, which rotates its second and third joint; `ratios` are the factors of these rotations.
+the rest position. The variables of the hand are the spread, which rotates the first joint of each finger, and the bends
+of the fingers, each of which rotates the second and third joint; `ratios` are the factors of these rotations.
 """
 
 from fractions import Fraction
@@ -122,27 +122,42 @@ def contact_wrench(p, n, u, v, friction, cosine, sine):
 
 
 def _support(twist, contacts, normals, friction):
-    """Return the greatest power of a unit of normal force at one of three contacts on a motion."""
-    powers = []
+    """Return the greatest power of a unit of normal force at one of three contacts, and its derivatives."""
+    columns = [PGA3.multivector({name: 1}) for name in LINE.blades]
+    most, slope = -FAR, [0] * len(columns)
     for p, n in zip(contacts, normals, strict=True):
         point = _place(p)
         velocity = _coordinates(ga.commutator(point, twist))
         along = dot(n, velocity)
-        across = ga.maximum(dot(velocity, velocity) - along * along, 0)
-        powers.append(friction * sqrt(across) - along)
-    return ga.maximum(powers[0], ga.maximum(powers[1], powers[2]))
+        across = [v - along * x for v, x in zip(velocity, n, strict=True)]
+        size = sqrt(dot(across, across) + TINY)
+        force = [friction * t / size - x for t, x in zip(across, n, strict=True)]
+        power = friction * size - along
+        rows = [dot(force, _coordinates(ga.commutator(point, column))) for column in columns]
+        slope = [ga.select(power > most, row, old) for row, old in zip(rows, slope, strict=True)]
+        most = ga.maximum(most, power)
+    return most, slope
 
 
-def _sizes(twist):
-    return sqrt(sum((twist[name] * twist[name] for name in LINE.blades), TINY))
+def _size(numbers):
+    return sqrt(dot(numbers, numbers) + TINY)
+
+
+def _lower(best, numbers, triple):
+    """Return the lower of a support found so far and that of a twist, with the coefficients of its twist."""
+    least, twist = best
+    value = _support(_line(numbers), *triple)[0]
+    return ga.minimum(least, value), tuple(
+        ga.select(value < least, x, old) for x, old in zip(numbers, twist, strict=True)
+    )
 
 
 @kernel(contacts=TRIPLE, normals=TRIPLE, friction=SCALAR, twists=TWISTS, returns=SCALAR)
 def quality_bound(contacts, normals, friction, twists):
     """Compute an upper bound of the quality of three contacts: the least support of their wrenches over some twists.
 
-    Besides the given twists, it uses the rotations about the lines through two contacts, which these do not resist, and
-    the translations and rotations along the normal of the plane of the contacts.
+    The quality is the least support over all twists of norm 1. The bound is the least over given twists, to which the
+    rotations about the lines through two contacts are added, because two of the contacts do not resist them.
 
     Parameters
     ----------
@@ -155,22 +170,48 @@ def quality_bound(contacts, normals, friction, twists):
     twists
         Lines whose six coefficients have the norm 1.
     """
-
-    def of(twist):
-        return _support(twist, contacts, normals, friction)
-
-    joins = [_place(contacts[a]) & _place(contacts[b]) for a, b in SIDES]
-    a, b, c = contacts
-    normal = _cross(_minus(b, a), _minus(c, a))
-    along = assemble(PGA3, dict(zip(POINT.blades, normal, strict=True)))
-    middle = tuple((x + y + z) / 3 for x, y, z in zip(a, b, c, strict=True))
-    axis = _place(middle) & along
-    slide = assemble(PGA3, dict(zip(("e01", "e02", "e03"), normal, strict=True)))
+    triple = contacts, normals, friction
     least = FAR
-    for twist in (*joins, axis, slide):
-        size = _sizes(twist)
-        least = ga.minimum(least, ga.minimum(of(twist), of(-twist)) / size)
-    return fold(lambda low, numbers: ga.minimum(low, of(_line(numbers))), least, twists)
+    for numbers in _joins(contacts):
+        least = ga.minimum(least, _support(_line(numbers), *triple)[0])
+    return fold(lambda low, numbers: ga.minimum(low, _support(_line(numbers), *triple)[0]), least, twists)
+
+
+def _joins(contacts):
+    """Return the unit twists that rotate about lines through two contacts, in both directions."""
+    for a, b in SIDES:
+        join = _place(contacts[a]) & _place(contacts[b])
+        numbers = [join[name] for name in LINE.blades]
+        size = _size(numbers)
+        for sign in (1, -1):
+            yield tuple(sign * x / size for x in numbers)
+
+
+@kernel(contacts=TRIPLE, normals=TRIPLE, friction=SCALAR, twists=TWISTS, shares=array(SCALAR, "s", shared=True))
+def refined_bound(contacts, normals, friction, twists, shares):
+    """Compute a lower bound than `quality_bound` by a descent from the best of the twists.
+
+    Parameters
+    ----------
+    contacts, normals, friction, twists
+        As in `quality_bound`.
+    shares
+        The lengths of the steps along the negative direction of the subgradient.
+    """
+    triple = contacts, normals, friction
+    least, start = fold(lambda low, numbers: _lower(low, numbers, triple), (FAR, (0, 0, 0, 0, 0, 0)), twists)
+
+    def step(state, share):
+        low, twist = state
+        value, slope = _support(_line(twist), *triple)
+        # The part of the subgradient along the sphere of unit twists.
+        slope = [s - value * t for s, t in zip(slope, twist, strict=True)]
+        scale = share / _size(slope)
+        moved = [t - scale * s for t, s in zip(twist, slope, strict=True)]
+        size = _size(moved)
+        return ga.minimum(low, value), tuple(x / size for x in moved)
+
+    return fold(step, (least, start), shares)[0]
 
 
 # The hand.

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
-from tests.support.scans import NAMES, box, cylinder, scan, sphere, torus
 
 from algorithms.grasping import BARRETT_OPENRAVE, GraspStatus, plan_grasps
 from generated import pga3
+from tests.support.scans import NAMES, box, cylinder, scan, sphere, torus
 
 OK = GraspStatus.OK
 
@@ -127,3 +127,12 @@ def test_normals_of_a_mesh_turned_inside_out():
     vertices, faces = scan("FoamBrick")
     plan = plan_grasps(vertices, faces[:, ::-1])
     check(plan, vertices, faces)
+
+
+@pytest.mark.parametrize("name", ["sphere", "cube", "cylinder", "torus"])
+def test_grasps_of_symmetric_shapes_move_with_them(name):
+    vertices, faces = SHAPES[name]
+    turn, shift = Rotation.random(random_state=7).as_matrix(), np.array([0.3, 0.2, -0.5])
+    first, second = plan_grasps(vertices, faces), plan_grasps(vertices @ turn.T + shift, faces)
+    assert np.isclose(second[0].quality, first[0].quality, rtol=1e-6)
+    assert np.allclose(second[0].contacts, first[0].contacts @ turn.T + shift, atol=1e-6)

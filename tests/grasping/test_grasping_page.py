@@ -1,0 +1,21 @@
+"""The blocks of the page on grasping, and the tests that its rows name."""
+
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "grasping.md").read_text()
+
+
+def test_blocks_run(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    blocks = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    assert len(blocks) >= 5
+    exec(compile("\n".join(blocks), "docs/grasping.md", "exec"), {"__name__": "grasping"})
+
+
+def test_rows_name_tests_that_exist():
+    rows = dict(re.findall(r"^\| (20[.\d]+) \|[^|]*\| ([^|]*) \|", PAGE, re.MULTILINE))
+    for section in ("20.2", "20.4"):
+        names = re.findall(r"`(\w+\.py)`", rows[section])
+        assert names and all((ROOT / "tests" / "grasping" / name).is_file() for name in names)
