@@ -58,9 +58,8 @@ docs: .venv/.docs ## Build the documentation site from docs, notebooks and docst
 
 bench: build ## Measure generation, kernels and algorithms, compare with other libraries; write pages in docs
 	$(BIN)/python -m benchmarks
-	@for page in chain subspaces toolkit robots signals vision estimation tracking mapping registration learning clifford_svm visual_grasping cost_models; do $(BIN)/python -m benchmarks $$page || exit; done
-	@for page in chain subspaces toolkit robots signals vision estimation tracking mapping registration grasping learning clifford_svm cost_models; do $(BIN)/python -m benchmarks $$page || exit; done
-	@for page in chain subspaces toolkit robots signals vision estimation tracking mapping registration learning clifford_svm speech cost_models; do $(BIN)/python -m benchmarks $$page || exit; done
+	@for page in chain subspaces toolkit robots signals vision estimation tracking mapping registration shapes grasping \
+		visual_grasping grasping_loop learning clifford_svm speech cost_models; do $(BIN)/python -m benchmarks $$page || exit; done
 
 counts: .venv/.installed ## Count operations of known expressions, compare with kingdon; write docs/operation-counts.md
 	$(BIN)/python -m benchmarks counts

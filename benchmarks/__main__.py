@@ -7,10 +7,10 @@ import os
 import sys
 
 COMMANDS = (
-    *("chain", "clifford_svm", "cost_models", "counts", "estimation", "grasping", "grasping_loop"),
-    *("growth", "learning", "mapping", "minimal", "overview", "random_kernels", "registration"),
-    *("robots", "shapes", "signals", "speech", "subspaces", "toolkit", "tracking"),
-    *("vision", "visual_grasping"),
+    *("chain", "clifford_svm", "cost_models", "counts", "estimation", "grasping"),
+    *("grasping_loop", "growth", "learning", "mapping", "minimal", "overview"),
+    *("random_kernels", "registration", "robots", "shapes", "signals", "speech"),
+    *("subspaces", "toolkit", "tracking", "vision", "visual_grasping"),
 )
 """The subcommands, which are also the names of their modules. Without a subcommand, `command` runs."""
 

@@ -1,20 +1,68 @@
 """Grasps of objects by a hand with three fingers (sections 14.6 and 20.2 to 20.7)."""
 
+from .fuzzy import FuzzyOutput, Mamdani, grasp_controller
+from .fuzzy_rules import And, Conclusion, Is, Not, Or, Rule
+from .fuzzy_sets import FuzzySet, FuzzyVariable
+from .fuzzy_status import FuzzyStatus
+from .grasp_loop import GuidedGrasp, LoopStatus, guided_grasp
 from .hands import BARRETT_BH280, BARRETT_OPENRAVE, Hand, HandTable, hand_of_table
 from .planning import Grasp, GraspPlan, plan_grasps
+from .pose_estimation import PoseEstimate, estimate_pose
+from .pose_models import ObjectModel, View
+from .pose_status import PoseStatus
 from .quality import contact_wrenches, grasp_quality
+from .scene import Scene, SceneCamera, SceneObject, simulate
 from .status import GraspStatus
+from .visual_grasping import GraspSettings, GraspState, GraspStep, VisualErrors, grasp_step, visual_error
+from .visual_scene import GraspRun, VisualScene, random_scene, simulate_grasp
+from .visual_status import GraspStage, VisualStatus
 
 __all__ = [
     "BARRETT_BH280",
     "BARRETT_OPENRAVE",
+    "And",
+    "Conclusion",
+    "FuzzyOutput",
+    "FuzzySet",
+    "FuzzyStatus",
+    "FuzzyVariable",
     "Grasp",
     "GraspPlan",
+    "GraspRun",
+    "GraspSettings",
+    "GraspStage",
+    "GraspState",
     "GraspStatus",
+    "GraspStep",
+    "GuidedGrasp",
     "Hand",
     "HandTable",
+    "Is",
+    "LoopStatus",
+    "Mamdani",
+    "Not",
+    "ObjectModel",
+    "Or",
+    "PoseEstimate",
+    "PoseStatus",
+    "Rule",
+    "Scene",
+    "SceneCamera",
+    "SceneObject",
+    "View",
+    "VisualErrors",
+    "VisualScene",
+    "VisualStatus",
     "contact_wrenches",
+    "estimate_pose",
+    "grasp_controller",
     "grasp_quality",
+    "grasp_step",
+    "guided_grasp",
     "hand_of_table",
     "plan_grasps",
+    "random_scene",
+    "simulate",
+    "simulate_grasp",
+    "visual_error",
 ]

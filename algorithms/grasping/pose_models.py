@@ -1,0 +1,232 @@
+"""Models of objects for pose estimation, and what cameras see of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import pga3
+
+from ..arguments import Reals, finite, real_array
+from ..vision.camera import Camera
+
+KINDS = ("points", "edges", "balls", "tubes", "rims")
+"""Points, straight edges, silhouettes of spheres, straight sides of cylinders, and circles, such as their ends."""
+_EQUATIONS = {"points": 2, "edges": 1, "balls": 1, "tubes": 1, "rims": 1}
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectModel:
+    """Elements of a rigid object, in its own frame, by which images determine its pose.
+
+    Attributes
+    ----------
+    points : array, (n, 3)
+    edges : array, (k, 2, 3)
+        The end points of straight edges.
+    balls : array, (k, 4)
+        Centres and radii of spheres.
+    tubes : array, (k, 7)
+        The centres of both ends of cylinders, and their radii.
+    rims : array, (k, 7)
+        The centres, unit normals and radii of circles.
+    """
+
+    points: Reals
+    edges: Reals
+    balls: Reals
+    tubes: Reals
+    rims: Reals
+
+    @classmethod
+    def of(
+        cls,
+        points: ArrayLike | None = None,
+        edges: ArrayLike | None = None,
+        spheres: ArrayLike | None = None,
+        cylinders: ArrayLike | None = None,
+    ) -> ObjectModel:
+        """Return a model; each cylinder also contributes the circles of its two ends.
+
+        Parameters
+        ----------
+        points : array_like, (n, 3), optional
+        edges : array_like, (k, 2, 3), optional
+            End points of straight edges.
+        spheres : array_like, (k, 4), optional
+            Centres and radii.
+        cylinders : array_like, (k, 7), optional
+            Centres of the two ends, and radii.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If shapes differ, numbers are not finite, a radius is not positive, two ends coincide, or the model is
+            empty.
+        """
+        place = _rows(points, "points", (3,))
+        lines = _rows(edges, "edges", (2, 3))
+        balls, tubes = _rows(spheres, "spheres", (4,)), _rows(cylinders, "cylinders", (7,))
+        for name, found in (("spheres", balls), ("cylinders", tubes)):
+            if not (found[:, -1] > 0).all():
+                raise ValueError(f"{name}: a radius that is not positive; expected positive radii in the last column")
+        along = tubes[:, 3:6] - tubes[:, :3]
+        for name, found in (("edges", lines[:, 1] - lines[:, 0]), ("cylinders", along)):
+            if not np.linalg.norm(found, axis=1).all():
+                raise ValueError(f"{name}: two ends coincide; expected distinct ends")
+        if not any(map(len, (place, lines, balls, tubes))):
+            raise ValueError("ObjectModel: no element; expected points, edges, spheres or cylinders")
+        unit = along / np.linalg.norm(along, axis=1, keepdims=True) if len(tubes) else along
+        ends = [np.hstack([tubes[:, at], unit, tubes[:, 6:]]) for at in (slice(0, 3), slice(3, 6))]
+        return cls(place, lines, balls, tubes, np.concatenate(ends))
+
+    @cached_property
+    def tables(self) -> dict[str, Reals]:
+        """The elements of each kind as rows of the kernels."""
+        edges = pga3.join_points(*np.ascontiguousarray(np.swapaxes(self.edges, 0, 1)))
+        axes = pga3.normalize_line(pga3.join_points(self.tubes[:, :3].copy(), self.tubes[:, 3:6].copy()))
+        return {
+            "points": self.points,
+            "edges": edges,
+            "balls": self.balls,
+            "tubes": np.hstack([axes, self.tubes[:, 6:]]),
+            "rims": self.rims,
+        }
+
+    @cached_property
+    def samples(self) -> Reals:
+        """(n, 3) Points of all elements, which represent the extent of the object."""
+        around = [self.points, self.edges.reshape(-1, 3), self.tubes[:, :6].reshape(-1, 3)]
+        for centre, radius in ((self.balls[:, :3], self.balls[:, 3:]), (self.rims[:, :3], self.rims[:, 6:])):
+            around += [centre + sign * radius * axis for axis in np.eye(3) for sign in (-1, 1)]
+        return np.concatenate(around)
+
+    @cached_property
+    def centre(self) -> Reals:
+        """(3) The mean of the samples."""
+        return np.asarray(self.samples.mean(0))
+
+    @cached_property
+    def axes(self) -> tuple[Reals, Reals]:
+        """The principal directions of the samples as rows, longest first, and the lengths in these directions."""
+        _, lengths, directions = np.linalg.svd(self.samples - self.centre, full_matrices=False)
+        whole = np.vstack([directions[:2], np.cross(directions[0], directions[min(1, len(directions) - 1)])[None]])
+        return whole, lengths / np.sqrt(len(self.samples))
+
+    @cached_property
+    def lever(self) -> Reals:
+        """(3, 3) The matrix L with ``w @ L`` the cross product of w and the centre."""
+        return np.cross(np.eye(3), self.centre)
+
+    @cached_property
+    def half_turns(self) -> Reals:
+        """(3, 8) The motors of half turns about the principal axes through the centre."""
+        turns = np.zeros((3, 8))
+        turns[:, 1:7] = pga3.line_from_direction_moment(self.axes[0], np.cross(self.centre, self.axes[0]))
+        return turns
+
+    @cached_property
+    def size(self) -> float:
+        """The root mean square distance of the samples from their centre, or of a model of one point, one."""
+        return float(np.sqrt(np.square(self.samples - self.centre).sum(1).mean())) or 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """The measured pixels of one object in the image of one camera, without lens distortion.
+
+    Attributes
+    ----------
+    camera : Camera
+    points : array, (n, 2), optional
+        The pixel of each point of the model; NaN for those that are not seen.
+    edges, balls, tubes, rims : (array of int, (k,), array, (k, 2)), optional
+        The index of an element of the model for each pixel, and pixels on its edge or silhouette.
+    """
+
+    camera: Camera
+    points: ArrayLike | None = None
+    edges: tuple[ArrayLike, ArrayLike] | None = None
+    balls: tuple[ArrayLike, ArrayLike] | None = None
+    tubes: tuple[ArrayLike, ArrayLike] | None = None
+    rims: tuple[ArrayLike, ArrayLike] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Measurements:
+    """All pixels of all views, by kind of element."""
+
+    cameras: Reals
+    """(v, 3, 4)"""
+    elements: dict[str, Reals]
+    pixels: dict[str, Reals]
+    of_camera: dict[str, Reals]
+    of_element: dict[str, Reals]
+    n_equations: int
+    n_missing: int
+    """Points of the model that a view does not show."""
+    weights: dict[str, Reals] = field(default_factory=dict)
+
+    @cached_property
+    def arguments(self) -> tuple[Reals, ...]:
+        """The arguments of the kernels after the motor."""
+        found: list[Reals] = [self.cameras]
+        for kind in KINDS:
+            found += [self.elements[kind], self.pixels[kind], self.of_camera[kind], self.weights[kind]]
+        return tuple(found)
+
+
+def measurements(model: ObjectModel, views: tuple[View, ...]) -> Measurements:
+    """Collect the pixels of all views; ValueError if there is none, or indices or shapes disagree with the model."""
+    if not views:
+        raise ValueError("views: none; expected at least one View")
+    elements, pixels, cameras, rows, weights = {}, {}, {}, {}, {}
+    missing, equations = 0, 0
+    tables = model.tables
+    for kind in KINDS:
+        parts, owners, numbers = [], [], []
+        for k, view in enumerate(views):
+            seen = getattr(view, kind)
+            if seen is None:
+                missing += len(model.points) if kind == "points" else 0
+                continue
+            index, image = _numbered(kind, seen, len(tables[kind]))
+            if kind == "points":
+                shown = np.asarray(~np.isnan(image).any(1))
+                missing += int(shown.size - shown.sum())
+                index, image = index[shown], image[shown]
+            parts.append(image)
+            numbers.append(index)
+            owners.append(np.full(len(image), k))
+        at = np.concatenate(numbers) if numbers else np.zeros(0, int)
+        rows[kind], elements[kind] = at, tables[kind][at]
+        pixels[kind] = np.concatenate(parts) if parts else np.zeros((0, 2))
+        cameras[kind] = np.concatenate(owners) if owners else np.zeros(0, int)
+        weights[kind] = np.ones(len(at))
+        equations += _EQUATIONS[kind] * len(at)
+    matrices = np.array([view.camera.matrix for view in views])
+    return Measurements(matrices, elements, pixels, cameras, rows, equations, missing, weights)
+
+
+def _numbered(kind: str, seen: Any, n: int) -> tuple[Reals, Reals]:
+    if kind == "points":
+        image = real_array(seen, "View: points", (n, 2), "a pixel for each point of the model")
+        return np.arange(n), image.astype(np.float64).reshape(-1, 2)
+    index, image = seen
+    rows = np.asarray(index)
+    pixels = real_array(image, f"View: {kind}", (2,), "x y").astype(np.float64).reshape(-1, 2)
+    is_table = rows.shape == (len(pixels),) and (not rows.size or rows.dtype.kind in "iu")
+    if not is_table or (rows.size and not 0 <= int(rows.min()) <= int(rows.max()) < n):
+        raise ValueError(f"View: {kind}: indices {rows}; expected for each of {len(pixels)} pixels one below {n}")
+    return rows.astype(np.int64), pixels
+
+
+def _rows(values: ArrayLike | None, name: str, shape: tuple[int, ...]) -> Reals:
+    if values is None:
+        return np.zeros((0, *shape))
+    found = finite(real_array(values, name, shape), name).astype(np.float64)
+    return found.reshape(-1, *shape)
