@@ -15,7 +15,7 @@ _HAND = [2, 0, 1, 3, 2]
 _BOX = [(a, a | bit) for bit in (1, 2, 4) for a in range(8) if not a & bit]
 
 
-def plot_grasp(run: GraspRun, size: float = 10.0) -> Figure:
+def plot_guided_grasp(run: GraspRun, size: float = 10.0) -> Figure:
     """Plot both images with the paths of the marks of the hand, and the errors of each step by stages.
 
     Parameters

@@ -53,7 +53,7 @@ def test_the_surface_has_the_values_of_the_output(tmp_path: Path) -> None:
 def test_a_grasp_is_drawn_by_stages(tmp_path: Path) -> None:
     pictures = pytest.importorskip("algorithms.grasping.visual_pictures")
     run = simulate_grasp(random_scene(np.random.default_rng(0)), GraspSettings())
-    figure = pictures.plot_grasp(run)
+    figure = pictures.plot_guided_grasp(run)
     figure.savefig(tmp_path / "a.png")
     shown = sum(len(line.get_xdata()) for line in figure.axes[2].lines)
     assert shown == sum(step.error > 0 for step in run.steps)
