@@ -11,6 +11,7 @@ Reals = NDArray[Any]
 """An array of float32 or float64."""
 
 _FLOAT32, _FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
+_LARGE = 1e60
 
 
 def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning: str = "") -> Reals:
@@ -70,6 +71,24 @@ def finite(array: Reals, name: str) -> Reals:
         at = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         raise ValueError(f"{name}: {array[at]} at {at}; expected finite numbers")
     return array
+
+
+def moderate(points: Reals, name: str) -> Reals:
+    """Return finite points if powers of their distances neither overflow nor underflow.
+
+    Raises
+    ------
+    ValueError
+        If coordinates exceed 1e60, or points that differ are less than 1e-60 apart along every axis.
+    """
+    if points.size:
+        largest, extent = float(np.abs(points).max()), float(np.ptp(points, axis=0).max())
+        if largest > _LARGE or 0 < extent < 1 / _LARGE:
+            raise ValueError(
+                f"{name}: coordinates up to {largest:.3g} within {extent:.3g}; expected a unit in which coordinates are at "
+                f"most {_LARGE:g} and extents at least {1 / _LARGE:g}"
+            )
+    return points
 
 
 def finite_number(value: object, name: str) -> float:

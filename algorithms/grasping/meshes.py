@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from generated import grasping, pga3
 
-from ..arguments import Reals, finite, real_array
+from ..arguments import Reals, finite, moderate, real_array
 from .status import GraspStatus
 
 _SAMPLES = 4096
@@ -46,6 +46,7 @@ class Surface:
 def checked_mesh(vertices: ArrayLike, faces: ArrayLike, name: str) -> tuple[Reals, Integers]:
     """Return vertices and faces as arrays if their shapes, types and values are valid."""
     points = finite(real_array(vertices, f"{name}: vertices", (-1, 3), "vertices as rows"), f"{name}: vertices")
+    moderate(points.reshape(-1, 3), f"{name}: vertices")
     numbers = np.asarray(faces)
     if points.ndim != 2:
         raise ValueError(f"{name}: vertices: shape {points.shape}; expected one mesh, (n, 3)")

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from generated import tensor_voting
 
-from ..arguments import Reals, real_array
+from ..arguments import Reals, moderate, real_array
 from .rigid_status import RegistrationStatus
 
 FEWEST = 20
@@ -62,7 +62,7 @@ def valid_points(value: ArrayLike, name: str) -> tuple[Reals, Any]:
     if array.ndim != 2:
         raise ValueError(f"{name}: shape {array.shape}; expected (n, 3), points")
     rows = np.isfinite(array).all(1)
-    points = array[rows] + 0.0  # -0.0 becomes 0.0, so that equal points have equal bits
+    points = moderate(array[rows], name) + 0.0  # -0.0 becomes 0.0, so that equal points have equal bits
     # Sorting one hash is faster than sorting rows; different points with one hash would only be separated.
     keys = points.view(np.uint64) @ _HASH
     order = np.argsort(keys)

@@ -11,7 +11,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 
-from ..arguments import Reals, finite_number, real_array
+from ..arguments import Reals, finite_number, moderate, real_array
 from .vote_status import DeformStatus
 
 _NODES = 6000
@@ -238,6 +238,7 @@ def _cloud(value: ArrayLike, name: str) -> Reals:
     array = real_array(value, name, (-1,)).astype(float)
     if array.ndim != 2 or array.shape[1] not in (2, 3):
         raise ValueError(f"{name}: shape {array.shape}; expected (n, 2) or (n, 3)")
+    moderate(array[np.isfinite(array).all(1)], name)
     return array
 
 

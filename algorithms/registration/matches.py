@@ -12,7 +12,7 @@ from scipy.special import gammaln
 from generated import pga3
 from generated import registration as kernels
 
-from ..arguments import Reals, finite_number, real_array
+from ..arguments import Reals, finite_number, moderate, real_array
 from .rigid import between_places
 from .rigid_status import RegistrationStatus
 from .weighted_matches import form_about_means
@@ -98,6 +98,8 @@ def register_matches(
     if tolerance is not None and finite_number(tolerance, "tolerance") <= 0:
         raise ValueError(f"tolerance: {tolerance}; expected a positive distance")
     rows = np.isfinite(x).all(1) & np.isfinite(y).all(1)
+    moderate(x[rows], "source")
+    moderate(y[rows], "target")
     if rows.sum() < _FEWEST:
         return _none(RegistrationStatus.TOO_FEW_POINTS, len(x))
     scales = _likely_scales(x[rows], y[rows]) if similarity else [1.0]

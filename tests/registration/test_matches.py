@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from algorithms.registration import RegistrationStatus, register_matches, separate_motions
+from algorithms.registration import (
+    RegistrationStatus,
+    register,
+    register_deformable,
+    register_matches,
+    separate_motions,
+)
 from algorithms.registration.weighted_matches import form_about_means
 from generated import pga3
 from generated import registration as kernels
@@ -99,3 +105,11 @@ def test_lengths_of_pairs_are_equal_for_rigid_motions():
     y = Rotation.random(random_state=1).apply(x) + 3
     one, two = kernels.lengths_of_pairs(x[0], y[0], x, y)
     assert np.allclose(one, np.linalg.norm(x - x[0], axis=1)) and np.allclose(one, two)
+
+
+@pytest.mark.parametrize("scale", [1e200, 1e-200])
+@pytest.mark.parametrize("function", [register, register_matches, register_deformable])
+def test_coordinates_whose_squares_are_no_numbers_are_rejected(function, scale):
+    points = np.random.default_rng(8).normal(size=(60, 3))
+    with pytest.raises(ValueError, match="source: coordinates up to .* expected a unit"):
+        function(scale * points, points)
