@@ -111,5 +111,5 @@ def test_lengths_of_pairs_are_equal_for_rigid_motions():
 @pytest.mark.parametrize("function", [register, register_matches, register_deformable])
 def test_coordinates_whose_squares_are_no_numbers_are_rejected(function, scale):
     points = np.random.default_rng(8).normal(size=(60, 3))
-    with pytest.raises(ValueError, match="source: coordinates up to .* expected a unit"):
+    with pytest.raises(ValueError, match=r"source: coordinates up to .* expected a unit"):
         function(scale * points, points)
