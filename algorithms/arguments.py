@@ -85,7 +85,7 @@ def moderate(points: Reals, name: str) -> Reals:
         largest, extent = float(np.abs(points).max()), float(np.ptp(points, axis=0).max())
         if largest > _LARGE or 0 < extent < 1 / _LARGE:
             raise ValueError(
-                f"{name}: coordinates up to {largest:.3g} within {extent:.3g}; expected a unit in which coordinates are "
+                f"{name}: coordinates up to {largest:.3g} in {extent:.3g}; expected a unit in which coordinates are "
                 f"at most {_LARGE:g} and extents at least {1 / _LARGE:g}"
             )
     return points
