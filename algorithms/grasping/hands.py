@@ -12,6 +12,9 @@ from generated import grasping, pga3
 
 from ..arguments import Reals, finite, real_array
 
+_MORE, _PRECISE = 2, 1e-11
+"""How often `preshape` continues where the sides are not as precise as this, in metres."""
+
 
 @dataclass(frozen=True, slots=True)
 class HandTable:
@@ -103,6 +106,24 @@ class Hand:
     def fingertips(self, joints: ArrayLike) -> Reals:
         """Return the centres (..., 3, 3) of the fingertips in the frame of the hand."""
         return pga3.move_point(self.links(joints)[..., 2::3, :], self.tips)  # type: ignore[no-any-return]
+
+    def preshaped(self, start: Reals, sides: Reals) -> tuple[Reals, Reals]:
+        """Return variables near those given for which the fingertips form triangles, and the errors of the sides.
+
+        Parameters
+        ----------
+        start : array, (..., 4)
+        sides : array, (..., 3)
+            The lengths from the first to the second fingertip, from the second to the third, and back to the first.
+        """
+        q, errors = grasping.preshape(start, self.axes, self.ratios, self.tips, sides, self.limits)
+        errors, sides = np.asarray(errors), np.broadcast_to(sides, (*q.shape[:-1], 3))
+        for _ in range(_MORE):
+            left = errors > _PRECISE
+            q[left], errors[left] = grasping.preshape(
+                q[left], self.axes, self.ratios, self.tips, sides[left], self.limits
+            )
+        return q, errors
 
     def placed_capsules(self, joints: ArrayLike) -> Reals:
         """Return the ends (..., k, 2, 3) of the capsules in the frame of the hand."""

@@ -210,7 +210,7 @@ def _reaching(surface: Surface, hand: Hand, centres: Reals, rows: Integers) -> _
     orders = rows[:, _ORDERS]
     start = np.broadcast_to(_STARTS, (*orders.shape[:2], *_STARTS.shape))
     sides = _sides(centres[orders])[:, :, None]
-    joints, errors = grasping.preshape(start, hand.axes, hand.ratios, hand.tips, sides, hand.limits)
+    joints, errors = hand.preshaped(start, sides)
     triple, order, seed = np.nonzero(errors < _REACHED)
     joints, samples = joints[triple, order, seed], orders[triple, order]
     motors = _aligned(hand.fingertips(joints), centres[samples])

@@ -25,8 +25,8 @@ POINTS = array(SCALAR, "n", 3, shared=True)
 VERTICES, CORNER = array(SCALAR, "v", 3, shared=True), index("m", into="v")
 TWISTS = array(SCALAR, "d", 6, shared=True)
 TINY, FAR = Fraction(1, 10**30), float(2**100)
-STEPS = 25
-"""Maximum number of steps of `preshape`."""
+STEPS = 8
+"""Maximum number of steps of `preshape`; where more do not converge, rounding errors grow without bound."""
 EXACT = Fraction(1, 10**11)
 """The error of a side of the triangle of the fingertips, in metres, at which `preshape` stops."""
 LONGEST = Fraction(1, 2)
