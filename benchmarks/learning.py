@@ -21,6 +21,7 @@ from algorithms.learning.experiments import TASKS, compare, encoder
 from algorithms.learning.geometric_tasks import GEOMETRIC_TASKS, beside_real
 from algorithms.learning.workspace import Workspace
 
+from . import pages
 from .libraries import installed
 from .machine import version
 
@@ -115,7 +116,7 @@ def gradients_by(coretype: str) -> dict[str, dict[str, float]]:
 
 
 def has_avx512() -> bool:
-    """Return whether the processor has AVX-512, as far as Linux tells."""
+    """Return whether Linux reports that the processor has AVX-512."""
     facts = Path("/proc/cpuinfo")
     return facts.exists() and "avx512f" in facts.read_text()
 
@@ -154,11 +155,12 @@ def beside_real_networks() -> list[str]:
     return rows
 
 
-def main() -> None:
-    """Write the page."""
+def main(arguments: list[str] | None = None) -> int:
+    """Measure, and write the page."""
+    options = pages.options("learning", __doc__, PAGE, quick=False).parse_args(arguments)
     lines = [
         "# Learning: times and errors", "",
-        "Written by `python -m benchmarks.learning`. Times are CPU times of the process on one thread in ms, the",
+        "Written by `python -m benchmarks learning`. Times are CPU times of the process on one thread in ms, the",
         f"smallest of {ROUNDS} rounds that measure all libraries alternately: torch {version('torch')}, "
         f"jax {version('jax')}.",
         "The machine had other load. Like cliffordlayers, torch and jax multiply by a wide real matrix.", "",
@@ -186,9 +188,8 @@ def main() -> None:
         for algebra, count, error in compare(name, ["R", "C", "H", "G(3)"], 60 if name != "lorenz" else 150, SEEDS):
             lines.append(f"| {name} | {algebra} | {count} | {error:.1e} |")
     lines += ["", f"The 8-1-8 encoder reproduces all corners for {sum(encoder(k)[1] for k in range(10))} of 10 seeds."]
-    PAGE.write_text("\n".join(lines) + "\n")
-    sys.stdout.write(PAGE.read_text())
+    return pages.publish("learning", options.out, "\n".join(lines) + "\n", "5 tables")
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import softmax
 
 from ..arguments import Reals, finite, real_array
 
@@ -68,5 +69,4 @@ def mean_of_sequence(probabilities: ArrayLike, window: int = 5) -> Reals:
         raise ValueError(f"window: {window}; expected a positive number of frames")
     total = np.cumsum(np.log(np.maximum(array, 1e-12)), axis=0)
     total[window:] = total[window:] - total[:-window]
-    weights = np.exp((total - total.max(1, keepdims=True)) / window)
-    return np.asarray(weights / weights.sum(1, keepdims=True))
+    return np.asarray(softmax(total / window, axis=1))

@@ -14,23 +14,7 @@ from .fuzzy_sets import DEFUZZIFIERS, FuzzyVariable
 class RuleBase:
     """A rule base of a fuzzy controller.
 
-    Parameters
-    ----------
-    inputs, outputs : tuple of FuzzyVariable
-    rules : tuple of Rule
-    defuzzify : str or tuple of str
-        ``"centroid"``, ``"bisector"``, ``"mom"``, ``"som"`` or ``"lom"``, of all outputs or of each.
-    conjunction : str
-        ``"min"`` or ``"product"``
-    disjunction : str
-        ``"max"``, or ``"sum"`` for the probabilistic sum ``a + b - a b``.
-    implication : str
-        ``"min"`` clips sets, ``"product"`` multiplies them.
-
-    Raises
-    ------
-    ValueError
-        If names are unknown or not unique, there is no rule, or a method is unknown.
+    Parameters and errors are those of `Mamdani`, which evaluates it.
     """
 
     inputs: tuple[FuzzyVariable, ...]

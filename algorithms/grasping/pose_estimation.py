@@ -248,9 +248,7 @@ def _are_symmetries(motor: Reals, free: Reals, task: _Task) -> bool:
 
 def _others(found: PoseEstimate, cost: float, poses: Reals, costs: Reals, task: _Task) -> Reals:
     """Return other minima (k, 8) in front of the cameras that explain the images as well."""
-    matrices = task.seen.cameras
-    turned = np.concatenate([reversals(task.model, found.motor, matrix) for matrix in matrices[:1]])
-    more, more_costs = _minima(turned, task)
+    more, more_costs = _minima(reversals(task.model, found.motor, task.seen.cameras[0]), task)
     every = np.concatenate([poses, more])[np.concatenate([costs, more_costs]) <= cost + _AS_GOOD * task.noise**2]
     if not len(found.freedoms):
         every = every[_away(every, found.motor, found, task)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -169,14 +169,13 @@ class Measurements:
     n_equations: int
     n_missing: int
     """Points of the model that a view does not show."""
-    weights: dict[str, Reals] = field(default_factory=dict)
 
     @cached_property
     def arguments(self) -> tuple[Reals, ...]:
         """The arguments of the kernels after the motor."""
         found: list[Reals] = [self.cameras]
         for kind in KINDS:
-            found += [self.elements[kind], self.pixels[kind], self.of_camera[kind], self.weights[kind]]
+            found += [self.elements[kind], self.pixels[kind], self.of_camera[kind], np.ones(len(self.pixels[kind]))]
         return tuple(found)
 
 
@@ -184,7 +183,7 @@ def measurements(model: ObjectModel, views: tuple[View, ...]) -> Measurements:
     """Collect the pixels of all views; ValueError if there is none, or indices or shapes disagree with the model."""
     if not views:
         raise ValueError("views: none; expected at least one View")
-    elements, pixels, cameras, rows, weights = {}, {}, {}, {}, {}
+    elements, pixels, cameras, rows = {}, {}, {}, {}
     missing, equations = 0, 0
     tables = model.tables
     for kind in KINDS:
@@ -206,10 +205,9 @@ def measurements(model: ObjectModel, views: tuple[View, ...]) -> Measurements:
         rows[kind], elements[kind] = at, tables[kind][at]
         pixels[kind] = np.concatenate(parts) if parts else np.zeros((0, 2))
         cameras[kind] = np.concatenate(owners) if owners else np.zeros(0, int)
-        weights[kind] = np.ones(len(at))
         equations += _EQUATIONS[kind] * len(at)
     matrices = np.array([view.camera.matrix for view in views])
-    return Measurements(matrices, elements, pixels, cameras, rows, equations, missing, weights)
+    return Measurements(matrices, elements, pixels, cameras, rows, equations, missing)
 
 
 def _numbered(kind: str, seen: Any, n: int) -> tuple[Reals, Reals]:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.cluster.hierarchy import fcluster, linkage
+from scipy.special import softmax
 
 from ..arguments import finite, real_array
 from .activations import Split
@@ -220,9 +221,7 @@ def _network(kind: str, shape: tuple[int, ...], hidden: int, count: int, seed: i
 def _mean_probabilities(networks: tuple[Network, ...], inputs: Array) -> Array:
     total = 0
     for network in networks:
-        logits = network.predict(inputs)[..., 0]
-        weights = np.exp(logits - logits.max(1, keepdims=True))
-        total = total + weights / weights.sum(1, keepdims=True)
+        total = total + softmax(network.predict(inputs)[..., 0], axis=1)
     return np.asarray(total / len(networks))
 
 
