@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from random_rule_bases import number_of_union, random_inputs, random_rule_base, reference_union
+from random_rule_bases import (
+    degenerate_rule_base,
+    number_of_union,
+    random_inputs,
+    random_rule_base,
+    reference_union,
+)
 
 from algorithms.grasping import (
     And,
@@ -23,11 +29,8 @@ from algorithms.grasping import (
 METHODS = ("centroid", "bisector", "mom", "som", "lom")
 
 
-def compare(seed: int, method: str, count: int, **methods: str) -> int:
+def compare(system: Mamdani, inputs: np.ndarray, method: str) -> int:
     """Compare values, and return how many there are."""
-    rng = np.random.default_rng(seed)
-    system = random_rule_base(rng, method, **methods)
-    inputs = random_inputs(rng, system, count)
     found = system.evaluate(inputs)
     compared = 0
     for x, value, status in zip(inputs, found.values[:, 0], found.status[:, 0], strict=True):
@@ -43,15 +46,47 @@ def compare(seed: int, method: str, count: int, **methods: str) -> int:
     return compared
 
 
+def compare_random(seed: int, method: str, count: int, **methods: str) -> int:
+    rng = np.random.default_rng(seed)
+    system = random_rule_base(rng, method, **methods)
+    return compare(system, random_inputs(rng, system, count), method)
+
+
+def compare_degenerate(seed: int, method: str, **methods: str) -> int:
+    """Compare values for random inputs and for places of the grid, where sets begin, end and coincide."""
+    rng = np.random.default_rng(seed)
+    system = degenerate_rule_base(rng, method, **methods)
+    places = np.stack([rng.choice(one.places, 4) for one in system.inputs], -1)
+    return compare(system, np.concatenate([random_inputs(rng, system, 4), places]), method)
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_random_rule_bases_agree_with_numpy(method: str) -> None:
-    assert sum(compare(seed, method, 12) for seed in range(25)) > 200
+    assert sum(compare_random(seed, method, 12) for seed in range(25)) > 200
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_products_and_sums_agree_with_numpy(method: str) -> None:
     other = {"conjunction": "product", "disjunction": "sum", "implication": "product"}
-    assert sum(compare(seed, method, 12, **other) for seed in range(100, 112)) > 100
+    assert sum(compare_random(seed, method, 12, **other) for seed in range(100, 112)) > 100
+
+
+@pytest.mark.parametrize("implication", ["min", "product"])
+@pytest.mark.parametrize("method", METHODS)
+def test_degenerate_rule_bases_agree_with_numpy(method: str, implication: str) -> None:
+    assert sum(compare_degenerate(seed, method, implication=implication) for seed in range(25)) > 60
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_long_batches_agree_with_single_inputs(method: str) -> None:
+    """Elements do not depend on the part of the batch in which they are computed."""
+    rng = np.random.default_rng(3)
+    system = random_rule_base(rng, method)
+    x = random_inputs(rng, system, 5000)
+    found, some = system.evaluate(x), [0, 1, 7, 2047, 2048, 4095, 4096, 4999]
+    single = [system.evaluate(row) for row in x[some]]
+    assert np.array_equal(found.values[some], [one.values for one in single], equal_nan=True)
+    assert np.array_equal(found.status[some], [one.status for one in single])
 
 
 def small(rules: tuple[Rule, ...], **methods: str) -> Mamdani:
