@@ -64,6 +64,8 @@ class Mamdani(RuleBase):
 
     Raises
     ------
+    TypeError
+        If a part has another type.
     ValueError
         If names are unknown or not unique, there is no rule, or a method is unknown.
     """
@@ -74,19 +76,28 @@ class Mamdani(RuleBase):
 
         Raises
         ------
+        TypeError
+            If `text` is not a string.
         ValueError
-            With the number of the line, if the text cannot be read.
+            If the text cannot be read. The message has the number of the line, what was found, and what was expected.
         """
         base = parse(text)
         return cls(**{one.name: getattr(base, one.name) for one in fields(base)})
 
     @classmethod
     def read(cls, path: str | Path) -> Mamdani:
-        """Read a rule base from a text file in UTF-8."""
-        return cls.parse(Path(path).read_text(encoding="utf-8"))
+        """Read a rule base from a text file in UTF-8; errors are those of `parse` and of reading files."""
+        # Some editors begin files in UTF-8 with a byte order mark.
+        return cls.parse(Path(path).read_text(encoding="utf-8-sig"))
 
     def to_text(self) -> str:
-        """Write the rule base as text, from which `parse` reads an equal one."""
+        """Write the rule base as text, from which `parse` reads an equal one.
+
+        Raises
+        ------
+        ValueError
+            If a name is not a word that a text can contain.
+        """
         return write(self)
 
     @cached_property
@@ -119,10 +130,9 @@ class Mamdani(RuleBase):
 
     @property
     def rule_status(self) -> NDArray[Any]:
-        """For each rule, `FuzzyStatus`: OK, or RULE_NEVER_FIRES if no input in the ranges gives it a strength."""
-        inputs = {one.name: one for one in self.inputs}
+        """For each rule, `FuzzyStatus`: OK, or RULE_NEVER_FIRES if it changes no output for any input in the ranges."""
         never = int(FuzzyStatus.RULE_NEVER_FIRES)
-        return np.array([0 if can_fire(rule, inputs) else never for rule in self.rules])
+        return np.array([0 if can_fire(rule, self.inputs, self.outputs) else never for rule in self.rules])
 
     def _inputs(self, inputs: ArrayLike | Mapping[str, ArrayLike]) -> Reals:
         if not isinstance(inputs, Mapping):
@@ -130,7 +140,12 @@ class Mamdani(RuleBase):
         names = [one.name for one in self.inputs]
         if set(inputs) != set(names):
             raise ValueError(f"inputs: {', '.join(map(str, inputs))}; expected {', '.join(names)}")
-        return np.stack(np.broadcast_arrays(*(real_array(inputs[name], name).astype(float) for name in names)), -1)
+        arrays = [real_array(inputs[name], name).astype(float) for name in names]
+        try:
+            return np.stack(np.broadcast_arrays(*arrays), -1)
+        except ValueError:
+            shapes = ", ".join(f"{name} {array.shape}" for name, array in zip(names, arrays, strict=True))
+            raise ValueError(f"inputs: shapes {shapes}; expected shapes that broadcast") from None
 
     def _results(self, inputs: ArrayLike | Mapping[str, ArrayLike], program: Program) -> Reals:
         """Return the results (..., m) of a program, NaN where an input is not finite."""
