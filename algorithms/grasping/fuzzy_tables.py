@@ -15,6 +15,8 @@ from .fuzzy_workspace import Workspace
 Integers = NDArray[np.int64]
 _CLOSE = 1e-12
 """Distance, relative to the range, up to which points count as one."""
+_INSIDE = 3
+"""The largest number of points in an interval for which its bisector is computed without sorting."""
 _SORTED = 1 << 18
 """The largest number of places that are sorted at once."""
 
@@ -83,7 +85,7 @@ class OutputTables:
         first, second = np.tril_indices(count)
         self._couples = first, second, np.stack([second == 0, first == second], 1).astype(float)
         self._turns = _rounds(sets, sets)
-        self._steps = _rounds(count + 1, count)
+        self._steps = _rounds(min(count, _INSIDE) + 1, count)
 
     def _places(self, numbers: Reals) -> Reals:
         return np.asarray(self._low + self._step * numbers)
@@ -166,7 +168,7 @@ class OutputTables:
         found, inside = kernels.bisector(
             cuts, *points, *self._pairs, *self._flanks, *self._couples, *self._steps, *half
         )
-        # Few elements have a bisector outside the interval, because the points before it shift it to another one.
+        # Few elements have more points in the interval, or a bisector in another one because of the points before it.
         rest = np.flatnonzero(inside < 1)
         size = max(_SORTED // len(self.heights), 1)
         for start in range(0, len(rest), size):
@@ -176,22 +178,22 @@ class OutputTables:
 
     def _sorted_bisectors(self, cuts: Reals, points: Reals) -> Reals:
         """Compute bisectors, in units of the grid, from the sorted places and points."""
-        x = np.sort(np.concatenate([np.tile(np.arange(len(self.heights), dtype=float), (len(cuts), 1)), points], 1), 1)
-        cell = np.minimum(x.astype(np.int64), len(self.heights) - 2)
-        top = np.zeros_like(x)
-        rises = np.diff(self.heights, axis=0)
-        for cut, left, rise in zip(cuts.T[:, :, None], self.heights[:-1].T, rises.T, strict=True):
-            height = left[cell] + rise[cell] * (x - cell)
-            np.maximum(top, cut * height if self._scaled else np.minimum(cut, height), out=top)
-        pieces = np.diff(x) * (top[:, :-1] + top[:, 1:]) / 2
-        sums = np.cumsum(pieces, 1)
-        half = sums[:, -1:] / 2
-        at = np.argmax(sums >= half, 1)[:, None]
-        a, b, low, high, end, whole = (
-            np.take_along_axis(table, at + k, 1)[:, 0]
-            for table, k in ((x, 0), (x, 1), (top, 0), (top, 1), (sums, 0), (pieces, 0))
-        )
-        rest = np.clip(half[:, 0] - (end - whole), 0, whole)
+        n, last = len(cuts), len(self.heights) - 1
+        x = np.empty((n, last + 1 + points.shape[1]))
+        x[:, : last + 1] = np.arange(last + 1)
+        x[:, last + 1 :] = points
+        x.sort(1)
+        cell = x.astype(np.int64)
+        np.minimum(cell, last - 1, out=cell)
+        left, right = self.heights.T[:, cell], self.heights.T[:, cell + 1]
+        heights, own = left + (right - left) * (x - cell), cuts.T[:, :, None]
+        top = (own * heights if self._scaled else np.minimum(own, heights)).max(0)
+        pieces = (x[:, 1:] - x[:, :-1]) * (top[:, :-1] + top[:, 1:]) / 2
+        sums = pieces.cumsum(1)
+        row = np.arange(n)
+        at = (sums >= sums[:, -1:] / 2).argmax(1)
+        a, b, low, high, whole = x[row, at], x[row, at + 1], top[row, at], top[row, at + 1], pieces[row, at]
+        rest = (sums[:, -1] / 2 - sums[row, at] + whole).clip(0, whole)
         slope = (high - low) / np.where(b > a, b - a, 1)
         divisor = low + np.sqrt(np.maximum(low * low + 2 * slope * rest, 0))
         return np.asarray(a + 2 * rest / np.where(divisor > 0, divisor, 1))

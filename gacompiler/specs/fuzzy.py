@@ -542,8 +542,8 @@ def bisector(
     first, second, last
         As for `area_by_points`.
     step_point, step_flags
-        One step more than there are points, each with all points; whether a row opens its step, and whether it closes
-        it.
+        One step more than there may be points in the interval, each with all points; whether a row opens its step, and
+        whether it closes it.
     place, before, left_top, right_top, area
         An interval of the grid and the area to its left, the union at its ends, and the whole area, all without the
         points.
@@ -552,7 +552,7 @@ def bisector(
     -------
     bisector
     found
-        Whether it is in the interval.
+        Whether it is in the interval, and the steps were enough.
     """
     rows = _points(cuts, points, cells, left_heights, right_heights, pair_point, pair_term, same, ends, own, flanks)
 
