@@ -16,7 +16,12 @@ DEEPEST = 200
 
 @dataclass(frozen=True)
 class Is:
-    """The condition that an input is in a set."""
+    """The condition that an input is in a set.
+
+    Parameters
+    ----------
+    variable, set : str
+    """
 
     variable: str
     set: str
@@ -24,14 +29,24 @@ class Is:
 
 @dataclass(frozen=True)
 class Not:
-    """The complement of a condition."""
+    """The complement of a condition, whose strength is one minus that of the condition.
+
+    Parameters
+    ----------
+    condition : Is, Not, And or Or
+    """
 
     condition: Condition
 
 
 @dataclass(frozen=True)
 class And:
-    """The conjunction of two conditions."""
+    """The conjunction of two conditions: the least of their strengths or their product, as the rule base specifies.
+
+    Parameters
+    ----------
+    left, right : Is, Not, And or Or
+    """
 
     left: Condition
     right: Condition
@@ -39,7 +54,12 @@ class And:
 
 @dataclass(frozen=True)
 class Or:
-    """The disjunction of two conditions."""
+    """The disjunction of two conditions: the largest of their strengths or their probabilistic sum.
+
+    Parameters
+    ----------
+    left, right : Is, Not, And or Or
+    """
 
     left: Condition
     right: Condition

@@ -131,7 +131,17 @@ class FuzzySet:
         object.__setattr__(self, "parameters", numbers)
 
     def membership(self, x: Reals) -> Reals:
-        """Evaluate the membership of numbers."""
+        """Evaluate the membership.
+
+        Parameters
+        ----------
+        x : array, (...)
+
+        Returns
+        -------
+        array, (...)
+            From 0 to 1.
+        """
         return MEMBERSHIPS[self.kind][0](np.asarray(x, float), *self.parameters)
 
 

@@ -37,11 +37,11 @@ class OutputTables:
         self.heights = variable.memberships
         self.sets = len(variable.sets)
         self._low, self._step = variable.low, (variable.high - variable.low) / (variable.samples - 1)
-        self._name, self._scaled = variable.name, float(scaled)
+        self._name, self._scaled = f"output {variable.name}", float(scaled)
         self._tolerance = _CLOSE * (variable.samples - 1)
         self._samples()
         self._ramps: Ramps = ramps_of(self.heights, self._low / self._step)
-        self._levels_and_couples()
+        self._pairs_of_points()
 
     def _samples(self) -> None:
         """Prepare the positive samples of all places, two in a row, and at least one row for each place."""
@@ -65,11 +65,11 @@ class OutputTables:
         self._area_rows = np.stack([*rows, last * area[place], last * moment[place]], 1)
         self._sum_rows = np.stack([*rows, last * sums[place], np.zeros(len(place))], 1)
         self._terms = tuple(np.ascontiguousarray(part) for part in terms[used].T)
-        self._place_ends = np.flatnonzero(last)
+        self._place_ends = np.flatnonzero(last), np.array([len(last) - 1])
         self._peaks = self.heights.max(0)
 
-    def _levels_and_couples(self) -> None:
-        """Prepare pairs of points and sets, and couples of points."""
+    def _pairs_of_points(self) -> None:
+        """Prepare the index tables of pairs of points and sets, and of couples of points."""
         sets = self.heights.shape[1]
         count = 2 * sets
         self._left, self._right = np.arange(sets), np.arange(sets, count)
@@ -84,6 +84,11 @@ class OutputTables:
         self._covers = _table(count, sets, np.arange(sets))
         first, second = np.tril_indices(count)
         self._couples = first, second, np.stack([second == 0, first == second], 1).astype(float)
+        # A point is inserted after those before it; the first one needs a row, too.
+        rows = (second < first) | (first == 0)
+        one, other = first[rows], second[rows]
+        final = np.append(np.flatnonzero(np.diff(one)), len(one) - 1)
+        self._insertions = one, other, np.stack([other == 0, one != other], 1).astype(float), final
         self._turns = _rounds(sets, sets)
         self._steps = _rounds(min(count, _INSIDE) + 1, count)
 
@@ -134,7 +139,7 @@ class OutputTables:
         area, moment = kernels.area_on_grid(cuts, self._area_rows, *self._terms, self._scaled)
         if not self._scaled:
             more, turn = kernels.area_by_points(
-                cuts, *self._points(cuts, work), *self._pairs, *self._flanks, *self._couples
+                cuts, *self._points(cuts, work), *self._pairs, *self._flanks, *self._insertions
             )
             area, moment = area + more, moment + turn
         fires = np.asarray(area > 0)
@@ -163,10 +168,10 @@ class OutputTables:
 
     def _bisectors(self, cuts: Reals, work: Workspace) -> tuple[Reals, NDArray[np.bool_]]:
         """Compute the points that divide the areas into halves."""
-        half = kernels.half_on_grid(cuts, self._sum_rows, *self._terms, self._scaled, self._place_ends)
+        half = kernels.half_on_grid(cuts, self._sum_rows, *self._terms, self._scaled, *self._place_ends)
         points = self._points(cuts, work)
         found, inside = kernels.bisector(
-            cuts, *points, *self._pairs, *self._flanks, *self._couples, *self._steps, *half
+            cuts, *points, *self._pairs, *self._flanks, *self._insertions, *self._steps, *half
         )
         # Few elements have more points in the interval, or a bisector in another one because of the points before it.
         rest = np.flatnonzero(inside < 1)

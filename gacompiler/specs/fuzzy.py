@@ -368,8 +368,11 @@ def area_on_grid(cuts, samples, term, other, scaled):
     return area, moment
 
 
-@kernel(cuts=_numbers("terms"), **_GRID, ends=index("places", into="samples"), returns=(SCALAR,) * 5)
-def half_on_grid(cuts, samples, term, other, scaled, ends):
+@kernel(
+    cuts=_numbers("terms"), **_GRID, ends=index("places", into="samples"), final=index("one", into="samples"),
+    returns=(SCALAR,) * 5,
+)  # fmt: skip
+def half_on_grid(cuts, samples, term, other, scaled, ends, final):
     """Find the interval of the grid in which a union that is linear between the places reaches half of its area.
 
     Parameters
@@ -380,6 +383,8 @@ def half_on_grid(cuts, samples, term, other, scaled, ends):
         As for `area_on_grid`, with areas of half an interval for the first place, and of an interval for the others.
     ends
         The last row of each place.
+    final
+        The last row.
 
     Returns
     -------
@@ -399,9 +404,9 @@ def half_on_grid(cuts, samples, term, other, scaled, ends):
         top = _greater(sample.same * top, _larger(scaled, cut, other_cut, sample))
         return top, area + sample.area * top
 
-    tops = gather(scan(add, (0, 0), gather(cuts, term), gather(cuts, other), samples), ends)
-    top, area = fold(lambda last, row: row, (0, 0), tops)
-    whole = area - top / 2
+    sums = scan(add, (0, 0), gather(cuts, term), gather(cuts, other), samples)
+    whole = fold(lambda _, row: row[1] - row[0] / 2, 0, gather(sums, final))
+    half = whole / 2
 
     def advance(found, row):
         top, area = row
@@ -409,10 +414,10 @@ def half_on_grid(cuts, samples, term, other, scaled, ends):
         area = area - top / 2
         place, before, left_top, right_top, below = found
         right_top = select(below, top, right_top)
-        below = select(2 * area < whole, below, 0)
+        below = select(area < half, below, 0)
         return place + below, select(below, area, before), select(below, top, left_top), right_top, below
 
-    place, before, left_top, right_top, _ = fold(advance, (-1, 0, 0, 0, 1), tops)
+    place, before, left_top, right_top, _ = fold(advance, (-1, 0, 0, 0, 1), gather(sums, ends))
     return place, before, left_top, right_top, whole
 
 
@@ -442,7 +447,7 @@ _POINTS = {
     "right_heights": _numbers("pairs"), "pair_point": index("pairs", into="points"),
     "pair_term": index("pairs", into="terms"), "same": _shared("pairs"), "ends": index("points", into="pairs"),
     "own": index("points", into="terms"), "flanks": _shared("points", 4), "first": index("couples", into="points"),
-    "second": index("couples", into="points"), "last": _shared("couples", 2),
+    "second": index("couples", into="points"), "flags": _shared("couples", 2), "final": index("points", into="couples"),
 }  # fmt: skip
 
 
@@ -469,19 +474,23 @@ def _points(cuts, points, cells, left_heights, right_heights, pair_point, pair_t
     return each(point, points, cells, gather(rows, ends), gather(cuts, own), flanks)
 
 
-def _neighbours(found, row, other, flags):
-    """Return the neighbours of a point among the points before it and the places of the grid."""
-    opens, closes = flags
-    p, q = Point(*row), Point(*other)
-    a, a_top, b, b_top = found
-    a, a_top = select(opens, p.left, a), select(opens, p.left_top, a_top)
-    b, b_top = select(opens, p.left + 1, b), select(opens, p.right_top, b_top)
-    inside = 1 - closes
-    before = inside * (q.place >= a) * (q.place <= p.place)
-    after = inside * (q.place <= b) * (q.place > p.place)
-    a, a_top = select(before, q.place, a), select(before, q.top, a_top)
-    b, b_top = select(after, q.place, b), select(after, q.top, b_top)
-    return a, a_top, b, b_top
+def _insertions(rows, first, second, flags, final):
+    """Return the points with their neighbours among the points before them and the places of the grid."""
+
+    def narrow(found, row, other, flags):
+        opens, differs = flags
+        p, q = Point(*row), Point(*other)
+        a, a_top, b, b_top = found
+        a, a_top = select(opens, p.left, a), select(opens, p.left_top, a_top)
+        b, b_top = select(opens, p.left + 1, b), select(opens, p.right_top, b_top)
+        before = differs * (q.place >= a) * (q.place <= p.place)
+        after = differs * (q.place <= b) * (q.place > p.place)
+        a, a_top = select(before, q.place, a), select(before, q.top, a_top)
+        b, b_top = select(after, q.place, b), select(after, q.top, b_top)
+        return a, a_top, b, b_top
+
+    found = scan(narrow, (0,) * 4, gather(rows, first), gather(rows, second), flags)
+    return rows, gather(found, final)
 
 
 def _more(p, a, a_top, b, b_top):
@@ -491,7 +500,7 @@ def _more(p, a, a_top, b, b_top):
 @kernel(cuts=_numbers("terms"), **_POINTS, returns=(SCALAR, SCALAR))
 def area_by_points(
     cuts, points, cells, left_heights, right_heights, pair_point, pair_term, same, ends, own, flanks, first, second,
-    last,
+    flags, final,
 ):  # fmt: skip
     """Compute how much the points where sets cross their strengths add to the area and the first moment.
 
@@ -507,22 +516,21 @@ def area_by_points(
         Whether the previous pair is of the same point, and the last pair of each point.
     own, flanks
         The set and the flank of each point.
-    first, second, last
-        Each point with all points before it, and with itself at the end; whether the couple is the first one of its
-        point, and whether it is the last.
+    first, second, flags, final
+        Each point with all points before it, and the first point with itself; whether the couple is the first one of
+        its point, and whether the points differ; and the last couple of each point.
     """
     rows = _points(cuts, points, cells, left_heights, right_heights, pair_point, pair_term, same, ends, own, flanks)
 
-    def insert(found, row, other, flags):
-        *neighbours, area, moment = found
-        a, a_top, b, b_top = _neighbours(neighbours, row, other, flags)
-        p, closes = Point(*row), flags[1]
+    def insert(found, row, neighbours):
+        area, moment = found
+        p, (a, a_top, b, b_top) = Point(*row), neighbours
         turn = (
             _moment(a, p.place, a_top, p.top) + _moment(p.place, b, p.top, b_top) - _moment(a, b, a_top, b_top)
         )  # fmt: skip
-        return a, a_top, b, b_top, area + closes * _more(p, a, a_top, b, b_top), moment + closes * turn
+        return area + _more(p, *neighbours), moment + turn
 
-    return fold(insert, (0,) * 6, gather(rows, first), gather(rows, second), last)[4:]
+    return fold(insert, (0, 0), *_insertions(rows, first, second, flags, final))
 
 
 @kernel(
@@ -531,7 +539,7 @@ def area_by_points(
 )  # fmt: skip
 def bisector(
     cuts, points, cells, left_heights, right_heights, pair_point, pair_term, same, ends, own, flanks, first, second,
-    last, step_point, step_flags, place, before, left_top, right_top, area,
+    flags, final, step_point, step_flags, place, before, left_top, right_top, area,
 ):  # fmt: skip
     """Compute the point that divides the area of a union into halves.
 
@@ -539,7 +547,7 @@ def bisector(
     ----------
     cuts, points, cells, left_heights, right_heights, pair_point, pair_term, same, ends, own, flanks
         As for `area_by_points`.
-    first, second, last
+    first, second, flags, final
         As for `area_by_points`.
     step_point, step_flags
         One step more than there may be points in the interval, each with all points; whether a row opens its step, and
@@ -556,14 +564,13 @@ def bisector(
     """
     rows = _points(cuts, points, cells, left_heights, right_heights, pair_point, pair_term, same, ends, own, flanks)
 
-    def insert(found, row, other, flags):
-        *neighbours, left, whole = found
-        a, a_top, b, b_top = _neighbours(neighbours, row, other, flags)
+    def insert(found, row, neighbours):
+        left, whole = found
         p = Point(*row)
-        more = flags[1] * _more(p, a, a_top, b, b_top)
-        return a, a_top, b, b_top, left + select(p.left < place, more, 0), whole + more
+        more = _more(p, *neighbours)
+        return left + select(p.left < place, more, 0), whole + more
 
-    *_, left, whole = fold(insert, (0,) * 6, gather(rows, first), gather(rows, second), last)
+    left, whole = fold(insert, (0, 0), *_insertions(rows, first, second, flags, final))
     rest = (area + whole) / 2 - before - left
 
     # Each step goes to the next point in the interval, or to its right end.

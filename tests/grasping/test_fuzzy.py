@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -169,6 +170,20 @@ def test_shapes_and_empty_batches() -> None:
         system.evaluate({"distance": 0.0})
     with pytest.raises(ValueError, match=r"inputs: shapes distance \(2,\), angle \(3,\), force \(\); expected shapes"):
         system.evaluate({"distance": np.zeros(2), "angle": np.zeros(3), "force": 0.0})
+
+
+def test_names_of_variables_do_not_matter() -> None:
+    """Arrays for intermediate results are kept by names."""
+    x = np.linspace(0, 1, 9)[:, None]
+    for method in METHODS:
+        system = small(BOTH, defuzzify=method)
+        for name in ("input", "inputs", "points", ""):
+            rules = tuple(Rule(one.condition, (Conclusion(name, one.conclusions[0].set),)) for one in BOTH)
+            outputs = replace(system.outputs[0], name=name), replace(system.outputs[0], name=f"{name} left")
+            other = replace(system, outputs=outputs, rules=rules, defuzzify=method)
+            found = other.evaluate(x)
+            assert np.array_equal(found.values[:, :1], system.evaluate(x).values, equal_nan=True)
+            assert (found.status[:, 1] == FuzzyStatus.NO_RULE_FIRES).all()
 
 
 def test_kinds_of_arrays() -> None:
