@@ -123,7 +123,7 @@ def fuzzy(rounds: int, count: int) -> list[str]:
     """Return table rows: microseconds per element in batches, beside scikit-fuzzy with arrays and single inputs."""
     rows = []
     systems = [("tip", tipping(method)) for method in METHODS]
-    systems += [("grasp", replace(grasp_controller(), defuzzify=("centroid",) * 3))]
+    systems += [("grasp", replace(grasp_controller(), defuzzify=(method,) * 3)) for method in METHODS]
     for name, system in systems:
         low, high = np.array([[one.low, one.high] for one in system.inputs]).T
         x = np.random.default_rng(0).uniform(low, high, (count, len(low)))

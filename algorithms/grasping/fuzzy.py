@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from generated import fuzzy as kernels
-
 from ..arguments import Reals, real_array
 from .fuzzy_base import RuleBase
+from .fuzzy_inputs import InputTables
 from .fuzzy_program import Program, program_of
 from .fuzzy_rules import can_fire
 from .fuzzy_status import FuzzyStatus
 from .fuzzy_tables import OutputTables
 from .fuzzy_text import parse, write
+from .fuzzy_workspace import Workspace
 
-_CHUNK = 2048
+_CHUNK = 4096
 """Number of elements of a batch that are handled at once, so that tables remain in the cache."""
 
 
@@ -64,6 +64,8 @@ class Mamdani(RuleBase):
 
     Raises
     ------
+    TypeError
+        If a part has another type.
     ValueError
         If names are unknown or not unique, there is no rule, or a method is unknown.
     """
@@ -74,19 +76,28 @@ class Mamdani(RuleBase):
 
         Raises
         ------
+        TypeError
+            If `text` is not a string.
         ValueError
-            With the number of the line, if the text cannot be read.
+            If the text cannot be read. The message has the number of the line, what was found, and what was expected.
         """
         base = parse(text)
         return cls(**{one.name: getattr(base, one.name) for one in fields(base)})
 
     @classmethod
     def read(cls, path: str | Path) -> Mamdani:
-        """Read a rule base from a text file in UTF-8."""
-        return cls.parse(Path(path).read_text(encoding="utf-8"))
+        """Read a rule base from a text file in UTF-8; errors are those of `parse` and of reading files."""
+        # Some editors begin files in UTF-8 with a byte order mark.
+        return cls.parse(Path(path).read_text(encoding="utf-8-sig"))
 
     def to_text(self) -> str:
-        """Write the rule base as text, from which `parse` reads an equal one."""
+        """Write the rule base as text, from which `parse` reads an equal one.
+
+        Raises
+        ------
+        ValueError
+            If a name is not a word that a text can contain.
+        """
         return write(self)
 
     @cached_property
@@ -110,23 +121,18 @@ class Mamdani(RuleBase):
         return self._program([[(rule.condition, 1.0)] for rule in self.rules])
 
     @cached_property
-    def _variable(self) -> NDArray[np.int64]:
-        return np.repeat(np.arange(len(self.inputs)), [len(one.sets) for one in self.inputs])
+    def _input_tables(self) -> InputTables:
+        return InputTables(self.inputs)
 
     @cached_property
     def _tables(self) -> tuple[OutputTables, ...]:
         return tuple(OutputTables(output, self.implication == "product") for output in self.outputs)
 
-    @cached_property
-    def _slopes(self) -> tuple[Reals, ...]:
-        return tuple(np.diff(one.memberships, axis=0) / np.diff(one.places)[:, None] for one in self.inputs)
-
     @property
     def rule_status(self) -> NDArray[Any]:
-        """For each rule, `FuzzyStatus`: OK, or RULE_NEVER_FIRES if no input in the ranges gives it a strength."""
-        inputs = {one.name: one for one in self.inputs}
+        """For each rule, `FuzzyStatus`: OK, or RULE_NEVER_FIRES if it changes no output for any input in the ranges."""
         never = int(FuzzyStatus.RULE_NEVER_FIRES)
-        return np.array([0 if can_fire(rule, inputs) else never for rule in self.rules])
+        return np.array([0 if can_fire(rule, self.inputs, self.outputs) else never for rule in self.rules])
 
     def _inputs(self, inputs: ArrayLike | Mapping[str, ArrayLike]) -> Reals:
         if not isinstance(inputs, Mapping):
@@ -134,30 +140,23 @@ class Mamdani(RuleBase):
         names = [one.name for one in self.inputs]
         if set(inputs) != set(names):
             raise ValueError(f"inputs: {', '.join(map(str, inputs))}; expected {', '.join(names)}")
-        return np.stack(np.broadcast_arrays(*(real_array(inputs[name], name).astype(float) for name in names)), -1)
+        arrays = [real_array(inputs[name], name).astype(float) for name in names]
+        try:
+            return np.stack(np.broadcast_arrays(*arrays), -1)
+        except ValueError:
+            shapes = ", ".join(f"{name} {array.shape}" for name, array in zip(names, arrays, strict=True))
+            raise ValueError(f"inputs: shapes {shapes}; expected shapes that broadcast") from None
 
-    def _run(self, x: Reals, program: Program) -> Reals:
-        """Return the results (n, m) of a program for finite inputs (n, inputs) in the ranges."""
-        offsets, heights, slopes = np.empty(x.shape), [], []
-        for k, (variable, slope) in enumerate(zip(self.inputs, self._slopes, strict=True)):
-            scale = (variable.samples - 1) / (variable.high - variable.low)
-            cell = ((x[:, k] - variable.low) * scale).astype(np.int64)
-            np.minimum(cell, variable.samples - 2, out=cell)
-            offsets[:, k] = x[:, k] - variable.places[cell]
-            heights.append(variable.memberships.take(cell, 0))
-            slopes.append(slope.take(cell, 0))
-        found = kernels.strengths(
-            offsets, np.concatenate(heights, 1), np.concatenate(slopes, 1), self._variable, program.literals,
-            program.rows, program.ends,
-        )  # fmt: skip
-        return np.asarray(found)
-
-    def _clipped(self, x: Reals) -> tuple[Reals, NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return inputs in the ranges, whether they are finite, and whether they were in the ranges."""
-        low, high = np.array([[one.low, one.high] for one in self.inputs]).T
-        finite = np.asarray(np.isfinite(x).all(-1))
-        clipped = np.clip(np.where(finite[:, None], x, low), low, high)
-        return clipped, finite, np.asarray((clipped == x).all(-1))
+    def _results(self, inputs: ArrayLike | Mapping[str, ArrayLike], program: Program) -> Reals:
+        """Return the results (..., m) of a program, NaN where an input is not finite."""
+        x = self._inputs(inputs)
+        rows = x.reshape(-1, x.shape[-1])
+        found = np.empty((len(rows), len(program.ends)))
+        for part, work in _parts(len(rows)):
+            results, status = self._input_tables.strengths(rows[part], program, work)
+            results[status == FuzzyStatus.NOT_FINITE] = np.nan
+            found[part] = results
+        return found.reshape(*x.shape[:-1], found.shape[-1])
 
     def strengths(self, inputs: ArrayLike | Mapping[str, ArrayLike]) -> Reals:
         """Compute the strengths of the rules, before weights.
@@ -165,25 +164,40 @@ class Mamdani(RuleBase):
         Parameters
         ----------
         inputs : array_like, (..., inputs), or mapping from names to arrays
+            As for `evaluate`.
 
         Returns
         -------
         array, (..., rules)
             NaN where an input is not finite.
+
+        Raises
+        ------
+        ValueError
+            As for `evaluate`.
         """
-        x = self._inputs(inputs)
-        clipped, finite, _ = self._clipped(x.reshape(-1, x.shape[-1]))
-        found = self._run(clipped, self._rules_program)
-        found[~finite] = np.nan
-        return found.reshape(*x.shape[:-1], len(self.rules))
+        return self._results(inputs, self._rules_program)
 
     def cuts(self, inputs: ArrayLike | Mapping[str, ArrayLike]) -> Reals:
-        """Compute the strengths (..., sets) of all sets of the outputs, in order; NaN where an input is not finite."""
-        x = self._inputs(inputs)
-        clipped, finite, _ = self._clipped(x.reshape(-1, x.shape[-1]))
-        found = self._run(clipped, self._cuts_program)
-        found[~finite] = np.nan
-        return found.reshape(*x.shape[:-1], found.shape[-1])
+        """Compute the strengths at which the sets of the outputs are clipped.
+
+        Parameters
+        ----------
+        inputs : array_like, (..., inputs), or mapping from names to arrays
+            As for `evaluate`.
+
+        Returns
+        -------
+        array, (..., sets)
+            For all sets of all outputs, in order, the largest weighted strength of the rules that conclude it; NaN
+            where an input is not finite.
+
+        Raises
+        ------
+        ValueError
+            As for `evaluate`.
+        """
+        return self._results(inputs, self._cuts_program)
 
     def evaluate(self, inputs: ArrayLike | Mapping[str, ArrayLike]) -> FuzzyOutput:
         """Compute the outputs.
@@ -191,49 +205,48 @@ class Mamdani(RuleBase):
         Parameters
         ----------
         inputs : array_like, (..., inputs), or mapping from names to arrays
-            Inputs outside their ranges are replaced by the nearest ones inside.
+            Arrays of a mapping broadcast. Inputs outside their ranges are replaced by the nearest ones inside.
 
         Returns
         -------
         FuzzyOutput
+
+        Raises
+        ------
+        ValueError
+            If the last axis does not have one number for each input, or names are missing or unknown.
         """
         x = self._inputs(inputs)
         rows = x.reshape(-1, x.shape[-1])
-        values, status = np.empty((len(rows), len(self.outputs))), np.empty((len(rows), len(self.outputs)), np.int64)
-        for start in range(0, len(rows), _CHUNK):
-            part = slice(start, start + _CHUNK)
-            values[part], status[part] = self._evaluated(rows[part])
+        shape = len(rows), len(self.outputs)
+        values, status = np.empty(shape), np.empty(shape, np.int64)
+        for part, work in _parts(len(rows)):
+            self._fill(rows[part], work, values[part], status[part])
         shape = *x.shape[:-1], len(self.outputs)
         return FuzzyOutput(values.reshape(shape), status.reshape(shape))
 
-    def _evaluated(self, rows: Reals) -> tuple[Reals, NDArray[np.int64]]:
-        clipped, finite, inside = self._clipped(rows)
-        cuts = self._run(clipped, self._cuts_program)
-        values, status = [], []
+    def _fill(self, rows: Reals, work: Workspace, values: Reals, status: NDArray[np.int64]) -> None:
+        """Write the values and statuses of inputs (n, inputs) to arrays (n, outputs)."""
+        cuts, state = self._input_tables.strengths(rows, self._cuts_program, work)
+        status[:] = state[:, None]
         first = 0
-        for output, table, method in zip(self.outputs, self._tables, self.defuzzify, strict=True):
-            own = np.ascontiguousarray(cuts[:, first : first + len(output.sets)])
-            first += len(output.sets)
-            found, fires = _defuzzified(table, own, method)
-            state = np.where(inside, int(FuzzyStatus.OK), int(FuzzyStatus.CLIPPED))
-            state[~fires] = FuzzyStatus.NO_RULE_FIRES
-            state[~finite] = FuzzyStatus.NOT_FINITE
-            found[~fires | ~finite] = np.nan
-            values.append(found)
-            status.append(state)
-        return np.stack(values, -1), np.stack(status, -1)
+        for k, (table, method) in enumerate(zip(self._tables, self.defuzzify, strict=True)):
+            own = cuts[:, first : first + table.sets]
+            first += table.sets
+            values[:, k], fires = table.numbers(method, np.ascontiguousarray(own), work)
+            if not fires.all():
+                silent = ~fires & (state != FuzzyStatus.NOT_FINITE)
+                status[silent, k] = FuzzyStatus.NO_RULE_FIRES
+                values[~fires, k] = np.nan
+        if state.any():
+            values[state == FuzzyStatus.NOT_FINITE] = np.nan
 
 
-def _defuzzified(table: OutputTables, cuts: Reals, method: str) -> tuple[Reals, NDArray[np.bool_]]:
-    """Return numbers of unions, and whether the unions are not empty."""
-    if method == "centroid":
-        area, moment = table.areas(cuts)
-        fires = np.asarray(area > 0)
-        return np.asarray(moment / np.where(fires, area, 1)), fires
-    fires = np.asarray((cuts > 0).any(1))
-    if method == "bisector":
-        return table.bisectors(cuts), fires
-    return np.array(table.maxima(cuts)[("mom", "som", "lom").index(method)]), fires
+def _parts(count: int) -> Iterator[tuple[slice, Workspace]]:
+    """Iterate over the parts of a batch, with arrays for intermediate results that all of them use."""
+    work = Workspace(min(count, _CHUNK))
+    for start in range(0, count, _CHUNK):
+        yield slice(start, start + _CHUNK), work
 
 
 def grasp_controller() -> Mamdani:

@@ -21,6 +21,10 @@ def plot_memberships(system: Mamdani, size: float = 9.0) -> Figure:
     system : Mamdani
     size : float, optional
         The width of the figure in inches.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
     """
     groups = system.inputs, system.outputs
     columns = max(map(len, groups))
@@ -56,14 +60,18 @@ def plot_control_surface(
     fixed : mapping, optional
         Values of other inputs; by default the middles of their ranges.
     samples : int, optional
-        The number of values of each input.
+        The number of values of each input, at least 2.
     size : float, optional
         The width of the figure in inches.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
 
     Raises
     ------
     ValueError
-        If a name is unknown, or `x` and `y` are equal.
+        If a name is unknown, `x` and `y` are equal, one of them is fixed, or there are fewer than 2 samples.
     """
     inputs = {one.name: one for one in system.inputs}
     outputs = [one.name for one in system.outputs]
@@ -73,6 +81,11 @@ def plot_control_surface(
             raise ValueError(f"no input {name!r}; expected {', '.join(inputs)}")
     if x == y:
         raise ValueError(f"x and y: both {x}; expected two inputs")
+    for name in (x, y):
+        if name in values:
+            raise ValueError(f"fixed: {name}, which the surface is plotted over; expected other inputs")
+    if samples < 2:
+        raise ValueError(f"samples: {samples}; expected at least 2")
     if output not in outputs:
         raise ValueError(f"no output {output!r}; expected {', '.join(outputs)}")
     ranges = [np.linspace(inputs[name].low, inputs[name].high, samples) for name in (x, y)]

@@ -12,8 +12,8 @@ from ..arguments import Reals
 from .fuzzy_rules import And, Condition, Is, Not
 
 Integers = NDArray[np.int64]
-DEPTH = 6
-"""The size of the stack."""
+DEPTH = 5
+"""How many elements of the stack a condition may need; the first of the 6 is the strength of other rules."""
 _FIELDS = ("plus", "sign", "weight", "push", "pop", "load", "least", "greatest", "product", "either", "complement")
 OPERATIONS = {
     ("and", "min"): "least",
@@ -75,30 +75,42 @@ class _Writer:
         number = self._numbers[part.variable, part.set]
         return _step(*flags, literal=number, complemented=complemented)
 
-    def steps(self, condition: Condition) -> tuple[list[_Step], int]:
-        """Return the steps of a condition, and the number of elements of the stack that they need."""
+    def steps(self, condition: Condition) -> list[_Step]:
+        """Return the steps of a condition."""
         literal = _literal(condition)
         if literal is not None:
-            return [self._operand(literal, "load", "push")], 1
+            return [self._operand(literal, "load", "push")]
         if isinstance(condition, Not):
-            steps, depth = self.steps(condition.condition)
-            return [*steps, _step("complement")], depth
+            return [*self.steps(condition.condition), _step("complement")]
         assert not isinstance(condition, Is)
         operation = self._operations["and" if isinstance(condition, And) else "or"]
         for one, other in ((condition.left, condition.right), (condition.right, condition.left)):
             literal = _literal(other)
             if literal is not None:
-                steps, depth = self.steps(one)
-                return [*steps, self._operand(literal, operation)], depth
-        sides = sorted((self.steps(side) for side in (condition.left, condition.right)), key=lambda found: -found[1])
-        (first, depth), (second, other_depth) = sides
-        return [*first, *second, _step("pop", operation)], max(depth, other_depth + 1)
+                return [*self.steps(one), self._operand(literal, operation)]
+        # The side that needs more elements of the stack comes first.
+        first, second = sorted((condition.left, condition.right), key=needed_depth, reverse=True)
+        return [*self.steps(first), *self.steps(second), _step("pop", operation)]
 
-    def weighted(self, condition: Condition, weight: float) -> tuple[list[_Step], int]:
+    def weighted(self, condition: Condition, weight: float) -> list[_Step]:
         """Return the steps of a condition, whose result is multiplied by a weight."""
-        steps, depth = self.steps(condition)
+        steps = self.steps(condition)
         last = steps[-1]
-        return [*steps[:-1], _Step(last.literal, last.row | {"weight": weight})], depth
+        return [*steps[:-1], _Step(last.literal, last.row | {"weight": weight})]
+
+
+def needed_depth(condition: Condition) -> int:
+    """Return how many elements of the stack the steps of a condition need."""
+    if _literal(condition) is not None:
+        return 1
+    if isinstance(condition, Not):
+        return needed_depth(condition.condition)
+    assert not isinstance(condition, Is)
+    for one, other in ((condition.left, condition.right), (condition.right, condition.left)):
+        if _literal(other) is not None:
+            return needed_depth(one)
+    most, least = sorted((needed_depth(condition.left), needed_depth(condition.right)), reverse=True)
+    return max(most, least + 1)
 
 
 def program_of(
@@ -117,11 +129,6 @@ def program_of(
         The numbers of sets, by the names of variable and set.
     conjunction, disjunction : str
         ``"min"`` or ``"product"``, ``"max"`` or ``"sum"``.
-
-    Raises
-    ------
-    ValueError
-        If a condition is nested too deeply.
     """
     writer = _Writer(numbers, conjunction, disjunction)
     written: list[_Step] = []
@@ -130,12 +137,7 @@ def program_of(
         # A strength of 0 for results without conditions: the load of a literal with the weight 0.
         steps = [] if conditions else [_Step(0, _step("load", "push").row | {"weight": 0.0})]
         for k, (condition, weight) in enumerate(conditions):
-            found, depth = writer.weighted(condition, weight)
-            if depth + (k > 0) > DEPTH:
-                raise ValueError(
-                    f"condition: nested so deeply that {depth + 1} results are needed at once; expected at most "
-                    f"{DEPTH}; divide the rule"
-                )
+            found = writer.weighted(condition, weight)
             steps += found
             if k:
                 steps.append(_step("pop", "greatest"))

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
@@ -12,6 +13,27 @@ from ..arguments import Reals, finite_number
 
 DEFUZZIFIERS = ("centroid", "bisector", "mom", "som", "lom")
 """Centroid and bisector of the area; mean, smallest and largest of the places with the maximum."""
+
+_FINEST = 1e-12
+"""The least distance of places, relative to the largest number of a range."""
+_Part = TypeVar("_Part")
+
+
+def instances(found: Iterable[_Part], kind: type[_Part], name: str) -> tuple[_Part, ...]:
+    """Return a tuple of objects of one type.
+
+    Raises
+    ------
+    TypeError
+        If `found` cannot be iterated over, or contains an object of another type.
+    """
+    if isinstance(found, str) or not isinstance(found, Iterable):
+        raise TypeError(f"{name}: {found!r}; expected a tuple of {kind.__name__}")
+    parts = tuple(found)
+    for part in parts:
+        if not isinstance(part, kind):
+            raise TypeError(f"{name}: {part!r}; expected {kind.__name__}")
+    return parts
 
 
 def _linear(x: Reals, places: tuple[float, ...], heights: tuple[float, ...]) -> Reals:
@@ -39,7 +61,8 @@ def _trapezoid(x: Reals, a: float, b: float, c: float, d: float) -> Reals:
 
 
 def _gauss(x: Reals, mean: float, sigma: float) -> Reals:
-    return np.asarray(np.exp(-((x - mean) ** 2) / (2 * sigma**2)))
+    with np.errstate(over="ignore"):
+        return np.asarray(np.exp(-(((x - mean) / sigma) ** 2) / 2))
 
 
 def _bell(x: Reals, width: float, slope: float, centre: float) -> Reals:
@@ -78,6 +101,8 @@ class FuzzySet:
 
     Raises
     ------
+    TypeError
+        If a parameter is not a number.
     ValueError
         If the kind is unknown, or parameters are missing, out of order, not positive or not finite.
     """
@@ -88,9 +113,12 @@ class FuzzySet:
 
     def __post_init__(self) -> None:
         where = f"set {self.name}"
-        if self.kind not in MEMBERSHIPS:
+        if not isinstance(self.kind, str) or self.kind not in MEMBERSHIPS:
             raise ValueError(f"{where}: kind {self.kind!r}; expected {', '.join(MEMBERSHIPS)}")
         names = MEMBERSHIPS[self.kind][1]
+        if not isinstance(self.parameters, Iterable):
+            raise TypeError(f"{where}: parameters {self.parameters!r}; expected {self.kind} {' '.join(names)}")
+        object.__setattr__(self, "parameters", tuple(self.parameters))
         if len(self.parameters) != len(names):
             raise ValueError(f"{where}: {len(self.parameters)} parameters; expected {self.kind} {' '.join(names)}")
         numbers = tuple(finite_number(x, f"{where}: {n}") for x, n in zip(self.parameters, names, strict=True))
@@ -103,7 +131,17 @@ class FuzzySet:
         object.__setattr__(self, "parameters", numbers)
 
     def membership(self, x: Reals) -> Reals:
-        """Evaluate the membership of numbers."""
+        """Evaluate the membership.
+
+        Parameters
+        ----------
+        x : array, (...)
+
+        Returns
+        -------
+        array, (...)
+            From 0 to 1.
+        """
         return MEMBERSHIPS[self.kind][0](np.asarray(x, float), *self.parameters)
 
 
@@ -121,7 +159,14 @@ class FuzzyVariable:
     samples : int
         Number of places, at least 2.
     sets : tuple of FuzzySet
-        With different names.
+        With different names. A set that is narrower than an interval of the grid may have the membership 0 at all
+        places, and is empty then.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the range is not ascending, there are fewer than 2 places, places are closer together than 1e-12 times the
+        largest number of the range, there are no sets, or two sets have the same name.
     """
 
     name: str
@@ -135,8 +180,17 @@ class FuzzyVariable:
         low, high = finite_number(self.low, f"{where}: low"), finite_number(self.high, f"{where}: high")
         if not low < high:
             raise ValueError(f"{where}: range from {low} to {high}; expected an ascending range")
-        if isinstance(self.samples, bool) or not isinstance(self.samples, int) or self.samples < 2:
+        if isinstance(self.samples, bool) or not isinstance(self.samples, (int, np.integer)) or self.samples < 2:
             raise ValueError(f"{where}: {self.samples!r} samples; expected an integer of at least 2")
+        object.__setattr__(self, "samples", int(self.samples))
+        # Interpolation loses all digits long before neighbouring places are equal.
+        step, largest = (high - low) / (self.samples - 1), max(abs(low), abs(high))
+        if not _FINEST * largest < step < np.inf:
+            raise ValueError(
+                f"{where}: places {step} apart from {low} to {high}; expected distances of more than {_FINEST} times "
+                "the largest number of the range"
+            )
+        object.__setattr__(self, "sets", instances(self.sets, FuzzySet, f"{where}: sets"))
         if not self.sets:
             raise ValueError(f"{where}: no sets; expected at least one")
         names = [one.name for one in self.sets]
@@ -153,6 +207,10 @@ class FuzzyVariable:
     def memberships(self) -> Reals:
         """The memberships (n, sets) of the places."""
         return np.stack([_unimodal(one.membership(self.places)) for one in self.sets], 1)
+
+    def heights(self, name: str) -> Reals:
+        """Return the memberships (n,) of the places in one set; errors are those of `index`."""
+        return np.asarray(self.memberships[:, self.index(name)])
 
     def index(self, name: str) -> int:
         """Return the position of a set.

@@ -2,36 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from generated import fuzzy as kernels
 
 from ..arguments import Reals
+from .fuzzy_ramps import Ramps, ramps_of
 from .fuzzy_sets import FuzzyVariable
+from .fuzzy_workspace import Workspace
 
 Integers = NDArray[np.int64]
 _CLOSE = 1e-12
 """Distance, relative to the range, up to which points count as one."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Points:
-    """Points where sets cross their strengths, arrays of shape (n, 2 sets), and memberships (n, 2 sets * sets)."""
-
-    exists: Reals
-    left: Reals
-    right: Reals
-    start: Reals
-    run: Reals
-    left_heights: Reals
-    right_heights: Reals
+_INSIDE = 3
+"""The largest number of points in an interval for which its bisector is computed without sorting."""
+_SORTED = 1 << 18
+"""The largest number of places that are sorted at once."""
 
 
 class OutputTables:
     """An output, prepared for the computation of its numbers.
+
+    Coordinates of the kernels are in units of the grid, from 0 for the first place.
 
     Parameters
     ----------
@@ -41,187 +34,184 @@ class OutputTables:
     """
 
     def __init__(self, variable: FuzzyVariable, scaled: bool) -> None:
-        self.places, self.heights = variable.places, variable.memberships
-        self._scaled = float(scaled)
-        self._tolerance = _CLOSE * (variable.high - variable.low)
+        self.heights = variable.memberships
+        self.sets = len(variable.sets)
+        self._low, self._step = variable.low, (variable.high - variable.low) / (variable.samples - 1)
+        self._name, self._scaled = f"output {variable.name}", float(scaled)
+        self._tolerance = _CLOSE * (variable.samples - 1)
         self._samples()
-        self._flanks()
-        self._pairs()
+        self._ramps: Ramps = ramps_of(self.heights, self._low / self._step)
+        self._pairs_of_points()
 
     def _samples(self) -> None:
-        """Prepare the positive samples of all places, and at least one sample of each."""
-        x, heights = self.places, self.heights
-        width = np.diff(x)
-        area, moment = np.zeros((2, len(x)))
-        area[:-1] += width / 2
-        area[1:] += width / 2
-        moment[:-1] += width * (2 * x[:-1] + x[1:]) / 6
-        moment[1:] += width * (x[:-1] + 2 * x[1:]) / 6
-        used = heights > 0
-        used[:, 0] |= ~used.any(1)
-        place, term = np.nonzero(used)
+        """Prepare the positive samples of all places, two in a row, and at least one row for each place."""
+        n = len(self.heights)
+        place, term = np.nonzero(self.heights > 0)
+        number = np.arange(len(place)) - np.searchsorted(place, place)
+        width = max(-(-int(number.max(initial=0) + 1) // 2), 1)
+        terms, heights = np.zeros((n, width, 2), np.int64), np.zeros((n, width, 2))
+        terms[place, number // 2, number % 2] = term
+        heights[place, number // 2, number % 2] = self.heights[place, term]
+        used = heights[:, :, 0] > 0
+        used[:, 0] = True
+        place = np.nonzero(used)[0]
         last = np.append(place[1:] != place[:-1], True).astype(float)
-        same = np.append(0.0, 1 - last[:-1])
-        own = heights[place, term]
-        self._terms = term.astype(np.int64)
-        self._area_rows = np.stack([own, same, last * area[place], last * moment[place]], 1)
-        self._place_rows = np.stack([own, same, last, x[place]], 1)
-        self._width_rows = np.stack([own, same, last, np.append(0.0, width)[place]], 1)
-        self._peaks = heights.max(0)
+        area, moment = np.ones(n), np.arange(n, dtype=float)
+        area[[0, -1]] = 0.5
+        moment[[0, -1]] = 1 / 6, (3 * n - 4) / 6
+        sums = np.ones(n)
+        sums[0] = 0.5
+        rows = [*heights[used].T, np.append(0.0, 1 - last[:-1])]
+        self._area_rows = np.stack([*rows, last * area[place], last * moment[place]], 1)
+        self._sum_rows = np.stack([*rows, last * sums[place], np.zeros(len(place))], 1)
+        self._terms = tuple(np.ascontiguousarray(part) for part in terms[used].T)
+        self._place_ends = np.flatnonzero(last), np.array([len(last) - 1])
+        self._peaks = self.heights.max(0)
 
-    def _flanks(self) -> None:
-        """Prepare the samples of rising and falling flanks: one rising flank for each set, then the falling ones."""
-        n, sets = self.heights.shape
-        heights, falling, terms, flanks = [], [], [], []
-        lengths, starts = np.zeros(2 * sets, np.int64), np.zeros(2 * sets, np.int64)
-        for k, own in enumerate(self.heights.T):
-            first, last = int(np.argmax(own)), n - 1 - int(np.argmax(own[::-1]))
-            # Of samples that are 0, one is enough: the others never cross a strength.
-            positive = np.flatnonzero(own > 0)
-            start, end = (max(positive[0] - 1, 0), positive[-1] + 2) if len(positive) else (first, last + 1)
-            starts[k] = start
-            for flank, part in ((k, own[start : first + 1]), (sets + k, own[last:end])):
-                heights.append(part)
-                falling.append(np.full(len(part), float(flank >= sets)))
-                terms.append(np.full(len(part), k))
-                flanks.append(np.full(len(part), flank))
-                lengths[flank] = len(part)
-            starts[sets + k] = last
-        self._flank_heights, self._falling = np.concatenate(heights), np.concatenate(falling)
-        self._flank_terms, self._flank_index = (np.concatenate(x).astype(np.int64) for x in (terms, flanks))
-        self._lengths, self._starts = lengths, starts
-        self._own = np.tile(np.arange(sets), 2)
-        rise = np.diff(self.heights, axis=0)
-        width = np.diff(self.places)[:, None]
-        self._runs = np.where(rise != 0, width, 0) / np.where(rise != 0, rise, 1)
-
-    def _pairs(self) -> None:
-        """Prepare pairs of points and sets, and couples of points."""
+    def _pairs_of_points(self) -> None:
+        """Prepare the index tables of pairs of points and sets, and of couples of points."""
         sets = self.heights.shape[1]
         count = 2 * sets
-        self._pair_point = np.repeat(np.arange(count), sets)
-        self._pair_term = np.tile(np.arange(sets), count)
-        self._same = (self._pair_term > 0).astype(float)
-        self._ends = np.arange(sets - 1, count * sets, sets)
+        self._left, self._right = np.arange(sets), np.arange(sets, count)
+        self._snap = np.repeat([self._tolerance, -self._tolerance], sets)
+        # Rows of 1, 2 or 4 numbers are copied fastest.
+        width = sets if sets != 3 else 4
+        padded = np.pad(self.heights, ((0, 0), (0, width - sets)))
+        self._left_rows, self._right_rows = padded[:-1].copy(), padded[1:].copy()
+        term = np.append(np.arange(sets), np.zeros(width - sets, np.int64))
+        self._pairs = _table(count, width, term)
+        self._flanks = np.tile(np.arange(sets), 2), self._ramps.flanks
+        self._covers = _table(count, sets, np.arange(sets))
         first, second = np.tril_indices(count)
-        self._couples = first.astype(np.int64), second.astype(np.int64)
-        self._last = np.stack([second == 0, first == second], 1).astype(float)
+        self._couples = first, second, np.stack([second == 0, first == second], 1).astype(float)
+        # A point is inserted after those before it; the first one needs a row, too.
+        rows = (second < first) | (first == 0)
+        one, other = first[rows], second[rows]
+        final = np.append(np.flatnonzero(np.diff(one)), len(one) - 1)
+        self._insertions = one, other, np.stack([other == 0, one != other], 1).astype(float), final
+        self._turns = _rounds(sets, sets)
+        self._steps = _rounds(min(count, _INSIDE) + 1, count)
 
-    def _points(self, cuts: Reals) -> _Points:
-        counts = kernels.counts_on_flanks(
-            cuts,
-            self._flank_heights,
-            self._falling,
-            self._flank_terms,
-            self._flank_index,
-            np.zeros(len(self._lengths)),
-        )
-        exists = (counts > 0) & (counts < self._lengths)
-        cell = counts.astype(np.int64)
-        cell += self._starts - 1
-        cell *= exists
-        runs = self._runs[cell, self._own] * exists
-        left, right = self.heights.take(cell, 0), self.heights.take(cell + 1, 0)
-        start = self.heights[cell, self._own]
-        n, pairs = len(cuts), len(self._same)
-        places = self.places
-        return _Points(
-            exists.astype(float),
-            places[cell],
-            places[cell + 1],
-            start,
-            runs,
-            left.reshape(n, pairs),
-            right.reshape(n, pairs),
-        )
+    def _places(self, numbers: Reals) -> Reals:
+        return np.asarray(self._low + self._step * numbers)
 
-    def _point_arguments(self, p: _Points) -> tuple[NDArray[np.generic], ...]:
-        return (
-            p.exists, p.left, p.right, p.start, p.run, self._own, p.left_heights, p.right_heights, self._pair_point,
-            self._pair_term, self._same, self._ends,
-        )  # fmt: skip
-
-    def areas(self, cuts: Reals) -> tuple[Reals, Reals]:
-        """Compute areas (n,) and first moments (n,) of unions, given the strengths (n, sets)."""
-        area, moment = kernels.area_on_grid(cuts, self._area_rows, self._terms, self._scaled)
-        if not self._scaled:
-            points = self._point_arguments(self._points(cuts))
-            more, turn = kernels.area_by_points(cuts, *points, *self._couples, self._last, np.inf)
-            area, moment = area + more, moment + turn
-        return area, moment
-
-    def _crossings(self, cuts: Reals) -> tuple[Reals, ...]:
-        """Return places, unions, and neighbours on the grid of the points, arrays (n, 2 sets)."""
-        points = self._points(cuts)
-        place, top, left_top, right_top = kernels.crossing_points(cuts, *self._point_arguments(points))
-        return place, top, points.left, points.right, left_top, right_top
-
-    def maxima(self, cuts: Reals) -> tuple[Reals, Reals, Reals]:
-        """Compute the mean, the smallest and the largest of the points with the largest membership."""
+    def _crossings(self, cuts: Reals, work: Workspace) -> Reals:
+        """Return the points where sets cross their strengths; sets that are multiplied cross nothing: their peaks."""
+        points = work.array(f"{self._name} points", len(cuts), len(self._ramps.peaks))
         if self._scaled:
-            # Sets that are multiplied cross nothing: all points coincide with the first place.
-            n, count = len(cuts), len(self._lengths)
-            place, top = np.full((n, count), self.places[0]), np.full((n, count), -1.0)
-            points: tuple[Reals, ...] = (place, top, place, np.full_like(place, self.places[1]), top, top)
+            points[:] = self._ramps.peaks
         else:
-            points = self._crossings(cuts)
-        return tuple(
-            kernels.places_of_maximum(
-                cuts, self._place_rows, self._terms, self._peaks, *points, *self._couples, self._last, self._scaled,
-                self._tolerance,
-            )
-        )  # fmt: skip
+            kernels.crossing_points(cuts, *self._ramps.tables, out=points)
+        return points
 
-    def bisectors(self, cuts: Reals) -> Reals:
-        """Compute the places that divide the areas into halves."""
-        if self._scaled:
-            return self._sorted_bisectors(cuts)
-        points = self._points(cuts)
-        arguments = self._point_arguments(points)
+    def _points(self, cuts: Reals, work: Workspace) -> tuple[Reals, ...]:
+        """Return the points where sets cross their strengths, the places to the left, and the memberships beside."""
+        n, count, width = len(cuts), len(self._ramps.peaks), self._left_rows.shape[1]
+        points = self._crossings(cuts, work)
+        whole = work.indices(f"{self._name} rows", n, count)
+        np.copyto(whole, points, casting="unsafe")
+        np.clip(whole, 0, len(self.heights) - 2, out=whole)
+        cells = work.array(f"{self._name} cells", n, count)
+        np.copyto(cells, whole)
+        left, right = (work.array(f"{self._name} {side}", n, count, width) for side in ("left", "right"))
+        self._left_rows.take(whole, 0, out=left, mode="clip")
+        self._right_rows.take(whole, 0, out=right, mode="clip")
+        return points, cells, left.reshape(n, -1), right.reshape(n, -1)
 
-        def more(limit: Reals | float) -> Reals:
-            found = kernels.area_by_points(cuts, *arguments, *self._couples, self._last, limit)
-            return np.asarray(found[0])
+    def numbers(self, method: str, cuts: Reals, work: Workspace) -> tuple[Reals, NDArray[np.bool_]]:
+        """Compute the numbers (n,) of unions, given the strengths (n, sets), and whether there are any.
 
-        half = (kernels.area_on_grid(cuts, self._area_rows, self._terms, 0.0)[0] + more(np.inf)) / 2
-        # The points left of the interval change the area, and so perhaps the interval.
-        added = np.zeros(len(cuts))
-        for _ in range(2):
-            before = added
-            target = half - added
-            at, area, low, high = kernels.place_of_area(cuts, self._width_rows, self._terms, 0.0, target)
-            left = np.maximum(at.astype(np.int64), 1) - 1
-            added = more(self.places[left])
-        found = _halved(self.places[left], np.diff(self.places)[left], low, high, target - area)
-        inside = ((points.left == self.places[left][:, None]) & (points.exists > 0)).any(1)
-        rest = inside | (added != before) | (at < 0)
-        if rest.any():
-            found[rest] = self._sorted_bisectors(cuts[rest])
-        return found
+        Parameters
+        ----------
+        method : str
+            One of `DEFUZZIFIERS`.
+        cuts : array, (n, sets)
+        work : Workspace
+            For at least n elements.
+        """
+        if method in ("som", "lom"):
+            return self._ends_of_maxima(cuts, method == "lom")
+        found = {"centroid": self._centroids, "bisector": self._bisectors, "mom": self._means_of_maxima}[method]
+        return found(cuts, work)
 
-    def _sorted_bisectors(self, cuts: Reals) -> Reals:
-        """Compute bisectors from the sorted places and points."""
-        members = self.heights.T * cuts[:, :, None] if self._scaled else np.minimum(self.heights.T, cuts[:, :, None])
-        x, top = np.broadcast_to(self.places, (len(cuts), len(self.places))), members.max(1)
+    def _centroids(self, cuts: Reals, work: Workspace) -> tuple[Reals, NDArray[np.bool_]]:
+        """Compute the centroids (n,) of unions, given the strengths (n, sets), and whether there are any."""
+        area, moment = kernels.area_on_grid(cuts, self._area_rows, *self._terms, self._scaled)
         if not self._scaled:
-            place, height, *_ = self._crossings(cuts)
-            x, top = np.concatenate([x, place], 1), np.concatenate([top, height], 1)
-            order = np.argsort(x, 1, kind="stable")
-            x, top = np.take_along_axis(x, order, 1), np.take_along_axis(top, order, 1)
-        width = np.diff(x)
-        pieces = width * (top[:, :-1] + top[:, 1:]) / 2
-        sums = np.cumsum(pieces, 1)
-        half = sums[:, -1:] / 2
-        at = np.argmax(sums >= half, 1)[:, None]
-        a, low, high, step, whole, end = (
-            np.take_along_axis(table, at + k, 1)[:, 0]
-            for table, k in ((x, 0), (top, 0), (top, 1), (width, 0), (pieces, 0), (sums, 0))
+            more, turn = kernels.area_by_points(
+                cuts, *self._points(cuts, work), *self._pairs, *self._flanks, *self._insertions
+            )
+            area, moment = area + more, moment + turn
+        fires = np.asarray(area > 0)
+        return self._places(moment / np.where(fires, area, 1)), fires
+
+    def _ends_of_maxima(self, cuts: Reals, greatest: bool) -> tuple[Reals, NDArray[np.bool_]]:
+        """Compute the smallest or the greatest of the points with the largest membership."""
+        highest, *ends = kernels.ends_of_maximum(
+            cuts, self._peaks, self._scaled, *self._ramps.tables, self._left, self._right
         )
-        return _halved(a, step, low, high, np.clip(half[:, 0] - (end - whole), 0, whole))
+        return self._places(ends[int(greatest)]), np.asarray(highest > 0)
+
+    def _means_of_maxima(self, cuts: Reals, work: Workspace) -> tuple[Reals, NDArray[np.bool_]]:
+        """Compute the means of the points with the largest membership."""
+        n, count, sets = len(cuts), len(self._ramps.peaks), len(self._left)
+        points = self._crossings(cuts, work)
+        grid = work.array(f"{self._name} grid", n, count)
+        np.subtract(points, self._snap, out=grid)
+        np.ceil(grid[:, :sets], out=grid[:, :sets])
+        np.floor(grid[:, sets:], out=grid[:, sets:])
+        highest, mean = kernels.mean_of_maximum(
+            cuts, self._peaks, self._scaled, self._tolerance, points, grid, self._left, self._right, *self._turns,
+            *self._covers, *self._couples,
+        )  # fmt: skip
+        return self._places(mean), np.asarray(highest > 0)
+
+    def _bisectors(self, cuts: Reals, work: Workspace) -> tuple[Reals, NDArray[np.bool_]]:
+        """Compute the points that divide the areas into halves."""
+        half = kernels.half_on_grid(cuts, self._sum_rows, *self._terms, self._scaled, *self._place_ends)
+        points = self._points(cuts, work)
+        found, inside = kernels.bisector(
+            cuts, *points, *self._pairs, *self._flanks, *self._insertions, *self._steps, *half
+        )
+        # Few elements have more points in the interval, or a bisector in another one because of the points before it.
+        rest = np.flatnonzero(inside < 1)
+        size = max(_SORTED // len(self.heights), 1)
+        for start in range(0, len(rest), size):
+            part = rest[start : start + size]
+            found[part] = self._sorted_bisectors(cuts[part], points[0][part])
+        return self._places(found), np.asarray(half[-1] > 0)
+
+    def _sorted_bisectors(self, cuts: Reals, points: Reals) -> Reals:
+        """Compute bisectors, in units of the grid, from the sorted places and points."""
+        n, last = len(cuts), len(self.heights) - 1
+        x = np.empty((n, last + 1 + points.shape[1]))
+        x[:, : last + 1] = np.arange(last + 1)
+        x[:, last + 1 :] = points
+        x.sort(1)
+        cell = x.astype(np.int64)
+        np.minimum(cell, last - 1, out=cell)
+        left, right = self.heights.T[:, cell], self.heights.T[:, cell + 1]
+        heights, own = left + (right - left) * (x - cell), cuts.T[:, :, None]
+        top = (own * heights if self._scaled else np.minimum(own, heights)).max(0)
+        pieces = (x[:, 1:] - x[:, :-1]) * (top[:, :-1] + top[:, 1:]) / 2
+        sums = pieces.cumsum(1)
+        row = np.arange(n)
+        at = (sums >= sums[:, -1:] / 2).argmax(1)
+        a, b, low, high, whole = x[row, at], x[row, at + 1], top[row, at], top[row, at + 1], pieces[row, at]
+        rest = (sums[:, -1] / 2 - sums[row, at] + whole).clip(0, whole)
+        slope = (high - low) / np.where(b > a, b - a, 1)
+        divisor = low + np.sqrt(np.maximum(low * low + 2 * slope * rest, 0))
+        return np.asarray(a + 2 * rest / np.where(divisor > 0, divisor, 1))
 
 
-def _halved(left: Reals, width: Reals, low: Reals, high: Reals, area: Reals) -> Reals:
-    """Return the places up to which linear functions on intervals have given areas."""
-    slope = (high - low) / np.where(width > 0, width, 1)
-    root = np.sqrt(np.maximum(low * low + 2 * slope * area, 0))
-    return np.asarray(left + 2 * area / np.where(low + root > 0, low + root, 1))
+def _table(count: int, width: int, terms: Integers) -> tuple[NDArray[np.generic], ...]:
+    """Return points and sets of all pairs of them, whether a pair continues its point, and the last pairs."""
+    point = np.repeat(np.arange(count), width)
+    same = np.tile(np.arange(width) > 0, count).astype(float)
+    return point, np.tile(terms, count), same, np.arange(width - 1, count * width, width)
+
+
+def _rounds(count: int, size: int) -> tuple[Integers, Reals]:
+    """Return the numbers below `size`, repeated, and whether they are the first and the last of a round."""
+    number = np.tile(np.arange(size), count)
+    return number, np.stack([number == 0, number == size - 1], 1).astype(float)

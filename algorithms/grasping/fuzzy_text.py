@@ -24,8 +24,8 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TypeVar
 
-from .fuzzy_base import RuleBase
-from .fuzzy_rules import And, Conclusion, Condition, Is, Not, Or, Rule
+from .fuzzy_base import RuleBase, check_rule
+from .fuzzy_rules import DEEPEST, And, Conclusion, Condition, Is, Not, Or, Rule
 from .fuzzy_sets import DEFUZZIFIERS, FuzzySet, FuzzyVariable
 
 _WORD = re.compile(r"[(),:]|[^\s(),:]+")
@@ -66,6 +66,7 @@ class _Line:
 
     def __init__(self, number: int, text: str) -> None:
         self.number, self._words, self._at = number, _WORD.findall(text), 0
+        self.depth = 0
 
     def fail(self, expected: str, step: int = 0) -> ValueError:
         at = self._at - step
@@ -137,7 +138,7 @@ def _variable(line: _Line, kind: str) -> _Variable:
     high = line.number_of("the upper end of the range")
     line.require("samples")
     samples = line.number_of("the number of places")
-    if samples != int(samples):
+    if not samples.is_integer():
         raise line.fail("a whole number", 1)
     method = "centroid"
     if kind == "output" and line.accept("by"):
@@ -169,6 +170,15 @@ def _conjunction(line: _Line) -> Condition:
 
 
 def _negation(line: _Line) -> Condition:
+    line.depth += 1
+    if line.depth > DEEPEST:
+        raise line.fail(f"a condition that is nested at most {DEEPEST} times")
+    found = _factor(line)
+    line.depth -= 1
+    return found
+
+
+def _factor(line: _Line) -> Condition:
     if line.accept("not"):
         return Not(_negation(line))
     if line.accept("("):
@@ -201,17 +211,29 @@ def _rule(line: _Line) -> Rule:
         if not line.accept(",", "and"):
             break
     line.end()
-    return Rule(condition, tuple(conclusions), name)
+    return _at(line.number, partial(Rule, condition, tuple(conclusions), name))
 
 
 def parse(text: str) -> RuleBase:
     """Read a rule base.
 
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    RuleBase
+
     Raises
     ------
+    TypeError
+        If `text` is not a string.
     ValueError
         With the number of the line, what was found, and what was expected.
     """
+    if not isinstance(text, str):
+        raise TypeError(f"text: {type(text).__name__}; expected str")
     methods: dict[str, str] = {}
     variables: list[_Variable] = []
     rules: list[tuple[int, Rule]] = []
@@ -221,9 +243,13 @@ def parse(text: str) -> RuleBase:
             continue
         word = line.choice(("method", "input", "output", "set", "rule"))
         if word == "method":
-            methods |= _method(line)
+            if methods:
+                raise ValueError(f"line {number}: a second line 'method'; expected only one")
+            methods = _method(line)
         elif word in ("input", "output"):
             variables.append(_variable(line, word))
+            if variables[-1].name in {one.name for one in variables[:-1]}:
+                raise ValueError(f"line {number}: a second variable {variables[-1].name}; expected different names")
         elif word == "rule":
             rules.append((number, _rule(line)))
         elif variables:
@@ -238,8 +264,8 @@ def _assembled(methods: dict[str, str], variables: list[_Variable], rules: list[
     by = tuple(one.method for one in variables if one.kind == "output")
     inputs, outputs = found["input"], found["output"]
     if inputs and outputs:
-        for number, rule in rules:
-            _at(number, partial(RuleBase, inputs, outputs, (rule,), by, **methods))
+        for k, (number, rule) in enumerate(rules):
+            _at(number, partial(check_rule, rule, rule.name or f"rule {k + 1}", inputs, outputs))
     return RuleBase(inputs, outputs, tuple(rule for _, rule in rules), by, **methods)
 
 
@@ -261,10 +287,21 @@ def _number_text(x: float) -> str:
 
 
 def write(system: RuleBase) -> str:
-    """Write a rule base."""
+    """Write a rule base.
+
+    Raises
+    ------
+    ValueError
+        If a name cannot be read again.
+    """
+    variables = *system.inputs, *system.outputs
+    names = [one.name for one in variables] + [one.name for variable in variables for one in variable.sets]
+    for found in names + [rule.name for rule in system.rules if rule.name]:
+        if found in _RESERVED or not _NAME.fullmatch(found):
+            raise ValueError(f"name {found!r}; expected a letter, followed by letters, digits and underscores")
     lines = [f"method and {system.conjunction} or {system.disjunction} implication {system.implication}"]
     methods = dict(zip((one.name for one in system.outputs), system.defuzzify, strict=True))
-    for variable in (*system.inputs, *system.outputs):
+    for variable in variables:
         kind = "output" if variable.name in methods else "input"
         by = f" by {methods[variable.name]}" if kind == "output" else ""
         low, high = _number_text(variable.low), _number_text(variable.high)

@@ -26,7 +26,20 @@ _CONE = 0.03
 
 
 def circle_of_contacts(contacts: ArrayLike, count: int = 60) -> Reals:
-    """Return points (count, 3) of the conformal circle through three contacts."""
+    """Compute points of the conformal circle through three contacts.
+
+    Parameters
+    ----------
+    contacts : array_like, (3, 3)
+        Points that are not collinear.
+    count : int, optional
+        The number of points.
+
+    Returns
+    -------
+    array, (count, 3)
+        The first and the last are the first contact.
+    """
     a, b, c = np.asarray(contacts, float)
     circle = cga3.circle_from_points(a, b, c)
     centre, normal = cga3.circle_centre(circle), cga3.circle_normal(circle)

@@ -70,6 +70,13 @@ class GraspSettings:
         Number of corrections by averaged images.
     at_most : int
         Maximum number of motions.
+
+    Raises
+    ------
+    TypeError
+        If a length, an error or the noise is not a number.
+    ValueError
+        If a parameter is not positive (`noise` may be 0), or not finite.
     """
 
     lever: float = 0.05
@@ -90,8 +97,9 @@ class GraspSettings:
             raise ValueError(f"noise: {self.noise}; expected a number of pixels of at least 0")
         for name in ("frames", "rounds", "at_most"):
             value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+            if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
                 raise ValueError(f"{name}: {value!r}; expected a positive integer")
+            object.__setattr__(self, name, int(value))
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,6 +211,13 @@ def visual_error(images: ArrayLike) -> VisualErrors:
     Returns
     -------
     VisualErrors
+
+    Raises
+    ------
+    TypeError
+        If the pixels are not real numbers.
+    ValueError
+        If the shape is another one.
     """
     points = real_array(images, "images", (2, N_POINTS, 2), "pixels of 12 points in two images").astype(float)
     if points.ndim != 3:
@@ -245,13 +260,22 @@ def grasp_step(
         As for `visual_error`.
     settings : GraspSettings, optional
     reachable : callable, optional
-        Whether the robot can carry out a motion.
+        Whether the robot can carry out a motion (6,), as in `GraspStep`.
 
     Returns
     -------
     GraspStep
         With a status other than OK, the motion is 0, and the step can be repeated with the state and other images.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As for `visual_error`, and if `state` or `settings` has another type.
     """
+    if not isinstance(state, GraspState) or not isinstance(settings, (GraspSettings, type(None))):
+        raise TypeError(
+            f"state: {type(state).__name__}, settings: {type(settings).__name__}; expected GraspState, GraspSettings"
+        )
     own = _DEFAULT if settings is None else settings
     found = visual_error(images)
     if found.status is not VisualStatus.OK:

@@ -23,6 +23,10 @@ def plot_guided_grasp(run: GraspRun, size: float = 10.0) -> Figure:
     run : GraspRun
     size : float, optional
         The width of the figure in inches.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
     """
     figure = Figure(figsize=(size, 0.34 * size), layout="constrained")
     axes = figure.subplots(1, 3)
@@ -45,5 +49,6 @@ def plot_guided_grasp(run: GraspRun, size: float = 10.0) -> Figure:
         if len(rows):
             own.semilogy(rows, errors[rows], ".-", ms=4, label=stage.name.lower())
     own.set(title="error in pixels", xlabel="step")
-    own.legend(fontsize="small")
+    if own.lines:
+        own.legend(fontsize="small")
     return figure

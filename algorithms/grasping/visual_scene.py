@@ -14,19 +14,34 @@ from .visual_status import GraspStage, VisualStatus
 
 
 def camera_matrix(place: Reals, target: Reals, focal: Reals, centre: Reals, roll: float = 0.0) -> Reals:
-    """Compute the matrix (3, 4) of a camera at a place that looks at a target.
+    """Compute the matrix of a camera at a place that looks at a target.
 
     Parameters
     ----------
     place, target : array, (3,)
+        In metres.
     focal, centre : array, (2,)
         Focal lengths and principal point in pixels.
     roll : float
-        Rotation about the axis of the camera in radians.
+        Rotation about the axis of the camera in radians. With 0, the rows of the image are horizontal; if the camera
+        looks up or down, they are along the x axis.
+
+    Returns
+    -------
+    array, (3, 4)
+
+    Raises
+    ------
+    ValueError
+        If the place is the target.
     """
-    ahead = (target - place) / np.linalg.norm(target - place)
+    distance = float(np.linalg.norm(target - place))
+    if not distance > 0:
+        raise ValueError(f"place and target: both {place.tolist()}; expected two points")
+    ahead = (target - place) / distance
     right = np.cross(ahead, [0.0, 0.0, 1.0])
-    right /= np.linalg.norm(right)
+    length = float(np.linalg.norm(right))
+    right = right / length if length > 0 else np.array([1.0, 0.0, 0.0])
     down = np.cross(ahead, right)
     c, s = np.cos(roll), np.sin(roll)
     rows = np.stack([c * right + s * down, -s * right + c * down, ahead])
@@ -67,7 +82,20 @@ class VisualScene:
         return np.concatenate([pga3.move_point(self.hand, marks), pga3.move_point(self.box, ends * self.size)])
 
     def images(self, rng: np.random.Generator | None = None, noise: float = 0.0) -> Reals:
-        """Compute images (2, 12, 2), with noise in pixels; points behind a camera are NaN."""
+        """Compute images in pixels.
+
+        Parameters
+        ----------
+        rng : numpy.random.Generator, optional
+            The source of noise; left out, there is none.
+        noise : float
+            The standard deviation of the noise in pixels.
+
+        Returns
+        -------
+        array, (2, 12, 2)
+            Points behind a camera are NaN.
+        """
         seen = np.einsum("cij,pj->cpi", self.cameras[..., :3], self.points()) + self.cameras[:, None, :, 3]
         depth = seen[..., 2:]
         found = seen[..., :2] / np.where(depth > 0, depth, np.nan)
@@ -105,6 +133,10 @@ def random_scene(rng: np.random.Generator, farthest: float = 0.15, turn: float =
         The largest distance of the hand from its goal, in metres.
     turn : float
         The largest angle between the hand and its goal, in radians.
+
+    Returns
+    -------
+    VisualScene
     """
     yaw = rng.uniform(-0.25, 0.25)
     box = pga3.motor_from_rotation_vector_translation([0, 0, yaw], rng.uniform(-0.05, 0.05, 3))
@@ -153,7 +185,31 @@ class GraspRun:
 def simulate_grasp(
     scene: VisualScene, settings: GraspSettings, rng: np.random.Generator | None = None, at_most: int = 2000
 ) -> GraspRun:
-    """Run a guided grasp until the object is held, or the images do not allow a step."""
+    """Run a guided grasp until the object is held, or the images do not allow a step.
+
+    Parameters
+    ----------
+    scene : VisualScene
+    settings : GraspSettings
+        The images have its noise.
+    rng : numpy.random.Generator, optional
+        The source of the noise, which is required if there is any.
+    at_most : int
+        The largest number of steps, at least 1.
+
+    Returns
+    -------
+    GraspRun
+
+    Raises
+    ------
+    ValueError
+        If there is noise without a source, or `at_most` is not positive.
+    """
+    if settings.noise > 0 and rng is None:
+        raise ValueError(f"rng: None with a noise of {settings.noise} pixels; expected a source of noise")
+    if at_most < 1:
+        raise ValueError(f"at_most: {at_most}; expected a positive number of steps")
     scenes, steps, state = [scene], [], GraspState()
     for _ in range(at_most):
         step = grasp_step(state, scene.images(rng, settings.noise), settings)

@@ -5,34 +5,51 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from generated import pga3
 from generated import registration as kernels
 
 from ..arguments import Reals, real_array
+from ..extras import extra
+
+with extra("pictures", __name__):
+    from matplotlib.figure import Figure
 
 _MOST = 4000
+"""The largest number of points of a cloud that are drawn."""
 _SOURCE, _TARGET = "tab:orange", "tab:blue"
 
 
 def draw_clouds(source: ArrayLike, target: ArrayLike, motor: ArrayLike, size: float = 9.0) -> Figure:
     """Draw two clouds before and after the motor that takes the source to the target.
 
+    Before the motion, the source is drawn with its mean at that of the target.
+
     Parameters
     ----------
     source : array_like, (n, 3)
     target : array_like, (m, 3)
+        At most about 4,000 points of each are drawn, and none that are not finite.
     motor : array_like, (8,)
         Of `generated.pga3`.
     size : float, optional
         The width of the figure in inches.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an array has another type or shape.
     """
-    x, y = _few(real_array(source, "source", (-1, 3))), _few(real_array(target, "target", (-1, 3)))
+    x, y = _few(source, "source"), _few(target, "target")
     figure = Figure(figsize=(size, 0.5 * size), layout="constrained")
-    moved = np.asarray(pga3.move_point(motor, x))
-    for k, (title, points) in enumerate((("before", x - x.mean(0) + y.mean(0)), ("after", moved))):
+    moved = np.asarray(pga3.move_point(real_array(motor, "motor", (8,)), x))
+    shift = y.mean(0) - x.mean(0) if len(x) and len(y) else np.zeros(3)
+    for k, (title, points) in enumerate((("before", x + shift), ("after", moved))):
         axis = _axis(figure, 1, 2, k + 1, title)
         axis.scatter(*y.T, s=2, color=_TARGET, label="target")
         axis.scatter(*points.T, s=2, color=_SOURCE, label="source")
@@ -54,9 +71,24 @@ def draw_joint_space(
         The motor of the inliers, whose planes are drawn.
     size : float, optional
         The width of the figure in inches.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an array has another type or shape.
     """
-    points = np.asarray(kernels.joint_points(real_array(source, "source", (-1, 3)), target))
-    planes, right = np.asarray(kernels.joint_planes(motor)), np.asarray(inliers, bool)
+    x, y = real_array(source, "source", (-1, 3)), real_array(target, "target", (-1, 3))
+    right = np.asarray(inliers, bool)
+    if not x.shape == y.shape == (*right.shape, 3):
+        raise ValueError(
+            f"source, target and inliers: shapes {x.shape}, {y.shape}, {right.shape}; expected (n, 3), (n, 3), (n,)"
+        )
+    points = np.asarray(kernels.joint_points(x, y))
+    planes = np.asarray(kernels.joint_planes(real_array(motor, "motor", (8,))))
     figure = Figure(figsize=(size, 0.4 * size), layout="constrained")
     for k in range(3):
         axis = _axis(figure, 1, 3, k + 1, f"joint space {k + 1}")
@@ -66,7 +98,7 @@ def draw_joint_space(
         square = float(normal @ normal)
         if square > 0:
             across = np.linalg.svd(normal[None])[2][1:]
-            reach = float(np.abs(points[:, k]).max())
+            reach = float(np.abs(points[:, k]).max(initial=0))
             sides = reach * np.array([-1.0, 1.0])
             corners = -offset * normal / square + sides[:, None, None] * across[0] + sides[:, None] * across[1]
             axis.plot_surface(*np.moveaxis(corners, -1, 0), alpha=0.2, color=_TARGET)
@@ -80,6 +112,10 @@ def _axis(figure: Figure, rows: int, columns: int, number: int, title: str) -> A
     return axis
 
 
-def _few(points: Reals) -> Reals:
+def _few(value: ArrayLike, name: str) -> Reals:
+    """Return finite points (n, 3), at most about `_MOST`."""
+    points = real_array(value, name, (-1, 3))
+    if points.ndim != 2:
+        raise ValueError(f"{name}: shape {points.shape}; expected (n, 3)")
     points = points[np.isfinite(points).all(1)]
     return points[:: max(1, len(points) // _MOST)]

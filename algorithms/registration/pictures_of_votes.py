@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from ..arguments import Reals, real_array
+from ..extras import extra
 from .deformation import Deformation
 from .voting import Votes
+
+with extra("pictures", __name__):
+    from matplotlib.figure import Figure
 
 _PLANE = [0, 1]
 
@@ -24,6 +27,10 @@ def plot_saliency(votes: Votes, depth: float | None = None, size: float = 8.0) -
         a tenth of their range.
     size : float, optional
         The width of the figure in inches.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
     """
     points, normals = votes.points, votes.normals
     saliency = votes.surface if points.shape[1] == 3 else votes.curve
@@ -39,7 +46,8 @@ def plot_saliency(votes: Votes, depth: float | None = None, size: float = 8.0) -
     left.set_title("tokens")
     drawn = right.scatter(*places.T, c=s, s=2 + 10 * s / max(s.max(initial=0), 1e-300), cmap="viridis")
     strong = s > 0.3 * s.max(initial=0)
-    right.quiver(*places[strong].T, *n[strong].T, headwidth=1, headlength=0, width=0.0015, color="tab:red")
+    if strong.any():
+        right.quiver(*places[strong].T, *n[strong].T, headwidth=1, headlength=0, width=0.0015, color="tab:red")
     right.set_title("saliency and normals")
     figure.colorbar(drawn, ax=right, shrink=0.8)
     for axis in (left, right):
@@ -48,7 +56,25 @@ def plot_saliency(votes: Votes, depth: float | None = None, size: float = 8.0) -
 
 
 def plot_deformation(source: ArrayLike, target: ArrayLike, found: Deformation, size: float = 8.0) -> Figure:
-    """Plot two clouds, in their first two coordinates, before and after a deformation."""
+    """Plot two clouds, in their first two coordinates, before and after a deformation.
+
+    Parameters
+    ----------
+    source, target : array_like, (n, d) and (m, d)
+        The clouds of `register_deformable`.
+    found : Deformation
+    size : float, optional
+        The width of the figure in inches.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an array has another type or shape.
+    """
     before, goal = (real_array(x, name, (-1,)) for x, name in ((source, "source"), (target, "target")))
     figure = Figure(figsize=(size, 0.5 * size), layout="constrained")
     clouds: list[tuple[str, Reals]] = [("before", before), ("after", found.points)]

@@ -16,7 +16,9 @@ class RegistrationStatus(IntEnum):
     NO_SUPPORT = 3
     """No pose explains more of the data than chance would; the motor is the identity."""
     TOO_FEW_POINTS = 4
+    """A cloud has too few finite, distinct points, or there are too few finite matches."""
     COLLINEAR = 5
+    """The points are on a line, about which any rotation changes nothing."""
     COPLANAR = 6
     """A cloud is in a plane and is refused: turns about axes in the plane are distinguished only by the outline."""
     DIFFERENT_UNITS = 7

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 from random_rule_bases import random_rule_base
 
-from algorithms.grasping import And, Is, Mamdani, Not, Or, grasp_controller
+from algorithms.grasping import And, Conclusion, Is, Mamdani, Not, Or, Rule, grasp_controller
 
 TEXT = """\
 # a comment
@@ -55,6 +58,18 @@ def test_texts_are_read_as_they_were_written() -> None:
         ("from 0 to 1 ", "from 1 to 0 ", "line 3: variable x: range from 1.0 to 0.0; expected an ascending range"),
         ("samples 11", "samples 1", "line 3: variable x: 1 samples; expected an integer of at least 2"),
         ("samples 11", "samples 2.5", "line 3: '2.5'; expected a whole number"),
+        ("samples 11", "samples inf", "line 3: 'inf'; expected a whole number"),
+        ("samples 11", "samples nan", "line 3: 'nan'; expected a whole number"),
+        (
+            "from 0 to 1 ",
+            "from 1e6 to 1000000.0000001 ",
+            "line 3: variable x: places 1.*e-08 apart .*; expected distan",
+        ),
+        ("output y", "output x", "line 6: a second variable x; expected different names"),
+        ("# a comment", "method and min or max implication min", "line 2: a second line 'method'; expected only one"),
+        ("if x is low and", f"if {'not ' * 300} x is low and", "line 9: 'not'; expected a condition .* at most 200"),
+        ("if x is low and", f"if {'x is low or ' * 300} x is low and", "line 9: first: .* nested more than 200 times"),
+        ("y is large and", "y is huge and", "line 10: rule 2: y has no set 'huge'; expected small, large"),
         ("input x", "inputs x", "line 3: 'inputs'; expected one of method, input, output, set, rule"),
         ("input x", "input if", "line 3: 'if'; expected the name of an input"),
         ("implication min", "implication", "line 2: the end of the line; expected one of min, product"),
@@ -76,3 +91,23 @@ def test_missing_parts_are_reported() -> None:
         Mamdani.parse("")
     with pytest.raises(ValueError, match="line 3: variable x: two sets low"):
         Mamdani.parse(TEXT.replace("set high", "set low"))
+
+
+def test_other_types_are_refused() -> None:
+    with pytest.raises(TypeError, match="text: bytes; expected str"):
+        Mamdani.parse(TEXT.encode())  # type: ignore[arg-type]
+
+
+def test_files_may_begin_with_a_byte_order_mark(tmp_path: Path) -> None:
+    path = tmp_path / "own.rules"
+    path.write_bytes(b"\xef\xbb\xbf" + TEXT.replace("\n", "\r\n").encode())
+    assert Mamdani.read(path) == Mamdani.parse(TEXT)
+
+
+@pytest.mark.parametrize("name", ["two words", "if", "3x", "a:b", ""])
+def test_names_that_cannot_be_read_are_not_written(name: str) -> None:
+    system = Mamdani.parse(TEXT)
+    inputs = (replace(system.inputs[0], name=name),)
+    rules = (Rule(Is(name, "low"), (Conclusion("y", "small"),)),)
+    with pytest.raises(ValueError, match=f"name {name!r}; expected a letter"):
+        replace(system, inputs=inputs, rules=rules).to_text()

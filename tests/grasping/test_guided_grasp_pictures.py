@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from algorithms.grasping import GraspSettings, grasp_controller, random_scene, simulate_grasp
+from algorithms.grasping import GraspSettings, VisualStatus, grasp_controller, random_scene, simulate_grasp
 
 ROOT = Path(__file__).parents[2]
 
@@ -48,6 +48,10 @@ def test_the_surface_has_the_values_of_the_output(tmp_path: Path) -> None:
         pictures.plot_control_surface(system, "distance", "angle", "angle")
     with pytest.raises(ValueError, match="both angle"):
         pictures.plot_control_surface(system, "angle", "angle", "speed")
+    with pytest.raises(ValueError, match="fixed: angle, which the surface is plotted over"):
+        pictures.plot_control_surface(system, "distance", "angle", "speed", {"angle": 0.0})
+    with pytest.raises(ValueError, match="samples: 1; expected at least 2"):
+        pictures.plot_control_surface(system, "distance", "angle", "speed", samples=1)
 
 
 def test_a_grasp_is_drawn_by_stages(tmp_path: Path) -> None:
@@ -59,3 +63,15 @@ def test_a_grasp_is_drawn_by_stages(tmp_path: Path) -> None:
     assert shown == sum(step.error > 0 for step in run.steps)
     start = figure.axes[0].lines[12].get_xdata()[0]
     assert start == run.scenes[0].images()[0, 0, 0]
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_grasp_that_ends_at_once_is_drawn(tmp_path: Path) -> None:
+    pictures = pytest.importorskip("algorithms.grasping.visual_pictures")
+    scene = random_scene(np.random.default_rng(0))
+    behind = scene.moved(np.array([0, 0, 0, 0, 0, 5.0]))
+    run = simulate_grasp(behind, GraspSettings())
+    assert run.status is VisualStatus.LOST_FEATURE and len(run.steps) == 1
+    figure = pictures.plot_guided_grasp(run)
+    figure.savefig(tmp_path / "a.png")
+    assert not figure.axes[2].lines

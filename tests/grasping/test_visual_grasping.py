@@ -104,6 +104,27 @@ def test_a_lost_feature_stops_the_hand() -> None:
     assert grasp_step(state, scene.images()).status is VisualStatus.OK
 
 
+def test_a_grasp_goes_on_after_images_with_lost_features() -> None:
+    rng = np.random.default_rng(3)
+    scene, state, lost, images_used = random_scene(np.random.default_rng(0)), GraspState(), 0, 0
+    while state.stage is not GraspStage.DONE and images_used < 200:
+        images, images_used = scene.images(), images_used + 1
+        drops = rng.uniform() < 0.3
+        if drops:
+            camera, point = rng.integers(2), rng.integers(12)
+            images[camera, point, rng.integers(2)] = np.nan
+            found = visual_error(images)
+            assert (found.image, found.point) == (camera, point)
+        step = grasp_step(state, images)
+        assert step.status is (VisualStatus.LOST_FEATURE if drops else VisualStatus.OK)
+        if drops:
+            assert step.state is state and not step.motion.any() and step.closing == 1
+            lost += 1
+        state, scene = step.state, scene.moved(step.motion, step.closing)
+    away, turned = scene.deviation()
+    assert lost > 5 and state.stage is GraspStage.DONE and away < 1e-9 and turned < 1e-9
+
+
 def test_confused_points_count_as_behind_the_camera() -> None:
     images = random_scene(np.random.default_rng(1)).images()
     images[0, [4, 5]] = images[0, [5, 4]]
@@ -190,3 +211,32 @@ def test_arguments_are_checked() -> None:
         GraspSettings(noise=-1)
     with pytest.raises(ValueError, match="frames: 0; expected a positive integer"):
         GraspSettings(frames=0)
+    with pytest.raises(TypeError, match="state: NoneType, settings: NoneType; expected GraspState, GraspSettings"):
+        grasp_step(None, np.zeros((2, 12, 2)))  # type: ignore[arg-type]
+    scene = random_scene(np.random.default_rng(0))
+    with pytest.raises(ValueError, match=r"rng: None with a noise of 0\.3 pixels"):
+        simulate_grasp(scene, NOISY)
+    with pytest.raises(ValueError, match="at_most: 0; expected a positive number"):
+        simulate_grasp(scene, GraspSettings(), at_most=0)
+    with pytest.raises(ValueError, match="place and target: both"):
+        camera_matrix(np.zeros(3), np.zeros(3), np.ones(2), np.zeros(2))
+
+
+def test_a_camera_that_looks_down() -> None:
+    matrix = camera_matrix(np.array([0, 0, 2.0]), np.zeros(3), np.array([800.0, 400.0]), np.array([320.0, 240.0]))
+    points = np.array([[0, 0, 0, 1], [1, 0, 0, 1], [0, 1, 0, 1], [0, 0, 1, 1.0]])
+    seen = points @ matrix.T
+    assert np.allclose(seen[:, 2], [2, 2, 2, 1])
+    assert np.allclose(seen[:, :2] / seen[:, 2:], [[320, 240], [720, 240], [320, 40], [320, 240]])
+
+
+def test_kinds_of_arrays() -> None:
+    images = random_scene(np.random.default_rng(0)).images()
+    expected = visual_error(images).rows
+    images.flags.writeable = False
+    assert np.array_equal(visual_error(images).rows, expected)
+    assert np.array_equal(visual_error(images.tolist()).rows, expected)
+    single = visual_error(images.astype(np.float32))
+    assert single.status is VisualStatus.OK and np.allclose(single.rows, expected, rtol=0, atol=1e-3)
+    for scale, status in ((1e100, VisualStatus.OK), (1e300, VisualStatus.DEGENERATE_VIEW)):
+        assert visual_error(scale * images).status is status

@@ -6,7 +6,7 @@ import importlib
 
 import numpy as np
 import pytest
-from random_rule_bases import number_of_union, random_inputs, random_rule_base
+from random_rule_bases import degenerate_rule_base, number_of_union, random_inputs, random_rule_base
 
 from algorithms.grasping import FuzzyStatus, Mamdani
 from benchmarks.scikit_fuzzy import peer_simulation, used_inputs
@@ -79,3 +79,23 @@ def test_other_numbers_agree(method: str) -> None:
         count += len(x)
     assert count > 2000 and same > 0.3 * count
     print(f"{method}: {same} of {count} numbers of scikit-fuzzy are equal")
+
+
+@pytest.mark.parametrize("method", ["centroid", "bisector", "mom", "som", "lom"])
+def test_degenerate_rule_bases_agree(method: str) -> None:
+    """Sets of one place, equal sets, corners on places, and rules that conclude several sets."""
+    pytest.importorskip("skfuzzy")
+    count = 0
+    for seed in range(40):
+        system = degenerate_rule_base(np.random.default_rng(seed), method)
+        x = firing(system, 20, seed)
+        if not len(x):
+            continue
+        values, unions = peer_unions(system, x)
+        found = system.evaluate(x).values[:, 0]
+        expected = [number_of_union(places, union, method) for places, union in unions]
+        assert np.abs(found - expected).max() <= limit(system)
+        if method == "centroid":
+            assert np.abs(found - values).max() <= limit(system)
+        count += len(x)
+    assert count > 700

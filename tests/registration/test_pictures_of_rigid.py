@@ -22,3 +22,20 @@ def test_pictures_show_the_points_and_planes():
     assert not np.allclose(np.array(before.collections[1]._offsets3d), np.array(target._offsets3d), atol=0.1)
     axes = pictures.draw_joint_space(x, y, found.inliers, found.motor).axes
     assert len(axes) == 3 and all(len(axis.collections) == 3 for axis in axes)
+
+
+@pytest.mark.filterwarnings("error")
+def test_pictures_of_few_points(tmp_path):
+    rng = np.random.default_rng(0)
+    one, cloud = np.eye(8)[0], rng.normal(size=(5, 3))
+    for source in (np.zeros((0, 3)), np.full((3, 3), np.nan), [[1, 2, 3]]):
+        pictures.draw_clouds(source, cloud, one).savefig(tmp_path / "a.png")
+    for inliers in (np.zeros(5, bool), np.ones(5, bool)):
+        pictures.draw_joint_space(cloud, cloud, inliers, one).savefig(tmp_path / "a.png")
+    pictures.draw_joint_space(np.zeros((0, 3)), np.zeros((0, 3)), [], one).savefig(tmp_path / "a.png")
+    with pytest.raises(ValueError, match=r"source: shape \(2, 5, 3\); expected \(n, 3\)"):
+        pictures.draw_clouds([cloud, cloud], cloud, one)
+    with pytest.raises(ValueError, match=r"motor: shape \(4,\)"):
+        pictures.draw_clouds(cloud, cloud, one[:4])
+    with pytest.raises(ValueError, match=r"shapes \(5, 3\), \(4, 3\), \(5,\); expected \(n, 3\), \(n, 3\), \(n,\)"):
+        pictures.draw_joint_space(cloud, cloud[:4], np.ones(5, bool), one)

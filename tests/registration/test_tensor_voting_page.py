@@ -28,3 +28,10 @@ def test_pictures_show_all_points(tmp_path: Path) -> None:
     figure = pictures.plot_deformation(points, points, register_deformable(points, points))
     figure.savefig(tmp_path / "a.png")
     assert len(figure.axes[1].lines) == 2
+
+
+@pytest.mark.filterwarnings("error")
+def test_pictures_of_few_points(tmp_path: Path) -> None:
+    pictures = pytest.importorskip("algorithms.registration.pictures_of_votes")
+    for points in (np.zeros((0, 3)), np.zeros((1, 2)), np.full((4, 3), np.nan)):
+        pictures.plot_saliency(tensor_vote(points, sigma=1.0)).savefig(tmp_path / "a.png")

@@ -56,6 +56,40 @@ def random_rule_base(rng: np.random.Generator, method: str = "centroid", **metho
     return Mamdani(inputs, (output,), tuple(rules), method, **methods)
 
 
+def _degenerate_set(rng: np.random.Generator, name: str, grid: Array) -> FuzzySet:
+    p = [float(x) for x in np.sort(rng.choice(grid, 4))]
+    choices = [
+        ("triangle", (p[0], p[1], p[3])),
+        ("trapezoid", tuple(p)),
+        ("triangle", (p[0],) * 3),
+        ("trapezoid", (p[0], p[0], p[2], p[2])),
+        ("triangle", (p[0] - 1, p[0] - 1, p[2] + 1)),
+    ]
+    kind, parameters = choices[rng.integers(len(choices))]
+    return FuzzySet(name, kind, parameters)
+
+
+def degenerate_rule_base(rng: np.random.Generator, method: str, **methods: str) -> Mamdani:
+    """A rule base with corners on few places, sets of one place, equal sets, and rules that conclude several sets."""
+
+    def variable(name: str, count: int) -> FuzzyVariable:
+        low, width, samples = float(rng.integers(-5, 5)), float(rng.integers(1, 10)), int(rng.integers(2, 30))
+        grid = np.linspace(low, low + width, samples)
+        sets = [_degenerate_set(rng, f"s{k}", grid) for k in range(count)]
+        if count > 1 and rng.uniform() < 0.3:
+            sets[-1] = FuzzySet(f"s{count - 1}", sets[0].kind, sets[0].parameters)
+        return FuzzyVariable(name, low, low + width, samples, tuple(sets))
+
+    inputs = tuple(variable(f"x{k}", int(rng.integers(1, 4))) for k in range(rng.integers(1, 3)))
+    output = variable("y", int(rng.integers(1, 6)))
+    rules = []
+    for _ in range(rng.integers(1, 6)):
+        names = rng.permutation([one.name for one in output.sets])[: rng.integers(1, len(output.sets) + 1)]
+        ends = tuple(Conclusion("y", str(name), float(rng.choice([1, 0.5]))) for name in names)
+        rules.append(Rule(random_condition(rng, inputs, 2), ends))
+    return Mamdani(inputs, (output,), tuple(rules), method, **methods)
+
+
 def random_inputs(rng: np.random.Generator, system: Mamdani, count: int) -> Array:
     low, high = np.array([[one.low, one.high] for one in system.inputs]).T
     return rng.uniform(low, high, (count, len(low)))
