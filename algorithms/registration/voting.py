@@ -13,9 +13,8 @@ from generated import tensor_voting as kernels
 
 from ..arguments import Reals, finite_number, real_array
 from .vote_status import VoteStatus
-from .vote_tables import CELLS, REACH, ball_cubics, plate_functions
+from .vote_tables import CELLS, REACH, Integers, ball_cubics, plate_table
 
-Integers = NDArray[np.int64]
 _CHUNK = 20_000
 """Receivers of dense votes that are handled at once, which bounds the memory for pairs."""
 _EQUAL = 1e-12
@@ -230,10 +229,14 @@ class _Tokens:
         """Return voters, receivers and distances of all pairs of tokens, in both directions."""
         if self._tree is None:
             return _no_pairs()
-        half = self._tree.query_pairs(self._reach, output_type="ndarray")
-        a, b = half.T.astype(np.int64)
-        distance = np.linalg.norm(self.points[a] - self.points[b], axis=1)
-        return np.concatenate([a, b]), np.concatenate([b, a]), np.concatenate([distance, distance])
+        half = self._tree.query_pairs(self._reach, output_type="ndarray").astype(np.int64, copy=False)
+        voter, receiver = half.ravel("F"), half[:, ::-1].ravel("F")
+        n = len(half)
+        if self.points.shape[1] == 2:
+            distance = np.linalg.norm(self.points[voter[:n]] - self.points[receiver[:n]], axis=1)
+        else:
+            distance = kernels.pair_distances(self.points, self.points, voter[:n], receiver[:n], 1.0)
+        return voter, receiver, np.concatenate([distance, distance])
 
     def pairs_at(self, at: Reals) -> tuple[Integers, Integers, Reals]:
         """Return voters, receivers and distances of all pairs of a token and a place."""
@@ -250,7 +253,9 @@ class _Tokens:
         if not len(voter):
             return total
         sticks, plates, balls = sources.weights
-        if sticks.any():
+        if plates.any():
+            total += self._sticks_and_plates(sources, at, voter, receiver)
+        elif sticks.any():
             votes = kernels.stick_votes if in_space else kernels.stick_votes_in_plane
             total += votes(
                 self.points, sources.normals, sticks, at, voter, receiver, self._sigma, self._curvature, zero
@@ -261,13 +266,21 @@ class _Tokens:
             cubics = ball_cubics(self._curvature, self.points.shape[1])
             votes = kernels.ball_votes if in_space else kernels.ball_votes_in_plane
             total += votes(self.points, balls, at, voter, receiver, self._sigma, place - cell, cell, cubics, zero)
-        if plates.any():
-            span = kernels.pair_invariants(self.points, at, sources.tangents, voter, receiver, self._sigma)
-            across, excess = plate_functions(span[0], span[1], self._curvature)
-            total += kernels.plate_votes(
-                self.points, sources.tangents, plates, at, voter, receiver, self._sigma, across, excess, zero
-            )
         return total
+
+    def _sticks_and_plates(self, sources: _Sources, at: Reals, voter: Integers, receiver: Integers) -> Reals:
+        sticks, plates, _ = sources.weights
+        table = plate_table(self._curvature)
+        axes = sources.normals, sources.tangents
+        invariants = kernels.pair_invariants(self.points, at, *axes, voter, receiver, self._sigma)
+        decay, root, column = kernels.vote_places(*invariants, self._curvature, table.spread)
+        cell, x, y = table.cells(root, column)
+        return np.asarray(
+            kernels.stick_and_plate_votes(
+                self.points, *axes, sticks, plates, at, voter, receiver, self._sigma, decay, x, y, cell, table.cubics,
+                np.zeros(len(at)),
+            )
+        )  # fmt: skip
 
 
 def _no_pairs() -> tuple[Integers, Integers, Reals]:
