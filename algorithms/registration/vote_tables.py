@@ -101,7 +101,10 @@ def plate_table(curvature: float) -> PlateTable:
     near = spread * distance[..., 0]
     flat = np.sqrt(0.5) * column * near / np.maximum(1 + near - column, near)
     sharp = np.sqrt(1 / (2 - column**2))
-    kinds = ((flat, np.full_like(flat, np.pi / 2)), (np.broadcast_to(sharp, flat.shape), np.arcsin(np.sqrt(0.5) / sharp)))
+    kinds = (
+        (flat, np.full_like(flat, np.pi / 2)),
+        (np.broadcast_to(sharp, flat.shape), np.arcsin(np.sqrt(0.5) / sharp)),
+    )
     found = []
     for sine, top in kinds:
         s = np.maximum(sine, 1e-300)[..., None]

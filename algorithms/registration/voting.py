@@ -89,6 +89,10 @@ def published_curvature(sigma: float) -> float:
 
 
 CURVATURE = published_curvature(10.0)
+"""Of first passes."""
+REFINED_CURVATURE = 2.0
+"""Of further passes: their normals are accurate enough for a narrow field. A circle of the radius 1.4 sigma decays by
+1 / e."""
 
 
 def tensor_vote(
@@ -99,12 +103,13 @@ def tensor_vote(
     sigma: float,
     at: ArrayLike | None = None,
     passes: int | None = None,
-    curvature: float = CURVATURE,
+    curvature: float | None = None,
 ) -> Votes:
     """Let tokens vote for the surfaces, curves and junctions through their neighbours.
 
-    Without normals and tangents, each token votes as a ball in the first pass, and in further passes as the stick and
-    the plate of the tensor that it received. Tokens within three sigma of each other are neighbours.
+    Without normals and tangents, each token votes as a ball in the first pass. In further passes, it votes as the stick
+    and the plate of the tensor that it received, relative to its first eigenvalue: clear tokens count more than others,
+    but dense ones do not. Tokens within three sigma of each other are neighbours.
 
     Parameters
     ----------
@@ -120,35 +125,37 @@ def tensor_vote(
     at : array_like, (m, d), optional
         Places for dense votes. By default, the tokens receive the votes of the others.
     passes : int, optional
-        Number of passes, including the one at `at`. By default 2 without normals and tangents, and 1 with them.
+        Number of passes, including the one at `at`. By default 3 without normals and tangents, and 1 with them.
     curvature : float, optional
-        Weight of squared curvatures, in units of sigma: by default that of `published_curvature` for 10 pixels.
+        Weight of squared curvatures, in units of sigma, of all passes. By default, it is that of `published_curvature`
+        for 10 pixels in the first pass, and 2 in further passes.
 
     Returns
     -------
     Votes
     """
     places, first = _tokens(points, normals, tangents)
-    scale, weight = finite_number(sigma, "sigma"), finite_number(curvature, "curvature")
-    if scale <= 0 or weight <= 0:
-        raise ValueError(f"sigma, curvature: {scale}, {weight}; expected positive numbers")
-    count = (2 if first is None else 1) if passes is None else passes
+    scale = finite_number(sigma, "sigma")
+    weights = (CURVATURE, REFINED_CURVATURE) if curvature is None else (finite_number(curvature, "curvature"),) * 2
+    if scale <= 0 or weights[0] <= 0:
+        raise ValueError(f"sigma, curvature: {scale}, {weights[0]}; expected positive numbers")
+    count = (3 if first is None else 1) if passes is None else passes
     if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 1:
         raise ValueError(f"passes: {count!r}; expected a positive integer")
     d = places.shape[1]
     usable = np.isfinite(places).all(1) & (True if first is None else np.isfinite(first.weights).all(0))
     own = np.flatnonzero(usable)
-    tokens = _Tokens(places[own], scale, weight)
+    tokens = _Tokens(places[own], scale)
     sources = _balls(len(own), d) if first is None else first.rows(own)
     last = int(count) - (at is not None)
     pairs = tokens.pairs() if last > 0 else None
     found = None
-    for _ in range(last):
+    for k in range(last):
         assert pairs is not None
-        found = _voted(tokens.points, tokens.sums(sources, tokens.points, *pairs))
+        found = _voted(tokens.points, tokens.sums(sources, weights[k > 0], tokens.points, *pairs))
         sources = _refined(found)
     if at is not None:
-        return _dense(tokens, sources, _places(at, "at", d))
+        return _dense(tokens, sources, weights[last > 0], _places(at, "at", d))
     assert found is not None
     return _spread(found, places, own)
 
@@ -208,20 +215,21 @@ def _balls(n: int, d: int) -> _Sources:
 
 
 def _refined(found: Votes) -> _Sources:
-    """Return the sticks and, in space, the plates of received tensors."""
+    """Return the sticks and, in space, the plates of received tensors, relative to their first eigenvalues."""
     weights = np.zeros((3, len(found.points)))
-    weights[0] = found.eigenvalues[:, 0] - found.eigenvalues[:, 1]
+    values = found.eigenvalues / np.where(found.eigenvalues[:, :1] > 0, found.eigenvalues[:, :1], 1)
+    weights[0] = values[:, 0] - values[:, 1]
     if found.points.shape[1] == 3:
-        weights[1] = found.curve
+        weights[1] = values[:, 1] - values[:, 2]
     return _Sources(weights, found.normals, found.tangents)
 
 
 class _Tokens:
-    """Tokens in a tree, with the parameters of their votes."""
+    """Tokens in a tree, with the scale of their votes."""
 
-    def __init__(self, points: Reals, sigma: float, curvature: float) -> None:
+    def __init__(self, points: Reals, sigma: float) -> None:
         self.points = np.ascontiguousarray(points)
-        self._sigma, self._curvature = sigma, curvature
+        self._sigma = sigma
         self._reach = REACH * sigma
         self._tree = cKDTree(self.points) if len(points) else None
 
@@ -245,7 +253,9 @@ class _Tokens:
         found = cKDTree(at).sparse_distance_matrix(self._tree, self._reach, output_type="ndarray")
         return found["j"].astype(np.int64), found["i"].astype(np.int64), np.ascontiguousarray(found["v"])
 
-    def sums(self, sources: _Sources, at: Reals, voter: Integers, receiver: Integers, distance: Reals) -> Reals:
+    def sums(
+        self, sources: _Sources, curvature: float, at: Reals, voter: Integers, receiver: Integers, distance: Reals
+    ) -> Reals:
         """Sum votes, as upper triangles (m, 3) or (m, 6)."""
         in_space = self.points.shape[1] == 3
         zero = np.zeros(len(at))
@@ -254,26 +264,26 @@ class _Tokens:
             return total
         sticks, plates, balls = sources.weights
         if plates.any():
-            total += self._sticks_and_plates(sources, at, voter, receiver)
+            total += self._sticks_and_plates(sources, curvature, at, voter, receiver)
         elif sticks.any():
             votes = kernels.stick_votes if in_space else kernels.stick_votes_in_plane
-            total += votes(
-                self.points, sources.normals, sticks, at, voter, receiver, self._sigma, self._curvature, zero
-            )
+            total += votes(self.points, sources.normals, sticks, at, voter, receiver, self._sigma, curvature, zero)
         if balls.any():
             place = distance * (CELLS / self._reach)
             cell = np.minimum(place.astype(np.int64), CELLS - 1)
-            cubics = ball_cubics(self._curvature, self.points.shape[1])
+            cubics = ball_cubics(curvature, self.points.shape[1])
             votes = kernels.ball_votes if in_space else kernels.ball_votes_in_plane
             total += votes(self.points, balls, at, voter, receiver, self._sigma, place - cell, cell, cubics, zero)
         return total
 
-    def _sticks_and_plates(self, sources: _Sources, at: Reals, voter: Integers, receiver: Integers) -> Reals:
+    def _sticks_and_plates(
+        self, sources: _Sources, curvature: float, at: Reals, voter: Integers, receiver: Integers
+    ) -> Reals:
         sticks, plates, _ = sources.weights
-        table = plate_table(self._curvature)
+        table = plate_table(curvature)
         axes = sources.normals, sources.tangents
         invariants = kernels.pair_invariants(self.points, at, *axes, voter, receiver, self._sigma)
-        decay, root, column = kernels.vote_places(*invariants, self._curvature, table.spread)
+        decay, root, column = kernels.vote_places(*invariants, curvature, table.spread)
         cell, x, y = table.cells(root, column)
         return np.asarray(
             kernels.stick_and_plate_votes(
@@ -287,12 +297,12 @@ def _no_pairs() -> tuple[Integers, Integers, Reals]:
     return np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0)
 
 
-def _dense(tokens: _Tokens, sources: _Sources, at: Reals) -> Votes:
+def _dense(tokens: _Tokens, sources: _Sources, curvature: float, at: Reals) -> Votes:
     usable = np.flatnonzero(np.isfinite(at).all(1))
     rows = [np.zeros((0, 6 if at.shape[1] == 3 else 3))]
     for start in range(0, len(usable), _CHUNK):
         part = np.ascontiguousarray(at[usable[start : start + _CHUNK]])
-        rows.append(tokens.sums(sources, part, *tokens.pairs_at(part)))
+        rows.append(tokens.sums(sources, curvature, part, *tokens.pairs_at(part)))
     return _spread(_voted(at[usable], np.concatenate(rows)), at, usable)
 
 

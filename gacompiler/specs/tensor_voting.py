@@ -228,8 +228,8 @@ def stick_and_plate_votes(
 ):
     """Sum the votes of tokens of surfaces and curves in space, each of which is a stick and a plate.
 
-    With the projector A across the tangent, the unit offset u, and p = A u, the vote of a plate is
-    ``w A + e p p / p.p - 2 (w + e) (p u + u p - 2 p.p u u)``. The function w is the integral of the decay times the
+    With the unit offset u, the plate votes for ``w (I - t t) + e p p / p.p``, where t is the tangent, reflected in u,
+    and p the component of u across the tangent, reflected in u. The function w is the integral of the decay times the
     squared component of the normal across u, and ``w + e`` that of the component along p.
 
     Parameters
@@ -246,25 +246,22 @@ def stick_and_plate_votes(
 
     def of(place, normal, tangent, stick, plate, other, decay, x, y, row):
         v, _, same, safe = _offset(place, other, scale)
-        unit = v / sqrt(safe)
-        turned = _numbers(-(unit * normal * unit), AXES3)
-        voted = tuple(select(same, a, b) for a, b in zip(_numbers(normal, AXES3), turned, strict=True))
-        w, e = _bicubic(row[:16], x, y), _bicubic(row[16:], x, y)
-        t, u = _numbers(tangent, AXES3), _numbers(unit, AXES3)
-        along = sum((a * b for a, b in zip(t, u, strict=True)), 0)
-        p = tuple(a - along * b for a, b in zip(u, t, strict=True))
-        square = sum((a * a for a in p), 0)
-        # p u + u p - 2 p.p u u = q u + u q with q = p - p.p u
-        q = tuple(a - square * b for a, b in zip(p, u, strict=True))
-        w, e, both = select(same, 1, w), select(square <= THIN, 0, e / ga.maximum(square, THIN)), select(same, 0, w + e)
-        weight = stick * decay
+        inverse = 1 / safe
+        u, t = v * sqrt(inverse), tangent
+        # -u n u = n - 2 n.u u; the second form gives n at the same place, where u is zero.
+        voted = _numbers(normal - 2 * ga.scalar_product(normal, u) * u, AXES3)
+        w, e = select(same, 1, _bicubic(row[:16], x, y)), _bicubic(row[16:], x, y)
+        along = ga.scalar_product(t, u)
+        p = u - along * t
+        square = ga.norm_squared(p)
+        d = select(square <= THIN, 0, e / ga.maximum(square, THIN))
+        t, p = _numbers(t - 2 * along * u, AXES3), _numbers(p - 2 * square * u, AXES3)
+        weight, w, d = stick * decay, plate * w, plate * d
         rows = []
         for i in range(3):
             for j in range(i, 3):
-                projector = (1 if i == j else 0) - t[i] * t[j]
-                bent = q[i] * u[j] + u[i] * q[j]
-                of_plate = w * projector + e * p[i] * p[j] - 2 * both * bent
-                rows.append(weight * voted[i] * voted[j] + plate * of_plate)
+                alike = w if i == j else 0
+                rows.append(weight * voted[i] * voted[j] + (alike - w * t[i] * t[j]) + d * p[i] * p[j])
         return tuple(rows)
 
     tokens = gather(points, voter), gather(normals, voter), gather(tangents, voter)
