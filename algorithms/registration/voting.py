@@ -78,6 +78,12 @@ class Votes:
         """The saliency (m,) of junctions and separate points: the last eigenvalue."""
         return np.asarray(self.eigenvalues[:, -1])
 
+    def rows(self, chosen: Any) -> Votes:
+        """Return the votes of some rows."""
+        return Votes(
+            self.points[chosen], self.tensors[chosen], self.eigenvalues[chosen], self.axes[chosen], self.status[chosen]
+        )
+
 
 def published_curvature(sigma: float) -> float:
     """Return the weight of squared curvatures of Medioni, Lee and Tang for a scale of sigma pixels.
@@ -142,22 +148,54 @@ def tensor_vote(
     count = (3 if first is None else 1) if passes is None else passes
     if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 1:
         raise ValueError(f"passes: {count!r}; expected a positive integer")
-    d = places.shape[1]
     usable = np.isfinite(places).all(1) & (True if first is None else np.isfinite(first.weights).all(0))
     own = np.flatnonzero(usable)
     tokens = _Tokens(places[own], scale)
-    sources = _balls(len(own), d) if first is None else first.rows(own)
-    last = int(count) - (at is not None)
-    pairs = tokens.pairs() if last > 0 else None
-    found = None
-    for k in range(last):
-        assert pairs is not None
-        found = _voted(tokens.points, tokens.sums(sources, weights[k > 0], tokens.points, *pairs))
+    sources = _balls(len(own), places.shape[1]) if first is None else first.rows(own)
+    if at is None:
+        found, _ = _passes(tokens, sources, weights, int(count))
+        return _spread(found, places, own)
+    _, sources = _passes(tokens, sources, weights, int(count) - 1)
+    return _dense(tokens, sources, weights[count > 1], _places(at, "at", places.shape[1]))
+
+
+class VoteField:
+    """Dense votes at many places, one call after the other, by tokens that have voted as balls and then again.
+
+    Parameters
+    ----------
+    points : array, (n, 2) or (n, 3)
+        Finite tokens.
+    sigma, curvature : float
+        The scale, and the weight of squared curvatures in units of it.
+    passes : int
+        Passes among the tokens, at least 1.
+
+    Attributes
+    ----------
+    tokens : Votes
+        What the tokens received in the last pass.
+    """
+
+    def __init__(self, points: Reals, sigma: float, curvature: float, passes: int = 2) -> None:
+        self._tokens, self._curvature = _Tokens(points, sigma), curvature
+        first = _balls(*points.shape)
+        self.tokens, self._sources = _passes(self._tokens, first, (curvature, curvature), passes)
+
+    def votes(self, at: Reals) -> Votes:
+        """Return the votes at places (m, d)."""
+        return _dense(self._tokens, self._sources, self._curvature, at)
+
+
+def _passes(tokens: _Tokens, sources: _Sources, curvatures: tuple[float, float], count: int) -> tuple[Votes, _Sources]:
+    """Let tokens vote for each other, and return what they received, and what they vote as in the next pass."""
+    d = tokens.points.shape[1]
+    found = _voted(tokens.points, np.zeros((len(tokens.points), d * (d + 1) // 2)))
+    pairs = tokens.pairs() if count else _no_pairs()
+    for k in range(count):
+        found = _voted(tokens.points, tokens.sums(sources, curvatures[k > 0], tokens.points, *pairs))
         sources = _refined(found)
-    if at is not None:
-        return _dense(tokens, sources, weights[last > 0], _places(at, "at", d))
-    assert found is not None
-    return _spread(found, places, own)
+    return found, sources
 
 
 def _places(value: ArrayLike, name: str, dimension: int) -> Reals:
