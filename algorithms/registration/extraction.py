@@ -45,7 +45,13 @@ def extract_surface(points: ArrayLike, *, sigma: float, spacing: float | None = 
 
 
 def extract_curves(
-    points: ArrayLike, *, sigma: float, spacing: float | None = None, least: float = 0.2, contrast: float = 6.0
+    points: ArrayLike,
+    *,
+    sigma: float,
+    spacing: float | None = None,
+    least: float = 0.2,
+    support: float = 2.0,
+    contrast: float = 6.0,
 ) -> Extremal:
     """Extract the curves in the plane or in space on which the votes of tokens agree.
 
@@ -59,6 +65,8 @@ def extract_curves(
         Of the nodes of the grid in the plane, or of vertices along curves in space; by default a quarter of sigma.
     least : float, optional
         The least saliency, in units of the largest one of curves (in space, of curves and surfaces).
+    support : float, optional
+        The least saliency of a curve in space in the median along it, in units of the vote of one token.
     contrast : float, optional
         The least ratio of the saliency on a curve in space to that at the distance sigma from it, in the median along
         the curve. Curves along which two surfaces cross at 60 degrees have about 5, at 90 degrees about 15.
@@ -67,10 +75,10 @@ def extract_curves(
     -------
     Extremal
         In the plane, segments that cross the edges of a grid, see `extract_surface`. In space, polylines: each vertex
-        belongs to at most two segments, and closed curves are closed. These are curves of tokens, and curves in which
-        surfaces cross. Curves end at the last token, within about half of sigma, and may have gaps of the length sigma
-        at junctions. Those that are shorter than 3 sigma are left out, and parallel curves closer to each other than
-        half of sigma merge.
+        belongs to at most two segments, and rings are closed. These are curves of tokens, and curves in which
+        surfaces cross. Curves end at the last token, typically within half of sigma, and may have gaps of the length
+        sigma at junctions. Those that are shorter than 3 sigma are left out, and parallel curves closer to each other
+        than half of sigma merge.
 
     Raises
     ------
@@ -81,9 +89,10 @@ def extract_curves(
     if tokens.shape[1] == 2:
         return _extract(tokens, sigma, spacing, least)
     scale, step, share = _settings(sigma, spacing, least)
-    if finite_number(contrast, "contrast") <= 0:
-        raise ValueError(f"contrast: {contrast}; expected a positive number")
-    return trace_curves(VoteField(tokens, scale, _CURVATURE), scale, step, share, contrast)
+    for name, value in (("support", support), ("contrast", contrast)):
+        if finite_number(value, name) <= 0:
+            raise ValueError(f"{name}: {value}; expected a positive number")
+    return trace_curves(VoteField(tokens, scale, _CURVATURE), scale, step, share, support, contrast)
 
 
 def _settings(sigma: float, spacing: float | None, least: float) -> tuple[float, float, float]:

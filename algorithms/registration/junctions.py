@@ -14,8 +14,8 @@ from .voting import VoteField, Votes
 _BROAD, _NARROW = 0.5, 5.0
 """Weights of squared curvatures of the votes by which junctions are found, and of those that locate them. In a narrow
 field, tokens beside a curve do not vote across it."""
-_SEED_SHARE, _SHARE = 0.05, 0.15
-"""The least saliency of a token from which the ascent begins, and of a junction, in units of the first eigenvalue."""
+_SHARE = 0.05
+"""The least saliency of a junction, and of a token from which the ascent begins, in units of the first eigenvalue."""
 _AROUND = (1.0, 2.0)
 """Distances, in units of sigma, at which the saliency around a junction is taken."""
 _DIRECTIONS = 64
@@ -63,8 +63,8 @@ def extract_junctions(
     Returns
     -------
     Junctions
-        Maxima of the junction saliency. Junctions closer to each other than sigma merge, and those of directions that
-        differ by less than about 50 degrees may be missing.
+        Maxima of the junction saliency. Junctions closer to each other than sigma merge. Those of directions that
+        differ by less than about 50 degrees in the plane, or 75 degrees in space, may be missing.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def _summits(tokens: Reals, sigma: float, least: float, support: float) -> Votes
     broad, narrow = VoteField(tokens, sigma, _BROAD), VoteField(tokens, sigma, _NARROW)
     votes = broad.votes(tokens)
     limit = max(support, least * votes.eigenvalues[:, 0].max(initial=0))
-    possible = (votes.junction >= limit / 2) & (votes.junction >= _SEED_SHARE * votes.eigenvalues[:, 0])
+    possible = (votes.junction >= limit / 2) & (votes.junction >= _SHARE * votes.eigenvalues[:, 0])
     seeds = tokens[possible][well_apart(tokens[possible], votes.junction[possible], sigma / 2)]
     axes = np.eye(tokens.shape[1])
 
@@ -102,7 +102,8 @@ def _summits(tokens: Reals, sigma: float, least: float, support: float) -> Votes
     apart = well_apart(first.points[kept], first.junction[kept], sigma / 4)
     found = climb(narrow, first.points[kept][apart], lambda at: at.junction, everywhere, sigma / 10)
     size = found.votes.junction
-    clear = found.reached & (size >= limit) & (size >= _SHARE * found.votes.eigenvalues[:, 0])
+    # The last eigenvalue has edges, where a quadratic fit may find no maximum; the contrast decides.
+    clear = (size >= limit) & (size >= _SHARE * found.votes.eigenvalues[:, 0])
     rows = np.flatnonzero(clear)
     return found.votes.rows(rows[well_apart(found.votes.points[rows], size[rows], sigma)])
 

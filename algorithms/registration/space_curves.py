@@ -57,7 +57,9 @@ class _Vertices:
         )
 
 
-def trace_curves(field: VoteField, sigma: float, step: float, least: float, contrast: float) -> Extremal:
+def trace_curves(
+    field: VoteField, sigma: float, step: float, least: float, support: float, contrast: float
+) -> Extremal:
     """Trace the curves in space on which the saliency of curves is largest across the tangent.
 
     Parameters
@@ -69,33 +71,38 @@ def trace_curves(field: VoteField, sigma: float, step: float, least: float, cont
         The distance of vertices.
     least : float
         The least saliency, in units of the largest one of surfaces and curves at a token or vertex.
+    support : float
+        The least saliency in the median along a curve, in units of the vote of one token. It is at least half of that
+        everywhere.
     contrast : float
         The least ratio of the saliency on a curve to that at the distance sigma from it, in the median.
     """
     tokens = field.votes(field.tokens.points)
     seeds = np.flatnonzero(tokens.curve >= _SHARE * tokens.eigenvalues[:, 0])
     largest = max(tokens.surface.max(initial=0), tokens.curve.max(initial=0))
-    seeds = seeds[tokens.curve[seeds] >= _SEED * least * largest]
-    if not largest > 0 or not len(seeds):
+    limit = max(least * largest, support / 2)
+    seeds = seeds[tokens.curve[seeds] >= _SEED * limit]
+    if not len(seeds):
         return no_extremal(3, 2)
     seeds = seeds[well_apart(tokens.points[seeds], tokens.curve[seeds], sigma / 2)]
-    tracer = _Tracer(field, sigma, step)
-    first = tracer.summits(tokens.points[seeds])
-    tracer.limit = least * max(largest, first.saliency.max(initial=0))
-    found = tracer.grow(first.rows(first.saliency >= tracer.limit))
+    first = _Tracer(field, sigma, step, limit).summits(tokens.points[seeds])
+    limit = max(least * first.saliency.max(initial=0), limit)
+    tracer = _Tracer(field, sigma, step, limit)
+    found = tracer.grow(first.rows(first.saliency >= limit))
     curves = _curves(found, *tracer.links(found), sigma)
-    return _joined(found, [curve for curve in curves if tracer.contrast(found, curve[0]) >= contrast])
+    clear = [(rows, closed) for rows, closed in curves if np.median(found.saliency[rows]) >= support]
+    return _joined(found, [(rows, closed) for rows, closed in clear if tracer.contrast(found, rows) >= contrast])
 
 
 class _Tracer:
-    def __init__(self, field: VoteField, sigma: float, step: float) -> None:
-        self._field, self._sigma, self._step, self.limit = field, sigma, step, 0.0
+    def __init__(self, field: VoteField, sigma: float, step: float, limit: float) -> None:
+        self._field, self._sigma, self._step, self._limit = field, sigma, step, limit
 
     def summits(self, start: Reals) -> _Vertices:
         """Return the vertices of curves next to places."""
         found = climb(self._field, start, lambda v: v.curve, lambda v: v.axes[:, :2], self._sigma / 8)
         votes = found.votes
-        good = found.reached & (votes.curve >= self.limit) & (votes.curve >= _SHARE * votes.eigenvalues[:, 0])
+        good = found.reached & (votes.curve >= self._limit) & (votes.curve >= _SHARE * votes.eigenvalues[:, 0])
         return _vertices(votes, good)
 
     def grow(self, first: _Vertices) -> _Vertices:

@@ -27,13 +27,13 @@ def test_two_circles_are_curves() -> None:
     rings = np.stack([np.cos(turn), np.sin(turn)], 1) + np.where(np.arange(500) < 250, 0, 3)[:, None] * [1, 0]
     found = extract_curves(np.concatenate([rings, rng.uniform(-1.5, 4.5, (80, 2)) * [1, 0.5]]), sigma=0.2)
     radius = np.minimum(*(np.abs(np.hypot(found.vertices[:, 0] - x, found.vertices[:, 1]) - 1) for x in (0, 3)))
-    assert len(found.pieces) > 150 and np.median(radius) < 0.005 and np.quantile(radius, 0.95) < 0.03
+    assert len(found.pieces) > 150 and np.median(radius) < 0.002 and np.quantile(radius, 0.95) < 0.01
 
 
 def test_nothing_gives_nothing() -> None:
     assert len(extract_surface(np.zeros((0, 3)), sigma=1.0).vertices) == 0
     assert len(extract_surface([[0, 0, 0], [9, 9, 9]], sigma=1.0).pieces) == 0
     with pytest.raises(ValueError, match="points: shape"):
-        extract_curves(np.zeros((3, 3)), sigma=1.0)
+        extract_curves(np.zeros((3, 4)), sigma=1.0)
     with pytest.raises(ValueError, match="nodes; expected at most"):
         extract_surface([[0, 0, 0], [1e6, 1e6, 1e6]], sigma=1.0)
