@@ -62,7 +62,7 @@ def test_lines_in_space_meet_in_a_junction(outliers: int, seed: int) -> None:
     assert len(found.points) == 1 and np.linalg.norm(found.points) < 0.2 * 0.15
 
 
-@pytest.mark.parametrize(("low", "error"), [(-1, 0.15), (0, 0.35)])
+@pytest.mark.parametrize(("low", "error"), [pytest.param(-1, 0.15, marks=pytest.mark.slow), (0, 0.35)])
 def test_three_planes_meet_in_a_junction(low: float, error: float) -> None:
     rng = np.random.default_rng(0)
     points = rng.uniform(low, 1, (900, 3)) * (1 - np.repeat(np.eye(3), 300, axis=0))
