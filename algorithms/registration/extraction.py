@@ -1,4 +1,4 @@
-"""Extremal surfaces and curves: from dense votes on a grid, or traced along curves in space."""
+"""Extremal surfaces from dense votes on a grid, and extremal curves."""
 
 from __future__ import annotations
 
@@ -10,13 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 from ..arguments import Reals, finite_number
 from .ascent import finite_tokens
 from .extremal import Extremal, no_extremal
-from .space_curves import trace_curves
+from .traced_curves import trace_curves
 from .voting import VoteField
 
 _MOST_NODES = 4_000_000
 _CURVATURE = 0.1
-"""Weight of squared curvatures. Circles in the plane with the radius 5 sigma are found within 0.002 of the radius; with
-1, they are too large by 0.004, because a straight continuation is then preferred."""
+"""Weight of squared curvatures. With a large one, a straight continuation is preferred, and circles are too large."""
 _PARALLEL = 0.5
 """The least cosine of the normals at both ends of an edge that crosses a surface."""
 
@@ -41,7 +40,24 @@ def extract_surface(points: ArrayLike, *, sigma: float, spacing: float | None = 
         from plus to minus. Surfaces closer to each other than about sigma merge. There are gaps where the saliency is
         below the least one, and pieces near outliers if that is small.
     """
-    return _extract(finite_tokens(points, (3,)), sigma, spacing, least)
+    finite = finite_tokens(points, (3,))
+    scale, step, share = _settings(sigma, spacing, least)
+    if not len(finite):
+        return no_extremal(3, 4)
+    low = finite.min(0) - 2 * step
+    shape = np.ceil((finite.max(0) + 2 * step - low) / step) + 1
+    if shape.prod() > _MOST_NODES:
+        raise ValueError(f"spacing: {step} gives {shape.prod():.3g} nodes; expected at most {_MOST_NODES}")
+    counts = tuple(int(k) for k in shape)
+    nodes = np.stack(np.meshgrid(*(np.arange(k) for k in counts), indexing="ij"), -1).reshape(-1, 3)
+    votes = VoteField(finite, scale, _CURVATURE).votes(low + step * nodes)
+    saliency = (votes.eigenvalues[:, 0] - votes.eigenvalues[:, 1]).reshape(counts)
+    normals = votes.normals.reshape(*counts, 3)
+    if not saliency.any():
+        return no_extremal(3, 4)
+    slope = (np.stack(np.gradient(saliency), -1) * normals).sum(-1)
+    found = [_crossings(saliency, normals, slope, axis, share * saliency.max()) for axis in range(3)]
+    return _dual(found, counts, low, step)
 
 
 def extract_curves(
@@ -62,23 +78,23 @@ def extract_curves(
     sigma : float
         The scale of votes, in the units of the points.
     spacing : float, optional
-        Of the nodes of the grid in the plane, or of vertices along curves in space; by default a quarter of sigma.
+        Of vertices along curves; by default a quarter of sigma.
     least : float, optional
-        The least saliency, in units of the largest one of curves (in space, of curves and surfaces).
+        The least saliency, in units of the largest one of curves and surfaces.
     support : float, optional
-        The least saliency of a curve in space in the median along it, in units of the vote of one token.
+        The least saliency of a curve in the median along it, in units of the vote of one token.
     contrast : float, optional
-        The least ratio of the saliency on a curve in space to that at the distance sigma from it, in the median along
-        the curve. Curves along which two surfaces cross at 60 degrees have about 5, at 90 degrees about 15.
+        The least ratio of the saliency on a curve to that at the distance sigma from it, in the median along the curve.
+        Curves of tokens have 10 to 40, random tokens up to about 6. Lines along which two surfaces cross at 60 degrees
+        have about 5, at 90 degrees about 15.
 
     Returns
     -------
     Extremal
-        In the plane, segments that cross the edges of a grid, see `extract_surface`. In space, polylines: each vertex
-        belongs to at most two segments, and rings are closed. These are curves of tokens, and curves in which
-        surfaces cross. Curves end at the last token, typically within half of sigma, and may have gaps of the length
-        sigma at junctions. Those that are shorter than 3 sigma are left out, and parallel curves closer to each other
-        than half of sigma merge.
+        Polylines: each vertex belongs to at most two segments, and rings are closed. These are curves of tokens, and in
+        space also those in which surfaces cross. Curves end at the last token, typically within half of sigma, and may
+        have gaps of the length sigma at junctions. Those that are shorter than 3 sigma are left out, and parallel
+        curves closer to each other than half of sigma merge.
 
     Raises
     ------
@@ -86,8 +102,6 @@ def extract_curves(
         If an argument has a wrong shape or is out of its range.
     """
     tokens = finite_tokens(points, (2, 3))
-    if tokens.shape[1] == 2:
-        return _extract(tokens, sigma, spacing, least)
     scale, step, share = _settings(sigma, spacing, least)
     for name, value in (("support", support), ("contrast", contrast)):
         if finite_number(value, name) <= 0:
@@ -103,27 +117,6 @@ def _settings(sigma: float, spacing: float | None, least: float) -> tuple[float,
             f"sigma, spacing, least: {scale}, {step}, {share}; expected two positive numbers, and one between 0 and 1"
         )
     return scale, step, share
-
-
-def _extract(finite: Reals, sigma: float, spacing: float | None, least: float) -> Extremal:
-    d = finite.shape[1]
-    scale, step, share = _settings(sigma, spacing, least)
-    if not len(finite):
-        return no_extremal(d, 2 * (d - 1))
-    low = finite.min(0) - 2 * step
-    shape = np.ceil((finite.max(0) + 2 * step - low) / step) + 1
-    if shape.prod() > _MOST_NODES:
-        raise ValueError(f"spacing: {step} gives {shape.prod():.3g} nodes; expected at most {_MOST_NODES}")
-    counts = tuple(int(k) for k in shape)
-    nodes = np.stack(np.meshgrid(*(np.arange(k) for k in counts), indexing="ij"), -1).reshape(-1, d)
-    votes = VoteField(finite, scale, _CURVATURE).votes(low + step * nodes)
-    saliency = (votes.eigenvalues[:, 0] - votes.eigenvalues[:, 1]).reshape(counts)
-    normals = votes.normals.reshape(*counts, d)
-    if not saliency.any():
-        return no_extremal(d, 2 * (d - 1))
-    slope = (np.stack(np.gradient(saliency), -1) * normals).sum(-1)
-    found = [_crossings(saliency, normals, slope, axis, share * saliency.max()) for axis in range(d)]
-    return _dual(found, counts, low, step)
 
 
 def _crossings(saliency: Reals, normals: Reals, slope: Reals, axis: int, least: float) -> tuple[Reals, Reals, Reals]:
@@ -143,24 +136,23 @@ def _crossings(saliency: Reals, normals: Reals, slope: Reals, axis: int, least: 
 
 def _dual(found: list[tuple[Reals, Reals, Reals]], counts: tuple[int, ...], low: Reals, step: float) -> Extremal:
     """Connect the cells around crossed edges; the vertex of a cell is the mean of the crossings of its edges."""
-    d = len(counts)
-    around = np.array([[0], [-1]] if d == 2 else [[0, 0], [-1, 0], [-1, -1], [0, -1]])
+    around = np.array([[0, 0], [-1, 0], [-1, -1], [0, -1]])
     cells, places, sizes = [], [], []
     for axis, (edges, share, size) in enumerate(found):
-        others = [k for k in range(d) if k != axis]
+        others = [k for k in range(3) if k != axis]
         corners = np.repeat(edges[:, None], len(around), 1)
         corners[..., others] += around
         inside = (corners >= 0).all((1, 2)) & (corners < np.array(counts) - 1).all((1, 2))
         place = edges.astype(float)
         place[:, axis] += share
-        cells.append(np.ravel_multi_index(tuple(corners[inside].reshape(-1, d).T), counts))
+        cells.append(np.ravel_multi_index(tuple(corners[inside].reshape(-1, 3).T), counts))
         places.append(np.repeat(place[inside], len(around), 0))
         sizes.append(np.repeat(size[inside], len(around)))
     every: NDArray[Any] = np.concatenate(cells)
     if not len(every):
-        return no_extremal(d, 2 * (d - 1))
+        return no_extremal(3, 4)
     _, rows = np.unique(every, return_inverse=True)
     total = np.bincount(rows)
     spots, weights = np.concatenate(places), np.concatenate(sizes)
-    vertices = np.stack([np.bincount(rows, spots[:, k]) / total for k in range(d)], 1)
-    return Extremal(low + step * vertices, rows.reshape(-1, 2 * (d - 1)), np.bincount(rows, weights) / total)
+    vertices = np.stack([np.bincount(rows, spots[:, k]) / total for k in range(3)], 1)
+    return Extremal(low + step * vertices, rows.reshape(-1, 4), np.bincount(rows, weights) / total)

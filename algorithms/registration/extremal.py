@@ -17,7 +17,7 @@ class Extremal:
     Attributes
     ----------
     vertices : array, (v, d)
-        For grids, at most one in each cell. For curves in space, in order along each curve.
+        Of surfaces, at most one in each cell of the grid; of curves, in order along each curve.
     pieces : int array, (f, k)
         Rows of vertices: the two ends of segments of curves, or the four corners of quadrilaterals of surfaces, in
         order around each one. Neighbouring quadrilaterals may have opposite orders.

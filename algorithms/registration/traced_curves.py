@@ -1,4 +1,4 @@
-"""Extremal curves in space, traced along the tangents of the votes from the clearest tokens."""
+"""Extremal curves, traced along the tangents of the votes from the clearest tokens."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class _Vertices:
 def trace_curves(
     field: VoteField, sigma: float, step: float, least: float, support: float, contrast: float
 ) -> Extremal:
-    """Trace the curves in space on which the saliency of curves is largest across the tangent.
+    """Trace the curves on which the saliency of curves is largest across the tangent.
 
     Parameters
     ----------
@@ -79,11 +79,12 @@ def trace_curves(
     """
     tokens = field.votes(field.tokens.points)
     seeds = np.flatnonzero(tokens.curve >= _SHARE * tokens.eigenvalues[:, 0])
-    largest = max(tokens.surface.max(initial=0), tokens.curve.max(initial=0))
+    gaps = tokens.eigenvalues[:, :-1] - tokens.eigenvalues[:, 1:]
+    largest = gaps.max(initial=0)
     limit = max(least * largest, support / 2)
     seeds = seeds[tokens.curve[seeds] >= _SEED * limit]
     if not len(seeds):
-        return no_extremal(3, 2)
+        return no_extremal(tokens.points.shape[1], 2)
     seeds = seeds[well_apart(tokens.points[seeds], tokens.curve[seeds], sigma / 2)]
     first = _Tracer(field, sigma, step, limit).summits(tokens.points[seeds])
     limit = max(least * first.saliency.max(initial=0), limit)
@@ -100,7 +101,7 @@ class _Tracer:
 
     def summits(self, start: Reals) -> _Vertices:
         """Return the vertices of curves next to places."""
-        found = climb(self._field, start, lambda v: v.curve, lambda v: v.axes[:, :2], self._sigma / 8)
+        found = climb(self._field, start, lambda v: v.curve, lambda v: v.axes[:, :-1], self._sigma / 8)
         votes = found.votes
         good = found.reached & (votes.curve >= self._limit) & (votes.curve >= _SHARE * votes.eigenvalues[:, 0])
         return _vertices(votes, good)
@@ -140,10 +141,12 @@ class _Tracer:
     def contrast(self, found: _Vertices, rows: NDArray[np.int64]) -> float:
         """Return the median ratio of the saliency on a curve to the mean at the distance sigma from it."""
         votes = self._field.votes(found.places[rows])
+        n, d = votes.points.shape
         turn = 2 * np.pi * np.arange(_RING) / _RING
-        away = np.cos(turn)[:, None, None] * votes.axes[:, 0] + np.sin(turn)[:, None, None] * votes.axes[:, 1]
-        around = self._field.votes((votes.points + self._sigma * away).reshape(-1, 3)).curve.reshape(_RING, -1)
-        return float(np.median(votes.curve / np.maximum(around.mean(0), 1e-300)))
+        ring = np.stack([np.cos(turn), np.sin(turn)], 1) if d == 3 else np.array([[-1.0], [1.0]])
+        places = votes.points[:, None] + self._sigma * np.einsum("rk,nkd->nrd", ring, votes.axes[:, :-1])
+        around = self._field.votes(places.reshape(-1, d)).curve.reshape(n, len(ring)).mean(1)
+        return float(np.median(votes.curve / np.maximum(around, 1e-300)))
 
     def _neighbours(self, found: _Vertices, steps: float) -> NDArray[np.int64]:
         """Return the closest vertices (2, n) ahead and behind, up to a number of steps away, or -1."""
@@ -214,7 +217,7 @@ def _joined(found: _Vertices, curves: list[tuple[NDArray[np.int64], bool]]) -> E
         pieces.append(np.stack([own, np.roll(own, -1)], 1)[: len(own) if closed else len(own) - 1])
         start += len(order)
     if not curves:
-        return no_extremal(3, 2)
+        return no_extremal(found.places.shape[1], 2)
     rows = np.concatenate([order for order, _ in curves])
     return Extremal(found.places[rows], np.concatenate(pieces), found.saliency[rows])
 
