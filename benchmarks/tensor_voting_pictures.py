@@ -1,4 +1,4 @@
-"""The pictures of curves in space and of a deformation in docs/tensor-voting.md.
+"""The pictures of docs/tensor-voting.md: saliency on a sphere, curves in space, and a deformation.
 
 ``python -m benchmarks.tensor_voting_pictures`` draws them again.
 """
@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from algorithms.registration import extract_curves, extract_junctions, register_deformable
-from algorithms.registration.pictures_of_votes import plot_curves, plot_deformation
+from algorithms.registration import extract_curves, extract_junctions, register_deformable, tensor_vote
+from algorithms.registration.pictures_of_votes import plot_curves, plot_deformation, plot_saliency
 
 ROOT = Path(__file__).parents[1]
 FISH = ROOT / "tests" / "data" / "registration" / "fish.txt"
@@ -31,7 +31,12 @@ def frame_and_ring(n: int, rng: np.random.Generator) -> Array:
 
 
 def draw(folder: Path, tokens: int = 80) -> None:
-    """Draw both pictures, with a number of tokens for each edge."""
+    """Draw the pictures, with a number of tokens for each edge."""
+    rng = np.random.default_rng(0)
+    sphere = rng.normal(size=(25 * tokens, 3))
+    sphere /= np.linalg.norm(sphere, axis=1, keepdims=True)
+    votes = tensor_vote(np.concatenate([sphere, rng.uniform(-1.5, 1.5, (75 * tokens, 3))]), sigma=0.15)
+    plot_saliency(votes).savefig(folder / "tensor-voting.png", dpi=60)
     points = frame_and_ring(tokens, np.random.default_rng(0))
     curves, junctions = extract_curves(points, sigma=SIGMA), extract_junctions(points, sigma=SIGMA)
     plot_curves(points, curves, junctions).savefig(folder / "curves-in-space.png", dpi=110)

@@ -193,7 +193,12 @@ def _passes(tokens: _Tokens, sources: _Sources, curvatures: tuple[float, float],
     found = _voted(tokens.points, np.zeros((len(tokens.points), d * (d + 1) // 2)))
     pairs = tokens.pairs() if count else _no_pairs()
     for k in range(count):
-        found = _voted(tokens.points, tokens.sums(sources, curvatures[k > 0], tokens.points, *pairs))
+        # Tokens without directions are balls of the weight 1, and all others are none.
+        if d == 3 and sources.weights[2].any():
+            sums = tokens.mutual_balls(curvatures[0], *pairs)
+        else:
+            sums = tokens.sums(sources, curvatures[k > 0], tokens.points, *pairs)
+        found = _voted(tokens.points, sums)
         sources = _refined(found)
     return found, sources
 
@@ -307,12 +312,27 @@ class _Tokens:
             votes = kernels.stick_votes if in_space else kernels.stick_votes_in_plane
             total += votes(self.points, sources.normals, sticks, at, voter, receiver, self._sigma, curvature, zero)
         if balls.any():
-            place = distance * (CELLS / self._reach)
-            cell = np.minimum(place.astype(np.int64), CELLS - 1)
+            cell, place = self._cells(distance)
             cubics = ball_cubics(curvature, self.points.shape[1])
             votes = kernels.ball_votes if in_space else kernels.ball_votes_in_plane
-            total += votes(self.points, balls, at, voter, receiver, self._sigma, place - cell, cell, cubics, zero)
+            total += votes(self.points, balls, at, voter, receiver, self._sigma, place, cell, cubics, zero)
         return total
+
+    def mutual_balls(self, curvature: float, voter: Integers, receiver: Integers, distance: Reals) -> Reals:
+        """Sum the votes in space of balls of the weight 1 for each other, over all pairs in both directions."""
+        half = len(voter) // 2
+        cell, place = self._cells(distance[:half])
+        pairs, zero = (voter[:half], receiver[:half]), np.zeros(len(self.points))
+        first, second = kernels.mutual_ball_votes(
+            self.points, *pairs, self._sigma, place, cell, ball_cubics(curvature, 3), zero
+        )
+        return np.asarray(first + second)
+
+    def _cells(self, distance: Reals) -> tuple[Integers, Reals]:
+        """Return the cells of distances in the table of balls, and the places in them from 0 to 1."""
+        place = distance * (CELLS / self._reach)
+        cell = np.minimum(place.astype(np.int64), CELLS - 1)
+        return cell, place - cell
 
     def _sticks_and_plates(
         self, sources: _Sources, curvature: float, at: Reals, voter: Integers, receiver: Integers

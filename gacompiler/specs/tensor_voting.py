@@ -148,6 +148,24 @@ def ball_votes(points, weights, at, voter, receiver, scale, x, cell, cubics, zer
 
 
 @kernel(
+    points=array(VECTOR3, "n"), first=VOTER, second=index("pairs", into="n"), scale=SCALAR, x=PAIRS,
+    cell=index("pairs", into="cells"), cubics=CUBICS, zero=array(SCALAR, "n"),
+    returns=(array(SCALAR, "n", 6), array(SCALAR, "n", 6)),
+)  # fmt: skip
+def mutual_ball_votes(points, first, second, scale, x, cell, cubics, zero):
+    """Sum the votes of balls of the weight 1 for each other, separately for the first and the second of each pair.
+
+    Both tokens of a pair receive the same vote.
+    """
+
+    def of(place, other, x, row):
+        return _ball(place, other, 1, scale, x, row, AXES3)
+
+    rows = each(of, gather(points, first), gather(points, second), x, gather(cubics, cell))
+    return scatter(rows, first, zero), scatter(rows, second, zero)
+
+
+@kernel(
     points=array(VECTOR2, "n"), weights=array(SCALAR, "n"), at=array(VECTOR2, "m"), voter=VOTER, receiver=RECEIVER,
     scale=SCALAR, x=PAIRS, cell=index("pairs", into="cells"), cubics=CUBICS, zero=array(SCALAR, "m"), returns=TENSORS2,
 )  # fmt: skip
