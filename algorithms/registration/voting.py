@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 from generated import tensor_voting as kernels
 
 from ..arguments import Reals, finite_number, real_array
+from .vote_scale import default_sigma
 from .vote_status import VoteStatus
 from .vote_tables import CELLS, REACH, Integers, ball_cubics, plate_table
 
@@ -106,7 +107,7 @@ def tensor_vote(
     normals: ArrayLike | None = None,
     tangents: ArrayLike | None = None,
     *,
-    sigma: float,
+    sigma: float | None = None,
     at: ArrayLike | None = None,
     passes: int | None = None,
     curvature: float | None = None,
@@ -126,8 +127,8 @@ def tensor_vote(
         with a normal of length 0 do not vote.
     tangents : array_like, (n, 3), optional
         Tangents of curves in space, which vote as plates, or of curves in the plane. Not together with normals.
-    sigma : float
-        The scale, in the units of the points.
+    sigma : float, optional
+        The scale, in the units of the points; by default a third of the median distance to the 16th neighbour.
     at : array_like, (m, d), optional
         Places for dense votes. By default, the tokens receive the votes of the others.
     passes : int, optional
@@ -141,7 +142,7 @@ def tensor_vote(
     Votes
     """
     places, first = _tokens(points, normals, tangents)
-    scale = finite_number(sigma, "sigma")
+    scale = default_sigma(places) if sigma is None else finite_number(sigma, "sigma")
     weights = (CURVATURE, REFINED_CURVATURE) if curvature is None else (finite_number(curvature, "curvature"),) * 2
     if scale <= 0 or weights[0] <= 0:
         raise ValueError(f"sigma, curvature: {scale}, {weights[0]}; expected positive numbers")

@@ -188,6 +188,15 @@ def test_a_sphere_among_outliers(n: int, half: float, sigma: float, area: float,
     assert angle.mean() <= degrees
 
 
+def test_the_default_scale_reaches_the_sixteenth_neighbour() -> None:
+    # On a grid of the plane, the neighbours 13 to 20 are at the distance sqrt(5).
+    grid = np.stack(np.meshgrid(np.arange(40.0), np.arange(40.0)), -1).reshape(-1, 2)
+    found = tensor_vote(grid, passes=1)
+    assert np.array_equal(found.tensors, tensor_vote(grid, sigma=np.sqrt(5) / 3, passes=1).tensors)
+    points, truth = _sphere(1000, 2, 0)
+    assert _auc(tensor_vote(points).surface, truth) > 0.99
+
+
 def test_tokens_vote_relative_to_their_first_eigenvalue() -> None:
     points = np.random.default_rng(0).uniform(-1, 1, (60, 2))
     first = tensor_vote(points, sigma=0.4, passes=1)

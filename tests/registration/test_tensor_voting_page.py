@@ -49,4 +49,8 @@ def test_pictures_show_all_curves(tmp_path: Path) -> None:
 def test_pictures_of_the_page_are_drawn(tmp_path: Path) -> None:
     drawing = pytest.importorskip("benchmarks.tensor_voting_pictures")
     drawing.draw(tmp_path, tokens=40)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["curves-in-space.png", "deformation.png", "tensor-voting.png"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "curves-in-space.png",
+        "deformation.png",
+        "tensor-voting.png",
+    ]
