@@ -62,6 +62,15 @@ def test_lines_in_space_meet_in_a_junction(outliers: int, seed: int) -> None:
     assert len(found.points) == 1 and np.linalg.norm(found.points) < 0.2 * 0.15
 
 
+def test_circles_in_space_cross_twice() -> None:
+    rng = np.random.default_rng(0)
+    turn = rng.uniform(0, 2 * np.pi, (600, 1))
+    rings = np.cos(turn) * [1, 0, 0] + np.sin(turn) * np.where(np.arange(600)[:, None] % 2, [0, 1, 0], [0, 0, 1])
+    found = extract_junctions(_among_outliers(rings, rng, 0.5), sigma=0.2)
+    places = found.points[np.argsort(found.points[:, 0])]
+    assert places.shape == (2, 3) and np.abs(places - [[-1, 0, 0], [1, 0, 0]]).max() < 0.2 * 0.2
+
+
 @pytest.mark.parametrize(("low", "error"), [pytest.param(-1, 0.15, marks=pytest.mark.slow), (0, 0.35)])
 def test_three_planes_meet_in_a_junction(low: float, error: float) -> None:
     rng = np.random.default_rng(0)
