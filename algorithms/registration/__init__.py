@@ -1,7 +1,9 @@
 """Registration of clouds of points without a guess, and tensor voting (chapter 15)."""
 
 from .deformation import Deformation, register_deformable
-from .extraction import Extremal, extract_curves, extract_surface
+from .extraction import extract_curves, extract_surface
+from .extremal import Extremal
+from .junctions import Junctions, extract_junctions
 from .matches import MatchRegistration, register_matches, separate_motions
 from .normals import Normals, estimate_normals
 from .ply import Ply, read_ply
@@ -15,6 +17,7 @@ __all__ = [
     "DeformStatus",
     "Deformation",
     "Extremal",
+    "Junctions",
     "MatchRegistration",
     "Normals",
     "Ply",
@@ -26,6 +29,7 @@ __all__ = [
     "Votes",
     "estimate_normals",
     "extract_curves",
+    "extract_junctions",
     "extract_surface",
     "published_curvature",
     "read_ply",

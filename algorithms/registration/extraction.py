@@ -1,39 +1,23 @@
-"""Extremal surfaces in space and extremal curves in the plane, from dense votes on a grid."""
+"""Extremal surfaces from dense votes on a grid, and extremal curves."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, finite_number
-from .voting import tensor_vote
+from .ascent import finite_tokens
+from .extremal import Extremal, no_extremal
+from .traced_curves import trace_curves
+from .voting import VoteField
 
 _MOST_NODES = 4_000_000
+_CURVATURE = 0.1
+"""Weight of squared curvatures. With a large one, a straight continuation is preferred, and circles are too large."""
 _PARALLEL = 0.5
 """The least cosine of the normals at both ends of an edge that crosses a surface."""
-
-
-@dataclass(frozen=True, eq=False)
-class Extremal:
-    """Places at which the saliency is largest along the normal.
-
-    Attributes
-    ----------
-    vertices : array, (v, d)
-        At most one in each cell of the grid.
-    pieces : int array, (f, 2 (d - 1))
-        Rows of vertices: the ends of segments of curves in the plane, or the corners of quadrilaterals of surfaces in
-        space, in order around each one. Neighbouring quadrilaterals may have opposite orders.
-    saliency : array, (v,)
-        Interpolated between the nodes.
-    """
-
-    vertices: Reals
-    pieces: NDArray[np.int64]
-    saliency: Reals
 
 
 def extract_surface(points: ArrayLike, *, sigma: float, spacing: float | None = None, least: float = 0.2) -> Extremal:
@@ -56,41 +40,83 @@ def extract_surface(points: ArrayLike, *, sigma: float, spacing: float | None = 
         from plus to minus. Surfaces closer to each other than about sigma merge. There are gaps where the saliency is
         below the least one, and pieces near outliers if that is small.
     """
-    return _extract(points, 3, sigma, spacing, least)
-
-
-def extract_curves(points: ArrayLike, *, sigma: float, spacing: float | None = None, least: float = 0.2) -> Extremal:
-    """Extract the curves in the plane on which the votes of tokens agree; see `extract_surface`.
-
-    Curves in space are not extracted; `Votes.curve` and `Votes.tangents` describe them at tokens.
-    """
-    return _extract(points, 2, sigma, spacing, least)
-
-
-def _extract(points: ArrayLike, d: int, sigma: float, spacing: float | None, least: float) -> Extremal:
-    places = np.asarray(points, float)
-    if places.ndim != 2 or places.shape[1] != d:
-        raise ValueError(f"points: shape {places.shape}; expected (n, {d})")
-    step = finite_number(sigma, "sigma") / 4 if spacing is None else finite_number(spacing, "spacing")
-    if step <= 0 or not 0 < finite_number(least, "least") < 1:
-        raise ValueError(f"spacing, least: {step}, {least}; expected a positive number, and one between 0 and 1")
-    finite = places[np.isfinite(places).all(1)]
+    finite = finite_tokens(points, (3,))
+    scale, step, share = _settings(sigma, spacing, least)
     if not len(finite):
-        return _nothing(d)
+        return no_extremal(3, 4)
     low = finite.min(0) - 2 * step
     shape = np.ceil((finite.max(0) + 2 * step - low) / step) + 1
     if shape.prod() > _MOST_NODES:
         raise ValueError(f"spacing: {step} gives {shape.prod():.3g} nodes; expected at most {_MOST_NODES}")
     counts = tuple(int(k) for k in shape)
-    nodes = np.stack(np.meshgrid(*(np.arange(k) for k in counts), indexing="ij"), -1).reshape(-1, d)
-    votes = tensor_vote(finite, sigma=sigma, at=low + step * nodes)
+    nodes = np.stack(np.meshgrid(*(np.arange(k) for k in counts), indexing="ij"), -1).reshape(-1, 3)
+    votes = VoteField(finite, scale, _CURVATURE).votes(low + step * nodes)
     saliency = (votes.eigenvalues[:, 0] - votes.eigenvalues[:, 1]).reshape(counts)
-    normals = votes.normals.reshape(*counts, d)
+    normals = votes.normals.reshape(*counts, 3)
     if not saliency.any():
-        return _nothing(d)
+        return no_extremal(3, 4)
     slope = (np.stack(np.gradient(saliency), -1) * normals).sum(-1)
-    found = [_crossings(saliency, normals, slope, axis, least * saliency.max()) for axis in range(d)]
+    found = [_crossings(saliency, normals, slope, axis, share * saliency.max()) for axis in range(3)]
     return _dual(found, counts, low, step)
+
+
+def extract_curves(
+    points: ArrayLike,
+    *,
+    sigma: float,
+    spacing: float | None = None,
+    least: float = 0.2,
+    support: float = 2.0,
+    contrast: float = 6.0,
+) -> Extremal:
+    """Extract the curves in the plane or in space on which the votes of tokens agree.
+
+    Parameters
+    ----------
+    points : array_like, (n, 2) or (n, 3)
+        Tokens. Those with numbers that are not finite are ignored.
+    sigma : float
+        The scale of votes, in the units of the points.
+    spacing : float, optional
+        Of vertices along curves; by default a quarter of sigma.
+    least : float, optional
+        The least saliency, in units of the largest one of curves and surfaces.
+    support : float, optional
+        The least saliency of a curve in the median along it, in units of the vote of one token.
+    contrast : float, optional
+        The least ratio of the saliency on a curve to that at the distance sigma from it, in the median along the curve.
+        Curves of tokens have 10 to 40, random tokens up to about 6. Lines along which two surfaces cross at 60 degrees
+        have about 5, at 90 degrees about 15.
+
+    Returns
+    -------
+    Extremal
+        Polylines: each vertex belongs to at most two segments, and rings are closed. These are curves of tokens, and in
+        space also those in which surfaces cross. Curves end at the last token, typically within half of sigma, and may
+        have gaps of the length sigma at junctions. Those that are shorter than 3 sigma are left out, and parallel
+        curves closer to each other than half of sigma merge.
+
+    Raises
+    ------
+    ValueError
+        If an argument has a wrong shape or is out of its range.
+    """
+    tokens = finite_tokens(points, (2, 3))
+    scale, step, share = _settings(sigma, spacing, least)
+    for name, value in (("support", support), ("contrast", contrast)):
+        if finite_number(value, name) <= 0:
+            raise ValueError(f"{name}: {value}; expected a positive number")
+    return trace_curves(VoteField(tokens, scale, _CURVATURE), scale, step, share, support, contrast)
+
+
+def _settings(sigma: float, spacing: float | None, least: float) -> tuple[float, float, float]:
+    scale, share = finite_number(sigma, "sigma"), finite_number(least, "least")
+    step = scale / 4 if spacing is None else finite_number(spacing, "spacing")
+    if scale <= 0 or step <= 0 or not 0 < share < 1:
+        raise ValueError(
+            f"sigma, spacing, least: {scale}, {step}, {share}; expected two positive numbers, and one between 0 and 1"
+        )
+    return scale, step, share
 
 
 def _crossings(saliency: Reals, normals: Reals, slope: Reals, axis: int, least: float) -> tuple[Reals, Reals, Reals]:
@@ -110,28 +136,23 @@ def _crossings(saliency: Reals, normals: Reals, slope: Reals, axis: int, least: 
 
 def _dual(found: list[tuple[Reals, Reals, Reals]], counts: tuple[int, ...], low: Reals, step: float) -> Extremal:
     """Connect the cells around crossed edges; the vertex of a cell is the mean of the crossings of its edges."""
-    d = len(counts)
-    around = np.array([[0], [-1]] if d == 2 else [[0, 0], [-1, 0], [-1, -1], [0, -1]])
+    around = np.array([[0, 0], [-1, 0], [-1, -1], [0, -1]])
     cells, places, sizes = [], [], []
     for axis, (edges, share, size) in enumerate(found):
-        others = [k for k in range(d) if k != axis]
+        others = [k for k in range(3) if k != axis]
         corners = np.repeat(edges[:, None], len(around), 1)
         corners[..., others] += around
         inside = (corners >= 0).all((1, 2)) & (corners < np.array(counts) - 1).all((1, 2))
         place = edges.astype(float)
         place[:, axis] += share
-        cells.append(np.ravel_multi_index(tuple(corners[inside].reshape(-1, d).T), counts))
+        cells.append(np.ravel_multi_index(tuple(corners[inside].reshape(-1, 3).T), counts))
         places.append(np.repeat(place[inside], len(around), 0))
         sizes.append(np.repeat(size[inside], len(around)))
     every: NDArray[Any] = np.concatenate(cells)
     if not len(every):
-        return _nothing(d)
+        return no_extremal(3, 4)
     _, rows = np.unique(every, return_inverse=True)
     total = np.bincount(rows)
     spots, weights = np.concatenate(places), np.concatenate(sizes)
-    vertices = np.stack([np.bincount(rows, spots[:, k]) / total for k in range(d)], 1)
-    return Extremal(low + step * vertices, rows.reshape(-1, 2 * (d - 1)), np.bincount(rows, weights) / total)
-
-
-def _nothing(d: int) -> Extremal:
-    return Extremal(np.zeros((0, d)), np.zeros((0, 2 * (d - 1)), np.int64), np.zeros(0))
+    vertices = np.stack([np.bincount(rows, spots[:, k]) / total for k in range(3)], 1)
+    return Extremal(low + step * vertices, rows.reshape(-1, 4), np.bincount(rows, weights) / total)

@@ -12,11 +12,10 @@ from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
 from ..arguments import Reals, finite_number
+from .vote_scale import default_sigma
 from .vote_status import VoteStatus
 from .voting import Votes, tensor_vote
 
-_NEIGHBOURS = 16
-"""Tokens within three sigma, by default."""
 _LINKS = 10
 """Neighbours that orient each other."""
 
@@ -59,24 +58,13 @@ def estimate_normals(points: ArrayLike, sigma: float | None = None, passes: int 
     -------
     Normals
     """
-    array = np.asarray(points)
-    scale = _scale(array) if sigma is None else finite_number(sigma, "sigma")
+    scale = default_sigma(points) if sigma is None else finite_number(sigma, "sigma")
     votes = tensor_vote(points, sigma=scale, passes=passes)
     found = _oriented(votes)
     largest = votes.eigenvalues[:, 0]
     gap = largest - votes.eigenvalues[:, 1]
     confidence = np.where(largest > 0, gap / np.where(largest > 0, largest, 1), 0)
     return Normals(found, confidence, votes.status, scale)
-
-
-def _scale(array: NDArray[Any]) -> float:
-    if array.ndim != 2 or array.dtype.kind not in "fiub":
-        return 1.0  # tensor_vote states what is wrong with the points
-    places = np.unique(array[np.isfinite(array).all(1)], axis=0)
-    if len(places) < 2:
-        return 1.0
-    k = min(_NEIGHBOURS, len(places) - 1)
-    return float(np.median(cKDTree(places).query(places, k=k + 1)[0][:, k])) / 3
 
 
 def _oriented(votes: Votes) -> Reals:

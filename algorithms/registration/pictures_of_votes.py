@@ -1,4 +1,4 @@
-"""Plots of the saliency of tokens, and of deformed clouds."""
+"""Plots of the saliency of tokens, of curves with junctions, and of deformed clouds."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from numpy.typing import ArrayLike
 from ..arguments import Reals, real_array
 from ..extras import extra
 from .deformation import Deformation
+from .extremal import Extremal
+from .junctions import Junctions
 from .voting import Votes
 
 with extra("pictures", __name__):
@@ -52,6 +54,36 @@ def plot_saliency(votes: Votes, depth: float | None = None, size: float = 8.0) -
     figure.colorbar(drawn, ax=right, shrink=0.8)
     for axis in (left, right):
         axis.set_aspect("equal")
+    return figure
+
+
+def plot_curves(points: ArrayLike, curves: Extremal, junctions: Junctions, size: float = 8.0) -> Figure:
+    """Plot tokens in space beside the curves and junctions that were extracted from them.
+
+    Parameters
+    ----------
+    points : array_like, (n, 3)
+    curves : Extremal
+        The result of `extract_curves`.
+    junctions : Junctions
+    size : float, optional
+        The width of the figure in inches.
+    """
+    tokens = real_array(points, "points", (-1, 3))
+    figure = Figure(figsize=(size, 0.5 * size), layout="constrained")
+    left, right = (figure.add_subplot(1, 2, k, projection="3d") for k in (1, 2))
+    left.plot(*tokens.T, ".", ms=1.5, color="0.3")
+    left.set_title("tokens")
+    for piece in curves.pieces:
+        right.plot(*curves.vertices[piece].T, color="tab:blue", lw=1.5)
+    right.plot(*junctions.points.T, "o", ms=5, color="tab:red")
+    right.set_title("curves and junctions")
+    low, high = tokens.min(0, initial=np.inf), tokens.max(0, initial=-np.inf)
+    for axis in (left, right):
+        if len(tokens):
+            axis.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+        axis.set_aspect("equal")
+        axis.set(xticks=[], yticks=[], zticks=[])
     return figure
 
 

@@ -6,13 +6,16 @@ distance l in units of sigma, with the weight q of squared curvatures, and by 0 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline, RectBivariateSpline
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from ..arguments import Reals
+
+Integers = NDArray[np.int64]
 
 REACH = 3.0
 """Tokens farther than this multiple of sigma do not vote."""
@@ -21,8 +24,8 @@ CELLS = 1024
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
 _GONE = 6.5
 """The root of the exponent at which the decay by curvature has vanished."""
-_FEWER, _ROWS = 65, 193
-"""Nodes of the tables of plates in the angle, below and above 45 degrees, and in the distance."""
+ROWS, COLUMNS = 192, 64
+"""Cells of the tables of plates in the root of the distance, and in the angle below and above 45 degrees."""
 
 
 @lru_cache(maxsize=32)
@@ -48,43 +51,79 @@ def ball_cubics(curvature: float, dimension: int) -> Reals:
     return table
 
 
-def plate_functions(distance: Reals, square: Reals, curvature: float) -> tuple[Reals, Reals]:
-    """Return w and d of the vote of a plate at distances, and squared sines of the angle of offset and tangent."""
-    low, high = _plate_splines(float(curvature))
-    sine = np.sqrt(square)
-    steep = square > 0.5
-    place = np.sqrt(np.minimum(distance, REACH) / REACH)
-    across, excess = np.empty_like(distance), np.empty_like(distance)
-    for rows, splines, at in (
-        (~steep, low, sine),
-        (steep, high, np.arcsin(np.minimum(1 / np.maximum(np.sqrt(2) * sine, 1), 1))),
-    ):
-        across[rows] = splines[0].ev(place[rows], at[rows])
-        excess[rows] = splines[1].ev(place[rows], at[rows])
-    return across, excess / np.where(square > 1e-12, square, np.inf)
+@dataclass(frozen=True, eq=False)
+class PlateTable:
+    """Bicubic polynomials of w and e, the functions in the vote of a plate.
+
+    Attributes
+    ----------
+    spread : float
+        The ratio of the distance to the sine of the angle of offset and tangent, in units of its value at 45 degrees,
+        where w falls off most steeply near a token. Columns are narrow there.
+    cubics : array, (rows * columns, 32)
+        Coefficients in each cell of w and then of e, of the powers of the column for each power of the row.
+    """
+
+    spread: float
+    cubics: Reals
+
+    def cells(self, root: Reals, column: Reals) -> tuple[Integers, Reals, Reals]:
+        """Return cells, and the places in them from 0 to 1.
+
+        Parameters
+        ----------
+        root : array
+            Roots of distances. It is overwritten.
+        column : array
+            From 0 to 2, see `generated.tensor_voting.vote_places`. It is overwritten.
+        """
+        root *= ROWS / np.sqrt(REACH)
+        column *= COLUMNS
+        rows, columns = root.astype(np.int64), column.astype(np.int64)
+        np.minimum(rows, ROWS - 1, out=rows)
+        np.minimum(columns, 2 * COLUMNS - 1, out=columns)
+        root -= rows
+        column -= columns
+        rows *= 2 * COLUMNS
+        rows += columns
+        return rows, root, column
 
 
 @lru_cache(maxsize=8)
-def _plate_splines(curvature: float) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
-    """Return splines of w and of the difference of both integrals, for flat and steep offsets."""
-    place = np.linspace(0, 1, _ROWS)
-    distance = REACH * place[1:, None, None] ** 2
-    sine = np.linspace(0, np.sqrt(0.5), _FEWER)
-    angle = np.linspace(np.pi / 4, np.pi / 2, _FEWER)
+def plate_table(curvature: float) -> PlateTable:
+    """Tabulate the votes of plates: with the vote in `stick_and_plate_votes`, the integrals w and e."""
+    spread = 1 / np.sqrt(2 * curvature)
+    root = np.linspace(0, 1, ROWS + 1)
+    root[0] = 1e-6  # The limit of distance 0 for each column.
+    distance = REACH * root[:, None, None] ** 2
+    column = np.linspace(0, 1, COLUMNS + 1)
+    # The inverse of s (1 + t) / (s + t), and the sine in units of that at 45 degrees.
+    near = spread * distance[..., 0]
+    flat = np.sqrt(0.5) * column * near / np.maximum(1 + near - column, near)
+    sharp = np.sqrt(1 / (2 - column**2))
+    kinds = (
+        (flat, np.full_like(flat, np.pi / 2)),
+        (np.broadcast_to(sharp, flat.shape), np.arcsin(np.sqrt(0.5) / sharp)),
+    )
     found = []
-    for at, sines, tops in (
-        (sine, sine, np.full(_FEWER, np.pi / 2)),
-        (angle, np.sqrt(0.5) / np.sin(angle), angle),
-    ):
-        s = np.maximum(sines, 1e-9)[:, None]
+    for sine, top in kinds:
+        s = np.maximum(sine, 1e-300)[..., None]
         gone = np.arcsin(np.minimum(1, _GONE * distance / (2 * np.sqrt(curvature) * s)))
-        turn, weight = _nodes(np.minimum(tops[:, None], gone))
+        turn, weight = _nodes(np.minimum(np.broadcast_to(top, flat.shape)[..., None], gone))
         decay = 4 / np.pi * _decay(distance, np.minimum(s * np.sin(turn), 1), curvature) * weight
         across = (decay * np.cos(turn) ** 2).sum(-1)
-        difference = -(decay * np.cos(2 * turn)).sum(-1)
-        first = np.zeros((1, _FEWER))
-        found.append(tuple(RectBivariateSpline(place, at, np.concatenate([first, v])) for v in (across, difference)))
-    return found[0], found[1]
+        excess = -(decay * np.cos(2 * turn)).sum(-1)
+        found.append(np.concatenate([_bicubics(across), _bicubics(excess)], -1))
+    table = np.ascontiguousarray(np.concatenate(found, 1).reshape(-1, 32))
+    table.setflags(write=False)
+    return PlateTable(spread, table)
+
+
+def _bicubics(values: Reals) -> Reals:
+    """Return coefficients (rows, columns, 16) of the spline through values at equally spaced nodes."""
+    along = CubicSpline(np.arange(values.shape[1]), values, axis=1).c[::-1]
+    both = CubicSpline(np.arange(values.shape[0]), along, axis=2).c[::-1]
+    return np.asarray(both.transpose(1, 3, 0, 2).reshape(*both.shape[1:2], both.shape[3], 16))
 
 
 def _nodes(top: Reals) -> tuple[Reals, Reals]:

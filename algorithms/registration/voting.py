@@ -12,10 +12,10 @@ from scipy.spatial import cKDTree
 from generated import tensor_voting as kernels
 
 from ..arguments import Reals, finite_number, real_array
+from .vote_scale import default_sigma
 from .vote_status import VoteStatus
-from .vote_tables import CELLS, REACH, ball_cubics, plate_functions
+from .vote_tables import CELLS, REACH, Integers, ball_cubics, plate_table
 
-Integers = NDArray[np.int64]
 _CHUNK = 20_000
 """Receivers of dense votes that are handled at once, which bounds the memory for pairs."""
 _EQUAL = 1e-12
@@ -79,6 +79,12 @@ class Votes:
         """The saliency (m,) of junctions and separate points: the last eigenvalue."""
         return np.asarray(self.eigenvalues[:, -1])
 
+    def rows(self, chosen: Any) -> Votes:
+        """Return the votes of some rows."""
+        return Votes(
+            self.points[chosen], self.tensors[chosen], self.eigenvalues[chosen], self.axes[chosen], self.status[chosen]
+        )
+
 
 def published_curvature(sigma: float) -> float:
     """Return the weight of squared curvatures of Medioni, Lee and Tang for a scale of sigma pixels.
@@ -90,6 +96,10 @@ def published_curvature(sigma: float) -> float:
 
 
 CURVATURE = published_curvature(10.0)
+"""Of first passes."""
+REFINED_CURVATURE = 2.0
+"""Of further passes: their normals are accurate enough for a narrow field. A circle of the radius 1.4 sigma decays by
+1 / e."""
 
 
 def tensor_vote(
@@ -97,15 +107,16 @@ def tensor_vote(
     normals: ArrayLike | None = None,
     tangents: ArrayLike | None = None,
     *,
-    sigma: float,
+    sigma: float | None = None,
     at: ArrayLike | None = None,
     passes: int | None = None,
-    curvature: float = CURVATURE,
+    curvature: float | None = None,
 ) -> Votes:
     """Let tokens vote for the surfaces, curves and junctions through their neighbours.
 
-    Without normals and tangents, each token votes as a ball in the first pass, and in further passes as the stick and
-    the plate of the tensor that it received. Tokens within three sigma of each other are neighbours.
+    Without normals and tangents, each token votes as a ball in the first pass. In further passes, it votes as the stick
+    and the plate of the tensor that it received, relative to its first eigenvalue: clear tokens count more than others,
+    but dense ones do not. Tokens within three sigma of each other are neighbours.
 
     Parameters
     ----------
@@ -116,42 +127,81 @@ def tensor_vote(
         with a normal of length 0 do not vote.
     tangents : array_like, (n, 3), optional
         Tangents of curves in space, which vote as plates, or of curves in the plane. Not together with normals.
-    sigma : float
-        The scale, in the units of the points.
+    sigma : float, optional
+        The scale, in the units of the points; by default a third of the median distance to the 16th neighbour.
     at : array_like, (m, d), optional
         Places for dense votes. By default, the tokens receive the votes of the others.
     passes : int, optional
-        Number of passes, including the one at `at`. By default 2 without normals and tangents, and 1 with them.
+        Number of passes, including the one at `at`. By default 3 without normals and tangents, and 1 with them.
     curvature : float, optional
-        Weight of squared curvatures, in units of sigma: by default that of `published_curvature` for 10 pixels.
+        Weight of squared curvatures, in units of sigma, of all passes. By default, it is that of `published_curvature`
+        for 10 pixels in the first pass, and 2 in further passes.
 
     Returns
     -------
     Votes
     """
     places, first = _tokens(points, normals, tangents)
-    scale, weight = finite_number(sigma, "sigma"), finite_number(curvature, "curvature")
-    if scale <= 0 or weight <= 0:
-        raise ValueError(f"sigma, curvature: {scale}, {weight}; expected positive numbers")
-    count = (2 if first is None else 1) if passes is None else passes
+    scale = default_sigma(places) if sigma is None else finite_number(sigma, "sigma")
+    weights = (CURVATURE, REFINED_CURVATURE) if curvature is None else (finite_number(curvature, "curvature"),) * 2
+    if scale <= 0 or weights[0] <= 0:
+        raise ValueError(f"sigma, curvature: {scale}, {weights[0]}; expected positive numbers")
+    count = (3 if first is None else 1) if passes is None else passes
     if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 1:
         raise ValueError(f"passes: {count!r}; expected a positive integer")
-    d = places.shape[1]
     usable = np.isfinite(places).all(1) & (True if first is None else np.isfinite(first.weights).all(0))
     own = np.flatnonzero(usable)
-    tokens = _Tokens(places[own], scale, weight)
-    sources = _balls(len(own), d) if first is None else first.rows(own)
-    last = int(count) - (at is not None)
-    pairs = tokens.pairs() if last > 0 else None
-    found = None
-    for _ in range(last):
-        assert pairs is not None
-        found = _voted(tokens.points, tokens.sums(sources, tokens.points, *pairs))
+    tokens = _Tokens(places[own], scale)
+    sources = _balls(len(own), places.shape[1]) if first is None else first.rows(own)
+    if at is None:
+        found, _ = _passes(tokens, sources, weights, int(count))
+        return _spread(found, places, own)
+    _, sources = _passes(tokens, sources, weights, int(count) - 1)
+    return _dense(tokens, sources, weights[count > 1], _places(at, "at", places.shape[1]))
+
+
+class VoteField:
+    """Dense votes at many places, one call after the other, by tokens that have voted as balls and then again.
+
+    Parameters
+    ----------
+    points : array, (n, 2) or (n, 3)
+        Finite tokens.
+    sigma, curvature : float
+        The scale, and the weight of squared curvatures in units of it.
+    passes : int
+        Passes among the tokens, at least 1.
+
+    Attributes
+    ----------
+    tokens : Votes
+        What the tokens received in the last pass.
+    """
+
+    def __init__(self, points: Reals, sigma: float, curvature: float, passes: int = 2) -> None:
+        self._tokens, self._curvature = _Tokens(points, sigma), curvature
+        first = _balls(*points.shape)
+        self.tokens, self._sources = _passes(self._tokens, first, (curvature, curvature), passes)
+
+    def votes(self, at: Reals) -> Votes:
+        """Return the votes at places (m, d)."""
+        return _dense(self._tokens, self._sources, self._curvature, at)
+
+
+def _passes(tokens: _Tokens, sources: _Sources, curvatures: tuple[float, float], count: int) -> tuple[Votes, _Sources]:
+    """Let tokens vote for each other, and return what they received, and what they vote as in the next pass."""
+    d = tokens.points.shape[1]
+    found = _voted(tokens.points, np.zeros((len(tokens.points), d * (d + 1) // 2)))
+    pairs = tokens.pairs() if count else _no_pairs()
+    for k in range(count):
+        # Tokens without directions are balls of the weight 1, and all others are none.
+        if d == 3 and sources.weights[2].any():
+            sums = tokens.mutual_balls(curvatures[0], *pairs)
+        else:
+            sums = tokens.sums(sources, curvatures[k > 0], tokens.points, *pairs)
+        found = _voted(tokens.points, sums)
         sources = _refined(found)
-    if at is not None:
-        return _dense(tokens, sources, _places(at, "at", d))
-    assert found is not None
-    return _spread(found, places, own)
+    return found, sources
 
 
 def _places(value: ArrayLike, name: str, dimension: int) -> Reals:
@@ -209,20 +259,21 @@ def _balls(n: int, d: int) -> _Sources:
 
 
 def _refined(found: Votes) -> _Sources:
-    """Return the sticks and, in space, the plates of received tensors."""
+    """Return the sticks and, in space, the plates of received tensors, relative to their first eigenvalues."""
     weights = np.zeros((3, len(found.points)))
-    weights[0] = found.eigenvalues[:, 0] - found.eigenvalues[:, 1]
+    values = found.eigenvalues / np.where(found.eigenvalues[:, :1] > 0, found.eigenvalues[:, :1], 1)
+    weights[0] = values[:, 0] - values[:, 1]
     if found.points.shape[1] == 3:
-        weights[1] = found.curve
+        weights[1] = values[:, 1] - values[:, 2]
     return _Sources(weights, found.normals, found.tangents)
 
 
 class _Tokens:
-    """Tokens in a tree, with the parameters of their votes."""
+    """Tokens in a tree, with the scale of their votes."""
 
-    def __init__(self, points: Reals, sigma: float, curvature: float) -> None:
+    def __init__(self, points: Reals, sigma: float) -> None:
         self.points = np.ascontiguousarray(points)
-        self._sigma, self._curvature = sigma, curvature
+        self._sigma = sigma
         self._reach = REACH * sigma
         self._tree = cKDTree(self.points) if len(points) else None
 
@@ -230,10 +281,14 @@ class _Tokens:
         """Return voters, receivers and distances of all pairs of tokens, in both directions."""
         if self._tree is None:
             return _no_pairs()
-        half = self._tree.query_pairs(self._reach, output_type="ndarray")
-        a, b = half.T.astype(np.int64)
-        distance = np.linalg.norm(self.points[a] - self.points[b], axis=1)
-        return np.concatenate([a, b]), np.concatenate([b, a]), np.concatenate([distance, distance])
+        half = self._tree.query_pairs(self._reach, output_type="ndarray").astype(np.int64, copy=False)
+        voter, receiver = half.ravel("F"), half[:, ::-1].ravel("F")
+        n = len(half)
+        if self.points.shape[1] == 2:
+            distance = np.linalg.norm(self.points[voter[:n]] - self.points[receiver[:n]], axis=1)
+        else:
+            distance = kernels.pair_distances(self.points, self.points, voter[:n], receiver[:n], 1.0)
+        return voter, receiver, np.concatenate([distance, distance])
 
     def pairs_at(self, at: Reals) -> tuple[Integers, Integers, Reals]:
         """Return voters, receivers and distances of all pairs of a token and a place."""
@@ -242,7 +297,9 @@ class _Tokens:
         found = cKDTree(at).sparse_distance_matrix(self._tree, self._reach, output_type="ndarray")
         return found["j"].astype(np.int64), found["i"].astype(np.int64), np.ascontiguousarray(found["v"])
 
-    def sums(self, sources: _Sources, at: Reals, voter: Integers, receiver: Integers, distance: Reals) -> Reals:
+    def sums(
+        self, sources: _Sources, curvature: float, at: Reals, voter: Integers, receiver: Integers, distance: Reals
+    ) -> Reals:
         """Sum votes, as upper triangles (m, 3) or (m, 6)."""
         in_space = self.points.shape[1] == 3
         zero = np.zeros(len(at))
@@ -250,36 +307,61 @@ class _Tokens:
         if not len(voter):
             return total
         sticks, plates, balls = sources.weights
-        if sticks.any():
-            votes = kernels.stick_votes if in_space else kernels.stick_votes_in_plane
-            total += votes(
-                self.points, sources.normals, sticks, at, voter, receiver, self._sigma, self._curvature, zero
-            )
-        if balls.any():
-            place = distance * (CELLS / self._reach)
-            cell = np.minimum(place.astype(np.int64), CELLS - 1)
-            cubics = ball_cubics(self._curvature, self.points.shape[1])
-            votes = kernels.ball_votes if in_space else kernels.ball_votes_in_plane
-            total += votes(self.points, balls, at, voter, receiver, self._sigma, place - cell, cell, cubics, zero)
         if plates.any():
-            span = kernels.pair_invariants(self.points, at, sources.tangents, voter, receiver, self._sigma)
-            across, excess = plate_functions(span[0], span[1], self._curvature)
-            total += kernels.plate_votes(
-                self.points, sources.tangents, plates, at, voter, receiver, self._sigma, across, excess, zero
-            )
+            total += self._sticks_and_plates(sources, curvature, at, voter, receiver)
+        elif sticks.any():
+            votes = kernels.stick_votes if in_space else kernels.stick_votes_in_plane
+            total += votes(self.points, sources.normals, sticks, at, voter, receiver, self._sigma, curvature, zero)
+        if balls.any():
+            cell, place = self._cells(distance)
+            cubics = ball_cubics(curvature, self.points.shape[1])
+            votes = kernels.ball_votes if in_space else kernels.ball_votes_in_plane
+            total += votes(self.points, balls, at, voter, receiver, self._sigma, place, cell, cubics, zero)
         return total
+
+    def mutual_balls(self, curvature: float, voter: Integers, receiver: Integers, distance: Reals) -> Reals:
+        """Sum the votes in space of balls of the weight 1 for each other, over all pairs in both directions."""
+        half = len(voter) // 2
+        cell, place = self._cells(distance[:half])
+        pairs, zero = (voter[:half], receiver[:half]), np.zeros(len(self.points))
+        first, second = kernels.mutual_ball_votes(
+            self.points, *pairs, self._sigma, place, cell, ball_cubics(curvature, 3), zero
+        )
+        return np.asarray(first + second)
+
+    def _cells(self, distance: Reals) -> tuple[Integers, Reals]:
+        """Return the cells of distances in the table of balls, and the places in them from 0 to 1."""
+        place = distance * (CELLS / self._reach)
+        cell = np.minimum(place.astype(np.int64), CELLS - 1)
+        return cell, place - cell
+
+    def _sticks_and_plates(
+        self, sources: _Sources, curvature: float, at: Reals, voter: Integers, receiver: Integers
+    ) -> Reals:
+        sticks, plates, _ = sources.weights
+        table = plate_table(curvature)
+        axes = sources.normals, sources.tangents
+        invariants = kernels.pair_invariants(self.points, at, *axes, voter, receiver, self._sigma)
+        decay, root, column = kernels.vote_places(*invariants, curvature, table.spread)
+        cell, x, y = table.cells(root, column)
+        return np.asarray(
+            kernels.stick_and_plate_votes(
+                self.points, *axes, sticks, plates, at, voter, receiver, self._sigma, decay, x, y, cell, table.cubics,
+                np.zeros(len(at)),
+            )
+        )  # fmt: skip
 
 
 def _no_pairs() -> tuple[Integers, Integers, Reals]:
     return np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0)
 
 
-def _dense(tokens: _Tokens, sources: _Sources, at: Reals) -> Votes:
+def _dense(tokens: _Tokens, sources: _Sources, curvature: float, at: Reals) -> Votes:
     usable = np.flatnonzero(np.isfinite(at).all(1))
     rows = [np.zeros((0, 6 if at.shape[1] == 3 else 3))]
     for start in range(0, len(usable), _CHUNK):
         part = np.ascontiguousarray(at[usable[start : start + _CHUNK]])
-        rows.append(tokens.sums(sources, part, *tokens.pairs_at(part)))
+        rows.append(tokens.sums(sources, curvature, part, *tokens.pairs_at(part)))
     return _spread(_voted(at[usable], np.concatenate(rows)), at, usable)
 
 

@@ -26,6 +26,7 @@ CUBICS = array(SCALAR, "cells", 8, shared=True)
 STEEPEST = Fraction(1, 2)
 """The squared sine of the angle above which sticks do not vote."""
 FLAT = Fraction(1, 10**16)
+THIN = Fraction(1, 10**12)
 NEVER_ZERO = Fraction(1, 10**200)
 
 
@@ -55,13 +56,22 @@ def _stick(normal, place, other, scale, curvature, axes):
     v, square, same, safe = _offset(place, other, scale)
     along = ga.scalar_product(normal, v)
     sine = ga.minimum(along * along / safe, 1)
+    turned = _numbers(-(v * normal * v) / safe, axes)
+    voted = tuple(select(same, a, b) for a, b in zip(_numbers(normal, axes), turned, strict=True))
+    return voted, select(same, 1, _decay(square, sine, safe, curvature))
+
+
+def _decay(square, sine, safe, curvature):
     root = sqrt(sine)
     flat = sine <= FLAT
     ratio = select(flat, 1, ga.atan2(root, sqrt(1 - sine)) / select(flat, 1, root))
     decay = ga.exp(-(square * ratio * ratio) - 4 * curvature * sine / safe)
-    turned = _numbers(-(v * normal * v) / safe, axes)
-    voted = tuple(select(same, a, b) for a, b in zip(_numbers(normal, axes), turned, strict=True))
-    return voted, select(same, 1, select(sine <= STEEPEST, decay, 0))
+    return select(sine <= STEEPEST, decay, 0)
+
+
+def _bicubic(row, x, y):
+    a, b, c, d = (row[k] + y * (row[k + 1] + y * (row[k + 2] + y * row[k + 3])) for k in range(0, 16, 4))
+    return a + x * (b + x * (c + x * d))
 
 
 def _ball(place, other, weight, scale, x, cubics, axes):
@@ -138,6 +148,24 @@ def ball_votes(points, weights, at, voter, receiver, scale, x, cell, cubics, zer
 
 
 @kernel(
+    points=array(VECTOR3, "n"), first=VOTER, second=index("pairs", into="n"), scale=SCALAR, x=PAIRS,
+    cell=index("pairs", into="cells"), cubics=CUBICS, zero=array(SCALAR, "n"),
+    returns=(array(SCALAR, "n", 6), array(SCALAR, "n", 6)),
+)  # fmt: skip
+def mutual_ball_votes(points, first, second, scale, x, cell, cubics, zero):
+    """Sum the votes of balls of the weight 1 for each other, separately for the first and the second of each pair.
+
+    Both tokens of a pair receive the same vote.
+    """
+
+    def of(place, other, x, row):
+        return _ball(place, other, 1, scale, x, row, AXES3)
+
+    rows = each(of, gather(points, first), gather(points, second), x, gather(cubics, cell))
+    return scatter(rows, first, zero), scatter(rows, second, zero)
+
+
+@kernel(
     points=array(VECTOR2, "n"), weights=array(SCALAR, "n"), at=array(VECTOR2, "m"), voter=VOTER, receiver=RECEIVER,
     scale=SCALAR, x=PAIRS, cell=index("pairs", into="cells"), cubics=CUBICS, zero=array(SCALAR, "m"), returns=TENSORS2,
 )  # fmt: skip
@@ -152,57 +180,112 @@ def ball_votes_in_plane(points, weights, at, voter, receiver, scale, x, cell, cu
 
 
 @kernel(
-    points=array(VECTOR3, "n"), at=array(VECTOR3, "m"), tangents=array(VECTOR3, "n"), voter=VOTER, receiver=RECEIVER,
-    scale=SCALAR, returns=(PAIRS, PAIRS),
+    points=array(VECTOR3, "n"), at=array(VECTOR3, "m"), voter=VOTER, receiver=RECEIVER, scale=SCALAR, returns=PAIRS,
 )  # fmt: skip
-def pair_invariants(points, at, tangents, voter, receiver, scale):
-    """Compute the distance of each pair in units of the scale, and the squared sine of its angle to the tangent."""
+def pair_distances(points, at, voter, receiver, scale):
+    """Compute the distance of each pair in space, in units of the scale."""
 
-    def of(place, tangent, other):
-        _, square, _, safe = _offset(place, other, scale)
-        along = ga.scalar_product(tangent, (other - place) / scale)
-        return sqrt(square), ga.maximum(1 - along * along / safe, 0)
+    def of(place, other):
+        return ga.norm((other - place) / scale)
 
-    return each(of, gather(points, voter), gather(tangents, voter), gather(at, receiver))
+    return each(of, gather(points, voter), gather(at, receiver))
 
 
 @kernel(
-    points=array(VECTOR3, "n"), tangents=array(VECTOR3, "n"), weights=array(SCALAR, "n"), at=array(VECTOR3, "m"),
-    voter=VOTER, receiver=RECEIVER, scale=SCALAR, across=PAIRS, excess=PAIRS, zero=array(SCALAR, "m"), returns=TENSORS3,
+    points=array(VECTOR3, "n"), at=array(VECTOR3, "m"), normals=array(VECTOR3, "n"), tangents=array(VECTOR3, "n"),
+    voter=VOTER, receiver=RECEIVER, scale=SCALAR, returns=(PAIRS, PAIRS, PAIRS),
 )  # fmt: skip
-def plate_votes(points, tangents, weights, at, voter, receiver, scale, across, excess, zero):
-    """Sum the votes of plates, tokens of curves, in space.
+def pair_invariants(points, at, normals, tangents, voter, receiver, scale):
+    """Compute what the votes of sticks and plates depend on: a squared distance and two squared sines.
 
-    With the projector A across the tangent, the unit offset u, and p = A u, the vote is
-    ``w A + d p p - 2 (w + d p.p) (p u + u p - 2 p.p u u)``. The function w is the integral of the decay times the
-    squared component of the normal across u, and ``w + d p.p`` that of the component along p.
+    The results are the squared distance in units of the scale, the squared sine of the angle of the offset and the
+    plane of the stick, and that of the angle of the offset and the tangent.
+    """
+
+    def of(place, normal, tangent, other):
+        v, square, _, safe = _offset(place, other, scale)
+        across, along = ga.scalar_product(normal, v), ga.scalar_product(tangent, v)
+        inverse = 1 / safe
+        return square, ga.minimum(across * across * inverse, 1), ga.maximum(1 - along * along * inverse, 0)
+
+    return each(of, gather(points, voter), gather(normals, voter), gather(tangents, voter), gather(at, receiver))
+
+
+@kernel(square=SCALAR, sine=SCALAR, steepness=SCALAR, curvature=SCALAR, spread=SCALAR, returns=(SCALAR, SCALAR, SCALAR))
+def vote_places(square, sine, steepness, curvature, spread):
+    """Compute the decay of the vote of a stick, and the place of a plate in a table.
+
+    The place is the root of the distance, and a number from 0 to 2 that grows with the sine s of the angle of offset
+    and tangent. In units of the sine at 45 degrees, this is ``s (1 + t) / (s + t)`` with t = `spread` times the
+    distance up to 45 degrees, and ``1 + sqrt(2 - 2 / s**2)`` above.
 
     Parameters
     ----------
-    across, excess
-        The functions w and d of each pair.
+    square, sine, steepness
+        The results of `pair_invariants`.
+    curvature
+        The weight of squared curvatures.
+    """
+    decay = _decay(square, sine, select(square <= NEVER_ZERO, 1, square), curvature)
+    distance = sqrt(square)
+    near = spread * distance + NEVER_ZERO
+    s = sqrt(2 * ga.minimum(steepness, STEEPEST))
+    flat = s * (1 + near) / (s + near)
+    steep = sqrt(ga.maximum(2 - 1 / ga.maximum(steepness, STEEPEST), 0))
+    return decay, sqrt(distance), flat + steep
+
+
+@kernel(
+    points=array(VECTOR3, "n"), normals=array(VECTOR3, "n"), tangents=array(VECTOR3, "n"), sticks=array(SCALAR, "n"),
+    plates=array(SCALAR, "n"), at=array(VECTOR3, "m"), voter=VOTER, receiver=RECEIVER, scale=SCALAR, decay=PAIRS,
+    x=PAIRS, y=PAIRS, cell=index("pairs", into="cells"), cubics=array(SCALAR, "cells", 32, shared=True),
+    zero=array(SCALAR, "m"), returns=TENSORS3,
+)  # fmt: skip
+def stick_and_plate_votes(
+    points, normals, tangents, sticks, plates, at, voter, receiver, scale, decay, x, y, cell, cubics, zero
+):
+    """Sum the votes of tokens of surfaces and curves in space, each of which is a stick and a plate.
+
+    With the unit offset u, the plate votes for ``w (I - t t) + e p p / p.p``, where t is the tangent, reflected in u,
+    and p the component of u across the tangent, reflected in u. The function w is the integral of the decay times the
+    squared component of the normal across u, and ``w + e`` that of the component along p.
+
+    Parameters
+    ----------
+    sticks, plates
+        Their weights.
+    decay
+        Of the stick of each pair.
+    x, y
+        Places of each pair in its cell, from 0 to 1.
+    cubics
+        Rows of coefficients of w and e, of the powers of y for each power of x.
     """
 
-    def of(place, tangent, weight, other, w, d):
+    def of(place, normal, tangent, stick, plate, other, decay, x, y, row):
         v, _, same, safe = _offset(place, other, scale)
-        t, u = _numbers(tangent, AXES3), _numbers(v / sqrt(safe), AXES3)
-        along = sum((a * b for a, b in zip(t, u, strict=True)), 0)
-        p = tuple(a - along * b for a, b in zip(u, t, strict=True))
-        square = sum((a * a for a in p), 0)
-        both = w + d * square
-        # p u + u p - 2 p.p u u = q u + u q with q = p - p.p u
-        q = tuple(a - square * b for a, b in zip(p, u, strict=True))
-        w, d, both = select(same, 1, w), select(same, 0, d), select(same, 0, both)
+        inverse = 1 / safe
+        u, t = v * sqrt(inverse), tangent
+        # -u n u = n - 2 n.u u; the second form gives n at the same place, where u is zero.
+        voted = _numbers(normal - 2 * ga.scalar_product(normal, u) * u, AXES3)
+        w, e = select(same, 1, _bicubic(row[:16], x, y)), _bicubic(row[16:], x, y)
+        along = ga.scalar_product(t, u)
+        p = u - along * t
+        square = ga.norm_squared(p)
+        d = select(square <= THIN, 0, e / ga.maximum(square, THIN))
+        t, p = _numbers(t - 2 * along * u, AXES3), _numbers(p - 2 * square * u, AXES3)
+        weight, w, d = stick * decay, plate * w, plate * d
         rows = []
         for i in range(3):
             for j in range(i, 3):
-                projector = (1 if i == j else 0) - t[i] * t[j]
-                bent = q[i] * u[j] + u[i] * q[j]
-                rows.append(weight * (w * projector + d * p[i] * p[j] - 2 * both * bent))
+                alike = w if i == j else 0
+                rows.append(weight * voted[i] * voted[j] + (alike - w * t[i] * t[j]) + d * p[i] * p[j])
         return tuple(rows)
 
-    places, axes, sizes = gather(points, voter), gather(tangents, voter), gather(weights, voter)
-    return scatter(each(of, places, axes, sizes, gather(at, receiver), across, excess), receiver, zero)
+    tokens = gather(points, voter), gather(normals, voter), gather(tangents, voter)
+    weights = gather(sticks, voter), gather(plates, voter)
+    rows = each(of, *tokens, *weights, gather(at, receiver), decay, x, y, gather(cubics, cell))
+    return scatter(rows, receiver, zero)
 
 
 @kernel(tensor=array(SCALAR, 6), returns=(array(SCALAR, 3), array(SCALAR, 3, 3)))

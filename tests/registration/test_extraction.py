@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.sparse import coo_matrix, csgraph
 
 from algorithms.registration import extract_curves, extract_surface
 
@@ -21,19 +22,31 @@ def test_a_sphere_among_outliers_is_a_surface_with_few_gaps() -> None:
     assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).mean() > 0.9
 
 
-def test_two_circles_are_curves() -> None:
+@pytest.mark.parametrize("outliers", [0, 1])
+def test_circles_are_closed_curves(outliers: int) -> None:
     rng = np.random.default_rng(1)
     turn = rng.uniform(0, 2 * np.pi, 500)
-    rings = np.stack([np.cos(turn), np.sin(turn)], 1) + np.where(np.arange(500) < 250, 0, 3)[:, None] * [1, 0]
-    found = extract_curves(np.concatenate([rings, rng.uniform(-1.5, 4.5, (80, 2)) * [1, 0.5]]), sigma=0.2)
+    rings = np.stack([np.cos(turn) + 3 * (np.arange(500) % 2), np.sin(turn)], 1)
+    low, high = rings.min(0) - 0.4, rings.max(0) + 0.4
+    tokens = np.concatenate([rings, rng.uniform(low, high, (500 * outliers, 2))])
+    found = extract_curves(tokens, sigma=0.2)
     radius = np.minimum(*(np.abs(np.hypot(found.vertices[:, 0] - x, found.vertices[:, 1]) - 1) for x in (0, 3)))
-    assert len(found.pieces) > 150 and np.median(radius) < 0.005 and np.quantile(radius, 0.95) < 0.03
+    assert np.median(radius) < 0.002 and np.quantile(radius, 0.95) < 0.006 and radius.max() < 0.02
+    # Two rings: each vertex belongs to two segments.
+    assert (np.bincount(found.pieces.ravel()) == 2).all() and len(found.vertices) > 200
+    links = coo_matrix((np.ones(len(found.pieces)), found.pieces.T), shape=(len(found.vertices),) * 2)
+    assert csgraph.connected_components(links, directed=False)[0] == 2
+
+
+def test_noise_of_the_plane_has_no_curves() -> None:
+    rng = np.random.default_rng(0)
+    assert len(extract_curves(rng.uniform(-1, 1, (400, 2)), sigma=0.2).pieces) == 0
 
 
 def test_nothing_gives_nothing() -> None:
     assert len(extract_surface(np.zeros((0, 3)), sigma=1.0).vertices) == 0
     assert len(extract_surface([[0, 0, 0], [9, 9, 9]], sigma=1.0).pieces) == 0
     with pytest.raises(ValueError, match="points: shape"):
-        extract_curves(np.zeros((3, 3)), sigma=1.0)
+        extract_curves(np.zeros((3, 4)), sigma=1.0)
     with pytest.raises(ValueError, match="nodes; expected at most"):
         extract_surface([[0, 0, 0], [1e6, 1e6, 1e6]], sigma=1.0)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from algorithms.registration import register_deformable, tensor_vote
+from algorithms.registration import extract_curves, extract_junctions, register_deformable, tensor_vote
 
 ROOT = Path(__file__).parents[2]
 
@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[2]
 def test_blocks_run(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "tensor-voting.md").read_text(), re.DOTALL)
-    assert len(blocks) == 4
+    assert len(blocks) == 5
     exec(compile("\n".join(blocks), "docs/tensor-voting.md", "exec"), {"__name__": "tensor_voting"})
 
 
@@ -35,3 +35,29 @@ def test_pictures_of_few_points(tmp_path: Path) -> None:
     pictures = pytest.importorskip("algorithms.registration.pictures_of_votes")
     for points in (np.zeros((0, 3)), np.zeros((1, 2)), np.full((4, 3), np.nan)):
         pictures.plot_saliency(tensor_vote(points, sigma=1.0)).savefig(tmp_path / "a.png")
+
+
+def test_pictures_show_all_curves(tmp_path: Path) -> None:
+    pictures = pytest.importorskip("algorithms.registration.pictures_of_votes")
+    rng = np.random.default_rng(0)
+    points = rng.uniform(-1, 1, (200, 1)) * np.repeat(np.eye(3)[:2], 100, axis=0)
+    points = np.concatenate([points, [[0, 0, -1], [0, 0, 1]]])
+    curves, junctions = extract_curves(points, sigma=0.15), extract_junctions(points, sigma=0.15)
+    figure = pictures.plot_curves(points, curves, junctions)
+    figure.savefig(tmp_path / "a.png")
+    assert len(figure.axes[1].lines) == len(curves.pieces) + 1 > 50
+    assert len(figure.axes[1].lines[-1].get_data_3d()[0]) == len(junctions.points) == 1
+    nothing = np.zeros((0, 3))
+    figure = pictures.plot_curves(nothing, extract_curves(nothing, sigma=1), extract_junctions(nothing, sigma=1))
+    figure.savefig(tmp_path / "b.png")
+
+
+@pytest.mark.slow
+def test_pictures_of_the_page_are_drawn(tmp_path: Path) -> None:
+    drawing = pytest.importorskip("benchmarks.tensor_voting_pictures")
+    drawing.draw(tmp_path, tokens=40)
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "curves-in-space.png",
+        "deformation.png",
+        "tensor-voting.png",
+    ]
