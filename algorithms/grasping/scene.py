@@ -97,6 +97,10 @@ class Scene:
         pose = pga3.motor_product(self.robot.forward(self.q), one.camera.pose)
         return replace(one.camera, pose=pose)
 
+    def placed_camera(self, k: int) -> SceneCamera:
+        """Return the camera k with its image and its pose in the world."""
+        return replace(self.cameras[k], camera=self.camera(k), is_mounted=False)
+
     def render(self, name: str, noise: float = 0.0, seed: int = 0) -> tuple[View, ...]:
         """Return what all cameras see of an object, with noise, occlusion and the effect of lens distortion.
 
