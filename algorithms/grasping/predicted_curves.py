@@ -18,9 +18,9 @@ from .surface_rays import Surfaces, first_hits
 
 Mesh = tuple[Reals, Reals]
 """Vertices (n, 3) and faces (m, 3)."""
-_STEP = 1.5
+_STEP = 0.5
 """Distance in pixels on both sides of a curve at which lines of sight decide whether it is the outline."""
-_BESIDE = 0.05
+_BESIDE = 0.005
 """The same distance for lines of sight that decide whether a curve is hidden."""
 _BEHIND = 0.02
 """A point is hidden by a mesh that is nearer by more than this part of the size of the model."""

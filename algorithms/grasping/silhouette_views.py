@@ -35,7 +35,7 @@ _LEAST_SHOWN, _LEAST_AGREEING = 0.55, 0.5
 _AS_GOOD = 0.03
 """Other poses are as good if these parts are smaller by less than this."""
 _SAME = 0.05
-"""Poses are the same if they move samples of the model by less than this part of its size."""
+"""Poses are the same if the twist between them, in multiples of the size of the model, is less than this."""
 _FOUND = (PoseStatus.OK, PoseStatus.SYMMETRIC, PoseStatus.AMBIGUOUS, PoseStatus.UNCERTAIN)
 
 
@@ -225,7 +225,7 @@ def _fits(
     fine = [_fit(model, usable, one.estimate.motor, mesh, noise, 0) for _, one in good[:_JOINT] if one is not None]
     kept: list[_Fit] = []
     for one in sorted((f for f in fine if f is not None), key=lambda f: -f.score):
-        if all(_differ(model, one.estimate.motor, other.estimate.motor) for other in kept):
+        if all(_differ(model, one, other) for other in kept):
             kept.append(one)
     return kept
 
@@ -299,6 +299,12 @@ def _assignments(
     return found
 
 
-def _differ(model: ObjectModel, a: Reals, b: Reals) -> bool:
-    off = pga3.move_point(a, model.samples) - pga3.move_point(b, model.samples)
-    return bool(np.sqrt(np.square(off).sum(1).mean()) > _SAME * model.size)
+def _differ(model: ObjectModel, one: _Fit, other: _Fit) -> bool:
+    """Return whether two poses differ by more than motions that change no image."""
+    a, b = one.estimate, other.estimate
+    between = pga3.motor_product(pga3.motor_inverse(b.motor), a.motor)
+    scaled = pga3.motor_logarithm(between if between[0] >= 0 else -between) / [1, 1, 1, *[model.size] * 3]
+    if len(b.freedoms):
+        free = np.linalg.qr((b.freedoms / [1, 1, 1, *[model.size] * 3]).T)[0]
+        scaled = scaled - free @ (free.T @ scaled)
+    return bool(np.linalg.norm(scaled) > _SAME)
