@@ -9,15 +9,15 @@ from numpy.typing import ArrayLike
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from ..arguments import Reals, finite_number, real_array
+from ..arguments import Reals, finite_number
 from ..shapes.colour_segmentation import noise_of_image
+from .image_arguments import check_outline, checked_mesh, checked_start, real_image
 from .image_status import ImageStatus
 from .lens import distorted_pixels
 from .pose_models import ObjectModel, View
 from .predicted_curves import Mesh, PredictedCurves, predicted_curves
 from .scene import SceneCamera
-from .silhouette_views import checked_images, checked_mesh
-from .silhouettes import check_size, view_of_elements
+from .silhouettes import view_of_elements
 
 _SAMPLE = 0.5
 """Distance in pixels of samples along a normal."""
@@ -101,16 +101,11 @@ def measure_edges(
     In rendered images with noise of 1 % and a blur of 0.6 pixels, the distances from the exact curves are 0.1 pixels
     (root mean square).
     """
-    _, _, pose = checked_images(model, camera, image, start)
+    check_outline(model)
+    pose = checked_start(start)
     if finite_number(reach, "reach") < 2:
         raise ValueError(f"reach: {reach}; expected at least 2 pixels")
-    check_size(camera, image)
-    array = real_array(image, "image", (), "rows, columns, and colours").astype(np.float64)
-    array = array[..., None] if array.ndim == 2 else array
-    if array.ndim != 3:
-        raise ValueError(f"image: shape {np.shape(image)}; expected (h, w) or (h, w, 3)")
-    assert pose is not None
-    return edges_near(model, camera, array, pose, reach, checked_mesh(model, mesh))
+    return edges_near(model, camera, real_image(camera, image), pose, reach, checked_mesh(model, mesh))
 
 
 def edges_near(
@@ -166,7 +161,7 @@ def _offsets(curves: PredictedCurves, camera: SceneCamera, image: Reals, reach: 
     count = int(np.ceil((reach + 2 * _WIDTH) / _SAMPLE))
     along = np.arange(-count, count + 1) * _SAMPLE
     tangents = np.column_stack([-curves.normals[:, 1], curves.normals[:, 0]])
-    profiles = 0.0
+    profiles = np.zeros((image.shape[2], len(curves.pixels), len(along)))
     for aside in _ASIDE:
         places = (curves.pixels + aside * tangents)[:, None] + along[:, None] * curves.normals[:, None]
         bent = distorted_pixels(places, camera.camera.intrinsics, camera.distortion)

@@ -10,9 +10,9 @@ class ImageStatus(IntEnum):
 
     OK = 0
     TOUCHES_BORDER = 1
-    """As OK; the border of the image cuts the object, and pixels on the border are left out."""
+    """The border of the image cuts the object; pixels on the border are left out."""
     SEVERAL = 2
-    """As OK; there are other objects of the colour, and the largest was measured."""
+    """There are other objects of the colour, of a comparable size; the largest was traced."""
     NOT_FOUND = 3
     """Nothing in the image has the colour, or nothing where the object is expected has an edge."""
     TOO_SMALL = 4
@@ -27,8 +27,3 @@ class ImageStatus(IntEnum):
     """What is seen is not the outline of the model at any pose that was found."""
     NOT_FINITE = 9
     """A value of the image is infinite or NaN."""
-
-    @property
-    def is_measured(self) -> bool:
-        """Whether there are measurements."""
-        return self <= ImageStatus.SEVERAL

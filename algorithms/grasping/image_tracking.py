@@ -11,16 +11,16 @@ from numpy.typing import ArrayLike
 
 from generated import pga3
 
-from ..arguments import Reals, finite_number, real_array
+from ..arguments import Reals, finite_number
 from .edge_measurement import MeasuredEdges, edges_near
+from .image_arguments import check_outline, checked_mesh, checked_start, real_image
 from .image_status import ImageStatus
 from .pose_estimation import PoseEstimate, estimate_pose
 from .pose_models import KINDS, ObjectModel
 from .pose_status import PoseStatus
 from .predicted_curves import Mesh
 from .scene import SceneCamera
-from .silhouette_views import checked_images, checked_mesh, measure_silhouettes
-from .silhouettes import check_size
+from .silhouette_views import measure_silhouettes
 
 _ROUNDS = (1.0, 0.5, 0.3, 0.3)
 """How far edges are searched in the rounds of one image, as parts of the reach."""
@@ -121,10 +121,12 @@ def track_pose(
         If shapes or types disagree, a camera is mounted, `noise` is not positive, or `reach` is less than 3.
     """
     every = tuple(cameras)
-    _, _, pose = checked_images(model, every, every, start)  # type: ignore[arg-type]
+    check_outline(model)
+    pose = checked_start(start)
+    if not every or any(one.is_mounted for one in every):
+        raise ValueError(f"cameras: {len(every)}; expected at least one, and poses in the world: Scene.placed_camera")
     if not finite_number(noise, "noise") > 0 or finite_number(reach, "reach") < _LEAST_REACH:
         raise ValueError(f"noise {noise}, reach {reach}; expected positive noise and a reach of at least 3 pixels")
-    assert pose is not None
     return _tracked(_Task(model, every, checked_mesh(model, mesh), noise, reach, colour), images, pose)
 
 
@@ -142,7 +144,9 @@ def _tracked(task: _Task, images: Iterable[Sequence[ArrayLike]], pose: Reals) ->
     # The pose was last measured `missed` images ago; before the second pose, motion is unknown.
     twist, missed, is_first = np.zeros(6), 0, True
     for taken in images:
-        pictures = tuple(_picture(camera, image) for camera, image in zip(task.cameras, taken, strict=True))
+        if len(taken) != len(task.cameras):
+            raise ValueError(f"images: {len(taken)} for {len(task.cameras)} cameras; expected one for each")
+        pictures = tuple(real_image(camera, image) for camera, image in zip(task.cameras, taken, strict=True))
         # Motion is extrapolated for a few images only; then the object is expected to rest.
         steps = 0 if is_first else min(missed + 1, _MOST_MISSED + 1)
         predicted = np.asarray(pga3.motor_product(pose, pga3.motor_exponential(steps * twist)))
@@ -161,15 +165,6 @@ def _tracked(task: _Task, images: Iterable[Sequence[ArrayLike]], pose: Reals) ->
         yield found
 
 
-def _picture(camera: SceneCamera, image: ArrayLike) -> Reals:
-    check_size(camera, image)
-    array = real_array(image, "image", (), "rows, columns, and colours").astype(np.float64)
-    array = array[..., None] if array.ndim == 2 else array
-    if array.ndim != 3:
-        raise ValueError(f"image: shape {np.shape(image)}; expected (h, w) or (h, w, 3)")
-    return array
-
-
 def _measured(task: _Task, pictures: tuple[Reals, ...], predicted: Reals, reach: float) -> TrackedPose:
     """Return the pose that the edges near a prediction give."""
     pose, model = predicted, task.model
@@ -181,7 +176,7 @@ def _measured(task: _Task, pictures: tuple[Reals, ...], predicted: Reals, reach:
             edges_near(model, camera, image, pose, far, task.mesh)
             for camera, image in zip(task.cameras, pictures, strict=True)
         ]
-        views = [one.view for one in parts if one.status.is_measured or one.status == ImageStatus.OCCLUDED]
+        views = [one.view for one in parts if len(one.offsets)]
         if not views:
             return _predicted(_why(parts), predicted, estimate, parts)
         estimate = estimate_pose(model, views, pose, task.noise if part == _ROUNDS[-1] else max(task.noise, far / 4))
@@ -226,14 +221,12 @@ def _why(parts: list[MeasuredEdges]) -> TrackStatus:
     return TrackStatus.OCCLUDED
 
 
-def _found_again(
-    task: _Task, pictures: tuple[Reals, ...], predicted: Reals, found: TrackedPose
-) -> TrackedPose:
+def _found_again(task: _Task, pictures: tuple[Reals, ...], predicted: Reals, found: TrackedPose) -> TrackedPose:
     """Find the object by its colour, verify its edges, and choose the nearest of equal poses."""
     assert task.colour is not None
     again = measure_silhouettes(task.model, task.cameras, pictures, colour=task.colour, mesh=task.mesh,
                                 noise=task.noise)  # fmt: skip
-    if again.estimate is None or not again.status.is_measured:
+    if again.estimate is None or not again.views:
         return found
     poses = np.concatenate([again.estimate.motor[None], again.alternatives])
     samples = task.model.samples

@@ -79,11 +79,11 @@ def predicted_curves(model: ObjectModel, pose: Reals, camera: Camera, mesh: Mesh
     parts = [part for part in parts if len(part[1])]
     if not parts or not all((camera.depth(places) > _NEAR).all() for _, _, places in parts):
         return None
-    pixels, tangents = zip(*(_along(camera, *part) for part in parts), strict=True)
+    pairs = [_along(camera, *part) for part in parts]
     kinds = np.concatenate([np.full(len(index), KINDS.index(kind)) for kind, index, _ in parts])
     elements = np.concatenate([index for _, index, _ in parts])
     places = np.concatenate([place for _, _, place in parts])
-    at, along = np.concatenate(pixels), np.concatenate(tangents)
+    at, along = (np.concatenate([pair[k] for pair in pairs]) for k in (0, 1))
     steps = np.linalg.norm(along, axis=1)
     normals = np.column_stack([along[:, 1], -along[:, 0]]) / np.maximum(steps, 1e-12)[:, None]
     surfaces = Surfaces.at(pose, *mesh, model.balls, model.tubes)
@@ -104,9 +104,9 @@ def _along(camera: Camera, kind: str, index: Reals, places: Reals) -> tuple[Real
     n_curves = len(np.unique(index)) * (2 if kind == "tubes" else 1)
     rows = pixels.reshape(n_curves, -1, 2)
     if kind in ("balls", "rims"):
-        change = (np.roll(rows, -1, 1) - np.roll(rows, 1, 1)) / 2
+        change: Reals = (np.roll(rows, -1, 1) - np.roll(rows, 1, 1)) / 2
     else:
-        change = np.gradient(rows, axis=1)
+        change = np.asarray(np.gradient(rows, axis=1))
     return pixels, change.reshape(-1, 2)
 
 

@@ -181,7 +181,7 @@ class _Eye:
 
     def _faces(self, at: Reals, directions: Reals, parts: Surfaces, depth: Reals) -> Reals:
         """Return the nearest face at each sample or -1, and reduce its depth."""
-        found, (n, s) = np.full(len(depth), -1), directions.shape[:2]
+        found, s = np.full(len(depth), -1), directions.shape[1]
         corners = parts.vertices[parts.faces]
         low, high = self._boxes(corners, 0.5 if s > 1 else 0.0, at.shape)
         widths, heights = np.maximum(high - low + 1, 0).T

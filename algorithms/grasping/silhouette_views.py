@@ -11,12 +11,13 @@ from numpy.typing import ArrayLike
 
 from generated import pga3
 
-from ..arguments import Reals, finite_number, real_array
+from ..arguments import Reals, finite_number
+from .image_arguments import checked_images, checked_mesh
 from .image_status import ImageStatus
 from .pose_estimation import PoseEstimate, estimate_pose
 from .pose_models import ObjectModel, View
 from .pose_status import PoseStatus
-from .predicted_curves import Mesh, predicted_curves, surface_of_model
+from .predicted_curves import Mesh, predicted_curves
 from .scene import SceneCamera
 from .silhouette_starts import starts_of_silhouette
 from .silhouettes import Assignment, Silhouette, assigned, expected_region, silhouette_of_image
@@ -26,7 +27,7 @@ _GATES = (0.3, 0.15, 0.08)
 _LAST_GATES = (4.0, 2.0, 1.5, 1.5)
 """The same in the last rounds, in pixels."""
 _COARSE_AGREE = 0.6
-_STARTS, _JOINT = 10, 4
+_STARTS, _JOINT = 10, 3
 """Starts from each silhouette, and of these, how many are refined to the end."""
 _FEWEST = 12
 """Fewest points of a silhouette."""
@@ -36,6 +37,7 @@ _AS_GOOD = 0.03
 """Other poses are as good if these parts are smaller by less than this."""
 _SAME = 0.05
 """Poses are the same if the twist between them, in multiples of the size of the model, is less than this."""
+_TRACED = (ImageStatus.OK, ImageStatus.TOUCHES_BORDER, ImageStatus.SEVERAL)
 _FOUND = (PoseStatus.OK, PoseStatus.SYMMETRIC, PoseStatus.AMBIGUOUS, PoseStatus.UNCERTAIN)
 
 
@@ -44,11 +46,11 @@ class MeasuredSilhouettes:
     """Result of `measure_silhouettes`."""
 
     status: ImageStatus
-    """OK if at least one image has measurements that agree with the outline of the model."""
+    """That of the best image; if there are no views, the cause."""
     statuses: tuple[ImageStatus, ...]
     """For each image."""
     views: tuple[View, ...]
-    """For each image with measurements, its pixels with the elements of the model."""
+    """For each image in which the contour agrees with the outline of the model, its pixels with the elements."""
     estimate: PoseEstimate | None
     """The pose by which the pixels were assigned to elements; None without measurements."""
     alternatives: Reals
@@ -128,12 +130,11 @@ def measure_silhouettes(
         raise ValueError(f"noise: {noise}; expected a positive number of pixels")
     surface = checked_mesh(model, mesh)
     silhouettes = tuple(
-        _silhouette(model, camera, image, colour, first, surface)
-        for camera, image in zip(every, pictures, strict=True)
+        _silhouette(model, camera, image, colour, first, surface) for camera, image in zip(every, pictures, strict=True)
     )
-    usable = [one for one in silhouettes if one.status.is_measured and len(one.pixels) >= _FEWEST and one.size > 0]
+    usable = [one for one in silhouettes if one.status in _TRACED and len(one.pixels) >= _FEWEST and one.size > 0]
     statuses = tuple(
-        ImageStatus.OCCLUDED if one.status.is_measured and one not in usable else one.status for one in silhouettes
+        ImageStatus.OCCLUDED if one.status in _TRACED and one not in usable else one.status for one in silhouettes
     )
     nothing = MeasuredSilhouettes(
         max(statuses), statuses, (), None, np.zeros((0, 8)), (0.0,) * len(statuses), silhouettes
@@ -141,9 +142,15 @@ def measure_silhouettes(
     if not usable:
         return nothing
     fits = _fits(model, usable, first, surface, noise)
+    if not fits and first is None:
+        again = _from_one_image(model, every, pictures, usable, colour, surface, noise)
+        if again is not None:
+            return again
     if not fits:
-        statuses = tuple(ImageStatus.INCONSISTENT if one in usable else one.status for one in silhouettes)
-        return replace(nothing, status=ImageStatus.INCONSISTENT, statuses=statuses)
+        statuses = tuple(
+            ImageStatus.INCONSISTENT if status == ImageStatus.OK else status for status in statuses
+        )  # fmt: skip
+        return replace(nothing, status=_cause(statuses), statuses=statuses)
     best = fits[0]
     shown = dict(zip(map(id, usable), best.shown, strict=True))
     seen = tuple(shown.get(id(one), 0.0) for one in silhouettes)
@@ -163,37 +170,44 @@ def measure_silhouettes(
     )  # fmt: skip
 
 
-def checked_images(
-    model: ObjectModel, cameras: SceneCamera | Sequence[SceneCamera], images: ArrayLike | Sequence[ArrayLike],
-    start: ArrayLike | None,
-) -> tuple[tuple[SceneCamera, ...], tuple[ArrayLike, ...], Reals | None]:  # fmt: skip
-    """Return cameras and images as tuples of equal length, and the start as an array."""
-    every = (cameras,) if isinstance(cameras, SceneCamera) else tuple(cameras)
-    pictures = (images,) if isinstance(cameras, SceneCamera) else tuple(images)  # type: ignore[arg-type]
-    if not every or len(every) != len(pictures):
-        raise ValueError(f"images: {len(pictures)} for {len(every)} cameras; expected one for each, and at least one")
-    if not any(map(len, (model.edges, model.balls, model.tubes))):
-        raise ValueError("model: points only; expected edges, spheres or cylinders, which have an outline")
-    if start is None:
-        return every, pictures, None
-    given = real_array(start, "start", (8,), "a motor").astype(np.float64)
-    if given.ndim != 1 or not np.abs(given - pga3.normalize_motor(given)).max() < 1e-6:
-        raise ValueError(f"start: {given}; expected one unit motor of generated.pga3")
-    return every, pictures, given
+def _cause(statuses: tuple[ImageStatus, ...]) -> ImageStatus:
+    """Return why nothing is measured: what is special about an image, or else that no pose fits."""
+    found = [one for one in statuses if one in _TRACED]
+    return min(found) if found else max(statuses)
 
 
-def checked_mesh(model: ObjectModel, mesh: tuple[ArrayLike, ArrayLike] | None) -> Mesh:
-    """Return a mesh as arrays; by default that of the model."""
-    if mesh is None:
-        return surface_of_model(model)
-    vertices = real_array(mesh[0], "mesh", (3,), "vertices").astype(np.float64)
-    faces = np.asarray(mesh[1])
-    if vertices.ndim != 2 or faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu":
-        raise ValueError(
-            f"mesh: shapes {vertices.shape} and {faces.shape} of {faces.dtype}; expected vertices (n, 3) and faces "
-            "(m, 3) of integers"
-        )
-    return vertices, faces
+def _from_one_image(
+    model: ObjectModel, cameras: tuple[SceneCamera, ...], images: tuple[ArrayLike, ...], usable: list[Silhouette],
+    colour: ArrayLike, mesh: Mesh, noise: float,
+) -> MeasuredSilhouettes | None:  # fmt: skip
+    """Measure all images at poses that one of them gives, as others may show only a part, or another object."""
+    tried = []
+    for one in sorted(usable, key=lambda one: (one.status, -one.size)) if len(cameras) > 1 else ():
+        for fit in _fits(model, [one], None, mesh, noise):
+            found = measure_silhouettes(
+                model, cameras, images, fit.estimate.motor, colour=colour, mesh=mesh, noise=noise
+            )  # fmt: skip
+            if found.views and found.estimate is not None:
+                tried.append(found)
+        if any(len(found.views) == len(cameras) for found in tried):
+            break
+    if not tried:
+        return None
+    best = max(tried, key=lambda found: sum(found.shown))
+    kept: list[PoseEstimate] = []
+    for found in tried:
+        one_pose = found.estimate
+        is_as_good = found is not best and sum(found.shown) > sum(best.shown) - _AS_GOOD
+        others = [pose for pose in (best.estimate, *kept) if pose is not None]
+        if is_as_good and one_pose is not None and all(_differ(model, one_pose, other) for other in others):
+            kept.append(one_pose)
+    several = {id(one.camera) for one in usable if one.status == ImageStatus.SEVERAL}
+    statuses = tuple(
+        ImageStatus.SEVERAL if id(camera) in several and status == ImageStatus.OK else status
+        for camera, status in zip(cameras, best.statuses, strict=True)
+    )
+    motors = np.array([one.motor for one in kept]).reshape(-1, 8)
+    return replace(best, status=min(statuses), statuses=statuses, alternatives=motors)
 
 
 def _silhouette(
@@ -209,9 +223,7 @@ def _silhouette(
     return silhouette_of_image(camera, image, colour, region)
 
 
-def _fits(
-    model: ObjectModel, usable: list[Silhouette], start: Reals | None, mesh: Mesh, noise: float
-) -> list[_Fit]:
+def _fits(model: ObjectModel, usable: list[Silhouette], start: Reals | None, mesh: Mesh, noise: float) -> list[_Fit]:
     """Return the poses that fit the silhouettes, the best first, without poses that are the same."""
     if start is not None:
         found = _fit(model, usable, start, mesh, noise, 0)
@@ -223,9 +235,13 @@ def _fits(
     rough = [(pose, _fit(model, usable, pose, mesh, noise, len(_LAST_GATES))) for pose in poses]
     good = sorted((one for one in rough if one[1] is not None), key=lambda one: -one[1].score)  # type: ignore[union-attr]
     fine = [_fit(model, usable, one.estimate.motor, mesh, noise, 0) for _, one in good[:_JOINT] if one is not None]
+    fitted = sorted((one for one in fine if one is not None), key=lambda one: -one.score)
+    # Half turns about the principal axes are symmetries of most symmetric objects.
+    for turn in model.half_turns if fitted else ():
+        fine.append(_fit(model, usable, pga3.motor_product(fitted[0].estimate.motor, turn), mesh, noise, 0))
     kept: list[_Fit] = []
-    for one in sorted((f for f in fine if f is not None), key=lambda f: -f.score):
-        if all(_differ(model, one, other) for other in kept):
+    for one in sorted((one for one in fine if one is not None), key=lambda one: -one.score):
+        if all(_differ(model, one.estimate, other.estimate) for other in kept):
             kept.append(one)
     return kept
 
@@ -299,9 +315,8 @@ def _assignments(
     return found
 
 
-def _differ(model: ObjectModel, one: _Fit, other: _Fit) -> bool:
+def _differ(model: ObjectModel, a: PoseEstimate, b: PoseEstimate) -> bool:
     """Return whether two poses differ by more than motions that change no image."""
-    a, b = one.estimate, other.estimate
     between = pga3.motor_product(pga3.motor_inverse(b.motor), a.motor)
     scaled = pga3.motor_logarithm(between if between[0] >= 0 else -between) / [1, 1, 1, *[model.size] * 3]
     if len(b.freedoms):

@@ -13,6 +13,7 @@ from ..arguments import Reals
 from ..shapes.colour_segmentation import ColourSegment, segment_colour
 from ..shapes.colour_status import ColourStatus
 from ..vision.camera import Camera
+from .image_arguments import check_size
 from .image_status import ImageStatus
 from .lens import distorted_pixels, undistorted_pixels
 from .pose_models import KINDS, ObjectModel, View
@@ -90,15 +91,6 @@ def silhouette_of_image(camera: SceneCamera, image: ArrayLike, colour: ArrayLike
     pixels = np.concatenate([p for p, _ in parts]) if parts else np.zeros((0, 2))
     normals = np.concatenate([n for _, n in parts]) if parts else np.zeros((0, 2))
     return Silhouette(camera, _NAMES[found.status], pixels, normals, found)
-
-
-def check_size(camera: SceneCamera, image: ArrayLike) -> None:
-    """Raise a ValueError if the size of an image is not that of the camera, or the camera's pose is not in the world."""
-    if camera.is_mounted:
-        raise ValueError("camera: mounted on a robot; expected its pose in the world, as from Scene.placed_camera")
-    shape = np.shape(image)
-    if shape[:2] != camera.size[::-1]:
-        raise ValueError(f"image: shape {shape}; expected {(*camera.size[::-1], 3)}, the size of the camera")
 
 
 def expected_region(

@@ -59,9 +59,8 @@ class _Model(NamedTuple):
     axes: Reals
     """(3, 3) The direction of the colour, and two orthogonal ones, as rows."""
     middle: Reals
-    inverse: Reals
-    """(2, 2) Of the covariance matrix without noise of the sensor."""
     covariance: Reals
+    """(2, 2) Without the noise of the sensor."""
     brightness: tuple[float, float]
 
 
@@ -160,7 +159,7 @@ def noise_of_image(image: Reals) -> float:
     if image.shape[1] < 3:
         return least
     second = image[:, 2:] - 2 * image[:, 1:-1] + image[:, :-2]
-    return max(float(np.median(np.abs(second))) / (0.6745 * np.sqrt(6)), least)
+    return max(float(np.median(np.abs(second))) / (0.6745 * 6**0.5), least)
 
 
 def _arguments(image: ArrayLike, colour: ArrayLike) -> tuple[Reals, Reals]:
@@ -183,7 +182,7 @@ def _given_model(given: Reals) -> _Model:
     first /= np.linalg.norm(first)
     axes = np.array([direction, first, np.cross(direction, first)])
     bright = float(np.median(given @ direction))
-    model = _Model(axes, np.zeros(2), np.eye(2) / _SPREAD**2, np.eye(2) * _SPREAD**2, (_DARK * bright, _BRIGHT * bright))
+    model = _Model(axes, np.zeros(2), np.eye(2) * _SPREAD**2, (_DARK * bright, _BRIGHT * bright))
     return _model_of(given, model) if len(given) >= _FEWEST_SAMPLES else model
 
 
@@ -196,7 +195,7 @@ def _model_of(pixels: Reals, model: _Model) -> _Model:
     far = np.sqrt(np.square(off).sum(1))
     usual = off[far <= 3 * 1.4826 * np.median(far) + 1e-12]
     covariance = usual.T @ usual / max(len(usual), 1) + np.eye(2) * _LEAST_SPREAD**2
-    return model._replace(middle=middle, covariance=covariance, inverse=np.linalg.inv(covariance))
+    return model._replace(middle=middle, covariance=covariance)
 
 
 def _classified(array: Reals, model: _Model, noise: float) -> Mask:
@@ -282,5 +281,5 @@ def _contours(coverage: Reals, mask: Mask) -> tuple[Reals, ...]:
         field = np.where(labels[window] == k + 1, coverage[window], 0)
         if count and (field > 0.5).any():
             line = level_line(field, 0.5)[:, ::-1]
-            found.append(line + [window[1].start, window[0].start])
+            found.append(line + np.array([window[1].start, window[0].start]))
     return tuple(found)
