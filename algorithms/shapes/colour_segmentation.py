@@ -21,7 +21,7 @@ _LIMIT = 13.8
 """The square of the distance in standard deviations that one pixel in a thousand of the object exceeds."""
 _DARK, _BRIGHT = 0.12, 2.5
 """Least and largest brightness of the object, as multiples of that of the given colour."""
-_INSIDE, _OUTSIDE = 2, 3
+_INSIDE, _OUTSIDE = 3, 4
 """Distances in pixels from the boundary of the classified pixels at which colours are not mixed."""
 _SHADING = 0.15
 """The standard deviation of the brightness at the boundary relative to that of pixels inside."""
