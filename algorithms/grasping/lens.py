@@ -6,8 +6,8 @@ import numpy as np
 
 from ..arguments import Reals
 
-_STEPS = 20
-"""Number of steps of the iteration that removes distortion; each reduces the error by about 2 k r**2."""
+_STEPS = 6
+"""Number of Newton steps that remove distortion."""
 
 
 def distorted_pixels(pixels: Reals, intrinsics: Reals, coefficient: float) -> Reals:
@@ -34,15 +34,17 @@ def undistorted_pixels(pixels: Reals, intrinsics: Reals, coefficient: float) -> 
     if not coefficient:
         return pixels
     bent = _normalised(pixels, intrinsics)
-    seen = bent
+    x, y = bent[..., 0], bent[..., 1]
+    squares = x * x + y * y
+    # Newton steps for the factor f of normalised coordinates, ``f + k f**3 r**2 = 1``.
+    scaled, factor = coefficient * squares, np.ones_like(squares)
     with np.errstate(all="ignore"):
         for _ in range(_STEPS):
-            seen = bent / (1 + coefficient * np.square(seen).sum(-1, keepdims=True))
-        squares = np.square(seen).sum(-1, keepdims=True)
-        again = seen * (1 + coefficient * squares)
-    # The iteration ends between two values where there is no solution.
-    is_found = (np.abs(again - bent).max(-1, keepdims=True) < 1e-9) & (1 + 3 * coefficient * squares > 0)
-    return _in_pixels(np.where(is_found, seen, np.nan), intrinsics)
+            cubed = scaled * factor * factor
+            factor = factor - (factor + cubed * factor - 1) / (1 + 3 * cubed)
+        cubed = scaled * factor * factor
+        is_found = (np.abs(factor + cubed * factor - 1) < 1e-9) & (1 + 3 * cubed > 0) & (factor > 0)
+    return _in_pixels(bent * np.where(is_found, factor, np.nan)[..., None], intrinsics)
 
 
 def _normalised(pixels: Reals, intrinsics: Reals) -> Reals:

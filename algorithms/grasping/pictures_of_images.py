@@ -51,6 +51,9 @@ def plot_silhouettes(
             _draw_model(axes, model, measured.estimate.motor, silhouette, mesh)
         _zoom(axes, silhouette)
         axes.set(xlabel="x/pixel", ylabel="y/pixel", title=measured.statuses[k].name)
+    handles, names = figure.axes[0].get_legend_handles_labels() if figure.axes else ([], [])
+    unique = dict(zip(names, handles, strict=True))
+    figure.legend(unique.values(), unique.keys(), loc="outside lower center", ncols=3, facecolor="lightgrey")
     return figure
 
 
@@ -63,8 +66,8 @@ def _draw_model(
         return
     pixels = distorted_pixels(curves.pixels, camera.camera.intrinsics, camera.distortion)
     for where, colour, name in (
-        (curves.is_outline & curves.is_visible, "tab:blue", "outline of the model"),
-        (~curves.is_outline & curves.is_visible, "tab:cyan", "edges of the model"),
+        (curves.is_outline & curves.is_visible, "blue", "outline of the model"),
+        (~curves.is_outline & curves.is_visible, "cyan", "edges of the model"),
     ):
         axes.plot(*pixels[where].T, ".", color=colour, markersize=3, label=name)
 

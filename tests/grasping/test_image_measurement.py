@@ -27,8 +27,10 @@ from tests.support.image_scene import (
     CAN,
     HALF_TURNS,
     NEAR,
+    PLACES,
     RED,
     SETTINGS,
+    SIZE,
     THINGS,
     TRUTH,
     error,
@@ -57,15 +59,16 @@ def test_poses_near_the_start_are_found_to_a_tenth_of_a_millimetre(name: str) ->
     assert again.status == EXPECTED[name] and error(name, again.motor, TRUTH) < 0.1
 
 
-def test_measured_pixels_are_on_the_exact_lines_of_a_box() -> None:
-    found = measured([thing("box")], NEAR, background=textured_background((640, 480)))
+@pytest.mark.parametrize(("objects", "most"), [([], 0.1), ([thing("box")], 0.25)])
+def test_measured_pixels_are_on_the_exact_lines_of_a_box(objects, most: float) -> None:
+    found = measured(objects, NEAR, background=textured_background(SIZE))
     for view in found.views:
         index, pixels = view.edges
         a, b = (view.camera.project(pga3.move_point(TRUTH, BOX.edges[index, k])) for k in (0, 1))
         along = (b - a) / np.linalg.norm(b - a, axis=1, keepdims=True)
         off = pixels - a
         across = off[:, 0] * along[:, 1] - off[:, 1] * along[:, 0]
-        assert len(set(index)) >= 4 and np.sqrt(np.mean(across**2)) < 0.15 and np.abs(across).max() < 0.6
+        assert len(set(index)) >= 4 and np.sqrt(np.mean(across**2)) < most and np.abs(across).max() < 0.7
         # And between the ends of the edge.
         share = np.einsum("ij,ij->i", off, along) / np.linalg.norm(b - a, axis=1)
         assert share.min() > -0.03 and share.max() < 1.03
@@ -112,7 +115,7 @@ def with_nan(image):
     return image
 
 
-SMALL = motor((0, 0, 0), TARGET + 9.6 * (TARGET - np.array([1.0, -0.3, 0.6])))
+SMALL = motor((0, 0, 0), TARGET + 4.8 * (TARGET - PLACES[0]))
 FAR = motor((0, 0, 0), TARGET + np.array([0.0, 0.7, 0]))
 BEHIND = motor((0, 0, 0), (1.8, 0.2, 1.0))
 
@@ -167,19 +170,22 @@ def test_two_objects_of_the_colour() -> None:
 
 @pytest.mark.parametrize("name", ["ball", "can", "box"])
 def test_edges_along_normals(name: str) -> None:
-    cameras, images = imaged(thing(name), settings=replace(SETTINGS, background=textured_background((640, 480))))
+    cameras, images = imaged(thing(name), settings=replace(SETTINGS, background=textured_background(SIZE)))
     model = THINGS[name][0]
     exact = measure_edges(model, cameras[0], images[0], TRUTH, reach=4)
     assert exact.status == ImageStatus.OK and exact.shown > 0.9
     # Offsets from the true curves are the errors of measurement.
-    assert np.median(np.abs(exact.offsets)) < 0.08 and np.mean(np.abs(exact.offsets) < 0.4) > 0.95
-    views = [
-        measure_edges(model, c, (255 * i).astype(np.uint8), NEAR).view for c, i in zip(cameras, images, strict=True)
-    ]
-    found = estimate_pose(model, views, NEAR, noise=2.0)
-    assert error(name, found.motor, TRUTH) < min(0.8, error(name, NEAR, TRUTH) / 3)
+    assert np.median(np.abs(exact.offsets)) < 0.12 and np.mean(np.abs(exact.offsets) < 0.4) > 0.9
+    found = NEAR
+    for reach in (8, 4, 3):
+        views = [
+            measure_edges(model, camera, (255 * image).astype(np.uint8), found, reach=reach).view
+            for camera, image in zip(cameras, images, strict=True)
+        ]
+        found = estimate_pose(model, views, found, noise=reach / 4).motor
+    assert error(name, found, TRUTH) < 0.5 < error(name, NEAR, TRUTH)
     grey = measure_edges(model, cameras[0], images[0].mean(2), TRUTH, reach=4)
-    assert np.median(np.abs(grey.offsets)) < 0.15
+    assert np.median(np.abs(grey.offsets)) < 0.3
 
 
 def test_why_there_are_no_edges() -> None:
@@ -226,9 +232,9 @@ def test_from_raster_images_to_a_grasp(name: str) -> None:
 def test_wrong_arguments_are_refused() -> None:
     cameras, images = plain("ball")
     good = (BALL, cameras[0], images[0])
-    with pytest.raises(ValueError, match=r"image: shape \(480, 640\); expected .*red green blue"):
+    with pytest.raises(ValueError, match=r"image: shape \(240, 320\); expected .*red green blue"):
         measure_silhouettes(BALL, cameras[0], images[0][..., 0], colour=RED)
-    with pytest.raises(ValueError, match=r"image: shape \(10, 640, 3\); expected \(480, 640, 3\), the size"):
+    with pytest.raises(ValueError, match=r"image: shape \(10, 320, 3\); expected \(240, 320, 3\), the size"):
         measure_silhouettes(BALL, cameras[0], images[0][:10], colour=RED)
     with pytest.raises(ValueError, match="images: 1 for 2 cameras"):
         measure_silhouettes(BALL, cameras, images[:1], colour=RED)
@@ -248,7 +254,7 @@ def test_wrong_arguments_are_refused() -> None:
 
 def test_a_mounted_camera_is_refused_until_it_is_placed() -> None:
     cameras, images = plain("ball")
-    mounted = type(cameras[0])(cameras[0].camera, is_mounted=True)
+    mounted = type(cameras[0])(cameras[0].camera, SIZE, is_mounted=True)
     with pytest.raises(ValueError, match="placed_camera"):
         measure_silhouettes(BALL, mounted, images[0], colour=RED)
 

@@ -5,9 +5,10 @@ from functools import cache
 
 import numpy as np
 
-from algorithms.grasping import ImageSettings, ObjectModel, Scene, SceneObject, scene_image
+from algorithms.grasping import ImageSettings, ObjectModel, Scene, SceneCamera, SceneObject, scene_image
+from algorithms.vision.camera import Camera
 from generated import pga3
-from tests.support.grasp_scene import EDGES, FACES, TARGET, VERTICES, cameras, motor
+from tests.support.grasp_scene import EDGES, FACES, TARGET, VERTICES, looking, motor
 from tests.support.scans import box, cylinder, sphere
 
 RED = (0.8, 0.25, 0.15)
@@ -18,7 +19,12 @@ TRUTH = motor((0.2, 0.3, 0.5), TARGET)
 NEAR = pga3.motor_product(TRUTH, motor((0.04, 0.03, -0.04), (0.002, 0.003, -0.002)))
 HALF_TURNS = [motor(np.pi * axis, (0, 0, 0)) for axis in (np.zeros(3), *np.eye(3))]
 SETTINGS = ImageSettings(blur=0.6, noise=0.01)
-DISTORTION = -0.1
+SIZE = (320, 240)
+PLACES = np.array([[1.0, -0.3, 0.6], [0.9, 0.5, 0.6]])
+CAMERAS = tuple(
+    SceneCamera(Camera.from_intrinsics(500.0, (160.0, 120.0), looking(TARGET, place)), SIZE, distortion=-0.1)
+    for place in PLACES
+)
 
 
 def thing(name, pose=TRUTH, colour=RED):
@@ -33,7 +39,7 @@ def thing(name, pose=TRUTH, colour=RED):
 
 def in_front(share, aside, size=(0.03, 0.1, 0.3)):
     """A wall between the first camera and the target, moved to the side of the image."""
-    z = TARGET - np.array([1.0, -0.3, 0.6])
+    z = TARGET - PLACES[0]
     x = np.cross(z, [0, 0, 1.0])
     x /= np.linalg.norm(x)
     whole = np.eye(4)
@@ -54,9 +60,9 @@ def wall(place, size, colour=(0.2, 0.5, 0.3), turn=(0, 0, 0)):
     return SceneObject("wall", ObjectModel.of(points=[[0, 0, 0]]), motor(turn, place), *box(*size), colour)
 
 
-def imaged(*objects, n=2, settings=SETTINGS, seed=0):
+def imaged(*objects, n=2, settings=SETTINGS, seed=0, among=CAMERAS):
     """Return the cameras of a scene and their images."""
-    built = Scene(cameras(DISTORTION)[:n], objects)
+    built = Scene(among[:n], objects)
     images = [scene_image(built, k, settings, seed=10 * seed + k) for k in range(n)]
     return [built.placed_camera(k) for k in range(n)], images
 
