@@ -142,7 +142,7 @@ def _in_image(curves: PredictedCurves, camera: SceneCamera) -> Reals:
 
 
 def _crowded(curves: PredictedCurves) -> Reals:
-    """Return at which points the edges of several elements cannot be told apart."""
+    """Return at which points the edges of several elements cannot be distinguished."""
     found = np.zeros(len(curves.pixels), bool)
     pairs = cKDTree(curves.pixels).query_pairs(_CROWDED, output_type="ndarray")
     i, j = pairs.T
