@@ -75,8 +75,8 @@ def measure_silhouettes(
     images : array_like, (h, w, 3), or a sequence of such
         Of any real type, one for each camera.
     start : array_like, (8,), optional
-        A pose near the true one. It distinguishes the object from others of the same colour, and lets the status name why
-        it is not seen. Without it, the pose is searched from all directions (a second or less for each image).
+        A pose near the true one. It distinguishes the object from others of the same colour, and lets the status name
+        why it is not seen. Without it, the pose is searched from all directions (a second or less for each image).
     colour : array_like, (3,) or (n, 3)
         As for `segment_colour`.
     mesh : (array_like, (n, 3), array_like, (m, 3)), optional

@@ -27,8 +27,9 @@ _STEP, _REACH = 3, 4
 samples on both sides."""
 _AGREE = 0.85
 """Least cosine of the angle between the normals of the contour and of the outline."""
-_CORNER, _CORNER_COSINE = 4.0, 0.9
-"""Pixels nearer than this to a corner of the outline are left out, where blur rounds the contour."""
+_CORNER = 4.0
+"""Pixels nearer than this to another element are left out: blur rounds corners, and where elements are tangent, a wrong
+assignment would confirm a wrong pose."""
 _WIDER = 0.15
 """The region in which an object is expected, beyond its outline, as a part of its size, and in pixels at least."""
 _LEAST_WIDER = 12.0
@@ -207,10 +208,11 @@ def _seen(outline: PredictedCurves, pixels: Reals, gate: float) -> Reals:
 
 
 def _at_corners(outline: PredictedCurves, pixels: Reals, at: Reals) -> Reals:
-    """Return which pixels are near points of the outline of another direction than that at which they are."""
+    """Return which pixels are near points of the outline of another element than that at which they are."""
     if not len(pixels):
         return np.zeros(0, bool)
+    own = outline.kinds * (int(outline.elements.max()) + 1) + outline.elements
     found = np.zeros(len(pixels), bool)
     for k, around in enumerate(cKDTree(outline.pixels).query_ball_point(pixels, _CORNER)):
-        found[k] = bool((outline.normals[around] @ outline.normals[at[k]] < _CORNER_COSINE).any())
+        found[k] = bool((own[around] != own[at[k]]).any())
     return found
