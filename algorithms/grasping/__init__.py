@@ -1,17 +1,22 @@
 """Grasps of objects by a hand with three fingers (sections 14.6 and 20.2 to 20.7)."""
 
+from .edge_measurement import MeasuredEdges, measure_edges
 from .fuzzy import FuzzyOutput, Mamdani, grasp_controller
 from .fuzzy_rules import And, Conclusion, Is, Not, Or, Rule
 from .fuzzy_sets import FuzzySet, FuzzyVariable
 from .fuzzy_status import FuzzyStatus
 from .grasp_loop import GuidedGrasp, LoopStatus, guided_grasp
 from .hands import BARRETT_BH280, BARRETT_OPENRAVE, Hand, HandTable, hand_of_table
+from .image_status import ImageStatus
+from .image_tracking import TrackedPose, TrackStatus, track_pose
 from .planning import Grasp, GraspPlan, plan_grasps
 from .pose_estimation import PoseEstimate, estimate_pose
 from .pose_models import ObjectModel, View
 from .pose_status import PoseStatus
 from .quality import contact_wrenches, grasp_quality
 from .scene import Scene, SceneCamera, SceneObject, simulate
+from .scene_images import ImageSettings, scene_image, textured_background
+from .silhouette_views import MeasuredSilhouettes, measure_silhouettes
 from .status import GraspStatus
 from .visual_grasping import GraspSettings, GraspState, GraspStep, VisualErrors, grasp_step, visual_error
 from .visual_scene import GraspRun, VisualScene, random_scene, simulate_grasp
@@ -37,9 +42,13 @@ __all__ = [
     "GuidedGrasp",
     "Hand",
     "HandTable",
+    "ImageSettings",
+    "ImageStatus",
     "Is",
     "LoopStatus",
     "Mamdani",
+    "MeasuredEdges",
+    "MeasuredSilhouettes",
     "Not",
     "ObjectModel",
     "Or",
@@ -49,6 +58,8 @@ __all__ = [
     "Scene",
     "SceneCamera",
     "SceneObject",
+    "TrackStatus",
+    "TrackedPose",
     "View",
     "VisualErrors",
     "VisualScene",
@@ -60,9 +71,14 @@ __all__ = [
     "grasp_step",
     "guided_grasp",
     "hand_of_table",
+    "measure_edges",
+    "measure_silhouettes",
     "plan_grasps",
     "random_scene",
+    "scene_image",
     "simulate",
     "simulate_grasp",
+    "textured_background",
+    "track_pose",
     "visual_error",
 ]

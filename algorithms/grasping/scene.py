@@ -14,13 +14,12 @@ from ..arguments import Reals, finite, finite_number, real_array
 from ..geometry.meshes import hit_mesh
 from ..kinematics import Robot
 from ..vision.camera import Camera
+from .lens import distorted_pixels, undistorted_pixels
 from .pose_models import ObjectModel, View
 from .scene_silhouettes import element_pixels
 
 _NEAR = 1e-3
 """A point is hidden if a surface is nearer to the camera by more than this, in metres."""
-_STEPS = 20
-"""Number of steps of the iteration that removes lens distortion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +29,7 @@ class SceneCamera:
     camera: Camera
     """Its pose is in the world, or in the frame of the end effector if it is mounted."""
     size: tuple[int, int] = (640, 480)
-    """Width and height of the image in pixels."""
+    """Width and height of the image in pixels. Integer coordinates are the centres of pixels."""
     is_mounted: bool = False
     """Whether the robot carries the camera at its end effector."""
     distortion: float = 0.0
@@ -46,6 +45,8 @@ class SceneObject:
     pose: Reals
     vertices: Reals = field(default_factory=lambda: np.zeros((0, 3)))
     faces: Reals = field(default_factory=lambda: np.zeros((0, 3), int))
+    colour: tuple[float, float, float] = (0.8, 0.25, 0.15)
+    """Red, green and blue from 0 to 1, of raster images: see `scene_image`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +97,10 @@ class Scene:
         pose = pga3.motor_product(self.robot.forward(self.q), one.camera.pose)
         return replace(one.camera, pose=pose)
 
+    def placed_camera(self, k: int) -> SceneCamera:
+        """Return the camera k with its image and its pose in the world."""
+        return replace(self.cameras[k], camera=self.camera(k), is_mounted=False)
+
     def render(self, name: str, noise: float = 0.0, seed: int = 0) -> tuple[View, ...]:
         """Return what all cameras see of an object, with noise, occlusion and the effect of lens distortion.
 
@@ -140,17 +145,10 @@ class Scene:
 
     def _measured(self, k: int, camera: Camera, places: Reals, noise: float, rng: np.random.Generator) -> Reals:
         one = self.cameras[k]
-        inverse = np.linalg.inv(camera.intrinsics)
         with np.errstate(all="ignore"):
             exact = camera.project(places)
-        seen = exact @ inverse[:2, :2].T + inverse[:2, 2]
-        bent = seen * (1 + one.distortion * np.square(seen).sum(-1, keepdims=True))
-        pixels = bent @ camera.intrinsics[:2, :2].T + camera.intrinsics[:2, 2] + rng.normal(0, noise, seen.shape)
-        bent = pixels @ inverse[:2, :2].T + inverse[:2, 2]
-        seen = bent
-        for _ in range(_STEPS if one.distortion else 0):
-            seen = bent / (1 + one.distortion * np.square(seen).sum(-1, keepdims=True))
-        return np.asarray(seen @ camera.intrinsics[:2, :2].T + camera.intrinsics[:2, 2])
+            pixels = distorted_pixels(exact, camera.intrinsics, one.distortion) + rng.normal(0, noise, exact.shape)
+            return undistorted_pixels(pixels, camera.intrinsics, one.distortion)
 
     def shows(self, k: int, places: Reals) -> Reals:
         """Return whether points (n, 3) of the world are in front of a camera, in its image, and not hidden."""

@@ -1,5 +1,7 @@
 """Contours, surfaces, segments of volumes, and models of spheres."""
 
+from .colour_segmentation import ColourSegment, segment_colour
+from .colour_status import ColourStatus
 from .contour_status import ContourStatus
 from .contours import Contour, adapted, contour, trace_contour
 from .flow import gradient_vector_flow, streamline_samples
@@ -18,6 +20,8 @@ from .volume_warps import warp_volume
 __all__ = [
     "BallModel",
     "BallStatus",
+    "ColourSegment",
+    "ColourStatus",
     "Contour",
     "ContourStatus",
     "CubeMesh",
@@ -37,6 +41,7 @@ __all__ = [
     "maximal_balls",
     "register_spheres",
     "segment",
+    "segment_colour",
     "streamline_samples",
     "surface",
     "trace_contour",

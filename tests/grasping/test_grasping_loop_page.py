@@ -18,7 +18,7 @@ def test_blocks_run(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_sections_name_tests_that_exist() -> None:
     rows = re.findall(r"^\| (20[.\d]+) \|[^|]*\| ([^|]*) \|", PAGE, re.MULTILINE)
-    assert [section for section, _ in rows] == ["20.3", "20.5", "20.6"]
+    assert [section for section, _ in rows] == ["20.3", "20.3", "20.3", "20.5", "20.6"]
     for _, names in rows:
         for name in re.findall(r"`(\w+\.py)`", names):
             assert (ROOT / "tests" / "grasping" / name).is_file(), name

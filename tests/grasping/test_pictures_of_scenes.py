@@ -1,9 +1,13 @@
 """Pictures of scenes contain what is in them."""
 
 import numpy as np
+from scipy.spatial import cKDTree
 
+from algorithms.grasping import measure_silhouettes
+from algorithms.grasping.pictures_of_images import plot_silhouettes
 from algorithms.grasping.pictures_of_scenes import animate_scenes, plot_scene, plot_view
 from tests.support.grasp_scene import HOME, TARGET, motor, scene
+from tests.support.image_scene import BOX, NEAR, RED, plain
 
 
 def test_scene_view_and_animation(tmp_path) -> None:
@@ -17,3 +21,19 @@ def test_scene_view_and_animation(tmp_path) -> None:
     assert np.array_equal(lines[1].get_xydata(), view.edges[1])
     path = animate_scenes([built, built.with_joints(HOME + 0.1)], tmp_path / "scene.gif")
     assert path.read_bytes()[:4] == b"GIF8"
+
+
+def test_contours_and_the_projected_model() -> None:
+    cameras, images = plain("box")
+    found = measure_silhouettes(BOX, cameras, images, NEAR, colour=RED)
+    figure = plot_silhouettes(BOX, found, images)
+    for axes, silhouette, camera in zip(figure.axes, found.silhouettes, cameras, strict=True):
+        contour, outline, edges = axes.lines
+        assert np.array_equal(contour.get_xydata()[:-1], silhouette.segment.contours[0])
+        # The projected outline is on the contour, and the edges are inside of it.
+        assert cKDTree(contour.get_xydata()).query(outline.get_xydata())[0].max() < 1.5
+        assert len(outline.get_xydata()) > 100 and len(edges.get_xydata()) > 40
+        assert np.array_equal(axes.images[0].get_array(), images[cameras.index(camera)])
+        assert axes.get_title() == "OK"
+    nothing = measure_silhouettes(BOX, cameras, images, NEAR, colour=(0, 0, 1))
+    assert [len(axes.lines) for axes in plot_silhouettes(BOX, nothing, images).axes] == [0, 0]
