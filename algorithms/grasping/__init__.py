@@ -1,11 +1,21 @@
 """Grasps of objects by a hand with three fingers (sections 14.6 and 20.2 to 20.7)."""
 
+from .arm_capsules import UR5_CAPSULES, ArmCapsules, arm_capsules
 from .fuzzy import FuzzyOutput, Mamdani, grasp_controller
 from .fuzzy_rules import And, Conclusion, Is, Not, Or, Rule
 from .fuzzy_sets import FuzzySet, FuzzyVariable
 from .fuzzy_status import FuzzyStatus
-from .grasp_loop import GuidedGrasp, LoopStatus, guided_grasp
-from .hands import BARRETT_BH280, BARRETT_OPENRAVE, Hand, HandTable, hand_of_table
+from .grasp_loop import GuidedGrasp, LoopStatus, guided_grasp, scene_obstacles
+from .hands import BARRETT_BH280, BARRETT_OPENRAVE, Cover, Hand, HandTable, hand_of_table
+from .obstacles import (
+    CapsuleObstacle,
+    MeshObstacle,
+    Obstacle,
+    PlaneObstacle,
+    capsule_obstacle,
+    mesh_obstacle,
+    plane_obstacle,
+)
 from .planning import Grasp, GraspPlan, plan_grasps
 from .pose_estimation import PoseEstimate, estimate_pose
 from .pose_models import ObjectModel, View
@@ -20,8 +30,12 @@ from .visual_status import GraspStage, VisualStatus
 __all__ = [
     "BARRETT_BH280",
     "BARRETT_OPENRAVE",
+    "UR5_CAPSULES",
     "And",
+    "ArmCapsules",
+    "CapsuleObstacle",
     "Conclusion",
+    "Cover",
     "FuzzyOutput",
     "FuzzySet",
     "FuzzyStatus",
@@ -40,9 +54,12 @@ __all__ = [
     "Is",
     "LoopStatus",
     "Mamdani",
+    "MeshObstacle",
     "Not",
     "ObjectModel",
+    "Obstacle",
     "Or",
+    "PlaneObstacle",
     "PoseEstimate",
     "PoseStatus",
     "Rule",
@@ -53,6 +70,8 @@ __all__ = [
     "VisualErrors",
     "VisualScene",
     "VisualStatus",
+    "arm_capsules",
+    "capsule_obstacle",
     "contact_wrenches",
     "estimate_pose",
     "grasp_controller",
@@ -60,8 +79,11 @@ __all__ = [
     "grasp_step",
     "guided_grasp",
     "hand_of_table",
+    "mesh_obstacle",
     "plan_grasps",
+    "plane_obstacle",
     "random_scene",
+    "scene_obstacles",
     "simulate",
     "simulate_grasp",
     "visual_error",

@@ -52,14 +52,14 @@ def _ur5() -> ArmCapsules:
         (0, (0, 0, z), (0, shoulder, z), 0.065),
         (1, (0, shoulder, z), (-0.425, shoulder, z), 0.06),
         (2, (-0.425, shoulder, z), (-0.425, forearm, z), 0.06),
-        (2, (-0.425, forearm, z), (-0.81725, forearm, z), 0.05),
+        (2, (-0.425, forearm, z), (-0.81725, forearm, z), 0.045),
         (3, (-0.81725, forearm, z), (-0.81725, wrist, z), 0.045),
         (4, (-0.81725, wrist, z), (-0.81725, wrist, low), 0.045),
         (5, (-0.81725, wrist, low), (-0.81725, tip, low), 0.04),
     )
     return ArmCapsules(
         np.array([row[0] for row in rows]), np.array([row[1:3] for row in rows], float),
-        np.array([row[3] for row in rows]), ((0, 2), (5, 7)),
+        np.array([row[3] for row in rows]), ((0, 2), (4, 6), (5, 7)),
     )  # fmt: skip
 
 
@@ -93,10 +93,13 @@ def arm_capsules(robot: Robot, radius: float = _RADIUS) -> ArmCapsules:
     origins = pga3.move_point(robot.home[path], np.zeros(3))
     tool = pga3.move_point(robot.tool, np.zeros(3))
     axes = robot.axes[path]
+    # The part of the first link along the first axis is at rest.
+    foot = pga3.project_point_on_line(origins[0], axes[0])[None]
+    points = np.concatenate([np.zeros((1, 3)), foot, origins, tool[None]])
     if (pga3.distance_point_line(origins, axes) < _TOUCHING).all():
-        points, carriers = np.concatenate([np.zeros((1, 3)), origins, tool[None]]), [-1, *path]
+        carriers = [-1, path[0], *path]
     elif (pga3.distance_point_line(origins[:-1], axes[1:]) < _TOUCHING).all():
-        points, carriers = np.concatenate([np.zeros((1, 3)), origins, tool[None]]), [*path, path[-1]]
+        carriers = [-1, *path, path[-1]]
     else:
         raise ValueError(f"arm_capsules: {robot.name}: frames are not on joint axes; expected a table, ArmCapsules")
     kept = [k for k in range(len(carriers)) if np.linalg.norm(points[k + 1] - points[k]) > _TOUCHING]

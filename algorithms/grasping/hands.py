@@ -178,7 +178,11 @@ class Hand:
         """Return the distances (..., p) of `pairs` for placed capsules (..., k, 2, 3)."""
         a, b = self.pairs.T
         return collisions.capsule_pair_clearance(  # type: ignore[no-any-return]
-            ends[..., a, 0, :], ends[..., a, 1, :], ends[..., b, 0, :], ends[..., b, 1, :], self.radii[a] + self.radii[b]
+            ends[..., a, 0, :],
+            ends[..., a, 1, :],
+            ends[..., b, 0, :],
+            ends[..., b, 1, :],
+            self.radii[a] + self.radii[b],
         )
 
     def placed_capsules(self, joints: ArrayLike) -> Reals:

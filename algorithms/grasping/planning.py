@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import permutations
 from typing import overload
 
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from generated import cga3, grasping, pga3
 
 from ..arguments import Reals, finite_number
+from .closing import APPROACH, OPENINGS, opened
 from .hands import Hand, HandTable, hand_of_table
 from .meshes import Integers, Surface, checked_mesh, surface_of
 from .quality import grasp_quality
@@ -33,6 +34,14 @@ _STRIDES = 64, 8
 """Poses are tested with one of so many samples; those that pass, with more of them, and with the outline."""
 _TRIES = 6
 """The largest number of poses of a triple that are tested with more samples."""
+_SWEPT = 4
+"""Motions of the hand are tested with one of so many samples."""
+_SHARES = np.array([0.0, 0.2, 0.4, 0.6, 0.8])
+"""Parts of the closing motion at which it is tested."""
+_BACKWARDS = APPROACH * np.array([0.1, 0.2, 0.4, 0.7, 1.0])
+"""Distances from the grasp at which the approach is tested, in metres."""
+_LEAST_QUALITY = 1e-4
+"""A grasp of less quality is lost by rounding errors."""
 _THINNEST = 0.002
 """The least thickness of an object, in metres."""
 
@@ -52,6 +61,8 @@ class Grasp:
     quality: float
     """The quality of `grasp_quality` about the centre of mass, with the largest distance of a vertex as length."""
     status: GraspStatus
+    open_joints: Reals = field(default_factory=lambda: np.zeros(4))
+    """(4,) The joints before the fingers close: the same spread, and smaller bends."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,6 +72,9 @@ class GraspPlan(Sequence[Grasp]):
     grasps: tuple[Grasp, ...]
     hand: Hand
     friction: float
+    vertices: Reals = field(default_factory=lambda: np.zeros((0, 3)))
+    """(n, 3) The mesh for which it was planned, (n, 3) and (m, 3); empty if the mesh is not valid."""
+    faces: Integers = field(default_factory=lambda: np.zeros((0, 3), np.intp))
 
     @property
     def status(self) -> GraspStatus:
@@ -115,7 +129,8 @@ def plan_grasps(
     -------
     GraspPlan
         Grasps with the status OK have force closure, contacts on the surface, joints within limits, and fingertips at
-        the contacts; the links and the palm are clear of the object.
+        the contacts. The hand is clear of the object and of itself: in the grasp, while the fingers close, and while
+        the open hand approaches along its axis z from a distance of 8 cm.
 
     Raises
     ------
@@ -131,11 +146,13 @@ def plan_grasps(
     for name, value, least in (("edges", edges, 3), ("count", count, 1)):
         if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
             raise ValueError(f"plan_grasps: {name}: {value!r}; expected an integer of at least {least}")
-    surface = surface_of(*checked_mesh(vertices, faces, "plan_grasps"))
+    points, corners = checked_mesh(vertices, faces, "plan_grasps")
+    surface = surface_of(points, corners)
     if isinstance(surface, GraspStatus):
         return GraspPlan((_failed(surface),), model, friction)
     found = _planned(surface, model, style, friction, edges, count)
-    return GraspPlan((_failed(found),) if isinstance(found, GraspStatus) else found, model, friction)
+    grasps = (_failed(found),) if isinstance(found, GraspStatus) else found
+    return GraspPlan(grasps, model, friction, points, corners)
 
 
 def _failed(status: GraspStatus) -> Grasp:
@@ -166,9 +183,10 @@ def _planned(
         poses = _reaching(surface, hand, centres, rows[first : first + _BLOCK])
         if len(poses.triple):
             cause = max(cause, GraspStatus.COLLISION)
-        for at in _clear_poses(surface, hand, poses):
+        for at, start in _clear_poses(surface, hand, poses):
             cause = GraspStatus.NO_FORCE_CLOSURE
-            one = _verified(surface, hand, poses.samples[at], poses.motors[at], poses.joints[at], friction, edges)
+            pose = poses.samples[at], poses.motors[at], poses.joints[at], start
+            one = _verified(surface, hand, *pose, friction, edges)
             if one is not None:
                 found.append(one)
             if len(found) == count:
@@ -219,8 +237,8 @@ def _reaching(surface: Surface, hand: Hand, centres: Reals, rows: Integers) -> _
     )
 
 
-def _clear_poses(surface: Surface, hand: Hand, poses: _Poses) -> Iterator[int]:
-    """Generate for each triple the first pose in which the hand is clear of the object, if there is one."""
+def _clear_poses(surface: Surface, hand: Hand, poses: _Poses) -> Iterator[tuple[int, Reals]]:
+    """Generate for each triple the first pose that the hand reaches without collisions, and the joints before that."""
     first, second = (surface.points[::stride] for stride in _STRIDES)
     clear = _clearance(first, poses.ends, hand.radii)
     kept = np.flatnonzero(clear > -_TOUCH)
@@ -230,8 +248,30 @@ def _clear_poses(surface: Surface, hand: Hand, poses: _Poses) -> Iterator[int]:
         own = own[_clearance(second, poses.ends[own], hand.radii) > -_TOUCH]
         for at in own:
             if _clearance(surface.outline, poses.ends[at : at + 1], hand.radii)[0] > -_TOUCH:
-                yield int(at)
-                break
+                by = _opening_of(surface, hand, poses.motors[at], poses.joints[at])
+                if by is not None:
+                    yield int(at), by
+                    break
+
+
+def _opening_of(surface: Surface, hand: Hand, motor: Reals, joints: Reals) -> Reals | None:
+    """Return joints from which the fingers close without collisions after a straight approach; None if there are none.
+
+    The smallest opening comes first.
+    """
+    points = surface.points[::_SWEPT]
+    if not (hand.own_clearances(hand.placed_capsules(joints)) > 0).all():
+        return None
+    for by in OPENINGS:
+        start = opened(hand, joints, by)
+        closing = hand.placed_capsules(start + _SHARES[:, None] * (joints - start))
+        if not (hand.own_clearances(closing) > 0).all():
+            continue
+        approach = closing[0] - _BACKWARDS[:, None, None, None] * [0.0, 0.0, 1.0]
+        ends = pga3.move_point(motor, np.concatenate([closing, approach]))
+        if (_clearance(points, ends, hand.radii) > -_TOUCH).all():
+            return start
+    return None
 
 
 def _clearance(points: Reals, ends: Reals, radii: Reals) -> Reals:
@@ -259,7 +299,14 @@ def _aligned(tips: Reals, targets: Reals) -> Reals:
 
 
 def _verified(
-    surface: Surface, hand: Hand, samples: Integers, motor: Reals, joints: Reals, friction: float, edges: int
+    surface: Surface,
+    hand: Hand,
+    samples: Integers,
+    motor: Reals,
+    joints: Reals,
+    start: Reals,
+    friction: float,
+    edges: int,
 ) -> Grasp | None:
     """Return a grasp in the frame of the mesh if its fingertips touch the contacts and it has force closure."""
     contacts, normals = surface.points[samples], surface.normals[samples]
@@ -267,7 +314,7 @@ def _verified(
     if not np.abs(tips - contacts - hand.table.radius * normals).max() < 10 * _REACHED:
         return None
     quality = grasp_quality(contacts, normals, friction, edges, length=surface.length)
-    if not quality > 0:
+    if not quality > _LEAST_QUALITY:
         return None
     return Grasp(
         pga3.move_point(surface.frame, contacts),
@@ -276,4 +323,5 @@ def _verified(
         joints,
         quality,
         GraspStatus.OK,
+        start,
     )
