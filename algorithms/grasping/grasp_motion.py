@@ -106,12 +106,16 @@ def grasp_motion(
     status = PathStatus.OUT_OF_REACH
     blocked: list[_Candidate] = []
     for grasp in grasps:
-        hand = pga3.motor_product(pose, grasp.motor)
-        postures = None
-        for branch in _approaches(setting, q, hand, approach):
+        hands = _straight(pga3.motor_product(pose, grasp.motor), approach)
+        branches = _branches(setting, q, hands[-1])
+        if not len(branches):
+            continue
+        postures = list(_postures(setting, grasp, hands))
+        if not postures:
             status = max(status, PathStatus.COLLISION)
-            if postures is None:
-                postures = list(_postures(setting, grasp, hand))
+            continue
+        for branch in _approaches(setting, branches, hands):
+            status = max(status, PathStatus.COLLISION)
             for start in postures:
                 one = _candidate(setting, grasp, start, branch)
                 if one is None or not one.free(q[None]):
@@ -154,8 +158,11 @@ def _motion(one: _Candidate, transfer: Reals) -> GraspMotion:
     return GraspMotion(PathStatus.OK, one.grasp, path, len(rows) - 1, one.start)
 
 
-def _postures(setting: Setting, grasp: Grasp, pose: Reals) -> Iterator[Reals]:
-    """Generate joints of the open hand from which it closes without collisions at the pose of the grasp."""
+def _postures(setting: Setting, grasp: Grasp, hands: Reals) -> Iterator[Reals]:
+    """Generate joints of the open hand that is clear on the straight approach, and from which it closes so as well.
+
+    Poses of the approach are tested here, and the motion between them later, with the arm.
+    """
     hand, speeds = setting.hand, closing_speeds(setting.hand)
     a, b = hand.pairs.T
     bounds = np.concatenate([speeds, speeds[a] + speeds[b]])
@@ -163,7 +170,7 @@ def _postures(setting: Setting, grasp: Grasp, pose: Reals) -> Iterator[Reals]:
 
     def clearances(joints: Reals) -> Reals:
         placed = hand.placed_capsules(joints)
-        ends = pga3.move_point(pose, placed)
+        ends = pga3.move_point(hands[-1], placed)
         found = np.full(ends.shape[:-2], np.inf)
         for one, least in bodies:
             found = np.minimum(found, one.clearance(ends, hand.radii) - least)
@@ -175,7 +182,10 @@ def _postures(setting: Setting, grasp: Grasp, pose: Reals) -> Iterator[Reals]:
         if any(np.array_equal(start, other) for other in tried):
             continue
         tried.append(start)
-        if is_clear(np.stack([start, grasp.joints]), clearances, bounds):
+        if not is_clear(np.stack([start, grasp.joints]), clearances, bounds):
+            continue
+        ends = pga3.move_point(hands[:, None, None], hand.placed_capsules(start))
+        if all((one.clearance(ends, hand.radii) > least).all() for one, least in bodies):
             yield start
 
 
@@ -201,16 +211,25 @@ def _candidate(setting: Setting, grasp: Grasp, start: Reals, approach: Reals) ->
     )
 
 
-def _approaches(setting: Setting, q: Reals, hand: Reals, approach: float) -> Iterator[Reals]:
-    """Generate joints (k, n) along straight approaches to a pose of the hand within the limits, for each branch."""
-    robot = setting.robot
+def _straight(hand: Reals, approach: float) -> Reals:
+    """Return poses (k, 8) along the axis z of the hand up to a given one."""
     away = np.linspace(-approach, 0, _STEPS)[:, None] * [0.0, 0.0, 1.0]
     still = np.tile([1.0, 0, 0, 0], (_STEPS, 1))
-    hands = pga3.motor_product(hand, pga3.motor_from_rotor_translation(still, away))
+    return pga3.motor_product(hand, pga3.motor_from_rotor_translation(still, away))  # type: ignore[no-any-return]
+
+
+def _branches(setting: Setting, q: Reals, hand: Reals) -> Reals:
+    """Return the joints (b, n) within the limits that put the hand at a pose, the nearest first."""
+    solutions = setting.robot.inverse(pga3.motor_product(hand, pga3.motor_inverse(setting.mount)), near=q)
+    found = solutions.q[solutions.within_limits]
+    return found[np.argsort(np.abs(found - q).max(1), kind="stable")]
+
+
+def _approaches(setting: Setting, branches: Reals, hands: Reals) -> Iterator[Reals]:
+    """Generate joints (k, n) within the limits along poses of the hand, for each branch at the last one."""
+    robot = setting.robot
     tools = pga3.motor_product(hands, pga3.motor_inverse(setting.mount))
-    solutions = robot.inverse(tools[-1], near=q)
-    branches = solutions.q[solutions.within_limits]
-    for branch in branches[np.argsort(np.abs(branches - q).max(1), kind="stable")]:
+    for branch in branches:
         # Backwards from the grasp, each pose has the branch nearest to the following one.
         path = [branch]
         for tool in tools[-2::-1]:

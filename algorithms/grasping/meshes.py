@@ -23,6 +23,7 @@ _EQUAL = 1e-6
 """Relative difference below which principal moments count as equal."""
 
 Integers = NDArray[np.intp]
+Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -32,6 +32,9 @@ class Obstacle(Protocol):
     def contains(self, points: Reals) -> Reals:
         """Return whether points (n, 3) are inside."""
 
+    def moved(self, motor: ArrayLike) -> Obstacle:
+        """Return the body, moved by a motor, (8,)."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeshObstacle:
@@ -109,6 +112,11 @@ class PlaneObstacle:
         """Return whether points (n, 3) are below the plane."""
         return np.asarray(points @ self.plane[:3] + self.plane[3] < 0)
 
+    def moved(self, motor: ArrayLike) -> PlaneObstacle:
+        """Return the half-space, moved by a motor, (8,)."""
+        by = finite(real_array(motor, "motor", (8,), "a motor"), "motor")
+        return PlaneObstacle(np.asarray(pga3.move_plane(by, self.plane)))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CapsuleObstacle:
@@ -128,6 +136,11 @@ class CapsuleObstacle:
     def contains(self, points: Reals) -> Reals:
         """Return whether points (n, 3) are inside."""
         return np.asarray(self.clearance(np.stack([points, points], -2), np.zeros(len(points))) < 0)
+
+    def moved(self, motor: ArrayLike) -> CapsuleObstacle:
+        """Return the capsule, moved by a motor, (8,)."""
+        by = finite(real_array(motor, "motor", (8,), "a motor"), "motor")
+        return CapsuleObstacle(np.asarray(pga3.move_point(by, self.ends)), self.radius)
 
 
 def mesh_obstacle(vertices: ArrayLike, faces: ArrayLike, pose: ArrayLike = _STILL) -> MeshObstacle:

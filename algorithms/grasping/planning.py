@@ -15,7 +15,8 @@ from generated import cga3, grasping, pga3
 from ..arguments import Reals, finite_number
 from .closing import APPROACH, OPENINGS, opened
 from .hands import Hand, HandTable, hand_of_table
-from .meshes import Integers, Surface, checked_mesh, surface_of
+from .meshes import Flags, Integers, Surface, checked_mesh, surface_of
+from .obstacles import Obstacle
 from .quality import grasp_quality
 from .status import GraspStatus
 from .triples import triples
@@ -104,6 +105,8 @@ def plan_grasps(
     friction: float = 0.5,
     edges: int = 8,
     count: int = 2,
+    obstacles: Sequence[Obstacle] = (),
+    margin: float = 0.003,
 ) -> GraspPlan:
     """Plan grasps of an object, given as a closed mesh, by a hand with three fingers.
 
@@ -124,6 +127,11 @@ def plan_grasps(
         The number of edges of a friction cone.
     count : int
         The largest number of grasps.
+    obstacles : sequence of Obstacle
+        Bodies in the frame of the mesh that the hand must not touch in the grasp, before it closes, and at the
+        beginning of its approach, such as a table.
+    margin : float
+        The distance to keep from obstacles, in metres.
 
     Returns
     -------
@@ -146,11 +154,13 @@ def plan_grasps(
     for name, value, least in (("edges", edges, 3), ("count", count, 1)):
         if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
             raise ValueError(f"plan_grasps: {name}: {value!r}; expected an integer of at least {least}")
+    if not finite_number(margin, "plan_grasps: margin") >= 0:
+        raise ValueError(f"plan_grasps: margin: {margin}; expected at least 0 metres")
     points, corners = checked_mesh(vertices, faces, "plan_grasps")
     surface = surface_of(points, corners)
     if isinstance(surface, GraspStatus):
         return GraspPlan((_failed(surface),), model, friction)
-    found = _planned(surface, model, style, friction, edges, count)
+    found = _planned(surface, model, style, friction, edges, count, _Others(surface.frame, tuple(obstacles), margin))
     grasps = (_failed(found),) if isinstance(found, GraspStatus) else found
     return GraspPlan(grasps, model, friction, points, corners)
 
@@ -161,7 +171,7 @@ def _failed(status: GraspStatus) -> Grasp:
 
 
 def _planned(
-    surface: Surface, hand: Hand, style: int, friction: float, edges: int, count: int
+    surface: Surface, hand: Hand, style: int, friction: float, edges: int, count: int, others: _Others
 ) -> tuple[Grasp, ...] | GraspStatus:
     if surface.extents.min() < _THINNEST:
         return GraspStatus.TOO_THIN
@@ -183,7 +193,7 @@ def _planned(
         poses = _reaching(surface, hand, centres, rows[first : first + _BLOCK])
         if len(poses.triple):
             cause = max(cause, GraspStatus.COLLISION)
-        for at, start in _clear_poses(surface, hand, poses):
+        for at, start in _clear_poses(surface, hand, poses, others):
             cause = GraspStatus.NO_FORCE_CLOSURE
             pose = poses.samples[at], poses.motors[at], poses.joints[at], start
             one = _verified(surface, hand, *pose, friction, edges)
@@ -195,6 +205,25 @@ def _planned(
             break
     found.sort(key=lambda one: -one.quality)
     return tuple(found) or cause
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Others:
+    """Obstacles of the hand other than the object."""
+
+    frame: Reals
+    """(8,) The motor from the frame of the surface to that of the obstacles."""
+    obstacles: tuple[Obstacle, ...]
+    margin: float
+
+    def clear(self, ends: Reals, radii: Reals) -> Flags:
+        """Return whether hands, (n, k, 2, 3), are clear of the obstacles, (n,)."""
+        found = np.ones(len(ends), bool)
+        if self.obstacles and len(ends):
+            placed = pga3.move_point(self.frame, ends)
+            for one in self.obstacles:
+                found &= (one.clearance(placed, radii) > self.margin).all(-1)
+        return found
 
 
 def _opening(hand: Hand) -> float:
@@ -237,24 +266,27 @@ def _reaching(surface: Surface, hand: Hand, centres: Reals, rows: Integers) -> _
     )
 
 
-def _clear_poses(surface: Surface, hand: Hand, poses: _Poses) -> Iterator[tuple[int, Reals]]:
+def _clear_poses(surface: Surface, hand: Hand, poses: _Poses, others: _Others) -> Iterator[tuple[int, Reals]]:
     """Generate for each triple the first pose that the hand reaches without collisions, and the joints before that."""
     first, second = (surface.points[::stride] for stride in _STRIDES)
     clear = _clearance(first, poses.ends, hand.radii)
     kept = np.flatnonzero(clear > -_TOUCH)
+    kept = kept[others.clear(poses.ends[kept], hand.radii)]
     kept = kept[np.lexsort((-np.round(clear[kept], 9), poses.triple[kept]))]
     for triple in np.unique(poses.triple[kept]):
         own = kept[poses.triple[kept] == triple][:_TRIES]
         own = own[_clearance(second, poses.ends[own], hand.radii) > -_TOUCH]
         for at in own:
             if _clearance(surface.outline, poses.ends[at : at + 1], hand.radii)[0] > -_TOUCH:
-                by = _opening_of(surface, hand, poses.motors[at], poses.joints[at])
+                by = _opening_of(surface, hand, poses.motors[at], poses.joints[at], others)
                 if by is not None:
                     yield int(at), by
                     break
 
 
-def _opening_of(surface: Surface, hand: Hand, motor: Reals, joints: Reals) -> Reals | None:
+def _opening_of(
+    surface: Surface, hand: Hand, motor: Reals, joints: Reals, others: _Others
+) -> Reals | None:
     """Return joints from which the fingers close without collisions after a straight approach; None if there are none.
 
     The smallest opening comes first.
@@ -269,7 +301,8 @@ def _opening_of(surface: Surface, hand: Hand, motor: Reals, joints: Reals) -> Re
             continue
         approach = closing[0] - _BACKWARDS[:, None, None, None] * [0.0, 0.0, 1.0]
         ends = pga3.move_point(motor, np.concatenate([closing, approach]))
-        if (_clearance(points, ends, hand.radii) > -_TOUCH).all():
+        free = (_clearance(points, ends, hand.radii) > -_TOUCH).all()
+        if free and others.clear(ends[[0, -1]], hand.radii).all():
             return start
     return None
 
