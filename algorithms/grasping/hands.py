@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from itertools import combinations
 from math import cos, radians, sin
 
@@ -37,6 +38,8 @@ class Cover:
     start: tuple[float, float, float]
     end: tuple[float, float, float]
     radius: float
+    is_first: bool = True
+    """Whether it is among the capsules with which most collisions are found, which are tested first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,16 +105,16 @@ _ROWS = (
     *((y, -0.0172, 0.0171) for y in (-0.039, 0.039)),
 )
 _BH280_COVERS = (
-    *(Cover("palm", (low, y, -0.0042), (high, y, -0.0042), 0.0085) for y, low, high in _ROWS),
-    Cover("palm", (0.0, 0.0, -0.0572), (0.0, 0.0, -0.0572), 0.0485),
-    Cover("palm", (-0.05, 0.0, -0.026), (0.03, 0.0, -0.026), 0.0165),
-    Cover("palm", (-0.05, 0.0, -0.016), (0.031, 0.0, -0.016), 0.0165),
+    *(Cover("palm", (low, y, -0.0042), (high, y, -0.0042), 0.0085, y in (-0.021, 0.0, 0.021)) for y, low, high in _ROWS),
+    Cover("palm", (0.0, 0.0, -0.0572), (0.0, 0.0, -0.0572), 0.0485, False),
+    Cover("palm", (-0.05, 0.0, -0.026), (0.03, 0.0, -0.026), 0.0165, False),
+    Cover("palm", (-0.05, 0.0, -0.016), (0.031, 0.0, -0.016), 0.0165, False),
     Cover("palm", (-0.05, -0.003, -0.0005), (-0.05, 0.003, -0.0005), 0.0162),
-    Cover("palm", (-0.05, -0.003, -0.016), (-0.05, 0.003, -0.016), 0.0172),
-    Cover("knuckle", (0.0009, 0.0, -0.0199), (0.0562, 0.0, -0.0192), 0.0181),
+    Cover("palm", (-0.05, -0.003, -0.016), (-0.05, 0.003, -0.016), 0.0172, False),
+    Cover("knuckle", (0.0009, 0.0, -0.0199), (0.0562, 0.0, -0.0192), 0.0181, False),
     Cover("knuckle", (0.0051, 0.0, -0.029), (0.0526, 0.0, 0.0021), 0.0176),
     Cover("link", (0.05, 0.0, 0.0005), (0.1175, 0.0, 0.005), 0.014),
-    Cover("tip", (0.119936, 0.0, 0.003), (0.158164, 0.0, 0.033818), 0.0095),
+    Cover("tip", (0.119936, 0.0, 0.003), (0.158164, 0.0, 0.033818), 0.0095, False),
     Cover("tip", (0.119636, 0.0, 0.0035), (0.157936, 0.0, 0.0289), 0.0135),
 )
 
@@ -144,6 +147,8 @@ class Hand:
     """(k,) The link of each capsule; -1 for the palm."""
     radii: Reals
     """(k,)"""
+    first: Integers
+    """Indices of the capsules that are tested first."""
     pairs: Integers
     """(p, 2) Pairs of capsules of different fingers, and of fingertips and the palm, that must not meet."""
 
@@ -210,6 +215,12 @@ def hand_of_table(table: HandTable = BARRETT_BH280) -> Hand:
     numbers = [getattr(table, name) for name in HandTable.__slots__ if name not in ("name", "covers")]
     if not (np.isfinite(numbers).all() and min(numbers) >= 0 and table.link > 0 and table.radius > 0):
         raise ValueError(f"hand_of_table: {table}; expected finite numbers, none of them negative")
+    return _hand(table)
+
+
+@cache
+def _hand(table: HandTable) -> Hand:
+    """Return the hand of a valid table; its arrays are read-only."""
     axes, ratios, tips = [], [], []
     y, z = np.array([0.0, 1, 0]), np.array([0.0, 0, 1])
     for side, sense, out in _FINGERS:
@@ -221,12 +232,12 @@ def hand_of_table(table: HandTable = BARRETT_BH280) -> Hand:
             axes.append(pga3.line_from_direction_moment(direction, np.cross(point, direction)))
             ratios.append(ratio)
         tips.append(tip)
-    capsules, carriers, radii = _capsules(table, table.covers or _simple_covers(table))
-    return Hand(
-        table, np.array(axes), np.array(ratios), np.array(tips),
-        np.array([[0, table.spread_limit], *[[0, table.bend_limit]] * 3]),
-        capsules, carriers, radii, _pairs(carriers),
-    )  # fmt: skip
+    capsules, carriers, radii, first = _capsules(table, table.covers or _simple_covers(table))
+    limits = np.array([[0, table.spread_limit], *[[0, table.bend_limit]] * 3])
+    arrays = np.array(axes), np.array(ratios), np.array(tips), limits, capsules, carriers, radii, first, _pairs(carriers)
+    for array in arrays:
+        array.flags.writeable = False
+    return Hand(table, *arrays)
 
 
 def _simple_covers(table: HandTable) -> tuple[Cover, ...]:
@@ -242,9 +253,9 @@ def _simple_covers(table: HandTable) -> tuple[Cover, ...]:
     )
 
 
-def _capsules(table: HandTable, covers: tuple[Cover, ...]) -> tuple[Reals, Integers, Reals]:
-    """Return the ends of all capsules in the frame of the hand, the joints that carry them, and their radii."""
-    ends, carriers, radii = [], [], []
+def _capsules(table: HandTable, covers: tuple[Cover, ...]) -> tuple[Reals, Integers, Reals, Integers]:
+    """Return the ends of all capsules in the frame of the hand, their joints and radii, and which are tested first."""
+    ends, carriers, radii, first = [], [], [], []
     for number, (side, _, out) in enumerate(_FINGERS):
         for cover in covers:
             if cover.part == "palm" or (cover.part == "knuckle" and table.covers and number == _FIXED):
@@ -253,12 +264,14 @@ def _capsules(table: HandTable, covers: tuple[Cover, ...]) -> tuple[Reals, Integ
             ends.append([centre + np.array(p) * [out, out, 1] for p in (cover.start, cover.end)])
             carriers.append(3 * number + _PARTS.index(cover.part))
             radii.append(cover.radius)
+            first.append(cover.is_first)
     for cover in covers:
         if cover.part == "palm":
             ends.append([np.array(p) + [0, 0, table.height] for p in (cover.start, cover.end)])
             carriers.append(-1)
             radii.append(cover.radius)
-    return np.array(ends), np.array(carriers), np.array(radii)
+            first.append(cover.is_first)
+    return np.array(ends), np.array(carriers), np.array(radii), np.flatnonzero(first)
 
 
 def _pairs(carriers: Integers) -> Integers:

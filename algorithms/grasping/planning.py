@@ -33,7 +33,7 @@ _TOUCH = 0.0015
 """How far the hand may intersect the object, in metres: its skin yields, and samples are some millimetres apart."""
 _STRIDES = 64, 8
 """Poses are tested with one of so many samples; those that pass, with more of them, and with the outline."""
-_TRIES = 6
+_TRIES = 3
 """The largest number of poses of a triple that are tested with more samples."""
 _SWEPT = 4
 """Motions of the hand are tested with one of so many samples."""
@@ -269,7 +269,7 @@ def _reaching(surface: Surface, hand: Hand, centres: Reals, rows: Integers) -> _
 def _clear_poses(surface: Surface, hand: Hand, poses: _Poses, others: _Others) -> Iterator[tuple[int, Reals]]:
     """Generate for each triple the first pose that the hand reaches without collisions, and the joints before that."""
     first, second = (surface.points[::stride] for stride in _STRIDES)
-    clear = _clearance(first, poses.ends, hand.radii)
+    clear = _clearance(first, np.ascontiguousarray(poses.ends[:, hand.first]), hand.radii[hand.first])
     kept = np.flatnonzero(clear > -_TOUCH)
     kept = kept[others.clear(poses.ends[kept], hand.radii)]
     kept = kept[np.lexsort((-np.round(clear[kept], 9), poses.triple[kept]))]
