@@ -33,9 +33,9 @@ _TOUCH = 0.0015
 """How far the hand may intersect the object, in metres: its skin yields, and samples are some millimetres apart."""
 _STRIDES = 64, 8
 """Poses are tested with one of so many samples; those that pass, with more of them, and with the outline."""
-_TRIES = 3
+_TRIES = 4
 """The largest number of poses of a triple that are tested with more samples."""
-_SWEPT = 4
+_SWEPT = 8
 """Motions of the hand are tested with one of so many samples."""
 _SHARES = np.array([0.0, 0.2, 0.4, 0.6, 0.8])
 """Parts of the closing motion at which it is tested."""
@@ -269,15 +269,21 @@ def _reaching(surface: Surface, hand: Hand, centres: Reals, rows: Integers) -> _
 def _clear_poses(surface: Surface, hand: Hand, poses: _Poses, others: _Others) -> Iterator[tuple[int, Reals]]:
     """Generate for each triple the first pose that the hand reaches without collisions, and the joints before that."""
     first, second = (surface.points[::stride] for stride in _STRIDES)
-    clear = _clearance(first, np.ascontiguousarray(poses.ends[:, hand.first]), hand.radii[hand.first])
+    ends, radii = np.ascontiguousarray(poses.ends[:, hand.first]), hand.radii[hand.first]
+    clear = _clearance(first, ends, radii)
     kept = np.flatnonzero(clear > -_TOUCH)
     kept = kept[others.clear(poses.ends[kept], hand.radii)]
     kept = kept[np.lexsort((-np.round(clear[kept], 9), poses.triple[kept]))]
+    outlines = np.ascontiguousarray(surface.outline[::_SWEPT]), surface.outline
+    # Of each triple, the poses with the largest clearances.
+    starts = np.searchsorted(poses.triple[kept], poses.triple[kept])
+    kept = kept[np.arange(len(kept)) - starts < _TRIES]
+    kept = kept[_clearance(second, ends[kept], radii) > -_TOUCH] if len(kept) else kept
     for triple in np.unique(poses.triple[kept]):
-        own = kept[poses.triple[kept] == triple][:_TRIES]
-        own = own[_clearance(second, poses.ends[own], hand.radii) > -_TOUCH]
+        own = kept[poses.triple[kept] == triple]
         for at in own:
-            if _clearance(surface.outline, poses.ends[at : at + 1], hand.radii)[0] > -_TOUCH:
+            one = poses.ends[at : at + 1]
+            if all(_clearance(points, one, hand.radii)[0] > -_TOUCH for points in outlines):
                 by = _opening_of(surface, hand, poses.motors[at], poses.joints[at], others)
                 if by is not None:
                     yield int(at), by
