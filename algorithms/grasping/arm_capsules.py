@@ -85,7 +85,7 @@ def arm_capsules(robot: Robot, radius: float = _RADIUS) -> ArmCapsules:
     Raises
     ------
     TypeError, ValueError
-        If `radius` is not a positive number, no link has a length, or origins are not on axes: such robots need a table.
+        If `radius` is not a positive number, no link has a length, or origins are not on axes. Then use a table.
     """
     if not finite_number(radius, "arm_capsules: radius") > 0:
         raise ValueError(f"arm_capsules: radius: {radius}; expected a positive number")

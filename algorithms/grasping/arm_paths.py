@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 
@@ -64,7 +65,7 @@ def find_path(start: Reals, goal: Reals, limits: Reals, free: Free, trials: int,
 def resampled(path: Reals, step: float) -> Reals:
     """Return a polygon with further points, so that no variable changes by more than a step between two of them."""
     rows = [path[:1]]
-    for a, b in zip(path[:-1], path[1:], strict=True):
+    for a, b in pairwise(path):
         count = max(1, int(np.ceil(np.abs(b - a).max() / step - 1e-9)))
         shares = np.arange(1, count + 1)[:, None] / count
         rows.append(np.where(shares < 1, a + shares * (b - a), b))

@@ -105,7 +105,10 @@ _ROWS = (
     *((y, -0.0172, 0.0171) for y in (-0.039, 0.039)),
 )
 _BH280_COVERS = (
-    *(Cover("palm", (low, y, -0.0042), (high, y, -0.0042), 0.0085, y in (-0.021, 0.0, 0.021)) for y, low, high in _ROWS),
+    *(
+        Cover("palm", (low, y, -0.0042), (high, y, -0.0042), 0.0085, y in (-0.021, 0.0, 0.021))
+        for y, low, high in _ROWS
+    ),
     Cover("palm", (0.0, 0.0, -0.0572), (0.0, 0.0, -0.0572), 0.0485, False),
     Cover("palm", (-0.05, 0.0, -0.026), (0.03, 0.0, -0.026), 0.0165, False),
     Cover("palm", (-0.05, 0.0, -0.016), (0.031, 0.0, -0.016), 0.0165, False),
@@ -151,6 +154,11 @@ class Hand:
     """Indices of the capsules that are tested first."""
     pairs: Integers
     """(p, 2) Pairs of capsules of different fingers, and of fingertips and the palm, that must not meet."""
+
+    @property
+    def roots(self) -> Reals:
+        """The points (3, 3) of the spread axes, or of the palm, from which the fingers extend."""
+        return np.array([[0.0, side * self.table.spread_offset, self.table.height] for side, _, _ in _FINGERS])
 
     def links(self, joints: ArrayLike) -> Reals:
         """Return the motors (..., 9, 8) of the links at given variables (..., 4)."""
@@ -234,7 +242,17 @@ def _hand(table: HandTable) -> Hand:
         tips.append(tip)
     capsules, carriers, radii, first = _capsules(table, table.covers or _simple_covers(table))
     limits = np.array([[0, table.spread_limit], *[[0, table.bend_limit]] * 3])
-    arrays = np.array(axes), np.array(ratios), np.array(tips), limits, capsules, carriers, radii, first, _pairs(carriers)
+    arrays = (
+        np.array(axes),
+        np.array(ratios),
+        np.array(tips),
+        limits,
+        capsules,
+        carriers,
+        radii,
+        first,
+        _pairs(carriers),
+    )
     for array in arrays:
         array.flags.writeable = False
     return Hand(table, *arrays)
@@ -267,7 +285,7 @@ def _capsules(table: HandTable, covers: tuple[Cover, ...]) -> tuple[Reals, Integ
             first.append(cover.is_first)
     for cover in covers:
         if cover.part == "palm":
-            ends.append([np.array(p) + [0, 0, table.height] for p in (cover.start, cover.end)])
+            ends.append([np.array(p) + np.array([0, 0, table.height]) for p in (cover.start, cover.end)])
             carriers.append(-1)
             radii.append(cover.radius)
             first.append(cover.is_first)

@@ -19,7 +19,7 @@ from .meshes import Flags, Integers, Surface, checked_mesh, surface_of
 from .obstacles import Obstacle
 from .quality import grasp_quality
 from .status import GraspStatus
-from .triples import triples
+from .triples import LEAST_QUALITY, triples
 
 _BLOCK = 10
 """Number of triples for which the hand is placed at a time."""
@@ -41,8 +41,6 @@ _SHARES = np.array([0.0, 0.2, 0.4, 0.6, 0.8])
 """Parts of the closing motion at which it is tested."""
 _BACKWARDS = APPROACH * np.array([0.1, 0.2, 0.4, 0.7, 1.0])
 """Distances from the grasp at which the approach is tested, in metres."""
-_LEAST_QUALITY = 1e-4
-"""A grasp of less quality is lost by rounding errors."""
 _THINNEST = 0.002
 """The least thickness of an object, in metres."""
 
@@ -274,25 +272,24 @@ def _clear_poses(surface: Surface, hand: Hand, poses: _Poses, others: _Others) -
     kept = np.flatnonzero(clear > -_TOUCH)
     kept = kept[others.clear(poses.ends[kept], hand.radii)]
     kept = kept[np.lexsort((-np.round(clear[kept], 9), poses.triple[kept]))]
-    outlines = np.ascontiguousarray(surface.outline[::_SWEPT]), surface.outline
     # Of each triple, the poses with the largest clearances.
     starts = np.searchsorted(poses.triple[kept], poses.triple[kept])
     kept = kept[np.arange(len(kept)) - starts < _TRIES]
-    kept = kept[_clearance(second, ends[kept], radii) > -_TOUCH] if len(kept) else kept
+    if len(kept):
+        kept = kept[_clearance(second, ends[kept], radii) > -_TOUCH]
+    if len(kept):
+        kept = kept[_clearance(surface.outline[::_SWEPT], poses.ends[kept], hand.radii) > -_TOUCH]
     for triple in np.unique(poses.triple[kept]):
         own = kept[poses.triple[kept] == triple]
         for at in own:
-            one = poses.ends[at : at + 1]
-            if all(_clearance(points, one, hand.radii)[0] > -_TOUCH for points in outlines):
+            if _clearance(surface.outline, poses.ends[at : at + 1], hand.radii)[0] > -_TOUCH:
                 by = _opening_of(surface, hand, poses.motors[at], poses.joints[at], others)
                 if by is not None:
                     yield int(at), by
                     break
 
 
-def _opening_of(
-    surface: Surface, hand: Hand, motor: Reals, joints: Reals, others: _Others
-) -> Reals | None:
+def _opening_of(surface: Surface, hand: Hand, motor: Reals, joints: Reals, others: _Others) -> Reals | None:
     """Return joints from which the fingers close without collisions after a straight approach; None if there are none.
 
     The smallest opening comes first.
@@ -353,7 +350,7 @@ def _verified(
     if not np.abs(tips - contacts - hand.table.radius * normals).max() < 10 * _REACHED:
         return None
     quality = grasp_quality(contacts, normals, friction, edges, length=surface.length)
-    if not quality > _LEAST_QUALITY:
+    if not quality > LEAST_QUALITY:
         return None
     return Grasp(
         pga3.move_point(surface.frame, contacts),

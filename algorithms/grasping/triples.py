@@ -15,6 +15,8 @@ from generated import grasping
 from ..arguments import Reals
 from .meshes import Integers, Surface
 
+LEAST_QUALITY = 1e-4
+"""A grasp of less quality has no force closure within rounding errors."""
 _ANGLES, _HEIGHTS = 48, 16
 _POOL = 32
 """Number of samples among which style 2 chooses."""
@@ -65,19 +67,20 @@ def triples(surface: Surface, style: int, friction: float) -> tuple[Integers, Re
         if number == _RECOMBINED:
             more = _recombined(found, donors, len(surface.points))
             lower = grasping.quality_bound(scaled[more], surface.normals[more], friction, _TWISTS[1, : 2 * _ROUGH])
-            chosen = np.argsort(-lower, kind="stable")[:_MORE]
+            chosen = np.argsort(-np.round(lower, 8), kind="stable")[:_MORE]
             found, bounds = _ranked(np.concatenate([found, more[chosen]]), np.concatenate([bounds, lower[chosen]]))
             count += _MORE
         best = found[:count]
         lower = grasping.refined_bound(scaled[best], surface.normals[best], friction, twists, _SHARES)
         bounds[:count] = np.minimum(bounds[:count], lower)
         found[:count], bounds[:count] = _ranked(found[:count], bounds[:count])
-    kept = np.flatnonzero(bounds > 0)
+    kept = np.flatnonzero(bounds > LEAST_QUALITY)
     return found[kept], bounds[kept]
 
 
 def _ranked(found: Integers, bounds: Reals) -> tuple[Integers, Reals]:
-    order = np.argsort(-bounds, kind="stable")
+    # Bounds that differ by rounding errors do not change the order, so that it moves with the object.
+    order = np.argsort(-np.round(bounds, 8), kind="stable")
     return found[order], bounds[order]
 
 

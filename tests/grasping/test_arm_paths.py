@@ -60,7 +60,10 @@ def hand_mesh(joints):
         last = first @ placed((0, 0, 0), (-0.069936, 0.003, 0)) @ rotated(-bend * 0.84 / 2.44)
         found += [(base, "knuckle"), (first, "link"), (last, "tip")]
     first = placed((np.pi / 2, 0, np.pi / 2), (0, -0.05, 0.0754)) @ rotated(-bends[2])
-    found += [(first, "link"), (first @ placed((0, 0, 0), (-0.069936, 0.003, 0)) @ rotated(-bends[2] * 0.84 / 2.44), "tip")]
+    found += [
+        (first, "link"),
+        (first @ placed((0, 0, 0), (-0.069936, 0.003, 0)) @ rotated(-bends[2] * 0.84 / 2.44), "tip"),
+    ]
     to_hand = np.array([[0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 1, -0.0754], [0, 0, 0, 1]])
     return np.concatenate([parts()[name] @ (to_hand @ m)[:3, :3].T + (to_hand @ m)[:3, 3] for m, name in found])
 
@@ -128,12 +131,6 @@ def check_path(found, points, others=(), per_row=3, table=True):
                 assert apart(axes[i], axes[j]) > UR5_CAPSULES.radii[i] + UR5_CAPSULES.radii[j] - 1e-6
 
 
-def holds(vertices, pose, cloud):
-    """Return how deep points are inside a box given by its vertices, in metres."""
-    local = pga3.move_point_back(pose, cloud)
-    return (np.abs(vertices).max(0) - np.abs(local)).min(1).max()
-
-
 def loop_on_scan(name, seed, **more):
     grasps, target = grasps_of(name)
     truth = standing(scan(name)[0], np.random.default_rng(seed))
@@ -142,12 +139,11 @@ def loop_on_scan(name, seed, **more):
     return guided_grasp(built.robot, HOME, model, built.render(name, 0.3, seed), grasps, **options), truth
 
 
-@pytest.mark.parametrize("name", ["Banana", "MustardBottle"])
-def test_a_scan_on_a_table(name):
-    found, truth = loop_on_scan(name, 3)
+def test_a_scan_on_a_table():
+    found, truth = loop_on_scan("MustardBottle", 3)
     assert found.status == LoopStatus.OK
     assert np.linalg.norm(found.contacts - pga3.move_point(truth, found.grasp.contacts), axis=1).max() < 1e-3
-    check_path(found, pga3.move_point(truth, scan(name)[0][::5]))
+    check_path(found, pga3.move_point(truth, scan("MustardBottle")[0][::20]), per_row=1)
 
 
 @pytest.mark.slow
@@ -161,7 +157,7 @@ def test_scans_on_a_table(name):
         check_path(found, points[::5])
         # The fingers close along their paths: no vertex is deep inside a capsule at any moment.
         hand = hand_of_table()
-        tool = pga3.motor_product(built_pose(found), MOUNT)
+        tool = pga3.motor_product(Robot.named("ur5").forward(found.path[-1]), MOUNT)
         for share in np.linspace(0, 1, 20):
             joints = found.open_joints + share * (found.grasp.joints - found.open_joints)
             ends = pga3.move_point(tool, hand.placed_capsules(joints))
@@ -169,12 +165,8 @@ def test_scans_on_a_table(name):
                 assert distances(points, start, end).min() > radius - 0.0025
 
 
-def built_pose(found):
-    return Robot.named("ur5").forward(found.path[-1])
-
-
 def test_steps_are_bounded_and_the_arm_arrives():
-    found, truth = loop_on_scan("FoamBrick", 1)
+    found, _ = loop_on_scan("FoamBrick", 1)
     assert found.status == LoopStatus.OK and (found.path[0] == HOME).all()
     assert np.abs(np.diff(found.path, axis=0)).max() < 0.5
     assert np.abs(np.diff(found.path[: found.approach_at + 1], axis=0)).max() < 0.1 + 1e-9
@@ -194,8 +186,8 @@ def test_a_wall_in_the_way_is_avoided_or_named():
     found = guided_grasp(built.robot, HOME, MODEL, views, plans, mount=MOUNT, obstacles=obstacles)
     assert found.status == LoopStatus.OK
     rng = np.random.default_rng(0)
-    cloud = pga3.move_point(wall.pose, rng.uniform(-0.5, 0.5, (2000, 3)) * [0.02, 0.3, 0.5])
-    check_path(found, pga3.move_point(truth, VERTICES), [cloud], table=False)
+    cloud = pga3.move_point(wall.pose, rng.uniform(-0.5, 0.5, (500, 3)) * [0.02, 0.3, 0.5])
+    check_path(found, pga3.move_point(truth, VERTICES), [cloud], per_row=1, table=False)
 
 
 def still(found):
@@ -224,7 +216,7 @@ def test_an_arm_that_touches_something_now_does_not_move():
 def test_a_hand_in_a_box_has_no_path():
     wrist = arm_at(HOME)[-1, 1]
     vertices, faces = box(0.56, 0.56, 0.56)
-    found = looped([mesh_obstacle(vertices, faces, motor((0, 0, 0), wrist + [0, 0, 0.0]))], trials=20)
+    found = looped([mesh_obstacle(vertices, faces, motor((0, 0, 0), wrist))], trials=20)
     assert found.status in (LoopStatus.COLLISION, LoopStatus.NO_PATH) and still(found)
 
 

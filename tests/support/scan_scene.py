@@ -34,7 +34,7 @@ def marks(vertices, count=MARKS):
 def standing(vertices, rng):
     """Return a pose in which the object stands on the table, turned and displaced at random."""
     lowest = vertices[:, 2].min()
-    shift = PLACE + [*rng.uniform(-0.08, 0.08, 2), -lowest + 0.001]
+    shift = np.append(PLACE[:2] + rng.uniform(-0.08, 0.08, 2), 0.001 - lowest)
     return motor((0, 0, rng.uniform(-np.pi, np.pi)), shift)
 
 
