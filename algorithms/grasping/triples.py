@@ -23,6 +23,8 @@ _POOL = 32
 _PASSES = 256, 100, 60, 60, 40, 40, 40
 """Each pass lowers the bounds of so many of the best triples by a descent from other twists."""
 _TWISTS_OF_PASS, _ROUGH = 24, 8
+_GOOD = 0.6
+"""The part of the best bound above which triples are good."""
 _RECOMBINED = 2
 """The pass before which the best triples are recombined."""
 _PARENTS, _DONORS, _ALL_DONORS, _MORE = 12, 24, 72, 60
@@ -44,7 +46,7 @@ _COMBINATIONS = np.array(list(combinations(range(_POOL), 3)))
 
 
 def triples(surface: Surface, style: int, friction: float) -> tuple[Integers, Reals]:
-    """Return rows of three samples (t, 3) with bounds of their qualities (t,), the best first."""
+    """Return rows of three samples (t, 3) with bounds of their qualities (t,): good and different ones first."""
     donors = None
     if style == 2:
         pool = _towards_centre(surface, friction)
@@ -75,7 +77,26 @@ def triples(surface: Surface, style: int, friction: float) -> tuple[Integers, Re
         bounds[:count] = np.minimum(bounds[:count], lower)
         found[:count], bounds[:count] = _ranked(found[:count], bounds[:count])
     kept = np.flatnonzero(bounds > LEAST_QUALITY)
+    kept = kept[_different_first(found[kept], bounds[kept])]
     return found[kept], bounds[kept]
+
+
+def _different_first(found: Integers, bounds: Reals) -> Integers:
+    """Return an order in which triples that share two samples with a better one come later, but before poor ones.
+
+    If the hand cannot reach a triple without collisions, it can rarely reach those that differ by one contact.
+    """
+    seen: set[tuple[int, int]] = set()
+    good = int((bounds > _GOOD * bounds[:1]).sum())
+    first, later = [], []
+    for row, (a, b, c) in enumerate(found[:good].tolist()):
+        pairs = {(a, b), (b, c), (a, c)}
+        if seen.isdisjoint(pairs):
+            first.append(row)
+            seen |= pairs
+        else:
+            later.append(row)
+    return np.array([*first, *later, *range(good, len(found))], np.intp)
 
 
 def _ranked(found: Integers, bounds: Reals) -> tuple[Integers, Reals]:
