@@ -13,7 +13,15 @@ QUICK = "bowl small", "box sugar", "clamp", "cone", "hammer", "scissors"
 REACHED_BY_TWO_STYLES = {"die 16": 1, "plate": 3, "saucer": 3, "star": 2}
 """Shapes for which one of the styles has no grasp: its status names the cause."""
 CAUSES = GraspStatus.COLLISION, GraspStatus.TOO_THIN
-POOR = {("die 16 fine", 1), ("dumbbell", 2), ("rod 5", 1), ("rod 5", 3), ("block 25", 1), ("box large", 2)}
+POOR = {
+    ("die 16 fine", 1),
+    ("dumbbell", 2),
+    ("rod 5", 1),
+    ("rod 5", 3),
+    ("block 25", 1),
+    ("box large", 2),
+    ("clamp", 2),
+}
 """The best triples of these styles are out of reach or not among the candidates."""
 
 
