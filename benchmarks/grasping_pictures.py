@@ -65,7 +65,7 @@ def draw_loop(path: Path) -> None:
     if found.grasp is None:
         raise ValueError(f"draw_loop: {found.status.name}; expected a grasp")
     figure = plot_scene(scene.with_joints(found.path[-1]), found.contacts)
-    axes = figure.axes[0]
+    axes: Any = figure.axes[0]
     hands = pga3.motor_product(robot.forward(found.path), MOUNT)
     axes.plot(*pga3.move_point(hands, np.zeros(3)).T, ".-", color="tab:purple", markersize=3)
     ends = pga3.move_point(hands[-1], hand_of_table().placed_capsules(found.grasp.joints))

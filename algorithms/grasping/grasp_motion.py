@@ -118,7 +118,7 @@ def grasp_motion(
             status = max(status, PathStatus.COLLISION)
             for start in postures:
                 one = _candidate(setting, grasp, start, branch)
-                if one is None or not one.free(q[None]):
+                if one is None or not one.free(q[None]) or _is_inside(setting, one.mover, q):
                     continue
                 status = PathStatus.NO_PATH
                 for turned in _turns(one.approach, setting.robot):
@@ -136,6 +136,12 @@ def grasp_motion(
             if path is not None:
                 return _motion(one, path)
     return GraspMotion(status)
+
+
+def _is_inside(setting: Setting, mover: MovingArm, q: Reals) -> bool:
+    """Determine whether a capsule is inside a body, whose surface it may be far from."""
+    points = mover.placed(q)[mover.carriers >= 0].reshape(-1, 3)
+    return any(one.contains(points).any() for one, _ in setting.bodies(0.0))
 
 
 def _turns(approach: Reals, robot: Robot) -> Iterator[Reals]:
