@@ -219,6 +219,13 @@ def test_an_arm_inside_a_body_does_not_move():
     assert found.status == LoopStatus.COLLISION and still(found)
 
 
+def test_an_arm_that_walls_enclose_has_no_path():
+    # The hand is behind the plane x = 0, the object in front of it; only a hole around the base is open.
+    sides = [mesh_obstacle(*box(0.02, 2.0, 3.0), motor((0, 0, 0), (0, y, 0))) for y in (-1.25, 1.25)]
+    found = looped([*sides, mesh_obstacle(*box(0.02, 4.0, 2.0), motor((0, 0, 0), (0, 0, 1.4)))], trials=20)
+    assert found.status == LoopStatus.NO_PATH and still(found)
+
+
 @pytest.mark.parametrize(
     ("more", "error"),
     [({"margin": -1.0}, ValueError), ({"trials": -1}, ValueError), ({"trials": 1.5}, ValueError)],
