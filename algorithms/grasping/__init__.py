@@ -1,14 +1,24 @@
 """Grasps of objects by a hand with three fingers (sections 14.6 and 20.2 to 20.7)."""
 
+from .arm_capsules import UR5_CAPSULES, ArmCapsules, arm_capsules
 from .edge_measurement import MeasuredEdges, measure_edges
 from .fuzzy import FuzzyOutput, Mamdani, grasp_controller
 from .fuzzy_rules import And, Conclusion, Is, Not, Or, Rule
 from .fuzzy_sets import FuzzySet, FuzzyVariable
 from .fuzzy_status import FuzzyStatus
-from .grasp_loop import GuidedGrasp, LoopStatus, guided_grasp
-from .hands import BARRETT_BH280, BARRETT_OPENRAVE, Hand, HandTable, hand_of_table
+from .grasp_loop import GuidedGrasp, LoopStatus, guided_grasp, scene_obstacles
+from .hands import BARRETT_BH280, BARRETT_OPENRAVE, Cover, Hand, HandTable, hand_of_table
 from .image_status import ImageStatus
 from .image_tracking import TrackedPose, TrackStatus, track_pose
+from .obstacles import (
+    CapsuleObstacle,
+    MeshObstacle,
+    Obstacle,
+    PlaneObstacle,
+    capsule_obstacle,
+    mesh_obstacle,
+    plane_obstacle,
+)
 from .planning import Grasp, GraspPlan, plan_grasps
 from .pose_estimation import PoseEstimate, estimate_pose
 from .pose_models import ObjectModel, View
@@ -25,8 +35,12 @@ from .visual_status import GraspStage, VisualStatus
 __all__ = [
     "BARRETT_BH280",
     "BARRETT_OPENRAVE",
+    "UR5_CAPSULES",
     "And",
+    "ArmCapsules",
+    "CapsuleObstacle",
     "Conclusion",
+    "Cover",
     "FuzzyOutput",
     "FuzzySet",
     "FuzzyStatus",
@@ -49,9 +63,12 @@ __all__ = [
     "Mamdani",
     "MeasuredEdges",
     "MeasuredSilhouettes",
+    "MeshObstacle",
     "Not",
     "ObjectModel",
+    "Obstacle",
     "Or",
+    "PlaneObstacle",
     "PoseEstimate",
     "PoseStatus",
     "Rule",
@@ -64,6 +81,8 @@ __all__ = [
     "VisualErrors",
     "VisualScene",
     "VisualStatus",
+    "arm_capsules",
+    "capsule_obstacle",
     "contact_wrenches",
     "estimate_pose",
     "grasp_controller",
@@ -73,9 +92,12 @@ __all__ = [
     "hand_of_table",
     "measure_edges",
     "measure_silhouettes",
+    "mesh_obstacle",
     "plan_grasps",
+    "plane_obstacle",
     "random_scene",
     "scene_image",
+    "scene_obstacles",
     "simulate",
     "simulate_grasp",
     "textured_background",

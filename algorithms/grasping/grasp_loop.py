@@ -1,9 +1,9 @@
-"""From images of an object to a hand that holds it: pose, grasp, reach (sections 20.5 and 20.6)."""
+"""From images of an object to a hand that holds it: pose, grasp, path of the arm (sections 20.5 and 20.6)."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 
 import numpy as np
@@ -12,17 +12,18 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, finite, finite_number, real_array
-from ..kinematics import Robot, Status
+from ..kinematics import Robot
+from .arm_capsules import ArmCapsules, default_capsules
+from .closing import APPROACH
+from .grasp_motion import PathStatus, Setting, grasp_motion
+from .hands import Hand, hand_of_table
+from .obstacles import MeshObstacle, Obstacle, mesh_obstacle
 from .planning import Grasp, GraspPlan
 from .pose_estimation import PoseEstimate, estimate_pose
 from .pose_models import ObjectModel, View
 from .pose_status import PoseStatus
+from .scene import Scene
 from .status import GraspStatus
-
-_STEPS = 25
-"""Number of poses between the approach and the grasp."""
-_LARGEST_STEP = 0.5
-"""The largest change of a joint between two poses of the path, in radians."""
 
 
 class LoopStatus(IntEnum):
@@ -39,6 +40,10 @@ class LoopStatus(IntEnum):
     """The planner found no grasp: see the status of the plan."""
     OUT_OF_REACH = 5
     """No planned grasp can be reached, together with its approach, within the limits of the joints."""
+    COLLISION = 6
+    """The arm or the hand touches something now, or in each approach or closing motion within reach."""
+    NO_PATH = 7
+    """No path to an approach was found that is clear of obstacles, within the given number of trials."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,10 +57,14 @@ class GuidedGrasp:
     grasp: Grasp | None
     """The grasp that the robot reaches, in the frame of the object."""
     path: Reals
-    """(k, n) Joints of the arm: first the given ones, then from the approach to the grasp. One row if it
-    does not move."""
+    """(k, n) Joints of the arm: first the given ones, then to the start of the approach, and along it to the grasp. One
+    row if it does not move. The motion is linear between two rows, and no joint moves by more than 0.5 rad."""
     contacts: Reals
     """(3, 3) Where the fingers touch, in the world, by forward kinematics; NaN if the hand does not move."""
+    approach_at: int = 0
+    """The row of `path` at which the straight approach begins."""
+    open_joints: Reals = field(default_factory=lambda: np.zeros(4))
+    """(4,) The joints of the hand along the path. Then it closes: they change linearly to those of the grasp."""
 
 
 def guided_grasp(
@@ -68,9 +77,20 @@ def guided_grasp(
     mount: ArrayLike | None = None,
     expected: ArrayLike | None = None,
     noise: float = 0.3,
-    approach: float = 0.08,
+    approach: float = APPROACH,
+    obstacles: Sequence[Obstacle] = (),
+    arm: ArmCapsules | None = None,
+    hand: Hand | None = None,
+    target: MeshObstacle | None = None,
+    margin: float = 0.003,
+    trials: int = 400,
+    seed: int = 0,
 ) -> GuidedGrasp:
-    """Find an object in images, choose a planned grasp that the arm reaches, and compute its path.
+    """Find an object in images, choose a planned grasp, and compute a path of the arm that is clear of obstacles.
+
+    The arm and the hand are capsules. Along the whole path and while the fingers close, they are clear of all obstacles
+    and of each other, and do not intersect the object by more than 2 mm, not only at rows of the path but also between
+    them.
 
     Parameters
     ----------
@@ -90,6 +110,23 @@ def guided_grasp(
         The standard deviation of a pixel's coordinate.
     approach : float
         The hand arrives along its axis z over this distance, in metres.
+    obstacles : sequence of Obstacle
+        Bodies in the world: `mesh_obstacle`, `plane_obstacle`, `capsule_obstacle`, or `scene_obstacles`. They do not
+        affect the base of the arm, which is at rest.
+    arm : ArmCapsules, optional
+        By default, the table of a named robot, or capsules between its joint frames.
+    hand : Hand, optional
+        The hand of the plan by default, or the BH8-280.
+    target : MeshObstacle, optional
+        The surface of the object, in its own frame; that of the plan by default. Without any, the object is no
+        obstacle.
+    margin : float
+        The least distance of the capsules from obstacles, in metres. The meshes of the BH8-280 are at most 3 mm outside
+        its capsules.
+    trials : int
+        The largest number of random configurations in a search for a path; 0 permits straight paths only.
+    seed : int
+        Of the random configurations. The same arguments give the same path.
 
     Returns
     -------
@@ -99,12 +136,16 @@ def guided_grasp(
     Raises
     ------
     TypeError, ValueError
-        If shapes or types disagree, or `approach` is negative.
+        If shapes or types disagree, a number is negative, or the robot needs a table of capsules.
     """
     joints = finite(real_array(q, "q", (robot.n_joints,), "joint variables"), "q").astype(np.float64)
     on_hand = np.eye(8)[0] if mount is None else finite(real_array(mount, "mount", (8,), "a motor"), "mount")
     if finite_number(approach, "approach") < 0:
         raise ValueError(f"approach: {approach}; expected at least 0 metres")
+    if finite_number(margin, "margin") < 0:
+        raise ValueError(f"margin: {margin}; expected at least 0 metres")
+    if isinstance(trials, bool) or not isinstance(trials, (int, np.integer)) or trials < 0:
+        raise ValueError(f"trials: {trials!r}; expected an integer of at least 0")
     estimate = estimate_pose(model, tuple(views), noise=noise)
     if estimate.status in (PoseStatus.OCCLUDED, PoseStatus.TOO_FEW) and expected is not None:
         estimate = estimate_pose(model, tuple(views), expected, noise)
@@ -115,14 +156,26 @@ def guided_grasp(
     if not usable:
         cause = grasps[0].status if grasps else GraspStatus.NO_CONTACTS
         return _still(LoopStatus.NO_GRASP, estimate, cause, joints)
-    for grasp in usable:
-        hand = pga3.motor_product(estimate.motor, grasp.motor)
-        path = _path(robot, joints, hand, on_hand, approach)
-        if path is not None:
-            reached = pga3.motor_product(robot.forward(path[-1]), on_hand)
-            contacts = pga3.move_point(reached, pga3.move_point_back(grasp.motor, grasp.contacts))
-            return GuidedGrasp(LoopStatus.OK, estimate, GraspStatus.OK, grasp, path, contacts)
-    return _still(LoopStatus.OUT_OF_REACH, estimate, GraspStatus.OK, joints)
+    if target is None and isinstance(plans, GraspPlan) and len(plans.faces):
+        target = mesh_obstacle(plans.vertices, plans.faces)
+    setting = Setting(
+        robot,
+        default_capsules(robot) if arm is None else arm,
+        hand or (plans.hand if isinstance(plans, GraspPlan) else hand_of_table()),
+        on_hand.astype(np.float64),
+        tuple(obstacles),
+        None if target is None else target.moved(estimate.motor),
+        margin,
+    )
+    found = grasp_motion(setting, joints, usable, estimate.motor, approach, int(trials), seed)
+    if found.grasp is None:
+        return _still(_REASONS[found.status], estimate, GraspStatus.OK, joints)
+    grasp, path = found.grasp, found.path
+    reached = pga3.motor_product(robot.forward(path[-1]), on_hand)
+    contacts = pga3.move_point(reached, pga3.move_point_back(grasp.motor, grasp.contacts))
+    return GuidedGrasp(
+        LoopStatus.OK, estimate, GraspStatus.OK, grasp, path, contacts, found.approach_at, found.open_joints
+    )
 
 
 _CAUSES = {
@@ -131,27 +184,30 @@ _CAUSES = {
 }
 
 
-def _path(robot: Robot, q: Reals, hand: Reals, mount: Reals, approach: float) -> Reals | None:
-    """Return the joints now and along a straight approach to a pose of the hand; None if it leaves the reach."""
-    away = np.linspace(-approach, 0, _STEPS)[:, None] * [0.0, 0.0, 1.0]
-    still = np.tile([1.0, 0, 0, 0], (_STEPS, 1))
-    hands = pga3.motor_product(hand, pga3.motor_from_rotor_translation(still, away))
-    tools = pga3.motor_product(hands, pga3.motor_inverse(mount))
-    solutions = robot.inverse(tools[-1], near=q)
-    for branch in solutions.q[solutions.within_limits]:
-        # Backwards from the grasp, each pose has the branch nearest to the following one.
-        path = [branch]
-        for tool in tools[-2::-1]:
-            found = robot.inverse(tool, near=path[-1])
-            jump = np.abs(found.nearest - path[-1]).max()
-            if found.status not in (Status.FOUND, Status.SINGULAR) or not jump <= _LARGEST_STEP:
-                break
-            if not ((found.nearest >= robot.limits[:, 0]) & (found.nearest <= robot.limits[:, 1])).all():
-                break
-            path.append(found.nearest)
-        else:
-            return np.array([q, *path[::-1]])
-    return None
+_REASONS = {
+    PathStatus.OUT_OF_REACH: LoopStatus.OUT_OF_REACH,
+    PathStatus.COLLISION: LoopStatus.COLLISION,
+    PathStatus.NO_PATH: LoopStatus.NO_PATH,
+}
+
+
+def scene_obstacles(scene: Scene, without: str) -> tuple[MeshObstacle, ...]:
+    """Return the meshes of all objects of a scene but one, at their poses, as obstacles.
+
+    Parameters
+    ----------
+    scene : Scene
+    without : str
+        The name of the object that the hand is to hold. Objects without faces are no obstacles.
+
+    Raises
+    ------
+    ValueError
+        If there is no such object.
+    """
+    scene.object(without)
+    others = (one for one in scene.objects if one.name != without and len(one.faces))
+    return tuple(mesh_obstacle(one.vertices, one.faces, one.pose) for one in others)
 
 
 def _still(status: LoopStatus, estimate: PoseEstimate, plan: GraspStatus | None, q: Reals) -> GuidedGrasp:

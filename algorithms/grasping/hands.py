@@ -3,17 +3,43 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
+from itertools import combinations
 from math import cos, radians, sin
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from generated import grasping, pga3
+from generated import collisions, grasping, pga3
 
 from ..arguments import Reals, finite, real_array
 
+Integers = NDArray[np.intp]
+
+_FINGERS = (-1, -1.0, 1.0), (1, 1.0, 1.0), (0, 0.0, -1.0)
+"""For each finger, the side of its spread axis, the sense of the spread, and the direction at rest along x."""
+_FIXED = 2
+"""The finger that does not spread: its root is a part of the palm."""
+_PARTS = "knuckle", "link", "tip"
 _MORE, _PRECISE = 2, 1e-11
 """How often `preshape` continues where the sides are not as precise as this, in metres."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cover:
+    """A capsule that covers a part of a hand, in its rest position.
+
+    The coordinates x and z are those of a finger that extends along x from its spread axis, at the height of the first
+    joints; those of the palm are x, y and z of the hand, above the first joints.
+    """
+
+    part: str
+    """"palm", "knuckle" (fingers 1 and 2), "link" or "tip"."""
+    start: tuple[float, float, float]
+    end: tuple[float, float, float]
+    radius: float
+    is_first: bool = True
+    """Whether it is among the capsules with which most collisions are found, which are tested first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +71,9 @@ class HandTable:
         Height of the first joints above the palm.
     spread_limit, bend_limit : float
         The largest values of the joints; the smallest are 0.
+    covers : tuple of Cover
+        Capsules of the real shape. Without them, links are capsules between the joints with the radii above, and the
+        palm is two spheres.
     """
 
     name: str
@@ -61,6 +90,7 @@ class HandTable:
     height: float
     spread_limit: float
     bend_limit: float
+    covers: tuple[Cover, ...] = ()
 
 
 BARRETT_OPENRAVE = HandTable(
@@ -69,13 +99,36 @@ BARRETT_OPENRAVE = HandTable(
 )  # fmt: skip
 """The model of `algorithms.kinematics.hands`: the last link is bent by 50 degrees when the finger is open."""
 
+_ROWS = (
+    *((y, -0.057, 0.034) for y in (-0.0105, 0.0, 0.0105)),
+    *((y, -0.0185, 0.0185) for y in (-0.0315, -0.021, 0.021, 0.0315)),
+    *((y, -0.0172, 0.0171) for y in (-0.039, 0.039)),
+)
+_BH280_COVERS = (
+    *(
+        Cover("palm", (low, y, -0.0042), (high, y, -0.0042), 0.0085, y in (-0.021, 0.0, 0.021))
+        for y, low, high in _ROWS
+    ),
+    Cover("palm", (0.0, 0.0, -0.0572), (0.0, 0.0, -0.0572), 0.0485, False),
+    Cover("palm", (-0.05, 0.0, -0.026), (0.03, 0.0, -0.026), 0.0165, False),
+    Cover("palm", (-0.05, 0.0, -0.016), (0.031, 0.0, -0.016), 0.0165, False),
+    Cover("palm", (-0.05, -0.003, -0.0005), (-0.05, 0.003, -0.0005), 0.0162),
+    Cover("palm", (-0.05, -0.003, -0.016), (-0.05, 0.003, -0.016), 0.0172, False),
+    Cover("knuckle", (0.0009, 0.0, -0.0199), (0.0562, 0.0, -0.0192), 0.0181, False),
+    Cover("knuckle", (0.0051, 0.0, -0.029), (0.0526, 0.0, 0.0021), 0.0176),
+    Cover("link", (0.05, 0.0, 0.0005), (0.1175, 0.0, 0.005), 0.014),
+    Cover("tip", (0.119936, 0.0, 0.003), (0.158164, 0.0, 0.033818), 0.0095, False),
+    Cover("tip", (0.119636, 0.0, 0.0035), (0.157936, 0.0, 0.0289), 0.0135),
+)
+
 BARRETT_BH280 = HandTable(
     "barrett, BH8-280", 0.025, 0.050, 0.069936, 0.003, 0.84 / 2.44, 0.0491, 0.6786, 0.0095, 0.011, 0.045, 0.0,
-    3.1416, 2.44,
+    3.1416, 2.44, _BH280_COVERS,
 )  # fmt: skip
 """The model of the published URDF of the BH8-280. Its z = 0 is the plane of the first joints of the fingers, 0.0754 m
 above the base. The fingertip is the sphere that touches the end of the tip's mesh, whose centre is at
-(-0.0382, 0.0308) m from the last joint."""
+(-0.0382, 0.0308) m from the last joint. Its capsules contain the meshes of the palm, of the knuckles and of all links,
+except for parts that are less than 3 mm outside."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,6 +150,15 @@ class Hand:
     """(k,) The link of each capsule; -1 for the palm."""
     radii: Reals
     """(k,)"""
+    first: Integers
+    """Indices of the capsules that are tested first."""
+    pairs: Integers
+    """(p, 2) Pairs of capsules of different fingers, and of fingertips and the palm, that must not meet."""
+
+    @property
+    def roots(self) -> Reals:
+        """The points (3, 3) of the spread axes, or of the palm, from which the fingers extend."""
+        return np.array([[0.0, side * self.table.spread_offset, self.table.height] for side, _, _ in _FINGERS])
 
     def links(self, joints: ArrayLike) -> Reals:
         """Return the motors (..., 9, 8) of the links at given variables (..., 4)."""
@@ -125,6 +187,17 @@ class Hand:
             )
         return q, errors
 
+    def own_clearances(self, ends: Reals) -> Reals:
+        """Return the distances (..., p) of `pairs` for placed capsules (..., k, 2, 3)."""
+        a, b = self.pairs.T
+        return collisions.capsule_pair_clearance(  # type: ignore[no-any-return]
+            ends[..., a, 0, :],
+            ends[..., a, 1, :],
+            ends[..., b, 0, :],
+            ends[..., b, 1, :],
+            self.radii[a] + self.radii[b],
+        )
+
     def placed_capsules(self, joints: ArrayLike) -> Reals:
         """Return the ends (..., k, 2, 3) of the capsules in the frame of the hand."""
         links = self.links(joints)
@@ -147,12 +220,18 @@ def hand_of_table(table: HandTable = BARRETT_BH280) -> Hand:
     """
     if not isinstance(table, HandTable):
         raise TypeError(f"hand_of_table: table: {type(table).__name__}; expected a HandTable")
-    numbers = [getattr(table, name) for name in HandTable.__slots__ if name != "name"]
+    numbers = [getattr(table, name) for name in HandTable.__slots__ if name not in ("name", "covers")]
     if not (np.isfinite(numbers).all() and min(numbers) >= 0 and table.link > 0 and table.radius > 0):
         raise ValueError(f"hand_of_table: {table}; expected finite numbers, none of them negative")
-    axes, ratios, tips, capsules, carriers, radii = [], [], [], [], [], []
+    return _hand(table)
+
+
+@cache
+def _hand(table: HandTable) -> Hand:
+    """Return the hand of a valid table; its arrays are read-only."""
+    axes, ratios, tips = [], [], []
     y, z = np.array([0.0, 1, 0]), np.array([0.0, 0, 1])
-    for finger, (side, sense, out) in enumerate(((-1, -1.0, 1.0), (1, 1.0, 1.0), (0, 0.0, -1.0))):
+    for side, sense, out in _FINGERS:
         spread = np.array([0.0, side * table.spread_offset, table.height])
         root = spread + np.array([out * table.root, 0, 0])
         last = root + np.array([out * table.link, 0, table.shift])
@@ -161,17 +240,68 @@ def hand_of_table(table: HandTable = BARRETT_BH280) -> Hand:
             axes.append(pga3.line_from_direction_moment(direction, np.cross(point, direction)))
             ratios.append(ratio)
         tips.append(tip)
-        capsules += [(spread, root), (root, last), (last, tip)]
-        carriers += [3 * finger, 3 * finger + 1, 3 * finger + 2]
-        radii += [table.link_radius, table.link_radius, table.radius]
-    # The palm: spheres below the plane of the joints.
-    for x in (-0.5, 0.5):
-        below = np.array([x * table.root, 0, table.height - table.palm_radius])
-        capsules.append((below, below))
-        carriers.append(-1)
-        radii.append(table.palm_radius)
-    return Hand(
-        table, np.array(axes), np.array(ratios), np.array(tips),
-        np.array([[0, table.spread_limit], *[[0, table.bend_limit]] * 3]),
-        np.array(capsules), np.array(carriers), np.array(radii),
-    )  # fmt: skip
+    capsules, carriers, radii, first = _capsules(table, table.covers or _simple_covers(table))
+    limits = np.array([[0, table.spread_limit], *[[0, table.bend_limit]] * 3])
+    arrays = (
+        np.array(axes),
+        np.array(ratios),
+        np.array(tips),
+        limits,
+        capsules,
+        carriers,
+        radii,
+        first,
+        _pairs(carriers),
+    )
+    for array in arrays:
+        array.flags.writeable = False
+    return Hand(table, *arrays)
+
+
+def _simple_covers(table: HandTable) -> tuple[Cover, ...]:
+    """Return capsules between the joints of a finger, and two spheres below the plane of the joints."""
+    root, last = (table.root, 0.0, 0.0), (table.root + table.link, 0.0, table.shift)
+    tip = last[0] + table.tip * cos(table.tip_angle), 0.0, last[2] + table.tip * sin(table.tip_angle)
+    centres = [(x * table.root, 0.0, -table.palm_radius) for x in (-0.5, 0.5)]
+    return (
+        Cover("knuckle", (0.0, 0.0, 0.0), root, table.link_radius),
+        Cover("link", root, last, table.link_radius),
+        Cover("tip", last, tip, table.radius),
+        *(Cover("palm", centre, centre, table.palm_radius) for centre in centres),
+    )
+
+
+def _capsules(table: HandTable, covers: tuple[Cover, ...]) -> tuple[Reals, Integers, Reals, Integers]:
+    """Return the ends of all capsules in the frame of the hand, their joints and radii, and which are tested first."""
+    ends, carriers, radii, first = [], [], [], []
+    for number, (side, _, out) in enumerate(_FINGERS):
+        for cover in covers:
+            if cover.part == "palm" or (cover.part == "knuckle" and table.covers and number == _FIXED):
+                continue
+            centre = np.array([0.0, side * table.spread_offset, table.height])
+            ends.append([centre + np.array(p) * [out, out, 1] for p in (cover.start, cover.end)])
+            carriers.append(3 * number + _PARTS.index(cover.part))
+            radii.append(cover.radius)
+            first.append(cover.is_first)
+    for cover in covers:
+        if cover.part == "palm":
+            ends.append([np.array(p) + np.array([0, 0, table.height]) for p in (cover.start, cover.end)])
+            carriers.append(-1)
+            radii.append(cover.radius)
+            first.append(cover.is_first)
+    return np.array(ends), np.array(carriers), np.array(radii), np.flatnonzero(first)
+
+
+def _pairs(carriers: Integers) -> Integers:
+    """Return pairs of capsules that can meet: of different fingers, and of fingertips and the palm.
+
+    The knuckles of the first two fingers are side by side in all positions.
+    """
+    finger, part = np.where(carriers < 0, -1, carriers // 3), carriers % 3
+    found = []
+    for a, b in combinations(range(len(carriers)), 2):
+        fingers = finger[a] != finger[b] and min(finger[a], finger[b]) >= 0 and part[a] + part[b] > 0
+        palm = (finger[b] < 0 <= finger[a] and part[a] == 2) or (finger[a] < 0 <= finger[b] and part[b] == 2)
+        if fingers or palm:
+            found.append((a, b))
+    return np.array(found).reshape(-1, 2)

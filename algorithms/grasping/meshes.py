@@ -15,14 +15,15 @@ from .status import GraspStatus
 _SAMPLES = 4096
 """Number of samples of the surface: the distance between neighbours is about a sixtieth of the object's size."""
 _VERTICES = 4096
-_THIRDS = np.array([0.7548776662466927, 0.5698402909980532])
-"""The steps of a sequence of points that fill a square evenly (Roberts' R2)."""
+_STEPS = np.array([0.8191725133961645, 0.6710436067037893, 0.5497004779019703])
+"""The steps of a sequence of points that fill a cube evenly (Roberts' R3)."""
 _FLAT = 1e-9
 """A mesh has no volume if it is below this fraction of the cube of its size."""
 _EQUAL = 1e-6
 """Relative difference below which principal moments count as equal."""
 
 Integers = NDArray[np.intp]
+Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,9 +148,12 @@ def _samples(vertices: Reals, faces: Integers, areas: Reals) -> tuple[Reals, Rea
     """Return points on the faces, evenly distributed by area, and the unit normals of their faces."""
     sizes = np.sqrt(np.square(areas).sum(1))
     reached = np.cumsum(sizes)
-    steps = (np.arange(_SAMPLES) + 0.5) * (reached[-1] / _SAMPLES)
+    share = (0.5 + np.arange(1, _SAMPLES + 1)[:, None] * _STEPS) % 1.0
+    # One sample in each of equal parts of the area, not at its middle: faces of a regular mesh may be in an order of
+    # the same period.
+    steps = (np.arange(_SAMPLES) + share[:, 0]) * (reached[-1] / _SAMPLES)
     chosen = np.minimum(np.searchsorted(reached, steps), len(faces) - 1)
-    share = (0.5 + np.arange(1, _SAMPLES + 1)[:, None] * _THIRDS) % 1.0
+    share = share[:, 1:]
     share = np.where(share.sum(1, keepdims=True) > 1, 1 - share, share)
     # A little inside the face, so that it is the nearest face of the sample.
     share = 0.96 * share + 0.04 / 3

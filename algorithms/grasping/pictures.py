@@ -82,7 +82,7 @@ def plot_grasp(
     ends = pga3.move_point(grasp.motor, hand.placed_capsules(grasp.joints))
     for start, end in ends[hand.carriers >= 0]:
         axes.plot(*np.stack([start, end], -1), color="tab:blue", linewidth=5, alpha=0.7)
-    roots = ends[hand.carriers % 3 == 0][:, 0]
+    roots = pga3.move_point(grasp.motor, hand.roots)
     axes.plot(*np.concatenate([roots, roots[:1]]).T, color="tab:blue", linewidth=3)
     axes.plot(*circle_of_contacts(grasp.contacts).T, color="tab:orange")
     axes.scatter(*grasp.contacts.T, color="tab:red")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import permutations
 from typing import overload
 
@@ -13,11 +13,13 @@ from numpy.typing import ArrayLike
 from generated import cga3, grasping, pga3
 
 from ..arguments import Reals, finite_number
+from .closing import APPROACH, OPENINGS, opened
 from .hands import Hand, HandTable, hand_of_table
-from .meshes import Integers, Surface, checked_mesh, surface_of
+from .meshes import Flags, Integers, Surface, checked_mesh, surface_of
+from .obstacles import Obstacle
 from .quality import grasp_quality
 from .status import GraspStatus
-from .triples import triples
+from .triples import LEAST_QUALITY, triples
 
 _BLOCK = 10
 """Number of triples for which the hand is placed at a time."""
@@ -31,8 +33,14 @@ _TOUCH = 0.0015
 """How far the hand may intersect the object, in metres: its skin yields, and samples are some millimetres apart."""
 _STRIDES = 64, 8
 """Poses are tested with one of so many samples; those that pass, with more of them, and with the outline."""
-_TRIES = 6
+_TRIES = 4
 """The largest number of poses of a triple that are tested with more samples."""
+_SWEPT = 8
+"""Motions of the hand are tested with one of so many samples."""
+_SHARES = np.array([0.0, 0.2, 0.4, 0.6, 0.8])
+"""Parts of the closing motion at which it is tested."""
+_BACKWARDS = APPROACH * np.array([0.1, 0.2, 0.4, 0.7, 1.0])
+"""Distances from the grasp at which the approach is tested, in metres."""
 _THINNEST = 0.002
 """The least thickness of an object, in metres."""
 
@@ -52,6 +60,8 @@ class Grasp:
     quality: float
     """The quality of `grasp_quality` about the centre of mass, with the largest distance of a vertex as length."""
     status: GraspStatus
+    open_joints: Reals = field(default_factory=lambda: np.zeros(4))
+    """(4,) The joints before the fingers close: the same spread, and smaller bends."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,6 +71,9 @@ class GraspPlan(Sequence[Grasp]):
     grasps: tuple[Grasp, ...]
     hand: Hand
     friction: float
+    vertices: Reals = field(default_factory=lambda: np.zeros((0, 3)))
+    """(n, 3) The mesh for which it was planned, (n, 3) and (m, 3); empty if the mesh is not valid."""
+    faces: Integers = field(default_factory=lambda: np.zeros((0, 3), np.intp))
 
     @property
     def status(self) -> GraspStatus:
@@ -90,6 +103,8 @@ def plan_grasps(
     friction: float = 0.5,
     edges: int = 8,
     count: int = 2,
+    obstacles: Sequence[Obstacle] = (),
+    margin: float = 0.003,
 ) -> GraspPlan:
     """Plan grasps of an object, given as a closed mesh, by a hand with three fingers.
 
@@ -110,12 +125,18 @@ def plan_grasps(
         The number of edges of a friction cone.
     count : int
         The largest number of grasps.
+    obstacles : sequence of Obstacle
+        Bodies in the frame of the mesh that the hand must not touch in the grasp, before it closes, and at the
+        beginning of its approach, such as a table.
+    margin : float
+        The distance to keep from obstacles, in metres.
 
     Returns
     -------
     GraspPlan
         Grasps with the status OK have force closure, contacts on the surface, joints within limits, and fingertips at
-        the contacts; the links and the palm are clear of the object.
+        the contacts. The hand is clear of the object and of itself: in the grasp, while the fingers close, and while
+        the open hand approaches along its axis z from a distance of 8 cm.
 
     Raises
     ------
@@ -131,11 +152,15 @@ def plan_grasps(
     for name, value, least in (("edges", edges, 3), ("count", count, 1)):
         if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
             raise ValueError(f"plan_grasps: {name}: {value!r}; expected an integer of at least {least}")
-    surface = surface_of(*checked_mesh(vertices, faces, "plan_grasps"))
+    if not finite_number(margin, "plan_grasps: margin") >= 0:
+        raise ValueError(f"plan_grasps: margin: {margin}; expected at least 0 metres")
+    points, corners = checked_mesh(vertices, faces, "plan_grasps")
+    surface = surface_of(points, corners)
     if isinstance(surface, GraspStatus):
         return GraspPlan((_failed(surface),), model, friction)
-    found = _planned(surface, model, style, friction, edges, count)
-    return GraspPlan((_failed(found),) if isinstance(found, GraspStatus) else found, model, friction)
+    found = _planned(surface, model, style, friction, edges, count, _Others(surface.frame, tuple(obstacles), margin))
+    grasps = (_failed(found),) if isinstance(found, GraspStatus) else found
+    return GraspPlan(grasps, model, friction, points, corners)
 
 
 def _failed(status: GraspStatus) -> Grasp:
@@ -144,7 +169,7 @@ def _failed(status: GraspStatus) -> Grasp:
 
 
 def _planned(
-    surface: Surface, hand: Hand, style: int, friction: float, edges: int, count: int
+    surface: Surface, hand: Hand, style: int, friction: float, edges: int, count: int, others: _Others
 ) -> tuple[Grasp, ...] | GraspStatus:
     if surface.extents.min() < _THINNEST:
         return GraspStatus.TOO_THIN
@@ -166,9 +191,10 @@ def _planned(
         poses = _reaching(surface, hand, centres, rows[first : first + _BLOCK])
         if len(poses.triple):
             cause = max(cause, GraspStatus.COLLISION)
-        for at in _clear_poses(surface, hand, poses):
+        for at, start in _clear_poses(surface, hand, poses, others):
             cause = GraspStatus.NO_FORCE_CLOSURE
-            one = _verified(surface, hand, poses.samples[at], poses.motors[at], poses.joints[at], friction, edges)
+            pose = poses.samples[at], poses.motors[at], poses.joints[at], start
+            one = _verified(surface, hand, *pose, friction, edges)
             if one is not None:
                 found.append(one)
             if len(found) == count:
@@ -177,6 +203,25 @@ def _planned(
             break
     found.sort(key=lambda one: -one.quality)
     return tuple(found) or cause
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Others:
+    """Obstacles of the hand other than the object."""
+
+    frame: Reals
+    """(8,) The motor from the frame of the surface to that of the obstacles."""
+    obstacles: tuple[Obstacle, ...]
+    margin: float
+
+    def clear(self, ends: Reals, radii: Reals) -> Flags:
+        """Return whether hands, (n, k, 2, 3), are clear of the obstacles, (n,)."""
+        found = np.ones(len(ends), bool)
+        if self.obstacles and len(ends):
+            placed = pga3.move_point(self.frame, ends)
+            for one in self.obstacles:
+                found &= (one.clearance(placed, radii) > self.margin).all(-1)
+        return found
 
 
 def _opening(hand: Hand) -> float:
@@ -219,19 +264,50 @@ def _reaching(surface: Surface, hand: Hand, centres: Reals, rows: Integers) -> _
     )
 
 
-def _clear_poses(surface: Surface, hand: Hand, poses: _Poses) -> Iterator[int]:
-    """Generate for each triple the first pose in which the hand is clear of the object, if there is one."""
+def _clear_poses(surface: Surface, hand: Hand, poses: _Poses, others: _Others) -> Iterator[tuple[int, Reals]]:
+    """Generate for each triple the first pose that the hand reaches without collisions, and the joints before that."""
     first, second = (surface.points[::stride] for stride in _STRIDES)
-    clear = _clearance(first, poses.ends, hand.radii)
+    ends, radii = np.ascontiguousarray(poses.ends[:, hand.first]), hand.radii[hand.first]
+    clear = _clearance(first, ends, radii)
     kept = np.flatnonzero(clear > -_TOUCH)
+    kept = kept[others.clear(poses.ends[kept], hand.radii)]
     kept = kept[np.lexsort((-np.round(clear[kept], 9), poses.triple[kept]))]
+    # Of each triple, the poses with the largest clearances.
+    starts = np.searchsorted(poses.triple[kept], poses.triple[kept])
+    kept = kept[np.arange(len(kept)) - starts < _TRIES]
+    if len(kept):
+        kept = kept[_clearance(second, ends[kept], radii) > -_TOUCH]
+    if len(kept):
+        kept = kept[_clearance(surface.outline[::_SWEPT], poses.ends[kept], hand.radii) > -_TOUCH]
     for triple in np.unique(poses.triple[kept]):
-        own = kept[poses.triple[kept] == triple][:_TRIES]
-        own = own[_clearance(second, poses.ends[own], hand.radii) > -_TOUCH]
+        own = kept[poses.triple[kept] == triple]
         for at in own:
             if _clearance(surface.outline, poses.ends[at : at + 1], hand.radii)[0] > -_TOUCH:
-                yield int(at)
-                break
+                by = _opening_of(surface, hand, poses.motors[at], poses.joints[at], others)
+                if by is not None:
+                    yield int(at), by
+                    break
+
+
+def _opening_of(surface: Surface, hand: Hand, motor: Reals, joints: Reals, others: _Others) -> Reals | None:
+    """Return joints from which the fingers close without collisions after a straight approach; None if there are none.
+
+    The smallest opening comes first.
+    """
+    points = surface.points[::_SWEPT]
+    if not (hand.own_clearances(hand.placed_capsules(joints)) > 0).all():
+        return None
+    for by in OPENINGS:
+        start = opened(hand, joints, by)
+        closing = hand.placed_capsules(start + _SHARES[:, None] * (joints - start))
+        if not (hand.own_clearances(closing) > 0).all():
+            continue
+        approach = closing[0] - _BACKWARDS[:, None, None, None] * [0.0, 0.0, 1.0]
+        ends = pga3.move_point(motor, np.concatenate([closing, approach]))
+        free = (_clearance(points, ends, hand.radii) > -_TOUCH).all()
+        if free and others.clear(ends[[0, -1]], hand.radii).all():
+            return start
+    return None
 
 
 def _clearance(points: Reals, ends: Reals, radii: Reals) -> Reals:
@@ -259,7 +335,14 @@ def _aligned(tips: Reals, targets: Reals) -> Reals:
 
 
 def _verified(
-    surface: Surface, hand: Hand, samples: Integers, motor: Reals, joints: Reals, friction: float, edges: int
+    surface: Surface,
+    hand: Hand,
+    samples: Integers,
+    motor: Reals,
+    joints: Reals,
+    start: Reals,
+    friction: float,
+    edges: int,
 ) -> Grasp | None:
     """Return a grasp in the frame of the mesh if its fingertips touch the contacts and it has force closure."""
     contacts, normals = surface.points[samples], surface.normals[samples]
@@ -267,7 +350,7 @@ def _verified(
     if not np.abs(tips - contacts - hand.table.radius * normals).max() < 10 * _REACHED:
         return None
     quality = grasp_quality(contacts, normals, friction, edges, length=surface.length)
-    if not quality > 0:
+    if not quality > LEAST_QUALITY:
         return None
     return Grasp(
         pga3.move_point(surface.frame, contacts),
@@ -276,4 +359,5 @@ def _verified(
         joints,
         quality,
         GraspStatus.OK,
+        start,
     )

@@ -53,7 +53,8 @@ def contact_wrenches(
     if not (size > 0).all():
         raise ValueError(f"normals: row {int(np.argmin(size))} has the length 0; expected vectors with a direction")
     n = n / size
-    smallest = np.eye(3)[np.argmin(np.abs(n), axis=1)]
+    # Of equal components the first one, also with rounding errors.
+    smallest = np.eye(3)[np.argmin(np.round(np.abs(n), 8), axis=1)]
     u = np.cross(n, smallest)
     u /= np.linalg.norm(u, axis=1, keepdims=True)
     v = np.cross(n, u)

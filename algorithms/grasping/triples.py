@@ -15,12 +15,21 @@ from generated import grasping
 from ..arguments import Reals
 from .meshes import Integers, Surface
 
+LEAST_QUALITY = 1e-4
+"""A grasp of less quality has no force closure within rounding errors."""
 _ANGLES, _HEIGHTS = 48, 16
 _POOL = 32
 """Number of samples among which style 2 chooses."""
-_PASSES = 256, 100, 60, 60, 60, 60, 60
+_PASSES = 256, 100, 60, 60, 40, 40, 40
 """Each pass lowers the bounds of so many of the best triples by a descent from other twists."""
 _TWISTS_OF_PASS, _ROUGH = 24, 8
+_GOOD = 0.6
+"""The part of the best bound above which triples are good."""
+_RECOMBINED = 2
+"""The pass before which the best triples are recombined."""
+_PARENTS, _DONORS, _ALL_DONORS, _MORE = 12, 24, 72, 60
+"""The number of triples of which a contact is replaced; of those whose contacts replace it, or, in style 2, of other
+samples; and of the results that are kept."""
 _SHARES = 0.5 * np.cumprod(np.full(100, 0.965))
 """The lengths of the steps of a descent."""
 _WITHOUT_SAMPLE = -1
@@ -37,9 +46,13 @@ _COMBINATIONS = np.array(list(combinations(range(_POOL), 3)))
 
 
 def triples(surface: Surface, style: int, friction: float) -> tuple[Integers, Reals]:
-    """Return rows of three samples (t, 3) with bounds of their qualities (t,), the best first."""
+    """Return rows of three samples (t, 3) with bounds of their qualities (t,): good and different ones first."""
+    donors = None
     if style == 2:
-        found = _towards_centre(surface, friction)
+        pool = _towards_centre(surface, friction)
+        few = _spread(pool, _POOL)
+        found = few[_COMBINATIONS[(len(few) > _COMBINATIONS).all(1)]]
+        donors = _spread(pool, _ALL_DONORS)
     else:
         of = _around if style == 1 else _opposite
         found = np.concatenate([of(_outermost(surface, axis)) for axis in range(3)])
@@ -50,16 +63,63 @@ def triples(surface: Surface, style: int, friction: float) -> tuple[Integers, Re
     found = found[np.sort(first)]
     scaled = surface.points / surface.length
     bounds = grasping.quality_bound(scaled[found], surface.normals[found], friction, _TWISTS[0, :_ROUGH])
-    order = np.argsort(-bounds, kind="stable")
-    found, bounds = found[order], bounds[order]
-    for count, twists in zip(_PASSES, _TWISTS, strict=True):
+    found, bounds = _ranked(found, bounds)
+    found, bounds = found[: _PASSES[0]], bounds[: _PASSES[0]]
+    for number, (count, twists) in enumerate(zip(_PASSES, _TWISTS, strict=True)):
+        if number == _RECOMBINED:
+            more = _recombined(found, donors, len(surface.points))
+            lower = grasping.quality_bound(scaled[more], surface.normals[more], friction, _TWISTS[1, : 2 * _ROUGH])
+            chosen = np.argsort(-np.round(lower, 8), kind="stable")[:_MORE]
+            found, bounds = _ranked(np.concatenate([found, more[chosen]]), np.concatenate([bounds, lower[chosen]]))
+            count += _MORE
         best = found[:count]
         lower = grasping.refined_bound(scaled[best], surface.normals[best], friction, twists, _SHARES)
         bounds[:count] = np.minimum(bounds[:count], lower)
-        order = np.argsort(-bounds[:count], kind="stable")
-        found[:count], bounds[:count] = best[order], bounds[:count][order]
-    kept = np.flatnonzero(bounds[: _PASSES[0]] > 0)
+        found[:count], bounds[:count] = _ranked(found[:count], bounds[:count])
+    kept = np.flatnonzero(bounds > LEAST_QUALITY)
+    kept = kept[_different_first(found[kept], bounds[kept])]
     return found[kept], bounds[kept]
+
+
+def _different_first(found: Integers, bounds: Reals) -> Integers:
+    """Return an order in which triples that share two samples with a better one come later, but before poor ones.
+
+    If the hand cannot reach a triple without collisions, it can rarely reach those that differ by one contact.
+    """
+    seen: set[tuple[int, int]] = set()
+    good = int((bounds > _GOOD * bounds[:1]).sum())
+    first, later = [], []
+    for row, (a, b, c) in enumerate(found[:good].tolist()):
+        pairs = {(a, b), (b, c), (a, c)}
+        if seen.isdisjoint(pairs):
+            first.append(row)
+            seen |= pairs
+        else:
+            later.append(row)
+    return np.array([*first, *later, *range(good, len(found))], np.intp)
+
+
+def _ranked(found: Integers, bounds: Reals) -> tuple[Integers, Reals]:
+    # Bounds that differ by rounding errors do not change the order, so that it moves with the object.
+    order = np.argsort(-np.round(bounds, 8), kind="stable")
+    return found[order], bounds[order]
+
+
+def _recombined(found: Integers, donors: Integers | None, count: int) -> Integers:
+    """Return the best triples with one contact replaced by some samples: by default, contacts of other good triples."""
+    best = found[:_PARENTS]
+    donors = np.unique(found[:_DONORS]) if donors is None else donors
+    new = np.repeat(best[:, None, None], 3, 1).repeat(len(donors), 2)
+    for slot in range(3):
+        new[:, slot, :, slot] = donors
+    rows = np.sort(new.reshape(-1, 3), axis=1)
+    rows = rows[(rows[:, 0] < rows[:, 1]) & (rows[:, 1] < rows[:, 2])]
+    keys = (rows @ [count * count, count, 1]).astype(np.int64)
+    known = found @ [count * count, count, 1]
+    _, first = np.unique(keys, return_index=True)
+    first = np.sort(first[~np.isin(keys[first], known)])
+    chosen: Integers = rows[first]
+    return chosen
 
 
 def _outermost(surface: Surface, axis: int) -> Integers:
@@ -96,13 +156,16 @@ def _opposite(table: Integers) -> Integers:
 
 
 def _towards_centre(surface: Surface, friction: float) -> Integers:
-    """Style 2: contacts whose friction cones contain the direction to the centre, which may be outside their plane."""
+    """Style 2: samples whose friction cones contain the direction to the centre, which may be outside their plane."""
     inward = -(surface.points * surface.normals).sum(1)
     cone = np.sqrt(np.square(surface.points).sum(1)) / np.sqrt(1 + friction * friction)
-    pool = np.flatnonzero(-inward >= cone)
-    if len(pool) < 3:
-        return np.zeros((0, 3), np.intp)
-    if len(pool) > _POOL:
-        pool = pool[((np.arange(_POOL) + 0.5) * (len(pool) / _POOL)).astype(np.intp)]
-    chosen: Integers = pool[_COMBINATIONS[(len(pool) > _COMBINATIONS).all(1)]]
+    pool: Integers = np.flatnonzero(-inward >= cone)
+    return pool
+
+
+def _spread(pool: Integers, count: int) -> Integers:
+    """Return a number of elements at equal distances, or all of them if there are less."""
+    if len(pool) <= count:
+        return pool
+    chosen: Integers = pool[((np.arange(count) + 0.5) * (len(pool) / count)).astype(np.intp)]
     return chosen
