@@ -3,6 +3,8 @@
 import numpy as np
 
 from algorithms.grasping.pictures_of_scenes import animate_scenes, plot_scene, plot_view
+from algorithms.grasping.pose_pictures import plot_poses
+from generated import pga3
 from tests.support.grasp_scene import HOME, TARGET, motor, scene
 
 
@@ -17,3 +19,17 @@ def test_scene_view_and_animation(tmp_path) -> None:
     assert np.array_equal(lines[1].get_xydata(), view.edges[1])
     path = animate_scenes([built, built.with_joints(HOME + 0.1)], tmp_path / "scene.gif")
     assert path.read_bytes()[:4] == b"GIF8"
+
+
+def test_poses_are_drawn_over_a_view() -> None:
+    built = scene(motor((0, 0, 0), TARGET))
+    one, view = built.object("box"), built.render("box", 0.0)[0]
+    off = pga3.motor_product(one.pose, motor((0, 0, 0.1), (0.01, 0, 0)))
+    axes = plot_poses(view, one.model, {"start": off, "found": one.pose}).axes[0]
+    assert [line.get_label() for line in axes.lines] == ["points", "edges", "start", "found"]
+    ours = axes.lines[3].get_xydata()
+    measured = axes.lines[1].get_xydata()
+    gaps = np.linalg.norm(measured[:, None] - ours, axis=-1).min(1)
+    assert gaps.max() < 1e-6 < np.linalg.norm(measured[:, None] - axes.lines[2].get_xydata(), axis=-1).min(1).max()
+    low, high = np.sort(axes.get_ylim())
+    assert low <= measured[:, 1].min() and measured[:, 1].max() <= high
