@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -156,64 +156,103 @@ class View:
     rims: tuple[ArrayLike, ArrayLike] | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class Measurements:
-    """All pixels of all views, by kind of element."""
+class Pixels(NamedTuple):
+    """Pixels of one kind of element: the first four arrays are arguments of the kernels."""
+
+    elements: Reals
+    """The row of the kernels of the element of each pixel."""
+    pixels: Reals
+    """(n, 2)"""
+    cameras: Reals
+    """(n) The index of the camera."""
+    weights: Reals
+    """(n) One, or zero for pixels that are left out."""
+    rows: Reals
+    """(n) The index of the element in the model."""
+
+
+class Measurements(NamedTuple):
+    """All pixels of all views."""
 
     cameras: Reals
     """(v, 3, 4)"""
-    elements: dict[str, Reals]
-    pixels: dict[str, Reals]
-    of_camera: dict[str, Reals]
-    of_element: dict[str, Reals]
+    of: dict[str, Pixels]
+    """By kind of element."""
+    kinds: tuple[str, ...]
+    """Those of which there are pixels."""
+    n_pixels: int
     n_equations: int
     n_missing: int
     """Points of the model that a view does not show."""
+    is_finite: bool
+    arguments: tuple[Reals, ...]
+    """The arguments of the kernels after the motor."""
 
-    @cached_property
-    def arguments(self) -> tuple[Reals, ...]:
-        """The arguments of the kernels after the motor."""
-        found: list[Reals] = [self.cameras]
-        for kind in KINDS:
-            found += [self.elements[kind], self.pixels[kind], self.of_camera[kind], np.ones(len(self.pixels[kind]))]
-        return tuple(found)
+
+def _constant(values: Reals) -> Reals:
+    values.flags.writeable = False
+    return values
+
+
+_ABSENT = {
+    kind: Pixels(*map(_constant, (np.zeros((0, n)), np.zeros((0, 2)), np.zeros(0, int), np.zeros(0), np.zeros(0, int))))
+    for kind, n in {"points": 3, "edges": 6, "balls": 4, "tubes": 7, "rims": 7}.items()
+}
 
 
 def measurements(model: ObjectModel, views: tuple[View, ...]) -> Measurements:
     """Collect the pixels of all views; ValueError if there is none, or indices or shapes disagree with the model."""
     if not views:
         raise ValueError("views: none; expected at least one View")
-    elements, pixels, cameras, rows = {}, {}, {}, {}
-    missing, equations = 0, 0
-    tables = model.tables
+    found = dict(_ABSENT)
+    missing, count, equations, present, is_finite = 0, 0, 0, [], True
+    arguments: list[Reals] = [np.array([view.camera.matrix for view in views])]
     for kind in KINDS:
-        parts, owners, numbers = [], [], []
+        parts = []
+        table = model.tables[kind]
         for k, view in enumerate(views):
             seen = getattr(view, kind)
             if seen is None:
                 missing += len(model.points) if kind == "points" else 0
                 continue
-            index, image = _numbered(kind, seen, len(tables[kind]))
-            if kind == "points":
-                shown = np.asarray(~np.isnan(image).any(1))
-                missing += int(shown.size - shown.sum())
-                index, image = index[shown], image[shown]
-            parts.append(image)
-            numbers.append(index)
-            owners.append(np.full(len(image), k))
-        at = np.concatenate(numbers) if numbers else np.zeros(0, int)
-        rows[kind], elements[kind] = at, tables[kind][at]
-        pixels[kind] = np.concatenate(parts) if parts else np.zeros((0, 2))
-        cameras[kind] = np.concatenate(owners) if owners else np.zeros(0, int)
-        equations += _EQUATIONS[kind] * len(at)
-    matrices = np.array([view.camera.matrix for view in views])
-    return Measurements(matrices, elements, pixels, cameras, rows, equations, missing)
+            index, image = _numbered(kind, seen, len(table))
+            if not np.isfinite(image).all():
+                if kind == "points":
+                    shown = np.asarray(~np.isnan(image).any(1))
+                    missing += int(shown.size - shown.sum())
+                    index, image = index[shown], image[shown]
+                is_finite = is_finite and bool(np.isfinite(image).all())
+            n = len(image)
+            if n:
+                elements = table if n == len(table) and kind == "points" else table[index]
+                owner = np.zeros(n, int)
+                owner += k
+                parts.append((elements, image, owner, np.ones(n), index))
+        if parts:
+            present.append(kind)
+            one = Pixels(*(parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))))
+            found[kind] = one
+            count += len(one.rows)
+            equations += _EQUATIONS[kind] * len(one.rows)
+        arguments += found[kind][:4]
+    return Measurements(arguments[0], found, tuple(present), count, equations, missing, is_finite, tuple(arguments))
+
+
+def with_weights(seen: Measurements, weights: dict[str, Reals]) -> Measurements:
+    """Return measurements with weights, zeros and ones, for some kinds of elements."""
+    found = {kind: one._replace(weights=weights.get(kind, one.weights)) for kind, one in seen.of.items()}
+    counts = {kind: int(one.weights.sum()) for kind, one in found.items()}
+    arguments = (seen.cameras, *(part for kind in KINDS for part in found[kind][:4]))
+    equations = sum(_EQUATIONS[kind] * n for kind, n in counts.items())
+    return seen._replace(of=found, n_pixels=sum(counts.values()), n_equations=equations, arguments=arguments)
 
 
 def _numbered(kind: str, seen: Any, n: int) -> tuple[Reals, Reals]:
     if kind == "points":
         image = real_array(seen, "View: points", (n, 2), "a pixel for each point of the model")
-        return np.arange(n), image.astype(np.float64).reshape(-1, 2)
+        if image.ndim != 2:
+            raise ValueError(f"View: points: shape {image.shape}; expected ({n}, 2), the pixels of one image")
+        return np.arange(n), image.astype(np.float64, copy=False)
     index, image = seen
     rows = np.asarray(index)
     pixels = real_array(image, f"View: {kind}", (2,), "x y").astype(np.float64).reshape(-1, 2)

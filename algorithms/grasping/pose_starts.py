@@ -1,15 +1,27 @@
-"""Initial poses of objects: from points under scaled parallel projection, and rotated copies of a pose."""
+"""Initial poses of objects: from points under scaled parallel projection, from silhouettes, and rotations of a cube."""
 
 from __future__ import annotations
 
-from itertools import permutations, product
+from itertools import combinations, permutations, product
 
 import numpy as np
 
+from generated import object_poses as kernels
 from generated import pga3
 
 from ..arguments import Reals
+from ..vision.pose_starts import three_points
+from .pose_features import Features, features, places_of_rotations
 from .pose_models import KINDS, Measurements, ObjectModel
+
+_ENOUGH = 6
+"""Number of measured points from which turned poses are no likely minima."""
+_FEW = 7
+"""Largest number of points of which all triples are used."""
+_TURNS = 12
+"""Number of rotations about a known direction."""
+_AXES = 3
+"""Largest number of cylinders whose directions are used."""
 
 
 def _rotations() -> Reals:
@@ -23,33 +35,107 @@ def _rotations() -> Reals:
     return np.array(found)
 
 
-_CUBE = _rotations()
 _TILT = np.array(
     pga3.motor_to_matrix(pga3.motor_from_rotation_vector_translation(np.array([0.31, 0.22, 0.13]), np.zeros(3)))
 )[:3, :3]
 """A rotation that takes directions of a cube out of those of symmetric models, where descents begin at saddles."""
+_CUBE = _rotations() @ _TILT
+_AROUND = 2 * np.pi / _TURNS * np.arange(_TURNS)
 
 
-def starts(model: ObjectModel, seen: Measurements) -> Reals:
-    """Return initial poses (b, 8): from points if there are four, with their reversal, otherwise 24 rotations."""
-    camera = int(np.bincount(np.concatenate([seen.of_camera[kind] for kind in KINDS])).argmax())
-    matrix = seen.cameras[camera]
-    # The camera frame: the matrix is K [R | t], and R are the axes of the camera, by Gram-Schmidt from the last row.
-    axes, k = camera_axes(matrix)
-    centre = -axes.T @ np.linalg.solve(k, matrix[:, 3])
-    own = seen.of_camera["points"] == camera
-    pixels, places = seen.pixels["points"][own], seen.elements["points"][own]
-    if len(places) >= 4:
-        found = _parallel(places, _normalised(pixels, k))
+def quick_starts(seen: Measurements) -> Reals | None:
+    """Return two initial poses (2, 8) from the points of a camera, or None if no camera sees four of them."""
+    places, pixels, cameras, *_ = seen.of["points"]
+    if len(places) < 4:
+        return None
+    camera = 0
+    if len(seen.cameras) > 1:
+        camera = int(np.bincount(cameras).argmax())
+        own = cameras == camera
+        places, pixels = places[own], pixels[own]
+        if len(places) < 4:
+            return None
+    return np.array(kernels.parallel_poses(seen.cameras[camera], places, pixels))
+
+
+def thorough_starts(model: ObjectModel, seen: Measurements) -> Reals:
+    """Return initial poses (b, 8) with rotations that silhouettes suggest, and those of a cube.
+
+    The translation of each follows from the rotation by linear equations. If a camera sees three to seven points, the
+    poses that fit three of them exactly are added.
+    """
+    found = features(model, seen)
+    camera = int(np.bincount(np.concatenate([seen.of[kind].cameras for kind in KINDS])).argmax())
+    axes, _ = camera_axes(seen.cameras[camera])
+    rotations = np.concatenate([*_suggested(found), axes.T @ _CUBE])
+    places = places_of_rotations(rotations, found.constraints)
+    if places is None:
+        places = _place(model, seen, camera) - rotations @ model.centre
+    whole = np.tile(np.eye(4), (len(rotations), 1, 1))
+    whole[:, :3, :3], whole[:, :3, 3] = rotations, places
+    return np.concatenate([*_of_triples(seen), pga3.motor_from_matrix(whole)])
+
+
+def _of_triples(seen: Measurements) -> list[Reals]:
+    """Return for each camera that sees a few points the poses (b, 8) that fit three of them exactly."""
+    groups = []
+    for k, matrix in enumerate(seen.cameras):
+        own = seen.of["points"].cameras == k
+        if not 3 <= int(own.sum()) <= _FEW:
+            continue
+        places = seen.of["points"].elements[own]
+        axes, calibration = camera_axes(matrix)
+        back = np.linalg.inv(calibration)
+        pixels = np.column_stack([seen.of["points"].pixels[own], np.ones(len(places))]) @ back.T
+        triples = np.array(list(combinations(range(len(places)), 3)))
+        with np.errstate(all="ignore"):
+            found = three_points(places[triples], pixels[triples, :2] / pixels[triples, 2:]).reshape(-1, 3, 4)
+        found = found[np.isfinite(found).all((1, 2))]
         whole = np.tile(np.eye(4), (len(found), 1, 1))
         whole[:, :3, :3] = axes.T @ found[:, :, :3]
-        whole[:, :3, 3] = found[:, :, 3] @ axes + centre
-    else:
-        rotations = axes.T @ _CUBE @ _TILT
-        whole = np.tile(np.eye(4), (len(rotations), 1, 1))
-        whole[:, :3, :3] = rotations
-        whole[:, :3, 3] = _place(model, seen, camera) - rotations @ model.centre
-    return np.asarray(pga3.motor_from_matrix(whole))
+        whole[:, :3, 3] = (found[:, :, 3] - back @ matrix[:, 3]) @ axes
+        groups.append(np.asarray(pga3.motor_from_matrix(whole)))
+    return groups
+
+
+def _suggested(found: Features) -> list[Reals]:
+    """Return rotations (b, 3, 3) from the centres of spheres, the axes of cylinders, or the normals of circles."""
+    groups = []
+    if found.centres:
+        ours, theirs = (np.array(part) for part in zip(*found.centres, strict=True))
+        groups.append(_between_points(ours, theirs))
+    pairs = [(ours, sign * theirs) for ours, theirs in found.axes[:_AXES] for sign in (1, -1)]
+    if not pairs:
+        pairs = [(ours, sign * one) for ours, two in found.circles[:_AXES] for one in two for sign in (1, -1)]
+    groups += [_about(ours, theirs) for ours, theirs in pairs]
+    return groups
+
+
+def _between_points(ours: Reals, theirs: Reals) -> Reals:
+    """Return rotations between corresponding points: one, or for points on a line, several about it."""
+    ours, theirs = ours - ours.mean(0), theirs - theirs.mean(0)
+    left, sizes, right = np.linalg.svd(theirs.T @ ours)
+    if sizes[1] > 1e-3 * sizes[0] > 0:
+        left[:, 2] *= np.linalg.det(left @ right)
+        return np.asarray(left @ right)[None]
+    return _about(right[0], left[:, 0]) if sizes[0] > 0 else np.zeros((0, 3, 3))
+
+
+def _about(ours: Reals, theirs: Reals) -> Reals:
+    """Return rotations (b, 3, 3) that take a unit vector to another, at equal angles about it."""
+    first, last = _frame(ours), _frame(theirs)
+    cosines, sines = np.cos(_AROUND), np.sin(_AROUND)
+    turns = np.zeros((_TURNS, 3, 3))
+    turns[:, 0, 0] = turns[:, 1, 1] = cosines
+    turns[:, 1, 0], turns[:, 0, 1], turns[:, 2, 2] = sines, -sines, 1
+    return np.asarray(last.T @ turns @ first)
+
+
+def _frame(z: Reals) -> Reals:
+    """Return orthonormal axes as rows, the last of which is given."""
+    x = np.cross(z, np.eye(3)[np.abs(z).argmin()])
+    x = x / np.linalg.norm(x)
+    return np.array([x, np.cross(z, x), z])
 
 
 def _place(model: ObjectModel, seen: Measurements, camera: int) -> Reals:
@@ -57,7 +143,7 @@ def _place(model: ObjectModel, seen: Measurements, camera: int) -> Reals:
     sums, right, rough = np.zeros((3, 3)), np.zeros(3), np.zeros(3)
     n_views = 0
     for k, matrix in enumerate(seen.cameras):
-        pixels = np.concatenate([seen.pixels[kind][seen.of_camera[kind] == k] for kind in KINDS])
+        pixels = np.concatenate([seen.of[kind].pixels[seen.of[kind].cameras == k] for kind in KINDS])
         if not len(pixels):
             continue
         back = np.linalg.inv(matrix[:, :3])
@@ -74,23 +160,15 @@ def _place(model: ObjectModel, seen: Measurements, camera: int) -> Reals:
     return np.asarray(np.linalg.solve(sums, right))
 
 
-def reversals(model: ObjectModel, motor: Reals, matrix: Reals) -> Reals:
-    """Return poses (4, 8) at which other minima are likely: turns about principal axes, and the reversal of depth.
+def reversals(model: ObjectModel, motor: Reals, seen: Measurements) -> Reals:
+    """Return poses (b, 8) at which other minima are likely: the reversal of depth, and turns about principal axes.
 
-    Reversal is the product of the motor and two reflections, in the principal plane of the thinnest direction and in
-    the plane orthogonal to the line of sight: under parallel projection it changes no image of a flat object.
+    Edges, cylinders and spheres may coincide with themselves after a half turn, and few points determine a pose badly.
     """
-    directions = model.axes[0]
-    centre = model.centre
-    halves = pga3.motor_product(motor, model.half_turns)
-    there = pga3.move_point(motor, centre)
-    sight = there + np.linalg.solve(matrix[:, :3], matrix[:, 3])
-    mirror = np.eye(3) - 2 * np.outer(sight, sight) / (sight @ sight)
-    thin = np.eye(3) - 2 * np.outer(directions[2], directions[2])
-    whole = np.eye(4)
-    whole[:3, :3] = mirror @ pga3.motor_to_matrix(motor)[:3, :3] @ thin
-    whole[:3, 3] = there - whole[:3, :3] @ centre
-    return np.concatenate([halves, pga3.motor_from_matrix(whole)[None]])
+    back = kernels.reverse_depth(motor, model.axes[0][2], model.centre, seen.cameras[0])[None]
+    if len(seen.of["points"].pixels) >= _ENOUGH:
+        return np.asarray(back)
+    return np.concatenate([back, pga3.motor_product(motor, model.half_turns)])
 
 
 def cross(a: Reals, b: Reals) -> list[float]:
@@ -108,44 +186,3 @@ def camera_axes(matrix: Reals) -> tuple[Reals, Reals]:
     x = np.array(cross(y, third))
     k = np.array([[first @ x, first @ y, first @ third], [0, fy, second @ third], [0, 0, 1.0]])
     return np.array([x, y, third]), k
-
-
-def _normalised(pixels: Reals, k: Reals) -> Reals:
-    y = (pixels[:, 1] - k[1, 2]) / k[1, 1]
-    return np.stack([(pixels[:, 0] - k[0, 2] - k[0, 1] * y) / k[0, 0], y], -1)
-
-
-def _parallel(places: Reals, seen: Reals) -> Reals:
-    """Return [R | t] (2, 3, 4) in the camera frame by scaled parallel projection of points.
-
-    The image of the points is an affine map of rank two. For flat points its component along the thin direction is
-    unknown; two rotations complete the others, and both are returned.
-    """
-    centre, middle = places.mean(0), seen.mean(0)
-    about = places - centre
-    u, lengths, directions = np.linalg.svd(about, full_matrices=False)
-    wide = lengths > 1e-2 * lengths[0]
-    affine = (u[:, wide].T @ (seen - middle)) / lengths[wide, None]
-    rows = affine.T @ directions[wide]
-    left, scales, right = np.linalg.svd(rows, full_matrices=False)
-    size = max(float(scales[0]), 1e-300)
-    if wide.sum() == 3:
-        size = max(float(scales.mean()), 1e-300)
-        two = left @ right
-        options = [np.vstack([two, cross(two[0], two[1])])]
-        thin = directions[2]
-    else:
-        # The affine map of a plane has singular values s and s cos(tilt): two tilts have the same image.
-        thin = np.array(cross(directions[0], directions[1]))
-        cosine = min(float(scales[1]) / size, 1.0)
-        sine = np.sqrt(1 - cosine * cosine)
-        options = []
-        for sign in (1, -1):
-            short = cosine * right[1] + sign * sine * thin
-            two = left @ np.stack([right[0], short])
-            options.append(np.vstack([two, cross(two[0], two[1])]))
-    if len(options) == 1:
-        mirrored = np.diag([1.0, 1.0, -1.0]) @ options[0] @ (np.eye(3) - 2 * np.outer(thin, thin))
-        options.append(mirrored)
-    place = np.array([*middle, 1.0]) / size
-    return np.array([np.column_stack([r, place - r @ centre]) for r in options])

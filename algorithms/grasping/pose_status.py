@@ -22,9 +22,9 @@ class PoseStatus(IntEnum):
     UNDETERMINED = 6
     """There are enough measurements, but a motion changes none of them to first order."""
     INCONSISTENT = 7
-    """Residuals are larger than the noise explains, or more than half of the measurements are rejected."""
+    """Residuals are larger than the noise explains, or too many measurements are rejected."""
     UNCERTAIN = 8
-    """The standard deviations are larger than the tolerances of the caller."""
+    """The pose is the best one, but the bounds of its errors are larger than the tolerance."""
     NOT_CONVERGED = 9
     """The iterations ended before they reached a minimum."""
     NOT_FINITE = 10

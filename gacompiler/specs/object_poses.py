@@ -13,173 +13,41 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 import gacompiler as ga
-from gacompiler import SCALAR, array, assemble, each, gather, index, iterate, kernel, select, total
-from gacompiler.algebra.catalog import PGA3
-from gacompiler.specs.families.covariances import choose, square
-from gacompiler.specs.families.rates import (
-    Rated,
-    bilinear,
-    components,
-    constant,
-    length,
-    linear,
-    plus,
-    quotient,
-    scaled,
+from gacompiler import SCALAR, absolute, array, assemble, each, gather, iterate, kernel, select, total
+from gacompiler.specs.families.covariances import choose, congruent, cross, dot, square
+from gacompiler.specs.families.rotations import quaternion_of_matrix
+from gacompiler.specs.families.sights import (
+    ANCHORS,
+    CAMERA,
+    KINDS,
+    MODEL,
+    MOTOR,
+    TINY,
+    in_object,
+    line_of,
+    place_of,
+    plane_of,
+    planes_of,
+    rotor_of,
+    scalar_of,
+    tables,
+    translator_of,
 )
 
-LINE, PLANE, MOTOR = PGA3.LINE, PGA3.PLANE, PGA3.MOTOR
-DIRECTION_OF_LINE, DIRECTION = ("e23", "e13", "e12"), ("e032", "e013", "e021")
-NORMAL = ("e1", "e2", "e3")
-N_RATES = 8
-"""Derivatives by the six coefficients of a bivector, and by the two coordinates of the pixel."""
-TINY = Fraction(1, 10**30)
 RIDGE = Fraction(1, 10**11)
 """Part of the trace that is added to the diagonal: motions that change nothing in the images have no step."""
 FIRST_DAMPING, LARGEST_DAMPING = Fraction(1, 10**4), 10**9
-STEPS = 60
+STEPS = 10
+"""Largest number of steps of a call. Descents that need more continue in further calls."""
 SMALL_PART = Fraction(1, 10**4)
 """Part of the sum of squares: if a step decreases it by less, it is the last one."""
 UNKNOWN = 10**30
 """The sum of squares before the first step."""
-
-CAMERAS = array(SCALAR, "cameras", 3, 4)
-
-
-def _seen(name):
-    """Return the parameters of measured pixels: their coordinates, their cameras, and weights."""
-    return {
-        f"{name}_pixels": array(SCALAR, name, 2),
-        f"{name}_cameras": index(name, into="cameras"),
-        f"{name}_weights": array(SCALAR, name),
-    }
-
-
-MODEL = {
-    "m": MOTOR, "cameras": CAMERAS,
-    "points": array(SCALAR, "points", 3), **_seen("points"),
-    "edges": array(LINE, "edges"), **_seen("edges"),
-    "balls": array(SCALAR, "balls", 4), **_seen("balls"),
-    "tubes": array(SCALAR, "tubes", 7), **_seen("tubes"),
-    "rims": array(SCALAR, "rims", 7), **_seen("rims"),
-}  # fmt: skip
-"""Parameters of the kernels: elements of the object, and the pixels at which they are seen."""
-
-
-def _planes(camera):
-    return [assemble(PGA3, dict(zip(("e1", "e2", "e3", "e0"), row, strict=True))) for row in camera]
-
-
-def _place(p):
-    return PGA3.multivector({"e123": 1}) + assemble(PGA3, dict(zip(DIRECTION, p, strict=True)))
-
-
-def _line(coefficients):
-    return assemble(PGA3, dict(zip(LINE.blades, coefficients, strict=True)))
-
-
-def _join(a, b):
-    return a & b
-
-
-def _scalar(x):
-    return x["1"]
-
-
-GENERATORS = tuple(PGA3.multivector({name: 1}) for name in LINE.blades)
-
-
-def _moving(element):
-    """Return an element of the object, with its derivatives by a motion of the object."""
-    return Rated(element, (*(g * element - element * g for g in GENERATORS), None, None))
-
-
-def _from_object(m, cameras):
-    """Return the planes of cameras in the frame of an object: moving those moves each element just once."""
-
-    def turned(camera):
-        moved = (ga.sandwich(~m, plane) for plane in _planes(camera))
-        return tuple(tuple(plane[name] for name in PLANE.blades) for plane in moved)
-
-    return each(turned, cameras)
-
-
-def _sight(camera, pixel):
-    """Return the line of sight of a pixel, and its derivatives by the pixel."""
-    first, second, third = _planes(camera)
-    left, above = first - pixel[0] * third, second - pixel[1] * third
-    rates = (None,) * 6 + (-(third ^ above), -(left ^ third))
-    return Rated(left ^ above, rates)
-
-
-def _in_pixels(condition, metric):
-    """Return the distance in pixels at which a condition holds, to first order, and its derivatives by the pose.
-
-    If `metric` is positive, it is the number of pixels per unit of the condition. The derivatives are exact then, and
-    descents from far away do not stall; otherwise the change of the slope is neglected.
-    """
-    u, v = (0 if rate is None else rate for rate in condition.rates[6:])
-    slope = ga.sqrt(u * u + v * v + TINY)
-    if not isinstance(metric, int):
-        slope = select(metric > 0, 1 / (metric + TINY), slope)
-    return condition.value / slope, [rate / slope for rate in condition.rates[:6]]
-
-
-# Each function returns residuals in pixels with their derivatives.
-
-
-def _of_point(camera, pixel, place, _metric):
-    there = _moving(_place(place))
-    heights = [linear(lambda x, plane=plane: _scalar(plane & x), there) for plane in _planes(camera)]
-    found = [quotient(height, heights[2]) for height in heights[:2]]
-    return [(f.value - at, list(f.rates[:6])) for f, at in zip(found, pixel, strict=True)]
-
-
-def _of_edge(camera, pixel, line, _metric):
-    """Return the distance of a pixel from the image of a straight edge."""
-    moment = linear(_scalar, bilinear(_join, _sight(camera, pixel), _moving(line)))
-    return [_in_pixels(moment, 0)]
-
-
-def _of_ball(camera, pixel, ball, metric):
-    """Return the distance from the silhouette of a sphere, whose lines of sight are a radius from its centre."""
-    sight = _sight(camera, pixel)
-    plane = bilinear(_join, _moving(_place(ball[:3])), sight)
-    far = quotient(length(components(plane, NORMAL)), length(components(sight, DIRECTION_OF_LINE)))
-    return [_in_pixels(plus(far, constant(-ball[3], N_RATES)), metric)]
-
-
-def _of_tube(camera, pixel, tube, metric):
-    """Return the distance from the nearer of the two lines of a cylinder's silhouette."""
-    sight, axis = _sight(camera, pixel), _moving(_line(tube[:6]))
-    moment = linear(_scalar, bilinear(_join, sight, axis))
-    across = components(bilinear(lambda a, b: a * b - b * a, sight, axis), DIRECTION_OF_LINE)
-    far = quotient(scaled(2, moment), length(across))
-    return [_in_pixels(plus(scaled(select(far.value < 0, -1, 1), far), constant(-tube[6], N_RATES)), metric)]
-
-
-def _of_rim(camera, pixel, rim, metric):
-    """Return the distance from the image of a circle: its centre, its unit normal and its radius."""
-    centre = _moving(_place(rim[:3]))
-    x, y, z = rim[3:6]
-    height = rim[0] * x + rim[1] * y + rim[2] * z
-    plane = _moving(assemble(PGA3, {"e1": x, "e2": y, "e3": z, "e0": -height}))
-    hit = bilinear(lambda a, b: a ^ b, _sight(camera, pixel), plane)
-    weight = linear(lambda p: p["e123"], hit)
-    parts = zip(components(hit, DIRECTION), components(centre, DIRECTION), strict=True)
-    far = length([plus(quotient(one, weight), scaled(-1, other)) for one, other in parts])
-    return [_in_pixels(plus(far, constant(-rim[6], N_RATES)), metric)]
-
-
-KINDS = {"points": _of_point, "edges": _of_edge, "balls": _of_ball, "tubes": _of_tube, "rims": _of_rim}
-
-
-def _tables(values):
-    """Return, for each kind, its residuals and arrays: elements, pixels, cameras, weights."""
-    return [
-        (kind, values[name], values[f"{name}_pixels"], values[f"{name}_cameras"], values[f"{name}_weights"])
-        for name, kind in KINDS.items()
-    ]
+PLAIN_STAGE, ROBUST_STAGE, ENDED = 1, 2, 3
+COINCIDENT = Fraction(1, 10**24)
+"""Points coincide if their squared distances are this part of the squared distance from the origin."""
+FLAT = Fraction(1, 10**4)
+"""Points are in a plane if the smallest of the three sums of squares along their principal axes is this part."""
 
 
 def _share(residuals, weight, scale):
@@ -189,14 +57,14 @@ def _share(residuals, weight, scale):
     return weight * ratio * ratio, weight * far * ratio
 
 
-def _sums(m, values, unit, scale):
+def _sums(m, values, scale, metric):
     """Return the upper triangle and the right-hand side of the normal equations, and the sum of robust squares."""
-    table, slope, cost = (0,) * 21, (0,) * 6, 0
-    turned = _from_object(m, values["cameras"])
-    for kind, elements, pixels, cameras, weights in _tables(values):
+    table, slope, cost, unit = (0,) * 21, (0,) * 6, 0, values["unit"]
+    turned = in_object(m, values["cameras"])
+    for kind, elements, pixels, cameras, weights in tables(values):
 
         def of(element, pixel, weight, camera, kind=kind):
-            found = kind(camera, pixel, element, values["metric"])
+            found = kind(camera, pixel, element, metric)
             share, far = _share(found, weight, scale)
             rows = [(r, [*row[:3], *(unit * x for x in row[3:])]) for r, row in found]
             square_sums = tuple(share * sum(row[i] * row[j] for _, row in rows) for i in range(6) for j in range(i, 6))
@@ -210,7 +78,7 @@ def _sums(m, values, unit, scale):
 
 
 class Descent(NamedTuple):
-    """The best pose so far with its normal equations, and the next one to try."""
+    """The best pose of a stage so far with its normal equations, and the next one to try."""
 
     motor: Any
     candidate: Any
@@ -219,14 +87,21 @@ class Descent(NamedTuple):
     cost: Any
     damping: Any
     gain: Any
+    stage: Any
     done: Any
 
 
-def _step(now, values, unit, scale, tolerance):
-    """Compare a candidate with the best pose, and compute the next one."""
-    table, slope, cost = _sums(now.candidate, values, unit, scale)
+def _either(condition, a, b):
+    return assemble(a.algebra, {blade: select(condition, a[blade], b[blade]) for blade in MOTOR.blades})
+
+
+def _step(now, values):
+    """Compare a candidate with the best pose, and compute the next one; after the end of a stage, begin the next."""
+    scale = select(now.stage < ROBUST_STAGE, values["wide"], values["scale"])
+    metric = select(now.stage < PLAIN_STAGE, values["metric"], 0)
+    table, slope, cost = _sums(now.candidate, values, scale, metric)
     better = cost < now.cost
-    motor = assemble(PGA3, {b: select(better, now.candidate[b], now.motor[b]) for b in MOTOR.blades})
+    motor = _either(better, now.candidate, now.motor)
     table, slope = choose(better, table, now.table), choose(better, slope, now.slope)
     cost = select(better, cost, now.cost)
     damping = select(better, now.damping / 10, now.damping * 20)
@@ -238,21 +113,25 @@ def _step(now, values, unit, scale, tolerance):
     ]
     solution, _ = ga.solve_symmetric(damped, slope)
     gain = sum(s * x for s, x in zip(slope, solution, strict=True))
-    sizes = [1, 1, 1, unit, unit, unit]
-    bivector = _line([-s * x for s, x in zip(sizes, solution, strict=True)])
-    small = tolerance + SMALL_PART * cost
-    done = select(gain <= small, 1, select(damping > LARGEST_DAMPING, 1, 0))
-    return Descent(motor, motor * ga.exp(bivector), table, slope, cost, damping, gain, done)
+    sizes = [1, 1, 1, *[values["unit"]] * 3]
+    candidate = motor * ga.exp(line_of([-s * x for s, x in zip(sizes, solution, strict=True)]))
+    fine = gain <= values["tolerance"] + SMALL_PART * cost
+    ended = select(fine, 1, select(damping > LARGEST_DAMPING, 1, 0))
+    follows = select(now.stage < ROBUST_STAGE, ended, 0)
+    motor = _either(follows * fine > 0, candidate, motor)
+    cost, damping = select(follows > 0, UNKNOWN, cost), select(follows > 0, FIRST_DAMPING, damping)
+    candidate = _either(follows > 0, motor, candidate)
+    return Descent(motor, candidate, table, slope, cost, damping, gain, now.stage + follows, ended - follows)
 
 
 @kernel(
-    **MODEL, unit=SCALAR, scale=SCALAR, tolerance=SCALAR, metric=SCALAR,
-    returns=(MOTOR, array(SCALAR, 21), array(SCALAR, 6), array(SCALAR, 4)),
+    **MODEL, unit=SCALAR, scale=SCALAR, wide=SCALAR, tolerance=SCALAR, metric=SCALAR, stage=SCALAR, damping=SCALAR,
+    returns=(MOTOR, array(SCALAR, 21), array(SCALAR, 4)),
 )  # fmt: skip
 def refine_pose(
     m, cameras, points, points_pixels, points_cameras, points_weights, edges, edges_pixels, edges_cameras,
     edges_weights, balls, balls_pixels, balls_cameras, balls_weights, tubes, tubes_pixels, tubes_cameras,
-    tubes_weights, rims, rims_pixels, rims_cameras, rims_weights, unit, scale, tolerance, metric,
+    tubes_weights, rims, rims_pixels, rims_cameras, rims_weights, unit, scale, wide, tolerance, metric, stage, damping,
 ):  # fmt: skip
     """Refine the pose of an object by Levenberg-Marquardt steps on motors.
 
@@ -268,64 +147,237 @@ def refine_pose(
     unit
         The length, about the size of the object, that is equivalent to a rotation by one radian.
     scale
-        The distance in pixels at which measurements lose three quarters of their weight.
+        The distance in pixels at which measurements lose three quarters of their weight, in the last stage.
+    wide
+        The same for the stages before it, such as 1e6 for plain least squares.
     tolerance
         Steps end if the next one, which is still taken, is expected to decrease the sum of squares by less than this
         and a small part of it.
     metric
-        If positive, distances from silhouettes are measured at the object, with this number of pixels per unit of
-        length. Descents from far away need this; the minimum is not that of distances in pixels.
+        The number of pixels per unit of length in stage 0. Descents from far away need this stage; its minimum is not
+        that of distances in pixels.
+    stage
+        The first of three stages: 0 for distances from silhouettes at the object, 1 for distances in pixels, both with
+        the wide scale, and 2 for distances in pixels with the other scale, which is always the last stage.
+    damping
+        The factor of the diagonal of the normal equations that is added to it: 1e-4, or the result of a previous call.
 
     Returns
     -------
     motor
-    triangle, slope
+    triangle
         The upper triangle of the normal equations by the coefficients of B, with translations in multiples of `unit`,
-        and their right-hand side, at the last pose that was compared.
+        at the last pose that was compared.
     numbers
-        The sum of robust squares, whether the sum of squares is at a minimum, the number of steps, and the expected
-        decrease by a further step.
+        The sum of robust squares, or 1e30 if it is not at a minimum; the stage with which a further call continues, or
+        3 if the last one ended; the damping for this call; and the number of steps.
     """
     values = dict(locals())
 
     def body(now):
-        return _step(now, values, unit, scale, tolerance)
+        return _step(now, values)
 
-    start = Descent(m, m, (0,) * 21, (0,) * 6, UNKNOWN, FIRST_DAMPING, UNKNOWN, 0)
+    start = Descent(m, m, (0,) * 21, (0,) * 6, UNKNOWN, damping, UNKNOWN, stage, 0)
     found, ended, steps = iterate(body, start, lambda _, new: new.done > 0, STEPS)
     fine = found.gain <= tolerance + SMALL_PART * found.cost
-    motor = assemble(PGA3, {b: select(fine, found.candidate[b], found.motor[b]) for b in MOTOR.blades})
-    return motor, found.table, found.slope, (found.cost, ended * fine, steps, found.gain)
+    motor = _either(fine, found.candidate, found.motor)
+    # The first step of the next call divides the damping.
+    now = select(ended > 0, ENDED, found.stage), 10 * found.damping
+    return motor, found.table, (select(ended * fine > 0, found.cost, UNKNOWN), *now, steps)
 
 
-@kernel(**MODEL, returns=tuple(array(SCALAR, name, 2) for name in KINDS))
-def residuals_of_pose(
+def _covariance(triangle, unit, centre):
+    """Return the inverse of the normal equations by rotation vectors and displacements, and a bound of its condition.
+
+    The bound is the product of the traces of the matrix and its inverse.
+    """
+    matrix = square(triangle, 6)
+    inverse, pivots = ga.solve_symmetric(matrix, [[int(i == j) for j in range(6)] for i in range(6)])
+    traces = sum(matrix[k][k] for k in range(6)) * sum(absolute(inverse[k][k]) for k in range(6))
+    turns = [[0, 0, -2, 0, 0, 0], [0, 2, 0, 0, 0, 0], [-2, 0, 0, 0, 0, 0]]
+    levers = [cross(column, centre) for column in zip(*turns, strict=True)]
+    shifts = [[levers[j][i] + (-2 * unit if j == 3 + i else 0) for j in range(6)] for i in range(3)]
+    return congruent([*turns, *shifts], inverse), select(pivots > 0, traces, UNKNOWN)
+
+
+@kernel(
+    **MODEL, triangle=array(SCALAR, 21), unit=SCALAR, centre=array(SCALAR, 3), limit=SCALAR,
+    returns=(*(array(SCALAR, name) for name in KINDS), array(SCALAR, 6, 6), array(SCALAR, 5)),
+)  # fmt: skip
+def judge_pose(
     m, cameras, points, points_pixels, points_cameras, points_weights, edges, edges_pixels, edges_cameras,
     edges_weights, balls, balls_pixels, balls_cameras, balls_weights, tubes, tubes_pixels, tubes_cameras,
-    tubes_weights, rims, rims_pixels, rims_cameras, rims_weights,
+    tubes_weights, rims, rims_pixels, rims_cameras, rims_weights, triangle, unit, centre, limit,
 ):  # fmt: skip
-    """Compute, for each pixel, its distance from the image of its element, and the depth of the element.
+    """Compute distances of pixels from the images of their elements, and the covariance of a pose.
 
-    The distance is positive. The depth has the unit of the cameras' matrices, whose third rows should be unit planes.
+    Parameters
+    ----------
+    triangle, unit
+        As in `refine_pose`.
+    centre
+        The point of the object whose displacement the covariance describes.
+    limit
+        Pixels agree with the pose if their distance is at most this one.
+
+    Returns
+    -------
+    points, edges, balls, tubes, rims
+        The distance in pixels of each pixel.
+    covariance
+        The inverse of the normal equations by the rotation vector and the displacement of the centre, for a noise of
+        one pixel.
+    numbers
+        The sum of the weights of pixels that agree, that of their equations, the weighted sum of their squared
+        distances, the number of pixels whose element is not in front of the camera, and a bound of the condition of the
+        normal equations, which is too large if they are singular.
     """
     values = dict(locals())
-    turned = _from_object(m, values["cameras"])
-    anchors = {
-        "points": lambda p: _place(p), "balls": lambda b: _place(b[:3]), "rims": lambda r: _place(r[:3]),
-        "edges": _foot_of_line, "tubes": lambda t: _foot_of_line(_line(t[:6])),
-    }  # fmt: skip
-    results = []
-    for name, (kind, elements, pixels, cameras_of, _) in zip(KINDS, _tables(values), strict=True):
+    turned = in_object(m, values["cameras"])
+    results, numbers = [], (0, 0, 0, 0)
+    for (name, kind), (_, elements, pixels, cameras_of, weights) in zip(KINDS.items(), tables(values), strict=True):
 
-        def of(element, pixel, camera, kind=kind, anchor_of=anchors[name]):
-            far = ga.sqrt(sum(r * r for r, _ in kind(camera, pixel, element, 0)))
-            return far, _scalar(_planes(camera)[2] & anchor_of(element))
+        def of(element, pixel, camera, kind=kind):
+            return ga.sqrt(sum(r * r for r, _ in kind(camera, pixel, element, 0)))
 
-        results.append(each(of, elements, pixels, gather(turned, cameras_of)))
-    return tuple(results)
+        def behind(element, camera, anchor_of=ANCHORS[name]):
+            return select(scalar_of(planes_of(camera)[2] & anchor_of(element)) > 0, 0, 1)
+
+        far = each(of, elements, pixels, gather(turned, cameras_of))
+        count, squares = total(lambda f, w: choose(f <= limit, (w, w * f * f), (0, 0)), far, weights)
+        hidden = total(behind, elements, gather(turned, cameras_of))
+        equations = (2 if name == "points" else 1) * count
+        numbers = tuple(a + b for a, b in zip(numbers, (count, equations, squares, hidden), strict=True))
+        results.append(far)
+    covariance, condition = _covariance(triangle, unit, centre)
+    return *results, covariance, (*numbers, condition)
 
 
-def _foot_of_line(line):
-    """Return the point of a line that is nearest to the origin."""
-    foot = ga.inner_product(PGA3.multivector({"e123": 1}), line) ^ line
-    return foot / foot["e123"]
+def _centre_of_camera(camera):
+    """Return the point in which the three planes of a camera meet."""
+    first, second, third = planes_of(camera)
+    meet = first ^ second ^ third
+    return meet / meet["e123"]
+
+
+def _coordinates(point):
+    return tuple(point[name] for name in ("e032", "e013", "e021"))
+
+
+@kernel(m=MOTOR, thin=array(SCALAR, 3), centre=array(SCALAR, 3), camera=CAMERA, returns=MOTOR)
+def reverse_depth(m, thin, centre, camera):
+    """Reverse the depth of an object, near which a second minimum is likely.
+
+    The result is the product of the pose with two reflections, in the plane of the object through `centre` with the
+    unit normal `thin`, and in the plane through the same point orthogonal to its line of sight. Under parallel
+    projection this changes no image of an object in the first plane.
+    """
+    there = ga.sandwich(m, place_of(centre))
+    sight = [a - b for a, b in zip(_coordinates(there), _coordinates(_centre_of_camera(camera)), strict=True)]
+    size = ga.sqrt(dot(sight, sight) + TINY)
+    mirror = plane_of([x / size for x in sight], _coordinates(there))
+    return mirror * m * plane_of(thin, centre)
+
+
+@kernel(a=MOTOR, b=MOTOR, samples=array(SCALAR, "samples", 3), returns=SCALAR)
+def distance_of_poses(a, b, samples):
+    """Compute the mean squared distance between the places of samples of an object at two poses."""
+
+    def of(sample):
+        p = place_of(sample)
+        off = [x - y for x, y in zip(_coordinates(ga.sandwich(a, p)), _coordinates(ga.sandwich(b, p)), strict=True)]
+        return dot(off, off), 1
+
+    squares, count = total(of, samples)
+    return squares / count
+
+
+def _camera_axes(camera):
+    """Return the axes of a camera as rows, by Gram-Schmidt from the last one, and its calibration."""
+    first, second, third = (row[:3] for row in camera)
+    skew = dot(second, third)
+    y = [a - skew * b for a, b in zip(second, third, strict=True)]
+    fy = ga.sqrt(dot(y, y))
+    y = [a / fy for a in y]
+    x = cross(y, third)
+    return (x, y, third), (dot(first, x), dot(first, y), dot(first, third), fy, skew)
+
+
+def _calibrated(u, v, w, calibration):
+    """Return the solution x of ``K x = (u, v, w)``."""
+    fx, oblique, cx, fy, cy = calibration
+    y = (v - cy * w) / fy
+    return (u - cx * w - oblique * y) / fx, y, w
+
+
+@kernel(
+    camera=CAMERA, points=array(SCALAR, "points", 3), pixels=array(SCALAR, "points", 2), returns=(MOTOR, MOTOR),
+)  # fmt: skip
+def parallel_poses(camera, points, pixels):
+    """Compute the two poses of points whose images under scaled parallel projection are nearest to pixels.
+
+    The image is an affine map of rank two. Its rows are multiplied by a symmetric matrix so that they are orthogonal
+    and of equal length, and the second pose is the reversal of depth. For points in a plane, the components of the rows
+    along its normal are unknown, and follow from the same conditions up to a common sign.
+    """
+    axes, calibration = _camera_axes(camera)
+    normalised = each(lambda pixel: _calibrated(pixel[0], pixel[1], 1, calibration)[:2], pixels)
+    sums, count = total(lambda p, s: ((*p[:3], *s), 1), points, normalised)
+    centre, middle = [x / count for x in sums[:3]], [x / count for x in sums[3:]]
+
+    def products(p, s):
+        d = [x - c for x, c in zip(p[:3], centre, strict=True)]
+        e = [x - c for x, c in zip(s, middle, strict=True)]
+        return tuple(d[i] * d[j] for i in range(3) for j in range(i, 3)), tuple(x * y for x in e for y in d)
+
+    scatter, crossed = total(products, points, normalised)
+    values, vectors = ga.eigenvectors_symmetric(square(scatter, 3))
+    directions = list(zip(*vectors, strict=True))
+    least = FLAT * values[2] + COINCIDENT * count * dot(centre, centre)
+    is_wide = values[1] > least
+    # For points on a line, which determine no pose, any basis serves, but it should not depend on rounding.
+    directions = [
+        [select(is_wide, x, int(i == k)) for i, x in enumerate(direction)] for k, direction in enumerate(directions)
+    ]
+    weights = [select(value > least, 1 / (value + TINY), 0) for value in values]
+    along = [[dot(crossed[3 * k : 3 * k + 3], d) * w for d, w in zip(directions, weights, strict=True)] for k in (0, 1)]
+    rows = [[sum(a * d[i] for a, d in zip(row, directions, strict=True)) for i in range(3)] for row in along]
+    thin, thick = directions[0], values[0] > least
+    aa, ab, bb = dot(rows[0], rows[0]), dot(rows[0], rows[1]), dot(rows[1], rows[1])
+    # Points in space: (A A^T)^(-1/2) A, whose mean singular value is half the trace of the square root.
+    root = ga.sqrt(ga.maximum(aa * bb - ab * ab, 0))
+    trace = ga.sqrt(aa + bb + 2 * root + TINY)
+    part = 1 / (root * trace + TINY)
+    solid = [
+        [part * ((bb + root) * x - ab * y) for x, y in zip(*rows, strict=True)],
+        [part * ((aa + root) * y - ab * x) for x, y in zip(*rows, strict=True)],
+    ]
+    # Points in a plane: the components (z, w) along its normal satisfy (z + i w)^2 = bb - aa - 2 i ab.
+    size = ga.sqrt((bb - aa) * (bb - aa) + 4 * ab * ab)
+    z = ga.sqrt(ga.maximum(size + bb - aa, 0) / 2)
+    w = select(ab > 0, -1, 1) * ga.sqrt(ga.maximum(size + aa - bb, 0) / 2)
+    scale = select(thick, trace / 2, ga.sqrt(aa + z * z + TINY))
+    options = []
+    for sign in (1, -1):
+        flat = [
+            [(x + sign * c * t) / scale for x, t in zip(row, thin, strict=True)]
+            for row, c in zip(rows, (z, w), strict=True)
+        ]
+        deep = (
+            solid
+            if sign == 1
+            else [[x - 2 * dot(row, thin) * t for x, t in zip(row, thin, strict=True)] for row in solid]
+        )
+        options.append([choose(thick, one, other) for one, other in zip(deep, flat, strict=True)])
+    offset = _calibrated(*(row[3] for row in camera), calibration)
+    return tuple(_whole(two, axes, centre, [*(x / scale for x in middle), 1 / scale], offset) for two in options)
+
+
+def _whole(two, axes, centre, place, offset):
+    """Return a pose in the world from two rows of a rotation and the place of a centre in the frame of a camera."""
+    rotation = [*two, cross(*two)]
+    turned = [[sum(axes[k][i] * rotation[k][j] for k in range(3)) for j in range(3)] for i in range(3)]
+    off = [a - b for a, b in zip(place, offset, strict=True)]
+    there = [sum(axes[k][i] * off[k] for k in range(3)) for i in range(3)]
+    shift = [t - dot(row, centre) for t, row in zip(there, turned, strict=True)]
+    return translator_of(shift) * rotor_of(quaternion_of_matrix(turned))

@@ -6,6 +6,8 @@ from scipy.spatial import cKDTree
 from algorithms.grasping import measure_silhouettes
 from algorithms.grasping.pictures_of_images import plot_silhouettes
 from algorithms.grasping.pictures_of_scenes import animate_scenes, plot_scene, plot_view
+from algorithms.grasping.pose_pictures import plot_poses
+from generated import pga3
 from tests.support.grasp_scene import HOME, TARGET, motor, scene
 from tests.support.image_scene import BOX, NEAR, RED, plain
 
@@ -37,3 +39,17 @@ def test_contours_and_the_projected_model() -> None:
         assert axes.get_title() == "OK"
     nothing = measure_silhouettes(BOX, cameras, images, NEAR, colour=(0, 0, 1))
     assert [len(axes.lines) for axes in plot_silhouettes(BOX, nothing, images).axes] == [0, 0]
+
+
+def test_poses_are_drawn_over_a_view() -> None:
+    built = scene(motor((0, 0, 0), TARGET))
+    one, view = built.object("box"), built.render("box", 0.0)[0]
+    off = pga3.motor_product(one.pose, motor((0, 0, 0.1), (0.01, 0, 0)))
+    axes = plot_poses(view, one.model, {"start": off, "found": one.pose}).axes[0]
+    assert [line.get_label() for line in axes.lines] == ["points", "edges", "start", "found"]
+    ours = axes.lines[3].get_xydata()
+    measured = axes.lines[1].get_xydata()
+    gaps = np.linalg.norm(measured[:, None] - ours, axis=-1).min(1)
+    assert gaps.max() < 1e-6 < np.linalg.norm(measured[:, None] - axes.lines[2].get_xydata(), axis=-1).min(1).max()
+    low, high = np.sort(axes.get_ylim())
+    assert low <= measured[:, 1].min() and measured[:, 1].max() <= high

@@ -8,14 +8,13 @@ from algorithms.grasping.pose_models import ObjectModel, View
 from algorithms.grasping.pose_status import PoseStatus
 from algorithms.vision.camera import Camera
 from generated import pga3
+from tests.support.object_views import BOX as CUBE
+from tests.support.object_views import BOX_EDGES as EDGES
+from tests.support.object_views import ball_silhouette, motor, view_of
 
 NOISE = 0.3
-CUBE = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * [0.04, 0.06, 0.03]
-EDGES = [[a, b] for k, a in enumerate(CUBE) for b in CUBE[k + 1 :] if (a != b).sum() == 1]
-
-
-def motor(turn, shift=(0.0, 0.0, 0.0)):
-    return pga3.motor_from_rotation_vector_translation(np.array(turn, float), np.array(shift, float))
+WIDE = (0.1, 0.1)
+"""A tolerance that every verified pose meets."""
 
 
 def cameras(n=2):
@@ -38,57 +37,8 @@ def distance(found, truth, centre):
     return angle, 1e3 * np.linalg.norm(pga3.move_point(found, centre) - pga3.move_point(truth, centre))
 
 
-def ball_silhouette(camera, centre, radius, angles):
-    """Pixels of the silhouette by the tangent cone, from the circle in which it touches the sphere."""
-    origin = pga3.move_point(camera.pose, np.zeros(3))
-    to = centre - origin
-    far = np.linalg.norm(to)
-    axis = to / far
-    x = np.cross(axis, [0.3, 0.5, 0.8])
-    x /= np.linalg.norm(x)
-    y = np.cross(axis, x)
-    middle, size = centre - axis * radius**2 / far, radius * np.sqrt(1 - (radius / far) ** 2)
-    return camera.project(middle + size * (np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * y))
-
-
-def tube_silhouette(camera, ends, radius, t):
-    """Pixels of both sides of a cylinder: points at which the normal is orthogonal to the line of sight."""
-    axis = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
-    origin = pga3.move_point(camera.pose, np.zeros(3))
-    to = ends[0] - origin
-    across = to - (to @ axis) * axis
-    far = np.linalg.norm(across)
-    u = across / far
-    v = np.cross(axis, u)
-    s = np.sqrt(1 - (radius / far) ** 2)
-    rows = [ends[0] + np.outer(t, ends[1] - ends[0]) + radius * (-radius / far * u + sign * s * v) for sign in (1, -1)]
-    return camera.project(np.concatenate(rows))
-
-
-def rim_image(camera, rim, angles):
-    x = np.cross(rim[3:6], [0.3, 0.5, 0.8])
-    x /= np.linalg.norm(x)
-    y = np.cross(rim[3:6], x)
-    return camera.project(rim[:3] + rim[6] * (np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * y))
-
-
 def can_views(model, truth, rng, n=2, noise=NOISE):
-    found = []
-    for camera in cameras(n):
-        ends = pga3.move_point(truth, model.tubes[0, :6].reshape(2, 3))
-        sides = tube_silhouette(camera, ends, model.tubes[0, 6], np.linspace(0.05, 0.95, 40))
-        moved = [[*pga3.move_point(truth, r[:3]), *pga3.move_direction(truth, r[3:6]), r[6]] for r in model.rims]
-        circles = [rim_image(camera, np.array(r), np.linspace(0, 2 * np.pi, 40)) for r in moved]
-        rims = np.concatenate(circles)
-        at = np.repeat([0, 1], 40)
-        found.append(
-            View(
-                camera,
-                tubes=(np.zeros(80, int), sides + rng.normal(0, noise, sides.shape)),
-                rims=(at, rims + rng.normal(0, noise, rims.shape)),
-            )
-        )
-    return found
+    return [view_of(model, truth, camera, rng, noise=noise) for camera in cameras(n)]
 
 
 def test_points_and_edges_without_noise() -> None:
@@ -149,25 +99,17 @@ def test_spheres_determine_a_pose_by_silhouettes() -> None:
 def test_a_can_is_symmetric_and_its_axis_is_found() -> None:
     rng = np.random.default_rng(4)
     model = ObjectModel.of(cylinders=[[0, 0, -0.05, 0, 0, 0.05, 0.033]])
-    without_start = []
     for _ in range(20):
         truth = motor(rng.normal(size=3) * 0.3 + [1.2, 0, 0], (0.05, 0.02, 0.65))
         views = can_views(model, truth, rng)
         near = pga3.motor_product(truth, motor((0.02, -0.02, 0.2), (0.002, 0.003, -0.002)))
         for start in (near, None):
             found = estimate_pose(model, views, start)
-            if start is None:
-                without_start.append(found.status)
-                # Descents from a coarse start may end beside the minimum; then no pose is returned.
-                assert found.status == PoseStatus.SYMMETRIC or np.isnan(found.motor).all()
-                if found.status != PoseStatus.SYMMETRIC:
-                    continue
             assert found.status == PoseStatus.SYMMETRIC and len(found.freedoms) == 1
             # The freedom is a turn about the axis z, e12, alone.
             assert np.abs(found.freedoms[0] / np.abs(found.freedoms[0]).max())[1:].max() < 1e-3
             ends = model.tubes[0, :6].reshape(2, 3)
             assert np.abs(pga3.move_point(found.motor, ends) - pga3.move_point(truth, ends)).max() < 5e-4
-    assert without_start.count(PoseStatus.SYMMETRIC) >= 12
 
 
 def test_one_sphere_has_three_freedoms() -> None:
@@ -193,7 +135,7 @@ def test_wrong_pixels_are_rejected() -> None:
         views = views_of_points(points, truth, rng)
         for view in views:
             view.points[:6] += rng.uniform(20, 80, (6, 2))
-        found = estimate_pose(model, views)
+        found = estimate_pose(model, views, tolerance=WIDE)
         assert found.status == PoseStatus.OK
         assert not found.inliers["points"][:6].any() and found.inliers["points"][6:30].all()
         angle, shift = distance(found.motor, truth, model.centre)
@@ -206,14 +148,15 @@ def test_flips_of_flat_objects_are_reported_and_never_ok() -> None:
     statuses = []
     for _ in range(200):
         truth = motor(rng.normal(size=3) * 0.5, (0, 0, 2.5))
-        found = estimate_pose(model, views_of_points(model.points, truth, rng, n=1))
+        found = estimate_pose(model, views_of_points(model.points, truth, rng, n=1), tolerance=(10.0, 10.0))
         statuses.append(found.status)
         if found.status == PoseStatus.OK:
             angle, shift = distance(found.motor, truth, model.centre)
             assert np.radians(angle) < 5 * found.deviations[0] and 1e-3 * shift < 5 * found.deviations[1]
         if found.status == PoseStatus.AMBIGUOUS:
             every = [found.motor, *found.alternatives]
-            assert min(distance(m, truth, model.centre)[0] for m in every) < 10
+            nearest = min(distance(m, truth, model.centre)[0] for m in every)
+            assert np.radians(nearest) < 5 * found.deviations[0]
     assert PoseStatus.AMBIGUOUS in statuses
 
 
@@ -248,7 +191,7 @@ def test_a_given_start_tracks() -> None:
     model = ObjectModel.of(points=CUBE)
     truth = pose(rng)
     before = pga3.motor_product(truth, motor((0.1, -0.05, 0.1), (0.01, 0.01, -0.02)))
-    found = estimate_pose(model, views_of_points(CUBE, truth, rng), start=before)
+    found = estimate_pose(model, views_of_points(CUBE, truth, rng), start=before, tolerance=WIDE)
     assert found.status == PoseStatus.OK and distance(found.motor, truth, model.centre)[1] < 0.7
 
 
@@ -262,6 +205,10 @@ def test_wrong_arguments_are_refused() -> None:
         estimate_pose(model, View(cameras()[0], points=np.zeros((8, 2))), noise=0.0)
     with pytest.raises(ValueError, match="unit motor"):
         estimate_pose(model, View(cameras()[0], points=np.zeros((8, 2))), start=np.ones(8))
+    with pytest.raises(ValueError, match="two positive numbers"):
+        estimate_pose(model, View(cameras()[0], points=np.zeros((8, 2))), tolerance=(0.1, 0.0))
+    with pytest.raises(ValueError, match="the pixels of one image"):
+        estimate_pose(model, View(cameras()[0], points=np.zeros((2, 8, 2))))
     with pytest.raises(ValueError, match="no element"):
         ObjectModel.of()
     with pytest.raises(ValueError, match="radius"):
