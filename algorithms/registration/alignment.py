@@ -29,6 +29,8 @@ _MARGIN = 0.05
 """Part of the support by which two poses may differ and still explain the data equally well."""
 _PROMISING = 0.7
 """Part of the support of the best pose that a pose by symmetry needs before it is refined."""
+_OWN = 0.1
+"""Distance in spacings up to which a neighbour is the same point."""
 _COINCIDENT = 0.4
 """Distance of neighbours in spacings of the target, up to which they are the same points."""
 _SHIFTS = 1.2
@@ -112,16 +114,21 @@ def planes_of(surface: Surface) -> Surface:
     return replace(surface, across=still, along=still + 1)
 
 
-def support(motor: Reals, task: Task) -> float:
-    """Return the weighted share of the points near the surfaces, for a motor."""
+def support(motor: Reals, task: Task, *, own: bool = True) -> float:
+    """Return the weighted share of the points near the surfaces, for a motor.
+
+    If the clouds contain the same points, the true pose has more support than any other pose of a symmetric object,
+    only because points are at their own places. Without these, distances are those from other points.
+    """
     return sum(
-        factor * _share(moved_points(motor, part), part, task.reach)
+        factor * _share(moved_points(motor, part), part, task.reach, own)
         for factor, part in zip(task.factors, task.parts, strict=True)
     )
 
 
-def _share(moved: Reals, part: Part, reach: Reach) -> float:
-    distances = neighbours(part.surface, moved, reach.gate)[2]
+def _share(moved: Reals, part: Part, reach: Reach, own: bool) -> float:
+    least = 0.0 if own else _OWN * part.surface.cloud.spacing
+    distances = neighbours(part.surface, moved, reach.gate, least)[2]
     return float(part.weights @ (1 + (distances / reach.scale) ** 2) ** -2.0 / part.weights.sum())
 
 
@@ -146,14 +153,14 @@ def apart(one: Reals, others: Reals, task: Task, free: Reals | None = None) -> R
     return np.asarray((angle > _APART) | (shift > _APART_SHIFT * task.size))
 
 
-def different(motors: Reals, scores: Reals, task: Task, most: int = _REPORTED, free: Reals | None = None) -> Reals:
-    """Return the best of motors of which no two are about the same."""
-    left = motors[np.argsort(-scores, kind="stable")]
-    kept: list[Reals] = []
+def different(motors: Reals, scores: Reals, task: Task, most: int = _REPORTED, free: Reals | None = None) -> list[int]:
+    """Return the rows of the best of motors, best first, of which no two are about the same."""
+    left = np.argsort(-scores, kind="stable")
+    kept: list[int] = []
     while len(left) and len(kept) < most:
-        kept.append(left[0])
-        left = left[apart(left[0], left, task, free)]
-    return np.stack(kept)
+        kept.append(int(left[0]))
+        left = left[apart(motors[left[0]], motors[left], task, free)]
+    return kept
 
 
 def hypothesis_refined(motor: Reals, task: Task) -> Reals:
@@ -211,10 +218,12 @@ def solved(
         Returns which of several motors fit as well as the first one by a further criterion.
     """
     scores = np.array([support(motor, task) for motor in fine])
-    likely = scores > (1 - 2 * _MARGIN) * scores.max() - 2 * task.noise
-    fine = different(fine[likely], scores[likely], task)
+    level = min(float(scores.max()), support(fine[int(np.argmax(scores))], task, own=False))
+    likely = scores > (1 - 2 * _MARGIN) * level - 2 * task.noise
+    fine = fine[likely][different(fine[likely], scores[likely], task)]
     scores = np.array([support(motor, last) for motor in fine])
-    bound = (1 - _MARGIN) * scores.max() - last.noise
+    level = min(float(scores.max()), support(fine[int(np.argmax(scores))], last, own=False))
+    bound = (1 - _MARGIN) * level - last.noise
     poses = [polished(motor, last) for motor in fine[scores > bound]]
     scores = np.array([support(pose.motor, last) for pose in poses])
     best, most = poses[int(np.argmax(scores))], float(scores.max())
@@ -228,7 +237,8 @@ def solved(
         better = polished(motor, last).motor
         return better if support(better, last) > bound else None
 
-    motors = different(np.stack([pose.motor for pose in poses]), scores, last, free=free)
+    motors = np.stack([pose.motor for pose in poses])
+    motors = motors[different(motors, scores, last, free=free)]
     if supported and len(motors) > 1:
         motors = np.stack(completed(list(motors), last, free, accepted))
     if same is not None and len(motors) > 1:

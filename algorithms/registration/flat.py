@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from generated import pga3
 
 from ..arguments import Reals
-from .alignment import Found, Task, different, hypothesis_refined, Reach, reach_of, solved, support
+from .alignment import Found, Reach, Task, different, hypothesis_refined, reach_of, solved, support
 from .clouds import Cloud, cloud_of, levels, normals_of
 from .refinement import Part, Surface, neighbours, planes_target, points_target
 
@@ -71,7 +71,7 @@ def flat_registered(source_points: Reals, target_points: Reals) -> Found:
     task = last = _task(source, target)
     fine = np.stack([hypothesis_refined(motor, task) for motor in _in_plane(source, target)])
     scores = np.array([support(motor, task) for motor in fine])
-    fine = different(fine, scores, task)
+    fine = fine[different(fine, scores, task)]
     if max(len(source_points), len(target_points)) > 2 * _SEARCH:
         source, target = (_flat(cloud) for cloud in levels(source_points, target_points, _FINISH))
         last = _task(source, target)

@@ -74,7 +74,7 @@ def line_registered(source_points: Reals, target_points: Reals) -> Found:
     surface = Surface(cloud, np.tile(direction, (n, 1)), np.ones(n), -np.ones(n))
     gate = max(4 * cloud.spacing, 2 * length / fewest)
     moved = np.asarray(pga3.move_point(motors[0], source_points))
-    far, rows = cloud.tree.query(moved)
+    rows = cloud.tree.query(moved)[1]
     off = moved - cloud.points[rows]
     off -= (off @ direction)[:, None] * direction
     residual = float(np.sqrt((off**2).sum(1).mean()))

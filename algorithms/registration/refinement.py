@@ -87,9 +87,17 @@ def lines_target(cloud: Cloud, directions: Reals) -> Surface:
     return Surface(cloud, directions, np.ones(n), np.full(n, _ACROSS - 1))
 
 
-def neighbours(target: Surface, points: Reals, gate: float) -> tuple[Any, Any, Reals]:
-    """Return the row of the nearest point within a gate, whether there is one, and the distance from its surface."""
-    far, rows = target.cloud.tree.query(points, distance_upper_bound=gate)
+def neighbours(target: Surface, points: Reals, gate: float, least: float = 0.0) -> tuple[Any, Any, Reals]:
+    """Return the row of the nearest point within a gate, whether there is one, and the distance from its surface.
+
+    If the nearest point is nearer than the least distance, the second one is taken.
+    """
+    if least:
+        far, rows = target.cloud.tree.query(points, 2, distance_upper_bound=gate)
+        second = (far[:, 0] < least).astype(int)
+        far, rows = far[np.arange(len(far)), second], rows[np.arange(len(far)), second]
+    else:
+        far, rows = target.cloud.tree.query(points, distance_upper_bound=gate)
     found = np.isfinite(far)
     rows = np.where(found, rows, 0)
     off = points - target.cloud.points[rows]

@@ -25,7 +25,7 @@ _HYPOTHESES = 20
 _LEAST_SUPPORT, _LEAST_GAIN = 0.45, 0.15
 """Least support of a pose, and by how much it has to exceed the support of poses beside it."""
 _HOPELESS = 0.7
-"""Part of the best score below which hypotheses are not refined."""
+"""Part of the second best score below which hypotheses are not refined."""
 _MOST_RATIO = 3.0
 
 
@@ -126,9 +126,10 @@ def _registered(source_points: Reals, target_points: Reals) -> Found:
     source, target = levels(source_points, target_points, _SEARCH)
     motors, scores = descended(source, target, correlated_poses(source, target))
     task = _task(source, target)
-    hopeful = scores > _HOPELESS * scores.max()
-    motors = different(motors[hopeful], scores[hopeful], task, _HYPOTHESES)
-    fine = np.stack([hypothesis_refined(motor, task) for motor in motors])
+    rows = different(motors, scores, task, _HYPOTHESES)
+    # The second best, since the best one has no rivals if the clouds contain the same points.
+    rows = [row for row in rows if scores[row] >= _HOPELESS * scores[rows[:2][-1]]]
+    fine = np.stack([hypothesis_refined(motors[row], task) for row in rows])
     last = task
     if max(len(source_points), len(target_points)) > 2 * _SEARCH:
         last = _task(*levels(source_points, target_points, _FINISH))
@@ -168,8 +169,8 @@ def _in_units(found: Found, rows: Reals, from_here: Reals, to_here: Reals, unit:
     size = np.linalg.norm(free, axis=1, keepdims=True)
     motors = whole(found.motors)
     return Registration(
-        motors[0], inliers, found.status, Poses(motors, found.scores), moves @ found.covariance @ moves.T, found.residual * unit,
-        found.coverage, float(found.scores[0]), found.contrast, free / size if len(free) else free,
+        motors[0], inliers, found.status, Poses(motors, found.scores), moves @ found.covariance @ moves.T,
+        found.residual * unit, found.coverage, float(found.scores[0]), found.contrast, free / size if len(free) else free,
     )  # fmt: skip
 
 
