@@ -12,11 +12,13 @@ from generated import pga3
 
 from ..arguments import Reals
 from .clouds import Cloud
-from .refinement import Part, Refined, Surface, moved_points, neighbours, refined
+from .refinement import Part, Refined, Surface, moved_points, neighbours, planes_target, refined
 from .rigid_status import RegistrationStatus
 
 _REPORTED = 64
 """The most poses that are reported: a dodecahedron has 60."""
+_TRIES = 80
+"""The most candidates by symmetry that are refined."""
 _APART, _APART_SHIFT = np.radians(8.0), 0.08
 """Angle, and shift relative to the size, up to which poses count as the same."""
 _FINE_GATES = (3.0, 2.0, 1.4, 1.0)
@@ -189,12 +191,14 @@ def completed(motors: list[Reals], task: Task, free: Reals, accept: Callable[[Re
     """Add the poses that follow from symmetries: what takes one pose to another is applied to all of them."""
     found = list(motors)
     queue = [(i, j) for i in range(len(found)) for j in range(len(found))]
-    while queue and len(found) < _REPORTED:
+    tries = 0
+    while queue and len(found) < _REPORTED and tries < _TRIES:
         i, j = queue.pop(0)
         symmetry = pga3.motor_product(found[i], pga3.motor_inverse(found[0]))
         candidate = np.asarray(pga3.motor_product(symmetry, found[j]))
         if not all(apart(one, candidate, task, free) for one in found):
             continue
+        tries += 1
         new = accept(candidate)
         if new is not None and all(apart(one, new, task, free) for one in found):
             found.append(new)
@@ -260,6 +264,20 @@ def solved(
     return Found(
         status, motors[order], scores[order], covariance, residual, coverage, contrast, free,
         planes_of(last.parts[0].surface), gate,
+    )  # fmt: skip
+
+
+def inverted(found: Found, task: Task) -> Found:
+    """Return the registration of the target to the source, given that of the source to the target."""
+    motors = np.asarray(pga3.motor_inverse(found.motors))
+    moves = np.asarray(pga3.move_line(motors[0], np.eye(6))).T
+    free = found.free @ moves.T
+    if len(free):
+        free = np.linalg.qr(free.T)[0].T
+    near = task.target.tree.query(pga3.move_point(found.motors[0], task.source.points), distance_upper_bound=found.gate)
+    return replace(
+        found, motors=motors, covariance=moves @ found.covariance @ moves.T, free=free,
+        coverage=float(np.isfinite(near[0]).mean()), surface=planes_of(planes_target(task.source)),
     )  # fmt: skip
 
 

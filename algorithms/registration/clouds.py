@@ -19,6 +19,8 @@ FEWEST = 20
 """Different points that a cloud needs."""
 _NEIGHBOURS, _NORMAL_NEIGHBOURS = 6, 12
 _MOST_WEIGHT = 3.0
+_UNEVEN = (0.3, 0.95)
+"""Quantiles of distances of neighbours whose ratio is large among outliers."""
 _STRICT = 2e-3
 """Ratio of extents below which a cloud has no thickness that could be compared with another one."""
 _LINE, _FLAT, _ALSO = 0.02, 0.2, 1.5
@@ -43,12 +45,15 @@ class Cloud:
         Large where points are dense, at most 3: uniform outliers have small weights.
     spacing : float
         The median distance to the sixth neighbour.
+    unevenness : float
+        The ratio of large to small distances to the sixth neighbour, which outliers increase.
     """
 
     points: Reals
     tree: Any
     weights: Reals
     spacing: float
+    unevenness: float
 
     @property
     def centre(self) -> Reals:
@@ -104,13 +109,20 @@ def shape_of(source: Reals, target: Reals) -> tuple[Shape, RegistrationStatus]:
     return (Shape.MIXED, RegistrationStatus.COPLANAR) if flat < _STRICT else (Shape.SOLID, RegistrationStatus.OK)
 
 
+def thickness(source: Reals, target: Reals) -> float:
+    """Return the smaller ratio of the third to the second extent of two clouds."""
+    extents = [np.linalg.svd(points - points.mean(0), compute_uv=False) for points in (source, target)]
+    return float(min(e[2] / e[1] for e in extents))
+
+
 def cloud_of(points: Reals) -> Cloud:
     """Build the tree of a cloud, and weights of points by the distance to their neighbours."""
     tree = cKDTree(points)
     far = tree.query(points, min(_NEIGHBOURS, len(points) - 1) + 1)[0][:, -1]
     spacing = float(np.median(far))
     weights = np.minimum((spacing / np.maximum(far, 1e-12 * spacing)) ** 2, _MOST_WEIGHT)
-    return Cloud(points, tree, weights, spacing)
+    low, high = np.quantile(far, _UNEVEN)
+    return Cloud(points, tree, weights, spacing, float(high / low))
 
 
 def thinned(points: Reals, voxel: float) -> Reals:

@@ -17,6 +17,10 @@ _CELLS = 2048
 """Cells along the line, over twice the length of both clouds."""
 _POINTS_OF_BLUR = 12.0
 """Points of the smaller cloud within the standard deviation of a smoothed density."""
+_LEAST_BLUR = 0.01
+"""Least standard deviation of the smoothing, as part of the length."""
+_NOISE = 0.3
+"""Mean loss of support by the noise of two smoothed uniform densities, times the root of the points of a blur."""
 _LEAST_SUPPORT = 0.5
 _ALIKE = 3.0
 """Standard errors by which the supports of two poses may differ."""
@@ -38,15 +42,17 @@ def line_registered(source_points: Reals, target_points: Reals) -> Found:
     other, its_frame = _along(target_points)
     length = max(np.ptp(mine), np.ptp(other))
     fewest = min(len(mine), len(other))
-    blur = length * _POINTS_OF_BLUR / fewest
+    points = max(_POINTS_OF_BLUR, _LEAST_BLUR * fewest)
+    blur = length * points / fewest
     cell = 4 * length / _CELLS
     poses = []
     for side in (1.0, -1.0):
         scores, shifts = _supports(side * mine, other, blur, cell)
         poses.append((side, scores, shifts))
     most = max(float(scores.max()) for _, scores, _ in poses)
-    # The smaller of two noisy densities is below both by as much as the noise of the cells.
-    bound = most - _ALIKE * np.sqrt(most / fewest)
+    # The smaller of two noisy densities is below both, except if the clouds contain the same points.
+    level = min(most, 1 - _NOISE / np.sqrt(points))
+    bound = level - _ALIKE * np.sqrt(most / fewest)
     wide = max(3, round(2 * _PEAK * blur / cell) | 1)
     sides, found, free_shift = [], [], False
     for side, scores, shifts in poses:
@@ -55,7 +61,7 @@ def line_registered(source_points: Reals, target_points: Reals) -> Found:
             continue
         # A shift by a part of the length leaves at least that part of a cloud without partners.
         equal = shifts[scores >= bound]
-        free_shift |= bool(np.ptp(equal) > _PLATEAU * blur + 2 * (most - bound) * length)
+        free_shift |= bool(np.ptp(equal) > _PLATEAU * blur + 2 * max(most - bound, 0) * length)
         best = peaks[[int(np.argmax(scores[peaks]))]] if free_shift else peaks
         sides += [side] * len(best)
         found += [_sharpened(side * mine, other, float(shifts[k]), blur) for k in best]

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals
-from .alignment import Found, Task, different, hypothesis_refined, reach_of, solved
-from .clouds import Cloud, Shape, levels, shape_of, valid_points
+from .alignment import Found, Task, different, hypothesis_refined, inverted, reach_of, solved
+from .clouds import Cloud, Shape, levels, shape_of, thickness, valid_points
 from .flat import flat_registered
 from .hypotheses import correlated_poses, descended
 from .lines import line_registered
@@ -22,11 +22,15 @@ from .rigid_status import RegistrationStatus
 _SEARCH, _FINISH = 2200, 11000
 """Points to which larger clouds are thinned, for the search and for the last refinement."""
 _HYPOTHESES = 20
+_UNEVEN = 1.05
+"""How much less even than the source the target has to be for the target to be moved to the source."""
 _LEAST_SUPPORT, _LEAST_GAIN = 0.45, 0.15
 """Least support of a pose, and by how much it has to exceed the support of poses beside it."""
 _HOPELESS = 0.7
 """Part of the second best score below which hypotheses are not refined."""
 _MOST_RATIO = 3.0
+_THICK = 0.1
+"""Ratio of the third to the second extent from which on flat clouds are also registered as solid ones."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,27 +122,34 @@ def register(source: ArrayLike, target: ArrayLike) -> Registration:
     if not 1 / _MOST_RATIO < ratio < _MOST_RATIO:
         return _nothing(RegistrationStatus.DIFFERENT_UNITS, len(rows))
     method = {Shape.SOLID: _registered, Shape.FLAT: flat_registered, Shape.LINE: line_registered}[shape]
-    found = method((source_points - from_here) / unit, (target_points - to_here) / unit)
+    points = (source_points - from_here) / unit, (target_points - to_here) / unit
+    found = method(*points)
+    if shape == Shape.FLAT and found.status == RegistrationStatus.NO_SUPPORT and thickness(*points) > _THICK:
+        found = _registered(*points)
     return _in_units(found, rows, from_here, to_here, unit)
 
 
 def _registered(source_points: Reals, target_points: Reals) -> Found:
-    source, target = levels(source_points, target_points, _SEARCH)
-    motors, scores = descended(source, target, correlated_poses(source, target))
-    task = _task(source, target)
+    """Register the cloud with more scattered points to the other one, whose surface is better known."""
+    clouds = levels(source_points, target_points, _SEARCH)
+    swapped = clouds[1].unevenness > _UNEVEN * clouds[0].unevenness
+    task = last = _task(*clouds[::-1]) if swapped else _task(*clouds)
+    motors, scores = descended(task.source, task.target, correlated_poses(task.source, task.target))
     rows = different(motors, scores, task, _HYPOTHESES)
     # The second best, since the best one has no rivals if the clouds contain the same points.
     rows = [row for row in rows if scores[row] >= _HOPELESS * scores[rows[:2][-1]]]
     fine = np.stack([hypothesis_refined(motors[row], task) for row in rows])
-    last = task
     if max(len(source_points), len(target_points)) > 2 * _SEARCH:
-        last = _task(*levels(source_points, target_points, _FINISH))
-    return solved(fine, task, last, (_LEAST_SUPPORT, _LEAST_GAIN), None)
+        clouds = levels(source_points, target_points, _FINISH)
+        last = _task(*clouds[::-1]) if swapped else _task(*clouds)
+    found = solved(fine, task, last, (_LEAST_SUPPORT, _LEAST_GAIN), None)
+    return inverted(found, last) if swapped else found
 
 
 def _task(source: Cloud, target: Cloud) -> Task:
     part = Part(source.points, source.weights, planes_target(target))
-    return Task(source, target, (part,), (1.0,), reach_of(target.spacing, min(source.size, target.size)), np.eye(3))
+    reach = reach_of(target.spacing, min(source.size, target.size))
+    return Task(source, target, (part,), (1.0,), reach, np.eye(3))
 
 
 def _nothing(status: RegistrationStatus, count: int) -> Registration:
