@@ -6,6 +6,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from generated import pga3
+from generated import registration as kernels
 
 from ..arguments import Reals
 from .alignment import Found
@@ -70,12 +71,12 @@ def line_registered(source_points: Reals, target_points: Reals) -> Found:
     )
     order = np.argsort(-scores, kind="stable")
     motors = np.stack([_motor(my_frame, its_frame, sides[k], found[k]) for k in order])
-    turn = np.asarray(pga3.move_line(its_frame, np.eye(6)[2]))
+    direction = np.asarray(pga3.move_direction(its_frame, np.eye(3)[0]))
+    turn = np.asarray(kernels.turn_about_line(pga3.move_point(its_frame, np.zeros(3)), direction))
     slide = np.asarray(pga3.move_line(its_frame, np.eye(6)[3]))
     free = np.stack([turn, slide]) if free_shift else turn[None]
     free /= np.linalg.norm(free, axis=1, keepdims=True)
     cloud = cloud_of(target_points)
-    direction = np.asarray(pga3.move_direction(its_frame, np.eye(3)[0]))
     n = len(target_points)
     surface = Surface(cloud, np.tile(direction, (n, 1)), np.ones(n), -np.ones(n))
     gate = max(4 * cloud.spacing, 2 * length / fewest)

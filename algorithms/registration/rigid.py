@@ -60,17 +60,21 @@ class Registration:
         The rows of the source that are on the target.
     status : RegistrationStatus
     poses : Poses
-        All poses found that explain the data equally well.
+        All poses found that explain the data equally well, one of each family that free motions connect.
     covariance : array, (6, 6)
-        Of the coefficients e12 e13 e23 e01 e02 e03 of the small bivector B for which ``exp(B) motor`` is true.
+        Of the coefficients e12 e13 e23 e01 e02 e03 of the small bivector B for which ``exp(B) motor`` is true. It is
+        large for free motions.
     residual : float
-        Root mean square of the inliers' distances from the surface of the target.
+        Root mean square of the inliers' distances from the surface of the target, for flat clouds also from its
+        outline, and for clouds on a line from the line.
     coverage : float
         The share of the target's points with a point of the source nearby.
     support, contrast : float
-        The weighted share of the source near the target, and by which part of it shifted poses have less.
+        The weighted share of the source near the target, and by which part of it shifted poses have less. If the
+        target has more outliers, it is the share of the target near the source. For flat clouds four fifths of it are
+        the share of the outline, and for clouds on a line it is the common part of the densities.
     free : array, (k, 6)
-        Bivectors of motions that change nothing, as about the axis of a cylinder.
+        Bivectors of motions that change nothing, as about the axis of a cylinder or of a line.
     """
 
     motor: Reals
@@ -90,7 +94,10 @@ def register(source: ArrayLike, target: ArrayLike) -> Registration:
 
     Densities of the clouds are correlated for a grid of all rotations and all translations; the best poses descend in a
     batch to local optima of a robust distance, and are refined to the surface of the target. All poses of equal support
-    are returned.
+    are returned; compositions of the symmetries that were found complete them.
+
+    Flat clouds are registered by their outlines, with both sides: a half turn about an axis in the plane has the effect
+    of a mirror image. Clouds on a line are registered by their densities along the line, in both directions.
 
     Parameters
     ----------
@@ -179,9 +186,10 @@ def _in_units(found: Found, rows: Reals, from_here: Reals, to_here: Reals, unit:
     free = found.free @ moves.T
     size = np.linalg.norm(free, axis=1, keepdims=True)
     motors = whole(found.motors)
+    free = free / size if len(free) else free
     return Registration(
         motors[0], inliers, found.status, Poses(motors, found.scores), moves @ found.covariance @ moves.T,
-        found.residual * unit, found.coverage, float(found.scores[0]), found.contrast, free / size if len(free) else free,
+        found.residual * unit, found.coverage, float(found.scores[0]), found.contrast, free,
     )  # fmt: skip
 
 
