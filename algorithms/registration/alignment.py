@@ -29,9 +29,11 @@ _SPACINGS, _SCALE_OF_GATE = 1.0, 0.25
 """The greatest distance in spacings of the target, and the scale of distances in multiples of that."""
 _MARGIN = 0.05
 """Part of the support by which two poses may differ and still explain the data equally well."""
+_NOISE = 0.1
+"""The most noise of a support that is assumed for few points."""
 _PROMISING = 0.7
 """Part of the support of the best pose that a pose by symmetry needs before it is refined."""
-_OWN = 0.1
+OWN = 0.1
 """Distance in spacings up to which a neighbour is the same point."""
 _COINCIDENT = 0.4
 """Distance of neighbours in spacings of the target, up to which they are the same points."""
@@ -88,9 +90,8 @@ class Task:
     @property
     def noise(self) -> float:
         """The noise of a support."""
-        return float(
-            sum(factor / np.sqrt(len(part.points)) for factor, part in zip(self.factors, self.parts, strict=True))
-        )
+        noise = sum(factor / np.sqrt(len(part.points)) for factor, part in zip(self.factors, self.parts, strict=True))
+        return min(float(noise), _NOISE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +130,7 @@ def support(motor: Reals, task: Task, *, own: bool = True) -> float:
 
 
 def _share(moved: Reals, part: Part, reach: Reach, own: bool) -> float:
-    least = 0.0 if own else _OWN * part.surface.cloud.spacing
+    least = 0.0 if own else OWN * part.surface.cloud.spacing
     distances = neighbours(part.surface, moved, reach.gate, least)[2]
     return float(part.weights @ (1 + (distances / reach.scale) ** 2) ** -2.0 / part.weights.sum())
 

@@ -23,7 +23,7 @@ _UNEVEN = (0.3, 0.95)
 """Quantiles of distances of neighbours whose ratio is large among outliers."""
 _STRICT = 2e-3
 """Ratio of extents below which a cloud has no thickness that could be compared with another one."""
-_LINE, _FLAT, _ALSO = 0.02, 0.2, 1.5
+_LINE, _FLAT, _ALSO = 0.02, 0.12, 1.5
 """Ratios of the second to the first extent of a line, and of the third to the second extent of a flat cloud. The other
 cloud may have this factor more, so that noise and missing parts do not decide."""
 _PRIOR = 0.05

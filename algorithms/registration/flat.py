@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from generated import pga3
 
 from ..arguments import Reals
-from .alignment import Found, Reach, Task, different, hypothesis_refined, reach_of, solved, support
+from .alignment import OWN, Found, Reach, Task, different, hypothesis_refined, reach_of, solved, support
 from .clouds import Cloud, cloud_of, levels, normals_of
 from .refinement import Part, Surface, neighbours, planes_target, points_target
 
@@ -212,7 +212,8 @@ def _off(motor: Reals, source: _Flat, target: _Flat, *, smooth: bool) -> float:
         ]
         return float(np.median(own[0]) + np.median(own[1]))
     surface = Surface(cloud_of(means[1]), *_normal_only(target.normal, len(means[1])))
-    distances = neighbours(surface, np.asarray(pga3.move_point(motor, means[0])), np.inf)[2]
+    moved = np.asarray(pga3.move_point(motor, means[0]))
+    distances = neighbours(surface, moved, np.inf, OWN * surface.cloud.spacing)[2]
     return float(np.median(distances))
 
 

@@ -27,10 +27,13 @@ _UNEVEN = 1.05
 _LEAST_SUPPORT, _LEAST_GAIN = 0.45, 0.15
 """Least support of a pose, and by how much it has to exceed the support of poses beside it."""
 _HOPELESS = 0.7
-"""Part of the second best score below which hypotheses are not refined."""
+"""Part of the best score below which hypotheses are not refined."""
+_EXACT = 0.5
+"""Least score of clouds that contain the same points, without outliers."""
 _MOST_RATIO = 3.0
-_THICK = 0.1
-"""Ratio of the third to the second extent from which on flat clouds are also registered as solid ones."""
+_THICK, _PLATE = 0.05, 0.3
+"""Ratios of the third to the second extent: above the first one, flat clouds without support are registered as solid
+ones; below the second one, solid clouds with several poses are registered as flat ones."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,8 +134,14 @@ def register(source: ArrayLike, target: ArrayLike) -> Registration:
     method = {Shape.SOLID: _registered, Shape.FLAT: flat_registered, Shape.LINE: line_registered}[shape]
     points = (source_points - from_here) / unit, (target_points - to_here) / unit
     found = method(*points)
-    if shape == Shape.FLAT and found.status == RegistrationStatus.NO_SUPPORT and thickness(*points) > _THICK:
+    thin = thickness(*points)
+    if shape == Shape.FLAT and found.status == RegistrationStatus.NO_SUPPORT and thin > _THICK:
         found = _registered(*points)
+    elif shape == Shape.SOLID and len(found.motors) > 1 and thin < _PLATE:
+        # Thin plates slide along themselves with little loss, unless their outlines are aligned.
+        other = flat_registered(*points)
+        if other.status != RegistrationStatus.NO_SUPPORT and len(other.motors) < len(found.motors):
+            found = other
     return _in_units(found, rows, from_here, to_here, unit)
 
 
@@ -143,8 +152,9 @@ def _registered(source_points: Reals, target_points: Reals) -> Found:
     task = last = _task(*clouds[::-1]) if swapped else _task(*clouds)
     motors, scores = descended(task.source, task.target, correlated_poses(task.source, task.target))
     rows = different(motors, scores, task, _HYPOTHESES)
-    # The second best, since the best one has no rivals if the clouds contain the same points.
-    rows = [row for row in rows if scores[row] >= _HOPELESS * scores[rows[:2][-1]]]
+    # If the clouds contain the same points, the best one has no rivals: they are compared with the second best.
+    best = rows[:2][-1] if scores[rows[0]] > _EXACT else rows[0]
+    rows = [row for row in rows if scores[row] >= _HOPELESS * scores[best]]
     fine = np.stack([hypothesis_refined(motors[row], task) for row in rows])
     if max(len(source_points), len(target_points)) > 2 * _SEARCH:
         clouds = levels(source_points, target_points, _FINISH)
