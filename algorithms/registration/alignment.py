@@ -17,8 +17,10 @@ from .rigid_status import RegistrationStatus
 
 _REPORTED = 64
 """The most poses that are reported: a dodecahedron has 60."""
-_TRIES = 80
+_TRIES = 48
 """The most candidates by symmetry that are refined."""
+_POLISHED = 20
+"""The most hypotheses that are refined to the end; further poses follow by symmetry."""
 _APART, _APART_SHIFT = np.radians(8.0), 0.08
 """Angle, and shift relative to the size, up to which poses count as the same."""
 _FINE_GATES = (3.0, 2.0, 1.4, 1.0)
@@ -229,7 +231,8 @@ def solved(
     scores = np.array([support(motor, last) for motor in fine])
     level = min(float(scores.max()), support(fine[int(np.argmax(scores))], last, own=False))
     bound = (1 - _MARGIN) * level - last.noise
-    poses = [polished(motor, last) for motor in fine[scores > bound]]
+    order = np.argsort(-scores, kind="stable")[:_POLISHED]
+    poses = [polished(fine[row], last) for row in order if scores[row] > bound]
     scores = np.array([support(pose.motor, last) for pose in poses])
     best, most = poses[int(np.argmax(scores))], float(scores.max())
     covariance, free = uncertainty(best, last)
