@@ -7,6 +7,7 @@ from algorithms.registration import register_matches
 from generated import pga3
 
 pictures = pytest.importorskip("algorithms.registration.pictures_of_rigid", exc_type=ImportError)
+registration_pictures = pytest.importorskip("benchmarks.registration_pictures", exc_type=ImportError)
 
 
 def test_pictures_show_the_points_and_planes():
@@ -22,3 +23,10 @@ def test_pictures_show_the_points_and_planes():
     assert not np.allclose(np.array(before.collections[1]._offsets3d), np.array(target._offsets3d), atol=0.1)
     axes = pictures.draw_joint_space(x, y, found.inliers, found.motor).axes
     assert len(axes) == 3 and all(len(axis.collections) == 3 for axis in axes)
+
+
+def test_the_pictures_of_the_page_are_small(tmp_path):
+    assert registration_pictures.main(["--out", str(tmp_path)]) == 0
+    sizes = {path.name: path.stat().st_size for path in tmp_path.iterdir()}
+    assert set(sizes) == {"registration.png", "joint-space.png"}
+    assert all(1000 < size <= 80_000 for size in sizes.values())
