@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import Any
 
 import numpy as np
@@ -18,8 +19,15 @@ FEWEST = 20
 """Different points that a cloud needs."""
 _NEIGHBOURS, _NORMAL_NEIGHBOURS = 6, 12
 _MOST_WEIGHT = 3.0
-_FLAT = 2e-3
-"""Ratio of extents below which a cloud is flat."""
+_UNEVEN = (0.3, 0.95)
+"""Quantiles of distances of neighbours whose ratio is large among outliers."""
+_STRICT = 2e-3
+"""Ratio of extents below which a cloud has no thickness that could be compared with another one."""
+_LINE, _FLAT, _ALSO = 0.02, 0.12, 1.5
+"""Ratios of the second to the first extent of a line, and of the third to the second extent of a flat cloud. The other
+cloud may have this factor more, so that noise and missing parts do not decide."""
+_PRIOR = 0.05
+"""Spread, as part of the whole, that is added in the directions orthogonal to a prior."""
 _VOXEL_TRIES = 4
 _HASH = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
 """Odd factors of the bits of coordinates."""
@@ -37,12 +45,15 @@ class Cloud:
         Large where points are dense, at most 3: uniform outliers have small weights.
     spacing : float
         The median distance to the sixth neighbour.
+    unevenness : float
+        The ratio of large to small distances to the sixth neighbour, which outliers increase.
     """
 
     points: Reals
     tree: Any
     weights: Reals
     spacing: float
+    unevenness: float
 
     @property
     def centre(self) -> Reals:
@@ -72,14 +83,36 @@ def valid_points(value: ArrayLike, name: str) -> tuple[Reals, Any]:
     return points[np.sort(order[first])], rows
 
 
-def shape_status(points: Reals) -> RegistrationStatus:
-    """Return OK if the points are enough and in general position."""
-    if len(points) < FEWEST:
-        return RegistrationStatus.TOO_FEW_POINTS
-    extents = np.linalg.svd(points - points.mean(0), compute_uv=False)
-    if extents[1] < _FLAT * extents[0]:
-        return RegistrationStatus.COLLINEAR
-    return RegistrationStatus.COPLANAR if extents[2] < _FLAT * extents[0] else RegistrationStatus.OK
+class Shape(IntEnum):
+    """Of how many dimensions clouds are."""
+
+    SOLID = 0
+    FLAT = 1
+    LINE = 2
+    MIXED = 3
+    """One is exactly flat or a line, and the other is not."""
+
+
+def shape_of(source: Reals, target: Reals) -> tuple[Shape, RegistrationStatus]:
+    """Return how two clouds are to be registered, and the status if they are too few or of different shapes."""
+    if min(len(source), len(target)) < FEWEST:
+        return Shape.MIXED, RegistrationStatus.TOO_FEW_POINTS
+    extents = [np.linalg.svd(points - points.mean(0), compute_uv=False) for points in (source, target)]
+    narrow, thin = (np.array([e[k] / max(e[k - 1], 1e-300) for e in extents]) for k in (1, 2))
+    if narrow.min() < _LINE and narrow.max() < _ALSO * _LINE:
+        return Shape.LINE, RegistrationStatus.OK
+    if narrow.min() < _STRICT:
+        return Shape.MIXED, RegistrationStatus.COLLINEAR
+    if thin.min() < _FLAT and thin.max() < _ALSO * _FLAT:
+        return Shape.FLAT, RegistrationStatus.OK
+    flat = min(e[2] / e[0] for e in extents)
+    return (Shape.MIXED, RegistrationStatus.COPLANAR) if flat < _STRICT else (Shape.SOLID, RegistrationStatus.OK)
+
+
+def thickness(source: Reals, target: Reals) -> float:
+    """Return the smaller ratio of the third to the second extent of two clouds."""
+    extents = [np.linalg.svd(points - points.mean(0), compute_uv=False) for points in (source, target)]
+    return float(min(e[2] / e[1] for e in extents))
 
 
 def cloud_of(points: Reals) -> Cloud:
@@ -88,7 +121,8 @@ def cloud_of(points: Reals) -> Cloud:
     far = tree.query(points, min(_NEIGHBOURS, len(points) - 1) + 1)[0][:, -1]
     spacing = float(np.median(far))
     weights = np.minimum((spacing / np.maximum(far, 1e-12 * spacing)) ** 2, _MOST_WEIGHT)
-    return Cloud(points, tree, weights, spacing)
+    low, high = np.quantile(far, _UNEVEN)
+    return Cloud(points, tree, weights, spacing, float(high / low))
 
 
 def thinned(points: Reals, voxel: float) -> Reals:
@@ -112,9 +146,19 @@ def voxel_for(points: Reals, most: int) -> float:
     return float(voxel)
 
 
-def normals_of(cloud: Cloud) -> Reals:
+def levels(source: Reals, target: Reals, most: int) -> tuple[Cloud, Cloud]:
+    """Return clouds of at most about so many points, thinned by the same voxels."""
+    larger = max(source, target, key=len)
+    if len(larger) <= 2 * most:
+        return cloud_of(source), cloud_of(target)
+    voxel = voxel_for(larger, most)
+    return cloud_of(thinned(source, voxel)), cloud_of(thinned(target, voxel))
+
+
+def normals_of(cloud: Cloud, prior: Reals | None = None) -> Reals:
     """Return unit normals (n, 3), of unknown sign: the direction of least spread of weighted neighbours.
 
+    With a prior, a unit vector, spreads that do not determine a direction, as on a curve, give this one.
     `estimate_normals` takes the axes of votes, by the same kernel. As a target of registration, they fitted slightly
     worse among outliers than spreads with the weights of the cloud.
     """
@@ -123,5 +167,8 @@ def normals_of(cloud: Cloud) -> Reals:
     offsets = cloud.points[near] - cloud.points[:, None]
     offsets -= np.einsum("nk,nki->ni", weights, offsets)[:, None] / weights.sum(1)[:, None, None]
     spread = np.matmul((weights[..., None] * offsets).transpose(0, 2, 1), offsets)
+    if prior is not None:
+        size = np.trace(spread, axis1=1, axis2=2)
+        spread += _PRIOR * size[:, None, None] * (np.eye(3) - np.outer(prior, prior))
     upper = np.triu_indices(3)
     return np.asarray(tensor_voting.spectrum(spread[:, upper[0], upper[1]])[1][:, 2])

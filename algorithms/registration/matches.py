@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -32,6 +32,8 @@ _CERTAIN = -30.0
 _OWN = 4.0
 """Distance in residuals up to which matches are of a motion already found."""
 _DETERMINED = 1e-9
+_THIN = 1e-6
+"""Ratio of extents below which inliers are on a line."""
 _BINS, _PEAKS = 400, 3
 """Bins of the logarithm of ratios of lengths between 1/20 and 20, and peaks that are tried."""
 
@@ -53,6 +55,10 @@ class MatchRegistration:
         Root mean square of the distances of inliers.
     log_chance : float
         Decimal logarithm of the expected number of motions that wrong matches alone would support as well.
+    free : array, (k, 6)
+        With the status COLLINEAR the bivector of the rotation about the line of the inliers, which the matches do not
+        determine: ``exp(B) motor`` fits as well for all its multiples B. Otherwise empty: matches in a plane determine
+        the motion.
     """
 
     motor: Reals
@@ -61,6 +67,7 @@ class MatchRegistration:
     status: RegistrationStatus
     residual: float
     log_chance: float
+    free: Reals
 
 
 def register_matches(
@@ -113,7 +120,8 @@ def register_matches(
         best = _one_motion(scale * x[rows], y[rows], tolerance)
     inliers = np.zeros(len(x), bool)
     inliers[rows] = best.inliers
-    return MatchRegistration(best.motor, scale, inliers, best.status, best.residual, best.log_chance)
+    motion = replace(best, scale=scale, inliers=inliers)
+    return _with_line(motion, y[inliers])
 
 
 def separate_motions(
@@ -146,6 +154,18 @@ def separate_motions(
     return tuple(found)
 
 
+def _with_line(found: MatchRegistration, points: Reals) -> MatchRegistration:
+    """Return a motion with the status COLLINEAR and its free rotation if its inliers are on a line within the noise."""
+    if found.status not in (RegistrationStatus.OK, RegistrationStatus.COLLINEAR) or len(points) < 2:
+        return found
+    offsets = points - points.mean(0)
+    extents, axes = np.linalg.svd(offsets, full_matrices=False)[1:]
+    if extents[1] > max(_THIN * extents[0], _OWN * found.residual * np.sqrt(len(points))):
+        return found
+    turn = kernels.turn_about_line(points.mean(0), axes[0])
+    return replace(found, status=RegistrationStatus.COLLINEAR, free=np.asarray(turn)[None])
+
+
 def _one_motion(x: Reals, y: Reals, tolerance: float | None) -> MatchRegistration:
     """Return the least likely motion by chance over the tolerances of lengths."""
     middle_x, middle_y = np.median(x, 0), np.median(y, 0)
@@ -170,7 +190,7 @@ def _one_motion(x: Reals, y: Reals, tolerance: float | None) -> MatchRegistratio
     if best.log_chance > _SIGNIFICANT:
         return _none(RegistrationStatus.NO_SUPPORT, len(x), best.log_chance)
     motor = between_places(best.motor, middle_x, middle_y)
-    return MatchRegistration(motor, 1.0, best.inliers, best.status, best.residual, best.log_chance)
+    return replace(best, motor=motor)
 
 
 def _fitted(x: Reals, y: Reals, weights: Reals, reach: float, tolerance: float | None) -> MatchRegistration:
@@ -194,7 +214,7 @@ def _fitted(x: Reals, y: Reals, weights: Reals, reach: float, tolerance: float |
         status = RegistrationStatus.COLLINEAR
     off_one = np.linalg.norm(pga3.move_point(motor, x) - y, axis=-1)
     residual = float(np.sqrt(np.mean(off_one[inliers] ** 2))) if inliers.any() else np.inf
-    return MatchRegistration(motor, 1.0, inliers, status, residual, chance)
+    return MatchRegistration(motor, 1.0, inliers, status, residual, chance, np.zeros((0, 6)))
 
 
 def _log_chance(off: Reals, y: Reals, tolerance: float | None) -> tuple[float, float]:
@@ -236,4 +256,4 @@ def _likely_scales(x: Reals, y: Reals) -> list[float]:
 
 
 def _none(status: RegistrationStatus, count: int, chance: float = np.inf) -> MatchRegistration:
-    return MatchRegistration(np.eye(8)[0], 1.0, np.zeros(count, bool), status, np.inf, chance)
+    return MatchRegistration(np.eye(8)[0], 1.0, np.zeros(count, bool), status, np.inf, chance, np.zeros((0, 6)))

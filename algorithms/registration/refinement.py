@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +19,8 @@ _UPPER = np.triu_indices(6)
 _ACROSS = 0.02
 """Factor of squared distances along a plane: it holds motions that planes leave free."""
 _DAMPING = 1e-9
+_FEWEST = 6
+"""Neighbours that a step needs."""
 _MEASURED = {"planes": 1, "lines": 2, "points": 3}
 """Coordinates of a point that a neighbour determines."""
 _SINGULAR = 1e12
@@ -33,16 +36,36 @@ class Surface:
     along: Reals
 
 
-@dataclass(frozen=True, eq=False)
-class Refined:
-    """A refined motor, with the information of its small motions and the sums of its last step."""
+class Part(NamedTuple):
+    """Points with weights, and the surface from which their distances are measured.
 
-    motor: Reals
+    Points are of the source and the surface is of the target, or the opposite if the part is measured back.
+    """
+
+    points: Reals
+    weights: Reals
+    surface: Surface
+    back: bool = False
+
+
+class Sums(NamedTuple):
+    """The sums of a part in the last step: information of small motions, weights, squares, and all distances.
+
+    Distances are infinite without a neighbour.
+    """
+
     information: Reals
     weight: float
     squares: float
     distances: Reals
-    """Of all points, by the metric of the surface; infinite without a neighbour."""
+
+
+@dataclass(frozen=True, eq=False)
+class Refined:
+    """A refined motor, with the sums of its last step for each part."""
+
+    motor: Reals
+    sums: tuple[Sums, ...]
 
 
 def points_target(cloud: Cloud) -> Surface:
@@ -64,9 +87,17 @@ def lines_target(cloud: Cloud, directions: Reals) -> Surface:
     return Surface(cloud, directions, np.ones(n), np.full(n, _ACROSS - 1))
 
 
-def neighbours(target: Surface, points: Reals, gate: float) -> tuple[Any, Any, Reals]:
-    """Return the row of the nearest point within a gate, whether there is one, and the distance from its surface."""
-    far, rows = target.cloud.tree.query(points, distance_upper_bound=gate)
+def neighbours(target: Surface, points: Reals, gate: float, least: float = 0.0) -> tuple[Any, Any, Reals]:
+    """Return the row of the nearest point within a gate, whether there is one, and the distance from its surface.
+
+    If the nearest point is nearer than the least distance, the second one is taken.
+    """
+    if least:
+        far, rows = target.cloud.tree.query(points, 2, distance_upper_bound=gate)
+        second = (far[:, 0] < least).astype(int)
+        far, rows = far[np.arange(len(far)), second], rows[np.arange(len(far)), second]
+    else:
+        far, rows = target.cloud.tree.query(points, distance_upper_bound=gate)
     found = np.isfinite(far)
     rows = np.where(found, rows, 0)
     off = points - target.cloud.points[rows]
@@ -75,32 +106,52 @@ def neighbours(target: Surface, points: Reals, gate: float) -> tuple[Any, Any, R
     return rows, found, np.where(found, np.sqrt(np.maximum(square, 0)), np.inf)
 
 
-def refined(
-    motor: Reals, points: Reals, weights: Reals, target: Surface, gates: list[float], scales: list[float]
-) -> Refined:
+def moved_points(motor: Reals, part: Part) -> Reals:
+    """Return the points of a part at the place of its surface."""
+    return np.asarray(pga3.move_point(pga3.motor_inverse(motor) if part.back else motor, part.points))
+
+
+def refined(motor: Reals, parts: Sequence[Part], gates: Sequence[float], scales: Sequence[float]) -> Refined:
     """Take a Gauss-Newton step for each gate, the greatest distance of neighbours, and each scale of residuals.
 
-    A scale of 0 is taken from the data: three times the normalised median of the distances within the gate.
+    A step minimises the sum over all parts. A scale of 0 is taken from the data of each part: three times the
+    normalised median of the distances within the gate.
     """
-    information = np.zeros((6, 6))
-    weight = squares = 0.0
-    distances = np.full(len(points), np.inf)
+    sums: list[Sums] = []
     for gate, fixed in zip(gates, scales, strict=True):
-        rows, found, distances = neighbours(target, pga3.move_point(motor, points), gate)
-        if found.sum() < 6:
+        steps = [_sums_of(motor, part, gate, fixed) for part in parts]
+        if sum(int(np.isfinite(one.distances).sum()) for one, _ in steps) < _FEWEST:
+            nothing = np.zeros((6, 6))
+            sums = [Sums(nothing, 0.0, 0.0, one.distances) for one, _ in steps]
             break
-        scale = fixed or max(3 * 1.4826 * float(np.median(distances[found])), 1e-6 * gate)
-        table, slope, (weight, squares) = kernels.alignment_sums(
-            motor, points, weights * found, target.cloud.points, target.directions, target.across, target.along,
-            rows, scale,
-        )  # fmt: skip
-        information = np.zeros((6, 6))
-        information[_UPPER] = table
-        information = information + np.triu(information, 1).T
+        sums = [one for one, _ in steps]
+        information = sum((one.information for one in sums), np.zeros((6, 6)))
         damped = information + np.diag(_DAMPING * np.diag(information) + 1e-30)
+        slope = sum((slope for _, slope in steps), np.zeros(6))
         step = np.linalg.solve(damped, -slope)
         motor = pga3.normalize_motor(pga3.motor_product(pga3.motor_exponential(step), motor))
-    return Refined(motor, information, float(weight), float(squares), distances)
+    return Refined(motor, tuple(sums))
+
+
+def _sums_of(motor: Reals, part: Part, gate: float, fixed: float) -> tuple[Sums, Reals]:
+    """Return the sums of a part at a motor, and the derivatives of half the sum of squares."""
+    surface = part.surface
+    rows, found, distances = neighbours(surface, moved_points(motor, part), gate)
+    if not found.any():
+        return Sums(np.zeros((6, 6)), 0.0, 0.0, distances), np.zeros(6)
+    scale = fixed or max(3 * 1.4826 * float(np.median(distances[found])), 1e-6 * gate)
+    points, targets = part.points, surface.cloud.points
+    directions, across, along = surface.directions, surface.across, surface.along
+    if part.back:
+        points, targets, directions = targets[rows], points, pga3.move_direction(motor, directions[rows])
+        across, along, rows = across[rows], along[rows], np.arange(len(points))
+    table, slope, (weight, squares) = kernels.alignment_sums(
+        motor, points, part.weights * found, targets, directions, across, along, rows, scale
+    )
+    information = np.zeros((6, 6))
+    information[_UPPER] = table
+    information = information + np.triu(information, 1).T
+    return Sums(information, float(weight), float(squares), distances), np.asarray(slope)
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,10 +224,13 @@ def refine(
         surface = lines_target(cloud, along)
     else:
         surface = planes_target(cloud, along)
-    found = refined(start, x, np.ones(len(x)), surface, [gate] * steps, [0.0] * steps)
-    freedom = _MEASURED[to] * found.weight - 6
+    found = refined(start, [Part(x, np.ones(len(x)), surface)], [gate] * steps, [0.0] * steps)
+    if not found.sums:
+        found = Refined(found.motor, (Sums(np.zeros((6, 6)), 0.0, 0.0, np.full(len(x), np.inf)),))
+    (sums,) = found.sums
+    freedom = _MEASURED[to] * sums.weight - 6
     covariance = np.diag(np.full(6, np.inf))
-    if freedom > 0 and np.linalg.cond(found.information) < _SINGULAR:
-        covariance = found.squares / freedom * np.linalg.inv(found.information)
-    residual = float(np.sqrt(found.squares / found.weight)) if found.weight else np.inf
-    return Refinement(found.motor, np.isfinite(found.distances), covariance, residual)
+    if freedom > 0 and np.linalg.cond(sums.information) < _SINGULAR:
+        covariance = sums.squares / freedom * np.linalg.inv(sums.information)
+    residual = float(np.sqrt(sums.squares / sums.weight)) if sums.weight else np.inf
+    return Refinement(found.motor, np.isfinite(sums.distances), covariance, residual)

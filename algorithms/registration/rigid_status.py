@@ -12,14 +12,16 @@ class RegistrationStatus(IntEnum):
     SYMMETRIC = 1
     """Several clearly different poses explain the data equally well; all that were found are in `poses`."""
     FREE_MOTION = 2
-    """Some small motion changes nothing, such as a rotation of a cylinder; it is given in `free`."""
+    """Some small motion changes nothing, such as a rotation of a cylinder or of a line about itself; it is given in
+    `free`. There may be several poses, such as both directions of a cylinder."""
     NO_SUPPORT = 3
     """No pose explains more of the data than chance would; the motor is the identity."""
     TOO_FEW_POINTS = 4
-    """A cloud has too few finite, distinct points, or there are too few finite matches."""
+    """Fewer than 20 different points of a cloud, or fewer than 4 matches."""
     COLLINEAR = 5
-    """The points are on a line, about which any rotation changes nothing."""
+    """One cloud is on a line and the other one is not. Of matches: the inliers are on a line, and the rotation about it
+    is free."""
     COPLANAR = 6
-    """A cloud is in a plane and is refused: turns about axes in the plane are distinguished only by the outline."""
+    """One cloud is in a plane and the other one is not flat. Two flat clouds are registered."""
     DIFFERENT_UNITS = 7
     """The clouds differ in size by so much that no rigid motion can align them; units may differ."""

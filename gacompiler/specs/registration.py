@@ -149,6 +149,16 @@ def motor_of_rotor(rotor, x, y):
     return _between(ga.sandwich(turn, _place(x)), _place(y)) * turn
 
 
+@kernel(point=VECTOR, direction=VECTOR, returns=BIVECTOR)
+def turn_about_line(point, direction):
+    """Compute the bivector B of rotations ``exp(t B)`` about the line through a point with a unit direction.
+
+    Its Euclidean part has the norm 1.
+    """
+    ideal = assemble(PGA3, dict(zip(POINT.blades, direction, strict=True)))
+    return _place(point) & ideal
+
+
 # Refinement.
 
 

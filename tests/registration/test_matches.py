@@ -78,6 +78,24 @@ def test_degenerate_matches():
         register_matches(np.zeros((5, 3)), np.zeros((6, 3)))
 
 
+@pytest.mark.parametrize("noise", [0.0, 1e-3])
+def test_matches_on_a_line_are_free_about_it_and_those_in_a_plane_are_not(noise):
+    rng = np.random.default_rng(1)
+    turn, shift = Rotation.random(random_state=2).as_matrix(), np.array([5.0, -1.0, 2.0])
+    for dimensions in (1, 2):
+        x = rng.normal(size=(60, 3)) * (np.arange(3) < dimensions)
+        y = x @ turn.T + shift + noise * rng.normal(size=x.shape)
+        found = register_matches(x, y)
+        assert np.linalg.norm(pga3.move_point(found.motor, x) - y, axis=1).max() < 5 * noise + 1e-9
+        if dimensions == 2:
+            assert found.status == RegistrationStatus.OK and angle(found.motor, turn) < 0.2 and not len(found.free)
+        else:
+            assert found.status == RegistrationStatus.COLLINEAR and found.free.shape == (1, 6)
+            other = pga3.motor_product(pga3.motor_exponential(0.8 * found.free[0]), found.motor)
+            assert np.linalg.norm(pga3.move_point(other, x) - y, axis=1).max() < 5 * noise + 1e-9
+            assert np.allclose(np.linalg.norm(found.free[0, :3]), 1)
+
+
 @pytest.mark.parametrize("rotation", [0.0, 0.7, np.pi])
 def test_matches_of_one_motion_are_on_three_planes_with_one_rotor(rotation):
     rng = np.random.default_rng(5)

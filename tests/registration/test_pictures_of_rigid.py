@@ -7,6 +7,7 @@ from algorithms.registration import register_matches
 from generated import pga3
 
 pictures = pytest.importorskip("algorithms.registration.pictures_of_rigid", exc_type=ImportError)
+registration_pictures = pytest.importorskip("benchmarks.registration_pictures", exc_type=ImportError)
 
 
 def test_pictures_show_the_points_and_planes():
@@ -39,3 +40,10 @@ def test_pictures_of_few_points(tmp_path):
         pictures.draw_clouds(cloud, cloud, one[:4])
     with pytest.raises(ValueError, match=r"shapes \(5, 3\), \(4, 3\), \(5,\); expected \(n, 3\), \(n, 3\), \(n,\)"):
         pictures.draw_joint_space(cloud, cloud[:4], np.ones(5, bool), one)
+
+
+def test_the_pictures_of_the_page_are_small(tmp_path):
+    assert registration_pictures.main(["--out", str(tmp_path)]) == 0
+    sizes = {path.name: path.stat().st_size for path in tmp_path.iterdir()}
+    assert set(sizes) == {"registration.png", "joint-space.png"}
+    assert all(1000 < size <= 80_000 for size in sizes.values())

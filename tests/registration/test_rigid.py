@@ -69,6 +69,7 @@ def test_degenerate_clouds_are_refused():
     assert register(np.tile(bunny[:5], (50, 1)), bunny).status == RegistrationStatus.TOO_FEW_POINTS
     assert register(line, bunny).status == RegistrationStatus.COLLINEAR
     assert register(bunny, plane).status == RegistrationStatus.COPLANAR
+    assert register(plane, line).status == RegistrationStatus.COLLINEAR
     assert register(1000 * bunny, bunny).status == RegistrationStatus.DIFFERENT_UNITS
     assert register(np.full((50, 3), np.nan), bunny).status == RegistrationStatus.TOO_FEW_POINTS
     with pytest.raises(ValueError, match="source"):
@@ -84,3 +85,74 @@ def test_missing_numbers_duplicates_and_units_do_not_matter():
     assert result.inliers[:-5].all() and not result.inliers[-5:].any()
     assert np.allclose(pga3.motor_to_matrix(result.motor)[:3, :3], turn, atol=1e-6)
     assert result.residual < 1e-6 and result.coverage == 1
+
+
+def test_a_damaged_target_and_a_whole_source():
+    for name in ("bunny", "MustardBottle"):
+        target, _, source, matrix = scene(name, 12)
+        result = register(source, target)
+        assert result.status in (RegistrationStatus.OK, RegistrationStatus.SYMMETRIC)
+        angle, distance = least_error(result, np.linalg.inv(matrix), source)
+        assert angle < 0.5 and distance < 0.005 * np.linalg.norm(np.ptp(source, axis=0))
+
+
+def box(rng, count, sides):
+    """Return random points on the surface of a box."""
+    sides = np.asarray(sides, float)
+    areas = np.prod(sides) / sides
+    axis = rng.choice(3, count, p=areas / areas.sum())
+    points = rng.random((count, 3))
+    points[np.arange(count), axis] = rng.integers(0, 2, count)
+    return points * sides
+
+
+@pytest.mark.parametrize("same", [True, False])
+@pytest.mark.parametrize(("sides", "count"), [((1, 0.7, 0.4), 4), ((1, 1, 0.5), 8)])
+def test_all_rotations_of_boxes_are_reported(sides, count, same):
+    rng = np.random.default_rng(4)
+    target = box(rng, 1500, sides)
+    source = target if same else box(rng, 1500, sides)
+    turn = Rotation.random(random_state=9).as_matrix()
+    result = register(source @ turn, target)
+    assert result.status == RegistrationStatus.SYMMETRIC
+    # Each pose takes corners to corners, and no two of them in the same order.
+    corners = np.stack(np.meshgrid(*[(0, side) for side in sides], indexing="ij"), -1).reshape(-1, 3)
+    moved = pga3.move_point(result.poses.motors[:, None], corners @ turn)
+    far = np.linalg.norm(moved[:, :, None] - corners, axis=-1)
+    assert far.min(2).max() < 0.02
+    assert len(np.unique(far.argmin(2), axis=0)) == len(far) == count
+
+
+@pytest.mark.slow
+def test_all_rotations_of_a_cube_and_the_families_of_round_bodies_are_reported():
+    rng = np.random.default_rng(4)
+    turn = Rotation.random(random_state=9).as_matrix()
+    cubes = box(rng, 1500, (1, 1, 1)), box(rng, 1500, (1, 1, 1))
+    assert len(register(cubes[0] @ turn, cubes[1]).poses.motors) == 24
+
+    def cylinder():
+        angle, height = 2 * np.pi * rng.random(1500), 2.5 * rng.random(1500)
+        lids = rng.random(1500) < 2 / 7
+        radius = np.where(lids, np.sqrt(rng.random(1500)), 1)
+        height = np.where(lids, 2.5 * rng.integers(0, 2, 1500), height)
+        return np.column_stack([radius * np.cos(angle), radius * np.sin(angle), height])
+
+    result = register(cylinder() @ turn, cylinder())
+    assert result.status == RegistrationStatus.FREE_MOTION
+    assert len(result.free) == 1 and len(result.poses.motors) == 2
+    balls = rng.normal(size=(2, 1500, 3))
+    result = register(*(balls / np.linalg.norm(balls, axis=2, keepdims=True)))
+    assert result.status == RegistrationStatus.FREE_MOTION
+    assert len(result.free) == 3 and len(result.poses.motors) == 1
+
+
+def test_the_type_and_the_place_of_the_numbers_do_not_matter():
+    bunny = clouds()["bunny"]
+    turn = Rotation.random(random_state=4).as_matrix()
+    source = (bunny @ turn).astype(np.float32)
+    source.flags.writeable = False
+    for given, scale, shift in ((source, 1.0, 0.0), (source.tolist(), 1.0, 1e3), (source, 1e-3, 0.0)):
+        result = register(np.asarray(given) * scale, scale * (bunny + shift))
+        assert result.status == RegistrationStatus.OK
+        assert np.allclose(pga3.motor_to_matrix(result.motor)[:3, :3], turn, atol=1e-4)
+    assert register(source.tolist(), bunny.tolist()).status == RegistrationStatus.OK

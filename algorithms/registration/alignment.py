@@ -1,0 +1,304 @@
+"""From hypotheses of poses to all poses that explain two clouds equally well: refinement, support, symmetries."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from generated import pga3
+
+from ..arguments import Reals
+from .clouds import Cloud
+from .refinement import Part, Refined, Surface, moved_points, neighbours, planes_target, refined
+from .rigid_status import RegistrationStatus
+
+_REPORTED = 64
+"""The most poses that are reported: a dodecahedron has 60."""
+_TRIES = 48
+"""The most candidates by symmetry that are refined."""
+_POLISHED = 20
+"""The most hypotheses that are refined to the end; further poses follow by symmetry."""
+_APART, _APART_SHIFT = np.radians(8.0), 0.08
+"""Angle, and shift relative to the size, up to which poses count as the same."""
+_FINE_GATES = (3.0, 2.0, 1.4, 1.0)
+"""Greatest distances of neighbours relative to the last one, while a hypothesis is refined."""
+_GATE, _SCALE = 0.05, 0.012
+"""Least of the greatest distance of neighbours, and of the scale of distances, relative to the size."""
+_SPACINGS, _SCALE_OF_GATE = 1.0, 0.25
+"""The greatest distance in spacings of the target, and the scale of distances in multiples of that."""
+_MARGIN = 0.05
+"""Part of the support by which two poses may differ and still explain the data equally well."""
+_NOISE = 0.1
+"""The most noise of a support that is assumed for few points."""
+_PROMISING = 0.7
+"""Part of the support of the best pose that a pose by symmetry needs before it is refined."""
+OWN = 0.1
+"""Distance in spacings up to which a neighbour is the same point."""
+_COINCIDENT = 0.4
+"""Distance of neighbours in spacings of the target, up to which they are the same points."""
+_SHIFTS = 1.2
+"""Shift, in greatest distances of neighbours, with which the support of a pose is compared."""
+_FREE, _NEARLY_FREE, _GAP = 0.004, 0.03, 0.1
+"""A motion is free if its information is less than the first part of the greatest one, or if it is less than the second
+part, and than the third part of the next one: normals of noisy points leave some."""
+
+
+class Reach(NamedTuple):
+    """The greatest distance of neighbours, and the scale at which they lose three quarters of their weight."""
+
+    gate: float
+    scale: float
+
+
+def reach_of(spacing: float, size: float) -> Reach:
+    """Return the reach for the spacing of a target and the size of the smaller cloud."""
+    gate = max(_GATE * size, _SPACINGS * spacing)
+    return Reach(gate, max(_SCALE * size, _SCALE_OF_GATE * gate))
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What a pose has to align at one resolution.
+
+    Attributes
+    ----------
+    source, target : Cloud
+    parts : tuple of Part
+        The first one is from all points of the source to the surface of the target.
+    factors : tuple of float
+        Of the shares of the parts in the support; their sum is 1.
+    reach : Reach
+    beside : array, (k, 3)
+        Directions of the target in which displaced poses have less support.
+    """
+
+    source: Cloud
+    target: Cloud
+    parts: tuple[Part, ...]
+    factors: tuple[float, ...]
+    reach: Reach
+    beside: Reals
+    exact: Part | None = None
+    """Points against points, for clouds that contain the same ones."""
+
+    @property
+    def size(self) -> float:
+        """The size of the smaller cloud."""
+        return min(self.source.size, self.target.size)
+
+    @property
+    def noise(self) -> float:
+        """The noise of a support."""
+        noise = sum(factor / np.sqrt(len(part.points)) for factor, part in zip(self.factors, self.parts, strict=True))
+        return min(float(noise), _NOISE)
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A registration in own units, without the rows of the source."""
+
+    status: RegistrationStatus
+    motors: Reals
+    scores: Reals
+    covariance: Reals
+    residual: float
+    coverage: float
+    contrast: float
+    free: Reals
+    surface: Surface
+    """From it, inliers have distances."""
+    gate: float
+
+
+def planes_of(surface: Surface) -> Surface:
+    """Return a surface whose distances are only those from its planes."""
+    still = np.zeros(len(surface.across))
+    return replace(surface, across=still, along=still + 1)
+
+
+def support(motor: Reals, task: Task, *, own: bool = True) -> float:
+    """Return the weighted share of the points near the surfaces, for a motor.
+
+    If the clouds contain the same points, the true pose has more support than any other pose of a symmetric object,
+    only because points are at their own places. Without these, distances are those from other points.
+    """
+    return sum(
+        factor * _share(moved_points(motor, part), part, task.reach, own)
+        for factor, part in zip(task.factors, task.parts, strict=True)
+    )
+
+
+def _share(moved: Reals, part: Part, reach: Reach, own: bool) -> float:
+    least = 0.0 if own else OWN * part.surface.cloud.spacing
+    distances = neighbours(part.surface, moved, reach.gate, least)[2]
+    return float(part.weights @ (1 + (distances / reach.scale) ** 2) ** -2.0 / part.weights.sum())
+
+
+def contrast_of(motor: Reals, task: Task, own: float) -> float:
+    """Return by which part of its support a pose is better than poses shifted along each direction, both ways."""
+    still = np.array([1.0, 0, 0, 0])
+    steps = _SHIFTS * task.reach.gate * np.concatenate([task.beside, -task.beside])
+    shifted = pga3.motor_product(pga3.motor_from_rotor_translation(still, steps), motor)
+    return float(1 - np.mean([support(one, task) for one in shifted]) / max(own, 1e-12))
+
+
+def apart(one: Reals, others: Reals, task: Task, free: Reals | None = None) -> Reals:
+    """Return which motors are clearly different from one, also after any of the free motions."""
+    between = pga3.motor_product(others, pga3.motor_inverse(one))
+    between = np.where(between[..., :1] < 0, -between, between)
+    if free is not None and len(free):
+        along = pga3.motor_logarithm(between) @ free.T @ free
+        between = pga3.motor_product(pga3.motor_exponential(-along), between)
+    middle = np.asarray(pga3.move_point(one, task.source.centre))
+    angle = 2 * np.arctan2(np.linalg.norm(between[..., 1:4], axis=-1), np.abs(between[..., 0]))
+    shift = np.linalg.norm(pga3.move_point(between, middle) - middle, axis=-1)
+    return np.asarray((angle > _APART) | (shift > _APART_SHIFT * task.size))
+
+
+def different(motors: Reals, scores: Reals, task: Task, most: int = _REPORTED, free: Reals | None = None) -> list[int]:
+    """Return the rows of the best of motors, best first, of which no two are about the same."""
+    left = np.argsort(-scores, kind="stable")
+    kept: list[int] = []
+    while len(left) and len(kept) < most:
+        kept.append(int(left[0]))
+        left = left[apart(motors[left[0]], motors[left], task, free)]
+    return kept
+
+
+def hypothesis_refined(motor: Reals, task: Task) -> Reals:
+    """Refine a hypothesis with gates that become narrower."""
+    gates = [task.reach.gate * gate for gate in _FINE_GATES]
+    return refined(motor, task.parts, gates, [gate / 2 for gate in gates]).motor
+
+
+def polished(motor: Reals, task: Task) -> Refined:
+    """Refine a motor with fixed scales, and then with scales from the data and without weights of points."""
+    gate = task.reach.gate
+    first = refined(motor, task.parts, [gate, 0.7 * gate, 0.5 * gate], [gate / 4] * 3)
+    equal = [part._replace(weights=np.ones(len(part.points))) for part in task.parts]
+    last = refined(first.motor, equal, [0.5 * gate] * 6, [0.0] * 6)
+    if task.exact is None:
+        return last
+    near = np.median(task.target.tree.query(task.target.points, 2)[0][:, 1])
+    closer = refined(last.motor, [task.exact], [0.5 * gate] * 10, [0.0] * 10)
+    distances = neighbours(task.exact.surface, moved_points(closer.motor, task.exact), 0.5 * gate)[2]
+    if np.median(distances) > _COINCIDENT * near:
+        return last
+    return Refined(closer.motor, refined(closer.motor, equal, [0.5 * gate], [0.0]).sums)
+
+
+def completed(motors: list[Reals], task: Task, free: Reals, accept: Callable[[Reals], Reals | None]) -> list[Reals]:
+    """Add the poses that follow from symmetries: what takes one pose to another is applied to all of them."""
+    found = list(motors)
+    queue = [(i, j) for i in range(len(found)) for j in range(len(found))]
+    tries = 0
+    while queue and len(found) < _REPORTED and tries < _TRIES:
+        i, j = queue.pop(0)
+        symmetry = pga3.motor_product(found[i], pga3.motor_inverse(found[0]))
+        candidate = np.asarray(pga3.motor_product(symmetry, found[j]))
+        if not all(apart(one, candidate, task, free) for one in found):
+            continue
+        tries += 1
+        new = accept(candidate)
+        if new is not None and all(apart(one, new, task, free) for one in found):
+            found.append(new)
+            queue += [(len(found) - 1, j) for j in range(len(found))] + [(i, len(found) - 1) for i in range(len(found))]
+    return found
+
+
+def solved(
+    fine: Reals, task: Task, last: Task, thresholds: tuple[float, float], same: Callable[[Reals, Reals], Reals] | None
+) -> Found:
+    """Return all poses of equal support, given refined hypotheses.
+
+    Parameters
+    ----------
+    fine : array, (k, 8)
+    task, last : Task
+        For the comparison of hypotheses, and for the last refinement.
+    thresholds : tuple of float
+        The least support of a pose, and by how much it has to exceed the support of poses beside it.
+    same : callable, optional
+        Returns which of several motors fit as well as the first one by a further criterion.
+    """
+    scores = np.array([support(motor, task) for motor in fine])
+    level = min(float(scores.max()), support(fine[int(np.argmax(scores))], task, own=False))
+    likely = scores > (1 - 2 * _MARGIN) * level - 2 * task.noise
+    fine = fine[likely][different(fine[likely], scores[likely], task)]
+    scores = np.array([support(motor, last) for motor in fine])
+    level = min(float(scores.max()), support(fine[int(np.argmax(scores))], last, own=False))
+    bound = (1 - _MARGIN) * level - last.noise
+    order = np.argsort(-scores, kind="stable")[:_POLISHED]
+    poses = [polished(fine[row], last) for row in order if scores[row] > bound]
+    scores = np.array([support(pose.motor, last) for pose in poses])
+    best, most = poses[int(np.argmax(scores))], float(scores.max())
+    covariance, free = uncertainty(best, last)
+    contrast = contrast_of(best.motor, last, most)
+    supported = most >= thresholds[0] and contrast * most >= thresholds[1]
+
+    def accepted(motor: Reals) -> Reals | None:
+        if support(motor, last) < _PROMISING * bound:
+            return None
+        better = polished(motor, last).motor
+        return better if support(better, last) > bound else None
+
+    motors = np.stack([pose.motor for pose in poses])
+    motors = motors[different(motors, scores, last, free=free)]
+    if supported and len(motors) > 1:
+        motors = np.stack(completed(list(motors), last, free, accepted))
+    if same is not None and len(motors) > 1:
+        motors = motors[same(best.motor, motors)]
+    scores = np.array([support(motor, last) for motor in motors])
+    order = np.argsort(-scores, kind="stable")
+    status = RegistrationStatus.OK
+    if not supported:
+        status = RegistrationStatus.NO_SUPPORT
+    elif len(free):
+        status = RegistrationStatus.FREE_MOTION
+    elif len(order) > 1:
+        status = RegistrationStatus.SYMMETRIC
+    near = np.concatenate([sums.distances[np.isfinite(sums.distances)] for sums in best.sums])
+    residual = float(np.sqrt(np.mean(np.minimum(near, 3 * np.median(near)) ** 2))) if len(near) else np.inf
+    back = pga3.move_point(pga3.motor_inverse(best.motor), last.target.points)
+    gate = last.reach.gate
+    coverage = float(np.isfinite(last.source.tree.query(back, distance_upper_bound=gate)[0]).mean())
+    return Found(
+        status, motors[order], scores[order], covariance, residual, coverage, contrast, free,
+        planes_of(last.parts[0].surface), gate,
+    )  # fmt: skip
+
+
+def inverted(found: Found, task: Task) -> Found:
+    """Return the registration of the target to the source, given that of the source to the target."""
+    motors = np.asarray(pga3.motor_inverse(found.motors))
+    moves = np.asarray(pga3.move_line(motors[0], np.eye(6))).T
+    free = found.free @ moves.T
+    if len(free):
+        free = np.linalg.qr(free.T)[0].T
+    near = task.target.tree.query(pga3.move_point(found.motors[0], task.source.points), distance_upper_bound=found.gate)
+    return replace(
+        found, motors=motors, covariance=moves @ found.covariance @ moves.T, free=free,
+        coverage=float(np.isfinite(near[0]).mean()), surface=planes_of(planes_target(task.source)),
+    )  # fmt: skip
+
+
+def uncertainty(pose: Refined, task: Task) -> tuple[Reals, Reals]:
+    """Return the covariance of small bivectors, and those that are free: tangent planes do not resist them."""
+    total = np.zeros((6, 6))
+    parts = []
+    for part, sums in zip(task.parts, pose.sums, strict=True):
+        variance = max(sums.squares, 1e-24) / max(sums.weight - 6, 1.0)
+        total += sums.information / variance
+        parts.append(part._replace(weights=np.ones(len(part.points)), surface=planes_of(part.surface)))
+    values, vectors = np.linalg.eigh(total)
+    kept = np.maximum(values, 1e-12 * max(values[-1], 1e-300))
+    covariance = (vectors / kept) @ vectors.T
+    planes = refined(pose.motor, parts, [0.5 * task.reach.gate], [0.0])
+    information = sum((sums.information / max(sums.weight, 1.0) for sums in planes.sums), np.zeros((6, 6)))
+    values, vectors = np.linalg.eigh(information)
+    weak = values < _FREE * values[-1]
+    weak[0] |= values[0] < min(_NEARLY_FREE * values[-1], _GAP * values[1])
+    return covariance, vectors.T[weak]
