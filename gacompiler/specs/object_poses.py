@@ -332,7 +332,7 @@ def parallel_poses(camera, points, pixels):
 
     scatter, crossed = total(products, points, normalised)
     values, vectors = ga.eigenvectors_symmetric(square(scatter, 3))
-    directions = list(zip(*vectors, strict=True))
+    directions = [list(direction) for direction in zip(*vectors, strict=True)]
     least = FLAT * values[2] + COINCIDENT * count * dot(centre, centre)
     is_wide = values[1] > least
     # For points on a line, which determine no pose, any basis serves, but it should not depend on rounding.
@@ -369,7 +369,7 @@ def parallel_poses(camera, points, pixels):
             else [[x - 2 * dot(row, thin) * t for x, t in zip(row, thin, strict=True)] for row in solid]
         )
         options.append([choose(thick, one, other) for one, other in zip(deep, flat, strict=True)])
-    offset = _calibrated(*(row[3] for row in camera), calibration)
+    offset = _calibrated(camera[0][3], camera[1][3], camera[2][3], calibration)
     return tuple(_whole(two, axes, centre, [*(x / scale for x in middle), 1 / scale], offset) for two in options)
 
 
