@@ -24,30 +24,52 @@ def clouds() -> dict[str, Array]:
         return {name: file[name].astype(float) for name in file.files}
 
 
-def damaged(points: Array, rng: np.random.Generator) -> tuple[Array, Array]:
-    """Cut off 30 % of the points by a plane, and add as many uniform outliers as remain."""
-    direction = rng.normal(size=3)
-    place = points @ direction
-    left = points[place <= np.quantile(place, 0.7)]
-    low, high = left.min(0), left.max(0)
-    both = np.concatenate([left, low + (high - low) * rng.random((len(left), 3))])
+def cut(points: Array, rng: np.random.Generator) -> Array:
+    """Cut off 30 % of the points by a plane."""
+    place = points @ rng.normal(size=3)
+    return np.asarray(points[place <= np.quantile(place, 0.7)])
+
+
+def with_outliers(points: Array, rng: np.random.Generator) -> tuple[Array, Array]:
+    """Add as many uniform outliers as points, and return whether points are true."""
+    low, high = points.min(0), points.max(0)
+    both = np.concatenate([points, low + (high - low) * rng.random(points.shape)])
     order = rng.permutation(len(both))
-    return both[order], order < len(left)
+    return both[order], order < len(points)
+
+
+def moved(points: Array, extent: Array, rng: np.random.Generator, turn: Rotation) -> tuple[Array, Array]:
+    """Move points by a rotation and a random translation, and return the matrix that takes them back."""
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = turn.as_matrix(), rng.normal(size=3) * np.ptp(extent)
+    return (points - matrix[:3, 3]) @ matrix[:3, :3], matrix
 
 
 def scene(name: str, seed: int, angle: float | None = None) -> tuple[Array, Array, Array, Array]:
-    """Return a damaged source, whether its points are true, the whole target, and the true matrix between them."""
+    """Return a cut source with outliers, which of its points are true, the whole target, and the true matrix."""
     rng = np.random.default_rng(seed)
     cloud = clouds()[name]
     source, target = (cloud, cloud) if cloud.ndim == 2 else cloud
-    source, true = damaged(source, rng)
+    source, true = with_outliers(cut(source, rng), rng)
     axis = rng.normal(size=3)
     turn = Rotation.random(random_state=seed) if angle is None else Rotation.from_rotvec(
         angle * axis / np.linalg.norm(axis)
     )  # fmt: skip
-    matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = turn.as_matrix(), rng.normal(size=3) * np.ptp(target)
-    return (source - matrix[:3, 3]) @ matrix[:3, :3], true, target, matrix
+    source, matrix = moved(source, target, rng, turn)
+    return source, true, target, matrix
+
+
+def split_scene(name: str, seed: int, outliers_in: str) -> tuple[Array, Array, Array]:
+    """Return clouds of which one has outliers and the other one is cut, and the true matrix."""
+    rng = np.random.default_rng(seed)
+    cloud = clouds()[name]
+    source, target = (cloud, cloud) if cloud.ndim == 2 else cloud
+    if outliers_in == "source":
+        source, target = with_outliers(source, rng)[0], cut(target, rng)
+    else:
+        source, target = cut(source, rng), with_outliers(target, rng)[0]
+    source, matrix = moved(source, target, rng, Rotation.random(random_state=seed))
+    return source, target, matrix
 
 
 def error(found: Array, true: Array, place: Array) -> tuple[float, float]:

@@ -39,6 +39,20 @@ OWN = 0.1
 """Distance in spacings up to which a neighbour is the same point."""
 _COINCIDENT = 0.4
 """Distance of neighbours in spacings of the target, up to which they are the same points."""
+_SHARP_MARGIN, _SELF = 0.075, 0.9
+"""The same for scores at several scales, and the score of a cloud at its own place relative to another sample of the
+same surface: normals are those of its own points."""
+_COMPARED, _WORTH = 10, 0.5
+"""The most hypotheses that are compared at finer scales, and the part of the best support that they need."""
+_SHARP, _OF_SHARP = 0.3, 0.8
+"""Ratio of the shares at the middle and the first scale from which surfaces coincide more than by chance, which is 0.23
+or less for nearly all unrelated objects; then the bounds of the support are multiplied by the second number."""
+_MIDDLE, _DULL = -2, 0.8
+"""The scale at which the surfaces of both clouds are compared, and the part of the ratio to the first share of one
+cloud with itself that a certain pose needs."""
+_TURN, _HELD = 0.1, 0.5
+"""The weakest motion is also free if the score is larger than the second part of the best one after a motion by the
+first multiple of its unit bivector, both ways: 0.55 to 0.9 for a scanned can, 0.45 or less for other objects."""
 _SHIFTS = 1.2
 """Shift, in greatest distances of neighbours, with which the support of a pose is compared."""
 _FREE, _NEARLY_FREE, _GAP = 0.004, 0.03, 0.1
@@ -83,6 +97,8 @@ class Task:
     beside: Reals
     exact: Part | None = None
     """Points against points, for clouds that contain the same ones."""
+    scales: tuple[float, ...] = (1.0,)
+    """Multiples of the scale of the reach at which poses are compared."""
 
     @property
     def size(self) -> float:
@@ -119,22 +135,64 @@ def planes_of(surface: Surface) -> Surface:
     return replace(surface, across=still, along=still + 1)
 
 
-def support(motor: Reals, task: Task, *, own: bool = True) -> float:
-    """Return the weighted share of the points near the surfaces, for a motor.
+def shares(motor: Reals, task: Task, *, own: bool = True) -> Reals:
+    """Return the weighted share of the points near the surfaces for each scale of a task, for a motor.
 
     If the clouds contain the same points, the true pose has more support than any other pose of a symmetric object,
     only because points are at their own places. Without these, distances are those from other points.
     """
-    return sum(
-        factor * _share(moved_points(motor, part), part, task.reach, own)
-        for factor, part in zip(task.factors, task.parts, strict=True)
-    )
+    total = np.zeros(len(task.scales))
+    for factor, part in zip(task.factors, task.parts, strict=True):
+        least = 0.0 if own else OWN * part.surface.cloud.spacing
+        distances = neighbours(part.surface, moved_points(motor, part), task.reach.gate, least)[2]
+        total += factor * _near(distances, part.weights, task)
+    return total
 
 
-def _share(moved: Reals, part: Part, reach: Reach, own: bool) -> float:
-    least = 0.0 if own else OWN * part.surface.cloud.spacing
-    distances = neighbours(part.surface, moved, reach.gate, least)[2]
-    return float(part.weights @ (1 + (distances / reach.scale) ** 2) ** -2.0 / part.weights.sum())
+def _near(distances: Reals, weights: Reals, task: Task) -> Reals:
+    scales = task.reach.scale * np.array(task.scales)
+    return np.asarray((1 + (distances / scales[:, None]) ** 2) ** -2.0 @ weights / weights.sum())
+
+
+def score(motor: Reals, task: Task, *, own: bool = True) -> float:
+    """Return the geometric mean of the shares over all scales.
+
+    A pose with a smaller overlap whose surfaces coincide has a higher score than one in which they are only near.
+    """
+    return float(np.exp(np.log(np.maximum(shares(motor, task, own=own), 1e-300)).mean()))
+
+
+def support(motor: Reals, task: Task) -> float:
+    """Return the weighted share of the points near the surfaces at the first scale, for a motor."""
+    return float(shares(motor, task)[0])
+
+
+def least_score(motors: Reals, scores: Reals, task: Task, times: float = 1.0) -> float:
+    """Return the score that poses need to explain the data as well as the best one, up to some times the margin.
+
+    The best pose of clouds with the same points is compared by its score without points at their own places.
+    """
+    best = motors[int(np.argmax(scores))]
+    most = float(scores.max())
+    if len(task.scales) == 1:
+        level = min(most, score(best, task, own=False))
+        return (1 - times * _MARGIN) * level - times * task.noise
+    part = task.parts[0]
+    far = part.surface.cloud.tree.query(moved_points(best, part))[0]
+    if np.median(far) < OWN * part.surface.cloud.spacing:
+        most = min(most, _SELF * score(best, task, own=False))
+    return (1 - times * (_SHARP_MARGIN + task.noise)) * most
+
+
+def own_sharpness(task: Task) -> float:
+    """Return the ratio of the shares at the middle and the first scale, of the less even cloud with itself."""
+    ratios = []
+    for surface in (task.parts[0].surface, planes_target(task.source)):
+        cloud = surface.cloud
+        distances = neighbours(surface, cloud.points, task.reach.gate, 1e-9 * cloud.spacing)[2]
+        own = _near(distances, cloud.weights, task)
+        ratios.append(float(own[_MIDDLE] / own[0]))
+    return min(ratios)
 
 
 def contrast_of(motor: Reals, task: Task, own: float) -> float:
@@ -224,26 +282,30 @@ def solved(
     same : callable, optional
         Returns which of several motors fit as well as the first one by a further criterion.
     """
-    scores = np.array([support(motor, task) for motor in fine])
-    level = min(float(scores.max()), support(fine[int(np.argmax(scores))], task, own=False))
-    likely = scores > (1 - 2 * _MARGIN) * level - 2 * task.noise
+    near = np.array([support(motor, task) for motor in fine])
+    rows = [row for row in different(fine, near, task) if near[row] > _WORTH * near.max()][:_COMPARED]
+    fine = np.stack([polished(fine[row], task).motor for row in rows])
+    scores = np.array([score(motor, task) for motor in fine])
+    likely = scores > least_score(fine, scores, task, 2)
     fine = fine[likely][different(fine[likely], scores[likely], task)]
-    scores = np.array([support(motor, last) for motor in fine])
-    level = min(float(scores.max()), support(fine[int(np.argmax(scores))], last, own=False))
-    bound = (1 - _MARGIN) * level - last.noise
+    scores = np.array([score(motor, last) for motor in fine])
+    bound = least_score(fine, scores, last)
     order = np.argsort(-scores, kind="stable")[:_POLISHED]
     poses = [polished(fine[row], last) for row in order if scores[row] > bound]
-    scores = np.array([support(pose.motor, last) for pose in poses])
-    best, most = poses[int(np.argmax(scores))], float(scores.max())
+    scores = np.array([score(pose.motor, last) for pose in poses])
+    best = poses[int(np.argmax(scores))]
     covariance, free = uncertainty(best, last)
-    contrast = contrast_of(best.motor, last, most)
-    supported = most >= thresholds[0] and contrast * most >= thresholds[1]
+    found = shares(best.motor, last)
+    contrast = contrast_of(best.motor, last, float(found[0]))
+    supported = found[0] >= thresholds[0] and contrast * found[0] >= thresholds[1]
+    if len(last.scales) > 1 and found[_MIDDLE] >= _SHARP * found[0]:
+        supported |= bool(found[0] >= _OF_SHARP * thresholds[0] and contrast * found[0] >= _OF_SHARP * thresholds[1])
 
     def accepted(motor: Reals) -> Reals | None:
-        if support(motor, last) < _PROMISING * bound:
+        if score(motor, last) < _PROMISING * bound:
             return None
         better = polished(motor, last).motor
-        return better if support(better, last) > bound else None
+        return better if score(better, last) > bound else None
 
     motors = np.stack([pose.motor for pose in poses])
     motors = motors[different(motors, scores, last, free=free)]
@@ -251,8 +313,8 @@ def solved(
         motors = np.stack(completed(list(motors), last, free, accepted))
     if same is not None and len(motors) > 1:
         motors = motors[same(best.motor, motors)]
+    order = np.argsort([-score(motor, last) for motor in motors], kind="stable")
     scores = np.array([support(motor, last) for motor in motors])
-    order = np.argsort(-scores, kind="stable")
     status = RegistrationStatus.OK
     if not supported:
         status = RegistrationStatus.NO_SUPPORT
@@ -260,8 +322,10 @@ def solved(
         status = RegistrationStatus.FREE_MOTION
     elif len(order) > 1:
         status = RegistrationStatus.SYMMETRIC
-    near = np.concatenate([sums.distances[np.isfinite(sums.distances)] for sums in best.sums])
-    residual = float(np.sqrt(np.mean(np.minimum(near, 3 * np.median(near)) ** 2))) if len(near) else np.inf
+    elif len(last.scales) > 1 and found[_MIDDLE] / found[0] < _DULL * own_sharpness(last):
+        status = RegistrationStatus.UNCERTAIN
+    far = np.concatenate([sums.distances[np.isfinite(sums.distances)] for sums in best.sums])
+    residual = float(np.sqrt(np.mean(np.minimum(far, 3 * np.median(far)) ** 2))) if len(far) else np.inf
     back = pga3.move_point(pga3.motor_inverse(best.motor), last.target.points)
     gate = last.reach.gate
     coverage = float(np.isfinite(last.source.tree.query(back, distance_upper_bound=gate)[0]).mean())
@@ -301,4 +365,8 @@ def uncertainty(pose: Refined, task: Task) -> tuple[Reals, Reals]:
     values, vectors = np.linalg.eigh(information)
     weak = values < _FREE * values[-1]
     weak[0] |= values[0] < min(_NEARLY_FREE * values[-1], _GAP * values[1])
+    if not weak[0]:
+        steps = np.asarray(pga3.motor_exponential(_TURN * vectors[:, 0] * [[1], [-1]]))
+        beside = [score(one, task) for one in pga3.motor_product(steps, pose.motor)]
+        weak[0] = min(beside) > _HELD * score(pose.motor, task)
     return covariance, vectors.T[weak]

@@ -22,6 +22,8 @@ from .rigid_status import RegistrationStatus
 _SEARCH, _FINISH = 2200, 11000
 """Points to which larger clouds are thinned, for the search and for the last refinement."""
 _HYPOTHESES = 20
+_SCALES = 1.0, 1 / 2, 1 / 4, 1 / 8
+"""Multiples of the scale of distances at which poses are compared."""
 _UNEVEN = 1.05
 """How much less even than the source the target has to be for the target to be moved to the source."""
 _LEAST_SUPPORT, _LEAST_GAIN = 0.45, 0.15
@@ -96,7 +98,7 @@ def register(source: ArrayLike, target: ArrayLike) -> Registration:
     """Find the rigid motion that takes one cloud of points to another, without a guess.
 
     Densities of the clouds are correlated for a grid of all rotations and all translations; the best poses descend in a
-    batch to local optima of a robust distance, and are refined to the surface of the target. All poses of equal support
+    batch to local optima of a robust distance, and are refined to the surface of the target. All poses of equal score
     are returned; compositions of the symmetries that were found complete them.
 
     Flat clouds are registered by their outlines, with both sides: a half turn about an axis in the plane has the effect
@@ -166,7 +168,7 @@ def _registered(source_points: Reals, target_points: Reals) -> Found:
 def _task(source: Cloud, target: Cloud) -> Task:
     part = Part(source.points, source.weights, planes_target(target))
     reach = reach_of(target.spacing, min(source.size, target.size))
-    return Task(source, target, (part,), (1.0,), reach, np.eye(3))
+    return Task(source, target, (part,), (1.0,), reach, np.eye(3), scales=_SCALES)
 
 
 def _nothing(status: RegistrationStatus, count: int) -> Registration:

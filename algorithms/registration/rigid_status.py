@@ -25,3 +25,6 @@ class RegistrationStatus(IntEnum):
     """One cloud is in a plane and the other one is not flat. Two flat clouds are registered."""
     DIFFERENT_UNITS = 7
     """The clouds differ in size by so much that no rigid motion can align them; units may differ."""
+    UNCERTAIN = 8
+    """The best pose has support, but at it the surfaces of the clouds coincide less well than that of one cloud with
+    itself, so that another pose, which was not found, may be right."""

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from algorithms.registration import RegistrationStatus, register
-from benchmarks.registration_scenes import OBJECTS, clouds, error, least_error, scene
+from benchmarks.registration_scenes import OBJECTS, clouds, error, least_error, scene, split_scene
 from generated import pga3
 
 
@@ -94,6 +94,17 @@ def test_a_damaged_target_and_a_whole_source():
         assert result.status in (RegistrationStatus.OK, RegistrationStatus.SYMMETRIC)
         angle, distance = least_error(result, np.linalg.inv(matrix), source)
         assert angle < 0.5 and distance < 0.005 * np.linalg.norm(np.ptp(source, axis=0))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("outliers_in", ["source", "target"])
+@pytest.mark.parametrize("name", OBJECTS)
+def test_one_cloud_has_outliers_and_the_other_one_is_cut(name, outliers_in):
+    source, target, matrix = split_scene(name, 21, outliers_in)
+    result = register(source, target)
+    assert result.status in (RegistrationStatus.OK, RegistrationStatus.SYMMETRIC, RegistrationStatus.FREE_MOTION)
+    angle, distance = least_error(result, matrix, source)
+    assert angle < 0.5 and distance < 0.005 * np.linalg.norm(np.ptp(target, axis=0))
 
 
 def box(rng, count, sides):
