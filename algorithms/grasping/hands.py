@@ -198,12 +198,15 @@ class Hand:
             self.radii[a] + self.radii[b],
         )
 
-    def placed_capsules(self, joints: ArrayLike) -> Reals:
-        """Return the ends (..., k, 2, 3) of the capsules in the frame of the hand."""
+    def placed_capsules(self, joints: ArrayLike, which: Integers | None = None) -> Reals:
+        """Return the ends (..., k, 2, 3) of all capsules, or of some, in the frame of the hand."""
         links = self.links(joints)
+        carriers, capsules = self.carriers, self.capsules
+        if which is not None:
+            carriers, capsules = carriers[which], capsules[which]
         rest = np.broadcast_to(np.eye(8)[0], (*links.shape[:-2], 1, 8))
-        motors = np.concatenate([links, rest], -2)[..., self.carriers, :]
-        return pga3.move_point(motors[..., None, :], self.capsules)  # type: ignore[no-any-return]
+        motors = np.concatenate([links, rest], -2)[..., carriers, :]
+        return pga3.move_point(motors[..., None, :], capsules)  # type: ignore[no-any-return]
 
 
 def hand_of_table(table: HandTable = BARRETT_BH280) -> Hand:

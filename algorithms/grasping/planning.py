@@ -246,8 +246,12 @@ class _Poses:
     """(n, 3) The samples of the fingers."""
     motors: Reals
     joints: Reals
-    ends: Reals
-    """(n, k, 2, 3) The ends of the capsules."""
+
+    def capsules(self, hand: Hand, which: Integers) -> Reals:
+        """Return the ends (n, k, 2, 3) of all capsules of the hand in some of the poses."""
+        return pga3.move_point(  # type: ignore[no-any-return]
+            self.motors[which, None, None, :], hand.placed_capsules(self.joints[which])
+        )
 
 
 def _reaching(surface: Surface, hand: Hand, centres: Reals, rows: Integers) -> _Poses:
@@ -259,33 +263,34 @@ def _reaching(surface: Surface, hand: Hand, centres: Reals, rows: Integers) -> _
     triple, order, seed = np.nonzero(errors < _REACHED)
     joints, samples = joints[triple, order, seed], orders[triple, order]
     motors = _aligned(hand.fingertips(joints), centres[samples])
-    return _Poses(
-        triple, samples, motors, joints, pga3.move_point(motors[:, None, None, :], hand.placed_capsules(joints))
-    )
+    return _Poses(triple, samples, motors, joints)
 
 
 def _clear_poses(surface: Surface, hand: Hand, poses: _Poses, others: _Others) -> Iterator[tuple[int, Reals]]:
     """Generate for each triple the first pose that the hand reaches without collisions, and the joints before that."""
     first, second = (surface.points[::stride] for stride in _STRIDES)
-    ends, radii = np.ascontiguousarray(poses.ends[:, hand.first]), hand.radii[hand.first]
+    ends, radii = hand.placed_capsules(poses.joints, hand.first), hand.radii[hand.first]
+    ends = pga3.move_point(poses.motors[:, None, None, :], ends)
     clear = _clearance(first, ends, radii)
     kept = np.flatnonzero(clear > -_TOUCH)
-    kept = kept[others.clear(poses.ends[kept], hand.radii)]
+    if others.obstacles:
+        kept = kept[others.clear(poses.capsules(hand, kept), hand.radii)]
     kept = kept[np.lexsort((-np.round(clear[kept], 9), poses.triple[kept]))]
     # Of each triple, the poses with the largest clearances.
     starts = np.searchsorted(poses.triple[kept], poses.triple[kept])
     kept = kept[np.arange(len(kept)) - starts < _TRIES]
     if len(kept):
         kept = kept[_clearance(second, ends[kept], radii) > -_TOUCH]
-    if len(kept):
-        kept = kept[_clearance(surface.outline[::_SWEPT], poses.ends[kept], hand.radii) > -_TOUCH]
     for triple in np.unique(poses.triple[kept]):
         own = kept[poses.triple[kept] == triple]
-        for at in own:
-            if _clearance(surface.outline, poses.ends[at : at + 1], hand.radii)[0] > -_TOUCH:
-                by = _opening_of(surface, hand, poses.motors[at], poses.joints[at], others)
+        placed = poses.capsules(hand, own)
+        free = np.flatnonzero(_clearance(surface.outline[::_SWEPT], placed, hand.radii) > -_TOUCH)
+        for at in free:
+            if _clearance(surface.outline, placed[at : at + 1], hand.radii)[0] > -_TOUCH:
+                pose = own[at]
+                by = _opening_of(surface, hand, poses.motors[pose], poses.joints[pose], others)
                 if by is not None:
-                    yield int(at), by
+                    yield int(pose), by
                     break
 
 
