@@ -14,6 +14,7 @@ from generated import cga3, grasping, pga3
 
 from ..arguments import Reals, finite_number
 from .closing import APPROACH, OPENINGS, opened
+from .clusters import Clusters, clusters_of
 from .hands import Hand, HandTable, hand_of_table
 from .meshes import Flags, Integers, Surface, checked_mesh, surface_of
 from .obstacles import Obstacle
@@ -31,12 +32,14 @@ _REACHED = 1e-7
 """Largest error of a fingertip, in metres."""
 _TOUCH = 0.0015
 """How far the hand may intersect the object, in metres: its skin yields, and samples are some millimetres apart."""
-_STRIDES = 64, 8
-"""Poses are tested with one of so many samples; those that pass, with more of them, and with the outline."""
+_STRIDE = 64
+"""Poses are tested with one of so many samples first; those that pass, with more of them, and with the outline."""
 _TRIES = 4
 """The largest number of poses of a triple that are tested with more samples."""
 _SWEPT = 8
-"""Motions of the hand are tested with one of so many samples."""
+"""Motions of the hand, and poses at first, are tested with one of so many samples."""
+_CLUSTER = 32
+"""Number of neighbouring points that are tested together."""
 _SHARES = np.array([0.0, 0.2, 0.4, 0.6, 0.8])
 """Parts of the closing motion at which it is tested."""
 _BACKWARDS = APPROACH * np.array([0.1, 0.2, 0.4, 0.7, 1.0])
@@ -187,11 +190,12 @@ def _planned(
     rows = rows[wide & apart]
     cause = GraspStatus.OUT_OF_REACH
     found: list[Grasp] = []
+    body = _body(surface)
     for first in range(0, min(len(rows), _BLOCK * _BLOCKS), _BLOCK):
         poses = _reaching(surface, hand, centres, rows[first : first + _BLOCK])
         if len(poses.triple):
             cause = max(cause, GraspStatus.COLLISION)
-        for at, start in _clear_poses(surface, hand, poses, others):
+        for at, start in _clear_poses(body, hand, poses, others):
             cause = GraspStatus.NO_FORCE_CLOSURE
             pose = poses.samples[at], poses.motors[at], poses.joints[at], start
             one = _verified(surface, hand, *pose, friction, edges)
@@ -266,12 +270,25 @@ def _reaching(surface: Surface, hand: Hand, centres: Reals, rows: Integers) -> _
     return _Poses(triple, samples, motors, joints)
 
 
-def _clear_poses(surface: Surface, hand: Hand, poses: _Poses, others: _Others) -> Iterator[tuple[int, Reals]]:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Body:
+    """Points of an object with which the hand must not collide."""
+
+    coarse: Reals
+    swept: Clusters
+    outline: Clusters
+
+
+def _body(surface: Surface) -> _Body:
+    swept = clusters_of(surface.points[::_SWEPT], _CLUSTER // 2)
+    return _Body(np.ascontiguousarray(surface.points[::_STRIDE]), swept, clusters_of(surface.outline, _CLUSTER))
+
+
+def _clear_poses(body: _Body, hand: Hand, poses: _Poses, others: _Others) -> Iterator[tuple[int, Reals]]:
     """Generate for each triple the first pose that the hand reaches without collisions, and the joints before that."""
-    first, second = (surface.points[::stride] for stride in _STRIDES)
     ends, radii = hand.placed_capsules(poses.joints, hand.first), hand.radii[hand.first]
     ends = pga3.move_point(poses.motors[:, None, None, :], ends)
-    clear = _clearance(first, ends, radii)
+    clear = _clearance(body.coarse, ends, radii)
     kept = np.flatnonzero(clear > -_TOUCH)
     if others.obstacles:
         kept = kept[others.clear(poses.capsules(hand, kept), hand.radii)]
@@ -279,27 +296,24 @@ def _clear_poses(surface: Surface, hand: Hand, poses: _Poses, others: _Others) -
     # Of each triple, the poses with the largest clearances.
     starts = np.searchsorted(poses.triple[kept], poses.triple[kept])
     kept = kept[np.arange(len(kept)) - starts < _TRIES]
-    if len(kept):
-        kept = kept[_clearance(second, ends[kept], radii) > -_TOUCH]
+    kept = kept[body.swept.clear_of(ends[kept], radii, -_TOUCH)]
     for triple in np.unique(poses.triple[kept]):
         own = kept[poses.triple[kept] == triple]
         placed = poses.capsules(hand, own)
-        free = np.flatnonzero(_clearance(surface.outline[::_SWEPT], placed, hand.radii) > -_TOUCH)
-        for at in free:
-            if _clearance(surface.outline, placed[at : at + 1], hand.radii)[0] > -_TOUCH:
+        for at in np.flatnonzero(body.swept.clear_of(placed, hand.radii, -_TOUCH)):
+            if body.outline.clear_of(placed[at : at + 1], hand.radii, -_TOUCH)[0]:
                 pose = own[at]
-                by = _opening_of(surface, hand, poses.motors[pose], poses.joints[pose], others)
+                by = _opening_of(body.swept, hand, poses.motors[pose], poses.joints[pose], others)
                 if by is not None:
                     yield int(pose), by
                     break
 
 
-def _opening_of(surface: Surface, hand: Hand, motor: Reals, joints: Reals, others: _Others) -> Reals | None:
+def _opening_of(swept: Clusters, hand: Hand, motor: Reals, joints: Reals, others: _Others) -> Reals | None:
     """Return joints from which the fingers close without collisions after a straight approach; None if there are none.
 
     The smallest opening comes first.
     """
-    points = surface.points[::_SWEPT]
     if not (hand.own_clearances(hand.placed_capsules(joints)) > 0).all():
         return None
     for by in OPENINGS:
@@ -309,7 +323,7 @@ def _opening_of(surface: Surface, hand: Hand, motor: Reals, joints: Reals, other
             continue
         approach = closing[0] - _BACKWARDS[:, None, None, None] * [0.0, 0.0, 1.0]
         ends = pga3.move_point(motor, np.concatenate([closing, approach]))
-        free = (_clearance(points, ends, hand.radii) > -_TOUCH).all()
+        free = swept.clear_of(ends, hand.radii, -_TOUCH).all()
         if free and others.clear(ends[[0, -1]], hand.radii).all():
             return start
     return None
