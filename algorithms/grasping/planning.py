@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import permutations
 from typing import overload
@@ -20,7 +20,7 @@ from .meshes import Flags, Integers, Surface, checked_mesh, surface_of
 from .obstacles import Obstacle
 from .quality import grasp_quality
 from .status import GraspStatus
-from .triples import LEAST_QUALITY, triples
+from .triples import LEAST_QUALITY, Span, triples
 
 _BLOCK = 10
 """Number of triples for which the hand is placed at a time."""
@@ -28,6 +28,10 @@ _BLOCKS = 20
 _STARTS = np.array([[0.2, 0.8, 0.8, 0.8], [0.8, 1.1, 1.1, 1.1], [1.3, 0.6, 0.6, 0.6], [0.5, 1.5, 1.5, 1.5]])
 """Variables of the hand from which it is fitted to a triple."""
 _ORDERS = np.array(list(permutations(range(3))))
+_GOOD = 0.85
+"""The search ends at a grasp whose quality is more than this part of the bound of all further triples."""
+_MORE = 3
+"""It also ends with so many grasps more than were asked for."""
 _REACHED = 1e-7
 """Largest error of a fingertip, in metres."""
 _TOUCH = 0.0015
@@ -179,15 +183,13 @@ def _planned(
     opening = _opening(hand)
     if surface.extents.min() + 2 * hand.table.radius > opening:
         return GraspStatus.TOO_LARGE
-    rows, _ = triples(surface, style, friction)
+    span = Span(hand.table.radius, 2 * hand.table.radius, opening)
+    rows, bounds = triples(surface, style, friction, span)
     if not len(rows):
-        return GraspStatus.NO_CONTACTS
+        return _cause_of_none(surface, style, friction, span)
     centres = surface.points + hand.table.radius * surface.normals
-    sides = _sides(centres[rows])
-    wide, apart = (sides < opening).all(1), (sides > 2 * hand.table.radius).all(1)
-    if not (wide & apart).any():
-        return GraspStatus.TOO_THIN if wide.any() else GraspStatus.TOO_LARGE
-    rows = rows[wide & apart]
+    # For each triple, the largest bound of those from there on.
+    ahead = np.maximum.accumulate(bounds[::-1])[::-1]
     cause = GraspStatus.OUT_OF_REACH
     found: list[Grasp] = []
     body = _body(surface)
@@ -195,18 +197,42 @@ def _planned(
         poses = _reaching(surface, hand, centres, rows[first : first + _BLOCK])
         if len(poses.triple):
             cause = max(cause, GraspStatus.COLLISION)
-        for at, start in _clear_poses(body, hand, poses, others):
+        for at, start in _clear_poses(
+            body, hand, poses, others, lambda row: bounds[first + row] > _least(found, count)
+        ):
             cause = GraspStatus.NO_FORCE_CLOSURE
             pose = poses.samples[at], poses.motors[at], poses.joints[at], start
             one = _verified(surface, hand, *pose, friction, edges)
             if one is not None:
                 found.append(one)
-            if len(found) == count:
+            if _is_enough(found, count, ahead[first + poses.triple[at]]):
                 break
-        if len(found) == count:
+        if _is_enough(found, count, ahead[min(first + _BLOCK, len(ahead) - 1)]):
             break
     found.sort(key=lambda one: -one.quality)
-    return tuple(found) or cause
+    return tuple(found[:count]) or cause
+
+
+def _cause_of_none(surface: Surface, style: int, friction: float, span: Span) -> GraspStatus:
+    """Return why there are no triples within the span of the hand."""
+    if len(triples(surface, style, friction, Span(span.radius, span.least, np.inf))[0]):
+        return GraspStatus.TOO_LARGE
+    if len(triples(surface, style, friction, Span(span.radius, 0.0, span.most))[0]):
+        return GraspStatus.TOO_THIN
+    return GraspStatus.NO_CONTACTS
+
+
+def _least(found: list[Grasp], count: int) -> float:
+    """Return the quality above which a grasp is one of the best."""
+    return sorted(one.quality for one in found)[-count] if len(found) >= count else 0.0
+
+
+def _is_enough(found: list[Grasp], count: int, bound: float) -> bool:
+    """Return whether the search ends, with a bound of the qualities of the remaining triples."""
+    if len(found) < count:
+        return False
+    best = max(one.quality for one in found)
+    return len(found) >= count + _MORE or best > _GOOD * bound
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -284,8 +310,13 @@ def _body(surface: Surface) -> _Body:
     return _Body(np.ascontiguousarray(surface.points[::_STRIDE]), swept, clusters_of(surface.outline, _CLUSTER))
 
 
-def _clear_poses(body: _Body, hand: Hand, poses: _Poses, others: _Others) -> Iterator[tuple[int, Reals]]:
-    """Generate for each triple the first pose that the hand reaches without collisions, and the joints before that."""
+def _clear_poses(
+    body: _Body, hand: Hand, poses: _Poses, others: _Others, worth: Callable[[int], bool]
+) -> Iterator[tuple[int, Reals]]:
+    """Generate for each triple the first pose that the hand reaches without collisions, and the joints before that.
+
+    Triples that are not worth it when their turn comes are left out.
+    """
     ends, radii = hand.placed_capsules(poses.joints, hand.first), hand.radii[hand.first]
     ends = pga3.move_point(poses.motors[:, None, None, :], ends)
     clear = _clearance(body.coarse, ends, radii)
@@ -298,6 +329,8 @@ def _clear_poses(body: _Body, hand: Hand, poses: _Poses, others: _Others) -> Ite
     kept = kept[np.arange(len(kept)) - starts < _TRIES]
     kept = kept[body.swept.clear_of(ends[kept], radii, -_TOUCH)]
     for triple in np.unique(poses.triple[kept]):
+        if not worth(int(triple)):
+            continue
         own = kept[poses.triple[kept] == triple]
         placed = poses.capsules(hand, own)
         for at in np.flatnonzero(body.swept.clear_of(placed, hand.radii, -_TOUCH)):

@@ -6,6 +6,7 @@ the centre of mass and a height v along it.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -13,7 +14,7 @@ import numpy as np
 from generated import grasping
 
 from ..arguments import Reals
-from .meshes import Integers, Surface
+from .meshes import Flags, Integers, Surface
 
 LEAST_QUALITY = 1e-4
 """A grasp of less quality has no force closure within rounding errors."""
@@ -45,8 +46,42 @@ _TWISTS = _unit_twists()
 _COMBINATIONS = np.array(list(combinations(range(_POOL), 3)))
 
 
-def triples(surface: Surface, style: int, friction: float) -> tuple[Integers, Reals]:
-    """Return rows of three samples (t, 3) with bounds of their qualities (t,): good and different ones first."""
+@dataclass(frozen=True, slots=True)
+class Span:
+    """Distances between the centres of fingertips at which a hand can hold an object."""
+
+    radius: float
+    """The radius of a fingertip."""
+    least: float
+    most: float
+
+    def sides(self, surface: Surface, rows: Integers) -> Reals:
+        """Return the distances (t, 3) between the centres of fingertips at triples of samples (t, 3)."""
+        centres = (surface.points + self.radius * surface.normals)[rows]
+        return np.sqrt(np.square(centres - np.roll(centres, -1, -2)).sum(-1))  # type: ignore[no-any-return]
+
+    def holds(self, surface: Surface, rows: Integers) -> Flags:
+        """Return whether all distances of triples of samples are within the limits, (t,)."""
+        sides = self.sides(surface, rows)
+        return ((self.least < sides) & (sides < self.most)).all(1)  # type: ignore[no-any-return]
+
+
+def triples(surface: Surface, style: int, friction: float, span: Span) -> tuple[Integers, Reals]:
+    """Return rows of three samples (t, 3) with bounds of their qualities (t,): good and different ones first.
+
+    Parameters
+    ----------
+    surface : Surface
+    style : {1, 2, 3}
+    friction : float
+    span : Span
+        What a hand can reach; other triples are left out before the best ones are chosen.
+
+    Returns
+    -------
+    rows : array of int, (t, 3)
+    bounds : array, (t,)
+    """
     donors = None
     if style == 2:
         pool = _towards_centre(surface, friction)
@@ -61,6 +96,7 @@ def triples(surface: Surface, style: int, friction: float) -> tuple[Integers, Re
     count = len(surface.points)
     _, first = np.unique((found[:, 0] * count + found[:, 1]) * count + found[:, 2], return_index=True)
     found = found[np.sort(first)]
+    found = found[span.holds(surface, found)]
     scaled = surface.points / surface.length
     bounds = grasping.quality_bound(scaled[found], surface.normals[found], friction, _TWISTS[0, :_ROUGH])
     found, bounds = _ranked(found, bounds)
@@ -68,6 +104,7 @@ def triples(surface: Surface, style: int, friction: float) -> tuple[Integers, Re
     for number, (count, twists) in enumerate(zip(_PASSES, _TWISTS, strict=True)):
         if number == _RECOMBINED:
             more = _recombined(found, donors, len(surface.points))
+            more = more[span.holds(surface, more)]
             lower = grasping.quality_bound(scaled[more], surface.normals[more], friction, _TWISTS[1, : 2 * _ROUGH])
             chosen = np.argsort(-np.round(lower, 8), kind="stable")[:_MORE]
             found, bounds = _ranked(np.concatenate([found, more[chosen]]), np.concatenate([bounds, lower[chosen]]))
