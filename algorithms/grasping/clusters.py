@@ -45,9 +45,9 @@ class Clusters:
         )
         case, capsule, group = np.nonzero(lower <= least)
         near = starts[case, capsule, None], stops[case, capsule, None], radii[capsule, None]
-        touched = (grasping.capsule_gap(self.points[group], *near) <= least).any(1)
+        gaps = grasping.capsule_gap(self.points[group], *near)
         clear = np.ones(len(ends), bool)
-        clear[case[touched]] = False
+        clear[case[np.flatnonzero(gaps.ravel() <= least) // self.points.shape[1]]] = False
         return clear
 
 

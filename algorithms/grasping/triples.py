@@ -57,13 +57,19 @@ class Span:
 
     def sides(self, surface: Surface, rows: Integers) -> Reals:
         """Return the distances (t, 3) between the centres of fingertips at triples of samples (t, 3)."""
-        centres = (surface.points + self.radius * surface.normals)[rows]
-        return np.sqrt(np.square(centres - np.roll(centres, -1, -2)).sum(-1))  # type: ignore[no-any-return]
+        return triangle_sides((surface.points + self.radius * surface.normals)[rows])
 
     def holds(self, surface: Surface, rows: Integers) -> Flags:
         """Return whether all distances of triples of samples are within the limits, (t,)."""
         sides = self.sides(surface, rows)
-        return ((self.least < sides) & (sides < self.most)).all(1)  # type: ignore[no-any-return]
+        held: Flags = np.all((self.least < sides) & (sides < self.most), axis=1)
+        return held
+
+
+def triangle_sides(points: Reals) -> Reals:
+    """Return the distances (..., 3) of three points (..., 3, 3) from the next one each."""
+    gaps = points - np.roll(points, -1, -2)
+    return np.sqrt(np.square(gaps).sum(-1))  # type: ignore[no-any-return]
 
 
 def triples(surface: Surface, style: int, friction: float, span: Span) -> tuple[Integers, Reals]:
@@ -165,10 +171,13 @@ def _outermost(surface: Surface, axis: int) -> Integers:
     u = np.floor(np.arctan2(y, x) * (_ANGLES / (2 * np.pi))).astype(np.intp) % _ANGLES
     half = float(np.abs(z).max())
     v = np.minimum(((z / half + 1) * (_HEIGHTS / 2)).astype(np.intp), _HEIGHTS - 1)
-    order = np.argsort(x * x + y * y, kind="stable")
+    cells, squares = u * _HEIGHTS + v, x * x + y * y
+    most = np.full(_ANGLES * _HEIGHTS, -1.0)
+    np.maximum.at(most, cells, squares)
     table = np.full(_ANGLES * _HEIGHTS, _WITHOUT_SAMPLE)
     # Of several assignments to a cell the last one counts.
-    table[(u * _HEIGHTS + v)[order]] = order
+    outermost = np.flatnonzero(squares == most[cells])
+    table[cells[outermost]] = outermost
     return table.reshape(_ANGLES, _HEIGHTS)
 
 
