@@ -26,8 +26,10 @@ _PASSES = 256, 100, 60, 60, 40, 40, 40
 _TWISTS_OF_PASS, _ROUGH = 24, 8
 _GOOD = 0.6
 """The part of the best bound above which triples are good."""
-_RECOMBINED = 2
-"""The pass before which the best triples are recombined."""
+_RECOMBINED, _REFINED = 2, 4
+"""The passes before which the best triples are recombined; the second one only in style 2, with close samples."""
+_CLOSE, _CLOSE_OF = 8, 6
+"""The number of samples close to each contact of so many of the best triples."""
 _PARENTS, _DONORS, _ALL_DONORS, _MORE = 12, 24, 72, 60
 """The number of triples of which a contact is replaced; of those whose contacts replace it, or, in style 2, of other
 samples; and of the results that are kept."""
@@ -88,7 +90,7 @@ def triples(surface: Surface, style: int, friction: float, span: Span) -> tuple[
     rows : array of int, (t, 3)
     bounds : array, (t,)
     """
-    donors = None
+    donors, pool = None, np.zeros(0, np.intp)
     if style == 2:
         pool = _towards_centre(surface, friction)
         few = _spread(pool, _POOL)
@@ -108,7 +110,9 @@ def triples(surface: Surface, style: int, friction: float, span: Span) -> tuple[
     found, bounds = _ranked(found, bounds)
     found, bounds = found[: _PASSES[0]], bounds[: _PASSES[0]]
     for number, (count, twists) in enumerate(zip(_PASSES, _TWISTS, strict=True)):
-        if number == _RECOMBINED:
+        if number == _RECOMBINED or (number == _REFINED and style == 2):
+            if number == _REFINED:
+                donors = _close_to(found[:_CLOSE_OF], pool, surface)
             more = _recombined(found, donors, len(surface.points))
             more = more[span.holds(surface, more)]
             lower = grasping.quality_bound(scaled[more], surface.normals[more], friction, _TWISTS[1, : 2 * _ROUGH])
@@ -162,6 +166,15 @@ def _recombined(found: Integers, donors: Integers | None, count: int) -> Integer
     _, first = np.unique(keys, return_index=True)
     first = np.sort(first[~np.isin(keys[first], known)])
     chosen: Integers = rows[first]
+    return chosen
+
+
+def _close_to(found: Integers, pool: Integers, surface: Surface) -> Integers:
+    """Return the samples of a pool that are closest to the contacts of triples."""
+    contacts = np.unique(found)
+    squares = np.square(surface.points[pool] - surface.points[contacts, None]).sum(-1)
+    closest = np.argsort(np.round(squares / surface.length**2, 9), axis=1, kind="stable")[:, :_CLOSE]
+    chosen: Integers = np.unique(pool[closest])
     return chosen
 
 
