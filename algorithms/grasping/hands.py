@@ -160,6 +160,12 @@ class Hand:
         """The points (3, 3) of the spread axes, or of the palm, from which the fingers extend."""
         return np.array([[0.0, side * self.table.spread_offset, self.table.height] for side, _, _ in _FINGERS])
 
+    @property
+    def tip_radius(self) -> float:
+        """The largest radius of the capsules of a fingertip."""
+        tips = (self.carriers >= 0) & (self.carriers % 3 == _PARTS.index("tip"))
+        return float(self.radii[tips].max(initial=self.table.radius))
+
     def links(self, joints: ArrayLike) -> Reals:
         """Return the motors (..., 9, 8) of the links at given variables (..., 4)."""
         q = finite(real_array(joints, "joints", (4,), "the spread and three bends"), "joints")

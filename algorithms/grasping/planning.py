@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, finite_number
-from .hand_poses import REACHED, Others, body_of, clear_poses, reaching
+from .hand_poses import REACHED, Body, Others, body_of, clear_poses, reaching
 from .hands import Hand, HandTable, hand_of_table
 from .meshes import Integers, Surface, checked_mesh, surface_of
 from .obstacles import Obstacle
@@ -26,6 +26,8 @@ _BLOCKS = 20
 _GOOD, _FAIR = 0.85, 0.6
 """The search ends at a grasp whose quality is more than the first part of the bound of all further triples, and at the
 end of a block if it is more than the second part."""
+_POOR = 0.3
+"""A second search begins if the best grasp has less than this part of the best bound."""
 _MORE = 3
 """It also ends with so many grasps more than were asked for."""
 _THINNEST = 0.002
@@ -167,29 +169,57 @@ def _planned(
     rows, bounds = triples(surface, style, friction, span)
     if not len(rows):
         return _cause_of_none(surface, style, friction, span)
-    centres = surface.points + hand.table.radius * surface.normals
-    # The largest bound of the triples from each one on.
-    ahead = np.append(np.maximum.accumulate(bounds[::-1])[::-1], 0.0)
-    cause = GraspStatus.OUT_OF_REACH
-    found: list[Grasp] = []
-    body = body_of(surface)
-    for first in range(0, min(len(rows), _BLOCK * _BLOCKS), _BLOCK):
-        poses = reaching(surface, hand, centres, rows[first : first + _BLOCK])
-        if len(poses.triple):
-            cause = max(cause, GraspStatus.COLLISION)
-        limits = bounds[first : first + _BLOCK]
-        for at, start in clear_poses(body, hand, poses, others, limits, lambda: _least(found, count)):
-            cause = GraspStatus.NO_FORCE_CLOSURE
-            pose = poses.samples[at], poses.motors[at], poses.joints[at], start
-            one = _verified(surface, hand, *pose, friction, edges)
-            if one is not None:
-                found.append(one)
-            if _is_enough(found, count, _GOOD * ahead[first + poses.triple[at] + 1]):
-                break
-        if _is_enough(found, count, _FAIR * ahead[min(first + _BLOCK, len(rows))]):
-            break
+    search = _Search(surface, hand, friction, edges, count, others, body_of(surface))
+    found, cause = search.grasps(rows, bounds)
+    if cause != GraspStatus.OUT_OF_REACH and _best(found) < _POOR * bounds.max():
+        # The fingers collide at contacts that are close together; a triple far apart is better than a poor one.
+        far = Span(span.radius, 2 * hand.tip_radius, opening)
+        more, _ = search.grasps(*triples(surface, style, friction, far, thorough=True))
+        found += more
     found.sort(key=lambda one: -one.quality)
     return tuple(found[:count]) or cause
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Search:
+    """What a search for grasps among triples of contacts needs."""
+
+    surface: Surface
+    hand: Hand
+    friction: float
+    edges: int
+    count: int
+    others: Others
+    body: Body
+
+    def grasps(self, rows: Integers, bounds: Reals) -> tuple[list[Grasp], GraspStatus]:
+        """Return grasps with some of the triples (t, 3) and their bounds, and why there are not more."""
+        surface, hand, count = self.surface, self.hand, self.count
+        centres = surface.points + hand.table.radius * surface.normals
+        # The largest bound of the triples from each one on.
+        ahead = np.append(np.maximum.accumulate(bounds[::-1])[::-1], 0.0)
+        cause = GraspStatus.OUT_OF_REACH
+        found: list[Grasp] = []
+        for first in range(0, min(len(rows), _BLOCK * _BLOCKS), _BLOCK):
+            poses = reaching(surface, hand, centres, rows[first : first + _BLOCK])
+            if len(poses.triple):
+                cause = max(cause, GraspStatus.COLLISION)
+            limits = bounds[first : first + _BLOCK]
+            for at, start in clear_poses(self.body, hand, poses, self.others, limits, lambda: _least(found, count)):
+                cause = GraspStatus.NO_FORCE_CLOSURE
+                pose = poses.samples[at], poses.motors[at], poses.joints[at], start
+                one = _verified(surface, hand, *pose, self.friction, self.edges)
+                if one is not None:
+                    found.append(one)
+                if _is_enough(found, count, _GOOD * ahead[first + poses.triple[at] + 1]):
+                    break
+            if _is_enough(found, count, _FAIR * ahead[min(first + _BLOCK, len(rows))]):
+                break
+        return found, cause
+
+
+def _best(found: list[Grasp]) -> float:
+    return max((one.quality for one in found), default=0.0)
 
 
 def _cause_of_none(surface: Surface, style: int, friction: float, span: Span) -> GraspStatus:
@@ -210,8 +240,7 @@ def _is_enough(found: list[Grasp], count: int, quality: float) -> bool:
     """Return whether the search ends, with the quality at which the best grasp is good enough."""
     if len(found) < count:
         return False
-    best = max(one.quality for one in found)
-    return len(found) >= count + _MORE or best > quality
+    return len(found) >= count + _MORE or _best(found) > quality
 
 
 def _opening(hand: Hand) -> float:

@@ -28,8 +28,12 @@ _GOOD = 0.6
 """The part of the best bound above which triples are good."""
 _RECOMBINED, _REFINED = 2, 4
 """The passes before which the best triples are recombined; the second one only in style 2, with close samples."""
+_THOROUGH = 3, 4, 5, 6
+"""The passes before which a thorough search recombines the best triples with close samples."""
 _CLOSE, _CLOSE_OF = 8, 6
 """The number of samples close to each contact of so many of the best triples."""
+_WIDE = 12
+"""A thorough search takes one of so many close samples, but so many times farther ones."""
 _PARENTS, _DONORS, _ALL_DONORS, _MORE = 12, 24, 72, 60
 """The number of triples of which a contact is replaced; of those whose contacts replace it, or, in style 2, of other
 samples; and of the results that are kept."""
@@ -74,7 +78,9 @@ def triangle_sides(points: Reals) -> Reals:
     return np.sqrt(np.square(gaps).sum(-1))  # type: ignore[no-any-return]
 
 
-def triples(surface: Surface, style: int, friction: float, span: Span) -> tuple[Integers, Reals]:
+def triples(
+    surface: Surface, style: int, friction: float, span: Span, thorough: bool = False
+) -> tuple[Integers, Reals]:
     """Return rows of three samples (t, 3) with bounds of their qualities (t,): good and different ones first.
 
     Parameters
@@ -84,13 +90,16 @@ def triples(surface: Surface, style: int, friction: float, span: Span) -> tuple[
     friction : float
     span : Span
         What a hand can reach; other triples are left out before the best ones are chosen.
+    thorough : bool
+        Whether contacts are replaced by close samples several times, which takes longer.
 
     Returns
     -------
     rows : array of int, (t, 3)
     bounds : array, (t,)
     """
-    donors, pool = None, np.zeros(0, np.intp)
+    donors, pool = None, np.arange(len(surface.points))
+    close = _THOROUGH if thorough else (_REFINED,) if style == 2 else ()
     if style == 2:
         pool = _towards_centre(surface, friction)
         few = _spread(pool, _POOL)
@@ -110,9 +119,9 @@ def triples(surface: Surface, style: int, friction: float, span: Span) -> tuple[
     found, bounds = _ranked(found, bounds)
     found, bounds = found[: _PASSES[0]], bounds[: _PASSES[0]]
     for number, (count, twists) in enumerate(zip(_PASSES, _TWISTS, strict=True)):
-        if number == _RECOMBINED or (number == _REFINED and style == 2):
-            if number == _REFINED:
-                donors = _close_to(found[:_CLOSE_OF], pool, surface)
+        if number == _RECOMBINED or number in close:
+            if number in close:
+                donors = _close_to(found[:_CLOSE_OF], pool, surface, _WIDE if thorough else 1)
             more = _recombined(found, donors, len(surface.points))
             more = more[span.holds(surface, more)]
             lower = grasping.quality_bound(scaled[more], surface.normals[more], friction, _TWISTS[1, : 2 * _ROUGH])
@@ -169,11 +178,11 @@ def _recombined(found: Integers, donors: Integers | None, count: int) -> Integer
     return chosen
 
 
-def _close_to(found: Integers, pool: Integers, surface: Surface) -> Integers:
-    """Return the samples of a pool that are closest to the contacts of triples."""
+def _close_to(found: Integers, pool: Integers, surface: Surface, step: int) -> Integers:
+    """Return one of some number of the samples of a pool that are closest to the contacts of triples."""
     contacts = np.unique(found)
     squares = np.square(surface.points[pool] - surface.points[contacts, None]).sum(-1)
-    closest = np.argsort(np.round(squares / surface.length**2, 9), axis=1, kind="stable")[:, :_CLOSE]
+    closest = np.argsort(np.round(squares / surface.length**2, 9), axis=1, kind="stable")[:, : step * _CLOSE : step]
     chosen: Integers = np.unique(pool[closest])
     return chosen
 
