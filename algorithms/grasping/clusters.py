@@ -53,13 +53,14 @@ class Clusters:
 
 def clusters_of(points: Reals, size: int) -> Clusters:
     """Return groups of some number of points, (n, 3) with n > 0, along a curve that fills space in Morton's order."""
-    low = points.min(0)
-    extent = float(np.ptp(points, axis=0).max())
-    cells = ((points - low) * ((2**_BITS - 0.5) / max(extent, 1e-300))).astype(np.intp)
-    codes = _WIDE[cells[:, 0]] << 2 | _WIDE[cells[:, 1]] << 1 | _WIDE[cells[:, 2]]
-    order = np.argsort(codes, kind="stable")
+    columns = np.ascontiguousarray(points.T)
+    low, high = columns.min(1), columns.max(1)
+    scale = (2**_BITS - 0.5) / max(float((high - low).max()), 1e-300)
+    x, y, z = ((columns - low[:, None]) * scale).astype(np.intp)
+    order = np.argsort(_WIDE[x] << 2 | _WIDE[y] << 1 | _WIDE[z], kind="stable")
     order = order[np.minimum(np.arange(-(-len(points) // size) * size), len(points) - 1)]
-    grouped = points[order].reshape(-1, size, 3)
-    centres = (grouped.min(1) + grouped.max(1)) / 2
-    radii = np.sqrt(np.square(grouped - centres[:, None]).sum(-1).max(1))
-    return Clusters(grouped, centres, radii)
+    grouped = columns[:, order].reshape(3, -1, size)
+    centres = (grouped.min(-1) + grouped.max(-1)) / 2
+    gaps = grouped - centres[:, :, None]
+    radii = np.sqrt(np.einsum("ijk,ijk->jk", gaps, gaps).max(-1))
+    return Clusters(points[order].reshape(-1, size, 3), np.ascontiguousarray(centres.T), radii)
