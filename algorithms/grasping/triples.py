@@ -26,8 +26,8 @@ _PASSES = 256, 100, 60, 60, 40, 40, 40
 _TWISTS_OF_PASS, _ROUGH = 24, 8
 _GOOD = 0.6
 """The part of the best bound above which triples are good."""
-_RECOMBINED, _REFINED = 2, 4
-"""The passes before which the best triples are recombined; the second one only in style 2, with close samples."""
+_RECOMBINED = 2
+"""The pass before which the best triples are recombined."""
 _THOROUGH = 3, 4, 5, 6
 """The passes before which a thorough search recombines the best triples with close samples."""
 _CLOSE, _CLOSE_OF = 8, 4
@@ -100,7 +100,7 @@ def triples(
     bounds : array, (t,)
     """
     donors, pool = None, np.arange(len(surface.points))
-    close = _THOROUGH if thorough else (_REFINED,) if style == 2 else ()
+    close = _THOROUGH if thorough else ()
     if style == 2:
         pool = _towards_centre(surface, friction)
         few = _spread(pool, _POOL)
@@ -122,7 +122,7 @@ def triples(
     for number, (count, twists) in enumerate(zip(_PASSES, _TWISTS, strict=True)):
         if number == _RECOMBINED or number in close:
             if number in close:
-                donors = _close_to(found[:_CLOSE_OF], pool, surface, _WIDE if thorough else 1)
+                donors = _close_to(found[:_CLOSE_OF], pool, surface)
             more = _recombined(found, donors, len(surface.points))
             more = more[span.holds(surface, more)]
             lower = grasping.quality_bound(scaled[more], surface.normals[more], friction, _TWISTS[1, : 2 * _ROUGH])
@@ -186,11 +186,11 @@ def _recombined(found: Integers, donors: Integers | None, count: int) -> Integer
     return chosen
 
 
-def _close_to(found: Integers, pool: Integers, surface: Surface, step: int) -> Integers:
+def _close_to(found: Integers, pool: Integers, surface: Surface) -> Integers:
     """Return one of some number of the samples of a pool that are closest to the contacts of triples."""
     contacts = np.unique(found)
     squares = np.square(surface.points[pool] - surface.points[contacts, None]).sum(-1)
-    closest = np.argsort(np.round(squares / surface.length**2, 9), axis=1, kind="stable")[:, : step * _CLOSE : step]
+    closest = np.argsort(np.round(squares / surface.length**2, 9), axis=1, kind="stable")[:, : _WIDE * _CLOSE : _WIDE]
     chosen: Integers = np.unique(pool[closest])
     return chosen
 
