@@ -98,6 +98,7 @@ class Body:
 
 
 def body_of(surface: Surface) -> Body:
+    """Return the points of a surface with which poses are tested."""
     swept = clusters_of(surface.points[::_SWEPT], _CLUSTER // 2)
     return Body(np.ascontiguousarray(surface.points[::_STRIDE]), swept, clusters_of(surface.outline, _CLUSTER))
 
