@@ -29,7 +29,7 @@ end of a block if it is more than the second part."""
 _POOR = 0.3
 """A second search begins if the best grasp has less than this part of the best bound."""
 _MORE = 3
-"""It also ends with so many grasps more than were asked for."""
+"""It also ends with so many grasps more than requested."""
 _THINNEST = 0.002
 """The least thickness of an object, in metres."""
 
