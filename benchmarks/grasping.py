@@ -36,7 +36,7 @@ def random_best(vertices: Array, faces: Array, count: int = TRIPLES, seed: int =
     chosen = rng.choice(len(faces), 3 * count, p=sizes / sizes.sum())
     shares = rng.dirichlet(np.ones(3), 3 * count)
     points = (shares[..., None] * vertices[faces[chosen]]).sum(1).reshape(-1, 3, 3)
-    normals = (areas / sizes[:, None])[chosen].reshape(-1, 3, 3)
+    normals = (areas[chosen] / sizes[chosen, None]).reshape(-1, 3, 3)
     twists = rng.standard_normal((64, 6))
     twists /= np.linalg.norm(twists, axis=1, keepdims=True)
     bounds = grasping.quality_bound((points - centre) / length, normals, 0.5, twists)

@@ -160,6 +160,12 @@ class Hand:
         """The points (3, 3) of the spread axes, or of the palm, from which the fingers extend."""
         return np.array([[0.0, side * self.table.spread_offset, self.table.height] for side, _, _ in _FINGERS])
 
+    @property
+    def tip_radius(self) -> float:
+        """The largest radius of the capsules of a fingertip."""
+        tips = (self.carriers >= 0) & (self.carriers % 3 == _PARTS.index("tip"))
+        return float(self.radii[tips].max(initial=self.table.radius))
+
     def links(self, joints: ArrayLike) -> Reals:
         """Return the motors (..., 9, 8) of the links at given variables (..., 4)."""
         q = finite(real_array(joints, "joints", (4,), "the spread and three bends"), "joints")
@@ -198,12 +204,15 @@ class Hand:
             self.radii[a] + self.radii[b],
         )
 
-    def placed_capsules(self, joints: ArrayLike) -> Reals:
-        """Return the ends (..., k, 2, 3) of the capsules in the frame of the hand."""
+    def placed_capsules(self, joints: ArrayLike, which: Integers | None = None) -> Reals:
+        """Return the ends (..., k, 2, 3) of all capsules, or of some, in the frame of the hand."""
         links = self.links(joints)
+        carriers, capsules = self.carriers, self.capsules
+        if which is not None:
+            carriers, capsules = carriers[which], capsules[which]
         rest = np.broadcast_to(np.eye(8)[0], (*links.shape[:-2], 1, 8))
-        motors = np.concatenate([links, rest], -2)[..., self.carriers, :]
-        return pga3.move_point(motors[..., None, :], self.capsules)  # type: ignore[no-any-return]
+        motors = np.concatenate([links, rest], -2)[..., carriers, :]
+        return pga3.move_point(motors[..., None, :], capsules)  # type: ignore[no-any-return]
 
 
 def hand_of_table(table: HandTable = BARRETT_BH280) -> Hand:

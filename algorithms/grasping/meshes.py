@@ -64,9 +64,11 @@ def checked_mesh(vertices: ArrayLike, faces: ArrayLike, name: str) -> tuple[Real
 
 def is_closed(faces: Integers) -> bool:
     """Determine whether each edge occurs equally often in both directions."""
-    ends = np.roll(faces, -1, 1).ravel()
-    starts = faces.ravel()
     count = int(faces.max()) + 1
+    # Short integers are sorted in half the time.
+    short = faces.astype(np.uint32) if count < 2**16 else faces
+    ends = np.roll(short, -1, 1).ravel()
+    starts = short.ravel()
     return bool(np.array_equal(np.sort(starts * count + ends), np.sort(ends * count + starts)))
 
 

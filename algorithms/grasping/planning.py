@@ -4,43 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import permutations
 from typing import overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from generated import cga3, grasping, pga3
+from generated import pga3
 
 from ..arguments import Reals, finite_number
-from .closing import APPROACH, OPENINGS, opened
+from .hand_poses import REACHED, Body, Others, body_of, clear_poses, reaching
 from .hands import Hand, HandTable, hand_of_table
-from .meshes import Flags, Integers, Surface, checked_mesh, surface_of
+from .meshes import Integers, Surface, checked_mesh, surface_of
 from .obstacles import Obstacle
 from .quality import grasp_quality
 from .status import GraspStatus
-from .triples import LEAST_QUALITY, triples
+from .triples import LEAST_QUALITY, Span, triangle_sides, triples
 
 _BLOCK = 10
 """Number of triples for which the hand is placed at a time."""
 _BLOCKS = 20
-_STARTS = np.array([[0.2, 0.8, 0.8, 0.8], [0.8, 1.1, 1.1, 1.1], [1.3, 0.6, 0.6, 0.6], [0.5, 1.5, 1.5, 1.5]])
-"""Variables of the hand from which it is fitted to a triple."""
-_ORDERS = np.array(list(permutations(range(3))))
-_REACHED = 1e-7
-"""Largest error of a fingertip, in metres."""
-_TOUCH = 0.0015
-"""How far the hand may intersect the object, in metres: its skin yields, and samples are some millimetres apart."""
-_STRIDES = 64, 8
-"""Poses are tested with one of so many samples; those that pass, with more of them, and with the outline."""
-_TRIES = 4
-"""The largest number of poses of a triple that are tested with more samples."""
-_SWEPT = 8
-"""Motions of the hand are tested with one of so many samples."""
-_SHARES = np.array([0.0, 0.2, 0.4, 0.6, 0.8])
-"""Parts of the closing motion at which it is tested."""
-_BACKWARDS = APPROACH * np.array([0.1, 0.2, 0.4, 0.7, 1.0])
-"""Distances from the grasp at which the approach is tested, in metres."""
+_GOOD, _FAIR = 0.85, 0.6
+"""The search ends at a grasp whose quality is more than the first part of the bound of all further triples, and at the
+end of a block if it is more than the second part."""
+_POOR = 0.3
+"""A second search begins if the best grasp has less than this part of the best bound."""
+_MORE = 3
+"""It also ends with so many grasps more than requested."""
 _THINNEST = 0.002
 """The least thickness of an object, in metres."""
 
@@ -158,7 +147,7 @@ def plan_grasps(
     surface = surface_of(points, corners)
     if isinstance(surface, GraspStatus):
         return GraspPlan((_failed(surface),), model, friction)
-    found = _planned(surface, model, style, friction, edges, count, _Others(surface.frame, tuple(obstacles), margin))
+    found = _planned(surface, model, style, friction, edges, count, Others(surface.frame, tuple(obstacles), margin))
     grasps = (_failed(found),) if isinstance(found, GraspStatus) else found
     return GraspPlan(grasps, model, friction, points, corners)
 
@@ -169,169 +158,96 @@ def _failed(status: GraspStatus) -> Grasp:
 
 
 def _planned(
-    surface: Surface, hand: Hand, style: int, friction: float, edges: int, count: int, others: _Others
+    surface: Surface, hand: Hand, style: int, friction: float, edges: int, count: int, others: Others
 ) -> tuple[Grasp, ...] | GraspStatus:
     if surface.extents.min() < _THINNEST:
         return GraspStatus.TOO_THIN
     opening = _opening(hand)
     if surface.extents.min() + 2 * hand.table.radius > opening:
         return GraspStatus.TOO_LARGE
-    rows, _ = triples(surface, style, friction)
+    span = Span(hand.table.radius, 2 * hand.table.radius, opening)
+    rows, bounds = triples(surface, style, friction, span)
     if not len(rows):
-        return GraspStatus.NO_CONTACTS
-    centres = surface.points + hand.table.radius * surface.normals
-    sides = _sides(centres[rows])
-    wide, apart = (sides < opening).all(1), (sides > 2 * hand.table.radius).all(1)
-    if not (wide & apart).any():
-        return GraspStatus.TOO_THIN if wide.any() else GraspStatus.TOO_LARGE
-    rows = rows[wide & apart]
-    cause = GraspStatus.OUT_OF_REACH
-    found: list[Grasp] = []
-    for first in range(0, min(len(rows), _BLOCK * _BLOCKS), _BLOCK):
-        poses = _reaching(surface, hand, centres, rows[first : first + _BLOCK])
-        if len(poses.triple):
-            cause = max(cause, GraspStatus.COLLISION)
-        for at, start in _clear_poses(surface, hand, poses, others):
-            cause = GraspStatus.NO_FORCE_CLOSURE
-            pose = poses.samples[at], poses.motors[at], poses.joints[at], start
-            one = _verified(surface, hand, *pose, friction, edges)
-            if one is not None:
-                found.append(one)
-            if len(found) == count:
-                break
-        if len(found) == count:
-            break
+        return _cause_of_none(surface, style, friction, span)
+    search = _Search(surface, hand, friction, edges, count, others, body_of(surface))
+    found, cause = search.grasps(rows, bounds)
+    if cause != GraspStatus.OUT_OF_REACH and _best(found) < _POOR * bounds.max():
+        # The fingers collide at contacts that are close together; a triple far apart is better than a poor one.
+        far = Span(span.radius, 2 * hand.tip_radius, opening)
+        more, _ = search.grasps(*triples(surface, style, friction, far, thorough=True))
+        found += more
     found.sort(key=lambda one: -one.quality)
-    return tuple(found) or cause
+    return tuple(found[:count]) or cause
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Others:
-    """Obstacles of the hand other than the object."""
+class _Search:
+    """What a search for grasps among triples of contacts needs."""
 
-    frame: Reals
-    """(8,) The motor from the frame of the surface to that of the obstacles."""
-    obstacles: tuple[Obstacle, ...]
-    margin: float
+    surface: Surface
+    hand: Hand
+    friction: float
+    edges: int
+    count: int
+    others: Others
+    body: Body
 
-    def clear(self, ends: Reals, radii: Reals) -> Flags:
-        """Return whether hands, (n, k, 2, 3), are clear of the obstacles, (n,)."""
-        found = np.ones(len(ends), bool)
-        if self.obstacles and len(ends):
-            placed = pga3.move_point(self.frame, ends)
-            for one in self.obstacles:
-                found &= (one.clearance(placed, radii) > self.margin).all(-1)
-        return found
+    def grasps(self, rows: Integers, bounds: Reals) -> tuple[list[Grasp], GraspStatus]:
+        """Return grasps with some of the triples (t, 3) and their bounds, and why there are not more."""
+        surface, hand, count = self.surface, self.hand, self.count
+        centres = surface.points + hand.table.radius * surface.normals
+        # The largest bound of the triples from each one on.
+        ahead = np.append(np.maximum.accumulate(bounds[::-1])[::-1], 0.0)
+        cause = GraspStatus.OUT_OF_REACH
+        found: list[Grasp] = []
+        for first in range(0, min(len(rows), _BLOCK * _BLOCKS), _BLOCK):
+            poses = reaching(surface, hand, centres, rows[first : first + _BLOCK])
+            if len(poses.triple):
+                cause = max(cause, GraspStatus.COLLISION)
+            limits = bounds[first : first + _BLOCK]
+            for at, start in clear_poses(self.body, hand, poses, self.others, limits, lambda: _least(found, count)):
+                cause = GraspStatus.NO_FORCE_CLOSURE
+                pose = poses.samples[at], poses.motors[at], poses.joints[at], start
+                one = _verified(surface, hand, *pose, self.friction, self.edges)
+                if one is not None:
+                    found.append(one)
+                if _is_enough(found, count, _GOOD * ahead[first + poses.triple[at] + 1]):
+                    break
+            if _is_enough(found, count, _FAIR * ahead[min(first + _BLOCK, len(rows))]):
+                break
+        return found, cause
+
+
+def _best(found: list[Grasp]) -> float:
+    return max((one.quality for one in found), default=0.0)
+
+
+def _cause_of_none(surface: Surface, style: int, friction: float, span: Span) -> GraspStatus:
+    """Return why there are no triples within the span of the hand."""
+    if len(triples(surface, style, friction, Span(span.radius, span.least, np.inf))[0]):
+        return GraspStatus.TOO_LARGE
+    if len(triples(surface, style, friction, Span(span.radius, 0.0, span.most))[0]):
+        return GraspStatus.TOO_THIN
+    return GraspStatus.NO_CONTACTS
+
+
+def _least(found: list[Grasp], count: int) -> float:
+    """Return the quality above which a grasp is one of the best."""
+    return sorted(one.quality for one in found)[-count] if len(found) >= count else 0.0
+
+
+def _is_enough(found: list[Grasp], count: int, quality: float) -> bool:
+    """Return whether the search ends, with the quality at which the best grasp is good enough."""
+    if len(found) < count:
+        return False
+    return len(found) >= count + _MORE or _best(found) > quality
 
 
 def _opening(hand: Hand) -> float:
     """Return the largest distance of the first from the third fingertip."""
     bends = np.linspace(hand.limits[1, 0], hand.limits[1, 1], 64)
     joints = np.stack([0 * bends, bends, bends, bends], -1)
-    return float(_sides(hand.fingertips(joints)).max())
-
-
-def _sides(points: Reals) -> Reals:
-    gaps = points - np.roll(points, -1, -2)
-    return np.sqrt(np.square(gaps).sum(-1))  # type: ignore[no-any-return]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Poses:
-    """Poses of the hand with the fingertips at contacts."""
-
-    triple: Integers
-    """(n,) The row of the triple of each pose, in order."""
-    samples: Integers
-    """(n, 3) The samples of the fingers."""
-    motors: Reals
-    joints: Reals
-    ends: Reals
-    """(n, k, 2, 3) The ends of the capsules."""
-
-
-def _reaching(surface: Surface, hand: Hand, centres: Reals, rows: Integers) -> _Poses:
-    """Return the poses of the hand, in all orders of the fingers, that reach triples of samples."""
-    orders = rows[:, _ORDERS]
-    start = np.broadcast_to(_STARTS, (*orders.shape[:2], *_STARTS.shape))
-    sides = _sides(centres[orders])[:, :, None]
-    joints, errors = hand.preshaped(start, sides)
-    triple, order, seed = np.nonzero(errors < _REACHED)
-    joints, samples = joints[triple, order, seed], orders[triple, order]
-    motors = _aligned(hand.fingertips(joints), centres[samples])
-    return _Poses(
-        triple, samples, motors, joints, pga3.move_point(motors[:, None, None, :], hand.placed_capsules(joints))
-    )
-
-
-def _clear_poses(surface: Surface, hand: Hand, poses: _Poses, others: _Others) -> Iterator[tuple[int, Reals]]:
-    """Generate for each triple the first pose that the hand reaches without collisions, and the joints before that."""
-    first, second = (surface.points[::stride] for stride in _STRIDES)
-    ends, radii = np.ascontiguousarray(poses.ends[:, hand.first]), hand.radii[hand.first]
-    clear = _clearance(first, ends, radii)
-    kept = np.flatnonzero(clear > -_TOUCH)
-    kept = kept[others.clear(poses.ends[kept], hand.radii)]
-    kept = kept[np.lexsort((-np.round(clear[kept], 9), poses.triple[kept]))]
-    # Of each triple, the poses with the largest clearances.
-    starts = np.searchsorted(poses.triple[kept], poses.triple[kept])
-    kept = kept[np.arange(len(kept)) - starts < _TRIES]
-    if len(kept):
-        kept = kept[_clearance(second, ends[kept], radii) > -_TOUCH]
-    if len(kept):
-        kept = kept[_clearance(surface.outline[::_SWEPT], poses.ends[kept], hand.radii) > -_TOUCH]
-    for triple in np.unique(poses.triple[kept]):
-        own = kept[poses.triple[kept] == triple]
-        for at in own:
-            if _clearance(surface.outline, poses.ends[at : at + 1], hand.radii)[0] > -_TOUCH:
-                by = _opening_of(surface, hand, poses.motors[at], poses.joints[at], others)
-                if by is not None:
-                    yield int(at), by
-                    break
-
-
-def _opening_of(surface: Surface, hand: Hand, motor: Reals, joints: Reals, others: _Others) -> Reals | None:
-    """Return joints from which the fingers close without collisions after a straight approach; None if there are none.
-
-    The smallest opening comes first.
-    """
-    points = surface.points[::_SWEPT]
-    if not (hand.own_clearances(hand.placed_capsules(joints)) > 0).all():
-        return None
-    for by in OPENINGS:
-        start = opened(hand, joints, by)
-        closing = hand.placed_capsules(start + _SHARES[:, None] * (joints - start))
-        if not (hand.own_clearances(closing) > 0).all():
-            continue
-        approach = closing[0] - _BACKWARDS[:, None, None, None] * [0.0, 0.0, 1.0]
-        ends = pga3.move_point(motor, np.concatenate([closing, approach]))
-        free = (_clearance(points, ends, hand.radii) > -_TOUCH).all()
-        if free and others.clear(ends[[0, -1]], hand.radii).all():
-            return start
-    return None
-
-
-def _clearance(points: Reals, ends: Reals, radii: Reals) -> Reals:
-    each = grasping.capsule_clearance(points, ends[..., 0, :], ends[..., 1, :], radii)
-    return each.min(-1)  # type: ignore[no-any-return]
-
-
-def _frames(points: Reals) -> Reals:
-    """Return poses (..., 4, 4) of the circles through three points: centre, direction of the first point, normal."""
-    a, b, c = (points[..., k, :] for k in range(3))
-    circles = cga3.circle_from_points(a, b, c)
-    poses = np.zeros((*a.shape[:-1], 4, 4))
-    centre, normal = cga3.circle_centre(circles), cga3.circle_normal(circles)
-    normal = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
-    first = (a - centre) / np.linalg.norm(a - centre, axis=-1, keepdims=True)
-    poses[..., :3, 0], poses[..., :3, 1], poses[..., :3, 2] = first, np.cross(normal, first), normal
-    poses[..., :3, 3], poses[..., 3, 3] = centre, 1
-    return poses
-
-
-def _aligned(tips: Reals, targets: Reals) -> Reals:
-    """Return the motors that take the circles of fingertips to those of the targets, tip by tip."""
-    own, goal = pga3.motor_from_matrix(_frames(tips)), pga3.motor_from_matrix(_frames(targets))
-    return pga3.motor_product(goal, pga3.motor_inverse(own))  # type: ignore[no-any-return]
+    return float(triangle_sides(hand.fingertips(joints)).max())
 
 
 def _verified(
@@ -347,7 +263,7 @@ def _verified(
     """Return a grasp in the frame of the mesh if its fingertips touch the contacts and it has force closure."""
     contacts, normals = surface.points[samples], surface.normals[samples]
     tips = pga3.move_point(motor, hand.fingertips(joints))
-    if not np.abs(tips - contacts - hand.table.radius * normals).max() < 10 * _REACHED:
+    if not np.abs(tips - contacts - hand.table.radius * normals).max() < 10 * REACHED:
         return None
     quality = grasp_quality(contacts, normals, friction, edges, length=surface.length)
     if not quality > LEAST_QUALITY:

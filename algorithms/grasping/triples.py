@@ -6,6 +6,7 @@ the centre of mass and a height v along it.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -13,7 +14,7 @@ import numpy as np
 from generated import grasping
 
 from ..arguments import Reals
-from .meshes import Integers, Surface
+from .meshes import Flags, Integers, Surface
 
 LEAST_QUALITY = 1e-4
 """A grasp of less quality has no force closure within rounding errors."""
@@ -27,6 +28,12 @@ _GOOD = 0.6
 """The part of the best bound above which triples are good."""
 _RECOMBINED = 2
 """The pass before which the best triples are recombined."""
+_THOROUGH = 3, 4, 5, 6
+"""The passes before which a thorough search recombines the best triples with close samples."""
+_CLOSE, _CLOSE_OF = 8, 4
+"""The number of samples close to each contact of so many of the best triples."""
+_WIDE = 12
+"""A thorough search takes one of so many close samples, but so many times farther ones."""
 _PARENTS, _DONORS, _ALL_DONORS, _MORE = 12, 24, 72, 60
 """The number of triples of which a contact is replaced; of those whose contacts replace it, or, in style 2, of other
 samples; and of the results that are kept."""
@@ -45,9 +52,55 @@ _TWISTS = _unit_twists()
 _COMBINATIONS = np.array(list(combinations(range(_POOL), 3)))
 
 
-def triples(surface: Surface, style: int, friction: float) -> tuple[Integers, Reals]:
-    """Return rows of three samples (t, 3) with bounds of their qualities (t,): good and different ones first."""
-    donors = None
+@dataclass(frozen=True, slots=True)
+class Span:
+    """Distances between the centres of fingertips at which a hand can hold an object."""
+
+    radius: float
+    """The radius of a fingertip."""
+    least: float
+    most: float
+
+    def holds(self, surface: Surface, rows: Integers) -> Flags:
+        """Return whether all distances between the centres of fingertips at triples (t, 3) are within limits, (t,)."""
+        centres = np.ascontiguousarray((surface.points + self.radius * surface.normals).T)
+        corners = [centres[:, row] for row in rows.T]
+        held = np.ones(len(rows), bool)
+        for k in range(3):
+            gaps = corners[k] - corners[k - 1]
+            squares = np.einsum("ij,ij->j", gaps, gaps)
+            held &= (squares > self.least**2) & (squares < self.most**2)
+        return held
+
+
+def triangle_sides(points: Reals) -> Reals:
+    """Return the distances (..., 3) of three points (..., 3, 3) from the next one each."""
+    gaps = points - np.roll(points, -1, -2)
+    return np.sqrt(np.square(gaps).sum(-1))  # type: ignore[no-any-return]
+
+
+def triples(
+    surface: Surface, style: int, friction: float, span: Span, thorough: bool = False
+) -> tuple[Integers, Reals]:
+    """Return rows of three samples (t, 3) with bounds of their qualities (t,): good and different ones first.
+
+    Parameters
+    ----------
+    surface : Surface
+    style : {1, 2, 3}
+    friction : float
+    span : Span
+        What a hand can reach; other triples are left out before the best ones are chosen.
+    thorough : bool
+        Whether contacts are replaced by close samples several times, which takes longer.
+
+    Returns
+    -------
+    rows : array of int, (t, 3)
+    bounds : array, (t,)
+    """
+    donors, pool = None, np.arange(len(surface.points))
+    close = _THOROUGH if thorough else ()
     if style == 2:
         pool = _towards_centre(surface, friction)
         few = _spread(pool, _POOL)
@@ -56,18 +109,22 @@ def triples(surface: Surface, style: int, friction: float) -> tuple[Integers, Re
     else:
         of = _around if style == 1 else _opposite
         found = np.concatenate([of(_outermost(surface, axis)) for axis in range(3)])
-    found = np.sort(found, axis=1)
+    found = _sorted(found)
     found = found[(found[:, 0] != _WITHOUT_SAMPLE) & (found[:, 0] < found[:, 1]) & (found[:, 1] < found[:, 2])]
     count = len(surface.points)
     _, first = np.unique((found[:, 0] * count + found[:, 1]) * count + found[:, 2], return_index=True)
     found = found[np.sort(first)]
+    found = found[span.holds(surface, found)]
     scaled = surface.points / surface.length
     bounds = grasping.quality_bound(scaled[found], surface.normals[found], friction, _TWISTS[0, :_ROUGH])
     found, bounds = _ranked(found, bounds)
     found, bounds = found[: _PASSES[0]], bounds[: _PASSES[0]]
     for number, (count, twists) in enumerate(zip(_PASSES, _TWISTS, strict=True)):
-        if number == _RECOMBINED:
+        if number == _RECOMBINED or number in close:
+            if number in close:
+                donors = _close_to(found[:_CLOSE_OF], pool, surface)
             more = _recombined(found, donors, len(surface.points))
+            more = more[span.holds(surface, more)]
             lower = grasping.quality_bound(scaled[more], surface.normals[more], friction, _TWISTS[1, : 2 * _ROUGH])
             chosen = np.argsort(-np.round(lower, 8), kind="stable")[:_MORE]
             found, bounds = _ranked(np.concatenate([found, more[chosen]]), np.concatenate([bounds, lower[chosen]]))
@@ -79,6 +136,13 @@ def triples(surface: Surface, style: int, friction: float) -> tuple[Integers, Re
     kept = np.flatnonzero(bounds > LEAST_QUALITY)
     kept = kept[_different_first(found[kept], bounds[kept])]
     return found[kept], bounds[kept]
+
+
+def _sorted(rows: Integers) -> Integers:
+    """Return triples in ascending order, faster than by numpy."""
+    a, b, c = np.ascontiguousarray(rows.T)
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    return np.stack([low, a + b + c - low - high, high], -1)
 
 
 def _different_first(found: Integers, bounds: Reals) -> Integers:
@@ -112,7 +176,7 @@ def _recombined(found: Integers, donors: Integers | None, count: int) -> Integer
     new = np.repeat(best[:, None, None], 3, 1).repeat(len(donors), 2)
     for slot in range(3):
         new[:, slot, :, slot] = donors
-    rows = np.sort(new.reshape(-1, 3), axis=1)
+    rows = _sorted(new.reshape(-1, 3))
     rows = rows[(rows[:, 0] < rows[:, 1]) & (rows[:, 1] < rows[:, 2])]
     keys = (rows @ [count * count, count, 1]).astype(np.int64)
     known = found @ [count * count, count, 1]
@@ -122,16 +186,28 @@ def _recombined(found: Integers, donors: Integers | None, count: int) -> Integer
     return chosen
 
 
+def _close_to(found: Integers, pool: Integers, surface: Surface) -> Integers:
+    """Return one of some number of the samples of a pool that are closest to the contacts of triples."""
+    contacts = np.unique(found)
+    squares = np.square(surface.points[pool] - surface.points[contacts, None]).sum(-1)
+    closest = np.argsort(np.round(squares / surface.length**2, 9), axis=1, kind="stable")[:, : _WIDE * _CLOSE : _WIDE]
+    chosen: Integers = np.unique(pool[closest])
+    return chosen
+
+
 def _outermost(surface: Surface, axis: int) -> Integers:
     """Return the sample H(u, v) with the largest distance from an axis in each cell (angles, heights)."""
     x, y, z = (surface.points[:, (axis + k) % 3] for k in (1, 2, 0))
     u = np.floor(np.arctan2(y, x) * (_ANGLES / (2 * np.pi))).astype(np.intp) % _ANGLES
     half = float(np.abs(z).max())
     v = np.minimum(((z / half + 1) * (_HEIGHTS / 2)).astype(np.intp), _HEIGHTS - 1)
-    order = np.argsort(x * x + y * y, kind="stable")
+    cells, squares = u * _HEIGHTS + v, x * x + y * y
+    most = np.full(_ANGLES * _HEIGHTS, -1.0)
+    np.maximum.at(most, cells, squares)
     table = np.full(_ANGLES * _HEIGHTS, _WITHOUT_SAMPLE)
     # Of several assignments to a cell the last one counts.
-    table[(u * _HEIGHTS + v)[order]] = order
+    outermost = np.flatnonzero(squares == most[cells])
+    table[cells[outermost]] = outermost
     return table.reshape(_ANGLES, _HEIGHTS)
 
 

@@ -305,6 +305,20 @@ def preshape(q, axes, ratios, tips, sides, limits):
     return found, error
 
 
+def _square_from_axis(start, end):
+    """Return a function of a point: the square of its distance from the segment between two points."""
+    along = _minus(end, start)
+    scale = 1 / (dot(along, along) + TINY)
+
+    def square(p):
+        off = _minus(p, start)
+        share = ga.minimum(ga.maximum(dot(off, along) * scale, 0), 1)
+        gap = [x - share * d for x, d in zip(off, along, strict=True)]
+        return dot(gap, gap)
+
+    return square
+
+
 @kernel(points=POINTS, start=VECTOR, end=VECTOR, radius=SCALAR, returns=SCALAR)
 def capsule_clearance(points, start, end, radius):
     """Compute the least distance of points from a capsule, negative inside.
@@ -318,13 +332,19 @@ def capsule_clearance(points, start, end, radius):
     radius
         The radius.
     """
-    along = _minus(end, start)
-    scale = 1 / (dot(along, along) + TINY)
-
-    def square(p):
-        off = _minus(p, start)
-        share = ga.minimum(ga.maximum(dot(off, along) * scale, 0), 1)
-        gap = [x - share * d for x, d in zip(off, along, strict=True)]
-        return dot(gap, gap)
-
+    square = _square_from_axis(start, end)
     return sqrt(fold(lambda low, p: ga.minimum(low, square(p)), FAR, points)) - radius
+
+
+@kernel(point=VECTOR, start=VECTOR, end=VECTOR, radius=SCALAR, returns=SCALAR)
+def capsule_gap(point, start, end, radius):
+    """Compute the distance of a point from a capsule, negative inside.
+
+    Parameters
+    ----------
+    point
+        A point.
+    start, end, radius
+        As in `capsule_clearance`.
+    """
+    return sqrt(_square_from_axis(start, end)(point)) - radius

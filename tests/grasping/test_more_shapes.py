@@ -10,19 +10,11 @@ from tests.grasping.test_plans import check
 from tests.support.grasp_shapes import SHAPES
 
 QUICK = "bowl small", "box sugar", "clamp", "cone", "hammer", "scissors"
-REACHED_BY_TWO_STYLES = {"die 16": 1, "plate": 3, "saucer": 3, "star": 2}
+REACHED_BY_TWO_STYLES = {"plate": 3, "star": 2}
 """Shapes for which one of the styles has no grasp: its status names the cause."""
 CAUSES = GraspStatus.COLLISION, GraspStatus.TOO_THIN
-POOR = {
-    ("die 16 fine", 1),
-    ("dumbbell", 2),
-    ("rod 5", 1),
-    ("rod 5", 3),
-    ("block 25", 1),
-    ("box large", 2),
-    ("clamp", 2),
-}
-"""The best triples of these styles are out of reach or not among the candidates."""
+PARTS = {("dumbbell", 2): 0.55, ("box large", 2): 0.65, ("hammer", 2): 0.7}
+"""Least parts of the best quality where that is not among the contacts of the style: all have less than 0.85."""
 
 
 @pytest.mark.parametrize("style", [1, 2, 3])
@@ -42,7 +34,16 @@ def test_quality_of_all_shapes(name, style):
         assert REACHED_BY_TWO_STYLES.get(name) == style and plan.status in CAUSES
         return
     check(plan, vertices, faces)
-    assert plan[0].quality > (0 if (name, style) in POOR else 0.75 * random_best(vertices, faces, 500))
+    assert plan[0].quality > PARTS.get((name, style), 0.8) * random_best(vertices, faces, 2000)
+
+
+@pytest.mark.parametrize(("name", "style"), [("die 16", 1), ("die 16 fine", 1), ("rod 5", 3), ("saucer", 3)])
+def test_small_and_thin_objects_are_held_well(name, style):
+    # Their best triples are too close together for the fingers, or their bounds are far above their qualities.
+    vertices, faces = SHAPES[name]()
+    plan = plan_grasps(vertices, faces, style)
+    check(plan, vertices, faces)
+    assert plan[0].quality > 0.8 * random_best(vertices, faces, 1000)
 
 
 def test_samples_of_a_regular_mesh_are_on_all_sides():

@@ -3,11 +3,14 @@
 import numpy as np
 import pytest
 from scipy.optimize import linprog
+from scipy.spatial import ConvexHull, QhullError
 from scipy.spatial.transform import Rotation
 
 from algorithms.grasping import BARRETT_BH280, BARRETT_OPENRAVE, contact_wrenches, grasp_quality, hand_of_table
+from algorithms.grasping.meshes import checked_mesh, surface_of
 from algorithms.kinematics.hands import barrett_hand
 from generated import grasping, pga3
+from tests.support.grasp_shapes import SHAPES
 from tests.support.scans import box, scan, sphere
 
 
@@ -43,6 +46,24 @@ def test_quality_by_a_linear_programme():
             np.zeros(len(rows)), A_eq=np.vstack([rows.T, np.ones(len(rows))]), b_eq=np.r_[0.999 * quality * d, 1.0]
         )
         assert found.success
+
+
+@pytest.mark.parametrize("name", ["box large", "die 16", "can tuna", "ball 33"])
+def test_quality_by_a_hull_with_merged_facets(name):
+    # Facets of regular shapes lie in one plane up to rounding errors, for which the default options of Qhull are made.
+    surface = surface_of(*checked_mesh(*SHAPES[name](), "shape"))
+    rng = np.random.default_rng(3)
+    positive = 0
+    for row in rng.choice(len(surface.points), (40, 3)):
+        contacts, normals = surface.points[row], surface.normals[row]
+        scaled = contact_wrenches(contacts, normals).reshape(-1, 6) / np.array([1, 1, 1, *[surface.length] * 3])
+        try:
+            expected = max(0.0, -ConvexHull(scaled).equations[:, -1].max())
+        except QhullError:
+            expected = 0.0
+        assert abs(grasp_quality(contacts, normals, length=surface.length) - expected) < 1e-12
+        positive += expected > 1e-6
+    assert positive > 0
 
 
 def test_quality_does_not_depend_on_the_frame():
