@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from math import radians
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,6 +32,10 @@ _LEAST_INLIERS, _LEAST_SEEN = 0.75, 0.4
 """Least part of the edges that agree with the pose, and of the visible curves that have an edge which agrees."""
 _LARGEST_RESIDUAL = 0.85
 """Largest root mean square residual, as a part of the bound of the noise."""
+_DOUBLE_DEVIATION = 2 * 1.4826
+"""Twice the quotient of the standard deviation of normal numbers and their median absolute value."""
+_TURN_LIMIT, _SHIFT_LIMIT = radians(0.5), 2 / 125
+"""The default tolerance: in radians, and in sizes of the model."""
 _MOST_MISSED = 5
 """Images without a pose up to which motion is extrapolated."""
 _FOUND = (PoseStatus.OK, PoseStatus.SYMMETRIC)
@@ -123,8 +128,9 @@ def track_pose(
     reach : float
         How far edges are searched, in pixels. It grows while no pose is found.
     tolerance : (float, float), optional
-        The largest bounds of the errors for which a pose is measured, as for `estimate_pose`, whose default is 0.2
-        degrees and the size of the model divided by 125. Motions that change no image are disregarded.
+        The largest bounds of the errors for which a pose is measured, as for `estimate_pose`: of the rotation, in
+        radians, and of the displacement of the model's centre. By default 0.5 degrees, and the size of the model
+        divided by 62.5, which is 1 mm for a box of 5 x 7 x 9 centimetres. Motions that change no image are disregarded.
 
     Yields
     ------
@@ -147,7 +153,7 @@ def track_pose(
         raise ValueError(f"cameras: {len(every)}; expected at least one, and poses in the world: Scene.placed_camera")
     if not finite_number(noise, "noise") > 0 or finite_number(reach, "reach") < _LEAST_REACH:
         raise ValueError(f"noise {noise}, reach {reach}; expected positive noise and a reach of at least 3 pixels")
-    limits = pose_limits(model, tolerance)
+    limits = pose_limits(model, (_TURN_LIMIT, _SHIFT_LIMIT * model.size) if tolerance is None else tolerance)
     return _tracked(_Task(model, every, checked_mesh(model, mesh), noise, reach, limits, colour), images, pose)
 
 
@@ -207,11 +213,16 @@ def _measured(task: _Task, pictures: tuple[Reals, ...], predicted: Reals, reach:
             cause = TrackStatus.INCONSISTENT if estimate.status == PoseStatus.INCONSISTENT else TrackStatus.UNCERTAIN
             return _predicted(cause if _shown(parts) >= _LEAST_SEEN else TrackStatus.OCCLUDED, predicted, None, parts)
         pose = estimate.motor
+    # If most edges prove that the noise is smaller than its bound, those of other things are rejected more surely.
+    noise = _proved_noise(parts, task.noise)
+    surer = estimate_pose(model, [one.view for one in parts if len(one.offsets)], pose, noise, task.limits)
+    if surer.status in _ESTIMATED:
+        return _verified(parts, surer, predicted, noise, task)
     assert estimate is not None
-    return _verified(parts, estimate, predicted, task)
+    return _verified(parts, estimate, predicted, task.noise, task)
 
 
-def _verified(parts: list[MeasuredEdges], estimate: PoseEstimate, predicted: Reals, task: _Task) -> TrackedPose:
+def _verified(parts: list[MeasuredEdges], estimate: PoseEstimate, predicted: Reals, noise: float, task: _Task) -> TrackedPose:
     inliers = np.concatenate([estimate.inliers[kind] for kind in KINDS])
     seen = float(inliers.sum()) / max(sum(one.n_predicted for one in parts), 1)
     statuses = tuple(one.status for one in parts)
@@ -223,14 +234,20 @@ def _verified(parts: list[MeasuredEdges], estimate: PoseEstimate, predicted: Rea
     # Edges of other things near a wrong pose have larger residuals than those of the object.
     elif (
         inliers.mean() < _LEAST_INLIERS
-        or estimate.residual > _LARGEST_RESIDUAL * task.noise
-        or disagreeing(task.model, used, estimate, task.noise, task.limits)
+        or estimate.residual > _LARGEST_RESIDUAL * noise
+        or disagreeing(task.model, used, estimate, noise, task.limits)
     ):
         status = TrackStatus.INCONSISTENT
     elif estimate.status not in _FOUND or exceeds(estimate, task.limits):
         status = TrackStatus.UNCERTAIN
     found = TrackedPose(status, estimate.motor, estimate, seen, statuses)
     return found if found.is_estimated else replace(found, motor=predicted)
+
+
+def _proved_noise(parts: list[MeasuredEdges], noise: float) -> float:
+    """Return twice the standard deviation of offsets by their median, within the bound of the noise and a third."""
+    off = float(np.median(np.abs(np.concatenate([one.offsets for one in parts]))))
+    return min(max(_DOUBLE_DEVIATION * off, noise / 3), noise)
 
 
 def _shown(parts: list[MeasuredEdges]) -> float:
