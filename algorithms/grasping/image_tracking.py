@@ -22,7 +22,7 @@ from .pose_status import PoseStatus
 from .predicted_curves import Mesh
 from .scene import SceneCamera
 from .silhouette_views import measure_silhouettes
-from .tracked_errors import disagreeing, exceeds, with_common_errors
+from .tracked_errors import disagreeing, exceeds, with_common_errors, without_refuted_curves
 
 _ROUNDS = (1.0, 0.5, 0.3, 0.3)
 """How far edges are searched in the rounds of one image, as parts of the reach."""
@@ -209,6 +209,12 @@ def _measured(task: _Task, pictures: tuple[Reals, ...], predicted: Reals, reach:
             return _predicted(_why(parts), predicted, estimate, parts)
         noise = task.noise if part == _ROUNDS[-1] else max(task.noise, far / 4)
         estimate = estimate_pose(model, views, pose, noise, task.limits)
+        if estimate.status == PoseStatus.INCONSISTENT:
+            clear = without_refuted_curves(parts, estimate)
+            if clear is not None:
+                parts = clear
+                views = [one.view for one in parts if len(one.offsets)]
+                estimate = estimate_pose(model, views, pose, noise, task.limits)
         if estimate.status not in _USABLE:
             cause = TrackStatus.INCONSISTENT if estimate.status == PoseStatus.INCONSISTENT else TrackStatus.UNCERTAIN
             return _predicted(cause if _shown(parts) >= _LEAST_SEEN else TrackStatus.OCCLUDED, predicted, None, parts)
@@ -222,7 +228,9 @@ def _measured(task: _Task, pictures: tuple[Reals, ...], predicted: Reals, reach:
     return _verified(parts, estimate, predicted, task.noise, task)
 
 
-def _verified(parts: list[MeasuredEdges], estimate: PoseEstimate, predicted: Reals, noise: float, task: _Task) -> TrackedPose:
+def _verified(
+    parts: list[MeasuredEdges], estimate: PoseEstimate, predicted: Reals, noise: float, task: _Task
+) -> TrackedPose:
     inliers = np.concatenate([estimate.inliers[kind] for kind in KINDS])
     seen = float(inliers.sum()) / max(sum(one.n_predicted for one in parts), 1)
     statuses = tuple(one.status for one in parts)

@@ -97,6 +97,8 @@ def pose_limits(model: ObjectModel, tolerance: tuple[float, float] | None) -> tu
     """Return the largest bounds of errors of a pose that is OK: a tolerance after a check, or the default."""
     if tolerance is None:
         return _TURN_LIMIT, _SHIFT_LIMIT * model.size
+    if len(tolerance) != 2:
+        raise ValueError(f"tolerance: {len(tolerance)} numbers; expected two positive numbers, an angle and a length")
     turn, shift = (finite_number(each, "tolerance") for each in tolerance)
     if not (turn > 0 and shift > 0):
         raise ValueError(f"tolerance: {tolerance}; expected two positive numbers, an angle and a length")

@@ -22,6 +22,8 @@ _COMMON = 0.02
 of the quotients of errors and bounds in rendered images is that of normal errors."""
 _LEAST_POINTS = 3
 """Least number of points of a curve whose median offset is used."""
+_MOST_POINTS = 24
+"""Largest number of points with a common error: half of a circle, whose sides have different backgrounds."""
 _LEAST_AGREEING = 0.75
 """Least part of the edges of one image that agree with the pose."""
 _IMPROBABLE = 1e-6
@@ -38,7 +40,7 @@ def with_common_errors(estimate: PoseEstimate, parts: Sequence[MeasuredEdges]) -
     counts, medians = _curves(estimate, parts)
     if not len(counts) or not estimate.residual > 0:
         return estimate
-    mean = float(np.square(counts).sum() / counts.sum())
+    mean = float((np.minimum(counts, _MOST_POINTS) * counts).sum() / counts.sum())
     whole = medians[counts >= _LEAST_POINTS]
     # The pose is adapted to up to six of the offsets; of few curves, half are regarded as redundant.
     redundant = max(len(whole) - 6 + len(estimate.freedoms), len(whole) / 2, 1)
@@ -50,7 +52,7 @@ def _curves(estimate: PoseEstimate, parts: Sequence[MeasuredEdges]) -> tuple[Rea
     """Return for each curve in each image the number of points that agree with the pose, and their median offset."""
     counts, medians = [], []
     first = [0] * len(parts)
-    for k, rows, agree in _parts(estimate, [one.view for one in parts]):
+    for k, _, rows, agree in _parts(estimate, [one.view for one in parts]):
         offsets = parts[k].offsets[first[k] : first[k] + len(rows)]
         first[k] += len(rows)
         for row in np.unique(rows[agree]):
@@ -58,6 +60,28 @@ def _curves(estimate: PoseEstimate, parts: Sequence[MeasuredEdges]) -> tuple[Rea
             counts.append(len(own))
             medians.append(float(np.median(own)))
     return np.array(counts, float), np.array(medians)
+
+
+def without_refuted_curves(parts: Sequence[MeasuredEdges], estimate: PoseEstimate) -> list[MeasuredEdges] | None:
+    """Leave out the curves of single images that are refuted by most of their points: something else hides them.
+
+    None if there are no such curves, or if they have too many points for the others to be trusted.
+    """
+    kept = [{kind: getattr(one.view, kind) for kind in KINDS} for one in parts]
+    offsets: list[list[Reals]] = [[] for _ in parts]
+    first, total, left = [0] * len(parts), 0, 0
+    for k, kind, rows, agree in _parts(estimate, [one.view for one in parts]):
+        is_right = (2 * np.bincount(rows, agree) > np.bincount(rows))[rows]
+        pixels = np.asarray(kept[k][kind][1])
+        kept[k][kind] = (rows[is_right], pixels[is_right]) if is_right.any() else None
+        offsets[k].append(parts[k].offsets[first[k] : first[k] + len(rows)][is_right])
+        first[k], total, left = first[k] + len(rows), total + len(rows), left + int(is_right.sum())
+    if left == total or left < _LEAST_AGREEING * total:
+        return None
+    return [
+        replace(one, view=View(one.view.camera, **kept[k]), offsets=np.concatenate([np.zeros(0), *offsets[k]]))
+        for k, one in enumerate(parts)
+    ]
 
 
 def exceeds(estimate: PoseEstimate, limits: tuple[float, float]) -> bool:
@@ -80,7 +104,7 @@ def disagreeing(
     """
     views = [one.view for one in parts]
     right, total = np.zeros(len(views)), np.zeros(len(views))
-    for k, rows, agree in _parts(estimate, views):
+    for k, _, rows, agree in _parts(estimate, views):
         right[k] += agree.sum()
         total[k] += len(rows)
     found = right < _LEAST_AGREEING * total
@@ -91,15 +115,15 @@ def disagreeing(
     return np.flatnonzero(found).tolist()
 
 
-def _parts(estimate: PoseEstimate, views: Sequence[View]) -> Iterator[tuple[int, Reals, Reals]]:
-    """Yield the elements of each kind in each view, and whether their points agree with the pose."""
+def _parts(estimate: PoseEstimate, views: Sequence[View]) -> Iterator[tuple[int, str, Reals, Reals]]:
+    """Yield the kinds and elements of the points in each view, and whether their points agree with the pose."""
     for kind in KINDS:
         first = 0
         for k, view in enumerate(views):
             seen = getattr(view, kind)
             if seen is not None and kind != "points":
                 rows = np.asarray(seen[0])
-                yield k, rows, estimate.inliers[kind][first : first + len(rows)]
+                yield k, kind, rows, estimate.inliers[kind][first : first + len(rows)]
                 first += len(rows)
 
 
