@@ -174,4 +174,4 @@ def test_no_pose_behind_random_boxes_is_ok_and_wrong(seeds) -> None:
                 turns = [rotation("box", one.motor, pga3.motor_product(truth, half)) for half in HALF_TURNS]
                 assert min(turns) < np.degrees(tolerance[0]), seed
                 assert all(bound <= most for bound, most in zip(one.estimate.bounds, tolerance, strict=True))
-    assert found_ok >= len(seeds) // 3
+    assert found_ok >= max(1, len(seeds) // 3)
