@@ -37,6 +37,10 @@ _LEAST_SHOWN = 0.25
 """Least part of the visible curves in the image that is measured."""
 
 
+_LEAST_OF_CURVE = 0.4
+"""Least part of the visible points of one curve that must have an edge: fewer edges belong to what hides the curve."""
+
+
 @dataclass(frozen=True, eq=False)
 class MeasuredEdges:
     """Result of `measure_edges`."""
@@ -68,7 +72,8 @@ def measure_edges(
 
     At points of visible edges, silhouettes and rims, the image is sampled along the normal of the curve. The edge is at
     the largest derivative of the colour, between samples by a parabola (as in RAPiD by Harris). Points at which curves
-    of several elements are too near to each other are left out.
+    of several elements are too near to each other are left out, and so are curves with edges at less than two fifths of
+    their points: they are hidden.
 
     Parameters
     ----------
@@ -123,6 +128,7 @@ def edges_near(
     if not len(curves.pixels):
         return _because(ImageStatus.OUTSIDE_IMAGE, nothing)
     offsets, is_edge = _offsets(curves, camera, image, reach)
+    is_edge &= _is_seen(curves, is_edge)
     found, offsets = curves.part(is_edge), offsets[is_edge]
     pixels = found.pixels + offsets[:, None] * found.normals
     view = view_of_elements(camera.camera, found.kinds, found.elements, pixels)
@@ -154,6 +160,13 @@ def _crowded(curves: PredictedCurves) -> Reals:
     found[i[crosses | apart]] = True
     found[j[crosses | apart]] = True
     return found
+
+
+def _is_seen(curves: PredictedCurves, is_edge: Reals) -> Reals:
+    """Return which points belong to a curve that has an edge at enough of its points."""
+    _, curve = np.unique(np.column_stack([curves.kinds, curves.elements]), axis=0, return_inverse=True)
+    curve = curve.reshape(-1)
+    return np.asarray((np.bincount(curve, is_edge) >= _LEAST_OF_CURVE * np.bincount(curve))[curve])
 
 
 def _offsets(curves: PredictedCurves, camera: SceneCamera, image: Reals, reach: float) -> tuple[Reals, Reals]:

@@ -76,7 +76,9 @@ def guided_grasp(
     *,
     mount: ArrayLike | None = None,
     expected: ArrayLike | None = None,
+    start: ArrayLike | None = None,
     noise: float = 0.3,
+    tolerance: tuple[float, float] | None = None,
     approach: float = APPROACH,
     obstacles: Sequence[Obstacle] = (),
     arm: ArmCapsules | None = None,
@@ -106,8 +108,15 @@ def guided_grasp(
         The motor from the frame of the hand to that of the end effector. By default they coincide.
     expected : array_like, (8,), optional
         A rough pose of the object, with which the status can name why it is not seen.
+    start : array_like, (8,), optional
+        A pose near the true one, such as that of the preceding image, from which `estimate_pose` begins.
     noise : float
         The standard deviation of a pixel's coordinate.
+    tolerance : (float, float), optional
+        The largest bounds of the errors of the pose for which the hand moves: of the rotation, in radians, and of the
+        displacement of the model's centre. A contact at a distance r from the centre is wrong by at most the second
+        plus r times the first. By default, this is one millimetre at the point of the model farthest from the centre:
+        0.7 mm, and the angle that moves this point by 0.3 mm.
     approach : float
         The hand arrives along its axis z over this distance, in metres.
     obstacles : sequence of Obstacle
@@ -146,9 +155,12 @@ def guided_grasp(
         raise ValueError(f"margin: {margin}; expected at least 0 metres")
     if isinstance(trials, bool) or not isinstance(trials, (int, np.integer)) or trials < 0:
         raise ValueError(f"trials: {trials!r}; expected an integer of at least 0")
-    estimate = estimate_pose(model, tuple(views), noise=noise)
-    if estimate.status in (PoseStatus.OCCLUDED, PoseStatus.TOO_FEW) and expected is not None:
-        estimate = estimate_pose(model, tuple(views), expected, noise)
+    seen = tuple(views)
+    if tolerance is None:
+        tolerance = _contact_tolerance(model)
+    estimate = estimate_pose(model, seen, start, noise, tolerance)
+    if start is None and expected is not None and estimate.status in (PoseStatus.OCCLUDED, PoseStatus.TOO_FEW):
+        estimate = estimate_pose(model, seen, expected, noise, tolerance)
     if not estimate.is_found:
         return _still(_CAUSES.get(estimate.status, LoopStatus.POSE_UNKNOWN), estimate, None, joints)
     grasps = tuple(plans)
@@ -178,6 +190,14 @@ def guided_grasp(
     )
 
 
+def _contact_tolerance(model: ObjectModel) -> tuple[float, float]:
+    """Return bounds of errors of a pose which displace no point of a model by more than a millimetre."""
+    radius = float(np.linalg.norm(model.samples - model.centre, axis=1).max())
+    return min(_TURNED / max(radius, _TURNED), np.pi), _SHIFTED
+
+
+_TURNED, _SHIFTED = 0.3e-3, 0.7e-3
+"""How far the bounds of errors of the rotation and of the displacement may move a contact, in metres."""
 _CAUSES = {
     PoseStatus.OCCLUDED: LoopStatus.OCCLUDED,
     PoseStatus.BEHIND_CAMERA: LoopStatus.BEHIND_CAMERA,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from math import radians
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,12 +16,13 @@ from ..arguments import Reals, finite_number
 from .edge_measurement import MeasuredEdges, edges_near
 from .image_arguments import check_outline, checked_mesh, checked_start, real_image
 from .image_status import ImageStatus
-from .pose_estimation import PoseEstimate, estimate_pose
+from .pose_estimation import PoseEstimate, estimate_pose, pose_limits
 from .pose_models import KINDS, ObjectModel
 from .pose_status import PoseStatus
 from .predicted_curves import Mesh
 from .scene import SceneCamera
 from .silhouette_views import measure_silhouettes
+from .tracked_errors import disagreeing, exceeds, with_common_errors, without_refuted_curves
 
 _ROUNDS = (1.0, 0.5, 0.3, 0.3)
 """How far edges are searched in the rounds of one image, as parts of the reach."""
@@ -30,10 +32,15 @@ _LEAST_INLIERS, _LEAST_SEEN = 0.75, 0.4
 """Least part of the edges that agree with the pose, and of the visible curves that have an edge which agrees."""
 _LARGEST_RESIDUAL = 0.85
 """Largest root mean square residual, as a part of the bound of the noise."""
+_DOUBLE_DEVIATION = 2 * 1.4826
+"""Twice the quotient of the standard deviation of normal numbers and their median absolute value."""
+_TURN_LIMIT, _SHIFT_LIMIT = radians(0.5), 2 / 125
+"""The default tolerance: in radians, and in sizes of the model."""
 _MOST_MISSED = 5
 """Images without a pose up to which motion is extrapolated."""
 _FOUND = (PoseStatus.OK, PoseStatus.SYMMETRIC)
-_USABLE = (*_FOUND, PoseStatus.AMBIGUOUS, PoseStatus.UNCERTAIN)
+_ESTIMATED = (*_FOUND, PoseStatus.UNCERTAIN)
+_USABLE = (*_ESTIMATED, PoseStatus.AMBIGUOUS)
 
 
 class TrackStatus(IntEnum):
@@ -47,9 +54,10 @@ class TrackStatus(IntEnum):
     OUTSIDE = 3
     """The object is predicted to be outside all images, or behind the cameras. The pose is predicted."""
     UNCERTAIN = 4
-    """The edges do not determine the pose, or their standard deviations are too large. The pose is predicted."""
+    """The bounds of the errors exceed the tolerance, or other poses are as good. In the first case, the pose is the
+    best one all the same: see `TrackedPose.is_estimated`."""
     INCONSISTENT = 5
-    """Edges disagree with the model. The pose is predicted."""
+    """Edges disagree with the model, or an image with the pose from all images. The pose is predicted."""
     NOT_FINITE = 6
     """Values of all images are infinite or NaN. The pose is predicted."""
     LOST = 7
@@ -67,13 +75,19 @@ class TrackedPose:
 
     status: TrackStatus
     motor: Reals
-    """(8,) The measured pose if the status is OK or RECOVERED; NaN if it is LOST; otherwise the predicted pose."""
+    """(8,) The measured pose if `is_estimated`; NaN if the status is LOST; otherwise the predicted pose."""
     estimate: PoseEstimate | None
-    """None if there are too few measurements."""
+    """None if there are too few measurements. Its covariance includes errors that points of a curve have in common."""
     seen: float
     """The part of the visible curves, in all images, with an edge that agrees with the pose."""
     statuses: tuple[ImageStatus, ...]
     """For each image."""
+
+    @property
+    def is_estimated(self) -> bool:
+        """Whether the motor is the best pose for the images: measured, or with bounds that exceed the tolerance."""
+        is_best = self.estimate is not None and self.estimate.status in _ESTIMATED
+        return self.status.is_measured or (self.status == TrackStatus.UNCERTAIN and is_best)
 
 
 def track_pose(
@@ -86,6 +100,7 @@ def track_pose(
     mesh: tuple[ArrayLike, ArrayLike] | None = None,
     noise: float = 0.3,
     reach: float = 12.0,
+    tolerance: tuple[float, float] | None = None,
 ) -> Iterator[TrackedPose]:
     """Track an object through images that cameras take at equal intervals.
 
@@ -112,16 +127,24 @@ def track_pose(
         times that in rendered images with noise of 1 % and a blur of 0.6 pixels.
     reach : float
         How far edges are searched, in pixels. It grows while no pose is found.
+    tolerance : (float, float), optional
+        The largest bounds of the errors for which a pose is measured, as for `estimate_pose`: of the rotation, in
+        radians, and of the displacement of the model's centre. By default 0.5 degrees, and the size of the model
+        divided by 62.5, which is 1 mm for a box of 5 x 7 x 9 centimetres. Motions that change no image are disregarded.
 
     Yields
     ------
     TrackedPose
-        One for each time, as soon as its images are measured.
+        One for each time, as soon as its images are measured. The status OK guarantees what it does in
+        `estimate_pose`, also for symmetric objects, with bounds for errors that the edge points of a curve have in
+        common. In addition, enough of the visible curves are seen, at least three quarters of the edges of each image
+        agree with the pose, and so does the pose from each image alone, as far as it determines one.
 
     Raises
     ------
     TypeError, ValueError
-        If shapes or types disagree, a camera is mounted, `noise` is not positive, or `reach` is less than 3.
+        If shapes or types disagree, a camera is mounted, `noise` is not positive, `reach` is less than 3, or
+        `tolerance` is not two positive numbers.
     """
     every = tuple(cameras)
     check_outline(model)
@@ -130,7 +153,8 @@ def track_pose(
         raise ValueError(f"cameras: {len(every)}; expected at least one, and poses in the world: Scene.placed_camera")
     if not finite_number(noise, "noise") > 0 or finite_number(reach, "reach") < _LEAST_REACH:
         raise ValueError(f"noise {noise}, reach {reach}; expected positive noise and a reach of at least 3 pixels")
-    return _tracked(_Task(model, every, checked_mesh(model, mesh), noise, reach, colour), images, pose)
+    limits = pose_limits(model, (_TURN_LIMIT, _SHIFT_LIMIT * model.size) if tolerance is None else tolerance)
+    return _tracked(_Task(model, every, checked_mesh(model, mesh), noise, reach, limits, colour), images, pose)
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,6 +164,7 @@ class _Task:
     mesh: Mesh
     noise: float
     reach: float
+    limits: tuple[float, float]
     colour: ArrayLike | None
 
 
@@ -154,9 +179,9 @@ def _tracked(task: _Task, images: Iterable[Sequence[ArrayLike]], pose: Reals) ->
         steps = 0 if is_first else min(missed + 1, _MOST_MISSED + 1)
         predicted = np.asarray(pga3.motor_product(pose, pga3.motor_exponential(steps * twist)))
         found = _measured(task, pictures, predicted, min(task.reach * _GROWTH**missed, _LARGEST_REACH))
-        if not found.status.is_measured and task.colour is not None:
+        if not found.is_estimated and task.colour is not None:
             found = _found_again(task, pictures, predicted, found)
-        if found.status.is_measured:
+        if found.is_estimated:
             between = pga3.motor_product(pga3.motor_inverse(pose), found.motor)
             step = np.asarray(pga3.motor_logarithm(between if between[0] >= 0 else -between)) / (missed + 1)
             twist = np.zeros(6) if is_first or found.status == TrackStatus.RECOVERED else step
@@ -182,27 +207,55 @@ def _measured(task: _Task, pictures: tuple[Reals, ...], predicted: Reals, reach:
         views = [one.view for one in parts if len(one.offsets)]
         if not views:
             return _predicted(_why(parts), predicted, estimate, parts)
-        estimate = estimate_pose(model, views, pose, task.noise if part == _ROUNDS[-1] else max(task.noise, far / 4))
+        noise = task.noise if part == _ROUNDS[-1] else max(task.noise, far / 4)
+        estimate = estimate_pose(model, views, pose, noise, task.limits)
+        if estimate.status == PoseStatus.INCONSISTENT:
+            clear = without_refuted_curves(parts, estimate)
+            if clear is not None:
+                parts = clear
+                views = [one.view for one in parts if len(one.offsets)]
+                estimate = estimate_pose(model, views, pose, noise, task.limits)
         if estimate.status not in _USABLE:
             cause = TrackStatus.INCONSISTENT if estimate.status == PoseStatus.INCONSISTENT else TrackStatus.UNCERTAIN
             return _predicted(cause if _shown(parts) >= _LEAST_SEEN else TrackStatus.OCCLUDED, predicted, None, parts)
         pose = estimate.motor
+    # If most edges prove that the noise is smaller than its bound, those of other things are rejected more surely.
+    noise = _proved_noise(parts, task.noise)
+    surer = estimate_pose(model, [one.view for one in parts if len(one.offsets)], pose, noise, task.limits)
+    if surer.status in _ESTIMATED:
+        return _verified(parts, surer, predicted, noise, task)
     assert estimate is not None
-    return _verified(parts, estimate, predicted, task.noise)
+    return _verified(parts, estimate, predicted, task.noise, task)
 
 
-def _verified(parts: list[MeasuredEdges], estimate: PoseEstimate, predicted: Reals, noise: float) -> TrackedPose:
+def _verified(
+    parts: list[MeasuredEdges], estimate: PoseEstimate, predicted: Reals, noise: float, task: _Task
+) -> TrackedPose:
     inliers = np.concatenate([estimate.inliers[kind] for kind in KINDS])
     seen = float(inliers.sum()) / max(sum(one.n_predicted for one in parts), 1)
     statuses = tuple(one.status for one in parts)
+    used = [one for one in parts if len(one.offsets)]
+    estimate = with_common_errors(estimate, used)
+    status = TrackStatus.OK
     if seen < _LEAST_SEEN:
-        return TrackedPose(TrackStatus.OCCLUDED, predicted, estimate, seen, statuses)
+        status = TrackStatus.OCCLUDED
     # Edges of other things near a wrong pose have larger residuals than those of the object.
-    if inliers.mean() < _LEAST_INLIERS or estimate.residual > _LARGEST_RESIDUAL * noise:
-        return TrackedPose(TrackStatus.INCONSISTENT, predicted, estimate, seen, statuses)
-    if estimate.status not in _FOUND:
-        return TrackedPose(TrackStatus.UNCERTAIN, predicted, estimate, seen, statuses)
-    return TrackedPose(TrackStatus.OK, estimate.motor, estimate, seen, statuses)
+    elif (
+        inliers.mean() < _LEAST_INLIERS
+        or estimate.residual > _LARGEST_RESIDUAL * noise
+        or disagreeing(task.model, used, estimate, noise, task.limits)
+    ):
+        status = TrackStatus.INCONSISTENT
+    elif estimate.status not in _FOUND or exceeds(estimate, task.limits):
+        status = TrackStatus.UNCERTAIN
+    found = TrackedPose(status, estimate.motor, estimate, seen, statuses)
+    return found if found.is_estimated else replace(found, motor=predicted)
+
+
+def _proved_noise(parts: list[MeasuredEdges], noise: float) -> float:
+    """Return twice the standard deviation of offsets by their median, within the bound of the noise and a third."""
+    off = float(np.median(np.abs(np.concatenate([one.offsets for one in parts]))))
+    return min(max(_DOUBLE_DEVIATION * off, noise / 3), noise)
 
 
 def _shown(parts: list[MeasuredEdges]) -> float:

@@ -67,7 +67,7 @@ def estimate_pose(
     seen = measurements(model, (views,) if isinstance(views, View) else tuple(views))
     if not finite_number(noise, "noise") > 0:
         raise ValueError(f"noise: {noise}; expected a positive number of pixels")
-    limits = (_TURN_LIMIT, _SHIFT_LIMIT * model.size) if tolerance is None else _limits(tolerance)
+    limits = pose_limits(model, tolerance)
     guess = None if start is None else _start(start)
     if not seen.is_finite:
         return no_pose(PoseStatus.NOT_FINITE, seen)
@@ -93,7 +93,12 @@ def _start(start: ArrayLike) -> Reals:
     return given
 
 
-def _limits(tolerance: tuple[float, float]) -> tuple[float, float]:
+def pose_limits(model: ObjectModel, tolerance: tuple[float, float] | None) -> tuple[float, float]:
+    """Return the largest bounds of errors of a pose that is OK: a tolerance after a check, or the default."""
+    if tolerance is None:
+        return _TURN_LIMIT, _SHIFT_LIMIT * model.size
+    if len(tolerance) != 2:
+        raise ValueError(f"tolerance: {len(tolerance)} numbers; expected two positive numbers, an angle and a length")
     turn, shift = (finite_number(each, "tolerance") for each in tolerance)
     if not (turn > 0 and shift > 0):
         raise ValueError(f"tolerance: {tolerance}; expected two positive numbers, an angle and a length")

@@ -6,7 +6,8 @@ import pytest
 from algorithms.grasping import GraspStatus, PoseStatus, plan_grasps
 from algorithms.grasping.grasp_loop import LoopStatus, guided_grasp
 from algorithms.grasping.pose_estimation import estimate_pose
-from algorithms.grasping.scene import SceneObject, simulate
+from algorithms.grasping.pose_models import ObjectModel
+from algorithms.grasping.scene import Scene, SceneObject, simulate
 from generated import pga3
 from tests.support.grasp_scene import FACES, HOME, MODEL, MOUNT, TARGET, VERTICES, motor, pose, scene
 from tests.support.scans import box
@@ -43,6 +44,52 @@ def test_contacts_are_within_a_millimetre(plans, distortion: float) -> None:
         wanted = pga3.move_point(pga3.motor_product(truth, found.grasp.motor), np.array([[0, 0, -0.08], [0, 0, 0]]))
         assert np.linalg.norm(pga3.move_point(hands[[0, -1]], np.zeros(3)) - wanted, axis=1).max() < 1e-3
     assert reached >= 6
+
+
+def test_one_camera_is_enough_for_a_tolerance_that_is_passed(plans) -> None:
+    rng, limits = np.random.default_rng(0), (np.radians(0.5), 2e-3)
+    reach = np.linalg.norm(MODEL.samples - MODEL.centre, axis=1).max()
+    for seed in range(3):
+        truth = pose(rng)
+        built = scene(truth)
+        views = built.render("box", 0.3, seed)[:1]
+        unknown = guided_grasp(built.robot, HOME, MODEL, views, plans, mount=MOUNT)
+        # The bound of Cramer and Rao for one image of this box is larger than the default tolerance.
+        assert unknown.status == LoopStatus.POSE_UNKNOWN and stays(unknown)
+        assert unknown.estimate.status == PoseStatus.UNCERTAIN and unknown.estimate.bounds[1] > 0.7e-3
+        found = guided_grasp(built.robot, HOME, MODEL, views, plans, mount=MOUNT, start=truth, tolerance=limits)
+        assert found.status == LoopStatus.OK
+        angle, shift = found.estimate.bounds
+        assert angle <= limits[0] and shift <= limits[1]
+        off = np.linalg.norm(found.contacts - pga3.move_point(truth, found.grasp.contacts), axis=1).max()
+        assert off <= shift + reach * angle
+
+
+def test_the_pose_is_refined_from_the_start(plans) -> None:
+    # The rotation of a ball is that of the start, since no image changes it.
+    ball, truth = ObjectModel.of(spheres=[[0, 0, 0, 0.04]]), motor((0.2, 0.3, 0.5), TARGET)
+    built = scene(truth)
+    views = Scene(built.cameras, (SceneObject("ball", ball, truth),)).render("ball", 0.3, 3)
+    for turn in ((0.2, 0.3, 0.5), (-0.9, 0.4, 0.1)):
+        start = motor(turn, TARGET + 0.003)
+        found = guided_grasp(built.robot, HOME, ball, views, plans, mount=MOUNT, start=start).estimate
+        between = pga3.motor_to_matrix(pga3.motor_product(pga3.motor_inverse(start), found.motor))
+        assert found.status == PoseStatus.SYMMETRIC and np.abs(between[:3, :3] - np.eye(3)).max() < 1e-3
+        assert np.abs(pga3.move_point(found.motor, np.zeros(3)) - TARGET).max() < 1e-3
+
+
+def test_wrong_starts_and_tolerances_are_refused(plans) -> None:
+    built = scene(motor((0, 0, 0), TARGET))
+    for tolerance, message in (
+        ((0.0, 1e-3), "two positive numbers"),
+        ((np.nan, 1e-3), "finite"),
+        ((1.0, -1), "two pos"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            loop(built, plans, tolerance=tolerance)
+    for start in (np.zeros(8), 2 * motor((0, 0, 0), TARGET), np.zeros(7)):
+        with pytest.raises(ValueError, match="start"):
+            loop(built, plans, start=start)
 
 
 def test_without_noise_contacts_are_exact(plans) -> None:
