@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 
 import numpy as np
@@ -21,6 +21,7 @@ from .obstacles import MeshObstacle, Obstacle, mesh_obstacle
 from .planning import Grasp, GraspPlan
 from .pose_estimation import PoseEstimate, estimate_pose
 from .pose_models import ObjectModel, View
+from .pose_record import bound_of
 from .pose_status import PoseStatus
 from .scene import Scene
 from .status import GraspStatus
@@ -78,7 +79,7 @@ def guided_grasp(
     expected: ArrayLike | None = None,
     start: ArrayLike | None = None,
     noise: float = 0.3,
-    tolerance: tuple[float, float] | None = None,
+    accuracy: float = 1e-3,
     approach: float = APPROACH,
     obstacles: Sequence[Obstacle] = (),
     arm: ArmCapsules | None = None,
@@ -112,11 +113,10 @@ def guided_grasp(
         A pose near the true one, such as that of the preceding image, from which `estimate_pose` begins.
     noise : float
         The standard deviation of a pixel's coordinate.
-    tolerance : (float, float), optional
-        The largest bounds of the errors of the pose for which the hand moves: of the rotation, in radians, and of the
-        displacement of the model's centre. A contact at a distance r from the centre is wrong by at most the second
-        plus r times the first. By default, this is one millimetre at the point of the model farthest from the centre:
-        0.7 mm, and the angle that moves this point by 0.3 mm.
+    accuracy : float
+        The largest error of a contact, in metres, for which the hand moves: by the covariance of the pose, it is
+        exceeded with a probability of one in a thousand. Grasps with larger errors are left out; if all are, the status
+        is POSE_UNKNOWN, and that of the estimate is UNCERTAIN. Poses of symmetric objects are not tested.
     approach : float
         The hand arrives along its axis z over this distance, in metres.
     obstacles : sequence of Obstacle
@@ -155,12 +155,12 @@ def guided_grasp(
         raise ValueError(f"margin: {margin}; expected at least 0 metres")
     if isinstance(trials, bool) or not isinstance(trials, (int, np.integer)) or trials < 0:
         raise ValueError(f"trials: {trials!r}; expected an integer of at least 0")
+    if not finite_number(accuracy, "accuracy") > 0:
+        raise ValueError(f"accuracy: {accuracy}; expected a positive number of metres")
     seen = tuple(views)
-    if tolerance is None:
-        tolerance = _contact_tolerance(model)
-    estimate = estimate_pose(model, seen, start, noise, tolerance)
+    estimate = estimate_pose(model, seen, start, noise, _ANY)
     if start is None and expected is not None and estimate.status in (PoseStatus.OCCLUDED, PoseStatus.TOO_FEW):
-        estimate = estimate_pose(model, seen, expected, noise, tolerance)
+        estimate = estimate_pose(model, seen, expected, noise, _ANY)
     if not estimate.is_found:
         return _still(_CAUSES.get(estimate.status, LoopStatus.POSE_UNKNOWN), estimate, None, joints)
     grasps = tuple(plans)
@@ -168,6 +168,11 @@ def guided_grasp(
     if not usable:
         cause = grasps[0].status if grasps else GraspStatus.NO_CONTACTS
         return _still(LoopStatus.NO_GRASP, estimate, cause, joints)
+    if estimate.status == PoseStatus.OK:
+        usable = [grasp for grasp in usable if contact_bound(estimate, model, grasp) <= accuracy]
+        if not usable:
+            uncertain = replace(estimate, status=PoseStatus.UNCERTAIN)
+            return _still(LoopStatus.POSE_UNKNOWN, uncertain, GraspStatus.OK, joints)
     if target is None and isinstance(plans, GraspPlan) and len(plans.faces):
         target = mesh_obstacle(plans.vertices, plans.faces)
     setting = Setting(
@@ -190,14 +195,31 @@ def guided_grasp(
     )
 
 
-def _contact_tolerance(model: ObjectModel) -> tuple[float, float]:
-    """Return bounds of errors of a pose which displace no point of a model by more than a millimetre."""
-    radius = float(np.linalg.norm(model.samples - model.centre, axis=1).max())
-    return min(_TURNED / max(radius, _TURNED), np.pi), _SHIFTED
+def contact_bound(estimate: PoseEstimate, model: ObjectModel, grasp: Grasp) -> float:
+    """Return the error that no contact of a grasp exceeds, each with a probability of 0.999.
+
+    Parameters
+    ----------
+    estimate : PoseEstimate
+    model : ObjectModel
+        That of the estimate.
+    grasp : Grasp
+        In the frame of the model.
+
+    Returns
+    -------
+    float
+        In metres, by the covariance of the pose; infinite for symmetric objects.
+    """
+    bounds = []
+    for arm in grasp.contacts - model.centre:
+        moved = np.concatenate([np.cross(np.eye(3), arm), np.eye(3)])
+        bounds.append(bound_of(moved.T @ estimate.covariance @ moved) if len(estimate.freedoms) == 0 else np.inf)
+    return float(max(bounds))
 
 
-_TURNED, _SHIFTED = 0.3e-3, 0.7e-3
-"""How far the bounds of errors of the rotation and of the displacement may move a contact, in metres."""
+_ANY = np.pi, 1e100
+"""A tolerance of poses that does not limit them."""
 _CAUSES = {
     PoseStatus.OCCLUDED: LoopStatus.OCCLUDED,
     PoseStatus.BEHIND_CAMERA: LoopStatus.BEHIND_CAMERA,

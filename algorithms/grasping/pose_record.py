@@ -59,10 +59,10 @@ def deviations_of(covariance: Reals) -> tuple[float, float]:
 
 def bounds_of(covariance: Reals) -> tuple[float, float]:
     """Return the bounds of the errors of rotation and displacement."""
-    return _bound(covariance[:3, :3]), _bound(covariance[3:, 3:])
+    return bound_of(covariance[:3, :3]), bound_of(covariance[3:, 3:])
 
 
-def _bound(covariance: Reals) -> float:
+def bound_of(covariance: Reals) -> float:
     """Return the length that an error with a covariance (3, 3) exceeds with a probability of one in a thousand.
 
     The squared length is approximated by a multiple of a chi-square number with the same mean and variance, and that

@@ -1,10 +1,12 @@
 """The loop from rendered images to a reached grasp, compared with the true pose of the object."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from algorithms.grasping import GraspStatus, PoseStatus, plan_grasps
-from algorithms.grasping.grasp_loop import LoopStatus, guided_grasp
+from algorithms.grasping.grasp_loop import LoopStatus, contact_bound, guided_grasp
 from algorithms.grasping.pose_estimation import estimate_pose
 from algorithms.grasping.pose_models import ObjectModel
 from algorithms.grasping.scene import Scene, SceneObject, simulate
@@ -46,23 +48,31 @@ def test_contacts_are_within_a_millimetre(plans, distortion: float) -> None:
     assert reached >= 6
 
 
-def test_one_camera_is_enough_for_a_tolerance_that_is_passed(plans) -> None:
-    rng, limits = np.random.default_rng(0), (np.radians(0.5), 2e-3)
-    reach = np.linalg.norm(MODEL.samples - MODEL.centre, axis=1).max()
+def test_one_camera_is_enough_for_an_accuracy_that_is_passed(plans) -> None:
+    rng = np.random.default_rng(0)
     for seed in range(3):
         truth = pose(rng)
         built = scene(truth)
         views = built.render("box", 0.3, seed)[:1]
         unknown = guided_grasp(built.robot, HOME, MODEL, views, plans, mount=MOUNT)
-        # The bound of Cramer and Rao for one image of this box is larger than the default tolerance.
+        # The bound of Cramer and Rao for one image of this box is larger than a millimetre.
         assert unknown.status == LoopStatus.POSE_UNKNOWN and stays(unknown)
         assert unknown.estimate.status == PoseStatus.UNCERTAIN and unknown.estimate.bounds[1] > 0.7e-3
-        found = guided_grasp(built.robot, HOME, MODEL, views, plans, mount=MOUNT, start=truth, tolerance=limits)
+        found = guided_grasp(built.robot, HOME, MODEL, views, plans, mount=MOUNT, start=truth, accuracy=3e-3)
         assert found.status == LoopStatus.OK
-        angle, shift = found.estimate.bounds
-        assert angle <= limits[0] and shift <= limits[1]
+        bound = contact_bound(found.estimate, MODEL, found.grasp)
         off = np.linalg.norm(found.contacts - pga3.move_point(truth, found.grasp.contacts), axis=1).max()
-        assert off <= shift + reach * angle
+        assert off <= bound <= 3e-3
+
+
+def test_bounds_of_contacts_are_those_of_random_poses(plans) -> None:
+    built = scene(motor((0.2, 0.3, 0.5), TARGET))
+    estimate = estimate_pose(MODEL, built.render("box", 0.3, 1), tolerance=(1.0, 1.0))
+    rng, contact = np.random.default_rng(2), plans[0].contacts[0]
+    errors = rng.multivariate_normal(np.zeros(6), estimate.covariance, 200_000)
+    off = np.linalg.norm(np.cross(errors[:, :3], contact - MODEL.centre) + errors[:, 3:], axis=1)
+    one = replace(plans[0], contacts=np.tile(contact, (3, 1)))
+    assert abs(contact_bound(estimate, MODEL, one) / np.quantile(off, 0.999) - 1) < 0.04
 
 
 def test_the_pose_is_refined_from_the_start(plans) -> None:
@@ -78,15 +88,11 @@ def test_the_pose_is_refined_from_the_start(plans) -> None:
         assert np.abs(pga3.move_point(found.motor, np.zeros(3)) - TARGET).max() < 1e-3
 
 
-def test_wrong_starts_and_tolerances_are_refused(plans) -> None:
+def test_wrong_starts_and_accuracies_are_refused(plans) -> None:
     built = scene(motor((0, 0, 0), TARGET))
-    for tolerance, message in (
-        ((0.0, 1e-3), "two positive numbers"),
-        ((np.nan, 1e-3), "finite"),
-        ((1.0, -1), "two pos"),
-    ):
-        with pytest.raises(ValueError, match=message):
-            loop(built, plans, tolerance=tolerance)
+    for accuracy, message in ((0.0, "positive"), (np.nan, "finite"), (-1.0, "positive")):
+        with pytest.raises(ValueError, match=f"accuracy.*{message}"):
+            loop(built, plans, accuracy=accuracy)
     for start in (np.zeros(8), 2 * motor((0, 0, 0), TARGET), np.zeros(7)):
         with pytest.raises(ValueError, match="start"):
             loop(built, plans, start=start)
