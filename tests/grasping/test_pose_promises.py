@@ -51,8 +51,8 @@ def test_a_pose_is_never_ok_and_wrong(kind: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_pose_is_never_ok_and_wrong_often(kind: str) -> None:
-    statuses = check_never_wrong(kind, range(100, 350))
-    assert kind == "can" or statuses.count(PoseStatus.OK) > 80
+    statuses = check_never_wrong(kind, range(100, 200))
+    assert kind == "can" or statuses.count(PoseStatus.OK) > 30
 
 
 @pytest.mark.parametrize("spread", [(1, 0, 0), (1, 1, 0), (1, 1, 1), (3, 1, 0.5)])

@@ -48,7 +48,9 @@ def corners_reached(result, corners, limit):
     return far.argmin(2)
 
 
-@pytest.mark.parametrize(("corners", "count"), [(SQUARE, 8), (TRIANGLE, 6), (ISOSCELES, 2), (ELL, 1)])
+@pytest.mark.parametrize(
+    ("corners", "count"), [pytest.param(SQUARE, 8, marks=pytest.mark.slow), (TRIANGLE, 6), (ISOSCELES, 2), (ELL, 1)]
+)
 def test_outlines_of_polygons(corners, count):
     rng = np.random.default_rng(2)
     source, target = (drawn(rng, corners, 900) + 0.002 * rng.normal(size=(900, 3)) for _ in range(2))
