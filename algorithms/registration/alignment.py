@@ -52,7 +52,7 @@ _MIDDLE, _DULL = -2, 0.8
 cloud with itself that a certain pose needs."""
 _TURN, _HELD = 0.1, 0.5
 """The weakest motion is also free if the score is larger than the second part of the best one after a motion by the
-first multiple of its unit bivector, both ways: 0.55 to 0.9 for a scanned can, 0.45 or less for other objects."""
+first multiple of its unit bivector, in both senses: 0.55 to 0.9 for a scanned can, 0.45 or less for other objects."""
 _SHIFTS = 1.2
 """Shift, in greatest distances of neighbours, with which the support of a pose is compared."""
 _FREE, _NEARLY_FREE, _GAP = 0.004, 0.03, 0.1
@@ -196,7 +196,7 @@ def own_sharpness(task: Task) -> float:
 
 
 def contrast_of(motor: Reals, task: Task, own: float) -> float:
-    """Return by which part of its support a pose is better than poses shifted along each direction, both ways."""
+    """Return by which part of its support a pose exceeds poses shifted along each direction, in both senses."""
     still = np.array([1.0, 0, 0, 0])
     steps = _SHIFTS * task.reach.gate * np.concatenate([task.beside, -task.beside])
     shifted = pga3.motor_product(pga3.motor_from_rotor_translation(still, steps), motor)
