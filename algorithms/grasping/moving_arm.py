@@ -135,7 +135,7 @@ def _reaches(robot: Robot, path: list[int], order: Integers, ends: Reals) -> Rea
         for at in range(last, -1, -1):
             if robot.kinds[path[at]] is Joint.PRISMATIC:
                 found[row, at] = 1.0
-                # A slide displaces the axes behind it: their distance grows with its variable.
+                # A slide displaces the axes that follow it: their distance grows with its variable.
                 length = length + np.abs(robot.limits[at, :2]).max()
                 continue
             feet = pga3.project_point_on_line(points, robot.axes[path[at]])

@@ -270,7 +270,7 @@ def completed(motors: list[Reals], task: Task, free: Reals, accept: Callable[[Re
 def solved(
     fine: Reals, task: Task, last: Task, thresholds: tuple[float, float], same: Callable[[Reals, Reals], Reals] | None
 ) -> Found:
-    """Return all poses of equal support, given refined hypotheses.
+    """Return all poses of equal score, given refined hypotheses.
 
     Parameters
     ----------
