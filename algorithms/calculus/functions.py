@@ -14,8 +14,8 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy import linalg
 
 from ..arguments import real_array
 from .products import bitmaps_of
@@ -107,7 +107,7 @@ def multivector_function(name: str, x: ArrayLike, squares: ArrayLike | None = No
             f"x: shape {array.shape}; expected (..., {1 << len(signs)}), multivectors of {len(signs)} vectors"
         )
     with np.errstate(all="ignore"), warnings.catch_warnings():
-        warnings.simplefilter("ignore", linalg.LinAlgWarning)  # roots are tested by their squares
+        warnings.simplefilter("ignore", scipy.linalg.LinAlgWarning)  # roots are tested by their squares
         if len(signs) == 1:
             return _of_number(name, array, signs[0])
         return _of_matrices(name, array, signs)
@@ -185,26 +185,26 @@ def _checked(found: Matrix, back: Matrix, wanted: Matrix) -> Matrix:
 
 
 def _root(m: Matrix) -> Matrix:
-    found = np.asarray(linalg.sqrtm(m))
+    found = np.asarray(scipy.linalg.sqrtm(m))
     return _checked(found, found @ found, m)
 
 
 def _log(m: Matrix) -> Matrix:
-    found = np.asarray(linalg.logm(m))
-    return _checked(found, linalg.expm(found), m)
+    found = np.asarray(scipy.linalg.logm(m))
+    return _checked(found, scipy.linalg.expm(found), m)
 
 
 def _quotient(a: Matrix, b: Matrix) -> Matrix:
-    return np.asarray(linalg.solve(b, a))
+    return np.asarray(scipy.linalg.solve(b, a))
 
 
 def _cosine_and_sine(m: Matrix) -> tuple[Matrix, Matrix]:
-    exponential = linalg.expm(1j * m)
+    exponential = scipy.linalg.expm(1j * m)
     return exponential.real, exponential.imag
 
 
 def _hyperbolic(m: Matrix) -> tuple[Matrix, Matrix]:
-    up, down = linalg.expm(m), linalg.expm(-m)
+    up, down = scipy.linalg.expm(m), scipy.linalg.expm(-m)
     return (up + down) / 2, (up - down) / 2
 
 
@@ -217,8 +217,8 @@ def _atanh(m: Matrix, one: Matrix) -> Matrix:
 
 
 _MATRICES: dict[str, Callable[[Matrix, Matrix], Matrix]] = {
-    "exp": lambda m, one: linalg.expm(m),
-    "expm1": lambda m, one: linalg.expm(m) - one,
+    "exp": lambda m, one: scipy.linalg.expm(m),
+    "expm1": lambda m, one: scipy.linalg.expm(m) - one,
     "log": lambda m, one: _log(m),
     "log1p": lambda m, one: _log(one + m),
     "sqrt": lambda m, one: _root(m),

@@ -8,8 +8,8 @@ from math import factorial
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import csr_array
 
 from ..arguments import real_array
 from .minors import LARGEST, wedge_rows
@@ -119,7 +119,9 @@ class SimplicialMesh:
         signs = np.tile(1 - 2 * (np.arange(size) & 1), count) * _parity(facets)
         found, where = np.unique(np.sort(facets, axis=1), axis=0, return_inverse=True)
         columns = np.repeat(np.arange(count), size)
-        return found, csr_array((signs, (where.ravel(), columns)), shape=(len(found), count), dtype=np.int64)
+        return found, scipy.sparse.csr_array(
+            (signs, (where.ravel(), columns)), shape=(len(found), count), dtype=np.int64
+        )
 
     def boundary(self) -> SimplicialMesh:
         """Return the boundary: the facets that do not cancel, oriented with an outward vector first.

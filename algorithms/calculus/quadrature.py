@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import roots_jacobi
 
 Floats = NDArray[np.float64]
 MOST_POINTS = 1 << 16
@@ -46,7 +46,7 @@ def simplex_rule(dimension: int, degree: int) -> tuple[Floats, Floats]:
         )
     points, weights, left = np.zeros((1, 0)), np.ones(1), np.ones(1)
     for k in range(dimension):
-        nodes, part = roots_jacobi(count, dimension - 1 - k, 0)
+        nodes, part = scipy.special.roots_jacobi(count, dimension - 1 - k, 0)
         t = (1 + nodes) / 2
         points = np.concatenate([np.repeat(points, count, 0), np.outer(left, t).reshape(-1, 1)], 1)
         weights = np.outer(weights, part / part.sum()).ravel()

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import schur
 
 from ..subspaces.blade import FactoredBlade, flat
 from .linear_functions import LinearStatus, finite_matrices
@@ -278,7 +278,7 @@ def _of_schur(matrix: Floats, values: NDArray[Any], near: float) -> tuple[Floats
             distance = np.abs(places - complex(real, abs(imaginary)))
             return bool(cluster[int(np.argmin(distance))] == first)  # noqa: B023
 
-        triangle, basis, count = schur(matrix, output="real", sort=chosen)
+        triangle, basis, count = scipy.linalg.schur(matrix, output="real", sort=chosen)
         inner = triangle[:count, :count]
         centre = members.mean()
         # a pair closer to each other than this merges with itself, and with nearby real eigenvalues

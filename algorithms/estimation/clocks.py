@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.fft import next_fast_len
-from scipy.optimize import minimize_scalar
 
 from generated import pga3
 
@@ -161,7 +160,9 @@ def _refined(stream: _Stream, at: Reals, fixed: Reals, offset: float, step: floa
         return -_alignment(_rates(stream, at + offset + change, window), fixed)[0]
 
     reach = max(2 * step, 0.05 * window)
-    found = minimize_scalar(misfit, bounds=(-reach, reach), method="bounded", options={"xatol": 1e-3 * step})
+    found = scipy.optimize.minimize_scalar(
+        misfit, bounds=(-reach, reach), method="bounded", options={"xatol": 1e-3 * step}
+    )
     return offset + float(found.x)
 
 
@@ -226,7 +227,7 @@ def _rates(stream: _Stream, at: Reals, window: float) -> Reals:
 
 def _correlation(a: Reals, b: Reals) -> tuple[Reals, Reals]:
     """Return lags and the correlations (k,) of ``a[i + lag]`` with ``b[i]`` for the best rotations."""
-    size = next_fast_len(len(a) + len(b), real=True)
+    size = scipy.fft.next_fast_len(len(a) + len(b), real=True)
 
     def products(p: Reals, q: Reals) -> Reals:
         spectra = np.fft.rfft(p, size, axis=0)[:, :, None] * np.fft.rfft(q, size, axis=0)[:, None, :].conj()

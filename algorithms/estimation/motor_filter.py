@@ -7,8 +7,8 @@ from math import inf, isfinite, nan
 from typing import Literal
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.special import chdtri
 
 from generated import motor_filters as kernels
 from generated import pga3
@@ -326,4 +326,4 @@ def _seconds(dt: object) -> float:
 
 @lru_cache(maxsize=1000)
 def _limit(freedom: int) -> float:
-    return float(chdtri(freedom, _UNLIKELY))
+    return float(scipy.special.chdtri(freedom, _UNLIKELY))

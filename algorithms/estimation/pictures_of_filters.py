@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
-from scipy.special import chdtri
 
 from ..arguments import real_array
 
@@ -50,7 +50,7 @@ def draw_innovations(squares: ArrayLike, freedom: int, probability: float = 0.95
     array = real_array(squares, "squares", (-1, -1))
     n, t = array.shape
     tail = (1 - probability) / 2
-    low, high = (float(chdtri(n * freedom, p)) / n for p in (1 - tail, tail))
+    low, high = (float(scipy.special.chdtri(n * freedom, p)) / n for p in (1 - tail, tail))
     figure = Figure(figsize=(8, 3), layout="constrained")
     axis = figure.subplots()
     axis.axhspan(low, high, color="0.85", label=f"{100 * probability:.0f} % band of {n} runs")

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.special import softmax
 
 from ..arguments import Reals, finite, real_array
 
@@ -69,4 +69,4 @@ def mean_of_sequence(probabilities: ArrayLike, window: int = 5) -> Reals:
         raise ValueError(f"window: {window}; expected a positive number of frames")
     total = np.cumsum(np.log(np.maximum(array, 1e-12)), axis=0)
     total[window:] = total[window:] - total[:-window]
-    return np.asarray(softmax(total / window, axis=1))
+    return np.asarray(scipy.special.softmax(total / window, axis=1))

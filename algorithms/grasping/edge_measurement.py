@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy import ndimage
-from scipy.spatial import cKDTree
 
 from ..arguments import Reals, finite_number
 from ..shapes.colour_segmentation import noise_of_image
@@ -150,7 +149,7 @@ def _in_image(curves: PredictedCurves, camera: SceneCamera) -> Reals:
 def _crowded(curves: PredictedCurves) -> Reals:
     """Return at which points the edges of several elements cannot be distinguished."""
     found = np.zeros(len(curves.pixels), bool)
-    pairs = cKDTree(curves.pixels).query_pairs(_CROWDED, output_type="ndarray")
+    pairs = scipy.spatial.cKDTree(curves.pixels).query_pairs(_CROWDED, output_type="ndarray")
     i, j = pairs.T
     other = (curves.kinds[i] != curves.kinds[j]) | (curves.elements[i] != curves.elements[j])
     i, j = i[other], j[other]
@@ -179,12 +178,12 @@ def _offsets(curves: PredictedCurves, camera: SceneCamera, image: Reals, reach: 
         places = (curves.pixels + aside * tangents)[:, None] + along[:, None] * curves.normals[:, None]
         bent = distorted_pixels(places, camera.camera.intrinsics, camera.distortion)
         rows = [
-            ndimage.map_coordinates(image[..., k], [bent[..., 1], bent[..., 0]], order=1, mode="nearest")
+            scipy.ndimage.map_coordinates(image[..., k], [bent[..., 1], bent[..., 0]], order=1, mode="nearest")
             for k in range(image.shape[2])
         ]
         profiles = profiles + np.stack(rows) / len(_ASIDE)
     width = _WIDTH / _SAMPLE
-    slopes = ndimage.gaussian_filter1d(profiles, width, axis=-1, order=1, mode="nearest")
+    slopes = scipy.ndimage.gaussian_filter1d(profiles, width, axis=-1, order=1, mode="nearest")
     strength = np.sqrt(np.square(slopes).sum(0))
     # A step of height h has the largest derivative h / (width sqrt(2 pi)).
     contrast = strength * width * np.sqrt(2 * np.pi)

@@ -6,7 +6,7 @@ from functools import lru_cache
 from math import inf, sqrt
 
 import numpy as np
-from scipy.special import chdtri
+import scipy
 
 from generated import object_poses as kernels
 from generated import pga3
@@ -185,13 +185,13 @@ def _variance(noise: float, squares: float, freedom: int) -> float:
 @lru_cache(maxsize=1024)
 def _most(freedom: int) -> float:
     """Return the sum of squared standard deviations that noise exceeds with a small probability only."""
-    return float(chdtri(max(freedom, 1), _IMPROBABLE))
+    return float(scipy.special.chdtri(max(freedom, 1), _IMPROBABLE))
 
 
 @lru_cache(maxsize=1024)
 def _least(freedom: int) -> float:
     """Return the sum of squared standard deviations that noise exceeds with a probability of 0.999."""
-    return float(chdtri(freedom, 0.999))
+    return float(scipy.special.chdtri(freedom, 0.999))
 
 
 def _verified(

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull, QhullError
 
 from generated import pga3
 
@@ -59,8 +59,8 @@ def surface_of_model(model: ObjectModel) -> Mesh:
     """Return the convex hull of the ends of edges and of the points, or an empty mesh if these are flat or too few."""
     corners = np.concatenate([model.edges.reshape(-1, 3), model.points])
     try:
-        return corners, ConvexHull(corners).simplices
-    except (QhullError, ValueError):
+        return corners, scipy.spatial.ConvexHull(corners).simplices
+    except (scipy.spatial.QhullError, ValueError):
         return np.zeros((0, 3)), np.zeros((0, 3), int)
 
 

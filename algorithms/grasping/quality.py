@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.spatial import ConvexHull, QhullError
 
 from generated import grasping
 
@@ -111,8 +111,8 @@ def _facets(points: Reals) -> Reals | None:
     # result is right if no point is outside a facet.
     for options in ("Q0", None):
         try:
-            planes: Reals = ConvexHull(points, qhull_options=options).equations
-        except (QhullError, ValueError):
+            planes: Reals = scipy.spatial.ConvexHull(points, qhull_options=options).equations
+        except (scipy.spatial.QhullError, ValueError):
             # Rounding errors, or the points span less than six dimensions.
             continue
         if options is None or (points @ planes[:, :-1].T + planes[:, -1]).max() < _OUTSIDE * np.abs(points).max():

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy import ndimage
 
 from generated import pga3
 
@@ -97,7 +97,7 @@ def scene_image(scene: Scene, k: int = 0, settings: ImageSettings | None = None,
     image, owner = colours.reshape(height, width, 3), owner.reshape(height, width)
     image = np.where((owner >= 0)[..., None], image, behind)
     uneven = _range(owner) > 0
-    uneven |= ndimage.binary_dilation(owner >= 0) & (_range(image).max(-1) > _STEP)
+    uneven |= scipy.ndimage.binary_dilation(owner >= 0) & (_range(image).max(-1) > _STEP)
     if uneven.any() and chosen.samples > 1:
         offsets = (np.arange(chosen.samples) + 0.5) / chosen.samples - 0.5
         grid = np.stack(np.meshgrid(offsets, offsets), -1).reshape(-1, 2)
@@ -105,7 +105,7 @@ def scene_image(scene: Scene, k: int = 0, settings: ImageSettings | None = None,
         colours, owner = eye.shaded(at, grid, chosen)
         image[uneven] = np.where((owner >= 0)[..., None], colours, behind[uneven][:, None]).mean(1)
     if chosen.blur:
-        image = ndimage.gaussian_filter(image, (chosen.blur, chosen.blur, 0))
+        image = scipy.ndimage.gaussian_filter(image, (chosen.blur, chosen.blur, 0))
     if chosen.noise:
         image = image + np.random.default_rng(seed).normal(0, chosen.noise, image.shape)
     return np.asarray(np.clip(image, 0, 1))
@@ -124,7 +124,7 @@ def textured_background(size: tuple[int, int], seed: int = 0, contrast: float = 
     grain : float
         The size of the spots in pixels.
     """
-    spots = ndimage.gaussian_filter(np.random.default_rng(seed).normal(size=(size[1], size[0])), grain)
+    spots = scipy.ndimage.gaussian_filter(np.random.default_rng(seed).normal(size=(size[1], size[0])), grain)
     grey = 0.45 + contrast * spots / max(float(spots.std()), 1e-300)
     return np.asarray(np.clip(grey[..., None] * [0.97, 1.0, 1.04], 0, 1))
 
@@ -225,7 +225,7 @@ class _Eye:
 def _range(values: Reals) -> Reals:
     """Return the differences of the largest and the least value among the neighbours of each pixel."""
     size = (3, 3, 1)[: values.ndim]
-    return np.asarray(ndimage.maximum_filter(values, size) - ndimage.minimum_filter(values, size))
+    return np.asarray(scipy.ndimage.maximum_filter(values, size) - scipy.ndimage.minimum_filter(values, size))
 
 
 def _sides(corners: Reals) -> list[tuple[Reals, Reals]]:

@@ -7,7 +7,7 @@ the object are scaled, turned by their second moments, and compared with the sil
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import ConvexHull, cKDTree
+import scipy
 
 from generated import pga3
 
@@ -80,7 +80,7 @@ def _similar(model: ObjectModel, silhouette: Silhouette, mesh: Mesh, most: int) 
     if not area > 0:
         return np.zeros((0, 8))
     plain = Camera.from_intrinsics(_PLAIN, (0.0, 0.0))
-    tree = cKDTree(seen)
+    tree = scipy.spatial.cKDTree(seen)
     found = []
     for rotation in _rotations():
         depth = _PLAIN * model.size * 1.5 / np.sqrt(area)
@@ -100,7 +100,7 @@ def _similar(model: ObjectModel, silhouette: Silhouette, mesh: Mesh, most: int) 
             for angle in axis - own_axis + turns:
                 turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
                 there = (outline - own_centroid) @ turn.T * np.sqrt(area / own_area) + centroid
-                score = tree.query(there)[0].mean() + cKDTree(there).query(seen)[0].mean()
+                score = tree.query(there)[0].mean() + scipy.spatial.cKDTree(there).query(seen)[0].mean()
                 whole = np.eye(3)
                 whole[:2, :2] = turn
                 shift = np.array([*(centroid - turn @ own_centroid), _PLAIN]) * depth / _PLAIN
@@ -157,7 +157,7 @@ def _moments(pixels: Reals) -> tuple[float, Reals, float, float]:
     area = hull_area(pixels)
     if not area > 0:
         return 0.0, np.zeros(2), 0.0, 1.0
-    corners = pixels[ConvexHull(pixels).vertices]
+    corners = pixels[scipy.spatial.ConvexHull(pixels).vertices]
     a, b = corners - corners[0], np.roll(corners, -1, 0) - corners[0]
     parts = (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2
     centre = (parts @ (a + b)) / 3 / parts.sum()

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy import ndimage
-from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from ..arguments import Reals
 from ..shapes.colour_segmentation import ColourSegment, segment_colour
@@ -65,8 +64,8 @@ class Silhouette:
 def hull_area(pixels: Reals) -> float:
     """Return the area of the convex hull of pixels (n, 2); 0 if they are on a line."""
     try:
-        return float(ConvexHull(pixels).volume)
-    except (QhullError, ValueError):
+        return float(scipy.spatial.ConvexHull(pixels).volume)
+    except (scipy.spatial.QhullError, ValueError):
         return 0.0
 
 
@@ -157,7 +156,7 @@ def assigned(silhouette: Silhouette, curves: PredictedCurves, gate: float, least
     if not len(outline.pixels) or not len(pixels):
         return Assignment(outline, np.zeros(0, int), np.zeros(0, int), np.zeros(len(outline.pixels), bool), 0.0)
     weight = max(gate, 5.0)
-    tree = cKDTree(np.hstack([outline.pixels, weight * outline.normals]))
+    tree = scipy.spatial.cKDTree(np.hstack([outline.pixels, weight * outline.normals]))
     _, at = tree.query(np.hstack([pixels, weight * normals]))
     off = pixels - outline.pixels[at]
     across = np.einsum("ij,ij->i", off, outline.normals[at])
@@ -189,7 +188,7 @@ def _points(camera: SceneCamera, line: Reals) -> tuple[Reals, Reals]:
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
     inside = ((line > _BORDER) & (line < np.array(camera.size) - 1 - _BORDER)).all(1)
     # Normals at the ends of a part along the border are those of both.
-    inside &= ndimage.minimum_filter1d(inside.astype(np.uint8), 2 * _REACH + 1, mode="wrap").astype(bool)
+    inside &= scipy.ndimage.minimum_filter1d(inside.astype(np.uint8), 2 * _REACH + 1, mode="wrap").astype(bool)
     inside &= np.isfinite(plain).all(1) & np.isfinite(normals).all(1)
     kept = np.flatnonzero(inside)[::_STEP]
     return plain[kept], normals[kept]
@@ -203,7 +202,7 @@ def _seen(outline: PredictedCurves, pixels: Reals, gate: float) -> Reals:
     """Return for each point of an outline whether one of the pixels (n, 2) is within the gate, or half a step."""
     if not len(pixels):
         return np.zeros(len(outline.pixels), bool)
-    far, _ = cKDTree(pixels).query(outline.pixels)
+    far, _ = scipy.spatial.cKDTree(pixels).query(outline.pixels)
     return np.asarray(far <= gate + np.maximum(outline.steps / 2, _STEP))
 
 
@@ -213,6 +212,6 @@ def _at_corners(outline: PredictedCurves, pixels: Reals, at: Reals) -> Reals:
         return np.zeros(0, bool)
     own = outline.kinds * (int(outline.elements.max()) + 1) + outline.elements
     found = np.zeros(len(pixels), bool)
-    for k, around in enumerate(cKDTree(outline.pixels).query_ball_point(pixels, _CORNER)):
+    for k, around in enumerate(scipy.spatial.cKDTree(outline.pixels).query_ball_point(pixels, _CORNER)):
         found[k] = bool((own[around] != own[at[k]]).any())
     return found

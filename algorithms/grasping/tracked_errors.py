@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import chdtri
+import scipy
 
 from generated import pga3
 
@@ -138,4 +138,6 @@ def _differ(model: ObjectModel, alone: PoseEstimate, estimate: PoseEstimate) -> 
     if not known.any():
         return False
     off, covariance = off[known], alone.covariance[np.ix_(known, known)]
-    return bool(off @ np.linalg.pinv(covariance, 1e-9, hermitian=True) @ off > chdtri(len(off), _IMPROBABLE))
+    return bool(
+        off @ np.linalg.pinv(covariance, 1e-9, hermitian=True) @ off > scipy.special.chdtri(len(off), _IMPROBABLE)
+    )

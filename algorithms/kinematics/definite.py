@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg.lapack import dpotrf, dpotrs
+import scipy
 
 from .constants import Floats
 
@@ -38,10 +38,10 @@ def solved(matrices: Floats, right: Floats, largest: Floats) -> Floats:
 
 def _solution(matrix: Floats, right: Floats, least: Floats) -> Floats:
     """Return the same as `solved` for a single matrix, in a third of the time."""
-    root, failed = dpotrf(matrix, lower=1)
+    root, failed = scipy.linalg.lapack.dpotrf(matrix, lower=1)
     if failed or not (np.square(root.diagonal()) > least).all():
         return np.full(right.shape, np.nan)
-    found: Floats = dpotrs(root, right, lower=1)[0]
+    found: Floats = scipy.linalg.lapack.dpotrs(root, right, lower=1)[0]
     return found
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.interpolate import CubicSpline
 
 from generated import pga3
 
@@ -46,7 +46,7 @@ def joint_motion(points: ArrayLike, times: ArrayLike, at: ArrayLike) -> tuple[Re
         raise ValueError(
             f"times: {when}; expected increasing times, one for each of the {len(where)} points, at least two"
         )
-    spline = CubicSpline(when, where, bc_type="clamped")
+    spline = scipy.interpolate.CubicSpline(when, where, bc_type="clamped")
     inside = ((now >= when[0]) & (now <= when[-1]))[:, None]
     clipped = np.clip(now, when[0], when[-1])
     return spline(clipped), np.where(inside, spline(clipped, 1), 0.0), np.where(inside, spline(clipped, 2), 0.0)

@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.cluster.hierarchy import fcluster, linkage
-from scipy.special import softmax
 
 from ..arguments import finite, real_array
 from .activations import Split
@@ -221,7 +220,7 @@ def _network(kind: str, shape: tuple[int, ...], hidden: int, count: int, seed: i
 def _mean_probabilities(networks: tuple[Network, ...], inputs: Array) -> Array:
     total = 0
     for network in networks:
-        total = total + softmax(network.predict(inputs)[..., 0], axis=1)
+        total = total + scipy.special.softmax(network.predict(inputs)[..., 0], axis=1)
     return np.asarray(total / len(networks))
 
 
@@ -229,7 +228,9 @@ def _groups(inputs: Array, number: NDArray[np.intp]) -> NDArray[np.intp]:
     """Return a group for each class, about the square root of the number of classes."""
     flat = inputs.reshape(len(inputs), -1)
     means = np.array([flat[number == k].mean(0) for k in range(number.max() + 1)])
-    found = fcluster(linkage(means, "ward"), max(round(np.sqrt(len(means))), 1), "maxclust")
+    found = scipy.cluster.hierarchy.fcluster(
+        scipy.cluster.hierarchy.linkage(means, "ward"), max(round(np.sqrt(len(means))), 1), "maxclust"
+    )
     return np.unique(found, return_inverse=True)[1]
 
 

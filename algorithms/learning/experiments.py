@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import solve_ivp
+import scipy
 
 from .activations import Split
 from .algebra import Algebra, Array
@@ -55,7 +55,7 @@ def lorenz(seed: int = 0, samples: int = 300) -> Task:
 
     start = np.array([1.0, 1, 1]) + 0.1 * np.random.default_rng(seed).normal(size=3)
     times = 10 + 0.05 * np.arange(2 * samples + 1)
-    states = solve_ivp(slope, (0, times[-1]), start, t_eval=times, rtol=1e-9, atol=1e-9).y.T / 30
+    states = scipy.integrate.solve_ivp(slope, (0, times[-1]), start, t_eval=times, rtol=1e-9, atol=1e-9).y.T / 30
     states = states - [0, 0, 0.8]
     return Task((states[:samples], states[1 : samples + 1]), (states[samples:-1], states[samples + 1 :]))
 

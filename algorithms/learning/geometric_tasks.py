@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy.integrate import solve_ivp
-from scipy.spatial.transform import Rotation
+import scipy
 
 from .activations import Split
 from .algebra import Algebra, Array
@@ -24,7 +23,7 @@ from .network import Network
 def similarity(seed: int = 0, samples: int = 20) -> Task:
     """Return points turned and scaled by 1.5, with noise of 0.05; training points are near a plane."""
     random = np.random.default_rng(seed)
-    turn = 1.5 * Rotation.random(random_state=seed).as_matrix()
+    turn = 1.5 * scipy.spatial.transform.Rotation.random(random_state=seed).as_matrix()
     x, new = random.uniform(-1, 1, (samples, 3)) * [1, 1, 0.1], random.uniform(-1, 1, (400, 3))
     return Task((x, x @ turn.T + 0.05 * random.normal(size=x.shape)), (new, new @ turn.T))
 
@@ -50,7 +49,7 @@ def attitude(seed: int = 0, samples: int = 200) -> Task:
 
     start = np.concatenate([[1, 0, 0, 0], random.normal(size=3)])
     times = 0.3 * np.arange(2 * samples + 2)
-    states = solve_ivp(slope, (0, times[-1]), start, t_eval=times, rtol=1e-9, atol=1e-9).y[:4].T
+    states = scipy.integrate.solve_ivp(slope, (0, times[-1]), start, t_eval=times, rtol=1e-9, atol=1e-9).y[:4].T
     x, y = np.concatenate([states[:-2], states[1:-1]], 1), states[2:]
     return Task((x[:samples], y[:samples]), (x[samples:], y[samples:]))
 

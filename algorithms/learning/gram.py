@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections import OrderedDict
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import linalg
-from scipy.sparse.linalg import LinearOperator, eigsh
 
 from .blade_signs import Integers, Signs
 from .svm_kernels import Floats, Kernel
@@ -129,8 +128,8 @@ def check_definite(rows: GramRows, m: int, signs: Signs) -> None:
         raise ValueError("kernel: K(y, x) is not the reverse of K(x, y); expected a symmetric Gram matrix")
     floor = _ROUNDING * largest * len(matrix)
     try:
-        linalg.cholesky(matrix + floor * np.eye(len(matrix)), lower=True, check_finite=False)
-    except linalg.LinAlgError:
+        scipy.linalg.cholesky(matrix + floor * np.eye(len(matrix)), lower=True, check_finite=False)
+    except scipy.linalg.LinAlgError:
         smallest = smallest_eigenvalue(matrix)
         if smallest < -floor:
             raise ValueError(
@@ -142,7 +141,7 @@ def check_definite(rows: GramRows, m: int, signs: Signs) -> None:
 def smallest_eigenvalue(matrix: Floats) -> float:
     """Return the smallest eigenvalue of a symmetric matrix."""
     if len(matrix) <= _DENSE:
-        return float(linalg.eigvalsh(matrix, subset_by_index=[0, 0])[0])
-    operator = LinearOperator(matrix.shape, lambda x: matrix @ x, dtype=np.float64)
+        return float(scipy.linalg.eigvalsh(matrix, subset_by_index=[0, 0])[0])
+    operator = scipy.sparse.linalg.LinearOperator(matrix.shape, lambda x: matrix @ x, dtype=np.float64)
     start = np.random.default_rng(0).normal(size=len(matrix))
-    return float(eigsh(operator, 1, which="SA", v0=start, tol=1e-6)[0][0])
+    return float(scipy.sparse.linalg.eigsh(operator, 1, which="SA", v0=start, tol=1e-6)[0][0])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from scipy.linalg.blas import get_blas_funcs
+import scipy
 
 from .algebra import Algebra, Array
 from .workspace import empty
@@ -50,7 +50,7 @@ class Spinors:
     def weights_pull(self, rows: Array, cotangent: Array, out: int) -> Array:
         """Return the gradient with respect to the weights."""
         # BLAS conjugates without a copy, which `rows.conj().T @ cotangent` makes.
-        (product,) = get_blas_funcs(("gemm",), (rows, cotangent))
+        (product,) = scipy.linalg.blas.get_blas_funcs(("gemm",), (rows, cotangent))
         flat = product(1 / self.d, cotangent.T, rows.T, trans_b=2).T.reshape(-1, self.d, out, self.d)
         found = np.ascontiguousarray(flat.transpose(2, 0, 3, 1)).reshape(out, len(flat), -1)
         return np.asarray(found.view(found.real.dtype) @ self.basis.T)

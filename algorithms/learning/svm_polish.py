@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import lapack
 
 from .gram import GramRows, expanded
 from .smo import FAR, Bools, Problem, State, gaps
@@ -126,16 +126,16 @@ def _solved(problem: Problem, signed: Floats, is_free: Bools, offset: Floats) ->
         right = right - problem.rows.image(rest, problem.signs)
     groups = (component[:, None] == np.arange(m)).astype(float)
     right_sides = np.asfortranarray(np.column_stack([right[is_free], groups]))
-    factor, info = lapack.dpotrf(matrix, lower=1, clean=0)
+    factor, info = scipy.linalg.lapack.dpotrf(matrix, lower=1, clean=0)
     ridge = _RIDGE * float(matrix.diagonal().max())
     if info or factor.diagonal().min() ** 2 < ridge:
         # The solution nearest to the present variables; the rest of the iterations reduce its error.
         matrix[np.diag_indices_from(matrix)] += ridge
         right_sides[:, 0] += ridge * signed[is_free]
-        factor, info = lapack.dpotrf(matrix, lower=1, clean=0)
+        factor, info = scipy.linalg.lapack.dpotrf(matrix, lower=1, clean=0)
     if info:
         return None
-    z, _ = lapack.dpotrs(factor, right_sides, lower=1)
+    z, _ = scipy.linalg.lapack.dpotrs(factor, right_sides, lower=1)
     try:
         constant = np.linalg.solve(groups.T @ z[:, 1:], groups.T @ z[:, 0] + rest.sum(1))
     except np.linalg.LinAlgError:

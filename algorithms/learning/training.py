@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-import scipy.optimize
+import scipy
 
 from .algebra import Array
 from .losses import LOSSES

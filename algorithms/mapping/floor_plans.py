@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.io import loadmat
-from scipy.spatial import cKDTree
 
 from generated import navigation as kernels
 from generated import pga2
@@ -160,7 +159,7 @@ def load_floor_plan(path: str | Path, cell: float, name: str = "floorplan", **op
     KeyError
         If it has no variable of that name.
     """
-    found = loadmat(path)
+    found = scipy.io.loadmat(path)
     if name not in found:
         raise KeyError(f"{path}: variables {sorted(k for k in found if not k.startswith('__'))}; expected {name}")
     return FloorPlan.from_grid(found[name], cell, **options)
@@ -232,7 +231,7 @@ def _nearest(points: Reals, others: Reals, k: int) -> Reals:
     """Return the distances from points to the k-th nearest of other points."""
     if len(others) < k or not len(points):
         return np.full(len(points), np.inf)
-    return np.asarray(cKDTree(others).query(points, k=[k])[0][:, 0])
+    return np.asarray(scipy.spatial.cKDTree(others).query(points, k=[k])[0][:, 0])
 
 
 def _covered(points: Reals, directions: Reals, segments: Reals, distance: float, angle: float) -> Reals:

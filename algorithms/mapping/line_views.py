@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from generated import pga2
 
@@ -85,7 +85,7 @@ class _Probes:
         spans = line_map.spans[rows]
         along = spans[:, 0] + share * (spans[:, 1] - spans[:, 0])
         self._rows = rows
-        self._tree = cKDTree(np.asarray(pga2.point_on_line(line_map.lines[rows], along)))
+        self._tree = scipy.spatial.cKDTree(np.asarray(pga2.point_on_line(line_map.lines[rows], along)))
 
     def near(self, place: Reals, reach: float) -> Reals:
         """Return the rows of segments near a place."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.special import chdtri
 
 from generated import navigation as kernels
 from generated import pga2
@@ -245,7 +245,7 @@ class LineLocalizer:
         self._information += _information(seen, noise)
         if lost:
             self._status = LocalizationStatus.LOST
-        elif self._innovation[0] > chdtri(2 * used, _UNLIKELY):
+        elif self._innovation[0] > scipy.special.chdtri(2 * used, _UNLIKELY):
             self._status = LocalizationStatus.INCONSISTENT
         else:
             self._status = self._observed()

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
-from scipy.special import chdtri
 
 from generated import pga2
 
@@ -80,7 +80,7 @@ def draw_errors(run: NavigationRun) -> Figure:
     middle.set_ylabel("error of the pose in cm")
     middle.legend(loc="upper right")
     lower.plot(run.times, run.normalized_errors, color="tab:red")
-    lower.axhline(float(chdtri(3, 0.05)), linestyle="--", color="tab:gray")
+    lower.axhline(float(scipy.special.chdtri(3, 0.05)), linestyle="--", color="tab:gray")
     lower.set(xlabel="time in seconds", ylabel="normalised squared error")
     return figure
 

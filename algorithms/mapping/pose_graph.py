@@ -6,10 +6,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.sparse import csc_array
-from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import splu
 
 from generated import line_maps, pga2
 
@@ -197,20 +195,22 @@ class _Rows:
         a, b = np.swapaxes(by_a, 1, 2) @ information, np.swapaxes(by_b, 1, 2) @ information
         blocks = np.stack([a @ by_a, a @ by_b, b @ by_a, b @ by_b], 1)
         size = len(self._free)
-        matrix = csc_array((blocks.ravel()[self._kept], (self._row, self._column)), shape=(size, size))
+        matrix = scipy.sparse.csc_array((blocks.ravel()[self._kept], (self._row, self._column)), shape=(size, size))
         matrix.setdiag(matrix.diagonal() * (1 + damping) + 1e-12)
         gradient = np.zeros((self._n, 3))
         np.add.at(gradient, self._edges[:, 0], (a @ misfits[:, :, None])[:, :, 0])
         np.add.at(gradient, self._edges[:, 1], (b @ misfits[:, :, None])[:, :, 0])
         change = np.zeros(3 * self._n)
         if size:
-            factor = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+            factor = scipy.sparse.linalg.splu(
+                matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+            )
             change[self._free] = -factor.solve(gradient.reshape(-1)[self._free])
         return change.reshape(self._n, 3)
 
 
 def _reached(n: int, edges: Reals) -> Reals:
     """Return which poses are connected to the first one."""
-    links = csc_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(n, n))
-    labels = connected_components(links, directed=False)[1] if n else np.zeros(0, int)
+    links = scipy.sparse.csc_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(n, n))
+    labels = scipy.sparse.csgraph.connected_components(links, directed=False)[1] if n else np.zeros(0, int)
     return np.asarray(labels == labels[0] if n else np.zeros(0, bool))

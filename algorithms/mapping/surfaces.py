@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from generated import line_maps, pga2
 
@@ -92,7 +92,9 @@ class Reference:
     def __init__(self, parts: list[Surface]) -> None:
         self.points = np.concatenate([part.points for part in parts]) if parts else np.zeros((0, 2))
         self.normals = np.concatenate([part.normals for part in parts]) if parts else np.zeros((0, 2))
-        self._tree = cKDTree(self.points, balanced_tree=False, compact_nodes=False) if len(self.points) else None
+        self._tree = (
+            scipy.spatial.cKDTree(self.points, balanced_tree=False, compact_nodes=False) if len(self.points) else None
+        )
 
     def nearest(self, points: Reals, reach: float) -> tuple[Reals, Reals]:
         """Return distances and indices of nearest points; infinite, and 0, beyond the reach."""

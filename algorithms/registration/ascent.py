@@ -8,8 +8,8 @@ from itertools import product
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import cKDTree
 
 from ..arguments import Reals, real_array
 from .voting import VoteField, Votes
@@ -74,7 +74,7 @@ def climb(
 
 def well_apart(places: Reals, size: Reals, radius: float) -> NDArray[np.int64]:
     """Return rows of places that are at least a radius apart, the largest first."""
-    tree = cKDTree(places) if len(places) else None
+    tree = scipy.spatial.cKDTree(places) if len(places) else None
     free = np.ones(len(places), bool)
     chosen = []
     for k in np.argsort(-size, kind="stable"):

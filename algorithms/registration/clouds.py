@@ -7,8 +7,8 @@ from enum import IntEnum
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.spatial import cKDTree
 
 from generated import tensor_voting
 
@@ -117,7 +117,7 @@ def thickness(source: Reals, target: Reals) -> float:
 
 def cloud_of(points: Reals) -> Cloud:
     """Build the tree of a cloud, and weights of points by the distance to their neighbours."""
-    tree = cKDTree(points)
+    tree = scipy.spatial.cKDTree(points)
     far = tree.query(points, min(_NEIGHBOURS, len(points) - 1) + 1)[0][:, -1]
     spacing = float(np.median(far))
     weights = np.minimum((spacing / np.maximum(far, 1e-12 * spacing)) ** 2, _MOST_WEIGHT)

@@ -6,10 +6,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy import sparse
-from scipy.sparse.linalg import splu
-from scipy.spatial import cKDTree
 
 from ..arguments import Reals, finite_number, moderate, real_array
 from .vote_status import DeformStatus
@@ -173,18 +171,20 @@ def _descend(
     every = np.column_stack([goal.points, goal.extra])
     for step in range(steps + 3):
         radius = max(first * _FACTOR**step, last)
-        tree = cKDTree(np.column_stack([points + shift, extra]))
+        tree = scipy.spatial.cKDTree(np.column_stack([points + shift, extra]))
         distance, row = tree.query(every, k=count)
         chance = np.exp(-((distance / radius) ** 2) / 2)
         chance /= chance.sum(1, keepdims=True) + _MISSING
-        matches = sparse.csr_matrix(
+        matches = scipy.sparse.csr_matrix(
             (chance.ravel(), (row.ravel(), np.repeat(np.arange(len(every)), count))), shape=(n, len(every))
         )
         weights = share * np.asarray(matches.sum(1)).ravel()
         pull = share * (matches @ goal.points) - weights[:, None] * points
         softer = stiffness * max(_FACTOR**step, _SOFTEST)
-        matrix = (softer * bending + sparse.diags(weights + 1e-9)).tocsc()
-        solved = splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).solve(pull)
+        matrix = (softer * bending + scipy.sparse.diags(weights + 1e-9)).tocsc()
+        solved = scipy.sparse.linalg.splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).solve(
+            pull
+        )
         change, shift = float(np.linalg.norm(solved - shift, axis=1).mean()), solved
         away = ((goal.points[:, None] - (points + shift)[row]) ** 2).sum(-1)
         squares = share * np.bincount(row.ravel(), (chance * away).ravel(), n)
@@ -195,10 +195,12 @@ def _descend(
 def _bending(points: Reals) -> Any:
     """Return the square of the Laplacian of the graph of neighbours."""
     n, k = len(points), min(_NEIGHBOURS, len(points) - 1)
-    near = cKDTree(points).query(points, k=k + 1)[1]
-    links = sparse.coo_matrix((np.ones(n * k), (np.repeat(np.arange(n), k), near[:, 1:].ravel())), shape=(n, n)).tocsr()
+    near = scipy.spatial.cKDTree(points).query(points, k=k + 1)[1]
+    links = scipy.sparse.coo_matrix(
+        (np.ones(n * k), (np.repeat(np.arange(n), k), near[:, 1:].ravel())), shape=(n, n)
+    ).tocsr()
     links = ((links + links.T) > 0).astype(float)
-    laplacian = sparse.diags(np.asarray(links.sum(1)).ravel()) - links
+    laplacian = scipy.sparse.diags(np.asarray(links.sum(1)).ravel()) - links
     return laplacian.T @ laplacian
 
 
@@ -208,7 +210,7 @@ def _result(moved: Reals, moves: _Shift, own: Reals, others: Reals, seen: Reals)
     rows, doubt = np.full(len(moved), -1, np.int64), np.full(len(moved), np.inf)
     if not np.isfinite(moved[own]).all():
         return Deformation(moved, rows, doubt, DeformStatus.POOR_FIT)
-    distance, row = cKDTree(others[seen]).query(moved[own])
+    distance, row = scipy.spatial.cKDTree(others[seen]).query(moved[own])
     near = distance <= _FAR * spacing
     rows[own[near]] = seen[row[near]]
     doubt[own[near]] = np.maximum(moves.spread, distance / np.sqrt(moved.shape[1]))[near]
@@ -222,14 +224,14 @@ def _result(moved: Reals, moves: _Shift, own: Reals, others: Reals, seen: Reals)
 
 def _interpolated(nodes: Reals, values: Reals, at: Reals) -> Reals:
     """Interpolate values of nodes by inverse squared distances."""
-    distance, row = cKDTree(nodes).query(at, k=_INTERPOLATED)
+    distance, row = scipy.spatial.cKDTree(nodes).query(at, k=_INTERPOLATED)
     weight = 1 / np.maximum(distance, 1e-9 * (distance.max() + 1e-300)) ** 2
     weight /= weight.sum(1, keepdims=True)
     return np.asarray((values[row] * weight[..., None]).sum(1))
 
 
 def _spacing(points: Reals) -> float:
-    distance = cKDTree(points).query(points, k=2)[0][:, 1]
+    distance = scipy.spatial.cKDTree(points).query(points, k=2)[0][:, 1]
     positive = distance[distance > 0]
     return float(np.median(positive)) if len(positive) else 1.0
 

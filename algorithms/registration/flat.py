@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import fft
-from scipy.ndimage import gaussian_filter, maximum_filter
-from scipy.spatial import cKDTree
+import scipy
 
 from generated import pga3
 
@@ -92,7 +90,7 @@ def _flat(cloud: Cloud) -> _Flat:
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = axes.T, centre
     places = offsets @ axes[:2].T
-    tree = cKDTree(places)
+    tree = scipy.spatial.cKDTree(places)
     near = tree.query(places, min(_NEIGHBOURS, len(places) - 1) + 1)[1][:, 1:]
     off = places[near] - places[:, None]
     angles = np.sort(np.arctan2(off[..., 1], off[..., 0]), 1)
@@ -131,7 +129,7 @@ def _edge(places: Reals, rows: Reals, near: Reals) -> tuple[Reals, Reals, float]
 
 
 def _normals(edge: Reals) -> Reals:
-    near = cKDTree(edge).query(edge, min(_TANGENT, len(edge)))[1]
+    near = scipy.spatial.cKDTree(edge).query(edge, min(_TANGENT, len(edge)))[1]
     off = edge[near] - edge[near].mean(1, keepdims=True)
     return np.asarray(np.linalg.eigh(np.einsum("nki,nkj->nij", off, off))[1][..., 0])
 
@@ -167,14 +165,14 @@ def _in_plane(source: _Flat, target: _Flat) -> Reals:
     whole = (source.places, source.cloud.weights), (target.places, target.cloud.weights)
     outlines = tuple((flat.edge, flat.weights) for flat in (source, target))
     for (mine, mine_weights), (other, weights) in (whole, outlines):
-        density = gaussian_filter(_density(other[None], weights, cell)[0], 1.0, mode="wrap")
+        density = scipy.ndimage.gaussian_filter(_density(other[None], weights, cell)[0], 1.0, mode="wrap")
         density = np.minimum(density, np.quantile(density[density > 0.05 * density.max()], 0.6))
-        spectrum = fft.rfft2(density - density.mean())
-        of_source = fft.rfft2(_density(np.einsum("tij,nj->tni", turns, mine), mine_weights, cell))
-        found = fft.irfft2(spectrum * np.conj(of_source))
+        spectrum = scipy.fft.rfft2(density - density.mean())
+        of_source = scipy.fft.rfft2(_density(np.einsum("tij,nj->tni", turns, mine), mine_weights, cell))
+        found = scipy.fft.irfft2(spectrum * np.conj(of_source))
         scores += found / found.max()
     by_side = scores.reshape(2, _TURNS, _CELLS, _CELLS)
-    peaks = maximum_filter(by_side, (1, _ALIKE, _ALIKE, _ALIKE), mode="wrap") == by_side
+    peaks = scipy.ndimage.maximum_filter(by_side, (1, _ALIKE, _ALIKE, _ALIKE), mode="wrap") == by_side
     rows = np.flatnonzero(peaks)
     rows = rows[np.argsort(-by_side.ravel()[rows])[:_HYPOTHESES]]
     side, turn, *place = np.unravel_index(rows, by_side.shape)

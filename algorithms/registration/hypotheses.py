@@ -5,8 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from scipy import fft
-from scipy.ndimage import gaussian_filter
+import scipy
 
 from generated import pga3
 from generated import registration as kernels
@@ -50,9 +49,9 @@ def correlated_poses(source: Cloud, target: Cloud) -> Reals:
     kept = ((inside >= 0) & (inside < _CELLS)).all(1)
     density = np.zeros((_CELLS,) * 3, np.float32)
     np.add.at(density, tuple(inside[kept].T), target.weights[kept])
-    density = gaussian_filter(density, 1.0)
+    density = scipy.ndimage.gaussian_filter(density, 1.0)
     density = np.minimum(density, np.quantile(density[density > 0.05 * density.max()], 0.6))
-    spectrum = fft.rfftn(density - density.mean())
+    spectrum = scipy.fft.rfftn(density - density.mean())
     dense = np.argsort(-source.weights, kind="stable")[: max(int(_SHARE * len(source.points)), 10)]
     centre = source.centre
     points, weights = source.points[dense] - centre, source.weights[dense]
@@ -69,8 +68,8 @@ def correlated_poses(source: Cloud, target: Cloud) -> Reals:
         flat += np.arange(len(turned))[:, None] * _CELLS**3
         count = len(turned) * _CELLS**3
         grid = np.bincount(flat.ravel(), np.broadcast_to(weights, flat.shape).ravel(), count).astype(np.float32)
-        of_source = fft.rfftn(grid.reshape(-1, *density.shape), axes=(1, 2, 3))
-        found = fft.irfftn(spectrum * np.conj(of_source), axes=(1, 2, 3)).reshape(len(turned), -1)
+        of_source = scipy.fft.rfftn(grid.reshape(-1, *density.shape), axes=(1, 2, 3))
+        found = scipy.fft.irfftn(spectrum * np.conj(of_source), axes=(1, 2, 3)).reshape(len(turned), -1)
         row = np.arange(len(found))
         for _ in range(_PEAKS):  # two searches for a maximum are faster than a partition
             best = found.argmax(1)

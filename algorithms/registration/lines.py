@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d, maximum_filter1d
+import scipy
 
 from generated import pga3
 from generated import registration as kernels
@@ -57,7 +57,7 @@ def line_registered(source_points: Reals, target_points: Reals) -> Found:
     wide = max(3, round(2 * _PEAK * blur / cell) | 1)
     sides, found, free_shift = [], [], False
     for side, scores, shifts in poses:
-        peaks = np.flatnonzero((scores >= bound) & (scores == maximum_filter1d(scores, wide)))
+        peaks = np.flatnonzero((scores >= bound) & (scores == scipy.ndimage.maximum_filter1d(scores, wide)))
         if not len(peaks):
             continue
         # A shift by a part of the length leaves at least that part of a cloud without partners.
@@ -107,7 +107,7 @@ def _along(points: Reals) -> tuple[Reals, Reals]:
 def _density(places: Reals, blur: float, cell: float) -> Reals:
     rows = np.floor(places / cell).astype(int) + _CELLS // 2
     counts = np.bincount(np.clip(rows, 0, _CELLS - 1), minlength=_CELLS) / len(places)
-    return np.asarray(gaussian_filter1d(counts, blur / cell, mode="constant"))
+    return np.asarray(scipy.ndimage.gaussian_filter1d(counts, blur / cell, mode="constant"))
 
 
 def _supports(mine: Reals, other: Reals, blur: float, cell: float) -> tuple[Reals, Reals]:

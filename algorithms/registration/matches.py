@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.special import gammaln
 
 from generated import pga3
 from generated import registration as kernels
@@ -227,9 +227,9 @@ def _log_chance(off: Reals, y: Reals, tolerance: float | None) -> tuple[float, f
     floor = _LEAST_RESIDUAL * np.cbrt(room)
     count = np.arange(1, n + 1)
     share = np.minimum(4 / 3 * np.pi * np.maximum(radii, floor) ** 3 / room, 1)
-    log_ways = gammaln(n + 1) - gammaln(count + 1) - gammaln(n - count + 1)
+    log_ways = scipy.special.gammaln(n + 1) - scipy.special.gammaln(count + 1) - scipy.special.gammaln(n - count + 1)
     # Three matches determine a motion: they agree with it in any case, and there are so many choices of them.
-    log_choices = np.log(n) + gammaln(n + 1) - gammaln(n - 2) - np.log(6) if n >= 3 else 0.0
+    log_choices = np.log(n) + scipy.special.gammaln(n + 1) - scipy.special.gammaln(n - 2) - np.log(6) if n >= 3 else 0.0
     logs = (log_choices + log_ways + (count - 3) * np.log(share)) / np.log(10)
     logs[count <= 3] = np.inf
     if tolerance is not None:

@@ -6,10 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy import sparse
-from scipy.sparse import csgraph
-from scipy.spatial import cKDTree
 
 from ..arguments import Reals, finite_number
 from .vote_scale import default_sigma
@@ -75,16 +73,16 @@ def _oriented(votes: Votes) -> Reals:
     places, own = votes.points[rows], votes.normals[rows].copy()
     n, k = len(rows), min(_LINKS, len(rows) - 1)
     if k:
-        distance, near = cKDTree(places).query(places, k=k + 1)
+        distance, near = scipy.spatial.cKDTree(places).query(places, k=k + 1)
         first, second = np.repeat(np.arange(n), k + 1), near.ravel()
         # Short links between parallel normals come first in the tree; a link must not have the weight 0.
         turned = 1 - np.abs((own[first] * own[second]).sum(1))
         cost = 1e-6 + turned + 0.01 * distance.ravel() / max(distance.max(), 1e-300)
         kept = first != second
-        links = sparse.coo_matrix((cost[kept], (first[kept], second[kept])), shape=(n, n)).tocsr()
+        links = scipy.sparse.coo_matrix((cost[kept], (first[kept], second[kept])), shape=(n, n)).tocsr()
         links = links.maximum(links.T)
-        tree = csgraph.minimum_spanning_tree(links)
-        _, part = csgraph.connected_components(tree, directed=False)
+        tree = scipy.sparse.csgraph.minimum_spanning_tree(links)
+        _, part = scipy.sparse.csgraph.connected_components(tree, directed=False)
         for label in range(part.max() + 1):
             _orient_part(own, places, tree, np.flatnonzero(part == label))
     normals[rows] = own
@@ -98,7 +96,7 @@ def _orient_part(own: Reals, places: Reals, tree: Any, members: NDArray[Any]) ->
     root = members[start]
     if own[root] @ away[start] < 0:
         own[root] *= -1
-    order, before = csgraph.breadth_first_order(tree, root, directed=False)
+    order, before = scipy.sparse.csgraph.breadth_first_order(tree, root, directed=False)
     for row in order[1:]:
         if own[row] @ own[before[row]] < 0:
             own[row] *= -1

@@ -6,10 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse import csgraph
-from scipy.spatial import cKDTree
 
 from ..arguments import Reals
 from .ascent import climb, well_apart
@@ -153,7 +151,7 @@ class _Tracer:
         n = len(found.places)
         nearest = np.full((2, n), -1)
         if n:
-            pairs = cKDTree(found.places).query_pairs(steps * self._step, output_type="ndarray")
+            pairs = scipy.spatial.cKDTree(found.places).query_pairs(steps * self._step, output_type="ndarray")
             own, other = np.concatenate([pairs, pairs[:, ::-1]]).T
             offset = found.places[other] - found.places[own]
             distance = np.linalg.norm(offset, axis=1)
@@ -170,7 +168,7 @@ class _Tracer:
         every = more if old is None else old.joined(more)
         if not len(more.places):
             return more
-        pairs = cKDTree(every.places).query_pairs(np.hypot(_ACROSS * self._sigma, _NEAR * self._step))
+        pairs = scipy.spatial.cKDTree(every.places).query_pairs(np.hypot(_ACROSS * self._sigma, _NEAR * self._step))
         rival: dict[int, list[int]] = {}
         for a, b in pairs:
             offset = every.places[b] - every.places[a]
@@ -195,9 +193,9 @@ def _curves(found: _Vertices, first: Any, second: Any, sigma: float) -> list[tup
     What is beyond the last tokens is cut off.
     """
     n = len(found.places)
-    links = sparse.coo_matrix((np.ones(len(first)), (first, second)), shape=(n, n)).tocsr()
+    links = scipy.sparse.coo_matrix((np.ones(len(first)), (first, second)), shape=(n, n)).tocsr()
     links = links + links.T
-    _, label = csgraph.connected_components(links, directed=False)
+    _, label = scipy.sparse.csgraph.connected_components(links, directed=False)
     curves = []
     for k in range(label.max(initial=-1) + 1):
         order, closed = _ordered(links, np.flatnonzero(label == k))
@@ -227,5 +225,5 @@ def _ordered(links: Any, members: NDArray[np.int64]) -> tuple[NDArray[np.int64],
     count = np.diff(links.indptr)[members]
     ends = members[count < 2]
     start = int(ends[0]) if len(ends) else int(members[0])
-    order = csgraph.depth_first_order(links, start, directed=False, return_predecessors=False)
+    order = scipy.sparse.csgraph.depth_first_order(links, start, directed=False, return_predecessors=False)
     return np.asarray(order, np.int64), len(ends) == 0

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.spatial import cKDTree
 
 _NEIGHBOURS = 16
 """Tokens within three sigma."""
@@ -22,4 +22,4 @@ def default_sigma(points: ArrayLike) -> float:
     if len(places) < 2:
         return 1.0
     k = min(_NEIGHBOURS, len(places) - 1)
-    return float(np.median(cKDTree(places).query(places, k=k + 1)[0][:, k])) / 3
+    return float(np.median(scipy.spatial.cKDTree(places).query(places, k=k + 1)[0][:, k])) / 3

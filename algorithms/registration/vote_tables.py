@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from ..arguments import Reals
 
@@ -121,8 +121,8 @@ def plate_table(curvature: float) -> PlateTable:
 
 def _bicubics(values: Reals) -> Reals:
     """Return coefficients (rows, columns, 16) of the spline through values at equally spaced nodes."""
-    along = CubicSpline(np.arange(values.shape[1]), values, axis=1).c[::-1]
-    both = CubicSpline(np.arange(values.shape[0]), along, axis=2).c[::-1]
+    along = scipy.interpolate.CubicSpline(np.arange(values.shape[1]), values, axis=1).c[::-1]
+    both = scipy.interpolate.CubicSpline(np.arange(values.shape[0]), along, axis=2).c[::-1]
     return np.asarray(both.transpose(1, 3, 0, 2).reshape(*both.shape[1:2], both.shape[3], 16))
 
 
@@ -137,4 +137,4 @@ def _decay(distance: Reals, sine: Reals, curvature: float) -> Reals:
 
 def _cubics(distance: Reals, values: Reals, step: float) -> Reals:
     powers = step ** np.arange(3, -1, -1.0)
-    return np.asarray((CubicSpline(distance, values).c * powers[:, None])[::-1].T)
+    return np.asarray((scipy.interpolate.CubicSpline(distance, values).c * powers[:, None])[::-1].T)

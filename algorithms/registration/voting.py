@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import cKDTree
 
 from generated import tensor_voting as kernels
 
@@ -275,7 +275,7 @@ class _Tokens:
         self.points = np.ascontiguousarray(points)
         self._sigma = sigma
         self._reach = REACH * sigma
-        self._tree = cKDTree(self.points) if len(points) else None
+        self._tree = scipy.spatial.cKDTree(self.points) if len(points) else None
 
     def pairs(self) -> tuple[Integers, Integers, Reals]:
         """Return voters, receivers and distances of all pairs of tokens, in both directions."""
@@ -294,7 +294,7 @@ class _Tokens:
         """Return voters, receivers and distances of all pairs of a token and a place."""
         if self._tree is None or not len(at):
             return _no_pairs()
-        found = cKDTree(at).sparse_distance_matrix(self._tree, self._reach, output_type="ndarray")
+        found = scipy.spatial.cKDTree(at).sparse_distance_matrix(self._tree, self._reach, output_type="ndarray")
         return found["j"].astype(np.int64), found["i"].astype(np.int64), np.ascontiguousarray(found["v"])
 
     def sums(

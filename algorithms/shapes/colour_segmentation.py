@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy import ndimage
 
 from ..arguments import Reals, finite, finite_number, real_array
 from .colour_status import ColourStatus
@@ -117,14 +117,14 @@ def segment_colour(
     noise = noise_of_image(array)
     model = _given_model(given)
     classified = _classified(array, model, noise)
-    labels, count = ndimage.label(classified)
+    labels, count = scipy.ndimage.label(classified)
     chosen, sizes = _chosen(labels, count, expected, 1.0)
     if len(given) < _FEWEST_SAMPLES and chosen.size and sizes[chosen[0] - 1] >= least:
         core = labels == chosen[0]
-        inner = ndimage.binary_erosion(core, iterations=_INSIDE)
+        inner = scipy.ndimage.binary_erosion(core, iterations=_INSIDE)
         model = _model_of(array[inner if inner.sum() >= _FEWEST_SAMPLES else core], model)
         classified = _classified(array, model, noise)
-        labels, count = ndimage.label(classified)
+        labels, count = scipy.ndimage.label(classified)
         chosen, sizes = _chosen(labels, count, expected, 1.0)
     found = replace(blank, noise=noise, sizes=np.sort(sizes)[::-1])
     if not chosen.size:
@@ -137,7 +137,7 @@ def segment_colour(
     others = expected is None and len(kept) > 1
     if expected is None:
         kept = kept[:1]
-    mask = ndimage.binary_fill_holes(np.isin(labels, kept))
+    mask = scipy.ndimage.binary_fill_holes(np.isin(labels, kept))
     other = classified & ~mask
     coverage = _coverage(array, mask, other, noise)
     contours = _contours(coverage, mask)
@@ -229,32 +229,32 @@ def _chosen(labels: Reals, count: int, region: Reals | None, least: float) -> tu
 
 def _coverage(array: Reals, mask: Mask, other: Mask, noise: float) -> Reals:
     """Return the part of each pixel that the object covers, by the mixture of the colours on both sides."""
-    rows, columns = ndimage.find_objects(mask.astype(np.uint8))[0]
+    rows, columns = scipy.ndimage.find_objects(mask.astype(np.uint8))[0]
     pad = 4 * _OUTSIDE
     window = (
         slice(max(rows.start - pad, 0), rows.stop + pad), slice(max(columns.start - pad, 0), columns.stop + pad),
     )  # fmt: skip
     part, whole = array[window], mask[window]
-    depth = ndimage.distance_transform_edt(np.pad(whole, pad, mode="edge"))[pad:-pad, pad:-pad]
+    depth = scipy.ndimage.distance_transform_edt(np.pad(whole, pad, mode="edge"))[pad:-pad, pad:-pad]
     inner = depth > min(_INSIDE, 0.6 * float(depth.max()))
-    away = ndimage.distance_transform_edt(~(whole | other[window]))
+    away = scipy.ndimage.distance_transform_edt(~(whole | other[window]))
     outer = away > _OUTSIDE
     if not outer.any():
         outer = away > 0
     found = np.zeros(mask.shape)
     covered = whole.astype(float)
-    band = ~inner & (ndimage.distance_transform_edt(~whole) <= _OUTSIDE)
+    band = ~inner & (scipy.ndimage.distance_transform_edt(~whole) <= _OUTSIDE)
     if outer.any() and band.any():
         covered[band] = _shares(part[band], _nearest(part, inner)[band], _nearest(part, outer)[band], noise)
-    found[window] = ndimage.gaussian_filter(covered, _SMOOTH, mode="nearest")
+    found[window] = scipy.ndimage.gaussian_filter(covered, _SMOOTH, mode="nearest")
     return found
 
 
 def _nearest(part: Reals, where: Mask) -> Reals:
     """Return for each pixel the mean colour around the nearest pixel of a mask, of pixels of the mask."""
-    weight = ndimage.gaussian_filter(where.astype(float), _AVERAGE)
-    sums = ndimage.gaussian_filter(part * where[..., None], (_AVERAGE, _AVERAGE, 0))
-    at = ndimage.distance_transform_edt(~where, return_distances=False, return_indices=True)
+    weight = scipy.ndimage.gaussian_filter(where.astype(float), _AVERAGE)
+    sums = scipy.ndimage.gaussian_filter(part * where[..., None], (_AVERAGE, _AVERAGE, 0))
+    at = scipy.ndimage.distance_transform_edt(~where, return_distances=False, return_indices=True)
     return np.asarray((sums / np.maximum(weight, 1e-300)[..., None])[tuple(at)])
 
 
@@ -275,9 +275,9 @@ def _shares(pixels: Reals, front: Reals, behind: Reals, noise: float) -> Reals:
 
 def _contours(coverage: Reals, mask: Mask) -> tuple[Reals, ...]:
     """Return the level line of one half around each component, as x and y."""
-    labels, count = ndimage.label(ndimage.binary_dilation(mask, iterations=_OUTSIDE))
+    labels, count = scipy.ndimage.label(scipy.ndimage.binary_dilation(mask, iterations=_OUTSIDE))
     found = []
-    for k, window in enumerate(ndimage.find_objects(labels)):
+    for k, window in enumerate(scipy.ndimage.find_objects(labels)):
         field = np.where(labels[window] == k + 1, coverage[window], 0)
         if count and (field > 0.5).any():
             line = level_line(field, 0.5)[:, ::-1]

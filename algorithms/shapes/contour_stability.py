@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy import ndimage
-from scipy.spatial import cKDTree
+import scipy
 
 from ..arguments import Reals
 from .images import Mask
@@ -56,31 +55,31 @@ def stability(found: Object, samples: Reals) -> Stability:
     contrast = float(np.median(field[found.mask]) - np.median(field[field <= found.level]))
     change = _SHARE * contrast
     variants = [(field, found.level - change), (field, found.level + change),
-                (ndimage.gaussian_filter(field, _BLUR), found.level)]  # fmt: skip
+                (scipy.ndimage.gaussian_filter(field, _BLUR), found.level)]  # fmt: skip
     mean = largest = 0.0
     for image, level in variants:
         moved = _moved_boundary(image, level, found.mask, 1e-9 * contrast)
         if moved is None:
             return Stability(np.inf, np.inf, 0)
         for one, two in ((samples, moved), (moved, samples)):
-            distances = cKDTree(one).query(two)[0]
+            distances = scipy.spatial.cKDTree(one).query(two)[0]
             mean, largest = max(mean, float(distances.mean())), max(largest, float(distances.max()))
     return Stability(mean, largest, _bodies(found.mask))
 
 
 def _moved_boundary(field: Reals, level: float, mask: Mask, small: float) -> Reals | None:
     """Return the boundary at another level of the component with the largest part in a mask, if there is one."""
-    labels, count = ndimage.label(field > level)
+    labels, count = scipy.ndimage.label(field > level)
     sizes = np.bincount(labels[mask], minlength=count + 1)
     sizes[0] = 0
     if not sizes.any():
         return None
-    object_there = ndimage.binary_fill_holes(labels == int(sizes.argmax()))
+    object_there = scipy.ndimage.binary_fill_holes(labels == int(sizes.argmax()))
     return level_line(np.where(object_there, np.maximum(field, level + small), np.minimum(field, level - small)), level)
 
 
 def _bodies(mask: Mask) -> int:
-    depth = ndimage.distance_transform_edt(np.pad(mask, 1))
-    labels, count = ndimage.label(depth > _NECK * depth.max())
-    deepest = ndimage.maximum(depth, labels, np.arange(1, count + 1))
+    depth = scipy.ndimage.distance_transform_edt(np.pad(mask, 1))
+    labels, count = scipy.ndimage.label(depth > _NECK * depth.max())
+    deepest = scipy.ndimage.maximum(depth, labels, np.arange(1, count + 1))
     return int((deepest >= _DEEP * depth.max()).sum())

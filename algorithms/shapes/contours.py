@@ -6,8 +6,8 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import cKDTree
 
 from generated import cga2, shapes
 
@@ -169,7 +169,7 @@ def adapted(shape: Contour, samples: Reals) -> Contour:
     """
     size = float(np.ptp(samples, 0).max()) / 10
     normals, _ = _frames(samples, 3)
-    tree = cKDTree(np.hstack([samples, size * normals]))
+    tree = scipy.spatial.cKDTree(np.hstack([samples, size * normals]))
     places = shape.path + samples.mean(0) - shape.samples.mean(0)
     _, at = tree.query(np.hstack([places, size * shape.normals]))
     at = _in_order(at, len(samples))
@@ -274,7 +274,7 @@ def _result(
     certain: Stability,
 ) -> Contour:  # fmt: skip
     errors, _, _ = _errors(samples, at, places)
-    back, _ = cKDTree(dense(samples)).query(dense(places))
+    back, _ = scipy.spatial.cKDTree(dense(samples)).query(dense(places))
     mean, most = (float(errors.mean()), float(back.mean())), (float(errors.max()), float(back.max()))
     normals, curvatures = _frames(places)
     status = ContourStatus.OK

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy import ndimage
 
 from generated import shapes
 
@@ -52,7 +52,7 @@ def gradient_vector_flow(
 def forces(image: Reals, sharpness: float, sigma: float, step: Reals) -> tuple[Reals, Reals]:
     """Return the gradient of the edge map, and the weight of smoothness."""
     orders = np.eye(image.ndim, dtype=int)
-    slopes = [ndimage.gaussian_filter(image, sigma, order) / step[a] for a, order in enumerate(orders)]
+    slopes = [scipy.ndimage.gaussian_filter(image, sigma, order) / step[a] for a, order in enumerate(orders)]
     edges = np.linalg.norm(slopes, axis=0)
     force = np.stack(np.gradient(edges / max(float(edges.max()), 1e-300), *step))
     return force, np.exp(-np.sqrt((force**2).sum(0)) / sharpness)
@@ -81,7 +81,7 @@ def _implicit(right: Reals, weight: Reals, middle: Reals, axis: int) -> Reals:
 
 def second_difference(x: Reals, axis: int) -> Reals:
     """Return the second differences along an axis, with mirrored borders."""
-    return np.asarray(ndimage.correlate1d(x, [1.0, -2.0, 1.0], axis=axis, mode="nearest"))
+    return np.asarray(scipy.ndimage.correlate1d(x, [1.0, -2.0, 1.0], axis=axis, mode="nearest"))
 
 
 def streamline_samples(flow: Reals, starts: Reals, count: int = 60, length: float = 0.5) -> tuple[Reals, Reals]:
@@ -122,5 +122,5 @@ def streamline_samples(flow: Reals, starts: Reals, count: int = 60, length: floa
 
 
 def _direction(flow: Reals, at: Reals) -> Reals:
-    found = np.stack([ndimage.map_coordinates(part, at.T, order=1, mode="nearest") for part in flow], -1)
+    found = np.stack([scipy.ndimage.map_coordinates(part, at.T, order=1, mode="nearest") for part in flow], -1)
     return np.asarray(found / np.maximum(np.linalg.norm(found, axis=1, keepdims=True), 1e-300))

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy import ndimage
 
 from ..arguments import Reals
 from .rasterising import Mask, ball_in_grid, checked_mask, checked_spacing
@@ -85,10 +85,10 @@ def march(mask: ArrayLike, size: int, spacing: ArrayLike = (1, 1, 1)) -> Marched
     inside, edges = checked_mask(mask), checked_spacing(spacing)
     if isinstance(size, bool) or not isinstance(size, (int, np.integer)) or size < 1:
         raise ValueError(f"size: {size!r}; expected the edge of a cell, an integer of at least 1 voxel")
-    depth = ndimage.distance_transform_edt(np.pad(inside, 1), sampling=edges)[1:-1, 1:-1, 1:-1]
+    depth = scipy.ndimage.distance_transform_edt(np.pad(inside, 1), sampling=edges)[1:-1, 1:-1, 1:-1]
     # The nearest outer voxel must not count as inside by rounding of the square of the distance.
     depth *= 1 - 1e-9
-    border = inside & ~ndimage.binary_erosion(inside)
+    border = inside & ~scipy.ndimage.binary_erosion(inside)
     mixed = _blocks(border, int(size)).any(-1)
     whole = mixed.repeat(size, 0).repeat(size, 1).repeat(size, 2)[tuple(map(slice, inside.shape))]
     full = inside & ~whole

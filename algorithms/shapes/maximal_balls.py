@@ -6,9 +6,8 @@ import heapq
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy import ndimage
-from scipy.spatial import cKDTree
 
 from generated import sphere_models
 
@@ -52,7 +51,7 @@ class _Choice:
     def __init__(self, inside: Mask, edges: Reals) -> None:
         self.inside, self.edges = inside, edges
         # The nearest outer voxel must not count as inside by rounding of the square of the distance.
-        self.depth = ndimage.distance_transform_edt(inside, sampling=edges) * (1 - 1e-9)
+        self.depth = scipy.ndimage.distance_transform_edt(inside, sampling=edges) * (1 - 1e-9)
         self.edge = float(np.prod(edges) ** (1 / 3))
         self.size = int(np.count_nonzero(inside))
 
@@ -73,7 +72,7 @@ class _Choice:
         """Return voxels that are ridges of the distance, at first of the object, later of what is not covered."""
         first = not self.balls
         depth = self.depth if first else np.where(self.open, self.depth, 0)
-        ridge = depth >= ndimage.maximum_filter(depth, 3) - (_RIDGE * self.edge if first else 0)
+        ridge = depth >= scipy.ndimage.maximum_filter(depth, 3) - (_RIDGE * self.edge if first else 0)
         return np.argwhere(ridge & (depth > 0))
 
     def _round(self, growth: float, enough: float, most: int) -> bool:
@@ -148,9 +147,9 @@ class _Refinement:
 
     def sweep(self, step: float) -> None:
         """Replace each ball by the best of small changes, one of which is the sphere fitted to its surface."""
-        border = self.inside & ~ndimage.binary_erosion(self.inside)
+        border = self.inside & ~scipy.ndimage.binary_erosion(self.inside)
         surface = np.argwhere(border) * self.edges
-        tree = cKDTree(surface)
+        tree = scipy.spatial.cKDTree(surface)
         moves = step * np.vstack([np.zeros(4), np.eye(4), -np.eye(4)])
         for i, ball in enumerate(self.balls):
             self._change(ball, -1)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from ..arguments import Reals
 from .images import Mask
@@ -44,20 +44,20 @@ def object_of(image: NDArray[Any], near: tuple[int, int] | None) -> Object:
         field = (field > field.min()).astype(float)
         level = 0.5
     else:
-        field = ndimage.gaussian_filter(field, 1.0)
+        field = scipy.ndimage.gaussian_filter(field, 1.0)
         level = _steepest_level(field)
     inside = field > level
     border = np.concatenate([inside[0], inside[-1], inside[:, 0], inside[:, -1]])
     if (near is not None and not inside[near]) or (near is None and border.mean() > 0.5):
         inside, field, level = ~inside, -field, -level
-    labels, count = ndimage.label(inside)
+    labels, count = scipy.ndimage.label(inside)
     sizes = np.bincount(labels.ravel(), minlength=count + 1)[1:]
     if not count or sizes.max() < _LEAST:
         raise ValueError(
             f"image: {count} objects, the largest of {sizes.max(initial=0)} pixels; expected at least {_LEAST}"
         )
     chosen = int(labels[near]) if near is not None else _central(labels, sizes)
-    mask = ndimage.binary_fill_holes(labels == chosen)
+    mask = scipy.ndimage.binary_fill_holes(labels == chosen)
     edge = np.concatenate([mask[0], mask[-1], mask[:, 0], mask[:, -1]])
     low = min(float(field.min()), 2 * level - float(field.max()))
     return Object(mask, np.where(mask | ~inside, np.where(mask, np.maximum(field, level + 1e-9), field), low), level,
@@ -67,7 +67,7 @@ def object_of(image: NDArray[Any], near: tuple[int, int] | None) -> Object:
 
 def _central(labels: NDArray[Any], sizes: NDArray[Any]) -> int:
     """Return the component with the largest size, reduced by the distance of its centre from that of the image."""
-    centres = np.array(ndimage.center_of_mass(labels > 0, labels, np.arange(1, len(sizes) + 1)))
+    centres = np.array(scipy.ndimage.center_of_mass(labels > 0, labels, np.arange(1, len(sizes) + 1)))
     middle = (np.array(labels.shape) - 1) / 2
     far = np.linalg.norm((centres - middle) / (middle + 1), axis=1)
     return 1 + int(np.argmax(sizes * np.exp(-far)))
@@ -78,8 +78,8 @@ def _steepest_level(field: Reals) -> float:
     size = np.hypot(*np.gradient(field)).ravel()
     edges = np.linspace(field.min(), field.max(), _BINS + 1)
     at = np.clip(np.digitize(field.ravel(), edges) - 1, 0, _BINS - 1)
-    length = ndimage.gaussian_filter1d(np.bincount(at, size, _BINS), 2.0)
-    squares = ndimage.gaussian_filter1d(np.bincount(at, size**2, _BINS), 2.0)
+    length = scipy.ndimage.gaussian_filter1d(np.bincount(at, size, _BINS), 2.0)
+    squares = scipy.ndimage.gaussian_filter1d(np.bincount(at, size**2, _BINS), 2.0)
     below = np.cumsum(np.bincount(at, minlength=_BINS)) / field.size
     usable = (below > 0.01) & (below < 0.99) & (length > 0.02 * length.max())
     # The mean of the gradient along a line is the sum of squares over the sum, as the width of a bin on the image is

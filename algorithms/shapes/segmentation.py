@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy import ndimage
 
 from ..arguments import Reals
 from .images import Mask, checked_image, checked_seeds, checked_spacing
@@ -91,7 +91,7 @@ def segment(
     core, accepted, radius = _grown(smooth, seeds, noise, step, neck)
     report("filling")
     if radius > 0:
-        opened = (ndimage.distance_transform_edt(~core, sampling=step) <= radius + 0.5 * step.min()) & accepted
+        opened = (scipy.ndimage.distance_transform_edt(~core, sampling=step) <= radius + 0.5 * step.min()) & accepted
         whole = _components(accepted, seeds, step)
         # If little is connected by necks, nothing has leaked through them, and they belong to the region.
         core = opened
@@ -120,20 +120,20 @@ def smoothed(image: Reals, edge: float, steps: int) -> Reals:
 
 def automatic_seed(image: Reals) -> Reals:
     """Return the index of the voxel at the greatest distance from strong edges and from the border."""
-    size = ndimage.gaussian_gradient_magnitude(image, 1.0)
+    size = scipy.ndimage.gaussian_gradient_magnitude(image, 1.0)
     # Of a large background of one value, nothing is wanted: only voxels above the mean of the image are candidates.
     flat = np.pad((size < np.percentile(size, 75)) & (image > image.mean()), 1)
     inside = tuple(slice(1, -1) for _ in image.shape)
-    depth = ndimage.distance_transform_edt(flat)[inside]
+    depth = scipy.ndimage.distance_transform_edt(flat)[inside]
     return np.array(np.unravel_index(int(depth.argmax()), image.shape))
 
 
 def filled(mask: Mask) -> Mask:
     """Fill the holes of a region."""
-    box = ndimage.find_objects(mask.astype(np.uint8))
+    box = scipy.ndimage.find_objects(mask.astype(np.uint8))
     result = mask.copy()
     if box and box[0] is not None:
-        result[box[0]] = ndimage.binary_fill_holes(mask[box[0]])
+        result[box[0]] = scipy.ndimage.binary_fill_holes(mask[box[0]])
     return result
 
 
@@ -168,11 +168,11 @@ def _between_neighbours(smooth: Reals, region: Mask, seeds: Reals, step: Reals) 
     """
     found = region
     for _ in range(_SIDES):
-        inner = ndimage.binary_erosion(found)
+        inner = scipy.ndimage.binary_erosion(found)
         values = smooth[inner if inner.any() else found]
         middle = float(np.median(values))
         spread = 1.4826 * float(np.median(np.abs(values - middle)))
-        around = smooth[ndimage.binary_dilation(found, iterations=3) & ~found]
+        around = smooth[scipy.ndimage.binary_dilation(found, iterations=3) & ~found]
         accepted = np.ones(smooth.shape, bool)
         for side in (-1, 1):
             beside = side * (around - middle)
@@ -188,7 +188,7 @@ def _between_neighbours(smooth: Reals, region: Mask, seeds: Reals, step: Reals) 
 
 def _depth(mask: Mask, step: Reals) -> Reals:
     """Return the distances from the outside. The border of the volume does not limit regions."""
-    return np.asarray(ndimage.distance_transform_edt(mask, sampling=step), np.float32)
+    return np.asarray(scipy.ndimage.distance_transform_edt(mask, sampling=step), np.float32)
 
 
 def _climbed(depth: Reals, seeds: Reals) -> float:
@@ -209,7 +209,7 @@ def _climbed(depth: Reals, seeds: Reals) -> float:
 
 def _components(mask: Mask, seeds: Reals, step: Reals) -> Mask:
     """Return the components of a mask that contain the seeds or are nearest to them."""
-    labels, count = ndimage.label(mask)
+    labels, count = scipy.ndimage.label(mask)
     if not count:
         return np.zeros(mask.shape, bool)
     chosen = set()
@@ -217,7 +217,9 @@ def _components(mask: Mask, seeds: Reals, step: Reals) -> Mask:
     for seed in seeds:
         at = tuple(int(i) for i in seed)
         if not labels[at] and nearest is None:
-            nearest = ndimage.distance_transform_edt(~mask, sampling=step, return_distances=False, return_indices=True)
+            nearest = scipy.ndimage.distance_transform_edt(
+                ~mask, sampling=step, return_distances=False, return_indices=True
+            )
         label = labels[at] if labels[at] or nearest is None else labels[tuple(int(a[at]) for a in nearest)]
         chosen.add(int(label))
     return np.asarray(np.isin(labels, list(chosen)))

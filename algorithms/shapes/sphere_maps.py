@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.interpolate import RBFInterpolator
+import scipy
 
 from generated import cga3
 
@@ -37,7 +37,9 @@ def fitted_map(kind: str, points: Reals, targets: Reals, weights: Reals, stiffne
     if kind == "affine":
         return _affine(points, targets, weights)
     # The thin-plate spline of space has the kernel -r and an affine part.
-    spline = RBFInterpolator(points, targets, kernel="linear", degree=1, smoothing=stiffness / weights)
+    spline = scipy.interpolate.RBFInterpolator(
+        points, targets, kernel="linear", degree=1, smoothing=stiffness / weights
+    )
     return lambda x: np.asarray(spline(x))
 
 

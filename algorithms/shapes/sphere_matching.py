@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import cKDTree
 
 from generated import sphere_models
 
@@ -177,7 +177,7 @@ def _matches(moved: Reals, second: Reals) -> tuple[NDArray[np.int64], float]:
 
 def _solid(balls: Reals) -> bool:
     """Return whether most balls overlap another one."""
-    distances, other = cKDTree(balls[:, :3]).query(balls[:, :3], k=2)
+    distances, other = scipy.spatial.cKDTree(balls[:, :3]).query(balls[:, :3], k=2)
     return bool(np.mean(distances[:, 1] < balls[:, 3] + balls[other[:, 1], 3]) > _MATCHED)
 
 
@@ -196,7 +196,7 @@ def surface_points(balls: Reals, count: int = _DIRECTIONS) -> tuple[Reals, Reals
     normals = np.column_stack([across * np.cos(turn), across * np.sin(turn), height])
     points = (balls[:, None, :3] + balls[:, None, 3:] * normals).reshape(-1, 3)
     free = np.ones(len(points), bool)
-    tree = cKDTree(points)
+    tree = scipy.spatial.cKDTree(points)
     for ball in balls:
         free[tree.query_ball_point(ball[:3], ball[3] * (1 - 1e-6))] = False
     return points[free], np.tile(normals, (len(balls), 1))[free]
@@ -205,14 +205,14 @@ def surface_points(balls: Reals, count: int = _DIRECTIONS) -> tuple[Reals, Reals
 def _with_surfaces(first: Reals, second: Reals, maps: tuple[Map, ...]) -> tuple[Map, ...]:
     """Append splines that move the surface of the first model to the second, and that to the first."""
     (points, normals), (targets, ends) = surface_points(first), surface_points(second)
-    tree = cKDTree(np.column_stack([targets, _TURN * ends]))
+    tree = scipy.spatial.cKDTree(np.column_stack([targets, _TURN * ends]))
     rng = np.random.default_rng(0)
     for step in maps:
         points = step(points)
     for stiffness in _SURFACE_STEPS:
         chosen = rng.permutation(len(points))[:_CONTROL]
         distance, nearest = tree.query(np.column_stack([points[chosen], _TURN * normals[chosen]]))
-        backwards = cKDTree(np.column_stack([points, _TURN * normals]))
+        backwards = scipy.spatial.cKDTree(np.column_stack([points, _TURN * normals]))
         sought = rng.permutation(len(targets))[: _CONTROL // 2]
         away, source = backwards.query(np.column_stack([targets[sought], _TURN * ends[sought]]))
         x = np.vstack([points[chosen], points[source]])

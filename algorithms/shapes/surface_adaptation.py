@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csr_array
-from scipy.spatial import cKDTree
-from scipy.spatial.transform import Rotation
 
 from generated import shapes
 
@@ -37,7 +35,7 @@ def moved_nodes(nodes: Reals, normals: Reals, triangles: NDArray[np.intp], sampl
     """
     size = float(np.linalg.norm(np.ptp(samples.places, 0)))
     turn = _TURN * size
-    tree = cKDTree(np.hstack([samples.places, turn * samples.normals]))
+    tree = scipy.spatial.cKDTree(np.hstack([samples.places, turn * samples.normals]))
     average = _averages(len(nodes), triangles)
     places = nodes + samples.places.mean(0) - nodes.mean(0)
     places, directions = _rigidly_moved(places, normals, samples, tree, turn)
@@ -54,7 +52,7 @@ def moved_nodes(nodes: Reals, normals: Reals, triangles: NDArray[np.intp], sampl
 
 
 def _rigidly_moved(
-    places: Reals, directions: Reals, samples: Samples, tree: cKDTree, turn: float
+    places: Reals, directions: Reals, samples: Samples, tree: scipy.spatial.cKDTree, turn: float
 ) -> tuple[Reals, Reals]:
     """Move nodes and normals by the rigid motion with the least squares of the distances from planes of samples."""
     for _ in range(_RIGID):
@@ -64,12 +62,12 @@ def _rigidly_moved(
         off = ((samples.places[at] - places) * normals).sum(1)
         rows = np.hstack([np.cross(away, normals), normals])
         twist = np.linalg.lstsq(rows, off, rcond=1e-6)[0]
-        motion = Rotation.from_rotvec(twist[:3])
+        motion = scipy.spatial.transform.Rotation.from_rotvec(twist[:3])
         places, directions = motion.apply(away) + middle + twist[3:], motion.apply(directions)
     return places, directions
 
 
-def is_folded(nodes: Reals, triangles: NDArray[np.intp], samples: Samples, tree: cKDTree) -> bool:
+def is_folded(nodes: Reals, triangles: NDArray[np.intp], samples: Samples, tree: scipy.spatial.cKDTree) -> bool:
     """Whether a triangle faces against the surface at its centre."""
     corners = nodes[triangles]
     faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -77,10 +75,10 @@ def is_folded(nodes: Reals, triangles: NDArray[np.intp], samples: Samples, tree:
     return bool(((faces * samples.normals[at]).sum(1) <= 0).any())
 
 
-def _averages(count: int, triangles: NDArray[np.intp]) -> csr_array:
+def _averages(count: int, triangles: NDArray[np.intp]) -> scipy.sparse.csr_array:
     """Return the matrix that takes values of nodes to their means with those of the neighbours."""
     a, b = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]).T
     own = np.arange(count)
     rows, columns = np.concatenate([a, b, own]), np.concatenate([b, a, own])
-    weights = csr_array(coo_array((np.ones(len(rows)), (rows, columns)), (count, count)))
-    return csr_array(weights.multiply(1 / weights.sum(1)[:, None]))
+    weights = scipy.sparse.csr_array(scipy.sparse.coo_array((np.ones(len(rows)), (rows, columns)), (count, count)))
+    return scipy.sparse.csr_array(weights.multiply(1 / weights.sum(1)[:, None]))

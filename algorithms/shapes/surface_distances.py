@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from ..arguments import Reals
 from .surface_samples import Samples
@@ -26,7 +26,7 @@ def dense_points(places: Reals, triangles: NDArray[np.intp]) -> tuple[Reals, NDA
 def distances_to_triangles(points: Reals, places: Reals, triangles: NDArray[np.intp]) -> Reals:
     """Return the distances of points from triangles near them; the nearest of a few, thus upper bounds."""
     dense, of = dense_points(places, triangles)
-    _, rows = cKDTree(dense).query(points, 3)
+    _, rows = scipy.spatial.cKDTree(dense).query(points, 3)
     found = np.full(len(points), np.inf)
     for column in range(3):
         corners = places[triangles[of[rows[:, column]]]]
@@ -34,7 +34,7 @@ def distances_to_triangles(points: Reals, places: Reals, triangles: NDArray[np.i
     return found
 
 
-def distances_to_samples(points: Reals, samples: Samples, tree: cKDTree) -> Reals:
+def distances_to_samples(points: Reals, samples: Samples, tree: scipy.spatial.cKDTree) -> Reals:
     """Return the distances of points from discs at the nearest samples, across their normals."""
     _, rows = tree.query(points)
     away = points - samples.places[rows]

@@ -5,10 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import breadth_first_order, connected_components, minimum_spanning_tree
-from scipy.spatial import cKDTree
 
 from generated import shapes
 
@@ -56,13 +54,13 @@ def samples_of_points(points: Reals, normals: Reals | None) -> tuple[Samples, in
     """Remove outliers, and estimate normals unless they are given. Return the number of outliers as well."""
     kept = np.arange(len(points))
     for _ in range(_ROUNDS):
-        distances, rows = cKDTree(points[kept]).query(points[kept], _NEIGHBOURS + 1)
+        distances, rows = scipy.spatial.cKDTree(points[kept]).query(points[kept], _NEIGHBOURS + 1)
         good = _near_surface(points[kept], distances, rows)
         if good.all() or good.sum() <= 2 * _NEIGHBOURS:
             break
         kept = kept[good]
     places = points[kept]
-    distances, rows = cKDTree(places).query(places, _NEIGHBOURS + 1)
+    distances, rows = scipy.spatial.cKDTree(places).query(places, _NEIGHBOURS + 1)
     given = _oriented(places, _planes(places, rows)[0], rows) if normals is None else unit(normals[kept])
     return Samples(places, given, float(np.median(distances[:, _NEIGHBOURS // 3]))), len(points) - len(kept)
 
@@ -82,8 +80,10 @@ def _near_surface(points: Reals, distances: Reals, rows: NDArray[np.intp]) -> ND
     far = off > _OFF * np.maximum(step, np.median(distances[rows[:, 1:], _NEIGHBOURS // 3], 1))
     near = distances[:, 1:5] <= _ALONE * step
     first = np.repeat(np.arange(len(points)), 4).reshape(-1, 4)
-    graph = coo_array((np.ones(int(near.sum()), np.int8), (first[near], rows[:, 1:5][near])), (len(points),) * 2)
-    _, labels = connected_components(graph, directed=False)
+    graph = scipy.sparse.coo_array(
+        (np.ones(int(near.sum()), np.int8), (first[near], rows[:, 1:5][near])), (len(points),) * 2
+    )
+    _, labels = scipy.sparse.csgraph.connected_components(graph, directed=False)
     small = ~flat & (np.bincount(labels)[labels] < _PART * len(points))
     return np.asarray(~(sparse | far | small))
 
@@ -103,17 +103,17 @@ def _oriented(points: Reals, normals: Reals, rows: NDArray[np.intp]) -> Reals:
     count, k = rows.shape[0], rows.shape[1] - 1
     a, b = np.repeat(np.arange(count), k), rows[:, 1:].ravel()
     cost = 1.0 + 1e-6 - np.abs((normals[a] * normals[b]).sum(1))
-    graph = coo_array((cost, (a, b)), (count, count)).tocsr()
+    graph = scipy.sparse.coo_array((cost, (a, b)), (count, count)).tocsr()
     graph = graph.maximum(graph.T)
-    tree = minimum_spanning_tree(graph)
+    tree = scipy.sparse.csgraph.minimum_spanning_tree(graph)
     tree = tree + tree.T
-    parts, labels = connected_components(tree, directed=False)
+    parts, labels = scipy.sparse.csgraph.connected_components(tree, directed=False)
     signs = np.ones(count)
     up = int(np.argmax(points.std(0)))
     for part in range(parts):
         members = np.flatnonzero(labels == part)
         top = int(members[np.argmax(points[members, up])])
-        order, before = breadth_first_order(tree, top, directed=False)
+        order, before = scipy.sparse.csgraph.breadth_first_order(tree, top, directed=False)
         same = np.sign((normals[order[1:]] * normals[before[order[1:]]]).sum(1))
         signs[top] = 1.0 if normals[top, up] >= 0 else -1.0
         for node, parent, sign in zip(order[1:].tolist(), before[order[1:]].tolist(), same.tolist(), strict=True):

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import cKDTree
 
 from generated import pga3, shapes
 
@@ -158,7 +158,7 @@ class _Graph:
 
 
 def _grown(samples: Samples, most: int, tolerance: float, outliers: int, euler: int | None) -> Surface:
-    tree = cKDTree(samples.places)
+    tree = scipy.spatial.cKDTree(samples.places)
     diagonal = float(np.linalg.norm(np.ptp(samples.places, 0)))
     most = min(most, len(samples.places) // 2)
     at = _spread(samples.places, min(_START, most))
@@ -184,7 +184,7 @@ def _followed(before: Surface, samples: Samples, outliers: int, euler: int | Non
     """Adapt the nodes of a surface to the samples of a moved shape."""
     if before.genus < 0:
         raise ValueError(f"start: {before.status.name}; expected a closed surface")
-    tree = cKDTree(samples.places)
+    tree = scipy.spatial.cKDTree(samples.places)
     nodes = moved_nodes(before.nodes, before.normals, before.triangles, samples)
     topology = before.components, before.genus
     errors = distances_to_triangles(samples.places, nodes, before.triangles)
@@ -207,23 +207,23 @@ def _spread(places: Reals, count: int) -> NDArray[np.intp]:
     return np.array(found)
 
 
-def _adapted(samples: Samples, tree: cKDTree, at: NDArray[np.intp]) -> NDArray[np.intp]:
+def _adapted(samples: Samples, tree: scipy.spatial.cKDTree, at: NDArray[np.intp]) -> NDArray[np.intp]:
     """Move nodes to the samples nearest to the centroids of their cells, several times."""
     weights = np.ones(len(samples.places))
     for _ in range(_LLOYD):
         places = samples.places[at]
-        _, winner = cKDTree(places).query(samples.places)
+        _, winner = scipy.spatial.cKDTree(places).query(samples.places)
         shifts, sums, _ = shapes.sums_of_cells(samples.places, weights, winner, places)
         _, at = tree.query(places + shifts / np.maximum(sums, 1)[:, None])
         at = np.unique(at)
     return at
 
 
-def _graph(samples: Samples, tree: cKDTree, at: NDArray[np.intp]) -> _Graph:
+def _graph(samples: Samples, tree: scipy.spatial.cKDTree, at: NDArray[np.intp]) -> _Graph:
     places = samples.places[at]
     triangles = closed_triangles(places, samples, tree)
     if not len(triangles):
-        far = np.linalg.norm(samples.places - places[cKDTree(places).query(samples.places)[1]], axis=1)
+        far = np.linalg.norm(samples.places - places[scipy.spatial.cKDTree(places).query(samples.places)[1]], axis=1)
         return _Graph(places, triangles, far, np.arange(len(at)), (-1, -1))
     wrong = faults(triangles)
     errors = distances_to_triangles(samples.places, places, triangles)
@@ -232,7 +232,7 @@ def _graph(samples: Samples, tree: cKDTree, at: NDArray[np.intp]) -> _Graph:
 
 def _inserted(samples: Samples, at: NDArray[np.intp], graph: _Graph, size: int) -> NDArray[np.intp]:
     """Add the samples with the largest errors of the cells with the largest sums, first of those that are wrong."""
-    _, winner = cKDTree(graph.nodes).query(samples.places)
+    _, winner = scipy.spatial.cKDTree(graph.nodes).query(samples.places)
     away = np.linalg.norm(samples.places - graph.nodes[winner], axis=1)
     cells = np.bincount(winner, graph.errors + 0.02 * away, minlength=len(at))
     cells[graph.wrong] += cells.max()
@@ -243,7 +243,7 @@ def _inserted(samples: Samples, at: NDArray[np.intp], graph: _Graph, size: int) 
 
 
 def _result(
-    samples: Samples, tree: cKDTree, graph: _Graph, curve: Reals, diagonal: float, outliers: int, stable: bool,
+    samples: Samples, tree: scipy.spatial.cKDTree, graph: _Graph, curve: Reals, diagonal: float, outliers: int, stable: bool,
     motors: Reals | None = None,
 ) -> Surface:  # fmt: skip
     used = np.unique(graph.triangles)

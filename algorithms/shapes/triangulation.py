@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import Delaunay, cKDTree
 
 from ..arguments import Reals
 from .surface_samples import Samples
@@ -18,9 +16,9 @@ _FACETS = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 """Facets opposite to each corner of a tetrahedron, counter-clockwise from outside if its volume is positive."""
 
 
-def closed_triangles(nodes: Reals, samples: Samples, tree: cKDTree) -> Triangles:
+def closed_triangles(nodes: Reals, samples: Samples, tree: scipy.spatial.cKDTree) -> Triangles:
     """Return the facets (t, 3) between tetrahedra whose circumcentres are inside and outside of the samples."""
-    cells = Delaunay(nodes)
+    cells = scipy.spatial.Delaunay(nodes)
     corners = cells.simplices.astype(np.intp)
     p = nodes[corners]
     edges = p[:, 1:] - p[:, :1]
@@ -61,7 +59,9 @@ def _minor_parts(corners: Triangles, neighbours: Triangles, inside: NDArray[np.b
         pairs.append(np.column_stack([4 * cell + corner, same]))
     a, b = np.concatenate(pairs).T
     total = 4 * count + size
-    _, part = connected_components(coo_array((np.ones(len(a), np.int8), (a, b)), (total, total)), directed=False)
+    _, part = scipy.sparse.csgraph.connected_components(
+        scipy.sparse.coo_array((np.ones(len(a), np.int8), (a, b)), (total, total)), directed=False
+    )
     weight = np.ones(total)
     weight[4 * count :] = 0
     at, facet = np.nonzero(neighbours < 0)
@@ -78,7 +78,7 @@ def _minor_parts(corners: Triangles, neighbours: Triangles, inside: NDArray[np.b
     return np.asarray(minor.reshape(-1, 4).any(1))
 
 
-def is_inside(points: Reals, samples: Samples, tree: cKDTree) -> NDArray[np.bool_]:
+def is_inside(points: Reals, samples: Samples, tree: scipy.spatial.cKDTree) -> NDArray[np.bool_]:
     """Decide by the normals of the nearest samples."""
     _, rows = tree.query(points, _VOTES)
     away = points[:, None] - samples.places[rows]
@@ -105,8 +105,8 @@ def faults(triangles: Triangles) -> NDArray[np.intp]:
     # Edge a to b of one triangle and b to a of another: corners at a are `corner` and the one after `other`.
     after = 3 * (other // 3) + (other % 3 + 1) % 3
     ok = a[after] == a[corner]
-    graph = coo_array((np.ones(int(ok.sum())), (corner[ok], after[ok])), (len(a), len(a)))
-    _, labels = connected_components(graph, directed=False)
+    graph = scipy.sparse.coo_array((np.ones(int(ok.sum())), (corner[ok], after[ok])), (len(a), len(a)))
+    _, labels = scipy.sparse.csgraph.connected_components(graph, directed=False)
     fans = np.bincount(np.unique(np.column_stack([a, labels]), axis=0)[:, 0], minlength=size)
     return np.unique(np.concatenate([wrong // size, wrong % size, np.flatnonzero(fans > 1)]))
 
@@ -117,6 +117,8 @@ def components_and_genus(triangles: Triangles) -> tuple[int, int]:
     a, b = triangles.ravel(), np.roll(triangles, -1, 1).ravel()
     size = int(used.max()) + 1
     count = len(np.unique(np.minimum(a, b) * size + np.maximum(a, b)))
-    labels = connected_components(coo_array((np.ones(len(a)), (a, b)), (size, size)), directed=False)[1]
+    labels = scipy.sparse.csgraph.connected_components(
+        scipy.sparse.coo_array((np.ones(len(a)), (a, b)), (size, size)), directed=False
+    )[1]
     parts = len(np.unique(labels[used]))
     return parts, parts - (len(used) - count + len(triangles)) // 2

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy import ndimage
-from scipy.spatial import Delaunay, QhullError
 
 from generated import sphere_models
 
@@ -39,11 +38,11 @@ def union_of_spheres(mask: ArrayLike, spacing: ArrayLike = (1, 1, 1), *, distinc
         If the boundary voxels are in a plane, so that there are no tetrahedra.
     """
     inside, edges = checked_mask(mask), checked_spacing(spacing)
-    border = inside & ~ndimage.binary_erosion(inside)
+    border = inside & ~scipy.ndimage.binary_erosion(inside)
     points = np.argwhere(border) * edges
     try:
-        corners = points[Delaunay(points).simplices]
-    except (QhullError, ValueError):
+        corners = points[scipy.spatial.Delaunay(points).simplices]
+    except (scipy.spatial.QhullError, ValueError):
         raise ValueError(
             f"mask: {len(points)} boundary voxels without a tetrahedron; expected an object with three dimensions"
         ) from None

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy import ndimage
 
 from ..arguments import Reals
 from .images import checked_image
@@ -55,6 +55,6 @@ def warp_volume(
     for i in range(shape[0]):
         # One slice at a time, because coordinates need much more memory than the volume.
         at = np.concatenate([np.full((1, *inner.shape[1:]), i / _STEP), inner])
-        sources = [ndimage.map_coordinates(places[..., axis], at, order=1, mode="nearest") for axis in range(3)]
-        result[i] = ndimage.map_coordinates(values.astype(np.float32, copy=False), sources, order=1)
+        sources = [scipy.ndimage.map_coordinates(places[..., axis], at, order=1, mode="nearest") for axis in range(3)]
+        result[i] = scipy.ndimage.map_coordinates(values.astype(np.float32, copy=False), sources, order=1)
     return result > 0.5 if values.dtype == np.bool_ else result

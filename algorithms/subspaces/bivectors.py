@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import cholesky, schur, solve_sylvester, solve_triangular
 
 from ..arguments import real_array
 from .blade import LARGEST, Floats, _finite, check_dimension, flat
@@ -175,12 +175,12 @@ def _largest(matrix: Floats, metric: Floats) -> tuple[list[Floats], bool]:
         square = complex(real, imaginary) ** 2
         return bool(min(abs(square - top), abs(square - np.conj(top))) <= near)
 
-    triangle, basis, count = schur(operator, output="real", sort=chosen)
+    triangle, basis, count = scipy.linalg.schur(operator, output="real", sort=chosen)
     projector = np.zeros_like(triangle)
     projector[:count, :count] = np.eye(count)
     if count < len(matrix):
         first, second = triangle[:count, :count], triangle[count:, count:]
-        projector[:count, count:] = solve_sylvester(first, -second, triangle[:count, count:])
+        projector[:count, count:] = scipy.linalg.solve_sylvester(first, -second, triangle[:count, count:])
     part = basis @ projector @ basis.T @ matrix
     part = (part - part.T) / 2
     if count == 2 and not complex_pair:
@@ -197,9 +197,9 @@ def _of_equal_rates(part: Floats, subspace: Floats, metric: Floats) -> tuple[lis
     if squares.min() * squares.max() <= 0:
         return [part], False
     sign = np.sign(squares[0])
-    lower = cholesky(sign * inner, lower=True)
+    lower = scipy.linalg.cholesky(sign * inner, lower=True)
     plain = lower.T @ (subspace.T @ part @ subspace) @ lower
-    back = solve_triangular(lower.T, np.eye(len(lower)), lower=False)
+    back = scipy.linalg.solve_triangular(lower.T, np.eye(len(lower)), lower=False)
     split = _by_eigenvectors((plain - plain.T) / 2)
     return [subspace @ back @ one @ back.T @ subspace.T for one in split], True
 

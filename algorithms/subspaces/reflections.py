@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.linalg import schur
 
 from ..arguments import real_array
 from .blade import Floats
@@ -83,7 +83,7 @@ def reflections_of(matrix: ArrayLike, gram: ArrayLike | None = None) -> Floats:
 
 
 def _by_planes(matrix: Floats) -> Floats:
-    triangle, basis = schur(matrix, output="real")
+    triangle, basis = scipy.linalg.schur(matrix, output="real")
     n, i = len(matrix), 0
     found = []
     while i < n:

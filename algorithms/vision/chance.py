@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import bdtrc, gammaln
+import scipy
 
 from ..arguments import Reals
 
@@ -75,6 +75,6 @@ def _log_chosen(n: int, count: int, share: float, chosen: int) -> float:
     """Return the logarithm of the number of choices of points to fit, times the probability of the other inliers."""
     if count <= chosen:
         return np.inf
-    choices = gammaln(n + 1) - gammaln(chosen + 1) - gammaln(n - chosen + 1)
+    choices = scipy.special.gammaln(n + 1) - scipy.special.gammaln(chosen + 1) - scipy.special.gammaln(n - chosen + 1)
     with np.errstate(divide="ignore"):
-        return float(choices + np.log(bdtrc(count - chosen - 1, n - chosen, share)))
+        return float(choices + np.log(scipy.special.bdtrc(count - chosen - 1, n - chosen, share)))

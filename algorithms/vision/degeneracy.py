@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import chdtri, fdtri
+import scipy
 
 from generated import projective3
 
@@ -68,8 +68,8 @@ def degenerate(matrix: Reals, first: Reals, second: Reals, known: float | None =
 def _quantile(n: int, freedom: float) -> float:
     """Return the quantile of the mean square of n residuals relative to that of `freedom` others."""
     if np.isinf(freedom):
-        return float(chdtri(n, 1 - _SURELY)) / n
-    return float(fdtri(n, freedom, _CONFIDENCE))
+        return float(scipy.special.chdtri(n, 1 - _SURELY)) / n
+    return float(scipy.special.fdtri(n, freedom, _CONFIDENCE))
 
 
 def _left_by_f(matrix: Reals, first: Reals, second: Reals) -> Reals:
@@ -119,7 +119,7 @@ def _few_places(first: Reals, second: Reals, noise: float) -> Reals:
     left = np.ones(pairs.shape[:-1], np.bool_)
     for _ in range(7):
         chosen = np.take_along_axis(pairs, left.argmax(-1)[..., None, None], -2)
-        left &= ((pairs - chosen) ** 2).sum(-1) > 2 * noise**2 * chdtri(4, 1 - _SURELY)
+        left &= ((pairs - chosen) ** 2).sum(-1) > 2 * noise**2 * scipy.special.chdtri(4, 1 - _SURELY)
     return np.asarray(~left.any(-1))
 
 

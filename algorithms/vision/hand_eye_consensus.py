@@ -13,8 +13,8 @@ from itertools import combinations
 from math import comb
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.stats import chi2, f
 
 from ..arguments import Reals
 from .sampling import random_sets
@@ -33,7 +33,6 @@ _SAMPLES = 400
 _ROUNDS = 10
 _RARE = 1e-6
 """An item is wrong if noise would cause a deviation of this size with at most this probability."""
-_MEDIAN = float(chi2.median(3))
 
 
 def suspect_poses(misfits: Reals, n_poses: int) -> Flags:
@@ -91,10 +90,12 @@ def agreeing(
     """
     most = n_items // 2
     """Index of the median; one more item than this is the majority."""
+    median = float(scipy.special.chdtri(3, 0.5))
+    """Of the sum of the squares of three standard normal variables."""
     found = np.nan_to_num(squares(place(_samples(n_items, sample_size))), nan=np.inf)
     medians = np.partition(found, most, axis=1)[:, most]
     best = found[int(np.argmin(np.log(medians + 1e-300).sum(-1)))]
-    variance = np.maximum(np.median(best, axis=0) / _MEDIAN, 1e-30)
+    variance = np.maximum(np.median(best, axis=0) / median, 1e-30)
     chosen = np.argsort((best / variance).sum(-1), kind="stable")[: most + 1]
     inliers = np.zeros(n_items, bool)
     inliers[chosen] = True
@@ -103,9 +104,10 @@ def agreeing(
         count = int(inliers.sum())
         # Each item has six numbers, and a sample plus one item has as many numbers as there are unknowns.
         free = max(count - sample_size + 1, 1)
-        variance = np.median(rest, axis=0) / _MEDIAN if round_ == 0 else rest[inliers].sum(0) / (3 * free)
+        variance = np.median(rest, axis=0) / median if round_ == 0 else rest[inliers].sum(0) / (3 * free)
         # The misfit of an item that was left out includes the error of the solution.
-        limit = 6 * float(f.isf(_RARE, 6, 6 * free)) * (2 - free / count)
+        # The upper quantile of F(6, 6 free) is the reciprocal of the lower one of F(6 free, 6).
+        limit = 6 / float(scipy.special.fdtri(6 * free, 6, _RARE)) * (2 - free / count)
         before, inliers = inliers, (rest / np.maximum(variance, _ROUNDING**2)).sum(-1) <= limit
         if inliers.sum() <= sample_size or (round_ and np.array_equal(inliers, before)):
             break

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.optimize import least_squares
 
 from generated import pga3
 
@@ -143,5 +143,7 @@ def _refined(start: Reals, seen: list[_Seen]) -> Reals:
         bivector = step * np.array([1, 1, 1, size, size, size])
         return np.asarray(pga3.motor_product(start, pga3.motor_exponential(bivector)))
 
-    found = least_squares(lambda step: _difference(moved(step), place, unit).ravel(), np.zeros(6), method="lm")
+    found = scipy.optimize.least_squares(
+        lambda step: _difference(moved(step), place, unit).ravel(), np.zeros(6), method="lm"
+    )
     return np.asarray(pga3.normalize_motor(moved(found.x)))

@@ -7,7 +7,7 @@ from itertools import product as every
 from typing import Any
 
 import numpy as np
-import scipy.fft
+import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, real_array

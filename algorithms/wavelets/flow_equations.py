@@ -6,7 +6,7 @@ from collections.abc import Callable
 from queue import SimpleQueue
 
 import numpy as np
-import scipy.ndimage
+import scipy
 from numpy.typing import NDArray
 
 from generated import images, quaternion

@@ -7,8 +7,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-import scipy.sparse
-import scipy.sparse.linalg
+import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from generated import quaternion

@@ -8,7 +8,7 @@ from enum import Enum
 from typing import Any
 
 import numpy as np
-import scipy.fft
+import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from generated import quaternion

@@ -9,7 +9,7 @@ from operator import index
 from threading import Lock
 from typing import TypeVar
 
-import scipy.fft
+import scipy
 
 Progress = Callable[[int, int], object]
 """Called with the numbers of completed and of all steps; threads that share the work call it one at a time."""

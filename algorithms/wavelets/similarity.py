@@ -6,7 +6,7 @@ from itertools import product as every
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.ndimage
+import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from generated import quaternion

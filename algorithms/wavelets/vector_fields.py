@@ -8,7 +8,7 @@ from itertools import product as every
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.ndimage
+import scipy
 from numpy.typing import ArrayLike
 
 from generated import vga2, vga3
