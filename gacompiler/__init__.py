@@ -4,72 +4,30 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from . import extras as extras  # fails with a one-line message if packages are missing, before others are loaded
-from . import frontend
 from . import load_time as load_time  # records the time before the rest is loaded
-from .algebra.algebra import Algebra as Algebra
-from .algebra.layout import SCALAR as SCALAR
-from .algebra.layout import Layout as Layout
-from .algebra.multivector import Multivector as Multivector
-from .derivatives import hessian_vector as hessian_vector
-from .derivatives import jacobian as jacobian
-from .derivatives import jvp as jvp
-from .derivatives import matrix_of as matrix_of
-from .derivatives import vjp as vjp
-from .frontend.eigen import eigenvalues_symmetric as eigenvalues_symmetric
-from .frontend.eigen import eigenvectors_symmetric as eigenvectors_symmetric
-from .frontend.equations import inverse_matrix as inverse_matrix
-from .frontend.equations import matrix_determinant as matrix_determinant
-from .frontend.equations import solve_linear as solve_linear
-from .frontend.equations import solve_symmetric as solve_symmetric
-from .frontend.family import Family as Family
-from .frontend.functions import exp as exp
-from .frontend.functions import interpolate as interpolate
-from .frontend.functions import log as log
-from .frontend.functions import power as power
-from .frontend.functions import sqrt as sqrt
-from .frontend.kernel import Kernel as Kernel
-from .frontend.kernel import array as array
-from .frontend.kernel import index as index
-from .frontend.kernel import kernel as kernel
-from .frontend.loops import accumulate as accumulate
-from .frontend.loops import each as each
-from .frontend.loops import fold as fold
-from .frontend.loops import gather as gather
-from .frontend.loops import iterate as iterate
-from .frontend.loops import least as least
-from .frontend.loops import scan as scan
-from .frontend.loops import scatter as scatter
-from .frontend.loops import total as total
-from .frontend.operations import *  # noqa: F403
-from .frontend.roots import cubic_roots as cubic_roots
-from .frontend.roots import quadratic_roots as quadratic_roots
-from .frontend.roots import quartic_roots as quartic_roots
-
-if not TYPE_CHECKING:
-    # Type checkers cannot read a computed list; for them, `as` and `*` above declare what is exported.
-    __all__ = sorted([
-        "SCALAR", "Algebra", "Family", "Kernel", "Layout", "Multivector", "accumulate", "array", "compile",
-        "cubic_roots", "each", "eigenvalues_symmetric", "eigenvectors_symmetric", "exp", "fold", "gather",
-        "hessian_vector", "index", "interpolate", "inverse_matrix", "iterate", "jacobian", "jvp", "kernel", "least",
-        "log", "matrix_determinant", "matrix_of", "power", "quadratic_roots", "quartic_roots", "read_cluscript",
-        "robots", "scan", "scatter", "solve_linear", "solve_symmetric", "sqrt", "total", "vjp",
-        *frontend.operations.__all__,
-    ])  # fmt: skip
-
-__version__ = "0.2.0"
 
 if TYPE_CHECKING:
     from .runtime import compile as compile
     from .scripts import read_cluscript as read_cluscript
+    from .vocabulary import *  # noqa: F403
 
-_LOADED_LATER = {"compile": "runtime", "read_cluscript": "scripts"}
+__version__ = "0.2.0"
+
+_HOMES = {"compile": "runtime", "read_cluscript": "scripts"}
+"""The modules of public names that are not in `vocabulary`."""
 
 
 def __getattr__(name: str) -> Any:
-    """Load `compile`, its backends, scripts and the modules that need sympy on first access."""
-    if name in _LOADED_LATER:
-        globals()[name] = found = getattr(import_module(f"{__name__}.{_LOADED_LATER[name]}"), name)
-        return found
+    """Load a public name on first access, since ``gac --help`` and packages such as `wheels` need no vocabulary."""
     if name in ("symbolic", "calculus", "robots"):
         return import_module(f"{__name__}.{name}")
+    if name == "__all__" or not name.startswith("__"):
+        home = import_module(f"{__name__}.{_HOMES.get(name, 'vocabulary')}")
+        if name in _HOMES or name in ("__all__", *home.__all__):
+            globals()[name] = found = getattr(home, name)
+            return found
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *import_module(f"{__name__}.vocabulary").__all__})

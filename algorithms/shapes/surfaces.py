@@ -243,9 +243,15 @@ def _inserted(samples: Samples, at: NDArray[np.intp], graph: _Graph, size: int) 
 
 
 def _result(
-    samples: Samples, tree: scipy.spatial.cKDTree, graph: _Graph, curve: Reals, diagonal: float, outliers: int, stable: bool,
+    samples: Samples,
+    tree: scipy.spatial.cKDTree,
+    graph: _Graph,
+    curve: Reals,
+    diagonal: float,
+    outliers: int,
+    stable: bool,
     motors: Reals | None = None,
-) -> Surface:  # fmt: skip
+) -> Surface:
     used = np.unique(graph.triangles)
     triangles = np.searchsorted(used, graph.triangles)
     nodes = graph.nodes[used]

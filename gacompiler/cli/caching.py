@@ -12,7 +12,8 @@ import click
 
 from ..cache_folder import cache_part, lasting_folder
 from ..generation.cache import PART, size_limit
-from .framework import command, json_option
+from .framework import command
+from .options import json_option
 from .output import print_table
 
 PARTS = {

@@ -25,16 +25,8 @@ from ..generation.workers import each_spec
 from ..runtime import load_module
 from ..verify import Verdict, verify_module
 from .arguments import compiled_kernels, find_spec, is_own, own_modules, rendered
-from .framework import (
-    algebra_option,
-    cache_option,
-    command,
-    effort_option,
-    jobs_option,
-    json_option,
-    model_option,
-    only_option,
-)
+from .framework import command
+from .options import algebra_option, cache_option, effort_option, jobs_option, json_option, model_option, only_option
 from .output import near, print_table, progress_bar
 
 

@@ -1,20 +1,16 @@
-"""Features common to all commands: examples in help texts, ``--debug``, errors on one line, and shared options."""
+"""Features common to all commands: loading on demand, examples in help texts, ``--debug``, and errors on one line."""
 
 from __future__ import annotations
 
 import sys
 import traceback
+from collections.abc import Mapping
+from importlib import import_module
 from typing import Any
 
 import click
-from rich.console import Console
 
-from ..backends.build import processors
 from ..errors import GacError
-from ..generation.cache import Cache, open_cache
-from ..ir.cost_models import COUNTS, MODELS
-from ..passes.effort import DEFAULT, LEVELS
-from .output import plain
 
 _DEBUG = "gacompiler.debug"
 """Key in the root context that records whether ``--debug`` was given, before or after a command's name."""
@@ -39,15 +35,37 @@ class Command(click.Command):
 
 
 class Commands(click.Group):
-    """The group of all commands.
+    """The group of all commands, whose modules are imported when one of their commands is needed.
 
     It accepts ``--debug`` before the name of a command too. An error raised by the package is printed on one line, and
     the exit status is 1.
+
+    Parameters
+    ----------
+    modules : mapping of str to (str, str)
+        The module, beside this one, and the first line of the help text of each command.
     """
 
-    def __init__(self, *arguments: Any, **named: Any) -> None:
+    def __init__(self, *arguments: Any, modules: Mapping[str, tuple[str, str]], **named: Any) -> None:
         super().__init__(*arguments, **named)
         self.params.append(_debug_option())
+        self._modules = modules
+
+    def list_commands(self, context: click.Context) -> list[str]:
+        """Return the names of all commands, sorted."""
+        return sorted(self._modules)
+
+    def get_command(self, context: click.Context, name: str) -> click.Command | None:
+        """Import the module of a command, and return the command."""
+        if name in self._modules:
+            module = import_module(f".{self._modules[name][0]}", __package__)
+            return next(c for c in vars(module).values() if isinstance(c, click.Command) and c.name == name)
+        return None
+
+    def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write what each command does, without importing their modules."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, self._modules[name][1]) for name in self.list_commands(context)])
 
     def invoke(self, context: click.Context) -> Any:
         """Run a command and report errors of the package."""
@@ -56,6 +74,10 @@ class Commands(click.Group):
         except GacError as error:
             if context.meta.get(_DEBUG):
                 traceback.print_exception(error)
+            from rich.console import Console
+
+            from .output import plain
+
             Console(stderr=True, highlight=False, soft_wrap=True).print(f"[red]gac: error:[/] {plain(str(error))}")
             sys.exit(1)
 
@@ -68,65 +90,3 @@ def command(*lines: str, name: str | None = None) -> Any:
 def examples(*lines: str) -> str:
     """Format examples for the end of a help text."""
     return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in lines)
-
-
-algebra_option = click.option(
-    "--algebra",
-    "algebra",
-    default=None,
-    help="Algebra of scripts (.clu): cga, 3dpga, ..., or a folder that contains definition.csv.",
-)
-json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
-jobs_option = click.option(
-    "-j",
-    "--jobs",
-    type=click.IntRange(min=1),
-    default=processors,
-    help="Number of modules to compile in parallel [default: the number of processors].",
-)
-
-effort_option = click.option(
-    "--effort",
-    type=click.IntRange(0, len(LEVELS) - 1),
-    default=DEFAULT,
-    show_default=True,
-    help="Work spent on reducing operations: 0 keeps the author's structure, 3 may take hours.",
-)
-
-model_option = click.option(
-    "--cost",
-    "model",
-    type=click.Choice(list(MODELS)),
-    default=COUNTS.name,
-    show_default=True,
-    help="What is minimised: operations, cycles of one element, fused multiply-adds, or the size of the code "
-    "(see `gac cost --explain`).",
-)
-
-
-def _names(_: click.Context, __: click.Parameter, texts: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple(name.strip() for text in texts for name in text.split(",") if name.strip())
-
-
-only_option = click.option(
-    "--only",
-    "only",
-    multiple=True,
-    metavar="NAMES",
-    callback=_names,
-    help="Only the kernels of these names, separated by commas; may be repeated.",
-)
-
-
-def _opened(_: click.Context, __: click.Parameter, unwanted: bool) -> Cache | None:
-    return None if unwanted else open_cache()
-
-
-cache_option = click.option(
-    "--no-cache",
-    "cache",
-    is_flag=True,
-    callback=_opened,
-    help="Compile every kernel from scratch instead of using cached results (see `gac cache`).",
-)
-"""Passes the user's cache to the command, or None."""

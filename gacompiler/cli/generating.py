@@ -24,7 +24,8 @@ from ..ir.cost_models import COUNTS
 from ..robots.descriptions import robot_spec
 from ..robots.kernel_texts import DEFAULT, METHODS
 from .arguments import own_modules, rendered
-from .framework import algebra_option, cache_option, command, effort_option, jobs_option, model_option, only_option
+from .framework import command
+from .options import algebra_option, cache_option, effort_option, jobs_option, model_option, only_option
 from .output import near, progress_bar, searching
 
 target_option = click.option(

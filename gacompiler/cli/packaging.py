@@ -11,7 +11,8 @@ from ..generation.cache import Cache
 from ..generation.files import write
 from ..generation.spec_files import load_spec
 from .arguments import rendered
-from .framework import algebra_option, cache_option, command, jobs_option
+from .framework import command
+from .options import algebra_option, cache_option, jobs_option
 from .output import near
 
 _LEVELS = {"v1": 1, "v3": 3, "v4": 4}

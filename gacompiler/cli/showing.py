@@ -27,7 +27,8 @@ from ..ir.procedure_cost import costs_as_dict, costs_text
 from ..passes.loops import compile_loops
 from ..passes.pipeline import compile_kernel
 from .arguments import compiled_kernels, find_kernel, find_spec
-from .framework import algebra_option, cache_option, command, effort_option, json_option, model_option
+from .framework import command
+from .options import algebra_option, cache_option, effort_option, json_option, model_option
 from .output import print_table, searching
 
 

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from gacompiler.backends import find_compiler, library_path, runtime_files
-from gacompiler.cli import main
+from gacompiler.cli import COMMANDS, main
 from gacompiler.generation.checked_in import generated_folder
 
 SPEC = '''
@@ -113,7 +113,7 @@ def test_list(here: Path, what: tuple[str, ...]) -> None:
 
 
 def test_every_command_has_help_with_examples() -> None:
-    for command in main.commands:
+    for command in COMMANDS:
         text = run(command, "--help").output
         assert "Examples:" in text and f"gac {command}" in text
 

@@ -7,12 +7,13 @@ import importlib
 import re
 from pathlib import Path
 
+import click
 import pytest
 from website import commands, contents, gallery, interfaces, modules
 from website.markdown import anchors, first_sentence, headings, images, links, table
 from website.places import DOCS, ROOT, notebooks, pages
 
-from gacompiler.cli import main
+from gacompiler.cli import COMMANDS, main
 
 
 def packages() -> list[str]:
@@ -116,14 +117,14 @@ def test_pages_are_the_same_at_every_call() -> None:
 
 def test_every_command_has_its_options_and_examples() -> None:
     sections = commands.page().split("\n## ")
-    assert len(sections) == 1 + len(main.commands)
-    for name, section in zip(main.list_commands(None), sections[1:], strict=True):  # type: ignore[arg-type]
-        assert section.startswith(f"gac {name}\n")
-        options = {option for each in main.commands[name].params for option in each.opts if option.startswith("-")}
+    assert len(sections) == 1 + len(COMMANDS)
+    for name, section in zip(COMMANDS, sections[1:], strict=True):
+        command = main.get_command(click.Context(main), name)
+        assert command is not None and section.startswith(f"gac {name}\n")
+        options = {option for each in command.params for option in each.opts if option.startswith("-")}
         assert [option for option in options if option not in section] == [], name
-        assert f"\ngac {name}" in section.partition("| option | description |")[2] or "Examples" not in (
-            main.commands[name].epilog or ""
-        )
+        examples = section.partition("| option | description |")[2]
+        assert f"\ngac {name}" in examples or "Examples" not in (command.epilog or "")
 
 
 def test_the_gallery_has_every_picture_of_the_pages() -> None:

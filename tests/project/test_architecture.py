@@ -94,7 +94,8 @@ ALLOWED: dict[str, set[str]] = {
             "rich",
         ),
     },
-    "__init__": {"extras", "load_time", "algebra", "frontend", "derivatives", "runtime", "scripts"},
+    "__init__": {"extras", "load_time", "vocabulary", "runtime", "scripts"},
+    "vocabulary": {"algebra", "frontend", "derivatives"},
     "__main__": {"cli"},
 }
 """The imports, in addition to the standard library, that are allowed in each package and file of the compiler."""

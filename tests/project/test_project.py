@@ -15,7 +15,7 @@ import pytest
 
 import gacompiler
 from gacompiler.backends.build import library_path
-from gacompiler.cli import main
+from gacompiler.cli import COMMANDS
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = {"gacompiler", "generated", "algorithms", "tests", "benchmarks", "docs", ".ci"}
@@ -70,7 +70,7 @@ def test_commands_of_the_documents_exist() -> None:
             assert set(arguments) <= {*targets(), ".venv/.peers"}, f"{name}: make {' '.join(arguments)}"
     for document in DOCUMENTS:
         for arguments in commands(document, "gac"):
-            assert arguments[0] in main.commands, f"{document.name}: gac {' '.join(arguments)}"
+            assert arguments[0] in COMMANDS, f"{document.name}: gac {' '.join(arguments)}"
 
 
 def test_help_lists_every_target() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from gacompiler.cli import main
+from gacompiler.cli import COMMANDS
 from gacompiler.generation.rendering import TARGETS
 from gacompiler.runtime import BACKENDS
 
@@ -90,7 +90,7 @@ def test_every_backend_has_a_quick_test(backend: str) -> None:
     quick(OF_BACKENDS[backend])
 
 
-@pytest.mark.parametrize("command", main.commands)
+@pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_has_a_quick_test(command: str) -> None:
     node = quick(OF_COMMANDS[command])
     known = functions(TESTS / OF_COMMANDS[command].partition("::")[0])

@@ -1,0 +1,54 @@
+"""The public names of `gacompiler` for definitions, which it loads from here when one of them is first used."""
+
+from typing import TYPE_CHECKING
+
+from . import frontend
+from .algebra.algebra import Algebra as Algebra
+from .algebra.layout import SCALAR as SCALAR
+from .algebra.layout import Layout as Layout
+from .algebra.multivector import Multivector as Multivector
+from .derivatives import hessian_vector as hessian_vector
+from .derivatives import jacobian as jacobian
+from .derivatives import jvp as jvp
+from .derivatives import matrix_of as matrix_of
+from .derivatives import vjp as vjp
+from .frontend.eigen import eigenvalues_symmetric as eigenvalues_symmetric
+from .frontend.eigen import eigenvectors_symmetric as eigenvectors_symmetric
+from .frontend.equations import inverse_matrix as inverse_matrix
+from .frontend.equations import matrix_determinant as matrix_determinant
+from .frontend.equations import solve_linear as solve_linear
+from .frontend.equations import solve_symmetric as solve_symmetric
+from .frontend.family import Family as Family
+from .frontend.functions import exp as exp
+from .frontend.functions import interpolate as interpolate
+from .frontend.functions import log as log
+from .frontend.functions import power as power
+from .frontend.functions import sqrt as sqrt
+from .frontend.kernel import Kernel as Kernel
+from .frontend.kernel import array as array
+from .frontend.kernel import index as index
+from .frontend.kernel import kernel as kernel
+from .frontend.loops import accumulate as accumulate
+from .frontend.loops import each as each
+from .frontend.loops import fold as fold
+from .frontend.loops import gather as gather
+from .frontend.loops import iterate as iterate
+from .frontend.loops import least as least
+from .frontend.loops import scan as scan
+from .frontend.loops import scatter as scatter
+from .frontend.loops import total as total
+from .frontend.operations import *  # noqa: F403
+from .frontend.roots import cubic_roots as cubic_roots
+from .frontend.roots import quadratic_roots as quadratic_roots
+from .frontend.roots import quartic_roots as quartic_roots
+
+if not TYPE_CHECKING:
+    # Type checkers cannot read a computed list; for them, `as` and `*` above declare what is exported.
+    __all__ = sorted([
+        "SCALAR", "Algebra", "Family", "Kernel", "Layout", "Multivector", "accumulate", "array", "compile",
+        "cubic_roots", "each", "eigenvalues_symmetric", "eigenvectors_symmetric", "exp", "fold", "gather",
+        "hessian_vector", "index", "interpolate", "inverse_matrix", "iterate", "jacobian", "jvp", "kernel", "least",
+        "log", "matrix_determinant", "matrix_of", "power", "quadratic_roots", "quartic_roots", "read_cluscript",
+        "robots", "scan", "scatter", "solve_linear", "solve_symmetric", "sqrt", "total", "vjp",
+        *frontend.operations.__all__,
+    ])  # fmt: skip
