@@ -13,6 +13,9 @@ SPECS := $(filter-out %/__init__.py,$(wildcard gacompiler/specs/*.py))
 MODULES := $(foreach end,py c h,$(SPECS:gacompiler/specs/%.py=generated/%.$(end)))
 COMPILER := $(shell find gacompiler -name '*.py' -o -name '*.jinja')
 
+# Kernels run on numba where there is no C compiler. Its libraries are as large as all others of the demonstration.
+DEMO := $(if $(shell command -v $(CC) cc gcc clang),demo,demo,algorithms)
+
 # All but `peers`, which takes longer than the others together.
 EXTRAS := compiler,algorithms,pictures,notebooks,volumes,test
 
@@ -20,15 +23,15 @@ EXTRAS := compiler,algorithms,pictures,notebooks,volumes,test
 MAKEFLAGS += --no-print-directory
 
 .DEFAULT_GOAL := help
-.PHONY: demo test slow peers generated check lint types docs bench counts growth notebooks build wheel help clean FORCE
+.PHONY: demo test slow peers thorough generated check lint types docs bench counts growth notebooks build wheel help clean FORCE
 
-demo: .venv/.installed ## Generate outdated modules, build, run on real input; pictures in build/demo
+demo: .venv/.demo ## Build five modules, run on real input; pictures in build/demo
 	@$(MAKE) build/.generated
-	@$(MAKE) build
 	$(BIN)/python -m algorithms.demo
 
-test: build ## Run the quick tests, in minutes
-	$(BIN)/pytest -n 2 --dist worksteal
+test: $(if $(ONLY),.venv/.installed,build) ## Run the quick tests, in minutes; ONLY=algorithms/vision, in seconds
+	@set -e; files=$$($(if $(ONLY),$(BIN)/python -m benchmarks.sources $(ONLY))); \
+	$(BIN)/pytest -n 2 --dist worksteal $$files
 
 slow: build ## Run the slow tests
 	$(BIN)/pytest -n 2 --dist worksteal -m "slow and not peers"
@@ -36,6 +39,10 @@ slow: build ## Run the slow tests
 peers: .venv/.peers ## Compare with other libraries (slow)
 	@$(MAKE) build
 	$(BIN)/pytest -n 2 --dist worksteal -m peers
+
+thorough: .venv/.peers ## Run the slow tests and the comparisons together
+	@$(MAKE) build
+	$(BIN)/pytest -n 2 --dist worksteal -m "slow or peers"
 
 generated: .venv/.installed ## Regenerate generated/ from the specs
 	@echo "Generating $(words $(SPECS)) modules, some minutes"
@@ -56,10 +63,9 @@ types: .venv/.installed ## Check types
 docs: .venv/.docs ## Build the documentation site from docs, notebooks and docstrings; build/site/index.html
 	PYTHONPATH=docs $(BIN)/python -m website
 
-bench: build ## Measure generation, kernels and algorithms, compare with other libraries; write pages in docs
-	$(BIN)/python -m benchmarks
-	@for page in chain subspaces toolkit robots signals vision estimation tracking mapping registration shapes grasping \
-		visual_grasping grasping_loop learning clifford_svm speech cost_models; do $(BIN)/python -m benchmarks $$page || exit; done
+bench: .venv/.peers ## Measure, compare, write pages of docs; PAGE=vision-speed for one; CHECK=1 lists outdated ones
+	@$(if $(CHECK),,$(MAKE) build)
+	$(BIN)/python -m benchmarks $(if $(CHECK),--check,$(or $(PAGE),all))
 
 counts: .venv/.installed ## Count operations of known expressions, compare with kingdon; write docs/operation-counts.md
 	$(BIN)/python -m benchmarks counts
@@ -95,18 +101,27 @@ build/.generated: $(COMPILER) $(wildcard $(MODULES)) $(if $(filter-out $(wildcar
 	    && test -z "$$(git ls-files --others --exclude-standard -- gacompiler generated)"; \
 	then mkdir -p build && touch $@; else $(MAKE) generated; fi
 
+# Without compiling all of their bytecode, which takes longer than all else; Python compiles what it imports.
+INSTALL := $(BIN)/pip install --quiet --no-compile --editable
+
+.venv/.demo: pyproject.toml .ci/constraints.txt
+	@echo "Installing what the demonstration imports into .venv, half a minute"
+	@test -x $(BIN)/pip || $(PYTHON) -m venv .venv
+	$(INSTALL) '.[$(DEMO)]'
+	@touch $@
+
 .venv/.installed: pyproject.toml .ci/constraints.txt
-	@echo "Installing into .venv, a minute or two"
-	$(PYTHON) -m venv .venv
-	$(BIN)/pip install --quiet --editable '.[$(EXTRAS)]'
+	@echo "Installing into .venv, a minute"
+	@test -x $(BIN)/pip || $(PYTHON) -m venv .venv
+	$(INSTALL) '.[$(EXTRAS)]'
 	@touch $@
 
 .venv/.peers: .venv/.installed
 	@echo "Installing other libraries into .venv, a minute or two"
-	$(BIN)/pip install --quiet --editable '.[peers]'
+	$(INSTALL) '.[peers]'
 	@touch $@
 
 .venv/.docs: .venv/.installed
 	@echo "Installing Sphinx into .venv, a minute"
-	$(BIN)/pip install --quiet --editable '.[docs]'
+	$(INSTALL) '.[docs]'
 	@touch $@

@@ -2,6 +2,5 @@
 
 from importlib.util import find_spec
 
-_missing = [name for name in ("numba", "scipy") if find_spec(name) is None]
-if _missing:
-    raise ImportError(f"algorithms needs {' and '.join(_missing)}; run: pip install 'gacompiler[algorithms]'")
+if find_spec("scipy") is None:
+    raise ImportError("algorithms needs scipy; run: pip install 'gacompiler[algorithms]'")

@@ -1,31 +1,81 @@
-"""The command ``python -m benchmarks``, and its subcommands."""
+"""The command ``python -m benchmarks``: measure, and write pages of figures, or list those that are outdated.
+
+python -m benchmarks vision-speed        # write docs/vision-speed.md; further arguments are those of its command
+python -m benchmarks all                 # write all pages
+python -m benchmarks --check             # list pages without a stamp, or older than the code that they measure
+python -m benchmarks minimal             # commands that write no page: minimal overview random_kernels
+"""
 
 from __future__ import annotations
 
 import importlib
 import os
 import sys
+from pathlib import Path
 
-COMMANDS = (
-    *("chain", "clifford_svm", "cost_models", "counts", "estimation", "grasping"),
-    *("grasping_loop", "growth", "learning", "mapping", "minimal", "overview"),
-    *("random_kernels", "registration", "robots", "shapes", "signals", "speech"),
-    *("subspaces", "toolkit", "tracking", "vision", "visual_grasping"),
-)
-"""The subcommands, which are also the names of their modules. Without a subcommand, `command` runs."""
+PAGES = {
+    "benchmarks": "command",
+    "clifford-svm-speed": "clifford_svm",
+    "cost-model-times": "cost_models",
+    "estimation-speed": "estimation",
+    "grasping-loop-speed": "grasping_loop",
+    "grasping-speed": "grasping",
+    "growth": "growth",
+    "learning-speed": "learning",
+    "mapping-speed": "mapping",
+    "numba": "chain",
+    "operation-counts": "counts",
+    "registration-speed": "registration",
+    "robot-speed": "robots",
+    "shapes-speed": "shapes",
+    "signals": "signals",
+    "speech-speed": "speech",
+    "start-up": "start_up",
+    "subspaces": "subspaces",
+    "toolkit-speed": "toolkit",
+    "tracking-speed": "tracking",
+    "vision-speed": "vision",
+    "visual-grasping-speed": "visual_grasping",
+}
+"""The module that writes each page of figures."""
+
+WITHOUT_PAGES = ("minimal", "overview", "random_kernels")
+"""Further modules with a command."""
 
 
-def main() -> int:
-    """Run the command on one thread."""
+def main(words: list[str]) -> int:
+    """Run the command on one thread. Return the exit status, which is 1 if a check finds outdated pages."""
     # The libraries read these variables when they are loaded, so the modules are imported afterwards.
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
         os.environ[name] = "1"
-    words = sys.argv[1:]
-    chosen = words[0] if words and words[0] in COMMANDS else None
-    module = importlib.import_module(f".{chosen or 'command'}", __package__)
-    status: int = module.main(words[1:] if chosen else words)
+    first, rest = (words[0], words[1:]) if words else ("--help", [])
+    if first == "--check":
+        return _check()
+    if first == "all":
+        return max(run(command, rest) for command in PAGES.values())
+    command = PAGES.get(first, first)
+    if command in (*PAGES.values(), *WITHOUT_PAGES):
+        return run(command, rest)
+    print(__doc__, f"Pages: {' '.join(PAGES)}", sep="\n")
+    return 0 if first in ("-h", "--help") else 2
+
+
+def run(command: str, words: list[str]) -> int:
+    """Run the command of a module. Return the exit status."""
+    status: int = importlib.import_module(f".{command}", __package__).main(words)
     return status
 
 
+def _check() -> int:
+    from .stamp import is_outdated
+
+    docs = Path(__file__).parents[1] / "docs"
+    outdated = [page for page, command in PAGES.items() if is_outdated((docs / f"{page}.md").read_text(), command)]
+    for page in outdated:
+        print(f"docs/{page}.md: older than the code that it measures; run make bench PAGE={page}")
+    print(f"{len(PAGES) - len(outdated)} of {len(PAGES)} pages are current")
+    return bool(outdated)
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))

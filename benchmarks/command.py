@@ -14,6 +14,7 @@ from .cases import CASES, OPTIONAL
 from .libraries import LIBRARIES, installed
 from .machine import machine
 from .report import Run, page
+from .stamp import stamped
 from .timing import FULL, QUICK
 
 _ABOUT = "Measure the compiler and its kernels, compare them with other libraries, and write a page in Markdown."
@@ -83,7 +84,7 @@ def main(arguments: list[str] | None = None) -> int:
         effort.repeats,
         figure.name if figure else None,
     )
-    pages.write(out, page(run))
+    pages.write(out, stamped(page(run), "command"))
     print(f"{out}: {len(found.kernels)} kernels generated, {len(times)} measured" + (f"; {figure}" if figure else ""))
     return 0
 

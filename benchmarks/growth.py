@@ -24,6 +24,7 @@ from .kingdon_counts import count
 from .libraries import installed
 from .machine import version
 from .markdown import paragraph
+from .stamp import stamped
 from .worker import TimeLimitExceeded, Worker
 
 PAGE = Path("docs/growth.md")
@@ -252,7 +253,7 @@ def main(arguments: list[str] | None = None) -> int:
         )
     picture = out.with_suffix(".svg")
     try:
-        pages.write(out, page(curves, options.limit, picture.name))
+        pages.write(out, stamped(page(curves, options.limit, picture.name), "growth"))
         draw(picture, curves)
     except OSError as error:
         return pages.report_failure("growth", out, error)

@@ -49,7 +49,7 @@ def machine(effort: Effort, quick: bool) -> Machine:
     cached, uncached = _copy(IN_CACHE, effort), _copy(memory, effort)
     peak = _peak(128 if quick else 768, effort)
     facts = (
-        ("processor", _processor()),
+        ("processor", processor()),
         ("processors, one of which is used", str(_n_processors())),
         ("system", f"{platform.system()} {platform.machine()}"),
         ("C compiler", _compiler()),
@@ -75,7 +75,8 @@ def _n_processors() -> int:
     return os.cpu_count() or 1
 
 
-def _processor() -> str:
+def processor() -> str:
+    """Return the name of the processor."""
     table = Path("/proc/cpuinfo")
     if table.is_file():
         for line in table.read_text().splitlines():

@@ -10,6 +10,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+from .stamp import stamped
+
 
 def options(command: str, about: str | None, page: Path, *, quick: bool = True) -> argparse.ArgumentParser:
     """Return the parser of a command, with ``--out`` and, if it has a quick mode, ``--quick``."""
@@ -30,9 +32,12 @@ def progress() -> Progress:
 
 
 def publish(command: str, out: Path, text: str, what: str) -> int:
-    """Write a page, and print its contents `what` or the reason of failure. Return the exit status."""
+    """Write a page, and print its contents `what` or the reason of failure. Return the exit status.
+
+    A page of the documentation ends with a stamp, and a table of data does not.
+    """
     try:
-        write(out, text)
+        write(out, stamped(text, command) if out.suffix == ".md" else text)
     except OSError as error:
         return report_failure(command, out, error)
     print(f"{out}: {what}")

@@ -116,4 +116,5 @@ def jax_function(layer: Layer, algebra: str | Algebra, channels: int) -> Callabl
         return jax.pure_callback(pull_of_numpy, shapes, x, y, d, *parameters, vmap_method="sequential")
 
     function.defvjp(forward, backward)
-    return function
+    differentiable: Callable[..., Any] = function
+    return differentiable
