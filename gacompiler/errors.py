@@ -58,6 +58,10 @@ class ZeroDivisorError(AlgebraError, ZeroDivisionError):
     """Raised for a divisor that is exactly zero, or an element without an inverse."""
 
 
+class OperandError(AlgebraError, TypeError):
+    """Raised for an operand that is neither a multivector nor a number."""
+
+
 class LayoutError(GacError):
     """Raised for coefficients that do not fit a layout."""
 

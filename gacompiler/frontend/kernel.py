@@ -12,17 +12,19 @@ from typing import Any
 
 from ..algebra.immutable import Immutable
 from ..algebra.layout import Layout
+from ..algebra.multivector import Multivector
 from ..algebra.operations import Operation
 from ..errors import GacError, KernelError
 from .calls import Call, record_call, recorded_calls
 from .expression import Expression, lift
+from .operands import EXPECTED, is_operand
 from .parameters import ArrayOf as ArrayOf
 from .parameters import Parameter as Parameter
 from .parameters import Type as Type
 from .parameters import array as array
 from .parameters import index as index
-from .rows import IndexOf, RowsOf
-from .traced import Traced
+from .rows import Array, IndexOf, RowsOf
+from .traced import Traced, leaves
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +46,14 @@ class Kernel(Immutable):
     """Names of the results. If given, the results are a named tuple that holds every coefficient except zeros."""
 
     def __call__(self, *arguments: Any) -> Any:
+        for argument in leaves(arguments):
+            if not (isinstance(argument, (Expression, Multivector, Array)) or is_operand(argument)):
+                raise KernelError(
+                    self.where,
+                    f"called with {type(argument).__name__}",
+                    EXPECTED,
+                    f"compile it, as in `f = gacompiler.compile({self.name})`, and call the result",
+                )
         value = self.function(*arguments)
         if not self.has_loops:
             record_call(self, arguments, value)

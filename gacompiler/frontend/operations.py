@@ -18,6 +18,7 @@ from ..algebra.operations import Operation
 from ..algebra.versors import SMALL_DIMENSION, conjugate_factors
 from ..errors import AlgebraError
 from .expression import Expression, lift, node
+from .operands import checked, is_number, own_operations, refuse
 from .rows import Array
 
 __all__ = [
@@ -30,12 +31,24 @@ __all__ = [
 
 
 def apply(operation: Operation, *arguments: Any) -> Any:
-    """Apply `operation`: return an expression if any argument is an expression, else the value."""
+    """Apply `operation`: return an expression if any argument is an expression, else the value.
+
+    Numeric objects apply their own operation of the same name.
+
+    Raises
+    ------
+    OperandError
+        If an argument is neither a multivector nor a number.
+    """
     if any(isinstance(argument, Expression) for argument in arguments):
         return node(operation, *arguments)
     for argument in arguments:
         if isinstance(argument, Array):
             argument.refuse()
+    run = own_operations(arguments)
+    if run is not None:
+        return run(operation, *arguments)
+    checked(operation, arguments)
     algebra = next((a.algebra for a in arguments if isinstance(a, Multivector)), None)
     if algebra is None:
         result = MEANINGS[operation](*(SCALARS.scalar(argument) for argument in arguments))
@@ -117,12 +130,21 @@ def atan2(y: Any, x: Any) -> Any:
 
 def grade(a: Any, *grades: int) -> Any:
     """Return the part of the given grades."""
-    return a.grade(*grades)
+    return _element("grade()", a).grade(*grades)
 
 
 def coefficient(a: Any, blade: str) -> Any:
     """Return the coefficient of a blade, given in any spelling."""
-    return a[blade]
+    return _element("coefficient()", a)[blade]
+
+
+def _element(where: str, a: Any) -> Any:
+    """Return `a` with the methods of a multivector: a number as an element of the algebra of scalars."""
+    if isinstance(a, (Expression, Multivector)) or own_operations((a,)) is not None:
+        return a
+    if not is_number(a):
+        refuse(where, a)
+    return SCALARS.scalar(a)
 
 
 def assemble(algebra: Algebra, coefficients: Mapping[str, Any]) -> Any:
@@ -139,6 +161,7 @@ def select(condition: Any, a: Any, b: Any) -> Any:
     For multivectors, the selection is made for each coefficient.
     """
     if not any(isinstance(x, Expression) for x in (condition, a, b)):
+        checked(Operation.SELECT, tuple(x for x in (condition, a, b) if own_operations((x,)) is None))
         return a if _is_true(condition) else b
     x, y = lift(a), lift(b)
     if x.is_scalar and y.is_scalar:

@@ -39,6 +39,7 @@ class Plane(Space):
         LayoutError
             If the vectors are opposite, or one is 0; in arrays such rotors are NaN.
         """
+        a, b = (self._directions(name, "e1 e2", (x,)) for name, x in (("a", a), ("b", b)))
         return require_finite("rotor_between", self._make(_BETWEEN, a, b), (a, b), "opposite vectors, or a zero one")
 
 
@@ -57,10 +58,12 @@ class Room(Space):
         LayoutError
             If the vectors are opposite, or one is 0; in arrays such rotors are NaN.
         """
+        a, b = (self._directions(name, "e1 e2 e3", (x,)) for name, x in (("a", a), ("b", b)))
         return require_finite("rotor_between", self._make(_BETWEEN, a, b), (a, b), "opposite vectors, or a zero one")
 
     def reflect(self, mirror: Any, x: Any) -> Any:
         """Reflect the vectors `x` in planes with the normals `mirror`."""
+        mirror, x = (self._directions(name, "e1 e2 e3", (v,)) for name, v in (("mirror", mirror), ("x", x)))
         return self._make(_REFLECTION, mirror, x)
 
 
@@ -89,7 +92,8 @@ class Quaternions(Space):
 
     def rotate(self, q: Any, v: Any) -> Any:
         """Rotate the imaginary quaternions `v` by the unit quaternions `q`."""
-        return self._make(_ROTATE, q, v)
+        q = q if isinstance(q, MultivectorArray) else self.quaternion(q)
+        return self._make(_ROTATE, q, self._imaginary("v", (v,)))
 
     def _imaginary(self, what: str, coordinates: tuple[Any, ...]) -> Any:
         if len(coordinates) == 1 and isinstance(coordinates[0], MultivectorArray):

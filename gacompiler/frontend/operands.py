@@ -1,0 +1,72 @@
+"""What the functions for writing kernels accept besides expressions and multivectors: numbers, and numeric objects."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from decimal import Decimal
+from fractions import Fraction
+from typing import Any, NoReturn
+
+import numpy as np
+
+from ..algebra.multivector import Multivector
+from ..algebra.operations import Kind, Operation
+from ..errors import OperandError
+
+_NUMBERS = (int, float, complex, Fraction, Decimal, np.number)
+_FOREIGN = ("sympy", "mpmath")
+"""Packages whose numbers and formulas may be coefficients; they are not imported for the test."""
+
+EXPECTED = "multivectors, numbers, or expressions of the parameters of a kernel"
+
+
+def own_operations(operands: tuple[Any, ...]) -> Callable[..., Any] | None:
+    """Return the method ``run_operation`` of the first operand that has one, for example a numeric object."""
+    return next((run for each in operands if (run := getattr(type(each), "run_operation", None)) is not None), None)
+
+
+def is_number(value: Any) -> bool:
+    """Whether a value is a number, or a formula of a ring that coefficients can have."""
+    kind = type(value)
+    return (
+        isinstance(value, _NUMBERS)
+        or hasattr(kind, "scalar_function")
+        or any(base.__module__.partition(".")[0] in _FOREIGN for base in kind.__mro__)
+    )
+
+
+def is_operand(value: Any) -> bool:
+    """Whether a value that is neither an expression nor a multivector can be an operand by itself."""
+    return is_number(value) or own_operations((value,)) is not None
+
+
+def checked(operation: Operation, operands: tuple[Any, ...]) -> None:
+    """Refuse values that the operation would take for scalars although they may be something else.
+
+    An array is a scalar beside a multivector, whose coefficients may be arrays, and for functions of scalars. Alone, it
+    may just as well contain the coefficients of a multivector.
+
+    Raises
+    ------
+    OperandError
+        If an operand is none of those of `EXPECTED`.
+    """
+    arrays = operation.row.kind is Kind.SCALAR or any(isinstance(each, Multivector) for each in operands)
+    for value in operands:
+        allowed = isinstance(value, Multivector) or is_number(value)
+        if not allowed and not (arrays and isinstance(value, np.ndarray) and value.dtype.kind in "biufcO"):
+            refuse(f"{operation}()", value)
+
+
+def refuse(where: str, value: Any) -> NoReturn:
+    """Raise the error for an operand that is neither a multivector nor a number."""
+    if isinstance(value, np.ndarray) or hasattr(value, "__array__"):
+        raise OperandError(
+            where,
+            f"{type(value).__name__}, an array that does not say which blades its entries belong to",
+            EXPECTED,
+            "call a compiled kernel, or convert it: PGA3.of(PGA3.POINT, array) of gacompiler.objects",
+        )
+    text = repr(value)
+    shown = text if len(text) <= 60 else type(value).__name__
+    raise OperandError(where, f"{shown}, of type {type(value).__name__}", EXPECTED)
