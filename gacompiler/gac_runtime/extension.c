@@ -268,6 +268,7 @@ struct Kind {
     Py_ssize_t index;
     PyObject *operate;
     PyObject *coefficients;
+    PyObject *layout; /* What identifies the layout among those of kernels; NULL if nothing does. */
     PyMemberDef *fields;
     Operation *operations[N_SYMBOLS];
     Py_ssize_t n_operations[N_SYMBOLS];
@@ -584,21 +585,23 @@ static void free_kind(PyObject *capsule)
     PyMem_Free(kind->fields);
     Py_XDECREF(kind->operate);
     Py_XDECREF(kind->coefficients);
+    Py_XDECREF(kind->layout);
     PyMem_Free(kind);
 }
 
 PyDoc_STRVAR(
     adopt_doc,
-    "_adopt(index, names, operate, coefficients)\n--\n\n"
-    "Make this class a type of values with a coefficient for each name; `index` is its number in the module."
+    "_adopt(index, names, operate, coefficients, layout)\n--\n\n"
+    "Make this class a type of values with a coefficient for each name; `index` is its number in the module. Kernels\n"
+    "take the values as they are for arguments with the same object as `layout`."
 );
 
 static PyObject *value_adopt(PyObject *cls, PyObject *args)
 {
     PyTypeObject *type = (PyTypeObject *)cls;
     Py_ssize_t index;
-    PyObject *names, *operate, *coefficients;
-    if (!PyArg_ParseTuple(args, "nO!OO", &index, &PyTuple_Type, &names, &operate, &coefficients))
+    PyObject *names, *operate, *coefficients, *layout = NULL;
+    if (!PyArg_ParseTuple(args, "nO!OO|O", &index, &PyTuple_Type, &names, &operate, &coefficients, &layout))
         return NULL;
     const Py_ssize_t size = PyTuple_GET_SIZE(names);
     Kind *kind = PyMem_Calloc(1, sizeof(Kind));
@@ -609,6 +612,7 @@ static PyObject *value_adopt(PyObject *cls, PyObject *args)
     kind->index = index;
     kind->operate = Py_NewRef(operate);
     kind->coefficients = Py_NewRef(coefficients);
+    kind->layout = Py_XNewRef(layout);
     PyObject *capsule = PyCapsule_New(kind, "Kind", free_kind);
     kind->fields = PyMem_Calloc((size_t)size, sizeof(PyMemberDef));
     int failed = capsule == NULL || kind->fields == NULL || PyObject_SetAttr(cls, word_kind, capsule) < 0;
@@ -742,6 +746,7 @@ typedef struct {
     Way ways[2]; /* For doubles and for floats. */
     Py_ssize_t most; /* Larger batches of one row may run on several threads. */
     PyObject *settings; /* Contains the number of threads; borrowed, since the kernel holds its module. */
+    PyObject *layouts; /* A tuple of what identifies the layouts of the arguments; borrowed from the kernel too. */
     Py_ssize_t patience; /* Larger batches release the GIL. */
     int n_inputs; /* 0 until the kernel can be run. */
     int n_outputs;
@@ -890,6 +895,13 @@ static int is_apart(const Array *out, int n_leading, const Call *call, PyObject 
     return 1;
 }
 
+/* Whether an input is a value with the layout of an argument; Python converts or refuses values of other layouts. */
+static inline int has_layout(const Call *call, int k, PyObject *input)
+{
+    return call->layouts != NULL && is_value(input) && ((Value *)input)->kind->layout != NULL &&
+           ((Value *)input)->kind->layout == PyTuple_GET_ITEM(call->layouts, k) && call->shapes[k].n_axes == 1;
+}
+
 static int take_inputs(Batch *batch, const Call *call, PyObject *const *args)
 {
     for (int k = 0; k < call->n_inputs; k++) {
@@ -923,8 +935,7 @@ static int take_inputs(Batch *batch, const Call *call, PyObject *const *args)
             else
                 return 0;
             take_once(batch, k, (char *)&batch->numbers[k]);
-        } else if (batch->dtype == double_type && shape->n_axes == 1 && is_value(input) &&
-                   Py_SIZE(input) == shape->axes[0]) {
+        } else if (batch->dtype == double_type && has_layout(call, k, input)) {
             take_once(batch, k, (char *)((Value *)input)->x);
             *batch->inner++ = sizeof(double);
         } else {
@@ -1123,7 +1134,7 @@ static PyObject *call_on_element(const Call *call, PyObject *const *args, PyObje
                 numbers[n_numbers++] = *data;
         } else if (!shape->n_axes && is_number(input, &numbers[n_numbers])) {
             n_numbers++;
-        } else if (shape->n_axes == 1 && is_value(input) && Py_SIZE(input) == shape->axes[0]) {
+        } else if (has_layout(call, k, input)) {
             arrays[n_arrays++] = ((Value *)input)->x;
         } else {
             return NULL;
@@ -1231,11 +1242,11 @@ static PyObject *call_bind(PyObject *self, PyObject *args)
     Call *call = (Call *)self;
     unsigned long long function, ways[2][3];
     Py_ssize_t most, patience;
-    PyObject *inputs, *outputs, *settings = NULL;
+    PyObject *inputs, *outputs, *settings = NULL, *layouts = NULL;
     if (!PyArg_ParseTuple(
-            args, "O!O!K((KKK)(KKK))nn|O!", &PyTuple_Type, &inputs, &PyTuple_Type, &outputs, &function, &ways[0][0],
+            args, "O!O!K((KKK)(KKK))nn|O!O!", &PyTuple_Type, &inputs, &PyTuple_Type, &outputs, &function, &ways[0][0],
             &ways[0][1], &ways[0][2], &ways[1][0], &ways[1][1], &ways[1][2], &most, &patience,
-            &PyDict_Type, &settings
+            &PyDict_Type, &settings, &PyTuple_Type, &layouts
         ))
         return NULL;
     const Py_ssize_t n_inputs = PyTuple_GET_SIZE(inputs), n_outputs = PyTuple_GET_SIZE(outputs);
@@ -1259,6 +1270,7 @@ static PyObject *call_bind(PyObject *self, PyObject *args)
     call->n_outputs = (int)n_outputs;
     call->most = most;
     call->settings = settings;
+    call->layouts = layouts != NULL && PyTuple_GET_SIZE(layouts) == n_inputs ? layouts : NULL;
     call->patience = patience;
     for (size_t k = 0; k < sizeof(INVOKERS) / sizeof(INVOKERS[0]); k++)
         if (strcmp(INVOKERS[k].kinds, kinds) == 0) {
@@ -1571,10 +1583,6 @@ static PyObject *loops_on_arrays(const LoopCall *call, PyObject *const *args, Py
                 return NULL;
         } else if (!table->n_axes && is_number(input, &numbers[k])) {
             starts[k] = (char *)&numbers[k];
-            sizes[k] = 0;
-            continue;
-        } else if (table->n_axes == 1 && is_value(input) && Py_SIZE(input) == table->axes[0]) {
-            starts[k] = (char *)((Value *)input)->x;
             sizes[k] = 0;
             continue;
         } else {

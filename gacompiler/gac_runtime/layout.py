@@ -1,8 +1,13 @@
-"""Layouts, which describe the last axis of arrays."""
+"""Layouts, which describe the last axis of arrays, and conversions between them."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .extension import extension
 
 
 class Layout(NamedTuple):
@@ -28,6 +33,20 @@ class Layout(NamedTuple):
     unit: bool = False
     implied: tuple[tuple[str, str], ...] = ()
 
+    @property
+    def algebra(self) -> str:
+        """The name of the algebra."""
+        return self.name.rpartition(".")[0]
+
+    @property
+    def identity(self) -> tuple[Any, ...]:
+        """One object for all layouts with the same coefficients, in all modules and packages of this process."""
+        key = (self.algebra, self.blades, self.fixed, self.implied)
+        return _IDENTITIES.setdefault(key, key)
+
+
+_IDENTITIES: dict[Any, Any] = {} if extension is None else vars(extension).setdefault("layouts", {})
+"""Kept by the extension where it exists, since a process may have several copies of this file."""
 
 SCALAR = Layout("SCALAR", ())
 """The layout of numbers, which have no axis of coefficients."""
@@ -54,3 +73,57 @@ def layout(name: str, blades: str, fixed: str = "", implied: str = "", unit: boo
 def _pairs(text: str) -> tuple[tuple[str, str], ...]:
     pairs = (item.partition(" = ") for item in text.split(", ") if item)
     return tuple((blade, value) for blade, _, value in pairs)
+
+
+def converted(where: str, values: Any, own: Layout, wanted: Layout) -> Any:
+    """Return the coefficients of elements in another layout.
+
+    Parameters
+    ----------
+    where : str
+        The argument, for messages.
+    values : array (..., k)
+        The stored coefficients in the layout `own`.
+
+    Raises
+    ------
+    TypeError
+        If the algebras differ, or the other layout cannot represent the elements exactly: it does not store a
+        coefficient that is not zero, or one of its fixed coefficients has another value. Implied coefficients may
+        differ by rounding errors.
+    """
+    if own.identity is wanted.identity:
+        return values
+    expected = f"{wanted.name or 'numbers'} ({' '.join(wanted.blades)})"
+    if own.algebra != wanted.algebra:
+        raise TypeError(f"{where} is {own.name}; expected {expected}; transfer coefficients by their names")
+    found = coefficients(values, own)
+    zero = np.zeros(values.shape[:-1], values.dtype)
+    stored = {blade: found.get(blade, zero) for blade in wanted.blades}
+    goal = coefficients(np.stack([*stored.values()], -1), wanted)
+    size = np.max(np.abs(values), axis=-1, initial=1.0)
+    rounding = {blade: 8 * np.finfo(values.dtype).eps * size**2 for blade, _ in wanted.implied}
+    for blade in {**found, **goal}:
+        off = np.abs(found.get(blade, zero) - goal.get(blade, zero)) > rounding.get(blade, 0.0)
+        if np.any(off):
+            number = np.broadcast_to(found.get(blade, zero), off.shape)[off][0]
+            raise TypeError(f"{where} is {own.name} with {blade} = {number:.6g}; expected {expected}")
+    return np.stack([*stored.values()], -1)
+
+
+def coefficients(values: Any, layout: Layout) -> dict[str, Any]:
+    """Return all coefficients by blade, including those that are fixed or implied."""
+    found = {blade: values[..., k] for k, blade in enumerate(layout.blades)}
+    for blade, text in layout.fixed:
+        if text != "implied":
+            found[blade] = np.full(values.shape[:-1], number(text), values.dtype)
+    for blade, text in layout.implied:
+        products = (product.split("*") for product in text.split(" + "))
+        found[blade] = sum(math.prod((found[name] for name in names), start=number(one)) for one, *names in products)
+    return found
+
+
+def number(text: str) -> float:
+    """Return the value of a fraction such as ``-1/2``."""
+    top, _, bottom = text.partition("/")
+    return int(top) / int(bottom or 1)

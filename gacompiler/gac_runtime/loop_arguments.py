@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .arrays import FLOAT32, FLOAT64
+from .arrays import FLOAT32, FLOAT64, plain
 from .functions import namespace_of
 from .loop_definition import LoopDefinition, Table
 
@@ -61,6 +61,7 @@ def as_numbers(definition: LoopDefinition, table: Table, value: Any) -> Any:
             f"{definition.name}: argument {table.name} is an array of {namespace.__name__}; expected a numpy array"
         )
     given = isinstance(value, (np.ndarray, np.generic))
+    value = plain(f"{definition.name}: argument {table.name}", value, definition.layouts.get(table.name))
     try:
         array = np.asarray(value)
     except ValueError as error:

@@ -19,7 +19,9 @@ from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..algebra.multivector import Multivector
 from ..algebra.operations import Kind, Operation
-from ..errors import AlgebraError, LayoutError
+from ..errors import AlgebraError, LayoutError, OperandError
+from ..gac_runtime.layout import Layout as PlainLayout
+from ..generation.sources import layout_text
 from .checks import check_relations, require_blade
 from .definitions import BINARY, UNARY, Definition, grade_of, normalize_of, power_of
 from .exponentials import MOST_VECTORS, exponential, layout_of_exponential
@@ -61,6 +63,18 @@ _LARGEST_POWER = 3
 """Largest power with a kernel of its own; higher powers are products of these."""
 
 
+def run_operation(operation: Operation, *operands: Any) -> Any:
+    """Apply an operation of the kernel language to objects and numbers, for functions such as `gacompiler.reverse`."""
+    name = operation.value
+    table = UNARY if len(operands) == 1 else BINARY
+    if name in table and name not in ("log", "sqrt"):
+        return apply(table[name], *operands)
+    first = operands[0] if isinstance(operands[0], MultivectorArray) else operands[-1]
+    if len(operands) == 1 and name in ("normalize", "log", "sqrt"):
+        return getattr(first, name)()
+    raise OperandError(f"{name}()", f"a {first.layout}", "numbers")
+
+
 class MultivectorArray(Operations, NumpyFunctions):
     """Immutable multivectors of one layout: a single one, with shape ``()``, or an array of any shape.
 
@@ -99,6 +113,11 @@ class MultivectorArray(Operations, NumpyFunctions):
         """Shape without the axis of blades."""
         found: tuple[int, ...] = self.values.shape[:-1]
         return found
+
+    @property
+    def stored(self) -> tuple[np.ndarray[Any, Any], PlainLayout]:
+        """The coefficients and their layout, which kernels of generated modules check."""
+        return self.values, plain_layout(self.layout)
 
     @property
     def ndim(self) -> int:
@@ -341,6 +360,8 @@ class MultivectorArray(Operations, NumpyFunctions):
     def _operate(symbol: str, *operands: Any) -> Any:
         return operate(symbol, *operands)
 
+    run_operation = staticmethod(run_operation)
+
     def transpose(self, *axes: Any) -> Any:
         """Return the multivectors with their axes reversed, or in the order of `axes`."""
         return np.transpose(self, (axes[0] if len(axes) == 1 else axes) if axes else None)
@@ -475,6 +496,13 @@ def single_type(layout: Layout) -> Any:
     return _single_types[layout]
 
 
+@cache
+def plain_layout(layout: Layout) -> PlainLayout:
+    """Return a layout in the form of generated modules."""
+    text = layout_text(layout)
+    return PlainLayout(text.name, text.blades, text.fixed, text.unit, text.implied)
+
+
 def _normalization(layout: Layout) -> Definition:
     if id(layout) not in _normalizations:
         _normalizations[id(layout)] = normalize_of(layout), layout
@@ -504,7 +532,7 @@ def _make_single_type(layout: Layout) -> type | None:
     }
     word = "".join(part.capitalize() for part in layout.name.split("_"))
     made = type(word if word.isidentifier() else "Multivector", (MultivectorArray, found.Value), body)
-    made._adopt(_next_index(), names, operate, _coefficients)  # type: ignore[attr-defined]
+    made._adopt(_next_index(), names, operate, _coefficients, plain_layout(layout).identity)  # type: ignore[attr-defined]
     return made
 
 
@@ -538,7 +566,7 @@ def role_type(definition: Definition, layout: Layout | None) -> Any:
     """
     names = () if layout is None else layout.blades
     made: Any = type(definition.name, (extension().Value,), {"__slots__": (), "_names": names})
-    made._adopt(_next_index(), tuple(f"_{k}" for k in range(len(names))), operate, _coefficients)
+    made._adopt(_next_index(), tuple(f"_{k}" for k in range(len(names))), operate, _coefficients, None)
     _roles[made] = _Role(definition, layout)
     return made
 
@@ -602,9 +630,23 @@ def _number(values: Any) -> Any:
 
 
 def apply(definition: Definition, *operands: Any) -> Any:
-    """Apply an operation to multivectors and numbers."""
+    """Apply an operation to multivectors and numbers.
+
+    Raises
+    ------
+    OperandError
+        If an operand is a list, or an array where one of numbers has no use but one of coordinates would have.
+    """
     algebra = definition.algebra
+    refused = (list, tuple, np.ndarray) if definition in _OF_MULTIVECTORS else (list, tuple)
     for each in operands:
+        if isinstance(each, refused) and not np.ndim(each) == 0:
+            raise OperandError(
+                definition.name,
+                f"{type(each).__name__}, numbers that do not say which blades they belong to",
+                "multivectors",
+                "make one of them, as in PGA3.point(1, 2, 3), or an array of numbers for multiples",
+            )
         if isinstance(each, MultivectorArray) and each.algebra is not SCALARS:
             if algebra is not None and each.algebra is not algebra and each.algebra != algebra:
                 raise _mixed(definition.name, algebra, each.algebra)
@@ -612,6 +654,12 @@ def apply(definition: Definition, *operands: Any) -> Any:
     lifted = [values_of(definition.name, each) for each in operands]
     found = operator_of(definition, tuple(layout for layout, _ in lifted))
     return wrap(found.result, found([values for _, values in lifted]))
+
+
+_OF_MULTIVECTORS = frozenset(
+    each for name, each in BINARY.items() if name not in ("geometric_product", "add", "subtract", "divide", "power")
+)
+"""Operations whose operands are not arrays of numbers."""
 
 
 def values_of(where: str, operand: Any) -> tuple[Layout, np.ndarray[Any, Any]]:

@@ -14,7 +14,8 @@ from ..algebra.algebra import Algebra
 from ..algebra.immutable import Immutable
 from ..algebra.layout import Layout
 from ..errors import AlgebraError, LayoutError
-from .arrays import MultivectorArray, apply, of_rows, wrap
+from ..gac_runtime.arrays import plain
+from .arrays import MultivectorArray, apply, of_rows, plain_layout, wrap
 from .checks import check_relations, refuse
 from .definitions import Definition
 from .operators import layout_of
@@ -65,14 +66,15 @@ class Space(Immutable):
         return sorted({*object.__dir__(self), *self.algebra.layouts, *self.algebra.full.blades[1:]})
 
     def of(self, layout: Layout, *coefficients: Any) -> Any:
-        """Create multivectors of a layout from its stored coefficients.
+        """Create multivectors of a layout from its stored coefficients, or from multivectors of another layout.
 
         Parameters
         ----------
         layout : Layout
             A layout of this algebra.
-        *coefficients : array_like
-            One array with the blades along its last axis, or an array for each blade; these broadcast.
+        *coefficients : array_like or multivector
+            One array with the blades along its last axis, or an array for each blade; these broadcast. Multivectors
+            are converted as by `MultivectorArray.as_layout`.
 
         Raises
         ------
@@ -82,7 +84,10 @@ class Space(Immutable):
         """
         if layout.algebra != self.algebra:
             raise AlgebraError("of", f"the layout {layout}", f"one of {self.algebra.name}")
-        values = stacked(str(layout), layout.blades, coefficients)
+        if len(coefficients) == 1 and isinstance(coefficients[0], MultivectorArray):
+            return coefficients[0].as_layout(layout)
+        given = tuple(plain(str(layout), each, plain_layout(layout)) for each in coefficients)
+        values = stacked(str(layout), layout.blades, given)
         if layout.has_relations:
             check_relations(str(layout), layout, values)
         return of_rows(layout, values)

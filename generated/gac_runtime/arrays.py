@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from .definition import Definition
+from .layout import Layout, converted
 
 FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
 
@@ -19,6 +20,7 @@ def as_array(definition: Definition, name: str, value: Any) -> np.ndarray[Any, A
     Integers and booleans are cast as numpy's functions cast them, to the smallest floating-point type that holds them.
     """
     given = isinstance(value, (np.ndarray, np.generic))
+    value = plain(f"{definition.name}: argument {name}", value, definition.layouts.get(name))
     try:
         array = np.asarray(value)
     except ValueError as error:
@@ -32,6 +34,25 @@ def as_array(definition: Definition, name: str, value: Any) -> np.ndarray[Any, A
             + f"; convert it with {name}.astype(float)"
         )
     return array
+
+
+def plain(where: str, value: Any, layout: Layout | None) -> Any:
+    """Return an argument without what an array cannot keep: an element in the layout of a kernel, numbers as they are.
+
+    Raises
+    ------
+    TypeError
+        If an element cannot be converted to the layout, or an array has masked entries.
+    """
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        count = int(np.count_nonzero(np.ma.getmaskarray(value)))
+        raise TypeError(
+            f"{where} has {count} masked numbers; expected an array without a mask; fill it with np.ma.filled"
+        )
+    stored = getattr(value, "stored", None)
+    if stored is None or layout is None:
+        return value
+    return converted(where, *stored, layout)
 
 
 def leading_shape(definition: Definition, operands: list[Any]) -> tuple[int, ...]:

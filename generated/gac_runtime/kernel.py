@@ -151,6 +151,8 @@ class Kernel(Call):  # type: ignore[misc]
         self._loops: dict[Any, _Loop] = {}
         self._addresses = [(0, 0, 0), (0, 0, 0)]
         self._jit: Any = None
+        layouts = [definition.layouts.get(name) for name, _ in definition.inputs]
+        self._identities = tuple(None if layout is None else layout.identity for layout in layouts)
 
     @classmethod
     def of(cls, function: Callable[..., Any], signature: str) -> Kernel:
@@ -352,7 +354,8 @@ class Kernel(Call):  # type: ignore[misc]
             shapes, out_shapes = tuple(self.definition.shapes), tuple(self.definition.out_shapes)
             if extension is not None and shapes:
                 limits = (LEAST_WORK - 1) // self._work, _PATIENCE // self._work
-                self._bind(shapes, out_shapes, function, tuple(self._addresses), *limits, self._settings.namespace)
+                space = self._settings.namespace
+                self._bind(shapes, out_shapes, function, tuple(self._addresses), *limits, space, self._identities)
             self._loops[dtype] = loop
         return loop
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 import operator
 from collections.abc import Callable
 from typing import Any, NoReturn
@@ -14,7 +13,7 @@ from .arrays import FLOAT64
 from .documentation import layout_text
 from .extension import extension
 from .kernel import Kernel
-from .layout import Layout
+from .layout import Layout, coefficients, number
 
 _next_index = itertools.count().__next__
 _NUMBERS = (int, float, np.integer, np.floating)
@@ -70,7 +69,7 @@ class _PythonValue:
         return value
 
     @classmethod
-    def _adopt(cls, index: int, names: tuple[str, ...], operate: Any, coefficients: Any) -> None:
+    def _adopt(cls, index: int, names: tuple[str, ...], operate: Any, coefficients: Any, layout: Any) -> None:
         for k, name in enumerate(names):
             setattr(cls, name, property(operator.itemgetter(k)))
 
@@ -134,11 +133,10 @@ class Value(_Value):  # type: ignore[misc]
         cls.family = families.setdefault(cls.__module__, Family())
         cls.__doc__ = cls.__doc__ or layout_text(*cls.layout[:4])
         names = tuple(map(_field, cls.layout.blades))
-        cls._adopt(_next_index(), names, _operate, _coefficients)
+        cls._adopt(_next_index(), names, _operate, _coefficients, cls.layout.identity)
         for blade, text in cls.layout.fixed:
             if text != "implied":
-                top, _, bottom = text.partition("/")
-                setattr(cls, _field(blade), int(top) / int(bottom or 1))
+                setattr(cls, _field(blade), number(text))
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray[Any, Any]:
         array = np.frombuffer(self) if extension is not None else self._array.view()
@@ -148,6 +146,11 @@ class Value(_Value):  # type: ignore[misc]
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), tuple(self)
+
+    @property
+    def stored(self) -> tuple[np.ndarray[Any, Any], Layout]:
+        """The coefficients and their layout, which kernels check."""
+        return self.__array__(), self.layout
 
     def __repr__(self) -> str:
         text = ""
@@ -237,17 +240,7 @@ def _terms(x: Any) -> dict[str, float]:
     """Return all coefficients of a value or a number by blade, including those that are not stored."""
     if not isinstance(x, Value):
         return {"1": float(x)}
-    terms = dict(zip(x.layout.blades, x, strict=True))
-    for blade, text in x.layout.fixed:
-        if text != "implied":
-            terms[blade] = getattr(x, _field(blade))
-    for blade, text in x.layout.implied:
-        terms[blade] = 0.0
-        for product in text.split(" + "):
-            factor, *names = product.split("*")
-            top, _, bottom = factor.partition("/")
-            terms[blade] += math.prod((terms[name] for name in names), start=int(top) / int(bottom or 1))
-    return terms
+    return {blade: float(value) for blade, value in coefficients(x.__array__(), x.layout).items()}
 
 
 def _unknown(family: Family, symbol: str, types: tuple[type, ...]) -> TypeError:
