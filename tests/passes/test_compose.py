@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from compositions import alone, composed, has_the_meaning_of_its_parts, pairs
+from selection import some_slow
 
 from gacompiler import Kernel, dual, exp, kernel, left_contraction, norm, sandwich
 from gacompiler.algebra.catalog import CGA2, CGA3, PGA3
@@ -113,7 +114,11 @@ REACHED = {
 }
 
 
-@pytest.mark.parametrize("each", REACHED, ids=lambda each: each.name)
+SLOW = (join_of_moved, join_moved_by_calls, blend_of_halves, product_with_a_moved_vector, dual_of_moved_point)
+"""Compositions that take more than a second to compile; each is similar to another one."""
+
+
+@pytest.mark.parametrize("each", some_slow(REACHED, *SLOW), ids=lambda each: each.name)
 def test_counts_of_compositions(each: Kernel) -> None:
     cost = compile_kernel(each, forms=False).cost
     assert (cost.mul, cost.add) == REACHED[each], f"{each.name}: {cost}; record it here if it is an improvement"
