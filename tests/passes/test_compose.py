@@ -114,11 +114,11 @@ REACHED = {
 }
 
 
-SLOW = (join_of_moved, join_moved_by_calls, blend_of_halves, product_with_a_moved_vector, dual_of_moved_point)
-"""Compositions that take more than a second to compile; each is similar to another one."""
+QUICK = (join_moved, moved_twice_by_calls, relative, product_with_a_moved_point)
+"""Compositions that take less than a second to compile; each of the others is similar to one of them."""
 
 
-@pytest.mark.parametrize("each", some_slow(REACHED, *SLOW), ids=lambda each: each.name)
+@pytest.mark.parametrize("each", some_slow(REACHED, *(REACHED.keys() - set(QUICK))), ids=lambda each: each.name)
 def test_counts_of_compositions(each: Kernel) -> None:
     cost = compile_kernel(each, forms=False).cost
     assert (cost.mul, cost.add) == REACHED[each], f"{each.name}: {cost}; record it here if it is an improvement"
@@ -149,9 +149,18 @@ def exceptions(found: Iterable[str | None], least: int) -> list[str]:
     return [each for each in known if each]
 
 
-@pytest.mark.parametrize("spec", ["vga3", "pga2"])
-def test_some_pairs_of_catalog_kernels(spec: str) -> None:
-    assert exceptions((check(*pair) for pair in Random(5).sample(list(pairs(spec)), 6)), 4) == []
+@pytest.mark.parametrize(
+    ("spec", "outer", "place", "inner"),
+    [
+        ("vga3", "bivector_commutator", 0, "rotate_bivector"),
+        ("vga3", "vector_product", 1, "reflect_vector"),
+        ("pga2", "reflect_line", 0, "reflect_line_in_point"),
+        ("pga2", "motor_derivative", 0, "motor_from_point"),
+    ],
+)
+def test_some_pairs_of_catalog_kernels(spec: str, outer: str, place: int, inner: str) -> None:
+    (pair,) = (each for each in pairs(spec) if (each[0].name, each[1], each[2].name) == (outer, place, inner))
+    assert check(*pair) == ""
 
 
 @pytest.mark.slow

@@ -280,7 +280,9 @@ def test_versors_are_factored_out_before_sandwiches_become_sums() -> None:
     assert difference == sandwich_as_difference(sandwich(m, commutator(a, b)))
     first, second = evaluate([moved, difference], sample(bracket, Random(1)))
     assert first.terms == second.terms
-    assert str(compile_kernel(bracket, forms=False).cost) == "69 mul, 51 add", "18 and 12 for the bracket, 51 and 39 for the motor"
+    assert str(compile_kernel(bracket, forms=False).cost) == "69 mul, 51 add", (
+        "18 and 12 for the bracket, 51 and 39 for the motor"
+    )
 
 
 def test_counts_of_chains() -> None:
