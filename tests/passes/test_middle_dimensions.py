@@ -354,6 +354,7 @@ def test_point_on_a_torus() -> None:
     assert np.allclose(found([x, y, z], torus(5, 2)), expected)
 
 
+@pytest.mark.slow
 def test_translators_move_points() -> None:
     algebra = double_conformal()
     t, p, point = whole(3, 3), whole(4, 3), double_point(algebra)

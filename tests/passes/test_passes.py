@@ -388,10 +388,7 @@ def declare(name: str, parameters: dict[str, Any], function: Callable[..., Any],
     return Kernel(name, function, tuple(Parameter(key, given) for key, given in parameters.items()), returns, "")
 
 
-SLOW_TO_COMPILE = ("chain", "join of moved points", "meet of moved planes", "reflected versor", "spacetime")
-
-
-@pytest.mark.parametrize("name", some_slow(REWRITABLE, *SLOW_TO_COMPILE))
+@pytest.mark.parametrize("name", REWRITABLE)
 def test_every_rewriting_preserves_the_meaning(name: str) -> None:
     definition = declare(name, *REWRITABLE[name])
     expressions = trace(definition).expressions
@@ -405,13 +402,28 @@ def test_every_rewriting_preserves_the_meaning(name: str) -> None:
         for strategy, variant in variants.items():
             for mine, theirs in zip(evaluate(variant, at), expected, strict=True):
                 assert mine.terms == theirs.terms, strategy
-    compiled(definition)
+
+
+QUICK = (
+    "free versor by hand",
+    "length of moved",
+    "invariant of moved",
+    "odd versor",
+    "moved versor",
+    "reversed versor",
+)
+"""Definitions that take less than half a second to compile."""
+
+
+@pytest.mark.parametrize("name", some_slow(REWRITABLE, *(REWRITABLE.keys() - set(QUICK))))
+def test_rewritten_kernels_equal_their_definition(name: str) -> None:
+    compiled(declare(name, *REWRITABLE[name]))
 
 
 # Lower
 
 
-@pytest.mark.parametrize("name", ["join of moved points", "nested", "inverse of moved", "moved versor"])
+@pytest.mark.parametrize("name", ["invariant of moved", "nested", "inverse of moved", "moved versor"])
 @pytest.mark.parametrize("reduce", [True, False])
 def test_every_choice_of_stages_preserves_the_meaning(name: str, reduce: bool) -> None:
     definition = declare(name, *REWRITABLE[name])
@@ -689,9 +701,12 @@ def random_expression(random: Random, leaves: list[Any], depth: int) -> Any:
     return random.choice(binary)(left, right)
 
 
-@pytest.mark.parametrize("seed", some_slow(range(63), *(seed for seed in range(63) if seed % 8)))
+@pytest.mark.parametrize("seed", some_slow(range(63), *(set(range(63)) - {0, 8, 16, 45, 32, 40, 48})))
 def test_random_kernels_equal_their_definition(seed: int) -> None:
-    """Programs of random products of random sparse layouts equal the author's definition exactly."""
+    """Programs of random products of random sparse layouts equal the author's definition exactly.
+
+    The quick cases are one of each algebra.
+    """
     random = Random(seed)
     algebra = FUZZ_ALGEBRAS[seed % len(FUZZ_ALGEBRAS)]
     count = random.randint(1, 3)

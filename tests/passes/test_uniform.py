@@ -498,7 +498,9 @@ def is_found(compiled: Compiled, whole: Mapping[str, str], ending: str, changed:
 
 
 @pytest.mark.parametrize("ending", ["py", "c"])
-@pytest.mark.parametrize("name", some_slow(["move_point", "sampson_distance", "ambiguous"], "sampson_distance"))
+@pytest.mark.parametrize(
+    "name", some_slow(["move_point", "sampson_distance", "ambiguous", "quadratic"], "sampson_distance", "ambiguous")
+)
 def test_changes_of_a_form_in_the_text_are_detected(name: str, ending: str, records: Records) -> None:
     """Test changes of every kind, in the functions that prepare and in those that apply."""
     record, random = records[name], Random(4)
@@ -569,7 +571,7 @@ def renamed(definition: Kernel, name: str) -> Kernel:
 
 @pytest.mark.parametrize("name", [f"move_point_{end}" for end in ("apply_m", "prepare_m", "start_m", "loop")])
 def test_a_kernel_may_not_have_the_name_of_a_form(name: str, records: Records) -> None:
-    other = kernel_source(compile_kernel(renamed(move_point, name)))
+    other = kernel_source(compile_kernel(renamed(quadratic, name)))
     for sources in ((kernel_source(records["move_point"]), other), (other, kernel_source(records["move_point"]))):
         with pytest.raises(BackendError, match=r"move_point.* is already used by .*\bkernel\b.*rename"):
             python_source(ModuleSource("both", "", "", "", sources))
@@ -577,7 +579,7 @@ def test_a_kernel_may_not_have_the_name_of_a_form(name: str, records: Records) -
 
 def test_a_kernel_may_have_a_name_like_that_of_a_form(records: Records) -> None:
     """A reader does not mistake another kernel for a form."""
-    other = compile_kernel(renamed(move_point, "move_point_prepare_q"))
+    other = compile_kernel(renamed(quadratic, "move_point_prepare_q"))
     module = ModuleSource("both", "", "", "", (kernel_source(records["move_point"]), kernel_source(other)))
     python, c = python_programs(python_source(module)), c_programs(c_source(module))
     for read in (python, c):
