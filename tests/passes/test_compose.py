@@ -114,7 +114,7 @@ REACHED = {
 }
 
 
-QUICK = (join_moved, moved_twice_by_calls, relative, product_with_a_moved_point)
+QUICK = (moved_twice_by_calls, relative, product_with_a_moved_point)
 """Compositions that take less than a second to compile; each of the others is similar to one of them."""
 
 
@@ -152,9 +152,7 @@ def exceptions(found: Iterable[str | None], least: int) -> list[str]:
 @pytest.mark.parametrize(
     ("spec", "outer", "place", "inner"),
     [
-        ("vga3", "bivector_commutator", 0, "rotate_bivector"),
         ("vga3", "vector_product", 1, "reflect_vector"),
-        ("pga2", "reflect_line", 0, "reflect_line_in_point"),
         ("pga2", "motor_derivative", 0, "motor_from_point"),
     ],
 )

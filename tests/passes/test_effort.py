@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from selection import some_slow
 
 import gacompiler
 from gacompiler import kernel, sandwich
@@ -68,7 +69,7 @@ def test_limits_of_work_end_a_search_and_not_the_compilation() -> None:
 
 
 @pytest.mark.parametrize(
-    "definition", [moved, circle, pytest.param(moved_twice, marks=pytest.mark.slow)], ids=lambda each: each.name
+    "definition", some_slow([moved, circle, moved_twice], circle, moved_twice), ids=lambda each: each.name
 )
 def test_a_higher_level_never_costs_more_and_stores_the_same(definition: Kernel) -> None:
     records = [compile_kernel(definition, forms=False, effort=level) for level in range(3)]

@@ -258,13 +258,19 @@ def test_outer_products_of_points_on_axes(n: int) -> None:
     assert np.allclose(found(points), found.expected(minors(*map(axis_coefficients, points))))
 
 
-def test_translators_of_axes_move_points_and_quadrics() -> None:
+def test_translators_of_axes_move_points() -> None:
+    algebra = with_null_pairs("G(6,3)", 3)
+    t, p, point = whole(4, 3), whole(5, 3), axis_point(algebra)
+    move_point = Compiled(define(move_along_axes, point, t=array(SCALAR, 3), x=point), 7)
+    assert np.allclose(move_point(t, p), p + t)
+
+
+@pytest.mark.slow
+def test_translators_of_axes_move_quadrics() -> None:
     algebra = with_null_pairs("G(6,3)", 3)
     vector, _ = typed(algebra)
     point = axis_point(algebra)
     t, p, q = whole(4, 3), whole(5, 3), whole(6, 9)
-    move_point = Compiled(define(move_along_axes, point, t=array(SCALAR, 3), x=point), 7)
-    assert np.allclose(move_point(t, p), p + t)
     move_quadric = Compiled(define(move_along_axes, vector, t=array(SCALAR, 3), x=vector), 7)
     test = Compiled(define(inner_product, p=point, q=vector), 7)
     assert np.allclose(test(p + t, move_quadric(t, q)), test(p, q))

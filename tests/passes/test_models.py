@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from selection import some_slow
 
 import gacompiler
 from gacompiler import kernel, normalize, sandwich
@@ -65,7 +66,9 @@ def compiled(definition: Kernel, model: str = COUNTS.name) -> Compilation:
 
 
 @pytest.mark.parametrize("name", MODES)
-@pytest.mark.parametrize("definition", [moved, moved_in_the_plane, direction], ids=lambda each: each.name)
+@pytest.mark.parametrize(
+    "definition", some_slow([moved, moved_in_the_plane, direction], moved), ids=lambda each: each.name
+)
 def test_a_model_selects_no_worse_a_program_than_the_default(definition: Kernel, name: str) -> None:
     usual, found = compiled(definition), compiled(definition, name)
     assert usual.decision is not None and found.decision is not None
@@ -77,7 +80,7 @@ def test_a_model_selects_no_worse_a_program_than_the_default(definition: Kernel,
 
 
 def test_the_models_differ() -> None:
-    for name, each in (("latency", moved), ("fma", moved), ("size", direction)):
+    for name, each in (("latency", moved_in_the_plane), ("fma", moved), ("size", direction)):
         assert MODELS[name].of(compiled(each, name).program) < MODELS[name].of(compiled(each).program), name
 
 
@@ -152,12 +155,12 @@ def test_models_are_cached_apart(tmp_path: Path) -> None:
 
 
 def test_explanations_name_the_model() -> None:
-    record = compiled(moved, "latency")
+    record = compiled(moved_in_the_plane, "latency")
     text = why(record)
     assert f"cost model latency: {MODELS['latency'].counted}" in text
     assert f"{record.cost}: {record.value(record.best)} cycles" in text if record.best else False
     assert "cycles" in compared(record)
-    usual = compiled(moved)
+    usual = compiled(moved_in_the_plane)
     assert "cost model" not in why(usual) and "cycles" not in compared(usual)
 
 

@@ -499,8 +499,8 @@ def test_a_pinned_layout_that_cannot_hold_the_result(
 def test_a_pinned_layout_that_holds_the_result() -> None:
     record = compiled(declare("f", {"m": PGA3.MOTOR, "p": PGA3.POINT}, sandwich, PGA3.TRIVECTOR))
     assert record.program.results[0].shape == (4,)
-    record = compiled(declare("f", {"m": CGA3.MOTOR, "p": CGA3.POINT}, sandwich, CGA3.POINT))
-    assert record.program.results[0].shape == (3,)
+    record = compiled(declare("f", {"m": CGA2.MOTOR, "p": CGA2.POINT}, sandwich, CGA2.POINT))
+    assert record.program.results[0].shape == (2,)
     record = compiled(declare("f", {"a": VGA3.VECTOR}, lambda a: a, VGA3.full))
     assert record.program.results[0].operands == (0, "a_e1", "a_e2", "a_e3", 0, 0, 0, 0)
 
@@ -625,8 +625,9 @@ def test_stages_extend_records_and_modify_none() -> None:
 
 
 def test_compiling_twice_gives_the_same_program() -> None:
-    for name, given in CHOSEN.items():
-        assert str(compile_kernel(declare(name, *given), forms=False).program) == str(chosen(name).program), name
+    for name in ("rotate", "sphere", "unit"):
+        again = compile_kernel(declare(name, *CHOSEN[name]), forms=False)
+        assert str(again.program) == str(chosen(name).program), name
 
 
 DETERMINISM = """
@@ -638,7 +639,7 @@ def named(function):
     return function
 definitions = [
     kernel(m=PGA3.MOTOR, p=PGA3.POINT)(named(lambda m, p: sandwich(m, p))),
-    kernel(m=PGA3.MOTOR, a=PGA3.POINT, b=PGA3.POINT)(named(lambda m, a, b: sandwich(m, a) & sandwich(m, b))),
+    kernel(m=PGA2.MOTOR, a=PGA2.POINT, b=PGA2.POINT)(named(lambda m, a, b: sandwich(m, a) & sandwich(m, b))),
     kernel(a=CGA2.POINT, b=CGA2.POINT, c=CGA2.POINT)(named(lambda a, b, c: a ^ b ^ c)),
     kernel(a=VGA3.VECTOR, t=SCALAR)(named(lambda a, t: (normalize(a) * sin(t), norm(a), cos(t) / norm_squared(a)))),
     kernel(a=PGA3.EVEN)(named(lambda a: inverse(a))),
@@ -776,7 +777,10 @@ SPECIFIC |= {
 }
 
 
-@pytest.mark.parametrize("name", some_slow(SPECIFIC, "inverse of oblique", "too large, unit", "too large to expand"))
+SLOW = ("inverse of oblique", "inverse of full", "inverse of spacetime even", "too large, unit", "too large to expand")
+
+
+@pytest.mark.parametrize("name", some_slow(SPECIFIC, *SLOW))
 def test_kernels_of_every_kind_equal_their_definition(name: str) -> None:
     record = compile_kernel(declare(name, *SPECIFIC[name]), forms=False)
     check_against_author(record, 11, 3)
