@@ -18,7 +18,7 @@ def kernels() -> dict[str, Kernel]:
 
 SLOW = (
     *("composed_motors_point", "nested_motors_point", "join_of_moved_points", "versor_vector", "sphere_4_points"),
-    *("distance_squared_of_moved_points", "circle_3_points", "full_product"),
+    *("distance_squared_of_moved_points", "circle_3_points", "full_product", "even_product", "motor_line"),
 )
 """Kernels that take more than half a second to compile."""
 

@@ -99,8 +99,8 @@ OWN = [
     *(move_point, move_conformal, turn, quadratic, matrices),
     *(awkward_names, ambiguous, letters, reserved_words, branches),
 ]
-FROM_SPECS = {"projective3": "sampson_distance bracket back_project_pixel join_three_points"}
-"""Matrices, and a number as the result; two, three and four arguments."""
+FROM_SPECS = {"projective3": "sampson_distance join_three_points"}
+"""A matrix, and a number as the result; three arguments."""
 
 
 def from_specs() -> list[Kernel]:
@@ -127,7 +127,7 @@ def records() -> Records:
 
 def test_all_kinds_of_kernels_are_here(records: Records) -> None:
     programs = [record.program for record in records.values()]
-    assert len(KERNELS) == 14 == len(records)
+    assert len(KERNELS) == 12 == len(records)
     assert {len(program.arguments) for program in programs} == {2, 3, 4}
     assert {len(argument.shape) for program in programs for argument in program.arguments} == {0, 1, 2}
     assert {len(result.shape) for program in programs for result in program.results} == {0, 1, 2}
