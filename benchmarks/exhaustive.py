@@ -32,10 +32,10 @@ def exists(problem: Problem, most: int) -> bool:
     free = most - len(problem.results)
     if free < 0:
         return False
-    inputs = np.array([_packed(each) for each in problem.inputs], dtype=np.uint64)
+    known = np.array([0, *(_packed(each) for each in problem.inputs)], dtype=np.uint64)
     results = np.array([_packed(each) for each in problem.results], dtype=np.uint64)
     roots = np.array([_packed(root) for each in problem.results for root in _roots(each)], dtype=np.uint64)
-    return bool(_search(inputs, results, roots, free))
+    return bool(_search(known, results, roots, free))
 
 
 def minimum(problem: Problem, most: int) -> int:
@@ -60,7 +60,7 @@ def _roots(value: Sequence[int]) -> list[tuple[int, int]]:
     return found
 
 
-@njit(inline="always")
+@njit(cache=True, inline="always")
 def _canonical(high: np.uint64, low: np.uint64) -> np.uint64:
     half = _P >> np.uint64(1)
     if high > half or (high == 0 and low > half):
@@ -69,22 +69,22 @@ def _canonical(high: np.uint64, low: np.uint64) -> np.uint64:
     return (high << _SHIFT) | low
 
 
-@njit(inline="always")
+@njit(cache=True, inline="always")
 def _sum(a: np.uint64, b: np.uint64) -> np.uint64:
     return _canonical(((a >> _SHIFT) + (b >> _SHIFT)) % _P, ((a & _LOW) + (b & _LOW)) % _P)
 
 
-@njit(inline="always")
+@njit(cache=True, inline="always")
 def _difference(a: np.uint64, b: np.uint64) -> np.uint64:
     return _canonical(((a >> _SHIFT) + _P - (b >> _SHIFT)) % _P, ((a & _LOW) + _P - (b & _LOW)) % _P)
 
 
-@njit(inline="always")
+@njit(cache=True, inline="always")
 def _product(a: np.uint64, b: np.uint64) -> np.uint64:
     return _canonical((a >> _SHIFT) * (b >> _SHIFT) % _P, (a & _LOW) * (b & _LOW) % _P)
 
 
-@njit
+@njit(cache=True)
 def _power(base: np.uint64, exponent: np.uint64) -> np.uint64:
     found = np.uint64(1)
     while exponent:
@@ -95,14 +95,14 @@ def _power(base: np.uint64, exponent: np.uint64) -> np.uint64:
     return found
 
 
-@njit
+@njit(cache=True)
 def _inverse(a: np.uint64) -> np.uint64:
     """Return the inverse of a value, or 0 if it has none."""
     exponent = _P - np.uint64(2)
     return (_power(a >> _SHIFT, exponent) << _SHIFT) | _power(a & _LOW, exponent)
 
 
-@njit(inline="always")
+@njit(cache=True, inline="always")
 def _find(table: np.ndarray, reachable: np.ndarray, value: np.uint64) -> int:
     """Return the slot of the hash table in which a value is, or the free one in which it belongs."""
     slot = np.int64((value * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(64 - _BITS))
@@ -111,7 +111,7 @@ def _find(table: np.ndarray, reachable: np.ndarray, value: np.uint64) -> int:
     return slot
 
 
-@njit
+@njit(cache=True)
 def _add(value, values, inverses, n_values, table, slots, reachable, n_reachable):  # type: ignore[no-untyped-def]
     """Append a value, and all that follow from it by one operation. Return the new numbers of both."""
     values[n_values] = value
@@ -133,27 +133,28 @@ def _add(value, values, inverses, n_values, table, slots, reachable, n_reachable
     return n_values + 1, n_reachable
 
 
-@njit
-def _search(inputs: np.ndarray, results: np.ndarray, roots: np.ndarray, free: int) -> bool:
+@njit(cache=True)
+def _search(known: np.ndarray, results: np.ndarray, roots: np.ndarray, free: int) -> bool:
     values, inverses = np.zeros(64, np.uint64), np.zeros(64, np.uint64)
     reachable, slots = np.zeros(_MOST, np.uint64), np.zeros(_MOST, np.int64)
     table = np.full(_SIZE, -1, np.int64)
     state = (values, inverses, table, slots, reachable)
-    # The inputs and 0 are put first, so that they are never chosen as new values.
-    n_reachable = 0
-    for value in np.concatenate((np.zeros(1, np.uint64), inputs)):
+    # 0 and the inputs are put first, so that they are never chosen as new values. The types of the counters are those
+    # of all calls that follow: numba would compile every function a second time for literal numbers.
+    n_values = n_reachable = np.int64(0)
+    for value in known:
         slot = _find(table, reachable, value)
         if table[slot] < 0:
             reachable[n_reachable], slots[n_reachable], table[slot] = value, slot, n_reachable
             n_reachable += 1
-    start, n_values = n_reachable, 0
-    for value in inputs:
+    start = n_reachable
+    for value in known[1:]:
         n_values, n_reachable = _add(value, values, inverses, n_values, table, slots, reachable, n_reachable)
     done = np.zeros(len(results), np.bool_)
     return _descend(state, n_values, n_reachable, start, results, done, roots, free)
 
 
-@njit
+@njit(cache=True)
 def _descend(state, n_values, n_reachable, start, results, done, roots, free):  # type: ignore[no-untyped-def]
     """Return whether all results follow with `free` more intermediate values, taken from position `start` on."""
     values, inverses, table, slots, reachable = state
@@ -190,7 +191,7 @@ def _descend(state, n_values, n_reachable, start, results, done, roots, free):  
     return found
 
 
-@njit
+@njit(cache=True)
 def _with_one(state, n_values, n_reachable, results, computed, roots):  # type: ignore[no-untyped-def]
     """Return whether all results follow with one more intermediate value."""
     values, inverses, table, slots, reachable = state
@@ -221,7 +222,7 @@ def _with_one(state, n_values, n_reachable, results, computed, roots):  # type: 
     return False
 
 
-@njit
+@njit(cache=True)
 def _follows(state, n_values, n_reachable, results, computed):  # type: ignore[no-untyped-def]
     """Return whether all results follow without further intermediate values."""
     values, inverses, table, slots, reachable = state

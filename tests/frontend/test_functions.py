@@ -36,7 +36,7 @@ from gacompiler.algebra.multivector import Multivector
 from gacompiler.algebra.signs import inertia
 from gacompiler.errors import KernelError
 
-N = 100_000
+N = 20_000
 CATALOG = (VGA2, VGA3, PGA2, PGA3, CGA2, CGA3, STA)
 FOUR, FIVE, SPLIT, TWO_TIMES, SPACETIME, TWO_NULL = (
     orthogonal(*signature) for signature in ((4,), (5,), (2, 2), (3, 2), (3, 1, 1), (3, 0, 2))
@@ -186,7 +186,7 @@ def left_matrix(algebra: Algebra, b: Array) -> Array:
 
 def random_bivectors(algebra: Algebra, rng: np.random.Generator, largest: float) -> Array:
     """Random bivectors with norms from 1e-14 to `largest`."""
-    n = N if algebra in CATALOG else N // 10
+    n = N if algebra in CATALOG else N // 2
     found = rng.normal(size=(n, len(algebra.blades(2))))
     found /= np.linalg.norm(found, axis=1)[:, None]
     return found * largest * np.where(np.arange(n) % 2, 1, 10 ** rng.uniform(-14, 0, n))[:, None]

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from gacompiler import SCALAR, array, cos, index, kernel, sandwich, sin
-from gacompiler.algebra.catalog import CGA3, PGA3
+from gacompiler.algebra.catalog import CGA2, PGA3
 from gacompiler.frontend.loops import accumulate, each, fold, gather, iterate, least, scan, scatter, total
 from gacompiler.frontend.operations import absolute
 from gacompiler.ir.procedure_cost import costs_text
@@ -282,13 +282,13 @@ def test_sums_of_points_store_their_weight() -> None:
 
 
 def test_conformal_points_keep_implied_coefficients() -> None:
-    @loops(p=array(CGA3.POINT, "n"), m=array(CGA3.MOTOR, "n"))
+    @loops(p=array(CGA2.POINT, "n"), m=array(CGA2.MOTOR, "n"))
     def moved(p: Any, m: Any) -> Any:
-        last = fold(lambda s, point, motor: motor * point * ~motor, CGA3.multivector({"e0": 1}), p, m)
+        last = fold(lambda s, point, motor: motor * point * ~motor, CGA2.multivector({"e0": 1}), p, m)
         return each(lambda point, motor: motor * point * ~motor, p, m), last, total(lambda point: point, p)
 
     layouts = [record.leaf.layout for _, record in moved.trace.results]
-    assert layouts[:2] == [CGA3.POINT, CGA3.POINT] and layouts[2].size == 5
+    assert layouts[:2] == [CGA2.POINT, CGA2.POINT] and layouts[2].size == 4
 
 
 def test_carries_grow() -> None:

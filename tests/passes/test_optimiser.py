@@ -159,7 +159,7 @@ def test_counts_through_matrices() -> None:
         return sandwich(r, v)
 
     for each, most in ((even_product, (40, 48)), (turned, (32, 32)), (turned_in_null_pairs, (27, 18))):
-        cost = compile_kernel(each).cost
+        cost = compile_kernel(each, forms=False).cost
         assert (cost.mul, cost.add) == most
 
 
@@ -268,11 +268,12 @@ def test_conjugations_in_sequence() -> None:
         assert split_conjugation(other) is None
 
 
-def test_versors_are_factored_out_before_sandwiches_become_sums() -> None:
-    @kernel(m=PGA3.MOTOR, a=PGA3.LINE, b=PGA3.LINE)
-    def bracket(m, a, b):  # type: ignore[no-untyped-def]
-        return commutator(sandwich(m, a), sandwich(m, b))
+@kernel(m=PGA3.MOTOR, a=PGA3.LINE, b=PGA3.LINE)
+def bracket(m, a, b):  # type: ignore[no-untyped-def]
+    return commutator(sandwich(m, a), sandwich(m, b))
 
+
+def test_versors_are_factored_out_before_sandwiches_become_sums() -> None:
     (moved,) = trace(bracket).expressions
     m, a = moved.arguments[0].arguments
     b = moved.arguments[1].arguments[1]
@@ -280,7 +281,12 @@ def test_versors_are_factored_out_before_sandwiches_become_sums() -> None:
     assert difference == sandwich_as_difference(sandwich(m, commutator(a, b)))
     first, second = evaluate([moved, difference], sample(bracket, Random(1)))
     assert first.terms == second.terms
-    assert str(compile_kernel(bracket).cost) == "69 mul, 51 add", "18 and 12 for the bracket, 51 and 39 for the motor"
+
+
+@pytest.mark.slow
+def test_counts_of_a_moved_bracket() -> None:
+    """The bracket takes 18 and 12 operations, the motor 51 and 39."""
+    assert str(compile_kernel(bracket, forms=False).cost) == "69 mul, 51 add"
 
 
 def test_counts_of_chains() -> None:
@@ -288,7 +294,7 @@ def test_counts_of_chains() -> None:
     def translated(m, a, b, c):  # type: ignore[no-untyped-def]
         return m * a * b * c
 
-    assert str(compile_kernel(translated).cost) == "12 mul, 18 add"
+    assert str(compile_kernel(translated, forms=False).cost) == "12 mul, 18 add"
 
 
 def test_counts_of_expanded_products() -> None:
@@ -306,9 +312,9 @@ def test_counts_of_expanded_products() -> None:
     def through_points(a, b, n):  # type: ignore[no-untyped-def]
         return (a & b) ^ n
 
-    assert str(compile_kernel(plane).cost) == "14 mul, 10 add"
-    assert str(compile_kernel(contracted).cost) == "20 mul, 13 add"
-    record = compile_kernel(through_points)
+    assert str(compile_kernel(plane, forms=False).cost) == "14 mul, 10 add"
+    assert str(compile_kernel(contracted, forms=False).cost) == "20 mul, 13 add"
+    record = compile_kernel(through_points, forms=False)
     assert min(str(c.cost) for c in record.candidates) == "12 mul, 10 add", "this loses digits where points are close"
     assert str(record.cost) == "18 mul, 14 add"
 
@@ -322,8 +328,8 @@ def test_counts_of_reflections() -> None:
     def scaled(a, x):  # type: ignore[no-untyped-def]
         return a * x * a
 
-    assert (compile_kernel(reflected).cost.mul, compile_kernel(reflected).cost.add) == (5, 4)
-    assert compile_kernel(scaled).cost.total <= 21
+    assert str(compile_kernel(reflected, forms=False).cost) == "5 mul, 4 add"
+    assert compile_kernel(scaled, forms=False).cost.total <= 21
 
 
 def test_differences_with_values_computed_from_them_are_not_circular() -> None:
@@ -386,7 +392,7 @@ def test_counts_of_moved_conformal_points() -> None:
     def moved(m, x):  # type: ignore[no-untyped-def]
         return sandwich(m, x)
 
-    record = compile_kernel(moved)
+    record = compile_kernel(moved, forms=False)
     assert (record.cost.mul, record.cost.add) == (25, 20)
     assert record.decision is not None and dict(record.decision.layouts[0].fixed) != {}
 
@@ -439,7 +445,7 @@ def plane_system() -> System:
     def plane(a, b, c):  # type: ignore[no-untyped-def]
         return a & b & c
 
-    record = compile_kernel(plane)
+    record = compile_kernel(plane, forms=False)
     assert record.trace is not None and record.decision is not None
     lowering = Lowering(plane, record.trace.expressions, reduction=Reduction.NONE)
     return lowering.system(record.decision.slots[0])
@@ -473,7 +479,7 @@ def test_differences_reach_into_functions() -> None:
     def distance(p, q):  # type: ignore[no-untyped-def]
         return sqrt(-2 * (p * q).grade(0))
 
-    cost = compile_kernel(distance).cost
+    cost = compile_kernel(distance, forms=False).cost
     assert (cost.mul, cost.add, cost.sqrt) == (3, 5, 1)
 
 
@@ -482,7 +488,7 @@ def test_divisors_and_their_roots_divide_once() -> None:
     def both(a, b):  # type: ignore[no-untyped-def]
         return a / sqrt(norm_squared(a)) + b / norm_squared(a)
 
-    record = compile_kernel(both)
+    record = compile_kernel(both, forms=False)
     assert record.cost.div == 1 and record.candidates[0].cost.div == 6
     assert divide_once(record.program) is None, "the program already has this form"
     at = {"a": [Fraction(2), Fraction(3), Fraction(6)], "b": [Fraction(k) for k in (49, 98, 0)]}
@@ -495,7 +501,7 @@ def test_dividing_once_keeps_zeros_and_infinities(size: float) -> None:
     def both(a, b):  # type: ignore[no-untyped-def]
         return b / sqrt(norm_squared(a)) + 3 * b / norm_squared(a)
 
-    record = compile_kernel(both)
+    record = compile_kernel(both, forms=False)
     at = {"a": [np.array([size])] * 3, "b": [np.array([x]) for x in (1.0, -2.0, 1e-160)]}
     with np.errstate(all="ignore"):
         found, author = (
@@ -510,7 +516,7 @@ def test_divisors_that_occur_once_are_kept() -> None:
     def apart(a, b):  # type: ignore[no-untyped-def]
         return inner_product(a, b) / sqrt(norm_squared(a)) + 1 / norm_squared(b)
 
-    assert compile_kernel(apart).cost.div == 2
+    assert compile_kernel(apart, forms=False).cost.div == 2
 
 
 def test_a_cheap_form_that_loses_digits_is_not_taken() -> None:
@@ -520,7 +526,7 @@ def test_a_cheap_form_that_loses_digits_is_not_taken() -> None:
     def sine_squared(r):  # type: ignore[no-untyped-def]
         return norm_squared(r.grade(2))
 
-    record = compile_kernel(sine_squared)
+    record = compile_kernel(sine_squared, forms=False)
     cheapest = min(record.candidates, key=lambda candidate: candidate.cost.total)
     assert cheapest.cost.total < record.cost.total
     assert record.gate is not None and record.best is not None
@@ -536,7 +542,7 @@ def test_many_times_a_small_motion_keeps_its_digits() -> None:
     def cosine_of_power(r, t):  # type: ignore[no-untyped-def]
         return cos(t * atan2(sqrt(norm_squared(r.grade(2))), absolute(r["1"])))
 
-    record = compile_kernel(cosine_of_power)
+    record = compile_kernel(cosine_of_power, forms=False)
     cheapest = min(record.candidates, key=lambda candidate: candidate.cost.total)
     assert cheapest.cost.total < record.cost.total
     assert record.gate is not None and not record.gate.accepts(cheapest.program)
@@ -561,7 +567,7 @@ def kernel_with_domain() -> Kernel:
 
 def test_samples_are_in_a_bounded_domain() -> None:
     definition = kernel_with_domain()
-    record = compile_kernel(definition)
+    record = compile_kernel(definition, forms=False)
     assert record.trace is not None
     found = list(samples(definition, record.trace.expressions, Random(1), 5))
     assert len(found) == 5
@@ -585,7 +591,7 @@ def test_a_slot_of_the_other_orientation_changes_sign() -> None:
     def move(m, p):  # type: ignore[no-untyped-def]
         return sandwich(m, p)
 
-    record = compile_kernel(move)
+    record = compile_kernel(move, forms=False)
     assert record.trace is not None
     lowering = Lowering(move, record.trace.expressions)
     plus, minus = lowering.system([Slot(0, 7)]).outputs, lowering.system([Slot(0, 7, -1)]).outputs

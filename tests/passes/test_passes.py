@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable, Sequence
 from dataclasses import FrozenInstanceError, fields
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -121,7 +122,7 @@ def check_against_author(record: Compilation, seed: int, points: int = 2) -> Non
 
 
 def compiled(definition: Kernel, seed: int = 0) -> Compilation:
-    record = compile_kernel(definition)
+    record = compile_kernel(definition, forms=False)
     check_against_author(record, seed)
     return record
 
@@ -387,7 +388,7 @@ def declare(name: str, parameters: dict[str, Any], function: Callable[..., Any],
     return Kernel(name, function, tuple(Parameter(key, given) for key, given in parameters.items()), returns, "")
 
 
-@pytest.mark.parametrize("name", some_slow(REWRITABLE, "chain", "join of moved points", "meet of moved planes"))
+@pytest.mark.parametrize("name", REWRITABLE)
 def test_every_rewriting_preserves_the_meaning(name: str) -> None:
     definition = declare(name, *REWRITABLE[name])
     expressions = trace(definition).expressions
@@ -401,13 +402,28 @@ def test_every_rewriting_preserves_the_meaning(name: str) -> None:
         for strategy, variant in variants.items():
             for mine, theirs in zip(evaluate(variant, at), expected, strict=True):
                 assert mine.terms == theirs.terms, strategy
-    compiled(definition)
+
+
+QUICK = (
+    "free versor by hand",
+    "length of moved",
+    "invariant of moved",
+    "odd versor",
+    "moved versor",
+    "reversed versor",
+)
+"""Definitions that take less than half a second to compile."""
+
+
+@pytest.mark.parametrize("name", some_slow(REWRITABLE, *(REWRITABLE.keys() - set(QUICK))))
+def test_rewritten_kernels_equal_their_definition(name: str) -> None:
+    compiled(declare(name, *REWRITABLE[name]))
 
 
 # Lower
 
 
-@pytest.mark.parametrize("name", ["join of moved points", "nested", "inverse of moved", "moved versor"])
+@pytest.mark.parametrize("name", ["invariant of moved", "nested", "inverse of moved", "moved versor"])
 @pytest.mark.parametrize("reduce", [True, False])
 def test_every_choice_of_stages_preserves_the_meaning(name: str, reduce: bool) -> None:
     definition = declare(name, *REWRITABLE[name])
@@ -483,8 +499,8 @@ def test_a_pinned_layout_that_cannot_hold_the_result(
 def test_a_pinned_layout_that_holds_the_result() -> None:
     record = compiled(declare("f", {"m": PGA3.MOTOR, "p": PGA3.POINT}, sandwich, PGA3.TRIVECTOR))
     assert record.program.results[0].shape == (4,)
-    record = compiled(declare("f", {"m": CGA3.MOTOR, "p": CGA3.POINT}, sandwich, CGA3.POINT))
-    assert record.program.results[0].shape == (3,)
+    record = compiled(declare("f", {"m": CGA2.MOTOR, "p": CGA2.POINT}, sandwich, CGA2.POINT))
+    assert record.program.results[0].shape == (2,)
     record = compiled(declare("f", {"a": VGA3.VECTOR}, lambda a: a, VGA3.full))
     assert record.program.results[0].operands == (0, "a_e1", "a_e2", "a_e3", 0, 0, 0, 0)
 
@@ -521,7 +537,7 @@ def test_an_inferred_layout_claims_only_what_is_proved() -> None:
 )
 def test_kernels_outside_the_domain_of_a_function(parameters: dict[str, Any], function: Callable[..., Any]) -> None:
     """Kernels compile although random points have negative radicands and arguments of logarithms."""
-    record = compile_kernel(declare("f", parameters, function))
+    record = compile_kernel(declare("f", parameters, function), forms=False)
     random = Random(3)
     assert record.trace is not None
     checked = 0
@@ -548,7 +564,7 @@ def test_a_pole_at_a_random_point_is_no_error(offset: int) -> None:
     random = Random(7)
     probe = declare("probe", {"x": SCALAR}, lambda x: x)
     value = [sample(probe, random)["x"] for _ in range(3)][offset]
-    record = compile_kernel(declare("pole", {"x": SCALAR}, lambda x: 1 / (x - value)))
+    record = compile_kernel(declare("pole", {"x": SCALAR}, lambda x: 1 / (x - value)), forms=False)
     (found,) = interpret(record.program, {"x": [value + 2]})["out"]
     assert found == Fraction(1, 2)
 
@@ -566,9 +582,15 @@ CHOSEN: dict[str, tuple[dict[str, Any], Callable[..., Any]]] = {
 }
 
 
+@cache
+def chosen(name: str) -> Compilation:
+    return compile_kernel(declare(name, *CHOSEN[name]))
+
+
 @pytest.mark.parametrize("name", CHOSEN)
 def test_the_best_never_costs_more_than_the_author(name: str) -> None:
-    record = compiled(declare(name, *CHOSEN[name]))
+    record = chosen(name)
+    check_against_author(record, 0)
     assert record.candidates[0].origin == "as written"
     totals = [candidate.cost.total for candidate in record.candidates]
     assert record.cost.total == min(totals) <= totals[0]
@@ -582,7 +604,7 @@ def test_known_counts() -> None:
     """Counts are at most the published ones; a higher count fails, and a lower one must be recorded here."""
     known = {"move_point": (21, 18), "rotate": (18, 12), "motor_product": (48, 40)}
     for name, (mul, add) in known.items():
-        found = compile_kernel(declare(name, *CHOSEN[name])).cost
+        found = chosen(name).cost
         assert (found.mul, found.add) == (mul, add), name
 
 
@@ -603,8 +625,9 @@ def test_stages_extend_records_and_modify_none() -> None:
 
 
 def test_compiling_twice_gives_the_same_program() -> None:
-    for name, given in CHOSEN.items():
-        assert str(compile_kernel(declare(name, *given)).program) == str(compile_kernel(declare(name, *given)).program)
+    for name in ("rotate", "sphere", "unit"):
+        again = compile_kernel(declare(name, *CHOSEN[name]), forms=False)
+        assert str(again.program) == str(chosen(name).program), name
 
 
 DETERMINISM = """
@@ -616,7 +639,7 @@ def named(function):
     return function
 definitions = [
     kernel(m=PGA3.MOTOR, p=PGA3.POINT)(named(lambda m, p: sandwich(m, p))),
-    kernel(m=PGA3.MOTOR, a=PGA3.POINT, b=PGA3.POINT)(named(lambda m, a, b: sandwich(m, a) & sandwich(m, b))),
+    kernel(m=PGA2.MOTOR, a=PGA2.POINT, b=PGA2.POINT)(named(lambda m, a, b: sandwich(m, a) & sandwich(m, b))),
     kernel(a=CGA2.POINT, b=CGA2.POINT, c=CGA2.POINT)(named(lambda a, b, c: a ^ b ^ c)),
     kernel(a=VGA3.VECTOR, t=SCALAR)(named(lambda a, t: (normalize(a) * sin(t), norm(a), cos(t) / norm_squared(a)))),
     kernel(a=PGA3.EVEN)(named(lambda a: inverse(a))),
@@ -679,9 +702,12 @@ def random_expression(random: Random, leaves: list[Any], depth: int) -> Any:
     return random.choice(binary)(left, right)
 
 
-@pytest.mark.parametrize("seed", some_slow(range(63), *(seed for seed in range(63) if seed % 4)))
+@pytest.mark.parametrize("seed", some_slow(range(63), *(set(range(63)) - {0, 8, 16, 45, 32, 40, 48})))
 def test_random_kernels_equal_their_definition(seed: int) -> None:
-    """Programs of random products of random sparse layouts equal the author's definition exactly."""
+    """Programs of random products of random sparse layouts equal the author's definition exactly.
+
+    The quick cases are one of each algebra.
+    """
     random = Random(seed)
     algebra = FUZZ_ALGEBRAS[seed % len(FUZZ_ALGEBRAS)]
     count = random.randint(1, 3)
@@ -695,7 +721,7 @@ def test_random_kernels_equal_their_definition(seed: int) -> None:
 
     functions = {1: lambda a: body(a), 2: lambda a, b: body(a, b), 3: lambda a, b, c: body(a, b, c)}
     definition = declare(f"random_{seed}", layouts, functions[count])
-    record = compile_kernel(definition)
+    record = compile_kernel(definition, forms=False)
     check_against_author(record, seed, 3)
 
 
@@ -751,9 +777,12 @@ SPECIFIC |= {
 }
 
 
-@pytest.mark.parametrize("name", some_slow(SPECIFIC, "inverse of oblique", "too large, unit", "too large to expand"))
+SLOW = ("inverse of oblique", "inverse of full", "inverse of spacetime even", "too large, unit", "too large to expand")
+
+
+@pytest.mark.parametrize("name", some_slow(SPECIFIC, *SLOW))
 def test_kernels_of_every_kind_equal_their_definition(name: str) -> None:
-    record = compile_kernel(declare(name, *SPECIFIC[name]))
+    record = compile_kernel(declare(name, *SPECIFIC[name]), forms=False)
     check_against_author(record, 11, 3)
 
 

@@ -8,9 +8,10 @@ from importlib import import_module
 from random import Random
 from typing import Any
 
-from gacompiler import Kernel
+from gacompiler import Kernel, Layout
 from gacompiler.frontend.kernel import Parameter, trace
-from gacompiler.passes.pipeline import compile_kernel
+from gacompiler.passes.effort import LEVELS
+from gacompiler.passes.pipeline import compile_kernel, decide_results, rewrite_expressions, trace_kernel
 from gacompiler.passes.prove import same
 from gacompiler.passes.record import Compilation
 from gacompiler.passes.samples import meaning, samples
@@ -23,20 +24,21 @@ def alone(kernel: Kernel) -> Compilation:
 
 
 @cache
+def layout_of_result(kernel: Kernel) -> Layout | None:
+    """The layout of the result, which is decided before programs are searched; None for several results or a number."""
+    record = decide_results(rewrite_expressions(trace_kernel(Compilation(kernel, effort=LEVELS[0]))))
+    assert record.trace is not None and record.decision is not None
+    (output, *others), (layout, *_) = record.trace.outputs, record.decision.layouts
+    return None if others or output.outer_shape or layout.is_scalar else layout
+
+
+@cache
 def catalog(spec: str) -> tuple[Kernel, ...]:
     """The kernels of a spec with one multivector as their result, whose parameters are no arrays."""
     found = vars(import_module(f"gacompiler.specs.{spec}")).values()
     kernels = (each for each in found if isinstance(each, Kernel) and not each.has_loops)
-    return tuple(each for each in kernels if _is_simple(each))
-
-
-def _is_simple(kernel: Kernel) -> bool:
-    if any(parameter.outer_shape for parameter in kernel.parameters):
-        return False
-    record = alone(kernel)
-    assert record.trace is not None and record.decision is not None
-    (output, *others), (layout, *_) = record.trace.outputs, record.decision.layouts
-    return not others and not output.outer_shape and not layout.is_scalar
+    simple = (each for each in kernels if not any(parameter.outer_shape for parameter in each.parameters))
+    return tuple(each for each in simple if layout_of_result(each) is not None)
 
 
 def pairs(spec: str) -> Iterator[tuple[Kernel, int, Kernel]]:
@@ -44,9 +46,7 @@ def pairs(spec: str) -> Iterator[tuple[Kernel, int, Kernel]]:
     for outer in catalog(spec):
         for place, parameter in enumerate(outer.parameters):
             for inner in catalog(spec):
-                record = alone(inner)
-                assert record.decision is not None
-                if record.decision.layouts[0] == parameter.layout:
+                if layout_of_result(inner) == parameter.layout:
                     yield outer, place, inner
 
 
