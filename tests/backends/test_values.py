@@ -499,13 +499,12 @@ def test_random_operations_never_crash(implementations: dict[str, ModuleType]) -
 
 
 def test_values_outlive_their_module(implementations: dict[str, ModuleType]) -> None:
-    for turn in range(2):
-        for name, module in implementations.items():
-            again = load(Path(str(module.__file__)), f"again_{name}_{turn}")
-            motor = random_values(again)["Motor"]
-            del sys.modules[again.__name__], again
-            gc.collect()
-            assert len(~(motor * motor)) == 8
+    for turn, (name, module) in enumerate([*implementations.items(), *list(implementations.items())[:1]]):
+        again = load(Path(str(module.__file__)), f"again_{name}_{turn}")
+        motor = random_values(again)["Motor"]
+        del sys.modules[again.__name__], again
+        gc.collect()
+        assert len(~(motor * motor)) == 8
 
 
 def test_operators_in_threads(module: ModuleType) -> None:
