@@ -263,8 +263,8 @@ def test_cuda_on_a_processor(folder: Path) -> None:
 def test_cuda_on_the_host(folder: Path) -> None:
     dialect = Dialect("", "{module}::{kernel}", "", drivers.PRECISIONS)
     (folder / "main.cu").write_text(drivers.c_driver(by_element(), [f"{name}.cu" for name in modules()], dialect))
-    flags = ("-Werror", "all-warnings", "-Xcompiler", "-ffp-contract=off")
-    compiled("nvcc", "-O1", *flags, folder / "main.cu", "-o", folder / "in_cuda")
+    flags = ("-O0", "-Xcicc", "-O0", "-Xptxas", "-O0", "-Werror", "all-warnings", "-Xcompiler", "-ffp-contract=off")
+    compiled("nvcc", *flags, folder / "main.cu", "-o", folder / "in_cuda")
     found = Found(drivers.run(by_element(), [str(folder / "in_cuda")], folder))
     check(found, by_element(), (np.float64, np.float32))
 
