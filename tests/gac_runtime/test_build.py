@@ -223,6 +223,7 @@ def test_two_processes_build_it_once(module: Path, tmp_path: Path, monkeypatch: 
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("with_runtime")
 def test_a_killed_build_leaves_nothing_that_is_loaded(
     module: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -82,8 +82,10 @@ def inside(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("how", some_slow(IMPORTS, "as a member of its folder", "by its path"))
-@pytest.mark.parametrize("kind", some_slow(["beside", "inside"], "inside"))
+HOW = [("beside", "from its own folder"), ("beside", "as a member of its folder"), ("inside", "by its path")]
+
+
+@pytest.mark.parametrize(("kind", "how"), some_slow(HOW, *HOW[1:]))
 def test_a_folder_works_without_the_compiler(kind: str, how: str, request: pytest.FixtureRequest) -> None:
     folder = request.getfixturevalue(kind)
     backends = (["c"] if find_compiler() else []) + ["numba", "arrays"]
@@ -125,11 +127,11 @@ assert built() == sorted([*before, "first"])"""
 
 
 @pytest.mark.slow
-def test_a_c_file_that_does_not_compile_is_reported_once(tmp_path: Path) -> None:
-    if not find_compiler():
-        pytest.skip("no C compiler")
+@pytest.mark.skipif(not find_compiler(), reason="no C compiler")
+def test_a_c_file_that_does_not_compile_is_reported_once(runtime_objects: Path, tmp_path: Path) -> None:
     place = tmp_path / "out"
     place.mkdir()
+    use_runtime(runtime_objects, place)
     path = write(module_source("kernels", MOVE_POINT), place)
     path.write_text(f"#error broken\n{path.read_text()}")
     code = """import sys; sys.path.insert(0, {folder!r}); import kernels, warnings

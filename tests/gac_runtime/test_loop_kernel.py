@@ -74,12 +74,13 @@ QUICK = ("forward", "tree", "picked", "newton")
 """Examples that numba compiles in quick tests: a product of motors, a tree, an index table, an iteration."""
 
 
-def on_examples(names: Sequence[str], *quick: str) -> pytest.MarkDecorator:
-    """Every example on every backend; those that numba compiles are slow unless they are among `quick`."""
+def on_examples(names: Sequence[str], *quick: str, slow: Sequence[str] = NAMES) -> pytest.MarkDecorator:
+    """Examples on every backend; numba compiles those in `quick`, and in slow tests those in `slow`."""
     cases = [
         pytest.param(backend, name, marks=pytest.mark.slow if backend != "arrays" and name not in quick else ())
         for backend in BACKENDS
         for name in names
+        if backend == "arrays" or name in (*quick, *slow)
     ]
     return pytest.mark.parametrize(("loops", "name"), cases, indirect=["loops"])
 
@@ -123,7 +124,7 @@ def test_elements_of_a_batch(loops: ModuleType, name: str, rng: np.random.Genera
             np.testing.assert_allclose(one[place], known, rtol=1e-12)
 
 
-@on_examples(NAMES, "tree")
+@on_examples(NAMES, "tree", slow=("forward", "picked", "matrix_products"))
 def test_floats(loops: ModuleType, name: str, rng: np.random.Generator) -> None:
     procedure = sources()[name].procedure
     lengths = lengths_of(name, 4)
