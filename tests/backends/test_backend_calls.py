@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from backend_programs import (
     ALL_OPERATIONS,
+    BACKENDS,
     CONSTANTS,
     INNER,
     INTERPOLATE,
@@ -30,6 +31,9 @@ from backend_programs import (
 from gacompiler.ir.program import Program
 from gacompiler.ir.scalar import Op
 
+SLOW = ("numba", np.float32)
+"""Compiling every operation takes numba seconds."""
+
 
 def check(module: ModuleType, program: Program, arrays: list[Any], tolerance: float = 1e-15) -> None:
     found = getattr(module, program.name)(*arrays)
@@ -39,7 +43,15 @@ def check(module: ModuleType, program: Program, arrays: list[Any], tolerance: fl
         np.testing.assert_allclose(a, b, tolerance, tolerance)
 
 
-@pytest.mark.parametrize(("dtype", "tolerance"), [(np.float64, 2e-16), (np.float32, 2e-7)])
+@pytest.mark.parametrize(
+    ("module", "dtype", "tolerance"),
+    [
+        pytest.param(backend, dtype, tolerance, marks=pytest.mark.slow if (backend, dtype) == SLOW else ())
+        for backend in BACKENDS
+        for dtype, tolerance in ((np.float64, 2e-16), (np.float32, 2e-7))
+    ],
+    indirect=["module"],
+)
 def test_every_operation_on_every_backend(module: ModuleType, dtype: Any, tolerance: float) -> None:
     for arrays in ([0.4, 0.7, 0.2], [0.7, 0.4, 0.2], [0.5, 0.5, 0.1], [0.0, 0.3, 0.4]):
         arguments = [dtype(x) for x in arrays]
@@ -226,9 +238,11 @@ def test_attributes_and_help_of_a_module(module: ModuleType, modules: dict[str, 
         layout.name = "other"
 
 
-def test_jit_in_a_numba_loop(module: ModuleType) -> None:
+def test_jit_in_a_numba_loop(modules: dict[str, ModuleType]) -> None:
+    """The function is the same on every backend."""
     import numba
 
+    module = next(iter(modules.values()))
     move, normalize = module.move_point.jit, module.normalize.jit
     m, p = inputs(MOVE_POINT, (6,))
     out, unit, length = np.empty((6, 3)), np.empty((6, 3)), np.empty(6)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -61,7 +60,7 @@ LAYOUTS = ("components", "padded components", "elements", "padded elements", "ba
 def test_layouts_at_every_length(module: ModuleType, program: Program) -> None:
     choose = np.random.default_rng(3)
     kernel = getattr(module, program.name)
-    for n in (1, 2, 15, 16, 17, 48, 63, 64, 65, 97, 200, 1003):
+    for n in (1, 2, 15, 16, 17, 63, 64, 65, 200, 1003) if module.backend == "c" else (1, 16, 65, 200):
         for dtype, tolerance in ((np.float64, 1e-13), (np.float32, 1e-4)):
             for turn in range(8):
                 layouts = [
@@ -89,14 +88,25 @@ def test_layouts_at_every_length(module: ModuleType, program: Program) -> None:
                 assert untouched == [int(np.isnan(memory).sum()) for _, memory in places]
 
 
-@pytest.mark.parametrize("n_arguments", [31, 33, 70])
-def test_more_arguments_than_bits_in_a_word(n_arguments: int, tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def of_many(tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
+    """Sums of many numbers with weights."""
+    programs = [
+        traced(f"of_{size}", {f"x{k}": () for k in range(size)}, lambda *x: sum(k * each for k, each in enumerate(x)))
+        for size in MANY
+    ]
+    path = write(module_source("many", *programs), tmp_path_factory.mktemp("many"))
+    build_library(path)
+    return load(path.with_suffix(".py"), "many")
+
+
+MANY = (31, 33, 70)
+
+
+@pytest.mark.parametrize("n_arguments", MANY)
+def test_more_arguments_than_bits_in_a_word(n_arguments: int, of_many: ModuleType) -> None:
     """Unit strides and uniform arguments are distinguished for each of many arguments."""
-    program = traced(
-        "weighted", {f"x{k}": () for k in range(n_arguments)}, lambda *x: sum(k * each for k, each in enumerate(x))
-    )
-    build_library(write(module_source("many", program), tmp_path))
-    weighted = load(tmp_path / "many.py", f"many_{n_arguments}").weighted
+    weighted = getattr(of_many, f"of_{n_arguments}")
     for n in (2, 3, 20, 100):
         x = np.random.default_rng(n).integers(-9, 9, (n, n_arguments)).astype(float)
         right = (x @ np.arange(n_arguments))[:, None]

@@ -41,7 +41,7 @@ pytestmark = pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
 
 MODULE = "loops"
 LENGTHS = [{"n": 1, "m": 1, "k": 1}, {"n": 5, "m": 3, "k": 7}, {"n": 2, "m": 9, "k": 1}, {"n": 33, "m": 4, "k": 20}]
-BATCHES = [0, 1, 3, 7, 16, 17, 1000]
+BATCHES = [0, 1, 3, 7, 16, 17, 100]
 
 
 @pytest.fixture(scope="session")
@@ -203,13 +203,13 @@ int main(void)
 """
 
 
-KINDS = ["with the runtime", "standalone", "one width"]
-
-
-@pytest.mark.parametrize("kind", some_slow(KINDS, "with the runtime", "one width"))
+@pytest.mark.parametrize("kind", some_slow(["with the runtime", "standalone"], "with the runtime"))
 def test_plain_c_program(library: ctypes.CDLL, tmp_path: Path, kind: str) -> None:
-    """A program in C that includes the header and is compiled with all warnings prints the same numbers."""
-    module = loop_module(MODULE, forward, tree, chain)
+    """A program in C that includes the header and is compiled with all warnings prints the same numbers.
+
+    A standalone file is compiled for one width of vectors, which takes a tenth of the time.
+    """
+    module = loop_module(MODULE, forward, tree)
     folder = Path(__file__).parents[2] / "gacompiler" / "gac_runtime"
     files = ["loops.c"]
     if kind == "standalone":
@@ -220,8 +220,8 @@ def test_plain_c_program(library: ctypes.CDLL, tmp_path: Path, kind: str) -> Non
         shutil.copytree(folder, tmp_path / "gac_runtime", dirs_exist_ok=True)
         files.append("gac_runtime/gac_runtime.c")
     (tmp_path / "program.c").write_text(PROGRAM)
-    options = ["-std=c17", "-Wall", "-Wextra", "-pedantic", "-Werror", "-O2", "-ffp-contract=off"]
-    options += ["-DGAC_ONE_WIDTH"] * (kind == "one width")
+    options = ["-std=c17", "-Wall", "-Wextra", "-pedantic", "-Werror", "-O0", "-ffp-contract=off"]
+    options += ["-DGAC_ONE_WIDTH"] * (kind == "standalone")
     compiler = find_compiler()
     assert compiler is not None
     command = [*compiler, *options, "program.c", *files, "-lm", "-o", "program"]

@@ -48,6 +48,7 @@ from gacompiler.frontend.expression import evaluate
 from gacompiler.frontend.kernel import Kernel, trace
 from gacompiler.ir.interpret import interpret
 from gacompiler.passes.pipeline import compile_kernel
+from gacompiler.passes.record import Compilation
 from gacompiler.passes.samples import sample, to_mpmath
 from gacompiler.rings.polynomial import PolynomialRing
 
@@ -75,8 +76,13 @@ def exact_slope(definition: Kernel, layout: Layout, at: Mapping[str, Any], step:
     return [ring.lift(value).terms.get((0,), 0) for value in numbers(definition, layout, moved)]
 
 
+def compiled(definition: Kernel) -> Compilation:
+    """The kernel, compiled and proved without a search for cheaper forms, which other tests compare."""
+    return compile_kernel(definition, forms=False, effort=0)
+
+
 def run(definition: Kernel, inputs: Mapping[str, Any]) -> list[tuple[Any, ...]]:
-    program = compile_kernel(definition).program
+    program = compiled(definition).program
     return list(interpret(program, {a.name: [inputs[c] for c in a.components] for a in program.arguments}).values())
 
 
@@ -98,7 +104,7 @@ POLYNOMIAL: dict[str, tuple[Callable[..., Any], dict[str, Layout], str]] = {
 def test_jacobian_is_exact(name: str) -> None:
     function, parameters, wrt = POLYNOMIAL[name]
     definition = declare(function, parameters)
-    record, random = compile_kernel(definition), Random(8)
+    record, random = compiled(definition), Random(8)
     assert record.decision is not None
     layout, by = record.decision.layouts[0], parameters[wrt]
     derived = jacobian(definition, wrt)
@@ -167,7 +173,7 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
 @pytest.mark.parametrize("wrt", ["x", "y"])
 def test_functions_against_numeric_derivatives(name: str, wrt: str) -> None:
     definition = declare(FUNCTIONS[name], {"x": SCALAR, "y": SCALAR})
-    derived = compile_kernel(jacobian(definition, wrt)).program
+    derived = compiled(jacobian(definition, wrt)).program
     with mpmath.workdps(50):
         for x, y in ((Fraction(3, 4), Fraction(1, 2)), (Fraction(1, 3), Fraction(7, 5))):
             at = {"x": to_mpmath(x), "y": to_mpmath(y)}
@@ -186,7 +192,7 @@ def test_functions_against_numeric_derivatives(name: str, wrt: str) -> None:
 )
 def test_multivector_functions_against_numeric_derivatives(function: Callable[..., Any]) -> None:
     definition = declare(function, {"a": VGA3.EVEN})
-    record = compile_kernel(jacobian(definition, "a"))
+    record = compiled(jacobian(definition, "a"))
     assert record.decision is not None
     layout, names = record.decision.layouts[0], definition.parameters[0].components
     with mpmath.workdps(50):
@@ -219,7 +225,7 @@ def test_errors_of_kernels_without_a_derivative() -> None:
     with pytest.raises(KernelError, match="no parameter q; expected one of m p"):
         jacobian(definition, "q")
     with pytest.raises(KernelError, match="not linear in m"):
-        compile_kernel(matrix_of(definition, "m"))
+        compiled(matrix_of(definition, "m"))
     with pytest.raises(KernelError, match="tangent 'up'"):
         jacobian(definition, "m", "up")
     with pytest.raises(KernelError, match="implied"):
@@ -282,7 +288,7 @@ def weighted(weights: Sequence[Any], values: Sequence[Any]) -> Any:
 def test_hessian_times_vector_is_exact_and_symmetric(name: str) -> None:
     function, parameters, wrt = SECOND[name]
     definition, random = declare(function, parameters), Random(11)
-    record = compile_kernel(definition)
+    record = compiled(definition)
     assert record.decision is not None
     layout = record.decision.layouts[0]
     derived = hessian_vector(definition, wrt)
@@ -294,7 +300,7 @@ def test_hessian_times_vector_is_exact_and_symmetric(name: str) -> None:
     weights = list(cotangent.values()) or [Fraction(1)]
     steps = [{c: Fraction(random.randint(-9, 9), 7) for c in own} for _ in range(2)]
     products = []
-    program = compile_kernel(derived).program
+    program = compiled(derived).program
     for step in steps:
         inputs = at | cotangent | dict(zip(further[-1].components, step.values(), strict=True))
         arrays = {a.name: [inputs[c] for c in a.components] for a in program.arguments}
@@ -334,7 +340,7 @@ def test_hessian_of_functions_against_numeric_derivatives(name: str) -> None:
         "angle": lambda a: atan2(a["e1"], a["e2"]) * log(norm_squared(a)),
     }
     definition = declare(functions[name], {"a": VGA3.VECTOR})
-    program = compile_kernel(hessian_vector(definition, "a")).program
+    program = compiled(hessian_vector(definition, "a")).program
     with mpmath.workdps(60):
         at, step = [mpmath.mpf(7) / 10, mpmath.mpf(4) / 3, mpmath.mpf(-1) / 5], [mpmath.mpf(k) for k in (2, -3, 5)]
 
@@ -364,7 +370,7 @@ def test_derivative_of_a_determinant_at_any_element(name: str) -> None:
     """A determinant is a polynomial, so it has a derivative where the element has no inverse, too."""
     layout, singular = SINGULAR[name]
     definition = declare(lambda a: determinant(a), {"a": layout})
-    components, program = definition.parameters[0].components, compile_kernel(jacobian(definition, "a")).program
+    components, program = definition.parameters[0].components, compiled(jacobian(definition, "a")).program
     for values in (list(map(Fraction, singular.split())), [Fraction(k + 2, 3) for k in range(layout.size)]):
         at = dict(zip(components, values, strict=True))
         value, gradient = interpret(program, {"a": values}).values()

@@ -11,7 +11,6 @@ from pathlib import Path
 
 import pytest
 from backend_programs import DISTANCE, SWAP, module_source, write
-from compiled_runtime import copy_compiled_runtime
 from selection import some_slow
 
 from gacompiler.gac_runtime import build, names
@@ -49,13 +48,6 @@ def module_fixture(tmp_path: Path, cache: Path) -> Path:
     return write(module_source("bare", SWAP), tmp_path / "modules")
 
 
-@pytest.fixture(scope="module")
-def runtime_objects(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The compiled runtime as it is stored in a cache."""
-    folder = tmp_path_factory.mktemp("runtime")
-    return copy_compiled_runtime(folder, folder / "cache")
-
-
 @pytest.fixture
 def with_runtime(cache: Path, runtime_objects: Path) -> None:
     """Put the compiled runtime into the cache of the test."""
@@ -78,6 +70,14 @@ def compiled(calls: Path) -> list[str]:
     """The C files that were compiled, in the order in which their compilation began."""
     words = [line.split() for line in calls.read_text().splitlines()]
     return sorted(Path(line[line.index("-c") + 1]).name for line in words if "-c" in line)
+
+
+def built_by_hand(text: str, library: Path) -> None:
+    """Build a library from C without the runtime, whose compilation takes seconds."""
+    source = library.parents[1] / "by_hand.c"
+    source.write_text(text)
+    library.parent.mkdir()
+    subprocess.run([*(build.find_compiler() or ()), "-shared", "-fPIC", source, "-o", library], check=True)
 
 
 def leftovers(folder: Path) -> list[Path]:
@@ -223,6 +223,7 @@ def test_two_processes_build_it_once(module: Path, tmp_path: Path, monkeypatch: 
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("with_runtime")
 def test_a_killed_build_leaves_nothing_that_is_loaded(
     module: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -320,11 +321,9 @@ def test_a_lower_level_can_be_requested(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 @pytest.mark.skipif(machine_level() < 3, reason="a machine with vectors on which levels are known")
-def test_a_lower_level_is_used_where_nothing_can_be_built(
-    module: Path, with_runtime: None, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_lower_level_is_used_where_nothing_can_be_built(module: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     lower = library_path(module, 1)
-    build.build({module: lower}, level=1)
+    built_by_hand("int nothing;", lower)
     library = Library(names.library_label(module.stem, module.read_text()), module)
     assert lower.exists() and library.find() is None
     monkeypatch.setenv("CC", "no-such-compiler")
@@ -336,13 +335,7 @@ def test_a_lower_level_is_used_where_nothing_can_be_built(
 
 
 def test_a_library_that_needs_another_processor_is_rejected(module: Path) -> None:
-    compiler = build.find_compiler()
-    assert compiler is not None
-    path = library_path(module)
-    path.parent.mkdir()
-    source = module.with_name("lacking.c")
-    source.write_text("int gac_runs_here(void);\nint gac_runs_here(void) { return 0; }\n")
-    subprocess.run([*compiler, "-shared", "-fPIC", str(source), "-o", str(path)], check=True)
+    built_by_hand("int gac_runs_here(void);\nint gac_runs_here(void) { return 0; }\n", library_path(module))
     label = names.library_label(module.stem, module.read_text())
     with pytest.raises(RuntimeProblem, match=r"this processor lacks its instructions.*gac build --portable"):
         Library(label, module).open()

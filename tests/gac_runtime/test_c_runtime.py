@@ -6,6 +6,7 @@ import ctypes
 import re
 import shutil
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -91,25 +92,36 @@ SIZES(FUNCTIONS)
 """
 
 
-@pytest.fixture(scope="module", params=["vectors", "loops"])
-def tiles(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
-    """Functions that load and store a tile of every size, with and without vector instructions."""
-    compiler = find_compiler()
-    if compiler is None:
-        pytest.skip("no C compiler")
-    folder = tmp_path_factory.mktemp("tiles")
-    write_files(runtime_files(), folder)
-    sizes = " ".join(f"M({size})" for size in range(1, TILES + 1))
-    (folder / "tiles.c").write_text(_TILES.format(sizes=sizes))
-    width = ["-DGAC_ONE_WIDTH"] if request.param == "loops" else []
-    command = [*compiler, *compiler_flags(compiler), *width, "-shared", "tiles.c", "-o", "tiles.so", "-lm"]
-    subprocess.run(command, cwd=folder, check=True, capture_output=True)
-    return ctypes.CDLL(str(folder / "tiles.so"))
+FEW_SIZES = (*range(1, 10), TILES - 1, TILES)
+"""The sizes with separate code, each remainder of the size of a vector, and the largest: they take seconds less."""
 
 
-@pytest.mark.parametrize("size", range(1, TILES + 1))
-@pytest.mark.parametrize("precision", PRECISIONS)
-def test_a_tile_holds_components(size: int, precision: str, tiles: ctypes.CDLL) -> None:
+@needs_compiler
+@pytest.mark.parametrize(
+    ("options", "sizes"),
+    [
+        (("-O1",), FEW_SIZES),
+        (("-O0", "-DGAC_ONE_WIDTH"), range(1, TILES + 1)),
+        pytest.param(("-O1",), range(1, TILES + 1), marks=pytest.mark.slow),
+    ],
+    ids=["vectors of a few sizes", "loops", "vectors"],
+)
+def test_tiles_hold_components(options: tuple[str, ...], sizes: Sequence[int], tmp_path: Path) -> None:
+    """Functions load and store a tile of every size, with and without vector instructions."""
+    write_files(runtime_files(), tmp_path)
+    (tmp_path / "tiles.c").write_text(_TILES.format(sizes=" ".join(f"M({size})" for size in sizes)))
+    command = [*(find_compiler() or ()), *options, "-fPIC", "-shared", "tiles.c", "-o", "tiles.so", "-lm"]
+    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
+    tiles = ctypes.CDLL(str(tmp_path / "tiles.so"))
+    for size in sizes:
+        for precision in PRECISIONS:
+            try:
+                check_tile(size, precision, tiles)
+            except AssertionError as error:
+                raise AssertionError(f"a tile of size {size} in {precision}") from error
+
+
+def check_tile(size: int, precision: str, tiles: ctypes.CDLL) -> None:
     dtype: Any = PRECISIONS[precision]
     width, row = 32 // np.dtype(dtype).itemsize, 40
     elements = np.arange(1, width * size + 1, dtype=dtype).reshape(width, size)

@@ -6,6 +6,7 @@ import inspect
 import pickle
 import re
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -72,12 +73,19 @@ def loops(request: pytest.FixtureRequest) -> ModuleType:
 QUICK = ("forward", "tree", "picked", "newton")
 """Examples that numba compiles in quick tests: a product of motors, a tree, an index table, an iteration."""
 
-CASES = [
-    pytest.param(backend, name, marks=pytest.mark.slow if backend != "arrays" and name not in QUICK else ())
-    for backend in BACKENDS
-    for name in NAMES
-]
-on_every_example = pytest.mark.parametrize(("loops", "name"), CASES, indirect=["loops"])
+
+def on_examples(names: Sequence[str], *quick: str, slow: Sequence[str] = NAMES) -> pytest.MarkDecorator:
+    """Examples on every backend; numba compiles those in `quick`, and in slow tests those in `slow`."""
+    cases = [
+        pytest.param(backend, name, marks=pytest.mark.slow if backend != "arrays" and name not in quick else ())
+        for backend in BACKENDS
+        for name in names
+        if backend == "arrays" or name in (*quick, *slow)
+    ]
+    return pytest.mark.parametrize(("loops", "name"), cases, indirect=["loops"])
+
+
+on_every_example = on_examples(NAMES, *QUICK)
 
 
 def as_list(results: Any) -> list[Any]:
@@ -116,7 +124,7 @@ def test_elements_of_a_batch(loops: ModuleType, name: str, rng: np.random.Genera
             np.testing.assert_allclose(one[place], known, rtol=1e-12)
 
 
-@on_every_example
+@on_examples(NAMES, "tree", slow=("forward", "picked", "matrix_products"))
 def test_floats(loops: ModuleType, name: str, rng: np.random.Generator) -> None:
     procedure = sources()[name].procedure
     lengths = lengths_of(name, 4)
@@ -175,7 +183,7 @@ def test_mixed_types_are_promoted(loops: ModuleType, rng: np.random.Generator) -
     assert loops.tree(x, [-1, 0, 1], np.float64(2))[0].dtype == float
 
 
-@pytest.mark.parametrize("name", ["forward", "matrix_products", "dense"])
+@on_examples(["forward", "matrix_products", "dense"], "forward")
 def test_any_strides(loops: ModuleType, name: str, rng: np.random.Generator) -> None:
     procedure = sources()[name].procedure
     given = arguments(procedure, lengths_of(name, 4), rng, (5, 2))

@@ -418,8 +418,8 @@ HARD = (
 
 @cache
 def loop_source(definition: Kernel) -> LoopSource:
-    """A kernel with loops as it is stored in modules, with facts for readers."""
-    compiled = compile_loops(definition)
+    """A kernel with loops as it is stored in modules, with facts for readers; no cheaper forms are searched."""
+    compiled = compile_loops(definition, effort=0)
     layouts = []
     for parameter in definition.parameters:
         layout = getattr(parameter.type, "layout", parameter.type if hasattr(parameter.type, "stored") else None)
