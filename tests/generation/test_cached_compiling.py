@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from selection import some_slow
 
 from gacompiler import kernel
 from gacompiler.algebra.catalog import CGA3, PGA3, VGA3
@@ -65,10 +64,14 @@ def nothing_is_compiled(monkeypatch: pytest.MonkeyPatch) -> Any:
     return lambda: monkeypatch.setattr(compiling, "compile_kernel", refuse)
 
 
-@pytest.mark.parametrize("name", some_slow(["vga2", "quaternion"], "quaternion"))
-def test_cached_kernels_round_trip(name: str, cache: Cache, nothing_is_compiled: Any) -> None:
+FEW = {"geometric_product", "norm", "reflect_vector", "rotor_power", "rotor_to_matrix", "rotor_from_matrix"}
+
+
+def test_cached_kernels_round_trip(cache: Cache, nothing_is_compiled: Any) -> None:
     """Compare every field and the types of numbers, with functions, branches, matrices and forms."""
-    spec = load_spec(next(path for path in own_specs() if path.stem == name))
+    spec = load_spec(next(path for path in own_specs() if path.stem == "vga2"))
+    spec = replace(spec, kernels=tuple(each for each in spec.kernels if each.name in FEW))
+    assert len(spec.kernels) == len(FEW)
     first = compile_kernels(spec, cache=cache)
     assert [each.kernel for each in first] == list(spec.kernels)
     nothing_is_compiled()
