@@ -123,9 +123,12 @@ def test_verify_with_a_cache_finds_a_flipped_sign(here: Path) -> None:
 def test_processes_share_the_cache(here: Path, compiled: list[str]) -> None:
     (here / "others.py").write_text(SPEC.replace("def line", "def other"))
     words = ("lines.py", "others.py", "--no-build", "-o", "out", "-j", "2")
-    assert run("generate", *words).exit_code == 0 and compiled == [], "other processes compiled them"
-    assert len(entries(here)) == 4
+    result = run("generate", *words)
+    assert result.exit_code == 0 and compiled == [], "other processes compiled them"
+    assert result.output.count("1 kernels") == 2 and len(entries(here)) == 4
     assert run("generate", *words, "-j", "1").exit_code == 0 and compiled == []
+    result = run("generate", *words, "-j", "0")
+    assert result.exit_code == 2 and "x>=1" in result.output
 
 
 def test_cache_is_shown_and_cleared(here: Path) -> None:

@@ -83,12 +83,13 @@ def test_generated_kernels_reproduce_the_program(recorded: tuple[Path, dict[str,
 def test_the_spec_has_exactly_the_kernels_that_were_used(recorded: tuple[Path, dict[str, Any]]) -> None:
     kernels = load_spec(recorded[0]).kernels
     assert all(kernel.summary.endswith(".") for kernel in kernels)
-    assert [k.name for k in kernels] == """
-        regressive_product_point_direction normalize_line outer_product_unit_line_unit_line normalize_unit_line
-        motor_unit_line_scalar_scalar sandwich_motor_point regressive_product_point_point norm_line
-        rotor_e1_e2_e3_scalar translator_e1_e2_e3 geometric_product_translator_rotor sandwich_motor_point_2
-        geometric_product_a_b_c_a_b_c grade_2_even rotation_vector_scalar rotate_unit_quaternion_vector
-    """.split()
+    names = (
+        "regressive_product_point_direction normalize_line outer_product_unit_line_unit_line normalize_unit_line "
+        "motor_unit_line_scalar_scalar sandwich_motor_point regressive_product_point_point norm_line "
+        "rotor_e1_e2_e3_scalar translator_e1_e2_e3 geometric_product_translator_rotor sandwich_motor_point_2 "
+        "geometric_product_a_b_c_a_b_c grade_2_even rotation_vector_scalar rotate_unit_quaternion_vector"
+    )
+    assert " ".join(k.name for k in kernels) == names
     layouts = {k.name: [str(p.layout) for p in k.parameters] for k in kernels}
     assert layouts["motor_unit_line_scalar_scalar"] == ["PGA3.UNIT_LINE", "scalars.SCALAR", "scalars.SCALAR"]
     assert layouts["sandwich_motor_point_2"] == ["CGA3.MOTOR", "CGA3.POINT"] and layouts["norm_line"] == ["PGA3.LINE"]

@@ -4,16 +4,26 @@ from __future__ import annotations
 
 import os
 import time
+from typing import TYPE_CHECKING
 
 from gacompiler.errors import KernelError
 from gacompiler.generation.cache import Cache, key_of
-from gacompiler.generation.compiling import Progress
-from gacompiler.generation.spec_files import Spec
+
+if TYPE_CHECKING:
+    from gacompiler.generation.compiling import Progress
+    from gacompiler.generation.spec_files import Spec
 
 
 def named(spec: Spec, progress: Progress) -> tuple[str, int]:
     progress(spec.name)
     return spec.name, os.getpid()
+
+
+def printed(spec: Spec, progress: Progress) -> tuple[int, dict[str, str]]:
+    """Return the number of the process, and the files of a spec by name."""
+    from gacompiler.generation.compiling import render_spec
+
+    return os.getpid(), render_spec(spec, progress)
 
 
 def failing(spec: Spec, progress: Progress) -> str:
