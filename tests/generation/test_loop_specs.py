@@ -250,18 +250,25 @@ def test_show(
 # Modules.
 
 
+@pytest.fixture(scope="module")
+def hard(tmp_path_factory: pytest.TempPathFactory) -> tuple[Spec, list[Compiled | CompiledLoops], Path]:
+    """The spec of hard kernels, its compiled kernels, and the folder of their module."""
+    spec = load_spec(Path(__file__).parents[1] / "support" / "loop_examples.py")
+    names = {definition.name for definition in HARD}
+    spec = replace(spec, kernels=tuple(each for each in spec.kernels if each.name in names))
+    found, folder = list(compile_kernels(spec)), tmp_path_factory.mktemp("hard")
+    write(runtime_files() | render(source_of(spec, found)), folder)
+    return spec, found, folder
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("backend", ["c", "numba", "arrays"])
-def test_hard_kernels_are_proved_and_run(backend: str, tmp_path: Path) -> None:
-    spec = load_spec(Path(__file__).parents[1] / "support" / "loop_examples.py")
-    hard = {definition.name for definition in HARD}
-    spec = replace(spec, kernels=tuple(each for each in spec.kernels if each.name in hard))
-    compiled = compile_kernels(spec)
-    write(runtime_files() | render(source_of(spec, compiled)), tmp_path)
-    if backend == "c" and build_module(tmp_path / "loop_examples.c") is None:
+def test_hard_kernels_are_proved_and_run(backend: str, hard: tuple[Spec, list[Compiled | CompiledLoops], Path]) -> None:
+    spec, compiled, folder = hard
+    if backend == "c" and build_module(folder / "loop_examples.c") is None:
         pytest.skip("no C compiler")
-    module = load_module(tmp_path / "loop_examples.py", f"_hard_{backend}", backend)
-    verdicts = verify_module(tmp_path, spec.name, compiled, module)
+    module = load_module(folder / "loop_examples.py", f"_hard_{backend}", backend)
+    verdicts = verify_module(folder, spec.name, compiled, module)
     assert [verdict.kernel for verdict in verdicts] == [each.name for each in spec.kernels]
     for verdict in verdicts:
         assert verdict.is_proved and verdict.error < 20, verdict
