@@ -9,7 +9,6 @@ from pathlib import Path
 from types import ModuleType
 
 from ..backends import taken_names
-from ..cluscript import load_script
 from ..errors import GacError, SpecError
 from ..frontend.kernel import Kernel
 from .spec_contents import check_names, digest_of, imports_beside, kernels_of, place_of_failure
@@ -63,6 +62,8 @@ def load_spec(path: Path, command: str | None = None, algebra: str | None = None
         )
     text = path.read_text()
     if path.suffix == ".clu":
+        from ..cluscript import load_script
+
         digest = hashlib.sha256(text.encode()).hexdigest()[:16]
         script = load_script(path, algebra)
         command = f"gac generate {path.name}" + (f" --algebra {algebra}" if algebra else "")

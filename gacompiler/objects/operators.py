@@ -38,7 +38,6 @@ from ..passes.rewrite import rewrite
 from ..passes.samples import samples
 from ..passes.schedule import schedule
 from ..passes.search import Candidate
-from ..runtime import compile
 from .background import QUEUE, Job
 from .definitions import Definition
 from .library import LIBRARY, NUMPY
@@ -171,6 +170,8 @@ class Operator:
     def build(self) -> None:
         """Compile the operation as a generated module, for large arrays, and wait for the result."""
         if self._module is None and self.wait() is not None:
+            from ..runtime import compile  # not at the start, since it loads all stages and printers
+
             self._module = compile(self.kernel, "c")
 
     def _in_chunks(self, arrays: Sequence[np.ndarray[Any, Any]], leading: tuple[int, ...]) -> np.ndarray[Any, Any]:

@@ -36,6 +36,7 @@ def add_directions(a, b):
 @pytest.fixture
 def spec(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Spec:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("GAC_BACKEND", "arrays")  # avoid the start-up time of numba
     (tmp_path / "my_kernels.py").write_text(SPEC)
     return load_spec(tmp_path / "my_kernels.py")
 

@@ -21,8 +21,7 @@ from gacompiler.frontend.kernel import trace
 from gacompiler.passes.lower import author_scalars
 from gacompiler.passes.pipeline import compile_kernel
 
-SEED, N, N_COMPILED = 20, 3000, 250
-FEW = 1000
+SEED, FEW, N, N_COMPILED = 20, 400, 3000, 80
 
 
 @pytest.mark.parametrize("n", some_slow([FEW, N], N))

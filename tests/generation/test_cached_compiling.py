@@ -11,10 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from selection import some_slow
 
 from gacompiler import kernel
-from gacompiler.algebra.catalog import CGA3, PGA3, VGA3
+from gacompiler.algebra.catalog import CGA3, VGA3
 from gacompiler.errors import KernelError
 from gacompiler.generation import compiling
 from gacompiler.generation.cache import Cache
@@ -65,10 +64,14 @@ def nothing_is_compiled(monkeypatch: pytest.MonkeyPatch) -> Any:
     return lambda: monkeypatch.setattr(compiling, "compile_kernel", refuse)
 
 
-@pytest.mark.parametrize("name", some_slow(["vga2", "quaternion"], "quaternion"))
-def test_cached_kernels_round_trip(name: str, cache: Cache, nothing_is_compiled: Any) -> None:
+FEW = {"geometric_product", "norm", "reflect_vector", "rotor_power", "rotor_to_matrix", "rotor_from_matrix"}
+
+
+def test_cached_kernels_round_trip(cache: Cache, nothing_is_compiled: Any) -> None:
     """Compare every field and the types of numbers, with functions, branches, matrices and forms."""
-    spec = load_spec(next(path for path in own_specs() if path.stem == name))
+    spec = load_spec(next(path for path in own_specs() if path.stem == "vga2"))
+    spec = replace(spec, kernels=tuple(each for each in spec.kernels if each.name in FEW))
+    assert len(spec.kernels) == len(FEW)
     first = compile_kernels(spec, cache=cache)
     assert [each.kernel for each in first] == list(spec.kernels)
     nothing_is_compiled()
@@ -127,29 +130,29 @@ def test_an_entry_of_another_form_is_replaced(wrong: Any, cache: Cache, tmp_path
 
 
 def test_partial_entries_are_not_used() -> None:
-    compiled = Compiled.of(compile_kernel(moved))
+    compiled = Compiled.of(compile_kernel(product))
     whole = packed(compiled)
-    assert unpacked(moved, whole) == compiled
+    assert unpacked(product, whole) == compiled
     for name in whole:
         with pytest.raises((LookupError, TypeError, ValueError)):
-            unpacked(moved, {k: v for k, v in whole.items() if k != name})
+            unpacked(product, {k: v for k, v in whole.items() if k != name})
 
 
-@kernel(m=PGA3.MOTOR, p=PGA3.POINT)
-def moved(m, p):  # type: ignore[no-untyped-def]
-    """Move."""
-    return m * p * ~m
+@kernel(a=VGA3.VECTOR, b=VGA3.VECTOR)
+def product(a, b):  # type: ignore[no-untyped-def]
+    """Multiply."""
+    return a * b
 
 
 def test_an_invalid_program_is_not_used(cache: Cache) -> None:
     """The program has a line with an undefined operand."""
-    compiled = compile_definition(moved, cache)
+    compiled = compile_definition(product, cache)
     (key,) = (path.name for path in cache.folder.iterdir())
     entry = cache.get(key)
     assert entry is not None
     entry["program"][2][3][2] = "t99"
     cache.put(key, entry)
-    assert compile_definition(moved, cache) == compiled
+    assert compile_definition(product, cache) == compiled
 
 
 def test_errors_are_the_same_with_a_cache(cache: Cache) -> None:
@@ -237,7 +240,7 @@ def test_no_cache_is_used_while_the_sources_are_not_known(
     monkeypatch.setattr(compiling, "fingerprint", lambda sources: None)
     spec = spec_of(tmp_path)
     assert render_spec(spec, cache=cache) == render_spec(spec)
-    assert compile_definition(moved, cache) == compile_definition(moved)
+    assert compile_definition(product, cache) == compile_definition(product)
     assert list(cache.folder.iterdir()) == []
 
 
@@ -292,5 +295,5 @@ def test_only_proved_kernels_are_cached(cache: Cache, monkeypatch: pytest.Monkey
 
     monkeypatch.setattr(compiling, "compile_kernel", unproved)
     with pytest.raises(KernelError, match="not proved"):
-        compile_definition(moved, cache)
+        compile_definition(product, cache)
     assert list(cache.folder.iterdir()) == []

@@ -182,13 +182,8 @@ def named_product(constant: Multivector) -> Callable[[Any], Any]:
     return product
 
 
-@pytest.mark.slow
-def test_all_kernels_of_the_package_have_distinct_descriptions() -> None:
-    kernels = [each for path in own_specs() for each in load_spec(path).kernels]
-    texts = {(each.name, described(each)) for each in kernels}
-    again = {(each.name, described(each)) for path in own_specs() for each in load_spec(path).kernels}
-    assert texts == again and len(kernels) > 800
-    (first, second) = (jacobian(moved(name="moved"), argument) for argument in "mp")
+def test_slopes_by_different_arguments_have_distinct_descriptions() -> None:
+    first, second = (jacobian(moved(), argument) for argument in "mp")
     assert described(first) != described(second)
 
 
@@ -205,15 +200,14 @@ print(hashlib.sha256("".join(texts).encode()).hexdigest())
 @pytest.mark.slow
 def test_descriptions_do_not_depend_on_the_process() -> None:
     """Descriptions are independent of the hash seed and of kernels traced earlier, so that entries are found again."""
-    found = {
-        subprocess.run(
-            [sys.executable, "-c", DIGEST], env={**os.environ, "PYTHONHASHSEED": seed}, cwd=ROOT,
-            capture_output=True, text=True, check=True,
-        ).stdout
-        for seed in ("0", "1")
-    }  # fmt: skip
+    seed = "1" if os.environ.get("PYTHONHASHSEED") != "1" else "2"
+    run = subprocess.run(
+        [sys.executable, "-c", DIGEST], env={**os.environ, "PYTHONHASHSEED": seed}, cwd=ROOT,
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
     texts = [described(each) for path in reversed(own_specs()) for each in reversed(load_spec(path).kernels)]
-    assert found == {hashlib.sha256("".join(reversed(texts)).encode()).hexdigest() + "\n"}
+    assert len(texts) > 800
+    assert run.stdout == hashlib.sha256("".join(reversed(texts)).encode()).hexdigest() + "\n"
 
 
 def test_layouts_are_described_in_full_and_once() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import pickle
 from dataclasses import replace
@@ -15,7 +16,7 @@ from loop_examples import HARD
 import gacompiler
 from gacompiler import SCALAR, array, kernel
 from gacompiler.backends import body_is_intact, build_module, runtime_files
-from gacompiler.cli import main
+from gacompiler.cli import main, showing
 from gacompiler.errors import KernelError
 from gacompiler.frontend.loops import fold, total
 from gacompiler.frontend.recorded import computes
@@ -28,6 +29,7 @@ from gacompiler.generation.plain_loops import packed_procedure, procedure_of
 from gacompiler.generation.rendering import TARGETS, render, render_targets
 from gacompiler.generation.spec_files import Spec, load_spec
 from gacompiler.ir.procedure import Apply, Procedure, Statement, statements
+from gacompiler.passes.loops import compile_loops
 from gacompiler.runtime import load_module
 from gacompiler.verify import verify_module
 from gacompiler.verify_loops import loops_difference, part_truths
@@ -68,12 +70,6 @@ def root(a, x):
 '''
 
 
-@pytest.fixture
-def cache(tmp_path: Path) -> Cache:
-    (tmp_path / "cache").mkdir()
-    return Cache(tmp_path / "cache")
-
-
 def spec_of(folder: Path, step: str = "1") -> Spec:
     path = folder / "looping.py"
     path.write_text(SPEC.format(step=step))
@@ -81,10 +77,24 @@ def spec_of(folder: Path, step: str = "1") -> Spec:
 
 
 @pytest.fixture(scope="module")
-def compiled(tmp_path_factory: pytest.TempPathFactory) -> tuple[Spec, list[Compiled | CompiledLoops]]:
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the spec, and with the cache of its compiled kernels."""
+    found = tmp_path_factory.mktemp("spec")
+    (found / "gac_cache" / "compilations").mkdir(parents=True, mode=0o700)
+    (found / "gac_cache").chmod(0o700)
+    return found
+
+
+@pytest.fixture(scope="module")
+def cache(folder: Path) -> Cache:
+    return Cache(folder / "gac_cache" / "compilations")
+
+
+@pytest.fixture(scope="module")
+def compiled(folder: Path, cache: Cache) -> tuple[Spec, list[Compiled | CompiledLoops]]:
     """The spec and its compiled kernels."""
-    spec = spec_of(tmp_path_factory.mktemp("spec"))
-    return spec, list(compile_kernels(spec))
+    spec = spec_of(folder)
+    return spec, list(compile_kernels(spec, cache=cache))
 
 
 @pytest.fixture
@@ -99,21 +109,23 @@ def run(*words: str) -> Result:
 # Compiling and caching.
 
 
-def test_cached_kernels_round_trip(cache: Cache, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    first = compile_kernels(spec_of(tmp_path), cache=cache)
+def test_cached_kernels_round_trip(
+    compiled: tuple[Spec, list[Compiled | CompiledLoops]], cache: Cache, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(compiling, "compile_loops", None)
     monkeypatch.setattr(compiling, "compile_kernel", None)
-    again = compile_kernels(spec_of(tmp_path), cache=cache)
-    for a, b in zip(first, again, strict=True):
+    spec, first = compiled
+    for a, b in zip(first, compile_kernels(spec, cache=cache), strict=True):
         assert a.source == b.source and repr(a.source) == repr(b.source)
         if isinstance(a, CompiledLoops) and isinstance(b, CompiledLoops):
             assert a.parts == b.parts
 
 
-def test_a_changed_constant_is_compiled_again(cache: Cache, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    first = compile_kernels(spec_of(tmp_path), cache=cache)
+def test_a_changed_constant_is_compiled_again(
+    compiled: tuple[Spec, list[Compiled | CompiledLoops]], cache: Cache, tmp_path: Path
+) -> None:
     second = compile_kernels(spec_of(tmp_path, "2"), cache=cache)
-    changed = [a.kernel.name for a, b in zip(first, second, strict=True) if a.source != b.source]
+    changed = [a.kernel.name for a, b in zip(compiled[1], second, strict=True) if a.source != b.source]
     assert changed == ["forward"]
 
 
@@ -195,11 +207,11 @@ def test_wrong_loops_and_programs_are_detected(loops: list[CompiledLoops]) -> No
 
 
 @pytest.fixture
-def spec_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    monkeypatch.setenv("GAC_CACHE", str(tmp_path / "gac_cache"))
-    (tmp_path / "gac_cache").mkdir(mode=0o700)
-    spec_of(tmp_path)
-    return str(tmp_path / "looping.py")
+def spec_path(
+    compiled: tuple[Spec, list[Compiled | CompiledLoops]], folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> str:
+    monkeypatch.setenv("GAC_CACHE", str(folder / "gac_cache"))
+    return str(compiled[0].path)
 
 
 def test_cost(spec_path: str) -> None:
@@ -216,7 +228,12 @@ def test_list(spec_path: str) -> None:
         assert words in " ".join(text.split()), words
 
 
-def test_show(spec_path: str) -> None:
+def test_show(
+    spec_path: str, compiled: tuple[Spec, list[Compiled | CompiledLoops]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kernels = {each.name: each for each in compiled[0].kernels}
+    once = functools.cache(lambda name: compile_loops(kernels[name]))
+    monkeypatch.setattr(showing, "compile_loops", lambda kernel, **_: once(kernel.name))
     text = run("show", f"{spec_path}:forward").output
     assert "for i in n:" in text and "m: PGA3.EVEN stores 1 e12" in text and "m = forward_2(m, q[i], axes[i])" in text
     assert "forward_2(m(8), angle(), axis(6)) -> " in text
@@ -226,25 +243,32 @@ def test_show(spec_path: str) -> None:
     assert "forward_2\n" in run("show", f"{spec_path}:forward", "--why").output
     refused = run("show", f"{spec_path}:forward", "--latex")
     assert refused.exit_code == 1 and "cannot be printed as LaTeX" in refused.output
-    assert "no stage 'procedure'" in run("show", f"{spec_path}:move", "--stage", "procedure").output
+    assert "no stage 'procedure'" in run("show", f"{spec_path}:move", "--stage", "procedure", "--effort", "0").output
     assert "no stage 'uniform'" in run("show", f"{spec_path}:forward", "--stage", "uniform").output
 
 
 # Modules.
 
 
+@pytest.fixture(scope="module")
+def hard(tmp_path_factory: pytest.TempPathFactory) -> tuple[Spec, list[Compiled | CompiledLoops], Path]:
+    """The spec of hard kernels, its compiled kernels, and the folder of their module."""
+    spec = load_spec(Path(__file__).parents[1] / "support" / "loop_examples.py")
+    names = {definition.name for definition in HARD}
+    spec = replace(spec, kernels=tuple(each for each in spec.kernels if each.name in names))
+    found, folder = list(compile_kernels(spec)), tmp_path_factory.mktemp("hard")
+    write(runtime_files() | render(source_of(spec, found)), folder)
+    return spec, found, folder
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("backend", ["c", "numba", "arrays"])
-def test_hard_kernels_are_proved_and_run(backend: str, tmp_path: Path) -> None:
-    spec = load_spec(Path(__file__).parents[1] / "support" / "loop_examples.py")
-    hard = {definition.name for definition in HARD}
-    spec = replace(spec, kernels=tuple(each for each in spec.kernels if each.name in hard))
-    compiled = compile_kernels(spec)
-    write(runtime_files() | render(source_of(spec, compiled)), tmp_path)
-    if backend == "c" and build_module(tmp_path / "loop_examples.c") is None:
+def test_hard_kernels_are_proved_and_run(backend: str, hard: tuple[Spec, list[Compiled | CompiledLoops], Path]) -> None:
+    spec, compiled, folder = hard
+    if backend == "c" and build_module(folder / "loop_examples.c") is None:
         pytest.skip("no C compiler")
-    module = load_module(tmp_path / "loop_examples.py", f"_hard_{backend}", backend)
-    verdicts = verify_module(tmp_path, spec.name, compiled, module)
+    module = load_module(folder / "loop_examples.py", f"_hard_{backend}", backend)
+    verdicts = verify_module(folder, spec.name, compiled, module)
     assert [verdict.kernel for verdict in verdicts] == [each.name for each in spec.kernels]
     for verdict in verdicts:
         assert verdict.is_proved and verdict.error < 20, verdict

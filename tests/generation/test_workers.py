@@ -5,17 +5,14 @@ from __future__ import annotations
 import multiprocessing
 import os
 import pickle
-import time
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
+from worker_tasks import ending, failing, named, printed, slow_but_for_planes
 
-from gacompiler.cli import main
 from gacompiler.errors import BackendError, GacError, KernelError, SpecError
-from gacompiler.generation.compiling import Progress, compile_spec
-from gacompiler.generation.rendering import render
+from gacompiler.generation.compiling import render_spec
 from gacompiler.generation.spec_files import Spec, load_spec
 from gacompiler.generation.workers import each_spec
 
@@ -42,45 +39,18 @@ def specs(tmp_path: Path) -> list[Spec]:
     return [load_spec(tmp_path / f"{name}.py") for name in texts]
 
 
-def named(spec: Spec, progress: Progress) -> tuple[str, int]:
-    progress(spec.name)
-    return spec.name, os.getpid()
-
-
-def failing(spec: Spec, progress: Progress) -> str:
-    if spec.name == "planes":
-        raise KernelError(spec.name, "a reason", "another", "a remedy")
-    return spec.name
-
-
-def slow_but_for_planes(spec: Spec, progress: Progress) -> str:
-    if spec.name == "planes":
-        raise KernelError(spec.name, "a reason")
-    time.sleep(60)
-    return spec.name
-
-
-def ending(spec: Spec, progress: Progress) -> str:
-    os._exit(1)
-
-
-def test_every_spec_has_a_process(specs: list[Spec]) -> None:
+def test_every_spec_has_a_process_which_prints_the_same_text(specs: list[Spec]) -> None:
     reported: list[str] = []
-    results = each_spec(named, specs, reported.append, jobs=2)
-    assert [name for name, _ in results] == ["points", "planes", "motors"]
-    assert sorted(reported) == ["motors", "planes", "points"]
-    assert os.getpid() not in {process for _, process in results}
+    results = each_spec(printed, specs, reported.append, jobs=2)
+    assert sorted(reported) == ["motors.combined", "planes.combined", "points.combined"]
+    assert os.getpid() not in {process for process, _ in results}
+    assert [text for _, text in results] == [render_spec(spec) for spec in specs]
 
 
 @pytest.mark.parametrize("jobs, n_specs", [(1, 3), (8, 1)])
 def test_one_spec_needs_no_other_process(specs: list[Spec], jobs: int, n_specs: int) -> None:
     results = each_spec(named, specs[:n_specs], lambda name: None, jobs)
     assert {process for _, process in results} == {os.getpid()}
-
-
-def test_texts_are_the_same(specs: list[Spec]) -> None:
-    alone, together = (each_spec(compile_spec, specs, lambda name: None, jobs) for jobs in (1, 3))
-    assert list(map(render, alone)) == list(map(render, together))
 
 
 @pytest.mark.slow
@@ -97,7 +67,7 @@ def test_errors_are_returned_completely(specs: list[Spec], tmp_path: Path) -> No
 
 def test_an_error_terminates_the_other_processes(specs: list[Spec]) -> None:
     with pytest.raises(KernelError, match="a reason"):
-        each_spec(slow_but_for_planes, specs, lambda name: None, jobs=3)
+        each_spec(slow_but_for_planes, specs[:2], lambda name: None, jobs=2)
     assert not any(process.name.startswith("SpawnProcess") and process.is_alive() for process in left_behind())
 
 
@@ -113,7 +83,7 @@ def test_an_error_of_progress_is_raised(specs: list[Spec]) -> None:
 
     for jobs in (1, 2):
         with pytest.raises(OSError, match="no place for"):
-            each_spec(named, specs, refuse, jobs)
+            each_spec(named, specs[:2], refuse, jobs)
 
 
 @pytest.mark.parametrize("kind", [GacError, *GacError.__subclasses__()])
@@ -121,12 +91,3 @@ def test_errors_are_pickled(kind: type[GacError]) -> None:
     error = kind("here", "this", "that", "do so")
     copy = pickle.loads(pickle.dumps(error))
     assert type(copy) is kind and str(copy) == str(error) and copy.expected == "that"
-
-
-def test_generate_takes_a_number_of_jobs(specs: list[Spec], tmp_path: Path) -> None:
-    paths = [str(spec.path) for spec in specs]
-    result = CliRunner().invoke(main, ["generate", *paths, "-o", str(tmp_path / "out"), "--no-build", "-j", "2"])
-    assert result.exit_code == 0, result.output
-    assert result.output.count("1 kernels") == 3 and (tmp_path / "out" / "motors.c").is_file()
-    result = CliRunner().invoke(main, ["generate", *paths, "-j", "0"])
-    assert result.exit_code == 2 and "x>=1" in result.output

@@ -83,12 +83,12 @@ def own_compiler(folder: Path, first: str, of: str = "*/objects/*") -> Path:
 PRODUCTS = """
 m, n = PGA3.motor([1, 2, 3], 0.3, 2), PGA3.motor([0, 1, 0], -0.4, 1)
 first = m * n
-for _ in range(20000):
+for _ in range(1000):
     m = (m * n)
 until(lambda: len(libraries()) == len(operators.operators()))  # nothing of this package is called meanwhile
 m = m * n
 arrays.apply = refuse
-for _ in range(20000):
+for _ in range(1000):
     m = m * n
 assert not builds().pending and not builds().failed and len(builds().ready) == len(operators.operators()) >= 5
 print("compiled")
@@ -117,17 +117,16 @@ def test_no_call_waits_for_a_compiler(tmp_path: Path) -> None:
     program = f"""
 go = Path({str(go)!r})
 m, p, v = PGA3.motor([1, 2, 3], 0.3, 2), PGA3.point(1, 2, 3), VGA3.vector(1, 2, 3)
-many = PGA3.of(PGA3.LINE, np.random.default_rng(0).normal(size=(5000, 6)))
+many = PGA3.of(PGA3.LINE, np.random.default_rng(0).normal(size=(1500, 6)))
 def results():
-    found = [m * m, m >> p, p & p, m.log(), ~m, 2 * m, v ^ v, v.norm(), m.grade(2), m.inverse(), m ** 2, m(p), p - p]
-    return found + list(many.exp())
-before = [results() for _ in range(3)]
+    return [m * m, m >> p, m.log(), ~m, 2 * m, v.norm(), p - p, *many.exp()]
+before = [results() for _ in range(2)]
 found = builds()
 assert len(found.running) == 1 and not found.ready and not found.failed, found
-assert found.pending == len(operators.operators()) > 12
+assert found.pending == len(operators.operators()) > 7
 go.touch()
 until(lambda: len(libraries()) == len(operators.operators()) and not builds().pending)
-after = [results() for _ in range(3)]
+after = [results() for _ in range(2)]
 assert not builds().pending
 assert all(each == before[0] for each in before + after), "to the bit"
 print("never waited")

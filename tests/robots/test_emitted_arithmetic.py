@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import ast
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -60,10 +60,15 @@ def file_of(module: str) -> Path | None:
     return None
 
 
+@cache
+def nodes_of(path: Path) -> tuple[ast.AST, ...]:
+    return tuple(ast.walk(ast.parse(path.read_text())))
+
+
 def imports(path: Path) -> Iterator[str]:
     """The modules that a file imports, with everything that may be a module of a package."""
     package = ".".join(path.relative_to(ROOT).parts[:-1]).split(".")
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in nodes_of(path):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -87,16 +92,16 @@ def closure() -> tuple[Path, ...]:
     return tuple(sorted(found))
 
 
-def findings(tree: ast.Module) -> Iterator[tuple[int, str]]:
+def findings(nodes: Sequence[ast.AST]) -> Iterator[tuple[int, str]]:
     """Expressions whose results depend on the machine, with their lines."""
     modules, functions = dict[str, str](), dict[str, str]()
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Import):
             modules |= {alias.asname or alias.name.split(".")[0]: alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] in LIBRARIES and not node.level:
             functions |= {alias.asname or alias.name: alias.name for alias in node.names}
             modules |= {alias.asname or alias.name: f"{node.module}.{alias.name}" for alias in node.names}
-    for node in ast.walk(tree):
+    for node in nodes:
         what = _what(node, modules, functions)
         if what:
             yield getattr(node, "lineno", 0), what
@@ -130,7 +135,7 @@ def everything() -> tuple[tuple[str, int, str, str], ...]:
     all_of_them = []
     for path in closure():
         file = str(path.relative_to(ROOT))
-        for line, what in findings(ast.parse(path.read_text())):
+        for line, what in findings(nodes_of(path)):
             covering = () if file in READERS else (file, *map(str, Path(file).parents))
             all_of_them.append((file, line, what, next((name for name in covering if name in ALLOWED), "")))
     return tuple(all_of_them)
@@ -164,7 +169,7 @@ def test_no_number_of_the_text_depends_on_the_machine() -> None:
     ],
 )
 def test_findings(source: str, what: str) -> None:
-    assert [text for _, text in findings(ast.parse(source))] == [what] * bool(what)
+    assert [text for _, text in findings(list(ast.walk(ast.parse(source))))] == [what] * bool(what)
 
 
 INERTIAL = """<inertial><origin xyz="0.1 -0.2 0.3" rpy="0.2 0.1 -0.4"/><mass value="1.5"/>

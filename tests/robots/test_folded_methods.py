@@ -68,8 +68,8 @@ def check(robot: Robot, plain: Robot, methods: tuple[str, ...]) -> None:
             getattr(robot, method)(*np.zeros((count, n + 1)))
 
 
-FEW = ("forward", "jacobian", "gravity", "kinetic_energy")
-"""Poses, velocities, forces and energies, which take little time to compile."""
+FEW = ("forward", "kinetic_energy")
+"""Poses and energies; `test_robot_command` has velocities and forces."""
 
 
 @pytest.mark.parametrize("which", some_slow(["few", "all"], "all"))

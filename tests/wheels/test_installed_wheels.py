@@ -20,7 +20,7 @@ from gacompiler.gac_runtime.processor import machine_level
 
 ROOT = Path(__file__).parents[2]
 SHIPPED = ("gacompiler", "algorithms", "generated")
-MODULES = ("pga3", "vga2")
+MODULES = ("pga2", "vga2")
 """The modules of the project that are compiled here; all of them take minutes."""
 
 pytestmark = [
@@ -31,41 +31,37 @@ pytestmark = [
 
 LEVELS = [level for level in (1, 3, 4) if level <= machine_level()]
 
-PGA3 = """
+PLANE = """
 import json, sys
 import numpy as np
-from generated import pga3
+from generated import pga2
 T, points = np.array({pose}), np.array({points})
-m = pga3.motor_from_matrix(T)
-moved = pga3.move_point(m, points)
-one = pga3.move_point(m, points[0])
-single = pga3.move_point(m.astype(np.float32), points.astype(np.float32))
-product = pga3.Motor(m) * pga3.Motor(m)
+m = pga2.motor_from_matrix(T)
+moved = pga2.move_point(m, points)
+one = pga2.move_point(m, points[0])
+single = pga2.move_point(m.astype(np.float32), points.astype(np.float32))
+product = pga2.Motor(m) * pga2.Motor(m)
 loaded = sorted({{line.rpartition("/")[2].strip() for line in open("/proc/self/maps") if "/_build/" in line}})
 others = sorted({{"numba", "_cffi_backend", "scipy", "gacompiler"}} & set(sys.modules))
 results = [array.tolist() for array in (moved, one, single, np.array(product))]
-print(json.dumps([pga3.backend, loaded, others, *results]))
+print(json.dumps([pga2.backend, loaded, others, *results]))
 """
 
 
 def pose() -> np.ndarray:
-    """A rotation about an axis of no special direction, by Rodrigues's formula, and a translation."""
-    axis = np.array([1.0, 2.0, -2.0]) / 3
-    cross = np.cross(np.eye(3), axis).T
-    matrix = np.eye(4)
-    matrix[:3, :3] += np.sin(0.7) * cross + (1 - np.cos(0.7)) * cross @ cross
-    matrix[:3, 3] = 0.5, -1.5, 2.0
-    return matrix
+    """A rotation of the plane and a translation."""
+    c, s = np.cos(0.7), np.sin(0.7)
+    return np.array([[c, -s, 0.5], [s, c, -1.5], [0, 0, 1]])
 
 
-POINTS = np.random.default_rng(7).normal(size=(37, 3))
+POINTS = np.random.default_rng(7).normal(size=(37, 2))
 
 
-def run_pga3(where: Environment, **variables: str) -> tuple[str, list[str], np.ndarray]:
+def run_pga2(where: Environment, **variables: str) -> tuple[str, list[str], np.ndarray]:
     """The backend, what was loaded, and the moved points, which are checked against the matrix."""
-    code = PGA3.format(pose=pose().tolist(), points=POINTS.tolist())
+    code = PLANE.format(pose=pose().tolist(), points=POINTS.tolist())
     backend, loaded, others, moved, one, single, product = json.loads(where.output(code, **variables))
-    expected = POINTS @ pose()[:3, :3].T + pose()[:3, 3]
+    expected = POINTS @ pose()[:2, :2].T + pose()[:2, 2]
     assert np.allclose(moved, expected, rtol=0, atol=1e-14)
     assert np.allclose(one, expected[0], rtol=0, atol=1e-14)
     assert np.allclose(single, expected, rtol=0, atol=1e-5)
@@ -134,9 +130,9 @@ def test_the_wheel_has_every_file(pure: Path, source: Path) -> None:
 
 
 def test_generated_modules_need_numpy_alone(installed: Environment) -> None:
-    backend, loaded, _ = run_pga3(installed)
+    backend, loaded, _ = run_pga2(installed)
     assert backend == "c"
-    (library,) = library_of(loaded, "pga3")
+    (library,) = library_of(loaded, "pga2")
     assert library.endswith(f"-v{machine_level()}.so" if machine_level() else ".so")
     assert len([name for name in loaded if name.startswith("calls_")]) == 1
 
@@ -145,19 +141,19 @@ def test_kernels_are_called_through_ctypes_without_the_extension(wheel: Path, em
     empty.install(wheel)
     for extension in empty.site.glob("generated/_build/calls_*"):
         extension.unlink()
-    backend, loaded, _ = run_pga3(empty)
-    assert backend == "c" and len(loaded) == len(library_of(loaded, "pga3")) == 1
+    backend, loaded, _ = run_pga2(empty)
+    assert backend == "c" and len(loaded) == len(library_of(loaded, "pga2")) == 1
 
 
 @pytest.mark.skipif(len(LEVELS) < 2, reason="needs x86-64 with AVX2")
 def test_each_level_loads_its_own_library(installed: Environment) -> None:
-    found = {level: run_pga3(installed, GAC_LEVEL=str(level)) for level in LEVELS}
+    found = {level: run_pga2(installed, GAC_LEVEL=str(level)) for level in LEVELS}
     for level, (backend, loaded, moved) in found.items():
-        (library,) = library_of(loaded, "pga3")
+        (library,) = library_of(loaded, "pga2")
         assert (backend, library[-6:]) == ("c", f"-v{level}.so")
         # Some levels fuse a product and a sum into one rounding.
         assert np.allclose(moved, found[1][2], rtol=0, atol=4e-15)
-    failed = installed.run("from generated import pga3", GAC_LEVEL="2")
+    failed = installed.run("from generated import pga2", GAC_LEVEL="2")
     assert failed.stderr.splitlines()[-1] == "ImportError: GAC_LEVEL: '2'; expected 1, 3 or 4"
 
 
@@ -167,8 +163,8 @@ def test_a_lower_level_is_loaded_where_there_is_no_other(wheel: Path, empty: Env
     for level in LEVELS[1:]:
         for library in empty.site.glob(f"generated/_build/*-v{level}.so"):
             library.unlink()
-    backend, loaded, _ = run_pga3(empty)
-    assert backend == "c" and library_of(loaded, "pga3")[0].endswith("-v1.so")
+    backend, loaded, _ = run_pga2(empty)
+    assert backend == "c" and library_of(loaded, "pga2")[0].endswith("-v1.so")
 
 
 @pytest.mark.parametrize("name", ["gacompiler", "algorithms"])
