@@ -216,6 +216,7 @@ def cross(u: Array, i: int, j: int, k: int, m: int, n: int) -> float:
     return float(above / (np.linalg.det(u[[i, j, m]]) * np.linalg.det(u[[i, k, n]])))
 
 
+@pytest.mark.slow
 def test_the_benchmark_writes_its_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(Path(__file__).parents[2]))
     from benchmarks import vision
