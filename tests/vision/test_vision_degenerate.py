@@ -387,7 +387,7 @@ ENOUGH = [(8, 0.02), (9, 0.02), (10, 0.01), (12, 0.0), (20, 0.0)]
 def test_few_good_points_suffice(n_points: int, allowed: float) -> None:
     """Scenes at half a pixel and one pixel of noise; planes and lines of as many points are rejected."""
     rng = np.random.default_rng(n_points)
-    points = rng.uniform(-1, 1, (200, n_points, 3)) * [2, 1.5, 1.5]
+    points = rng.uniform(-1, 1, (100, n_points, 3)) * [2, 1.5, 1.5]
     flat, line = points * [1, 1, 0] + points[..., :1] * [0, 0, 0.3], points[..., :1] * [1, 0.5, 0.3]
     for noise, of_planes in ((0.5, 0.99), (1.0, 0.95)):
         for known in (None, noise):
