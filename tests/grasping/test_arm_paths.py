@@ -196,7 +196,7 @@ def still(found):
 
 @cache
 def plans_of_box():
-    return plan_grasps(VERTICES, FACES, style=1)
+    return plan_grasps(VERTICES, FACES, style=1, count=4)
 
 
 def looped(obstacles, **more):

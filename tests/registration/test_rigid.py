@@ -50,7 +50,7 @@ def test_lidar_scans_from_the_opposite_heading():
 PAIRS = [("bunny", "PowerDrill"), ("Banana", "MustardBottle"), ("CrackerBox", "bunny")]
 
 
-@pytest.mark.parametrize(("first", "second"), some_slow(PAIRS, *PAIRS[1:]))
+@pytest.mark.parametrize(("first", "second"), some_slow(PAIRS, *PAIRS[:2]))
 def test_unrelated_objects_have_no_support(first, second):
     one, two = (clouds()[name].reshape(-1, 3)[:1500] for name in (first, second))
     one, two = (p / np.linalg.norm(p.std(0)) for p in (one, two))

@@ -133,7 +133,7 @@ def test_degenerate_tokens_give_nothing(points: Any) -> None:
 
 
 def test_tokens_that_are_not_finite_are_ignored() -> None:
-    points = _circle(np.linspace(0, 6, 200))
+    points = _circle(np.linspace(0, 6, 120))
     broken = np.concatenate([points, [[np.nan, 0, 0], [np.inf, 0, 0]]])
     assert np.array_equal(extract_curves(points, sigma=0.2).vertices, extract_curves(broken, sigma=0.2).vertices)
     single = extract_curves(points.astype(np.float32), sigma=0.2)

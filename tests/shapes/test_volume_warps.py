@@ -25,8 +25,8 @@ def test_a_mask_is_moved_to_the_other_shape() -> None:
 
     assert moved.dtype == bool and moved.shape == b.shape
     assert dice(moved) > 0.93 > 0.85 > dice(a)
-    numbers = warp_volume(100 * a.astype(np.int16), back, (19, 19, 19), spacing, (4, 4, 4))
-    np.testing.assert_array_equal(numbers > 50, moved[::2, ::2, ::2])
+    coarse, numbers = (warp_volume(x, back, (19, 19, 19), spacing, (4, 4, 4)) for x in (a, 100 * a.astype(np.int16)))
+    np.testing.assert_array_equal(numbers > 50, coarse)
 
 
 def test_a_similarity_moves_values_to_where_it_takes_points() -> None:
