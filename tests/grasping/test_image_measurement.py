@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from selection import some_slow
 
 from algorithms.grasping import (
     ImageStatus,
@@ -167,7 +168,7 @@ def test_two_objects_of_the_colour() -> None:
     assert without.status == ImageStatus.SEVERAL and not without.views
 
 
-@pytest.mark.parametrize("name", ["ball", "can", "box"])
+@pytest.mark.parametrize("name", some_slow(["ball", "can", "box"], "can"))
 def test_edges_along_normals(name: str) -> None:
     cameras, images = imaged(thing(name), settings=replace(SETTINGS, background=textured_background(SIZE)))
     model = THINGS[name][0]

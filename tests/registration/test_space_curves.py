@@ -96,7 +96,7 @@ def test_linked_rings_are_two_closed_curves() -> None:
 
 def test_results_move_with_the_points() -> None:
     rng = np.random.default_rng(2)
-    points = _helix(rng.uniform(0, 2 * np.pi, 400))
+    points = _helix(rng.uniform(0, 2 * np.pi, 300))
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     here = extract_curves(points, sigma=0.2)
     there = extract_curves(1e3 * (points @ turn.T) + [5, -9, 7], sigma=200.0)

@@ -17,7 +17,7 @@ def horn(bend: float, size: int = 38) -> np.ndarray:
 def test_a_mask_is_moved_to_the_other_shape() -> None:
     a, b = horn(0.0), np.roll(horn(0.012), (2, -3, 1), (0, 1, 2))
     spacing = (2.0, 2.0, 2.0)
-    back = register_spheres(maximal_balls(b, 0.93, spacing), maximal_balls(a, 0.93, spacing))
+    back = register_spheres(maximal_balls(b, 0.9, spacing), maximal_balls(a, 0.9, spacing))
     moved = warp_volume(a, back, b.shape, spacing)
 
     def dice(mask: np.ndarray) -> float:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from selection import some_slow
 
 from algorithms.vision import VisionStatus, factorize
 
@@ -39,7 +40,7 @@ def spoiled(rng: np.random.Generator, pixels: Array, n_wrong: int, kind: str) ->
 
 
 @pytest.mark.parametrize("kind", ["everywhere", "in some views"])
-@pytest.mark.parametrize(("n_wrong", "n_views"), [(5, 3), (5, 8), (12, 8)])
+@pytest.mark.parametrize(("n_wrong", "n_views"), some_slow([(5, 3), (5, 8), (12, 8)], (5, 8)))
 def test_wrong_tracks_do_not_move_the_others(n_wrong: int, n_views: int, kind: str) -> None:
     rng = np.random.default_rng(n_wrong + n_views)
     for _ in range(1):
