@@ -65,7 +65,7 @@ def compare_degenerate(seed: int, method: str, **methods: str) -> int:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_random_rule_bases_agree_with_numpy(method: str) -> None:
-    assert sum(compare_random(seed, method, 12) for seed in range(10)) > 80
+    assert sum(compare_random(seed, method, 12) for seed in range(6)) > 48
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -77,7 +77,7 @@ def test_products_and_sums_agree_with_numpy(method: str) -> None:
 @pytest.mark.parametrize("implication", ["min", "product"])
 @pytest.mark.parametrize("method", METHODS)
 def test_degenerate_rule_bases_agree_with_numpy(method: str, implication: str) -> None:
-    assert sum(compare_degenerate(seed, method, implication=implication) for seed in range(10)) > 24
+    assert sum(compare_degenerate(seed, method, implication=implication) for seed in range(6)) > 14
 
 
 @pytest.mark.parametrize("method", METHODS)

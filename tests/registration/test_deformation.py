@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from selection import some_slow
 
 from algorithms.registration import DeformStatus, register_deformable
 
@@ -26,7 +27,7 @@ def test_points_of_a_face_find_their_partners_and_rows_that_are_not_finite_have_
     assert error.mean() < 0.3 < before.mean() / 10
 
 
-@pytest.mark.parametrize("radius", [None, 0.3, 0.6, 1.2])
+@pytest.mark.parametrize("radius", some_slow([None, 0.3, 0.6, 1.2], 0.3, 1.2))
 def test_wrong_partners_of_a_fish_are_inconsistent(radius: float | None) -> None:
     found = register_deformable(FISH[:, :2], FISH[:, 2:], radius=radius)
     assert (found.correspondences == np.arange(91)).mean() < 0.9

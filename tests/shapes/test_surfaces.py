@@ -49,7 +49,7 @@ def test_mesh_is_closed_by_trimesh() -> None:
     assert mesh.is_watertight and mesh.is_winding_consistent and mesh.euler_number == 0
     # The volume of a mesh with nodes on the surface is a little too small.
     assert 0.95 * 6 * np.pi**2 < mesh.volume < 6.05 * np.pi**2
-    points = np.random.default_rng(0).normal(size=(200, 3)) + found.nodes[:200]
+    points = np.random.default_rng(0).normal(size=(60, 3)) + found.nodes[:60]
     known = trimesh.proximity.closest_point_naive(mesh, points)[1]
     bounds = distances_to_triangles(points, found.nodes, found.triangles)
     assert (bounds >= known - 1e-12).all() and (bounds - known).mean() < 0.02

@@ -14,6 +14,7 @@ def horn(bend: float, size: int = 38) -> np.ndarray:
     return np.asarray((np.hypot(y - bend * x**2, z) < 8 + 0.2 * x) & (np.abs(x) < 16))
 
 
+@pytest.mark.slow  # Surfaces are moved to each other in the tests of matching.
 def test_a_mask_is_moved_to_the_other_shape() -> None:
     a, b = horn(0.0), np.roll(horn(0.012), (2, -3, 1), (0, 1, 2))
     spacing = (2.0, 2.0, 2.0)

@@ -55,7 +55,7 @@ def check(views: list[tuple[Array, Array, Array, Array]], degrees: float) -> Non
 @pytest.mark.parametrize("thickness", [0.0, 0.1, 1.0])
 def test_few_exact_points(n_points: int, thickness: float) -> None:
     rng = np.random.default_rng(n_points)
-    for _ in range(5):
+    for _ in range(3):
         points, pixels, turn, centre = seen_from_somewhere(rng, thick_points(rng, n_points, thickness), 5.0)
         found = localize(points, pixels, INTRINSICS)
         assert found.status == VisionStatus.OK and found.residual < 1e-6
