@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
-from selection import some_slow
 
 from algorithms.shapes.marching_cubes import CubeMesh, marching_cubes
 from algorithms.shapes.maximal_balls import fit_balls
@@ -12,7 +11,7 @@ from algorithms.shapes.sphere_status import SphereMatchStatus
 from tests.support.sphere_scenes import LUNG_SPACING, distance_from_spheres, stored_mask, warped_models
 
 
-@pytest.mark.parametrize("seed", some_slow(range(3), 1))  # In the second models, most balls overlap others.
+@pytest.mark.parametrize("seed", [0, 2])
 def test_known_warps_with_outliers(seed: int) -> None:
     a, b, partner = warped_models(seed)
     found = register_spheres(a, b)
