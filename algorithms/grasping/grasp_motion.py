@@ -114,10 +114,11 @@ def grasp_motion(
         if not postures:
             status = max(status, PathStatus.COLLISION)
             continue
+        movers = [moving_arm(setting.robot, setting.arm, setting.hand, start, setting.mount) for start in postures]
         for branch in _approaches(setting, branches, hands):
             status = max(status, PathStatus.COLLISION)
-            for start in postures:
-                one = _candidate(setting, grasp, start, branch)
+            for start, mover in zip(postures, movers, strict=True):
+                one = _candidate(setting, grasp, start, mover, branch)
                 if one is None or not one.free(q[None]) or _is_inside(setting, one.mover, q):
                     continue
                 status = PathStatus.NO_PATH
@@ -195,9 +196,8 @@ def _postures(setting: Setting, grasp: Grasp, hands: Reals) -> Iterator[Reals]:
             yield start
 
 
-def _candidate(setting: Setting, grasp: Grasp, start: Reals, approach: Reals) -> _Candidate | None:
+def _candidate(setting: Setting, grasp: Grasp, start: Reals, mover: MovingArm, approach: Reals) -> _Candidate | None:
     """Return an approach with an open hand if it is clear of obstacles."""
-    mover = moving_arm(setting.robot, setting.arm, setting.hand, start, setting.mount)
     bodies = setting.bodies(_TOUCH)
     if not is_clear(approach, lambda q: mover.clearances(q, bodies), mover.all_speeds):
         return None

@@ -163,7 +163,6 @@ def _descend(
     bending = _bending(points)
     shift, change = np.zeros_like(points), np.inf
     weights: Reals = np.zeros(n)
-    squares: Reals = np.zeros(n)
     # Each target has about n / m of the weight of a point, so that the density of the target does not matter.
     share = min(1.0, n / len(goal.points))
     steps = max(2, int(np.ceil(np.log(max(first / last, 1)) / -np.log(_FACTOR))))
@@ -186,8 +185,8 @@ def _descend(
             pull
         )
         change, shift = float(np.linalg.norm(solved - shift, axis=1).mean()), solved
-        away = ((goal.points[:, None] - (points + shift)[row]) ** 2).sum(-1)
-        squares = share * np.bincount(row.ravel(), (chance * away).ravel(), n)
+    away = ((goal.points[:, None] - (points + shift)[row]) ** 2).sum(-1)
+    squares = share * np.bincount(row.ravel(), (chance * away).ravel(), n)
     spread = np.sqrt(squares / np.maximum(weights, 1e-12) / points.shape[1])
     return shift, np.where(weights >= _MATCHED, spread, 0), change
 

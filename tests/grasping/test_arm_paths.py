@@ -149,7 +149,7 @@ def test_a_scan_on_a_table():
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_scans_on_a_table(name):
-    for seed in range(4):
+    for seed in range(2):
         found, truth = loop_on_scan(name, seed)
         assert found.status == LoopStatus.OK
         assert np.linalg.norm(found.contacts - pga3.move_point(truth, found.grasp.contacts), axis=1).max() < 1e-3
@@ -177,13 +177,12 @@ def test_steps_are_bounded_and_the_arm_arrives():
 
 
 def test_a_wall_in_the_way_is_avoided_or_named():
-    plans = plan_grasps(VERTICES, FACES, style=1, count=6)
     truth = motor((0, 0, 0.4), TARGET)
     wall = SceneObject("wall", MODEL, motor((0, 0, 0), (0.2, -0.25, 0.2)), *box(0.02, 0.3, 0.5))
     built = scene(truth, [wall])
     views = scene(truth).render("box", 0.3)
     obstacles = scene_obstacles(built, without="box")
-    found = guided_grasp(built.robot, HOME, MODEL, views, plans, mount=MOUNT, obstacles=obstacles)
+    found = guided_grasp(built.robot, HOME, MODEL, views, plans_of_box(), mount=MOUNT, obstacles=obstacles)
     assert found.status == LoopStatus.OK
     rng = np.random.default_rng(0)
     cloud = pga3.move_point(wall.pose, rng.uniform(-0.5, 0.5, (500, 3)) * [0.02, 0.3, 0.5])
@@ -194,11 +193,15 @@ def still(found):
     return len(found.path) == 1 and (found.path == HOME).all() and np.isnan(found.contacts).all()
 
 
+@cache
+def plans_of_box():
+    return plan_grasps(VERTICES, FACES, style=1, count=2)
+
+
 def looped(obstacles, **more):
-    plans = plan_grasps(VERTICES, FACES, style=1)
     built = scene(motor((0, 0, 0.4), TARGET))
     views = built.render("box", 0.3)
-    return guided_grasp(built.robot, HOME, MODEL, views, plans, mount=MOUNT, obstacles=obstacles, **more)
+    return guided_grasp(built.robot, HOME, MODEL, views, plans_of_box(), mount=MOUNT, obstacles=obstacles, **more)
 
 
 def test_an_object_in_a_cage_has_no_approach():
@@ -222,7 +225,7 @@ def test_an_arm_inside_a_body_does_not_move():
 def test_an_arm_that_walls_enclose_has_no_path():
     # The hand is behind the plane x = 0, the object in front of it; only a hole around the base is open.
     sides = [mesh_obstacle(*box(0.02, 2.0, 3.0), motor((0, 0, 0), (0, y, 0))) for y in (-1.25, 1.25)]
-    found = looped([*sides, mesh_obstacle(*box(0.02, 4.0, 2.0), motor((0, 0, 0), (0, 0, 1.4)))], trials=20)
+    found = looped([*sides, mesh_obstacle(*box(0.02, 4.0, 2.0), motor((0, 0, 0), (0, 0, 1.4)))], trials=8)
     assert found.status == LoopStatus.NO_PATH and still(found)
 
 

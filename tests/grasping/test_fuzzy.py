@@ -65,19 +65,19 @@ def compare_degenerate(seed: int, method: str, **methods: str) -> int:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_random_rule_bases_agree_with_numpy(method: str) -> None:
-    assert sum(compare_random(seed, method, 12) for seed in range(25)) > 200
+    assert sum(compare_random(seed, method, 12) for seed in range(6)) > 48
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_products_and_sums_agree_with_numpy(method: str) -> None:
     other = {"conjunction": "product", "disjunction": "sum", "implication": "product"}
-    assert sum(compare_random(seed, method, 12, **other) for seed in range(100, 112)) > 100
+    assert sum(compare_random(seed, method, 12, **other) for seed in range(100, 106)) > 50
 
 
 @pytest.mark.parametrize("implication", ["min", "product"])
 @pytest.mark.parametrize("method", METHODS)
 def test_degenerate_rule_bases_agree_with_numpy(method: str, implication: str) -> None:
-    assert sum(compare_degenerate(seed, method, implication=implication) for seed in range(25)) > 60
+    assert sum(compare_degenerate(seed, method, implication=implication) for seed in range(6)) > 14
 
 
 @pytest.mark.parametrize("method", METHODS)

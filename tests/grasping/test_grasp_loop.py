@@ -29,7 +29,7 @@ def loop(built, plans, noise=0.3, seed=0, **more):
 def test_contacts_are_within_a_millimetre(plans, distortion: float) -> None:
     rng = np.random.default_rng(0)
     reached = 0
-    for k in range(8):
+    for k in range(4):
         truth = pose(rng)
         found = loop(scene(truth, distortion=distortion), plans, seed=k)
         if found.status == LoopStatus.OUT_OF_REACH:
@@ -45,7 +45,7 @@ def test_contacts_are_within_a_millimetre(plans, distortion: float) -> None:
         hands = pga3.motor_product(robot.forward(found.path[found.approach_at :]), MOUNT)
         wanted = pga3.move_point(pga3.motor_product(truth, found.grasp.motor), np.array([[0, 0, -0.08], [0, 0, 0]]))
         assert np.linalg.norm(pga3.move_point(hands[[0, -1]], np.zeros(3)) - wanted, axis=1).max() < 1e-3
-    assert reached >= 6
+    assert reached >= 3
 
 
 def test_one_camera_is_enough_for_an_accuracy_that_is_passed(plans) -> None:

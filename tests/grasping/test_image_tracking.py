@@ -51,7 +51,7 @@ def shift(name, found, truth):
 
 
 def test_a_box_that_turns_behind_a_passing_pole() -> None:
-    truths = motion(4)
+    truths = motion(2)
     images = [
         imaged(thing("box", truth), wall(TARGET + np.array([0.15, -0.13 + 0.05 * k, 0.1]), (0.02, 0.02, 0.25)), seed=k)[
             1
@@ -59,7 +59,7 @@ def test_a_box_that_turns_behind_a_passing_pole() -> None:
         for k, truth in enumerate(truths)
     ]
     found = list(track_pose(BOX, CAMERAS, images, START, reach=8))
-    assert [one.status for one in found] == [TrackStatus.OK] * 4
+    assert [one.status for one in found] == [TrackStatus.OK] * 2
     # The box is some 50 pixels wide: the focal length is half of that of the larger images below.
     for one, truth in zip(found, truths, strict=True):
         assert shift("box", one.motor, truth) < 0.5 and rotation("box", one.motor, truth) < 0.6
@@ -69,7 +69,7 @@ def test_a_box_that_turns_behind_a_passing_pole() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["ball", "can", "box"])
 def test_larger_images_with_texture(name: str) -> None:
-    truths = motion(12)
+    truths = motion(5)
     settings = ImageSettings(blur=0.6, noise=0.01, background=textured_background((640, 480)))
     images = []
     for k, truth in enumerate(truths):
@@ -81,17 +81,17 @@ def test_larger_images_with_texture(name: str) -> None:
 
 
 def test_a_hidden_ball_is_predicted_found_again_or_lost() -> None:
-    truths = [pga3.motor_product(motor((0, 0, 0), (0, 0.004 * k, 0)), START) for k in range(6)]
+    truths = [pga3.motor_product(motor((0, 0, 0), (0, 0.004 * k, 0)), START) for k in range(5)]
     whole = wall(TARGET + np.array([0.22, 0.04, 0.15]), (0.02, 0.6, 0.6), colour=(0.5, 0.5, 0.5))
     hidden = imaged(thing("ball"), whole)[1]
     images = [imaged(thing("ball", truth), seed=k)[1] for k, truth in enumerate(truths)]
-    images[3:5] = [hidden] * 2
+    images[2:4] = [hidden] * 2
     found = list(track_pose(BALL, CAMERAS, images, START, reach=8))
-    assert [one.status.is_measured for one in found] == [True] * 3 + [False] * 2 + [True]
-    assert {found[3].status, found[4].status} == {TrackStatus.OCCLUDED}
+    assert [one.status.is_measured for one in found] == [True] * 2 + [False] * 2 + [True]
+    assert {found[2].status, found[3].status} == {TrackStatus.OCCLUDED}
     # The prediction continues the motion.
     assert all(shift("ball", one.motor, truth) < 1.5 for one, truth in zip(found, truths, strict=True))
-    assert all(shift("ball", found[k].motor, truths[k]) < 0.5 for k in (0, 1, 2, 5))
+    assert all(shift("ball", found[k].motor, truths[k]) < 0.5 for k in (0, 1, 4))
 
 
 @pytest.mark.slow
@@ -160,7 +160,7 @@ def occluded(seed, focal):
     return truth, start, *imaged(thing("box", truth), *walls, settings=settings, seed=seed, among=among)
 
 
-@pytest.mark.parametrize("seeds", [range(2), pytest.param(range(2, 60), marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seeds", [range(1), pytest.param(range(1, 22), marks=pytest.mark.slow)])
 def test_no_pose_behind_random_boxes_is_ok_and_wrong(seeds) -> None:
     limits, found_ok = (np.radians(0.5), 1e-3), 0
     for seed in seeds:

@@ -17,8 +17,7 @@ PARTS = {("dumbbell", 2): 0.55, ("box large", 2): 0.65, ("hammer", 2): 0.7}
 """Least parts of the best quality where that is not among the contacts of the style: all have less than 0.85."""
 
 
-@pytest.mark.parametrize("style", [1, 2, 3])
-@pytest.mark.parametrize("name", QUICK)
+@pytest.mark.parametrize(("name", "style"), [(name, 1 + k % 3) for k, name in enumerate(QUICK)])
 def test_shapes(name, style):
     vertices, faces = SHAPES[name]()
     check(plan_grasps(vertices, faces, style), vertices, faces)

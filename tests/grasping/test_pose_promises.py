@@ -44,15 +44,15 @@ def check_never_wrong(kind: str, seeds: range) -> list[PoseStatus]:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_pose_is_never_ok_and_wrong(kind: str) -> None:
-    statuses = check_never_wrong(kind, range(8))
+    statuses = check_never_wrong(kind, range(4))
     assert kind == "can" or PoseStatus.OK in statuses
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_pose_is_never_ok_and_wrong_often(kind: str) -> None:
-    statuses = check_never_wrong(kind, range(100, 200))
-    assert kind == "can" or statuses.count(PoseStatus.OK) > 30
+    statuses = check_never_wrong(kind, range(100, 140))
+    assert kind == "can" or statuses.count(PoseStatus.OK) > 12
 
 
 @pytest.mark.parametrize("spread", [(1, 0, 0), (1, 1, 0), (1, 1, 1), (3, 1, 0.5)])
@@ -66,7 +66,7 @@ def test_bounds_are_exceeded_once_in_a_thousand(spread) -> None:
 
 
 def test_one_view_is_uncertain_and_two_are_ok() -> None:
-    for seed in range(10):
+    for seed in range(5):
         for n_views, status in ((1, PoseStatus.UNCERTAIN), (2, PoseStatus.OK)):
             model, truth, views = scene("box", seed, n_views=n_views)
             found = estimate_pose(model, views)

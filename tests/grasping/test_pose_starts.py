@@ -112,13 +112,13 @@ def check_without_start(kind: str, count: int) -> None:
 
 @pytest.mark.parametrize("kind", ["can", "spheres", "mixed"])
 def test_silhouettes_need_no_start(kind: str) -> None:
-    check_without_start(kind, 12)
+    check_without_start(kind, 5)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["can", "spheres", "mixed"])
 def test_silhouettes_need_no_start_often(kind: str) -> None:
-    check_without_start(kind, 200)
+    check_without_start(kind, 100)
 
 
 def test_points_and_silhouettes_of_a_float32_list_are_accepted() -> None:

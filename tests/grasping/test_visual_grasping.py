@@ -37,17 +37,17 @@ def succeeds(seed: int, settings: GraspSettings, distance: float, angle: float) 
 
 
 def test_grasps_without_noise_are_exact() -> None:
-    assert all(succeeds(seed, GraspSettings(), 1e-6, 1e-6) for seed in range(60))
+    assert all(succeeds(seed, GraspSettings(), 1e-6, 1e-6) for seed in range(20))
 
 
 def test_grasps_with_noise_are_accurate() -> None:
-    assert all(succeeds(seed, NOISY, 5e-4, np.radians(0.1)) for seed in range(2000, 2012))
+    assert all(succeeds(seed, NOISY, 5e-4, np.radians(0.1)) for seed in range(2000, 2002))
 
 
 @pytest.mark.slow
 def test_grasps_of_many_random_starts() -> None:
-    assert all(succeeds(seed, GraspSettings(), 1e-6, 1e-6) for seed in range(1000))
-    assert all(succeeds(seed, NOISY, 5e-4, np.radians(0.1)) for seed in range(3000, 3300))
+    assert all(succeeds(seed, GraspSettings(), 1e-6, 1e-6) for seed in range(150))
+    assert all(succeeds(seed, NOISY, 5e-4, np.radians(0.1)) for seed in range(3000, 3050))
 
 
 def test_the_errors_are_0_at_the_goal_only() -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from selection import some_slow
 
 from algorithms.registration import DeformStatus, register_deformable
 
@@ -13,16 +14,20 @@ FACES = np.loadtxt(Path(__file__).parents[1] / "data" / "faces" / "faces-600.txt
 FISH = np.loadtxt(Path(__file__).parents[1] / "data" / "registration" / "fish.txt")
 
 
-def test_points_of_a_face_find_their_partners() -> None:
-    source, target = FACES[:, :3], FACES[:, 3:]
+def test_points_of_a_face_find_their_partners_and_rows_that_are_not_finite_have_none() -> None:
+    source, target = FACES[:, :3].copy(), FACES[:, 3:].copy()
+    source[3], target[5] = np.nan, np.inf
+    source.setflags(write=False)
     found = register_deformable(source, target)
     assert found.status is DeformStatus.OK
-    assert (found.correspondences == np.arange(600)).mean() > 0.995
-    error = np.linalg.norm(found.points - target, axis=1)
-    assert error.mean() < 0.3 < np.linalg.norm(source - target, axis=1).mean() / 10
+    assert found.correspondences[3] == -1 and np.isinf(found.uncertainties[3])
+    assert 5 not in found.correspondences and np.isfinite(np.delete(found.points, 3, 0)).all()
+    assert (found.correspondences == np.arange(600)).sum() >= 0.995 * 600
+    error, before = (np.linalg.norm(np.delete(x - FACES[:, 3:], 3, 0), axis=1) for x in (found.points, FACES[:, :3]))
+    assert error.mean() < 0.3 < before.mean() / 10
 
 
-@pytest.mark.parametrize("radius", [None, 0.3, 0.6, 1.2])
+@pytest.mark.parametrize("radius", some_slow([None, 0.3, 0.6, 1.2], 0.3, 1.2))
 def test_wrong_partners_of_a_fish_are_inconsistent(radius: float | None) -> None:
     found = register_deformable(FISH[:, :2], FISH[:, 2:], radius=radius)
     assert (found.correspondences == np.arange(91)).mean() < 0.9
@@ -37,7 +42,7 @@ def test_a_part_of_a_face_is_consistent_with_the_whole() -> None:
 
 def test_uncertainties_grow_with_noise() -> None:
     rng = np.random.default_rng(0)
-    source = rng.uniform(size=(400, 2))
+    source = rng.uniform(size=(200, 2))
     bent = source + 0.05 * np.sin(3 * source[:, ::-1])
     medians = []
     for noise in (0.0, 0.004):
@@ -48,20 +53,11 @@ def test_uncertainties_grow_with_noise() -> None:
     assert medians[1] > 1.2 * medians[0]
 
 
-def test_rows_that_are_not_finite_have_no_partner() -> None:
-    source, target = FACES[:, :3].copy(), FACES[:, 3:].copy()
-    source[3], target[5] = np.nan, np.inf
-    source.setflags(write=False)
-    found = register_deformable(source, target)
-    assert found.correspondences[3] == -1 and np.isinf(found.uncertainties[3])
-    assert 5 not in found.correspondences and np.isfinite(np.delete(found.points, 3, 0)).all()
-
-
 def test_bad_input_has_a_status_or_an_error() -> None:
     few = register_deformable(np.zeros((9, 3)), FACES[:, :3])
     assert few.status is DeformStatus.TOO_FEW_POINTS and (few.correspondences == -1).all()
     assert register_deformable(np.zeros((0, 3)), FACES[:, :3]).status is DeformStatus.TOO_FEW_POINTS
-    apart = register_deformable(FACES[:, :3], FACES[:, 3:] + 1e4)
+    apart = register_deformable(FACES[::4, :3], FACES[::4, 3:] + 1e4)
     assert apart.status is not DeformStatus.OK
     with pytest.raises(ValueError, match="target: 2 coordinates"):
         register_deformable(FACES[:, :3], FACES[:, :2])

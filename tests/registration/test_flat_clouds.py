@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from selection import some_slow
 
 from algorithms.registration import RegistrationStatus, register
 from benchmarks.registration_scenes import clouds
@@ -48,9 +49,8 @@ def corners_reached(result, corners, limit):
     return far.argmin(2)
 
 
-@pytest.mark.parametrize(
-    ("corners", "count"), [pytest.param(SQUARE, 8, marks=pytest.mark.slow), (TRIANGLE, 6), (ISOSCELES, 2), (ELL, 1)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("corners", "count"), [(ISOSCELES, 2), (SQUARE, 8), (TRIANGLE, 6), (ELL, 1)])
 def test_outlines_of_polygons(corners, count):
     rng = np.random.default_rng(2)
     source, target = (drawn(rng, corners, 900) + 0.002 * rng.normal(size=(900, 3)) for _ in range(2))
@@ -63,22 +63,23 @@ def test_outlines_of_polygons(corners, count):
 
 
 @pytest.mark.parametrize(
-    ("corners", "count"),
-    [pytest.param(SQUARE, 8, marks=pytest.mark.slow), pytest.param(RECTANGLE, 4, marks=pytest.mark.slow), (ELL, 1)],
+    ("corners", "count"), some_slow([(SQUARE, 8), (RECTANGLE, 4), (ELL, 1)], (SQUARE, 8), (ELL, 1))
 )
 def test_filled_polygons(corners, count):
     rng = np.random.default_rng(11)
     source, target = (filled(rng, corners, 2000) + 0.001 * rng.normal(size=(2000, 3)) for _ in range(2))
-    reached = corners_reached(register(placed(source), target), corners, 0.03)
+    result = register(placed(source), target)
+    assert result.status == (RegistrationStatus.OK if count == 1 else RegistrationStatus.SYMMETRIC)
+    reached = corners_reached(result, corners, 0.03)
     assert len(np.unique(reached, axis=0)) == len(reached) == count
 
 
-@pytest.mark.parametrize("inside", [False, pytest.param(True, marks=pytest.mark.slow)])
-def test_a_disc_is_free_about_its_axis_and_has_two_sides(inside):
+@pytest.mark.slow  # A circle is among the blocks of the page.
+def test_a_disc_is_free_about_its_axis_and_has_two_sides():
     rng = np.random.default_rng(5)
 
     def disc():
-        angle, radius = 2 * np.pi * rng.random(1500), np.sqrt(rng.random(1500)) if inside else np.ones(1500)
+        angle, radius = 2 * np.pi * rng.random(1500), np.sqrt(rng.random(1500))
         return np.column_stack([radius * np.cos(angle), radius * np.sin(angle), np.zeros(1500)])
 
     result = register(placed(disc()), disc())
@@ -88,6 +89,7 @@ def test_a_disc_is_free_about_its_axis_and_has_two_sides(inside):
     assert np.allclose(sorted(normals[:, 2]), [-1, 1], atol=1e-3)
 
 
+@pytest.mark.slow  # A flat cloud is among the blocks of the page.
 @pytest.mark.parametrize("thickness", [0.0, 3e-3, 0.05, 0.2])
 def test_every_thickness_of_a_scan(thickness):
     bunny = clouds()["bunny"] * [1, 1, thickness]
@@ -97,7 +99,7 @@ def test_every_thickness_of_a_scan(thickness):
     assert np.allclose(matrix[:3, :3], TURN, atol=1e-6) and np.allclose(matrix[:3, 3], SHIFT, atol=1e-6)
 
 
-@pytest.mark.parametrize(("height", "count"), [(0.0, 4), (0.05, 1)])
+@pytest.mark.parametrize(("height", "count"), some_slow([(0.0, 4), (0.05, 1)], (0.0, 4)))
 def test_bumps_of_a_sheet_distinguish_its_sides(height, count):
     rng = np.random.default_rng(7)
     sheets = []
@@ -113,9 +115,9 @@ def test_bumps_of_a_sheet_distinguish_its_sides(height, count):
 
 def test_different_flat_shapes_have_no_support():
     rng = np.random.default_rng(1)
-    angle = 2 * np.pi * rng.random(1000)
+    angle = 2 * np.pi * rng.random(500)
     circle = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
-    triangle = drawn(rng, TRIANGLE, 1000)
+    triangle = drawn(rng, TRIANGLE, 500)
     triangle /= np.linalg.norm(triangle.std(0))
     assert register(circle, triangle).status == RegistrationStatus.NO_SUPPORT
 

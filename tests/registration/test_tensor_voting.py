@@ -174,9 +174,9 @@ def _sphere(n: int, half: float, seed: int) -> tuple[Array, Array]:
 @pytest.mark.parametrize(
     ("n", "half", "sigma", "area", "degrees"),
     [
-        (2500, 2, 0.15, 0.998, 0.8),
+        pytest.param(2500, 2, 0.15, 0.998, 0.8, marks=pytest.mark.slow),
+        pytest.param(2500, 1.5, 0.2, 0.995, 1.0, marks=pytest.mark.slow),
         (2500, 1.5, 0.12, 0.995, 1.5),
-        (2500, 1.5, 0.2, 0.995, 1.0),
         (1000, 1.5, 0.2, 0.99, 2.2),
     ],
 )

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
+from selection import some_slow
 
 from algorithms.shapes.marching_spheres import march, marching_spheres
 from algorithms.shapes.maximal_balls import fit_balls, maximal_balls
@@ -39,7 +40,7 @@ def test_the_cost_has_distances_and_radii() -> None:
 
 
 def test_union_of_spheres_touches_all_boundary_voxels() -> None:
-    mask = stored_mask("liver")
+    mask = stored_mask("liver")[::2, ::2, ::2]
     balls = union_of_spheres(mask)
     points = border_points(mask)
     near, _ = cKDTree(points).query(balls[:, :3])
@@ -55,7 +56,7 @@ def test_union_of_spheres_of_a_ball_has_its_sphere() -> None:
     assert 20 <= largest[3] <= 24
 
 
-@pytest.mark.parametrize("size", [1, 2, 3])
+@pytest.mark.parametrize("size", some_slow([1, 2, 3], 1, 2))
 def test_marching_spheres_of_a_liver(size: int) -> None:
     mask = stored_mask("liver")
     model = march(mask, size)
@@ -66,9 +67,9 @@ def test_marching_spheres_of_a_liver(size: int) -> None:
     assert overlap(drawn, mask) >= 0.95 and abs(overlap(drawn, mask) - model.overlap) < 1e-12
 
 
-@pytest.mark.parametrize("size", [2, 3])
-def test_marching_spheres_are_fewer_than_the_union_of_spheres_of_a_lung(size: int) -> None:
-    mask = stored_mask("lung_fixed")
+@pytest.mark.parametrize(("step", "size"), some_slow([(2, 2), (1, 3)], (1, 3)))
+def test_marching_spheres_are_fewer_than_the_union_of_spheres_of_a_lung(step: int, size: int) -> None:
+    mask = stored_mask("lung_fixed")[::step, ::step, ::step]
     model = march(mask, size)
     union = union_of_spheres(mask[::size, ::size, ::size], distinct=False)
     assert len(model.balls) <= 0.45 * len(union) and model.overlap >= 0.95
@@ -87,8 +88,9 @@ def test_cells_that_are_too_coarse_are_reported() -> None:
     assert model.overlap < 0.95 and model.status is BallStatus.LIMIT_REACHED
 
 
-def test_maximal_balls_of_a_liver() -> None:
-    mask = stored_mask("liver")
+@pytest.mark.parametrize("step", some_slow([1, 2], 1))
+def test_maximal_balls_of_a_liver(step: int) -> None:
+    mask = np.pad(stored_mask("liver")[::step, ::step, ::step], 4)
     model = fit_balls(mask, 0.95, (3, 3, 3))
     assert model.status is BallStatus.OK and len(model.balls) <= 500
     assert overlap(filled(model.balls, mask.shape, (3, 3, 3)), mask) >= 0.95
@@ -109,7 +111,7 @@ def test_maximal_ball_of_a_ball() -> None:
 
 
 def test_limits_are_reported() -> None:
-    mask = stored_mask("liver")
+    mask = np.pad(stored_mask("liver")[::2, ::2, ::2], 4)
     model = fit_balls(mask, 0.95, most=5)
     assert model.status is BallStatus.LIMIT_REACHED and len(model.balls) == 5
     assert 0.3 < model.overlap == overlap(filled(model.balls, mask.shape), mask) < 0.95

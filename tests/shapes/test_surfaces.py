@@ -44,12 +44,12 @@ def test_torus_has_genus_one_and_motors() -> None:
 
 def test_mesh_is_closed_by_trimesh() -> None:
     trimesh = pytest.importorskip("trimesh")
-    found = surface(torus(6000, 3))
+    found = surface(torus(4000, 3))
     mesh = trimesh.Trimesh(found.nodes, found.triangles, process=False)
     assert mesh.is_watertight and mesh.is_winding_consistent and mesh.euler_number == 0
     # The volume of a mesh with nodes on the surface is a little too small.
     assert 0.95 * 6 * np.pi**2 < mesh.volume < 6.05 * np.pi**2
-    points = np.random.default_rng(0).normal(size=(200, 3)) + found.nodes[:200]
+    points = np.random.default_rng(0).normal(size=(60, 3)) + found.nodes[:60]
     known = trimesh.proximity.closest_point_naive(mesh, points)[1]
     bounds = distances_to_triangles(points, found.nodes, found.triangles)
     assert (bounds >= known - 1e-12).all() and (bounds - known).mean() < 0.02
@@ -57,11 +57,11 @@ def test_mesh_is_closed_by_trimesh() -> None:
 
 def test_outliers_at_most_double_the_error() -> None:
     rng = np.random.default_rng(1)
-    points = torus(6000)
+    points = torus(4000)
     clean = surface(points, nodes=1000)
-    found = surface(np.vstack([points, rng.uniform([-4, -4, -1.5], [4, 4, 1.5], (1500, 3))]), nodes=1000)
+    found = surface(np.vstack([points, rng.uniform([-4, -4, -1.5], [4, 4, 1.5], (1000, 3))]), nodes=1000)
     # Outliers near the torus remain; their distances may exceed the limit.
-    assert found.status in (SurfaceStatus.OK, SurfaceStatus.TOO_FAR) and found.genus == 1 and found.n_outliers > 1000
+    assert found.status in (SurfaceStatus.OK, SurfaceStatus.TOO_FAR) and found.genus == 1 and found.n_outliers > 667
     errors = [off_torus(f.nodes[f.triangles].mean(1)).mean() for f in (found, clean)]
     assert errors[0] < 2 * errors[1]
 
@@ -80,7 +80,7 @@ def test_two_balls_of_a_mask_with_spacing() -> None:
 
 
 def test_gap_is_reported() -> None:
-    points = torus(8000)
+    points = torus(5000)
     found = surface(points[np.linalg.norm(points - [3, 0, 1], axis=1) > 0.7])
     assert found.status is not SurfaceStatus.OK
 

@@ -8,16 +8,17 @@ import pytest
 from algorithms.shapes import maximal_balls, register_spheres, warp_volume
 
 
-def horn(bend: float, size: int = 44) -> np.ndarray:
+def horn(bend: float, size: int = 38) -> np.ndarray:
     """A bent cone, cut at both ends."""
     x, y, z = np.indices((size, size, size)) - size // 2
     return np.asarray((np.hypot(y - bend * x**2, z) < 8 + 0.2 * x) & (np.abs(x) < 16))
 
 
+@pytest.mark.slow  # Surfaces are moved to each other in the tests of matching.
 def test_a_mask_is_moved_to_the_other_shape() -> None:
     a, b = horn(0.0), np.roll(horn(0.012), (2, -3, 1), (0, 1, 2))
     spacing = (2.0, 2.0, 2.0)
-    back = register_spheres(maximal_balls(b, 0.93, spacing), maximal_balls(a, 0.93, spacing))
+    back = register_spheres(maximal_balls(b, 0.9, spacing), maximal_balls(a, 0.9, spacing))
     moved = warp_volume(a, back, b.shape, spacing)
 
     def dice(mask: np.ndarray) -> float:
@@ -25,8 +26,8 @@ def test_a_mask_is_moved_to_the_other_shape() -> None:
 
     assert moved.dtype == bool and moved.shape == b.shape
     assert dice(moved) > 0.93 > 0.85 > dice(a)
-    numbers = warp_volume(100 * a.astype(np.int16), back, b.shape, spacing)
-    np.testing.assert_array_equal(numbers > 50, moved)
+    coarse, numbers = (warp_volume(x, back, (19, 19, 19), spacing, (4, 4, 4)) for x in (a, 100 * a.astype(np.int16)))
+    np.testing.assert_array_equal(numbers > 50, coarse)
 
 
 def test_a_similarity_moves_values_to_where_it_takes_points() -> None:

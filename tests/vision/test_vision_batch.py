@@ -186,7 +186,7 @@ def test_occluded_points_are_completed_by_invariants(rng: np.random.Generator) -
 
 def test_the_centre_of_a_camera_without_calibration(rng: np.random.Generator) -> None:
     errors = []
-    for _ in range(20):
+    for _ in range(6):
         camera, _ = random_camera(rng)
         points = rng.normal(size=(12, 3))
         centre = projective3.camera_centre(camera.matrix)
@@ -216,6 +216,7 @@ def cross(u: Array, i: int, j: int, k: int, m: int, n: int) -> float:
     return float(above / (np.linalg.det(u[[i, j, m]]) * np.linalg.det(u[[i, k, n]])))
 
 
+@pytest.mark.slow
 def test_the_benchmark_writes_its_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(Path(__file__).parents[2]))
     from benchmarks import vision

@@ -19,14 +19,17 @@ PIXEL = 1 / 400
 """One pixel of the camera of the tests, in radians."""
 
 
-@pytest.mark.parametrize(("n_hidden", "least"), some_slow([(0, 0.95), (2, 0.88)], (0, 0.95)))
-def test_landmarks_are_recognised_with_points_hidden(n_hidden: int, least: float) -> None:
+VIEWS = [(2, 0.88, 15), (0, 0.95, 50), (2, 0.88, 50)]
+
+
+@pytest.mark.parametrize(("n_hidden", "least", "count"), some_slow(VIEWS, *VIEWS[1:]))
+def test_landmarks_are_recognised_with_points_hidden(n_hidden: int, least: float, count: int) -> None:
     """With one pixel of noise, given as such; the earlier method recognised 46 % with two of ten points hidden."""
     right = wrong = unknown = 0
     rng = np.random.default_rng(9)
     shapes = landmarks(rng, 50)
     learned = LandmarkMap.learn([np.stack([seen(rng, shape, 1.0) for _ in range(5)]) for shape in shapes])
-    for k, shape in enumerate(shapes):
+    for k, shape in enumerate(shapes[:count]):
         order = rng.permutation(10)[: 10 - n_hidden]
         found = learned.recognize(seen(rng, shape, 1.0)[order], PIXEL)
         right += found.landmark == k
@@ -34,9 +37,9 @@ def test_landmarks_are_recognised_with_points_hidden(n_hidden: int, least: float
         if found.landmark == k:
             matched = found.matches >= 0
             assert matched.sum() >= 8 and np.array_equal(found.matches[matched], order[matched])
-    for shape in landmarks(rng, 15):
+    for shape in landmarks(rng, 15 if count == 50 else 5):
         unknown += learned.recognize(seen(rng, shape, 1.0)[n_hidden:], PIXEL).status == VisionStatus.OK
-    assert right >= least * 50 and wrong == 0 and unknown == 0
+    assert right >= least * count and wrong == 0 and unknown == 0
 
 
 def corridor(rng: np.random.Generator) -> tuple[list[Array], list[Array]]:
@@ -57,13 +60,14 @@ def directions(rng: np.random.Generator, pose: Array, place: Array, noise: float
     return np.asarray(CAMERA.directions(pixels + noise * rng.normal(size=pixels.shape)))
 
 
-def test_a_camera_is_localised_in_a_corridor() -> None:
-    """Test 12 positions and headings, with the three nearest landmarks."""
+@pytest.mark.parametrize("count", some_slow([4, 12], 12))
+def test_a_camera_is_localised_in_a_corridor(count: int) -> None:
+    """Test positions and headings, with the three nearest landmarks."""
     rng = np.random.default_rng(1)
     shapes, places = corridor(rng)
     learned = LandmarkMap.learn([np.stack([seen(rng, shape, 1.0) for _ in range(5)]) for shape in shapes])
     found_all, off, turned = 0, [], []
-    for x in np.linspace(1, 19, 12):
+    for x in np.linspace(1, 19, count):
         matrix = np.eye(4)
         # The axis of the mirror is approximately vertical.
         turn = Rotation.from_rotvec([0, 0, rng.uniform(-np.pi, np.pi)]) * Rotation.from_rotvec(0.1 * rng.normal(size=3))
@@ -82,7 +86,7 @@ def test_a_camera_is_localised_in_a_corridor() -> None:
         there = pga3.motor_to_matrix(found.pose)
         off.append(np.linalg.norm((there - matrix)[:3, 3]))
         turned.append(Rotation.from_matrix(there[:3, :3].T @ matrix[:3, :3]).magnitude())
-    assert found_all >= 11
+    assert found_all >= 0.9 * count
     assert np.median(off) < 0.02 and max(off) < 0.1
     assert np.median(turned) < np.radians(0.3) and max(turned) < np.radians(2)
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from selection import some_slow
 
 from algorithms.vision import VisionStatus, factorize
 
@@ -39,10 +40,10 @@ def spoiled(rng: np.random.Generator, pixels: Array, n_wrong: int, kind: str) ->
 
 
 @pytest.mark.parametrize("kind", ["everywhere", "in some views"])
-@pytest.mark.parametrize(("n_wrong", "n_views"), [(5, 3), (5, 8), (12, 8)])
+@pytest.mark.parametrize(("n_wrong", "n_views"), some_slow([(5, 3), (5, 8), (12, 8)], (5, 8)))
 def test_wrong_tracks_do_not_move_the_others(n_wrong: int, n_views: int, kind: str) -> None:
     rng = np.random.default_rng(n_wrong + n_views)
-    for _ in range(3):
+    for _ in range(1):
         exact = images(rng, n_views)
         noisy = exact + 0.3 * rng.normal(size=exact.shape)
         bad, wrong = spoiled(rng, noisy, n_wrong, kind)
@@ -99,7 +100,7 @@ def test_all_correct_observations_are_used() -> None:
     """With noise only, also if half of the observations are hidden."""
     rng = np.random.default_rng(6)
     kept = asked = 0
-    for _ in range(10):
+    for _ in range(4):
         exact = images(rng, 8)
         seen = rng.random(exact.shape[:2]) < 0.5
         found = factorize(exact + 0.5 * rng.normal(size=exact.shape), seen)
@@ -112,6 +113,6 @@ def test_all_correct_observations_are_used() -> None:
 @pytest.mark.parametrize("n_views", [3, 8])
 def test_random_pixels_have_no_consensus(n_views: int) -> None:
     rng = np.random.default_rng(7)
-    for _ in range(10):
+    for _ in range(4):
         found = factorize(rng.uniform([0, 0], [640, 480], (n_views, N_POINTS, 2)))
         assert found.status in (VisionStatus.NO_CONSENSUS, VisionStatus.DEGENERATE)
