@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 from copy import deepcopy
 from pathlib import Path
 from random import Random
@@ -558,10 +556,13 @@ def test_functions_of_formulas_reach_the_kernel() -> None:
         (s**2 + 1) ** -2 * u**s: 0.8**0.3 / 1.09**2,
         sympy.Piecewise((s, s > u), (u**2, s <= 0), (sympy.E, True)): np.e,
     }
-    program = compile_kernel(to_kernel(tuple(cases), s, u, name="functions")).program
-    found = interpret(program, {"s": [0.3], "u": [0.8]}, float)
-    for (mine,), expected in zip(found.values(), cases.values(), strict=True):
-        assert mine == pytest.approx(expected, rel=1e-14)
+    is_branch = (sympy.Abs, sympy.Max, sympy.Min, sympy.Piecewise)
+    for has_branches in (False, True):  # branches are proved at more points
+        some = {case: known for case, known in cases.items() if case.has(*is_branch) == has_branches}
+        program = compile_kernel(to_kernel(tuple(some), s, u, name="functions")).program
+        found = interpret(program, {"s": [0.3], "u": [0.8]}, float)
+        for (mine,), (case, expected) in zip(found.values(), some.items(), strict=True):
+            assert mine == pytest.approx(expected, rel=1e-14), case
 
 
 def test_several_results_and_changed_coefficients() -> None:
@@ -631,13 +632,6 @@ def test_kernels_take_symbolic_multivectors() -> None:
     assert area(a, b) == outer_product(a, b)
     assert area(a, a) == 0
     assert commutator(a, b) == area(a, b)
-
-
-def test_loading_the_package_does_not_load_sympy() -> None:
-    code = "import sys, gacompiler as g; print('sympy' in sys.modules, g.calculus.cartesian is not None)"
-    root = Path(__file__).parents[2]
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=root, check=True)
-    assert done.stdout.strip() == "False True"
 
 
 def test_blocks_of_the_page_on_derivation_run() -> None:
