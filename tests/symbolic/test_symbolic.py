@@ -97,7 +97,7 @@ def value(expression: Any) -> complex:
 def test_the_ring_computes_like_sympy() -> None:
     random = Random(3)
     for a in EXPRESSIONS:
-        for b in random.sample(EXPRESSIONS, 4):
+        for b in random.sample(EXPRESSIONS, 2):
             mine = Expanded.of(a) * b
             assert value(mine.expression) == pytest.approx(value(a * b), rel=1e-12, abs=1e-12)
             assert value((Expanded.of(a) + b).expression) == pytest.approx(value(a + b), rel=1e-12, abs=1e-12)
@@ -500,7 +500,7 @@ def test_normal_form_keeps_the_value() -> None:
         sympy.sqrt(p**2 + q), (p**2 + q) ** -2, sympy.exp(-p / 2), sympy.exp(p), sympy.cosh(q), sympy.sinh(q) ** 2,
         sympy.sqrt(3), 1 / p, sympy.sin(-p) ** 3, sympy.sqrt(sympy.cos(p)), sympy.tan(p),
     ]  # fmt: skip
-    for _ in range(60):
+    for _ in range(25):
         chosen = [sympy.Mul(*random.sample(parts, random.randint(1, 4))) for _ in range(3)]
         formula = chosen[0] + 2 * chosen[1] - chosen[2] / 3
         mine = reduce(multivector(VGA2, {"e1": formula}))["e1"]
@@ -556,13 +556,10 @@ def test_functions_of_formulas_reach_the_kernel() -> None:
         (s**2 + 1) ** -2 * u**s: 0.8**0.3 / 1.09**2,
         sympy.Piecewise((s, s > u), (u**2, s <= 0), (sympy.E, True)): np.e,
     }
-    is_branch = (sympy.Abs, sympy.Max, sympy.Min, sympy.Piecewise)
-    for has_branches in (False, True):  # branches are proved at more points
-        some = {case: known for case, known in cases.items() if case.has(*is_branch) == has_branches}
-        program = compile_kernel(to_kernel(tuple(some), s, u, name="functions")).program
-        found = interpret(program, {"s": [0.3], "u": [0.8]}, float)
-        for (mine,), (case, expected) in zip(found.values(), some.items(), strict=True):
-            assert mine == pytest.approx(expected, rel=1e-14), case
+    for case, expected in cases.items():
+        program = compile_kernel(to_kernel(case, s, u, name="function")).program
+        ((found,),) = interpret(program, {"s": [0.3], "u": [0.8]}, float).values()
+        assert found == pytest.approx(expected, rel=1e-14), case
 
 
 def test_several_results_and_changed_coefficients() -> None:
