@@ -243,7 +243,7 @@ def test_distances_are_least(kinds: tuple[str, str]) -> None:
     found = distance(kinds[0], one, kinds[1], two)
     close(distance(kinds[1], two, kinds[0], one), found, 1e-12)
     x = np.concatenate([samples, on_one(others)], 1)
-    for _ in range(600):
+    for _ in range(300):
         y = on_two(x)
         x = on_one(y)
     near = length(x - y).min(-1)

@@ -78,7 +78,7 @@ def calibrated(name: str, size: float) -> Rows:
 
 
 ARMS = {
-    **{f"random {seed}": random_arm(seed) for seed in range(12)},
+    **{f"random {seed}": random_arm(seed) for seed in range(6)},
     **{f"slide {joint}": random_arm(20 + joint, joint) for joint in range(6)},
     "jaco": JACO,
     "offset wrist": OFFSET_WRIST,

@@ -97,7 +97,7 @@ def test_generators_are_exact_and_fill_the_matrices(p: int, q: int) -> None:
     assert found.element(found.matrix(x)) == x
 
 
-@pytest.mark.parametrize(("p", "q"), [s for s in SIGNATURES if sum(s) in (6, 7, 8, 9, 10)])
+@pytest.mark.parametrize(("p", "q"), some_slow(SIGNATURES[21:], *(s for s in SIGNATURES if sum(s) > 8)))
 def test_products_of_elements(p: int, q: int) -> None:
     algebra = orthogonal(p, q)
     found = representation(algebra)
