@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 Integers = NDArray[np.int32]
 Signs = NDArray[np.int8]
+_Masks = NDArray[np.int64]
 
 LARGEST = 16
 """Maximum dimension for which coefficients are stored. Blades of grade eight then have 12 870 coefficients."""
@@ -103,39 +104,34 @@ def blade_table_terms(n: int, grade: int) -> int:
 @cache
 def blade_table(n: int, grade: int) -> BladeTable:
     """Return the conditions for blades of a grade, for tables with up to `MOST_TERMS` terms."""
-    masks = [sum(1 << i for i in row) for row in vectors_of(n, grade).tolist()]
-    at = {mask: index for index, mask in enumerate(masks)}
-    pivot, target, first, left, right, sign = [0], [], [0], [], [], []
-    for whole in masks:
-        for other in masks:
-            if (other & ~whole).bit_count() < 2:
-                continue
-            new = other & ~whole & -(other & ~whole)
-            rest, more = other ^ new, whole | new
-            own = _exchange(rest, more, new)
-            missing = whole & ~other
-            while missing:
-                old = missing & -missing
-                missing ^= old
-                left.append(at[rest | old])
-                right.append(at[more ^ old])
-                sign.append(-own * _exchange(rest, more, old))
-            target.append(at[other])
-            first.append(len(left))
-        pivot.append(len(target))
+    masks = (1 << vectors_of(n, grade).astype(np.int64)).sum(-1)
+    at = np.zeros(1 << n, np.int64)
+    at[masks] = np.arange(len(masks))
+    counts = np.zeros(1, np.int64)
+    for _ in range(n):
+        counts = np.append(counts, counts + 1)
+    is_target = counts[masks & ~masks[:, None]] >= 2
+    base, target = np.nonzero(is_target)
+    whole, other = masks[base], masks[target]
+    new = other & ~whole & -(other & ~whole)
+    rest, more = other ^ new, whole | new
+    own = _exchange(counts, rest, more, new)
+    bits = 1 << np.arange(n)
+    row, missing = np.nonzero((whole & ~other)[:, None] & bits)
+    old, rest, more = bits[missing], rest[row], more[row]
     return BladeTable(
-        _frozen(np.array(pivot, np.int64)),
-        _frozen(np.array(target, np.int32)),
-        _frozen(np.array(first, np.int64)),
-        _frozen(np.array(left, np.int32)),
-        _frozen(np.array(right, np.int32)),
-        _frozen(np.array(sign, np.int8)),
+        _frozen(np.append(0, is_target.sum(-1).cumsum())),
+        _frozen(target.astype(np.int32)),
+        _frozen(np.append(0, np.bincount(row, minlength=len(target)).cumsum())),
+        _frozen(at[rest | old].astype(np.int32)),
+        _frozen(at[more ^ old].astype(np.int32)),
+        _frozen((-own[row] * _exchange(counts, rest, more, old)).astype(np.int8)),
     )
 
 
-def _exchange(rest: int, more: int, vector: int) -> int:
-    """Return the sign of ``(rest ^ vector) (more without vector)`` in a Plücker relation."""
-    return 1 - 2 * (((more & (vector - 1)).bit_count() + (rest & -vector).bit_count()) & 1)
+def _exchange(counts: _Masks, rest: _Masks, more: _Masks, vector: _Masks) -> _Masks:
+    """Return the signs of ``(rest ^ vector) (more without vector)`` in Plücker relations, from numbers of bits."""
+    return np.asarray(1 - 2 * ((counts[more & (vector - 1)] + counts[rest & -vector]) & 1))
 
 
 @dataclass(frozen=True, slots=True)

@@ -108,14 +108,15 @@ def test_kernels_are_compiled() -> None:
     def wedge(a, b):  # type: ignore[no-untyped-def]
         return a ^ b
 
-    compiled = gacompiler.compile(inner)
+    compiled = gacompiler.compile(inner, "arrays")
     assert compiled.cost["mul"] == n and compiled.cost["add"] == n - 1
     a, b = rng.normal(size=(2, n))
     np.testing.assert_allclose(compiled(a, b), a @ b, rtol=1e-12)
     a, b = rng.normal(size=(2, sparse.size))
     minors = np.outer(b, a) - np.outer(a, b)
     # Blades are ordered by their last vector, then by the first.
-    np.testing.assert_allclose(gacompiler.compile(wedge)(a, b), minors[np.tril_indices(sparse.size, -1)], rtol=1e-12)
+    found = gacompiler.compile(wedge, "arrays")(a, b)
+    np.testing.assert_allclose(found, minors[np.tril_indices(sparse.size, -1)], rtol=1e-12)
 
 
 def test_fractions_in_the_metric() -> None:

@@ -46,8 +46,11 @@ def elements(layout: Layout) -> list[list[Any]]:
     return [each for some in by_sign.values() for each in some[:5]]
 
 
-@pytest.mark.parametrize("layout", SMALL, ids=str)
-@pytest.mark.parametrize("backend", some_slow(["arrays", "c"], "c"))
+@pytest.mark.parametrize(
+    ("backend", "layout"),
+    [*(("arrays", each) for each in SMALL), *(pytest.param("c", each, marks=pytest.mark.slow) for each in SMALL[::4])],
+    ids=str,
+)
 def test_every_layout_of_the_catalog(backend: str, layout: Layout, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("GAC_BACKEND", backend)  # by C, each operation of each layout takes the compiler
     space = Space(layout.algebra)

@@ -159,13 +159,12 @@ def test_every_product_of_two_basis_blades(algebra: Algebra) -> None:
 @pytest.mark.parametrize("algebra", some_slow(SMALL, CGA3), ids=lambda algebra: algebra.name)
 def test_products_of_random_elements(algebra: Algebra) -> None:
     known, draw = oracle(algebra), Draw(algebra, f"oracle {algebra.name}")
-    for _ in range(3):
-        x, y = draw.multivector(), draw.multivector()
-        assert as_terms(x * y) == known.geometric(x.terms, y.terms)
-        assert as_terms(x ^ y) == known.outer(x.terms, y.terms)
-        assert as_terms(x.product("left_contraction", y)) == known.left_contraction(x.terms, y.terms)
-        assert as_terms(x.product("right_contraction", y)) == known.right_contraction(x.terms, y.terms)
-        assert x.product("scalar_product", y).scalar == known.scalar(x.terms, y.terms)
+    x, y = draw.multivector(), draw.multivector()
+    assert as_terms(x * y) == known.geometric(x.terms, y.terms)
+    assert as_terms(x ^ y) == known.outer(x.terms, y.terms)
+    assert as_terms(x.product("left_contraction", y)) == known.left_contraction(x.terms, y.terms)
+    assert as_terms(x.product("right_contraction", y)) == known.right_contraction(x.terms, y.terms)
+    assert x.product("scalar_product", y).scalar == known.scalar(x.terms, y.terms)
 
 
 @pytest.mark.parametrize("algebra", SMALL, ids=lambda algebra: algebra.name)
@@ -239,7 +238,7 @@ class ColumnOracle:
 @pytest.mark.parametrize("algebra", ALGEBRAS, ids=lambda algebra: algebra.name)
 def test_geometric_product_on_sparse_columns(algebra: Algebra) -> None:
     known, draw = ColumnOracle(algebra.gram), Draw(algebra, f"columns {algebra.name}")
-    for _ in range(6):
+    for _ in range(2):
         x, y = draw.multivector(), draw.multivector()
         assert as_terms(x * y) == known.geometric(x.terms, y.terms)
 

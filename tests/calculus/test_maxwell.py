@@ -148,13 +148,13 @@ def test_waves_have_the_dispersion_of_the_grid(rng: np.random.Generator) -> None
 
 
 @pytest.mark.parametrize("walls", ["periodic", "conducting"])
-def test_energy_and_charge_are_conserved_over_ten_thousand_steps(walls: str, rng: np.random.Generator) -> None:
+def test_energy_and_charge_are_conserved_over_two_thousand_steps(walls: str, rng: np.random.Generator) -> None:
     box = YeeBox((9, 8, 7), (1, 1, 1), 0.07, walls)
     start = Fields(rng.normal(size=(2, *box.shape, 3)), rng.normal(size=(2, *box.shape, 3)))
     start = box.run(start, 0)
     energies = [box.energy(start)]
-    end = box.run(start, 10_000, callback=lambda now: energies.append(box.energy(now)), every=200)
-    assert len(energies) == 51 and end.step == 10_000
+    end = box.run(start, 2000, callback=lambda now: energies.append(box.energy(now)), every=40)
+    assert len(energies) == 51 and end.step == 2000
     assert energies[0].shape == (2,) and (energies[0] > 0).all()
     assert np.abs(np.array(energies) / energies[0] - 1).max() < 1e-10
     np.testing.assert_allclose(box.divergence(end), box.divergence(start), atol=1e-9)

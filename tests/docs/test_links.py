@@ -9,9 +9,8 @@ from website.links import wrong_links
 from website.places import CONTENTS, notebooks, pages
 
 
-@pytest.mark.parametrize("path", [CONTENTS, *pages(), *notebooks()], ids=lambda path: path.name)
-def test_links_are_valid(path: Path) -> None:
-    assert wrong_links(path) == []
+def test_links_are_valid() -> None:
+    assert [wrong for path in (CONTENTS, *pages(), *notebooks()) for wrong in wrong_links(path)] == []
 
 
 @pytest.mark.parametrize(

@@ -238,12 +238,12 @@ def test_every_pair_of_kinds_has_a_distance() -> None:
 def test_distances_are_least(kinds: tuple[str, str]) -> None:
     """Alternating projections from many points of both objects reach the distance and never a smaller one."""
     rng = np.random.default_rng(5)
-    n = 60
+    n = 20
     (one, samples, on_one), (two, others, on_two) = objects(kinds[0], n, rng), objects(kinds[1], n, rng)
     found = distance(kinds[0], one, kinds[1], two)
     close(distance(kinds[1], two, kinds[0], one), found, 1e-12)
     x = np.concatenate([samples, on_one(others)], 1)
-    for _ in range(600):
+    for _ in range(300):
         y = on_two(x)
         x = on_one(y)
     near = length(x - y).min(-1)

@@ -254,9 +254,9 @@ def test_gravity_is_the_gradient_of_potential_energy_and_power_is_balanced(arm: 
 
 @pytest.mark.parametrize("arm", [two_links(), Robot.named("ur5")], ids=["pendulum", "ur5"])
 def test_energy_is_conserved(arm: Robot) -> None:
-    """Energy is conserved in ten seconds of free motion."""
+    """Energy is conserved in two seconds of free motion."""
     start = np.full(arm.n_joints, 0.4)
-    q, qd = arm.simulate(start, 0 * start, 0.008, 1250)
+    q, qd = arm.simulate(start, 0 * start, 0.008, 250)
     energy = arm.kinetic_energy(q, qd) + arm.potential_energy(q)
     assert arm.kinetic_energy(q, qd).max() > 1
     assert np.abs(energy - energy[0]).max() < 1e-8
@@ -339,9 +339,9 @@ def test_folded_kernels_equal_the_generic_path(name: str, robot: Robot) -> None:
         return robots.mass_matrix(chain, q)
 
     q, qd, qdd = states(robot, 20)
-    assert np.abs(ga.compile(jacobian)(q) - robot.jacobian(q)).max() < 1e-13
-    assert np.abs(ga.compile(inverse_dynamics)(q, qd, qdd) - robot.inverse_dynamics(q, qd, qdd)).max() < 1e-12
-    assert np.abs(ga.compile(mass_matrix)(q) - robot.mass_matrix(q)).max() < 1e-13
+    assert np.abs(ga.compile(jacobian, "arrays")(q) - robot.jacobian(q)).max() < 1e-13
+    assert np.abs(ga.compile(inverse_dynamics, "arrays")(q, qd, qdd) - robot.inverse_dynamics(q, qd, qdd)).max() < 1e-12
+    assert np.abs(ga.compile(mass_matrix, "arrays")(q) - robot.mass_matrix(q)).max() < 1e-13
 
 
 @pytest.mark.parametrize("name", ["ur5", "panda"])

@@ -78,7 +78,7 @@ def calibrated(name: str, size: float) -> Rows:
 
 
 ARMS = {
-    **{f"random {seed}": random_arm(seed) for seed in range(12)},
+    **{f"random {seed}": random_arm(seed) for seed in range(6)},
     **{f"slide {joint}": random_arm(20 + joint, joint) for joint in range(6)},
     "jaco": JACO,
     "offset wrist": OFFSET_WRIST,
@@ -93,7 +93,7 @@ ARMS = {
 def test_all_branches(name: str) -> None:
     rows = ARMS[name]
     slides = np.array([row.get("kind") == "prismatic" for row in rows])
-    q = np.random.default_rng(3).uniform(-pi, pi, (150, 6))
+    q = np.random.default_rng(3).uniform(-pi, pi, (150 if name == "sixteen" else 50, 6))
     q[:, slides] /= pi
     poses = pose_by_matrices(rows, q)
     found = Robot.from_dh(rows).inverse(poses)
@@ -113,9 +113,9 @@ def test_all_branches(name: str) -> None:
 def test_rounding_loses_no_branch_where_roots_are_close(name: str, size: float) -> None:
     """Axes nearly meet or wrists are nearly straight, where eigenvectors depend on the processor."""
     rows, rng = calibrated(name, size), np.random.default_rng(5)
-    q = rng.uniform(-pi, pi, (450, 6))
-    q[:150, 4] *= 1e-3
-    q[150:300, 2] *= 1e-3
+    q = rng.uniform(-pi, pi, (240, 6))
+    q[:80, 4] *= 1e-3
+    q[80:160, 2] *= 1e-3
     poses, robot = pose_by_matrices(rows, q), Robot.from_dh(rows)
     counts = []
     for copy in range(2):
@@ -132,7 +132,7 @@ def test_rounding_loses_no_branch_where_roots_are_close(name: str, size: float) 
 def test_arms_with_several_prismatic_joints(slides: tuple[int, ...]) -> None:
     rows = random_arm(sum(2**joint for joint in slides), *slides)
     turns = np.array([joint not in slides for joint in range(6)])
-    q = np.random.default_rng(4).uniform(-pi, pi, (200, 6))
+    q = np.random.default_rng(4).uniform(-pi, pi, (80, 6))
     q[:, ~turns] /= pi
     poses = pose_by_matrices(rows, q)
     found = Robot.from_dh(rows).inverse(poses)
@@ -144,7 +144,7 @@ def test_arms_with_several_prismatic_joints(slides: tuple[int, ...]) -> None:
     recalled = np.where(found.valid, np.abs(away).max(-1), np.inf).min(-1) < 1e-5
     assert recalled.all() and (found.valid.sum(-1) % 2 == 0).mean() >= 0.99
     if len(slides) == 3:
-        assert found.valid.all() and found.valid.shape == (200, 2)
+        assert found.valid.all() and found.valid.shape == (80, 2)
 
 
 def test_coplanar_prismatic_and_parallel_revolute_joints_are_searched() -> None:
@@ -152,7 +152,7 @@ def test_coplanar_prismatic_and_parallel_revolute_joints_are_searched() -> None:
         words = {"p": "prismatic", "r": "revolute"}
         rows: Rows = [{"a": 0.3, "alpha": a, "kind": words[k]} for k, a in zip(kinds, alphas, strict=True)]
         arm = Robot.from_dh(rows)
-        poses = arm.pose(np.random.default_rng(0).uniform(-1, 1, (5, 6)))
+        poses = arm.pose(np.random.default_rng(0).uniform(-1, 1, (3, 6)))
         found = arm.inverse(poses)
         assert found.method != "three slides" and found.valid.any(-1).all()
         assert np.abs(arm.pose(found.nearest) - poses).max() < 1e-9

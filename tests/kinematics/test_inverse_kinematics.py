@@ -15,7 +15,7 @@ from generated import arms, pga3
 
 Rows = list[dict[str, Any]]
 QUARTER, SLIDE = pi / 2, "prismatic"
-POSES = 10_000
+POSES = 2000
 
 PUMA560: Rows = [
     {"d": 0.67183, "alpha": QUARTER},
@@ -372,6 +372,7 @@ def test_poses_that_are_not_finite_have_a_status() -> None:
 def test_configurations_next_to_singular_ones_are_among_the_branches() -> None:
     """A few of 1e5 random configurations are so close to a singularity that normal equations would be inaccurate."""
     arm, q = Robot.named("panda"), np.random.default_rng(12).uniform(-np.pi, np.pi, (100_000, 7))
+    q = q[np.abs(np.linalg.det(arm.jacobian(q)[..., :6])).argsort()[:1000]]
     found = arm.inverse(arm.forward(q), locked={6: q[:, 6]})
     away = np.abs((found.q - q[:, None] + np.pi) % (2 * np.pi) - np.pi).max(-1)
     assert np.where(found.valid, away, np.inf).min(-1).max() < 1e-6
@@ -461,7 +462,7 @@ def test_rotations_about_two_axes() -> None:
 
 def test_intersections_of_ellipse_and_circle_agree_with_sampling() -> None:
     rng = np.random.default_rng(17)
-    p, s = rng.normal(size=(500, 2, 2)), 0.5 * rng.normal(size=(500, 2))
+    p, s = rng.normal(size=(200, 2, 2)), 0.5 * rng.normal(size=(200, 2))
     angles, imaginary = arms.turns_of_ellipse(p, s)
     around = np.linspace(-pi, pi, 20_001)
     samples = np.einsum("nij,jk->nik", p, np.array([np.cos(around), np.sin(around)])) + s[..., None]

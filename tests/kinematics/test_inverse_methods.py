@@ -52,7 +52,7 @@ def test_straight_wrists(robot: str, five: float, method: str) -> None:
     arm = Robot.from_dh(rows[robot]) if robot in rows else Robot.named(robot)
     turns = np.array([kind.value == "revolute" for kind in arm.kinds])
     for straight in (0.0, pi):
-        q = np.random.default_rng(0).uniform(-pi, pi, (200, 6))
+        q = np.random.default_rng(0).uniform(-pi, pi, (60, 6))
         q[:, 4] = straight + five
         poses = arm.pose(q)
         found = arm.inverse(poses, method=method)

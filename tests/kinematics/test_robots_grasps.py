@@ -125,40 +125,39 @@ FREE: dict[str, tuple[dict[str, list[np.ndarray]], int, Callable[[np.ndarray], n
 """Elements held at the origin, the number of remaining degrees of freedom, and the free motions as matrices."""
 
 
-@pytest.mark.parametrize("length", [0.1, 1.0, 3.0])
+@pytest.mark.parametrize("length", [0.1, 3.0])
 @pytest.mark.parametrize("name", FREE)
 def test_the_nearest_grasp_is_the_one_that_a_search_finds(name: str, length: float) -> None:
     """All grasps are one grasp after motions that preserve the features of the gripper; scipy minimises over these."""
     held, freedoms, motion = FREE[name]
     moves = {"points": pga3.move_point, "lines": pga3.move_line, "planes": pga3.move_plane}
     rng = np.random.default_rng(len(name))
-    for _ in range(3):
-        gripper, grip, near = (pga3.motor_exponential(rng.normal(size=6)) for _ in range(3))
-        pairs = {
-            kind: (moves[kind](gripper, np.array(some)), moves[kind](grip, moves[kind](gripper, np.array(some))))
-            for kind, some in held.items()
-        }
-        found = grasp(**pairs, near=near, oriented=True, length=length)
-        assert found.freedoms.tolist() == [freedoms]
-        frame, first, wanted = (pga3.motor_to_matrix(motor) for motor in (gripper, grip, near))
-        back = np.linalg.inv(frame)
+    gripper, grip, near = (pga3.motor_exponential(rng.normal(size=6)) for _ in range(3))
+    pairs = {
+        kind: (moves[kind](gripper, np.array(some)), moves[kind](grip, moves[kind](gripper, np.array(some))))
+        for kind, some in held.items()
+    }
+    found = grasp(**pairs, near=near, oriented=True, length=length)
+    assert found.freedoms.tolist() == [freedoms]
+    frame, first, wanted = (pga3.motor_to_matrix(motor) for motor in (gripper, grip, near))
+    back = np.linalg.inv(frame)
 
-        def square(pose: np.ndarray, wanted: np.ndarray = wanted) -> float:
-            offset, turn = pose[:3, 3] - wanted[:3, 3], pose[:3, :3] - wanted[:3, :3]
-            return float(offset @ offset + length**2 * np.square(turn).sum() / 2)
+    def square(pose: np.ndarray, wanted: np.ndarray = wanted) -> float:
+        offset, turn = pose[:3, 3] - wanted[:3, 3], pose[:3, :3] - wanted[:3, :3]
+        return float(offset @ offset + length**2 * np.square(turn).sum() / 2)
 
-        def away(u: np.ndarray, first: np.ndarray = first, frame: np.ndarray = frame, back: np.ndarray = back) -> float:
-            return square(first @ frame @ motion(u) @ back)
+    def away(u: np.ndarray, first: np.ndarray = first, frame: np.ndarray = frame, back: np.ndarray = back) -> float:
+        return square(first @ frame @ motion(u) @ back)
 
-        starts = rng.uniform(-3, 3, (4, 3))
-        best = min(minimize(away, start, method="BFGS", options={"gtol": 1e-9}).fun for start in starts)
-        mine = square(pga3.motor_to_matrix(found.motors[0]))
-        assert mine <= best * (1 + 1e-12) + 1e-12 and mine == pytest.approx(best, rel=1e-7, abs=1e-9)
-        assert found.distances[0] == pytest.approx(np.sqrt(mine), rel=1e-7, abs=1e-7)
-        for kind, (own, goal) in pairs.items():
-            assert np.abs(moves[kind](found.motors[0], own) - goal).max() < 1e-9
-        again = grasp(**pairs, near=-near, oriented=True, length=length)
-        assert same(again.motors[0], found.motors[0]) < 1e-9
+    starts = rng.uniform(-3, 3, (4, 3))
+    best = min(minimize(away, start, method="BFGS", options={"gtol": 1e-9}).fun for start in starts)
+    mine = square(pga3.motor_to_matrix(found.motors[0]))
+    assert mine <= best * (1 + 1e-12) + 1e-12 and mine == pytest.approx(best, rel=1e-7, abs=1e-9)
+    assert found.distances[0] == pytest.approx(np.sqrt(mine), rel=1e-7, abs=1e-7)
+    for kind, (own, goal) in pairs.items():
+        assert np.abs(moves[kind](found.motors[0], own) - goal).max() < 1e-9
+    again = grasp(**pairs, near=-near, oriented=True, length=length)
+    assert same(again.motors[0], found.motors[0]) < 1e-9
 
 
 def test_the_nearest_of_several_orientations_is_first() -> None:

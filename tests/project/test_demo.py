@@ -1,4 +1,4 @@
-"""The demonstration, and what programs on generated kernels load."""
+"""The demonstration."""
 
 from __future__ import annotations
 
@@ -55,30 +55,3 @@ def test_demo_says_where_it_cannot_write(tmp_path: Path) -> None:
     assert len(done.stderr.splitlines()) == 1
     assert "expected a writable folder" in done.stderr
     assert (tmp_path / "file").read_text() == "kept"
-
-
-def test_algorithms_and_the_demonstration_load_neither_the_compiler_nor_sympy() -> None:
-    """They do not load these while they run either; only the demonstration loads packages for pictures."""
-    code = """
-import sys
-import numpy as np
-from algorithms.kinematics import Robot
-from algorithms.vision import MOTORCYCLE, fundamental_matrix, triangulate
-from algorithms.wavelets import iqft, qft
-
-Robot.named("puma560").pose(np.zeros(6))
-Robot.from_dh([{}], "modified").forward_all([[0.0]])
-cameras = MOTORCYCLE.cameras()
-fundamental_matrix(*cameras)
-triangulate(cameras, MOTORCYCLE.correspondences(np.ones((2, 3))))
-iqft(qft(np.ones((3, 4)), axes=("k", "j")))
-loaded = {name.split(".")[0] for name in sys.modules}
-print(sorted(loaded & {"gacompiler", "sympy", "matplotlib", "rich", "jinja2", "mpmath"}))
-
-import algorithms.demo.__main__, algorithms.demo.programs
-
-print(sorted({"gacompiler", "sympy"} & {*sys.modules}))
-"""
-    done = run("-c", code)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.split() == ["[]", "[]"]

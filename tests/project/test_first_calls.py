@@ -1,4 +1,4 @@
-"""First calls of algorithms in a new process: compiled kernels serve them, and numba is not loaded."""
+"""First calls of algorithms in a new process: compiled kernels serve them, and much is not loaded."""
 
 from __future__ import annotations
 
@@ -7,50 +7,58 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-from selection import some_slow
-
 from generated import images
 
-CALLS = {
-    "optical flow": "wavelets.optical_flow(image, image)",
-    "discrete wavelets": "wavelets.discrete_wavelet(image).inverse()",
-    "dual tree": "wavelets.dual_tree(image).inverse()",
-    "quaternion pyramid": "wavelets.QuaternionPyramid(image).inverse()",
-    "denoising": "wavelets.denoise(image)",
-    "quaternion Fourier transform": "wavelets.qft(image)",
-    "local phase": "wavelets.local_phase(image, (0.1, 0.2))",
-    "outer product": "subspaces.outer_product(blade, blade)",
-    "coefficients of vectors": "subspaces.FactoredBlade.of_vectors(rng.normal(size=(2, 5))).coefficients()",
-    "compound matrices": "calculus.minors.compound(rng.normal(size=(3, 5, 5)), 3)",
-    "inverses": "calculus.minors.inverses(rng.normal(size=(3, 5, 5)))",
-    "products of five vectors": "calculus.products.product_of(5)(rng.normal(size=32), rng.normal(size=32))",
-}
-QUICK = ("optical flow", "local phase", "outer product", "inverses")
-SETUP = """
+CALLS = """
+wavelets.optical_flow(image, image)
+wavelets.discrete_wavelet(image).inverse()
+wavelets.dual_tree(image).inverse()
+wavelets.QuaternionPyramid(image).inverse()
+wavelets.denoise(image)
+wavelets.qft(image)
+wavelets.local_phase(image, (0.1, 0.2))
+subspaces.outer_product(blade, blade)
+subspaces.FactoredBlade.of_vectors(rng.normal(size=(2, 5))).coefficients()
+calculus.minors.compound(rng.normal(size=(3, 5, 5)), 3)
+calculus.minors.inverses(rng.normal(size=(3, 5, 5)))
+calculus.products.product_of(5)(rng.normal(size=32), rng.normal(size=32))
+kinematics.Robot.named("puma560").pose(np.zeros(6))
+kinematics.Robot.from_dh([{}], "modified").forward_all([[0.0]])
+vision.fundamental_matrix(*cameras)
+vision.triangulate(cameras, vision.MOTORCYCLE.correspondences(np.ones((2, 3))))
+wavelets.iqft(wavelets.qft(np.ones((3, 4)), axes=("k", "j")))
+"""
+PROGRAM = """
 import sys
-import time
 
 import numpy as np
 
 import algorithms.calculus.minors
 import algorithms.calculus.products
-from algorithms import calculus, subspaces, wavelets
+from algorithms import calculus, kinematics, subspaces, vision, wavelets
 
 rng = np.random.default_rng(0)
 image = rng.normal(size=(64, 64))
 blade = subspaces.Blade(rng.normal(size=5), 5, 1)
+cameras = vision.MOTORCYCLE.cameras()
+unwanted = {"gacompiler", "sympy", "matplotlib", "rich", "jinja2", "mpmath", *sys.argv[2:]}
+for call in sys.argv[1].strip().splitlines():
+    exec(call)
+    assert not unwanted & {*sys.modules}, f"{call} loads {unwanted & {*sys.modules}}"
+
+import algorithms.demo.__main__, algorithms.demo.programs
+
+assert not {"gacompiler", "sympy"} & {*sys.modules}, "the demonstration loads the compiler"
 """
 
 
-@pytest.mark.skipif(images.backend != "c", reason="the C of generated modules is not built")
-@pytest.mark.parametrize("name", some_slow(CALLS, *(name for name in CALLS if name not in QUICK)))
-def test_first_calls_load_no_numba(name: str, tmp_path: Path) -> None:
-    program = f"{SETUP}\n{CALLS[name]}\nprint('numba' in sys.modules)"
+def test_first_calls_load_neither_the_compiler_nor_numba(tmp_path: Path) -> None:
+    """Only the demonstration loads packages for pictures; numba is needed only where the C is not built."""
     environment = {
         **os.environ,
         "NUMBA_CACHE_DIR": str(tmp_path),
         "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
     }
-    run = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
-    assert run.stdout.strip() == "False"
+    command = [sys.executable, "-c", PROGRAM, CALLS, *(["numba"] if images.backend == "c" else [])]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr

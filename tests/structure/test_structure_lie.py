@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 import scipy.stats
+from selection import some_slow
 
 from gacompiler.algebra.algebra import Algebra
 from gacompiler.algebra.catalog import CGA3, G33, PGA2, PGA3, STA, VGA3, orthogonal
@@ -244,7 +245,7 @@ def random_skew_hermitian(n: int) -> np.ndarray:
     return matrix - matrix.conj().T
 
 
-@pytest.mark.parametrize("n", [1, 2, 3, 4])
+@pytest.mark.parametrize("n", some_slow([1, 2, 3, 4], 4))
 def test_the_commutant_of_j_is_u_n(n: int) -> None:
     """``n**2`` generators, found as a commutant, are those written down; su(n) is compact and has ``n**2 - 1``."""
     found = bivector_algebra(complex_space(n)).commutant(complex_structure(n))
@@ -274,7 +275,7 @@ def test_brackets_are_commutators_of_complex_matrices(n: int) -> None:
         bivector_of_skew_hermitian(np.eye(n))
 
 
-@pytest.mark.parametrize("n", [1, 2, 3, 4])
+@pytest.mark.parametrize("n", some_slow([1, 2, 3, 4], 4))
 def test_rotors_of_unitary_matrices(n: int) -> None:
     """Rotors by exponentials and by reflections, against scipy: U(2) and U(3) to 1e-12."""
     for _ in range(4 if n < 4 else 1):

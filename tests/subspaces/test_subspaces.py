@@ -74,7 +74,7 @@ def test_coefficients_are_minors(n: int) -> None:
 
 
 @pytest.mark.parametrize("n", range(3, 11))
-@pytest.mark.parametrize("scale", [1e-8, 1.0, 1e8])
+@pytest.mark.parametrize("scale", [1e-8, 1e8])
 def test_factors_give_the_blade_back(n: int, scale: float) -> None:
     for k in range(n + 1):
         rows = RANDOM.normal(size=(4, k, n))
@@ -156,7 +156,7 @@ def test_outer_products() -> None:
 
 @pytest.mark.parametrize("n", range(2, 11))
 def test_dimensions_and_subspaces_of_join_and_meet(n: int) -> None:
-    for _ in range(12):
+    for _ in range(4):
         m = int(RANDOM.integers(0, n + 1))
         x = int(RANDOM.integers(0, n - m + 1))
         y = int(RANDOM.integers(0, n - m - x + 1))

@@ -57,7 +57,7 @@ def test_whole_shifts_have_distance_0() -> None:
     assert single.dtype == np.float32 and np.abs(single - found[:3]).max() < 1e-4
 
 
-@pytest.mark.parametrize(("u", "v"), [(2.3, -1.4), (0.5, 0.25), (1.1, 0.0)])
+@pytest.mark.parametrize(("u", "v"), [(2.3, -1.4), (0.5, 0.0)])
 def test_shifts_between_pixels(u: float, v: float) -> None:
     """Along each axis, the minimum of a parabola through distances at quarters of a pixel."""
     for texture in (blurred(64, 60), picture("gravel")[100:160, 100:164]):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -86,16 +87,15 @@ def test_filters_of_the_first_level(name: str) -> None:
 
 
 @pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("name", [*ORTHOGONAL, *ANALYSIS])
-def test_one_level_equals_that_of_pywavelets(name: str, mode: str) -> None:
+def test_one_level_equals_that_of_pywavelets(mode: str) -> None:
     pywt = pytest.importorskip("pywt")
-    for size in (64, 41, 27):
+    for name, size in product((*ORTHOGONAL, *ANALYSIS), (64, 27)):
         x = signal(size)
         expected = pywt.dwt(x, name, mode)
         found = analysis(x, wavelet_filters(name), mode, 0)
         for one, other in zip(found, expected, strict=True):
-            assert one.shape == other.shape
-            assert np.abs(one - other).max() < 1e-10 * max(1, np.abs(other).max())
+            assert one.shape == other.shape, (name, size)
+            assert np.abs(one - other).max() < 1e-10 * max(1, np.abs(other).max()), (name, size)
 
 
 @pytest.mark.parametrize("mode", MODES)
@@ -115,7 +115,7 @@ def test_images_equal_those_of_pywavelets(name: str, mode: str) -> None:
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("name", FEW)
 def test_the_inverse_reconstructs_signals_images_and_volumes(name: str, mode: str) -> None:
-    for shape, axes in (((131,), None), ((65, 70), None), ((19, 20, 21), (0, 1, 2)), ((3, 64, 2), (1,))):
+    for shape, axes in (((131,), None), ((33, 40), None), ((19, 20, 21), (0, 1, 2)), ((3, 64, 2), (1,))):
         x = signal(*shape)
         pyramid = discrete_wavelet(x, name, None, mode, axes)
         back = pyramid.inverse()

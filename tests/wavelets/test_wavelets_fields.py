@@ -260,7 +260,8 @@ def test_convolution_in_all_algebras(name: str) -> None:
         full[y[0] : y[0] + 6, y[1] : y[1] + 7] += times(f, h[y], by)
         turned[2 - y[0] : 8 - y[0], 3 - y[1] : 10 - y[1]] += times(h[y], f, by)
     scale = np.abs(full).max()
-    for method in ("direct", "fft", "auto"):
+    assert np.abs(clifford_convolve(f, h, product, method="auto") - full).max() < 1e-13 * scale
+    for method in ("direct", "fft"):
         assert np.abs(clifford_convolve(f, h, product, method=method) - full).max() < 1e-13 * scale
         assert np.abs(clifford_correlate(f, h, product, side="left", method=method) - turned).max() < 1e-13 * scale
         same = clifford_convolve(f, h, product, "same", method=method)

@@ -21,7 +21,12 @@ def texture(name: str) -> np.ndarray:
     return getattr(data, name)()[60:364, 60:364]
 
 
-@pytest.mark.parametrize("name", some_slow(["brick", "grass", "gravel", "camera"], "grass", "gravel"))
+def part_of(name: str, kind: str) -> tuple[np.ndarray, ...]:
+    """A corner of two images and of their motion."""
+    return tuple(each[:128, :128] for each in pair(texture(name), kind))
+
+
+@pytest.mark.parametrize("name", some_slow(["brick", "grass", "gravel", "camera"], "grass", "gravel", "camera"))
 @pytest.mark.parametrize(("kind", "bound"), [("translation", 0.01), ("rotation", 0.02)])
 def test_known_motions(name: str, kind: str, bound: float) -> None:
     first, second, motion = pair(texture(name), kind)
@@ -48,8 +53,8 @@ def test_stereo_pair() -> None:
 @pytest.mark.parametrize(
     ("name", "kind", "sigma", "bound"),
     [
-        ("chelsea", "rotation", 10, 0.13),
-        ("coins", "rotation", 25, 0.16),
+        pytest.param("chelsea", "rotation", 10, 0.13, marks=pytest.mark.slow),
+        pytest.param("coins", "rotation", 25, 0.16, marks=pytest.mark.slow),
         ("camera", "zoom", 10, 0.18),
         ("moon", "rotation", 10, 0.45),
     ],
@@ -72,10 +77,13 @@ def test_given_noise() -> None:
 
 @pytest.mark.parametrize(
     ("name", "kind", "bound"),
-    [("coins", "square", 0.09), ("moon", "fast square", 0.15), ("chelsea", "fast square", 0.1)],
+    some_slow(
+        [("coins", "square", 0.09), ("moon", "fast square", 0.15), ("chelsea", "fast square", 0.1)],
+        ("chelsea", "fast square", 0.1),
+    ),
 )
 def test_moving_squares(name: str, kind: str, bound: float) -> None:
-    """Boundaries are sharp, and what the square covers in the second image is not visible."""
+    """Boundaries are sharp; what the square covers in the second image is not visible and moves like what is."""
     case = moving_square(name, kind).noisy(0)
     flow = optical_flow(case.first, case.second)
     assert case.error(flow.uv) < bound
@@ -84,17 +92,13 @@ def test_moving_squares(name: str, kind: str, bound: float) -> None:
     assert flow.visible[case.visible].mean() > 0.97
     assert flow.visible[~case.visible].mean() < 0.25
     assert (flow.confidence[~flow.visible] == 0).all()
-
-
-def test_hidden_background_moves_like_the_visible_one() -> None:
-    case = moving_square("coins", "square").noisy(0)
-    uv = optical_flow(case.first, case.second).uv
-    hidden = ~case.visible & (np.linalg.norm(case.motion, axis=-1) == 0)
-    assert np.median(np.linalg.norm(uv[hidden], axis=-1)) < 0.5
+    if kind == "square":
+        hidden = ~case.visible & (np.linalg.norm(case.motion, axis=-1) == 0)
+        assert np.median(np.linalg.norm(flow.uv[hidden], axis=-1)) < 0.5
 
 
 def test_extreme_and_read_only_images() -> None:
-    first, second, motion = pair(texture("gravel"), "translation")
+    first, second, motion = part_of("gravel", "translation")
     expected = optical_flow(first, second).uv
     for scale in (1e300, 1e-300):
         a, b = first * scale, second * scale
@@ -105,16 +109,16 @@ def test_extreme_and_read_only_images() -> None:
 
 
 def test_brightness_and_contrast_do_not_matter() -> None:
-    first, second, motion = pair(texture("gravel"), "translation")
+    first, second, motion = part_of("gravel", "translation")
     flow = optical_flow(first, 40 + 0.5 * second)
     assert mean_error(flow.uv, motion) < 0.01
 
 
 def test_integers_and_single_precision() -> None:
-    first, second, motion = pair(texture("grass"), "rotation")
+    first, second, motion = part_of("grass", "rotation")
     both = [np.round(image).clip(0, 255).astype(np.uint8) for image in (first, second)]
-    assert optical_flow(*both).uv.dtype == np.float64
-    assert mean_error(optical_flow(*both).uv, motion) < 0.02
+    flow = optical_flow(*both)
+    assert flow.uv.dtype == np.float64 and mean_error(flow.uv, motion) < 0.02
     single = optical_flow(first.astype(np.float32), second.astype(np.float32))
     assert single.uv.dtype == single.confidence.dtype == np.float32
     assert mean_error(single.uv, motion) < 0.02
@@ -196,7 +200,7 @@ def test_samples_equal_those_of_scipy() -> None:
 
 
 def test_workers_change_nothing_and_progress_is_reported() -> None:
-    first, second, _ = pair(texture("gravel"), "rotation")
+    first, second, _ = part_of("gravel", "rotation")
     reported: list[tuple[int, int]] = []
     alone = optical_flow(first, second)
     shared = optical_flow(first, second, workers=3, progress=lambda done, total: reported.append((done, total)))

@@ -117,7 +117,7 @@ def textures() -> list[tuple[str, np.ndarray]]:
     ]
 
 
-@pytest.mark.parametrize(("motion", "area"), [((0.7, -0.4), 0.975), ((0.8, -0.6), 0.97), ((1.7, 1.2), 0.87)])
+@pytest.mark.parametrize(("motion", "area"), [((0.7, -0.4), 0.975), ((1.7, 1.2), 0.87)])
 def test_confidence_of_complex_phases(motion: tuple[float, float], area: float) -> None:
     """Phases of a moved texture change by frequency times motion, except where confidence is low."""
     for name, texture in textures():
@@ -129,7 +129,7 @@ def test_confidence_of_complex_phases(motion: tuple[float, float], area: float) 
             assert np.median(error[confidence > 0.5]) < 0.02
 
 
-@pytest.mark.parametrize(("motion", "area"), [((0.7, -0.4), 0.945), ((0.8, -0.6), 0.93), ((1.7, 1.2), 0.86)])
+@pytest.mark.parametrize(("motion", "area"), [((0.7, -0.4), 0.945), ((1.7, 1.2), 0.86)])
 def test_confidence_of_quaternionic_phases(motion: tuple[float, float], area: float) -> None:
     for name, texture in textures():
         first, second = (

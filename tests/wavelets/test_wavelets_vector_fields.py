@@ -96,7 +96,7 @@ def placed(pattern: Any, place: tuple[int, int], angle: float, size: tuple[int, 
 
 
 @pytest.mark.parametrize("pattern", [saddle, vortex])
-@pytest.mark.parametrize("angle", [0.3, -1.3, 2.9])
+@pytest.mark.parametrize("angle", [-1.3, 2.9])
 def test_a_whole_pattern_is_rotated(pattern: Any, angle: float) -> None:
     """The position is exact and the angle within 1e-3, also with noise; then test the second best match."""
     size = (60, 70)
