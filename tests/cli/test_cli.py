@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
-from gacompiler.backends import find_compiler, library_path
+from gacompiler.backends import find_compiler, library_path, runtime_files
 from gacompiler.cli import COMMANDS, main, showing
-from gacompiler.generation.checked_in import own_specs
+from gacompiler.generation.checked_in import generated_folder, own_specs
 from gacompiler.generation.spec_files import load_spec
 from gacompiler.passes.pipeline import compile_kernel
 
@@ -68,6 +68,17 @@ def test_verify_finds_a_flipped_sign(here: Path) -> None:
         assert run("verify", "my_kernels.py").exit_code == 1
         path.write_text(text)
     assert run("verify", "my_kernels.py").exit_code == 0
+
+
+def test_check_compares_and_proves(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    n = 3 + len(runtime_files())
+    result = run("check", "omnidirectional", "--prove")
+    assert result.exit_code == 0 and f"{n} files are up to date\n6 kernels are proved" in result.output
+    for path in generated_folder().glob("omnidirectional.*"):
+        (tmp_path / path.name).write_text(path.read_text().replace(" + ", " - ", 1))
+    monkeypatch.setattr("gacompiler.cli.checking.generated_folder", lambda: tmp_path)
+    result = run("check", "omnidirectional")
+    assert result.exit_code == 1 and f"{n} files differ" in result.output and "make generated" in result.output
 
 
 def test_cost_json(here: Path) -> None:

@@ -73,9 +73,8 @@ def test_small_angles_move_the_gripper_as_matrices_do() -> None:
     assert np.abs(first_order).max() > 1e-2
 
 
-@pytest.mark.parametrize("effort", [0, 1])
-def test_the_inverse_kinematics_of_a_ur5(effort: int) -> None:
-    assert compared(script("ur5"), TARGET, effort) < 1e-13
+def test_the_inverse_kinematics_of_a_ur5() -> None:
+    assert compared(script("ur5"), TARGET, effort=1) < 1e-13
 
 
 def test_forward_kinematics_undoes_the_inverse() -> None:

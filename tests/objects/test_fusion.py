@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from gacompiler.cli import main
 from gacompiler.frontend.kernel import Kernel
 from gacompiler.generation.spec_files import load_spec
-from gacompiler.runtime import compile
+from gacompiler.runtime import compile as compiled
 
 HELPER = """
 def moved(m, p):
@@ -110,7 +110,7 @@ def test_a_function_becomes_a_kernel_with_its_values(spec: Path, kernels: dict[s
     # The angles are equal in two calls of three, so they are two arguments.
     assert list(parameters(arm).values()) == ["scalars.SCALAR", "PGA3.UNIT_LINE"] * 2 + ["PGA3.POINT"]
     known = np.load(spec.parent / "program.py.npz")
-    motor, place = compile(arm)(0.7, known["upper"], 0.1, known["lower"], known["p"])
+    motor, place = compiled(arm, "arrays", effort=0)(0.7, known["upper"], 0.1, known["lower"], known["p"])
     np.testing.assert_allclose(place[-3:], known["q"], rtol=0, atol=1e-14)
     np.testing.assert_allclose(motor, known["m"], rtol=0, atol=1e-14)
 
@@ -126,8 +126,8 @@ def test_a_number_that_may_depend_on_a_result_begins_another_kernel(kernels: dic
 
 def test_values_that_outlive_the_call_are_results(kernels: dict[str, Kernel]) -> None:
     values = np.array([1.0, 2, 3]), np.array([0.0, 1, 0])
-    assert [np.shape(each) for each in compile(kernels["kept_line"])(*values)] == [(6,), (6,)]
-    assert np.shape(compile(kernels["unit_line"])(*values)) == (6,)
+    kept, unit = (compiled(kernels[name], "arrays", effort=0)(*values) for name in ("kept_line", "unit_line"))
+    assert [np.shape(each) for each in kept] == [(6,), (6,)] and np.shape(unit) == (6,)
 
 
 def test_comprehensions_and_helpers_of_other_files_belong_to_their_caller(kernels: dict[str, Kernel]) -> None:

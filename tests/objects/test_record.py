@@ -68,7 +68,7 @@ def test_generated_kernels_reproduce_the_program(recorded: tuple[Path, dict[str,
     spec, numbers = recorded
     names = [kernel.name for kernel in load_spec(spec).kernels]
     assert names.count("regressive_product_point_point") == 1 and len(set(names)) == len(names)
-    result = gac("generate", spec, "-o", spec.parent / "out", "--no-build")
+    result = gac("generate", spec, "-o", spec.parent / "out", "--no-build", "--effort", "0")
     assert result.exit_code == 0, result.output
     module = load_module(spec.parent / "out" / f"{spec.stem}.py", "_recorded", "arrays")
     seen = 0
