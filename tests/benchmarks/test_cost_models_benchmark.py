@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from benchmarks import cost_models
 from benchmarks.cost_models import Difference, Row, main, measure, page
 from benchmarks.program_c import c_text
 from gacompiler import kernel, normalize, sandwich
@@ -55,7 +56,8 @@ def test_functions_in_c_compute_the_programs(tmp_path: Path) -> None:
 
 
 @needs_compiler
-def test_differences_are_measured() -> None:
+def test_differences_are_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cost_models, "ROUNDS", 1)
     assert COMPILER is not None
     found = [difference("latency"), difference("fma"), difference("size", direction)]
     rows = measure(found, COMPILER)

@@ -20,19 +20,21 @@ CURVES = [
 
 def test_a_small_run_writes_page_and_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(growth, "installed", lambda name: False)
+    monkeypatch.setattr(growth, "stamped", lambda text, command: f"{text}The stamp of {command}.")
     out = tmp_path / "page.md"
     assert main(["--largest", "2", "--limit", "60", "--out", str(out)]) == 0
     assert sorted(path.name for path in tmp_path.iterdir()) == ["page.md", "page.svg"]
     text = out.read_text()
     assert "| full product | 2 | 16 | 12 |" in text.partition("## Null pairs")[0]
     assert "| full product | 2 | 10 | 12 |" in text.partition("## Null pairs")[2]
-    assert "kingdon is not installed" in text
+    assert "kingdon is not installed" in text and text.endswith("The stamp of growth.")
 
 
 def test_a_file_that_cannot_be_written_is_one_line(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(growth, "measure_all", lambda *_: CURVES)
+    monkeypatch.setattr(growth, "stamped", lambda text, _: text)
     assert main(["--out", str(ROOT / "README.md" / "page.md")]) == 1
     assert "choose one with --out" in capsys.readouterr().err
 

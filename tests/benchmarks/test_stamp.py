@@ -52,9 +52,9 @@ def test_what_changes_a_digest(name: str, text: str, changed: tuple[bool, bool],
 
 
 def test_a_page_is_current_until_its_code_changes() -> None:
-    page = stamp.stamped("# Page\n\nText.\n", "start_up")
-    assert page.startswith("# Page\n\nText.\n\nMeasured at commit ") and not stamp.is_outdated(page, "start_up")
-    assert stamp.is_outdated(page, "vision") and stamp.is_outdated("# Page\n\nText.\n", "start_up")
+    page = stamp.stamped("# Page\n\nText.\n", "markdown")
+    assert page.startswith("# Page\n\nText.\n\nMeasured at commit ") and not stamp.is_outdated(page, "markdown")
+    assert stamp.is_outdated(page, "affinity") and stamp.is_outdated("# Page\n\nText.\n", "markdown")
 
 
 def test_every_page_of_figures_names_its_commit() -> None:

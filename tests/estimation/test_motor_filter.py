@@ -12,6 +12,7 @@ from algorithms.arguments import Reals
 from algorithms.estimation import EstimationStatus, LinearMotorFilter, MotorFilter, filter_lines, observability
 from algorithms.estimation.motor_filter import Model
 from generated import motor_filters, pga3
+from tests.support.selection import some_slow
 
 SIGMA = (0.01, 0.02)
 NEAR = np.diag([0.1**2] * 3 + [0.2**2] * 3)
@@ -61,9 +62,10 @@ def test_rows_of_a_line_are_its_motion(rng: np.random.Generator) -> None:
     assert np.linalg.matrix_rank(np.concatenate([rows, motion]), tol=1e-9) == 4
 
 
-def test_innovations_and_errors_have_their_covariance(rng: np.random.Generator) -> None:
-    """Normalised errors and innovations of 1,000 runs are in the 95 % band of their chi-square distributions."""
-    n_runs, n_lines, n_steps = 1000, 5, 2
+@pytest.mark.parametrize("n_runs", some_slow([200, 1000], 1000))
+def test_innovations_and_errors_have_their_covariance(rng: np.random.Generator, n_runs: int) -> None:
+    """Normalised errors and innovations of all runs are in the 95 % band of their chi-square distributions."""
+    n_lines, n_steps = 5, 2
     errors, innovations = np.zeros((n_runs, n_steps)), np.zeros((n_runs, n_steps))
     for k in range(n_runs):
         start = motor(rng)
@@ -81,7 +83,7 @@ def test_innovations_and_errors_have_their_covariance(rng: np.random.Generator) 
         assert low < innovations[:, j].sum() < high
 
 
-@pytest.mark.parametrize(("n_lines", "n_steps", "n_runs"), [(6, 2, 200), (1, 15, 40)])
+@pytest.mark.parametrize(("n_lines", "n_steps", "n_runs"), [(6, 2, 60), (1, 15, 15)])
 def test_converges_from_afar(rng: np.random.Generator, n_lines: int, n_steps: int, n_runs: int) -> None:
     """From 180 degrees and 10 m, all runs converge, with several lines at a time or with one."""
     for _ in range(n_runs):
@@ -345,7 +347,7 @@ def test_contradiction_is_reported(rng: np.random.Generator) -> None:
 def test_constant_twist(rng: np.random.Generator) -> None:
     """The twist of a screw motion is found from lines, and the error of both is as large as predicted."""
     squares = []
-    for _ in range(60):
+    for _ in range(20):
         start, twist = motor(rng), 0.3 * rng.normal(size=6)
         f = MotorFilter(start, NEAR, model="constant twist", twist_covariance=0.25)
         truth = disturbed(rng, start, NEAR)
@@ -365,7 +367,7 @@ def test_constant_twist(rng: np.random.Generator) -> None:
 def test_linear_filter_of_the_book(rng: np.random.Generator) -> None:
     """It converges, and its errors are larger than those of the error-state filter on the same lines."""
     ours, theirs = [], []
-    for _ in range(100):
+    for _ in range(40):
         start = motor(rng)
         truth = disturbed(rng, start, NEAR)
         f, g = MotorFilter(start, NEAR), LinearMotorFilter(start, np.eye(8) * 0.1)

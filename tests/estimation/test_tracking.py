@@ -269,7 +269,7 @@ def test_a_thousand_starts_of_a_head() -> None:
     assert reached.sum() == 1000 and (status <= TrackingStatus.SATURATED).all()
 
 
-@pytest.mark.parametrize("count", some_slow([20, 1000], 1000))
+@pytest.mark.parametrize("count", some_slow([10, 1000], 1000))
 def test_gaze_from_anywhere(count: int) -> None:
     """All angles within the limits, and targets all around, most of them not in the first image."""
     rng = np.random.default_rng(7)
@@ -279,7 +279,7 @@ def test_gaze_from_anywhere(count: int) -> None:
     ahead = np.array([0.0, 0.0, 1.0]) * rng.uniform(0.5, 5, (count, 1))
     points = pga3.move_point(head.forward(rng.uniform(low, high, (count, 2))), ahead)
     q = rng.uniform(low, high, (count, 2))
-    for _ in range(40):
+    for _ in range(25):
         step = gaze_rates(tracker, q, points)
         q = q + 0.15 * step.rates
         assert ((q >= low) & (q <= high)).all() and np.abs(step.rates).max() <= 4

@@ -52,7 +52,7 @@ def test_a_fifth_of_the_tracks_is_wrong(mistake: Any) -> None:
     head = rig()
     truth = head.axis_in_eye(0), head.axis_in_eye(1)
     worst, poses = [], []
-    for _ in range(6):
+    for _ in range(2):
         found, right = calibrated(head, rng, mistake, THRESHOLD)
         assert found.status == BodyEyeStatus.OK
         for axis, line, mask in zip((found.pan, found.tilt), truth, right, strict=True):

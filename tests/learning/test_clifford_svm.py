@@ -88,8 +88,8 @@ def _violation(machine: CliffordSVC, x: np.ndarray, y: np.ndarray) -> float:
 @pytest.mark.parametrize("cache_size", [200.0, 0.02])
 def test_conditions_of_optimality_hold(name: str, C: float, cache_size: float) -> None:
     random = np.random.default_rng(7)
-    x = random.normal(size=(120, 3, 4))
-    y = (x[:, 0, 0] + 0.5 * random.normal(size=120) > 0) + 2 * (x[:, 1, 2] > 0)
+    x = random.normal(size=(60, 3, 4))
+    y = (x[:, 0, 0] + 0.5 * random.normal(size=60) > 0) + 2 * (x[:, 1, 2] > 0)
     machine = CliffordSVC(name, C=C, gamma=0.2, code="compact", algebra=(0, 2), cache_size=cache_size).fit(x, y)
     assert machine.status_ is MachineStatus.OK and machine.gap_ <= 1e-6
     assert _violation(machine, x, y) < 2e-6

@@ -14,14 +14,14 @@ from algorithms.learning.experiments import encoder, lorenz, moebius, placed, ta
 ROOT = Path(__file__).parents[2]
 
 
-def test_encoder_for_ten_seeds() -> None:
-    assert all(encoder(seed)[1] for seed in range(10))
+@pytest.mark.parametrize("seeds", [range(2), pytest.param(range(2, 10), marks=pytest.mark.slow)])
+def test_encoder(seeds: range) -> None:
+    assert all(encoder(seed)[1] for seed in seeds)
 
 
 @pytest.mark.parametrize("algebra", ["R", "G(3)"])
 def test_prediction_of_lorenz_states(algebra: str) -> None:
-    errors = [trained(lorenz(seed), algebra, 150, seed)[0] for seed in range(3)]
-    assert np.median(errors) <= 0.01
+    assert trained(lorenz(0), algebra, 150, 0)[0] <= 0.01
 
 
 def test_complex_network_learns_a_moebius_map() -> None:

@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 
 from algorithms.learning.geometric_tasks import attitude, beside_real
+from tests.support.selection import some_slow
 
 
-@pytest.mark.parametrize("name", ["similarity", "quaternions"])
-def test_error_is_at_most_half_of_that_of_a_real_network(name: str) -> None:
-    found = [beside_real(name, seed) for seed in range(10)]
+@pytest.mark.parametrize(
+    ("name", "seeds"), some_slow([("similarity", 10), ("quaternions", 1), ("quaternions", 10)], ("quaternions", 10))
+)
+def test_error_is_at_most_half_of_that_of_a_real_network(name: str, seeds: int) -> None:
+    found = [beside_real(name, seed) for seed in range(seeds)]
     assert all(own[1] <= real[1] <= 1.15 * own[1] for own, real in found)
     errors, real_errors = (np.median([row[k][0] for row in found]) for k in (0, 1))
     assert errors <= 0.5 * real_errors

@@ -29,6 +29,15 @@ def test_rotated_sensors() -> None:
     assert np.mean(right) >= 0.975
 
 
+def test_features_separate_the_classes_of_series_left_out() -> None:
+    x, y = read_series(DATA / "BasicMotions_TRAIN.ts.gz")
+    labels = np.unique(y, return_inverse=True)[1]
+    assert cross_validation(x, labels, folds=2)[1] == 1
+    shuffled = np.random.default_rng(0).permutation(labels)
+    assert cross_validation(x, shuffled, folds=2)[1] < 0.6
+
+
+@pytest.mark.slow
 def test_the_settings_are_those_with_the_smallest_cross_validated_loss() -> None:
     x, y = read_series(DATA / "BasicMotions_TRAIN.ts.gz")
     labels = np.unique(y, return_inverse=True)[1]

@@ -14,6 +14,7 @@ from algorithms.mapping.paths import PlanarPath
 from algorithms.mapping.scan_simulation import motor_of_error
 from generated import navigation as kernels
 from generated import pga2
+from tests.support.selection import some_slow
 
 HOUSE = Path(__file__).parents[1] / "data" / "maps" / "house.mat"
 POINTS = [[2, 9], [3.4, 9.2], [3.4, 11.0], [7.2, 11.2], [8.7, 8], [10.5, 6.8], [11.2, 8.5]]
@@ -108,7 +109,7 @@ def run_in_house(seed: int, **options: object) -> NavigationRun:
     return simulate_following(plan, path, robot, begin, settings=settings, seed=seed, **options)
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", some_slow([0, 1], 1))
 def test_closed_loop_on_localisation(seed: int) -> None:
     run = run_in_house(seed)
     assert run.following[-1] == FollowStatus.ARRIVED

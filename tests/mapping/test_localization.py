@@ -20,6 +20,7 @@ from algorithms.mapping.scan_simulation import Odometry, Scanner, motor_of_error
 from algorithms.mapping.segments import Segments, segments
 from generated import navigation as kernels
 from generated import pga2
+from tests.support.selection import some_slow
 
 HOUSE = Path(__file__).parents[1] / "data" / "maps" / "house.mat"
 ROOM = FloorPlan.from_walls([[[0, 0], [6, 0]], [[6, 0], [6, 4]], [[6, 4], [0, 4]], [[0, 4], [0, 0]]], solid=True)
@@ -97,8 +98,9 @@ def test_normals_may_be_opposite_and_lines_of_the_map_have_covariances() -> None
     assert (np.asarray(one[1])[[0, 3, 5]] > np.asarray(exact[1])[[0, 3, 5]]).all()
 
 
-def test_errors_are_consistent_with_covariances() -> None:
-    """Mean squares of 120 runs are within the band that contains 95 % of such means."""
+@pytest.mark.parametrize("n_runs", some_slow([30, 120], 120))
+def test_errors_are_consistent_with_covariances(n_runs: int) -> None:
+    """Mean squares of all runs are within the band that contains 95 % of such means."""
     spread = np.array([[4e-6, 2e-6], [2e-6, 4e-5]])
     settings = LocalizationSettings(line_deviation=0.0, gate=50.0)
     turn = np.linspace(0, 2, 15)
@@ -106,7 +108,7 @@ def test_errors_are_consistent_with_covariances() -> None:
     motions = np.asarray(pga2.motor_product(pga2.motor_inverse(truth[:-1]), truth[1:]))
     wheels = Odometry().covariances(motions)
     errors, squares, n_numbers = [], 0.0, 0
-    for run in range(120):
+    for run in range(n_runs):
         rng = np.random.default_rng(run)
         robot = LineLocalizer(ROOM.segments, moved(truth[0], -rng.normal(size=3) * np.sqrt(BEGIN)), BEGIN, settings)
         for k in range(len(truth)):
@@ -126,7 +128,7 @@ def test_scans_of_the_house() -> None:
     plan = load_floor_plan(HOUSE, 0.045)
     truth = circle_of_poses()
     errors, away = [], []
-    for seed in range(6):
+    for seed in range(3):
         log = simulate_log(plan, truth, seed=seed)
         rng = np.random.default_rng(seed)
         robot = LineLocalizer(plan.segments, moved(truth[0], -rng.normal(size=3) * np.sqrt(BEGIN)), BEGIN)
@@ -143,11 +145,11 @@ def test_scans_of_the_house() -> None:
 
 
 @pytest.mark.slow
-def test_scans_of_the_house_are_consistent_in_100_runs() -> None:
+def test_scans_of_the_house_are_consistent_in_60_runs() -> None:
     plan = load_floor_plan(HOUSE, 0.045)
     truth = circle_of_poses(12)
     inside = []
-    for seed in range(120):
+    for seed in range(60):
         log = simulate_log(plan, truth, seed=seed)
         rng = np.random.default_rng(seed)
         robot = LineLocalizer(plan.segments, moved(truth[0], -rng.normal(size=3) * np.sqrt(BEGIN)), BEGIN)

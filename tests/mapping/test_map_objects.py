@@ -81,7 +81,7 @@ def test_column_from_two_scans_to_a_centimetre() -> None:
     turn = np.linspace(0, 2 * np.pi, 65)
     ring = centre + radius * np.stack([np.cos(turn), -np.sin(turn)], 1)
     plan = FloorPlan.from_walls(np.stack([ring[:-1], ring[1:]], 1), solid=True)
-    for seed in range(20):
+    for seed in range(6):
         points = []
         for place in (pose(0, 0, 0.3), pose(0.5, 2.5, -0.5)):
             scan = simulate_scan(plan, place, FINE, seed=seed).scan
@@ -99,7 +99,7 @@ def test_box_to_a_centimetre() -> None:
     truth = MapObject.box(pose(2.0, 0.3, np.pi / 4 + 0.1), 0.8, 0.5)
     corners = truth.outline[::-1]
     plan = FloorPlan.from_walls(np.stack([corners[:-1], corners[1:]], 1), solid=True)
-    for seed in range(20):
+    for seed in range(6):
         scan = simulate_scan(plan, pose(0, 0), FINE, seed=seed).scan
         found = fit_box(scan.points())
         assert found.status == FitStatus.OK

@@ -12,17 +12,18 @@ from algorithms.mapping.navigation_status import LocalizationStatus
 from algorithms.mapping.paths import PlanarPath
 from algorithms.mapping.scan_simulation import Scanner, simulate_log
 from generated import pga2
+from tests.support.selection import some_slow
 
 HOUSE = Path(__file__).parents[1] / "data" / "maps" / "house.mat"
 POINTS = [[2, 9], [3.4, 9.2], [3.4, 11.0], [7.2, 11.2], [8.7, 8], [10.5, 6.8], [11.2, 8.5], [10.9, 10.8], [14.0, 11.2],
           [15.0, 10.5], [15.1, 9.0], [15.2, 6.7]]  # fmt: skip
 
 
-@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)])
-def test_recall_precision_and_localisation(seed: int) -> None:
+@pytest.mark.parametrize(("seed", "n"), some_slow([(1, 60), (2, 120), (3, 120)], (2, 120), (3, 120)))
+def test_recall_precision_and_localisation(seed: int, n: int) -> None:
     plan = load_floor_plan(HOUSE, 0.045, smallest=3.0)
     path = PlanarPath.through(POINTS, 0.4)
-    truth = path.pose(np.linspace(0, path.length, 240))
+    truth = path.pose(np.linspace(0, path.length, n))
     log = simulate_log(plan, truth, Scanner(n_beams=361), seed=seed)
     angles, places = pga2.motor_to_angle_translation(log.odometry)
     odometry = np.column_stack([places, angles])

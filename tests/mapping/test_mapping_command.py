@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -75,11 +73,11 @@ def test_failures_are_reported_in_a_line(
     assert error.startswith("mapping: ") and message in error and "\n" not in error
 
 
-def test_help_has_examples() -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "algorithms.mapping", "--help"], capture_output=True, text=True, cwd=ROOT, check=True
-    )
-    assert "examples:" in done.stdout and "office.log.gz -o map.svg" in done.stdout
+def test_help_has_examples(capsys: Any) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main(["--help"])
+    shown = capsys.readouterr().out
+    assert "examples:" in shown and "office.log.gz -o map.svg" in shown
 
 
 def test_map_is_drawn_over_its_scans(log: Path, built: BuiltMap) -> None:

@@ -20,7 +20,7 @@ ROOM = FloorPlan.from_walls([[[0, 0], [6, 0]], [[6, 0], [6, 4]], [[6, 4], [0, 4]
 
 
 def test_pictures(tmp_path: Path) -> None:
-    path = PlanarPath.through([[1.5, 1.5], [3.5, 1.5], [3.5, 2.5]], 0.5)
+    path = PlanarPath.through([[1.5, 1.5], [2.5, 1.5], [2.5, 2.0]], 0.3)
     begin = path.pose(0.0)
     run = simulate_following(ROOM, path, LineLocalizer(ROOM.segments, begin, [1e-4] * 3), begin)
     truth = np.asarray(pga2.motor_to_angle_translation(run.truth)[1])
