@@ -120,13 +120,12 @@ def test_grasps_move_with_the_object(style):
     vertices, faces = scan("Banana")
     rng = np.random.default_rng(style)
     first = plan_grasps(vertices, faces, style)
-    for _ in range(1):
-        turn, shift = Rotation.random(random_state=rng).as_matrix(), rng.uniform(-1, 1, 3)
-        second = plan_grasps(vertices @ turn.T + shift, faces, style)
-        assert len(first) == len(second)
-        for a, b in zip(first, second, strict=True):
-            assert np.allclose(b.contacts, a.contacts @ turn.T + shift, atol=1e-8)
-            assert np.allclose(a.joints, b.joints, atol=1e-5) and abs(a.quality - b.quality) < 1e-8
+    turn, shift = Rotation.random(random_state=rng).as_matrix(), rng.uniform(-1, 1, 3)
+    second = plan_grasps(vertices @ turn.T + shift, faces, style)
+    assert len(first) == len(second)
+    for a, b in zip(first, second, strict=True):
+        assert np.allclose(b.contacts, a.contacts @ turn.T + shift, atol=1e-8)
+        assert np.allclose(a.joints, b.joints, atol=1e-5) and abs(a.quality - b.quality) < 1e-8
 
 
 def test_normals_of_a_mesh_turned_inside_out():

@@ -43,22 +43,21 @@ def spoiled(rng: np.random.Generator, pixels: Array, n_wrong: int, kind: str) ->
 @pytest.mark.parametrize(("n_wrong", "n_views"), some_slow([(5, 3), (5, 8), (12, 8)], (5, 8)))
 def test_wrong_tracks_do_not_move_the_others(n_wrong: int, n_views: int, kind: str) -> None:
     rng = np.random.default_rng(n_wrong + n_views)
-    for _ in range(1):
-        exact = images(rng, n_views)
-        noisy = exact + 0.3 * rng.normal(size=exact.shape)
-        bad, wrong = spoiled(rng, noisy, n_wrong, kind)
-        alone, found = factorize(noisy[:, n_wrong:]), factorize(bad)
-        assert found.status == VisionStatus.OK
-        assert not (found.inliers & wrong).any()
-        assert found.inliers[:, n_wrong:].all()
-        off, least = (
-            np.sqrt(np.mean((each - exact[:, n_wrong:]) ** 2)) for each in (found.pixels[:, n_wrong:], alone.pixels)
-        )
-        assert off <= 1.05 * least
-        assert not found.point_status[n_wrong:].any()
-        if kind == "everywhere":
-            assert (found.point_status[:n_wrong] == VisionStatus.NO_CONSENSUS).all()
-            assert np.isnan(found.points[:n_wrong]).all()
+    exact = images(rng, n_views)
+    noisy = exact + 0.3 * rng.normal(size=exact.shape)
+    bad, wrong = spoiled(rng, noisy, n_wrong, kind)
+    alone, found = factorize(noisy[:, n_wrong:]), factorize(bad)
+    assert found.status == VisionStatus.OK
+    assert not (found.inliers & wrong).any()
+    assert found.inliers[:, n_wrong:].all()
+    off, least = (
+        np.sqrt(np.mean((each - exact[:, n_wrong:]) ** 2)) for each in (found.pixels[:, n_wrong:], alone.pixels)
+    )
+    assert off <= 1.05 * least
+    assert not found.point_status[n_wrong:].any()
+    if kind == "everywhere":
+        assert (found.point_status[:n_wrong] == VisionStatus.NO_CONSENSUS).all()
+        assert np.isnan(found.points[:n_wrong]).all()
 
 
 def test_observations_are_corrected_if_the_others_agree() -> None:
