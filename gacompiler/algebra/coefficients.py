@@ -26,6 +26,26 @@ _NUMBERS = frozenset({int, Fraction, float, complex})
 """Types that are recognised without `isinstance`, which is slow for subclasses of abstract classes such as Fraction."""
 
 
+_CLASSES = (int, float, complex, Fraction, Decimal, np.number)
+_FOREIGN = ("sympy", "mpmath")
+"""Packages whose numbers and formulas may be coefficients; they are not imported for the test."""
+
+
+def is_number(value: Coefficient) -> bool:
+    """Return whether a value is a number, or a formula of a ring that coefficients can have."""
+    kind = type(value)
+    return (
+        isinstance(value, _CLASSES)
+        or hasattr(kind, "scalar_function")
+        or any(base.__module__.partition(".")[0] in _FOREIGN for base in kind.__mro__)
+    )
+
+
+def is_array_of_numbers(value: Coefficient) -> bool:
+    """Return whether a value is an array that can be a coefficient."""
+    return isinstance(value, np.ndarray) and value.dtype.kind in "biufcO"
+
+
 def is_exact(value: Coefficient) -> bool:
     """Return whether `value` is an integer or a fraction."""
     return type(value) in _RATIONALS or (isinstance(value, (int, Fraction)) and not isinstance(value, bool))

@@ -3,19 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from decimal import Decimal
-from fractions import Fraction
 from typing import Any, NoReturn
 
-import numpy as np
-
+from ..algebra.coefficients import is_array_of_numbers, is_number
 from ..algebra.multivector import Multivector
 from ..algebra.operations import Kind, Operation
 from ..errors import OperandError
-
-_NUMBERS = (int, float, complex, Fraction, Decimal, np.number)
-_FOREIGN = ("sympy", "mpmath")
-"""Packages whose numbers and formulas may be coefficients; they are not imported for the test."""
 
 EXPECTED = "multivectors, numbers, or expressions of the parameters of a kernel"
 
@@ -23,16 +16,6 @@ EXPECTED = "multivectors, numbers, or expressions of the parameters of a kernel"
 def own_operations(operands: tuple[Any, ...]) -> Callable[..., Any] | None:
     """Return the method ``run_operation`` of the first operand that has one, for example a numeric object."""
     return next((run for each in operands if (run := getattr(type(each), "run_operation", None)) is not None), None)
-
-
-def is_number(value: Any) -> bool:
-    """Whether a value is a number, or a formula of a ring that coefficients can have."""
-    kind = type(value)
-    return (
-        isinstance(value, _NUMBERS)
-        or hasattr(kind, "scalar_function")
-        or any(base.__module__.partition(".")[0] in _FOREIGN for base in kind.__mro__)
-    )
 
 
 def is_operand(value: Any) -> bool:
@@ -54,13 +37,13 @@ def checked(operation: Operation, operands: tuple[Any, ...]) -> None:
     arrays = operation.row.kind is Kind.SCALAR or any(isinstance(each, Multivector) for each in operands)
     for value in operands:
         allowed = isinstance(value, Multivector) or is_number(value)
-        if not allowed and not (arrays and isinstance(value, np.ndarray) and value.dtype.kind in "biufcO"):
+        if not allowed and not (arrays and is_array_of_numbers(value)):
             refuse(f"{operation}()", value)
 
 
 def refuse(where: str, value: Any) -> NoReturn:
     """Raise the error for an operand that is neither a multivector nor a number."""
-    if isinstance(value, np.ndarray) or hasattr(value, "__array__"):
+    if hasattr(value, "__array__"):
         raise OperandError(
             where,
             f"{type(value).__name__}, an array that does not say which blades its entries belong to",

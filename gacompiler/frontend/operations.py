@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..algebra.algebra import Algebra
+from ..algebra.coefficients import is_number
 from ..algebra.functions import binary, unary
 from ..algebra.layout import SCALARS
 from ..algebra.meanings import MEANINGS
@@ -18,7 +19,7 @@ from ..algebra.operations import Operation
 from ..algebra.versors import SMALL_DIMENSION, conjugate_factors
 from ..errors import AlgebraError
 from .expression import Expression, lift, node
-from .operands import checked, is_number, own_operations, refuse
+from .operands import checked, own_operations, refuse
 from .rows import Array
 
 __all__ = [
@@ -161,6 +162,9 @@ def select(condition: Any, a: Any, b: Any) -> Any:
     For multivectors, the selection is made for each coefficient.
     """
     if not any(isinstance(x, Expression) for x in (condition, a, b)):
+        for x in (condition, a, b):
+            if isinstance(x, Array):
+                x.refuse()
         checked(Operation.SELECT, tuple(x for x in (condition, a, b) if own_operations((x,)) is None))
         return a if _is_true(condition) else b
     x, y = lift(a), lift(b)

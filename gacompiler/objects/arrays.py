@@ -21,7 +21,6 @@ from ..algebra.multivector import Multivector
 from ..algebra.operations import Kind, Operation
 from ..errors import AlgebraError, LayoutError, OperandError
 from ..gac_runtime.layout import Layout as PlainLayout
-from ..generation.sources import layout_text
 from .checks import check_relations, require_blade
 from .definitions import BINARY, UNARY, Definition, grade_of, normalize_of, power_of
 from .exponentials import MOST_VECTORS, exponential, layout_of_exponential
@@ -499,6 +498,8 @@ def single_type(layout: Layout) -> Any:
 @cache
 def plain_layout(layout: Layout) -> PlainLayout:
     """Return a layout in the form of generated modules."""
+    from ..generation.sources import layout_text  # not at the start, since it loads all stages and printers
+
     text = layout_text(layout)
     return PlainLayout(text.name, text.blades, text.fixed, text.unit, text.implied)
 

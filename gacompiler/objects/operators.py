@@ -157,8 +157,7 @@ class Operator:
             try:
                 self._module_job = module_job(self)
             except SpecError:  # the operation cannot be described to another process
-                self.build()
-                return
+                return self.build()
             QUEUE.add(self._module_job)
         if self._module_job.is_done:
             self._module = load_made(self._module_job, self.kernel.name)

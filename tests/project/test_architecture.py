@@ -62,7 +62,9 @@ ALLOWED: dict[str, set[str]] = {
         *("objects", "errors", "algebra", "rings", "ir", "frontend", "passes", "backends", "generation", "runtime"),
         *(
             "cache_folder",
+            "gac_runtime.arrays",
             "gac_runtime.extension_file",
+            "gac_runtime.layout",
             "gac_runtime.names",
             "gacompiler",
             "numpy",

@@ -27,6 +27,9 @@ kinematics.Robot.from_dh([{}], "modified").forward_all([[0.0]])
 vision.fundamental_matrix(*cameras)
 vision.triangulate(cameras, vision.MOTORCYCLE.correspondences(np.ones((2, 3))))
 wavelets.iqft(wavelets.qft(np.ones((3, 4)), axes=("k", "j")))
+vision.hand_eye_from_poses(hands, eyes)
+geometry.nearest_on_circles(*circles)
+landmarks.recognize(views[0], 1e-3)
 """
 PROGRAM = """
 import sys
@@ -35,12 +38,18 @@ import numpy as np
 
 import algorithms.calculus.minors
 import algorithms.calculus.products
-from algorithms import calculus, kinematics, subspaces, vision, wavelets
+from algorithms import calculus, geometry, kinematics, subspaces, vision, wavelets
+from generated import cga3, pga3
 
 rng = np.random.default_rng(0)
 image = rng.normal(size=(64, 64))
 blade = subspaces.Blade(rng.normal(size=5), 5, 1)
 cameras = vision.MOTORCYCLE.cameras()
+hands, place, world = (pga3.motor_exponential(rng.normal(size=shape)) for shape in ((9, 6), (6,), (6,)))
+eyes = pga3.motor_product(pga3.motor_product(pga3.motor_inverse(world), hands), place)
+circles = cga3.circle_from_centre(rng.normal(size=(2, 3)), rng.normal(size=(2, 3)), 1.0)
+views = np.concatenate([rng.normal(size=(1, 10, 2)), np.full((1, 10, 1), 4.0)], -1)
+landmarks = vision.LandmarkMap.learn([views])
 unwanted = {"gacompiler", "sympy", "matplotlib", "rich", "jinja2", "mpmath", *sys.argv[2:]}
 for call in sys.argv[1].strip().splitlines():
     exec(call)

@@ -34,7 +34,9 @@ def run(path: str) -> dict[str, Any]:
 
 
 def test_no_package_is_missing(hidden: set[str]) -> None:
-    assert run("gacompiler/extras.py")["missing"] == run("algorithms/__init__.py")["_missing"] == []
+    assert run("gacompiler/extras.py")["missing"] == []
+    hidden |= {"numba"}  # which only runs kernels where there is no C compiler
+    run("algorithms/__init__.py")
 
 
 def test_the_compiler_names_its_extra(hidden: set[str]) -> None:
@@ -51,8 +53,8 @@ def test_the_command_says_it_in_one_line(hidden: set[str], monkeypatch: pytest.M
 
 
 def test_algorithms_name_their_extra(hidden: set[str]) -> None:
-    hidden |= {"scipy", "numba"}
-    with pytest.raises(ImportError, match=r"needs numba and scipy; run: pip install 'gacompiler\[algorithms\]'"):
+    hidden |= {"scipy"}
+    with pytest.raises(ImportError, match=r"algorithms needs scipy; run: pip install 'gacompiler\[algorithms\]'"):
         run("algorithms/__init__.py")
 
 
@@ -84,7 +86,7 @@ def test_other_errors_of_an_import_are_raised_unchanged() -> None:
 
 def test_extras_have_the_required_packages() -> None:
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
-    assert {"compiler", "algorithms", "pictures", "notebooks", "test", "peers", "volumes", "docs"} == set(extras)
+    assert set("compiler algorithms demo pictures notebooks test peers volumes docs".split()) == set(extras)
     named = {extra: {line.partition(">")[0] for line in lines} for extra, lines in extras.items()}
     assert set(COMPILER) <= named["compiler"]
     assert {"numba", "scipy"} <= named["algorithms"]
