@@ -52,7 +52,8 @@ def plain(where: str, value: Any, layout: Layout | None) -> Any:
     stored = getattr(value, "stored", None)
     if stored is None or layout is None:
         return value
-    return converted(where, *stored, layout)
+    values, own = stored
+    return converted(where, values, own, layout)
 
 
 def leading_shape(definition: Definition, operands: list[Any]) -> tuple[int, ...]:
