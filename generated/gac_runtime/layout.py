@@ -45,7 +45,7 @@ class Layout(NamedTuple):
         return _IDENTITIES.setdefault(key, key)
 
 
-_IDENTITIES: dict[tuple[Any, ...], tuple[Any, ...]] = {} if extension is None else vars(extension).setdefault("layouts", {})
+_IDENTITIES: dict[Any, tuple[Any, ...]] = {} if extension is None else vars(extension).setdefault("layouts", {})
 """Kept by the extension where it exists, since a process may have several copies of this file."""
 
 SCALAR = Layout("SCALAR", ())
