@@ -10,7 +10,7 @@ from tests.support.selection import some_slow
 
 
 @pytest.mark.parametrize(
-    ("name", "seeds"), some_slow([("similarity", 10), ("quaternions", 1), ("quaternions", 10)], ("quaternions", 10))
+    ("name", "seeds"), some_slow([("similarity", 10), ("quaternions", 1), ("quaternions", 5)], ("quaternions", 5))
 )
 def test_error_is_at_most_half_of_that_of_a_real_network(name: str, seeds: int) -> None:
     found = [beside_real(name, seed) for seed in range(seeds)]

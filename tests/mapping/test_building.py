@@ -267,7 +267,7 @@ def house_log(n_people: int, n: int) -> SimulatedLog:
     return simulate_log(plan, motors(poses), scanner, noisy, n_people=n_people, seed=5)
 
 
-@pytest.mark.parametrize(("n_people", "n", "error"), some_slow([(0, 260, 0.05), (3, 90, 0.15)], (0, 260, 0.05)))
+@pytest.mark.parametrize(("n_people", "n", "error"), some_slow([(0, 90, 0.05), (3, 90, 0.15)], (0, 90, 0.05)))
 def test_house(n_people: int, n: int, error: float) -> None:
     """A simulated house: errors far below those of odometry, also with people, and the walls where they are."""
     log = house_log(n_people, n)
@@ -311,9 +311,9 @@ def test_memory_grows_by_a_constant_for_each_scan() -> None:
 
 
 @pytest.mark.slow
-def test_hundred_thousand_scans() -> None:
-    found = build_map(circling(100_000))
-    assert len(found.motors) == 100_000 and found.refused == {}
-    truth = np.array([pose for _, pose, _ in circling(100_000)])
+def test_thirty_thousand_scans() -> None:
+    found = build_map(circling(30_000))
+    assert len(found.motors) == 30_000 and found.refused == {}
+    truth = np.array([pose for _, pose, _ in circling(30_000)])
     assert trajectory_error(found.poses[:, :2], truth[:, :2]) < 0.03
     assert 4 <= len(found.line_map) <= 12 and not list(same_wall(found.line_map))

@@ -41,8 +41,8 @@ def test_offices_with_people() -> None:
 @pytest.mark.parametrize(("share", "least"), [(0.0, 0.7), (0.1, 0.55), (0.2, 0.45), (0.3, 0.35)])
 def test_shares_of_people(share: float, least: float) -> None:
     """At most 1 % of the motions called OK are wrong, with up to 30 % of the beams on people at most 2.5 %."""
-    certain, wrong = statuses(6, 200, share)
-    assert certain >= 200 * least
+    certain, wrong = statuses(6, 150, share)
+    assert certain >= 150 * least
     assert wrong <= (0.025 if share == 0.3 else 0.01) * certain
 
 
