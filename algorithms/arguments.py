@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from generated.gac_runtime.layout import Layout, converted
+
 Reals = NDArray[Any]
 """An array of float32 or float64."""
 
@@ -14,7 +16,9 @@ _FLOAT32, _FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
 _LARGE = 1e60
 
 
-def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning: str = "") -> Reals:
+def real_array(
+    value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning: str = "", layouts: tuple[Layout, ...] = ()
+) -> Reals:
     """Convert `value` to an array of floats and check the shape of its last axes.
 
     Parameters
@@ -28,6 +32,9 @@ def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning
         The expected last axes; -1 matches any length.
     meaning : str, optional
         The meaning of the last axes, for error messages.
+    layouts : tuple of Layout, optional
+        The layouts whose coefficients are those numbers. Multivectors with a layout are converted to that of their
+        algebra, and refused if there is none.
 
     Returns
     -------
@@ -37,10 +44,14 @@ def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning
     Raises
     ------
     TypeError
-        If the values are not real numbers.
+        If the values are not real numbers, or multivectors of another layout.
     ValueError
         If the shape differs, or elements are masked.
     """
+    if layouts and (stored := getattr(value, "stored", None)) is not None:
+        coefficients, own = stored
+        wanted = next((layout for layout in layouts if layout.algebra == own.algebra), layouts[0])
+        value = converted(name, coefficients, own, wanted)
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         count = int(np.count_nonzero(np.ma.getmaskarray(value)))
         raise ValueError(

@@ -61,7 +61,7 @@ def nearest_on_circles(a: ArrayLike, b: ArrayLike) -> NearestOnCircles:
     TypeError, ValueError
         If an argument has a wrong shape or type.
     """
-    one, two = real_array(a, "a", (10,), "a circle"), real_array(b, "b", (10,), "a circle")
+    one, two = (real_array(x, name, (10,), "a circle", (cga3.CIRCLE,)) for x, name in ((a, "a"), (b, "b")))
     one, two = np.broadcast_arrays(one, two)
     radius, curve = cga3.circle_relative_to_circle(one, two)
     size = np.abs(curve).sum((-2, -1)) + radius

@@ -13,12 +13,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from generated import cga3
+from generated import cga3, pga3
 
 from ..arguments import Reals, real_array
 from .circles import nearest_on_circles
 
-KINDS = {"point": 3, "point pair": 10, "line": 6, "circle": 10, "plane": 4, "sphere": 5}
+LAYOUTS = {
+    "point": (cga3.POINT, pga3.POINT),
+    "point pair": (cga3.POINT_PAIR,),
+    "line": (cga3.LINE,),
+    "circle": (cga3.CIRCLE,),
+    "plane": (cga3.PLANE,),
+    "sphere": (cga3.SPHERE,),
+}
+"""The layouts of each kind, whose coefficients are the same numbers."""
+KINDS = {kind: len(layouts[0].blades) for kind, layouts in LAYOUTS.items()}
 """Kinds of objects, in the order used in the tables, and the number of coefficients of each."""
 TOLERANCE = 1e-9
 """A point lies on an object if their distance is at most this, times the point's distance from the origin if above 1.
@@ -228,8 +237,9 @@ def distance(kind: str, one: ArrayLike, other: str, two: ArrayLike) -> Reals:
     ----------
     kind, other : str
         Keys of `KINDS`, in either order.
-    one, two : array_like, (..., size of the kind)
-        Coefficients; leading axes broadcast. Spheres are surfaces, and pairs consist of two points.
+    one, two : array_like or multivector, (..., size of the kind)
+        Coefficients in the layouts of `generated.cga3`; leading axes broadcast. Multivectors are converted, or refused,
+        by their layout. Spheres are surfaces, and pairs consist of two points.
 
     Returns
     -------
@@ -352,7 +362,7 @@ def _lies_on(p: Reals, kind: str, other: Reals, tolerance: float) -> Reals:
 def _given(kind: str, value: ArrayLike, name: str) -> Reals:
     if kind not in KINDS:
         raise ValueError(f"{name}: kind {kind!r}; expected {_listed(list(KINDS))}")
-    return real_array(value, name, (KINDS[kind],), f"a {kind}")
+    return real_array(value, name, (KINDS[kind],), f"a {kind}", LAYOUTS[kind])
 
 
 def _kinds_of(table: dict[tuple[str, str], Operation]) -> set[str]:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from generated import cga3
 
 from ..arguments import Reals, real_array
-from .pairs import KINDS
+from .pairs import KINDS, LAYOUTS
 
 
 def _parts(kind: str, x: Reals) -> tuple[Reals, Reals, Reals]:
@@ -46,7 +46,7 @@ def similarity_between(kind: str, a: ArrayLike, b: ArrayLike) -> Reals:
     """
     if kind not in ("point pair", "circle", "sphere"):
         raise ValueError(f"kind: {kind!r}; expected point pair, circle or sphere")
-    one, two = (real_array(x, name, (KINDS[kind],), f"a {kind}") for x, name in ((a, "a"), (b, "b")))
+    one, two = (real_array(x, name, (KINDS[kind],), f"a {kind}", LAYOUTS[kind]) for x, name in ((a, "a"), (b, "b")))
     (p, n, r), (q, m, s) = _parts(kind, one), _parts(kind, two)
     with np.errstate(divide="ignore", invalid="ignore"):
         scale = np.sqrt(s / r)
@@ -89,5 +89,5 @@ def versor_between(kind: str, a: ArrayLike, b: ArrayLike) -> Reals:
     """
     if kind not in _BETWEEN:
         raise ValueError(f"kind: {kind!r}; expected {', '.join(KINDS)}")
-    one, two = (real_array(x, name, (KINDS[kind],), f"a {kind}") for x, name in ((a, "a"), (b, "b")))
+    one, two = (real_array(x, name, (KINDS[kind],), f"a {kind}", LAYOUTS[kind]) for x, name in ((a, "a"), (b, "b")))
     return np.asarray(_BETWEEN[kind](one, two))

@@ -35,6 +35,7 @@ from algorithms.geometry import (
 )
 from algorithms.geometry.circles import nearest_angles
 from algorithms.geometry.pairs import ANGLES, DISTANCES, MEETS, PROJECTIONS
+from gacompiler.objects import CGA3, PGA3
 from generated import cga2, cga3, pga3
 
 RNG = np.random.default_rng(11)
@@ -661,3 +662,19 @@ def test_empty_arrays() -> None:
             assert len(project(kind, one, other, two)) == 0
     assert cone([], [], 0.5).shape == (0, 0, 3) and fit_line(np.zeros((0, 5, 3))).residual.shape == (0,)
     assert set(MEETS) == {pair for pair in PAIRS if "point" not in pair[0]}
+
+
+def test_multivectors_are_converted_or_refused_by_their_layout() -> None:
+    plane, point = CGA3.plane([0, 0, 1], 1), CGA3.point(1, 2, 3)
+    for given in (
+        point,
+        PGA3.point(1, 2, 3),
+        [1, 2, 3],
+        CGA3.multivector({"e0": 1, "e1": 1, "e2": 2, "e3": 3, "einf": 7}),
+    ):
+        assert distance("point", given, "plane", plane) == pytest.approx(2)
+    for other in (PGA3.plane(0, 0, 1, -1), CGA3.sphere([0, 0, 1], 2.0)):
+        with pytest.raises(TypeError, match=r"(PGA3\.PLANE|CGA3\.SPHERE).*expected CGA3\.PLANE"):
+            distance("point", point, "plane", other)
+    with pytest.raises(TypeError, match=r"PGA3\.LINE; expected CGA3\.LINE"):
+        angle("line", PGA3.line([0, 0, 0], [1, 0, 0]), "line", CGA3.line([0, 0, 0], [1, 1, 0]))
