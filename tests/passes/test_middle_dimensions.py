@@ -194,9 +194,10 @@ def reflected(metric: np.ndarray, a: np.ndarray, x: np.ndarray) -> np.ndarray:
     return np.array((a @ metric @ a) * x - 2 * (a @ metric @ x) * a)
 
 
-@pytest.mark.parametrize(
-    "metric", some_slow(METRICS, "G(9,6) null", "G(9,6)", "G(8,8) null", "G(8,2)", "G(8,2) null", "G(6,3) null")
-)
+NULL = [metric for metric in METRICS if "null" in metric]
+
+
+@pytest.mark.parametrize("metric", some_slow(["G(6,3)", *NULL], *NULL))
 def test_two_reflections(metric: str) -> None:
     algebra = METRICS[metric]()
     vector, _ = typed(algebra)
@@ -207,7 +208,7 @@ def test_two_reflections(metric: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("metric", ["G(6,3)", "G(6,3) null", "G(8,2) null"])
+@pytest.mark.parametrize("metric", ["G(6,3)", "G(8,2) null"])
 def test_a_rotor_from_two_vectors(metric: str) -> None:
     algebra = METRICS[metric]()
     vector, _ = typed(algebra)

@@ -702,7 +702,7 @@ def random_expression(random: Random, leaves: list[Any], depth: int) -> Any:
     return random.choice(binary)(left, right)
 
 
-@pytest.mark.parametrize("seed", some_slow(range(63), *(set(range(63)) - {0, 8, 16, 45, 32, 40, 48})))
+@pytest.mark.parametrize("seed", some_slow(range(49), *(set(range(49)) - {0, 8, 16, 45, 32, 40, 48})))
 def test_random_kernels_equal_their_definition(seed: int) -> None:
     """Programs of random products of random sparse layouts equal the author's definition exactly.
 
