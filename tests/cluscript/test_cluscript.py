@@ -69,7 +69,7 @@ def inputs_of(one: Script) -> dict[str, float]:
 
 LARGE = ("conic_versors", "dcga_quadrics", "dcga_versors", "gps", "long_sum")
 """Scripts that take as long to compile as all others together."""
-COMPILED = ("circles_2d", "complex_numbers", "constant", "functions", "macro_outputs", "names", "pragma_output")
+COMPILED = ("constant", "functions", "macro_outputs", "names", "pragma_output")
 """Small scripts that are run by C and numba too, which take their time to compile."""
 
 

@@ -66,7 +66,7 @@ m = PGA3.motor([0, 0, 1], 0.5, 1.0, 2.0, 3.0)
 x = Hand().close(m, [p, q])
 
 def walk(m, p):
-    for k in range(100):
+    for k in range(70):
         p = m >> p
     return p
 

@@ -145,7 +145,7 @@ def test_twists_velocities_and_accelerations(rng: np.random.Generator) -> None:
     generator = np.zeros((N, 4, 4))
     generator[:, :3, :3], generator[:, :3, 3] = hat(w), v
     motors = pga3.motor_from_twist(twist)
-    close(pga3.motor_to_matrix(motors)[:200], expm(generator[:200]), 1e-12)
+    close(pga3.motor_to_matrix(motors), expm(generator), 1e-12)
     short = length(w) < 3
     close(pga3.motor_to_twist(motors)[short], twist[short], 1e-12)
     h = 1e-6
@@ -268,7 +268,7 @@ def test_motors_of_the_plane_in_other_forms(rng: np.random.Generator) -> None:
     generator = np.zeros((N, 3, 3))
     generator[:, 1, 0], generator[:, 0, 1], generator[:, :2, 2] = w, -w, t
     moving = pga2.motor_from_twist(twist)
-    close(pga2.motor_to_matrix(moving)[:200], expm(generator[:200]), 1e-12)
+    close(pga2.motor_to_matrix(moving), expm(generator), 1e-12)
     short = np.abs(w) < 3
     close(pga2.motor_to_twist(moving)[short], twist[short], 1e-13)
     close(pga2.twist_from_motor_derivative(moving, pga2.motor_derivative(moving, twist)), twist, 1e-14)
