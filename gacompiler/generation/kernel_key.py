@@ -79,6 +79,9 @@ class _Writer:
         self._numbers: dict[str, int] = {}
         self._known: dict[int, int] = {}
         """Numbers by the identity of objects, which the kernel keeps alive while it is described."""
+        self._algebras: dict[Algebra, int] = {}
+        """The number of the first of all equal algebras: equal constants are one node, whose algebra is that of the
+        kernel that was traced first, and may have another name."""
 
     def kernel(self, trace: Trace) -> str:
         """Return the whole text of a kernel without loops."""
@@ -138,10 +141,14 @@ class _Writer:
 
     def _algebra(self, algebra: Algebra) -> int:
         if id(algebra) not in self._known:
-            metric = [[str(value) for value in row] for row in algebra.gram]
-            # The layout of a result is chosen among all named layouts.
-            named = [_layout_text(layout) for layout in algebra.layouts.values()]
-            self._add(algebra, repr(("algebra", algebra.name, algebra.vectors, metric, algebra.spellings, named)))
+            if algebra in self._algebras:
+                self._known[id(algebra)] = self._algebras[algebra]
+            else:
+                metric = [[str(value) for value in row] for row in algebra.gram]
+                # The layout of a result is chosen among all named layouts.
+                named = [_layout_text(layout) for layout in algebra.layouts.values()]
+                self._add(algebra, repr(("algebra", algebra.name, algebra.vectors, metric, algebra.spellings, named)))
+                self._algebras[algebra] = self._known[id(algebra)]
         return self._known[id(algebra)]
 
     def _layout(self, layout: Layout) -> int:
