@@ -25,7 +25,7 @@ MAKEFLAGS += --no-print-directory
 .DEFAULT_GOAL := help
 .PHONY: demo test slow peers thorough generated check lint types docs bench counts growth notebooks build wheel help clean FORCE
 
-demo: .venv/.demo ## Build five modules, run on real input; pictures in build/demo
+demo: .venv/.demo ## Build the modules that it calls, run on real input; pictures in build/demo
 	@$(MAKE) build/.generated
 	$(BIN)/python -m algorithms.demo
 
@@ -63,7 +63,7 @@ types: .venv/.installed ## Check types
 docs: .venv/.docs ## Build the documentation site from docs, notebooks and docstrings; build/site/index.html
 	PYTHONPATH=docs $(BIN)/python -m website
 
-bench: .venv/.peers ## Measure, compare, write pages of docs; PAGE=vision-speed for one; CHECK=1 lists outdated ones
+bench: $(if $(CHECK),.venv/.installed,.venv/.peers) ## Measure, compare, write pages of docs; PAGE=vision-speed for one; CHECK=1 lists outdated ones
 	@$(if $(CHECK),,$(MAKE) build)
 	$(BIN)/python -m benchmarks $(if $(CHECK),--check,$(or $(PAGE),all))
 

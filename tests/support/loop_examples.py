@@ -418,7 +418,7 @@ HARD = (
 
 @cache
 def loop_source(definition: Kernel) -> LoopSource:
-    """A kernel with loops as it is stored in modules, with facts for readers; no cheaper forms are searched."""
+    """A kernel with loops in the form that modules store, with facts for readers; no cheaper forms are searched."""
     compiled = compile_loops(definition, effort=0)
     layouts = []
     for parameter in definition.parameters:
