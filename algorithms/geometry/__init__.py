@@ -2,8 +2,9 @@
 
 from .circles import NearestOnCircles, nearest_on_circles
 from .fits import Fit, fit_circle, fit_line, fit_plane, fit_sphere
+from .kinds import KINDS
 from .meshes import MeshHit, hit_mesh
-from .pairs import KINDS, Meet, angle, distance, meet, project
+from .pairs import Meet, angle, distance, meet, project
 from .round_fits import ConeFit, CylinderFit, fit_cone, fit_cylinder
 from .stereographic import inverse_stereographic_projection, stereographic_projection
 from .surfaces import (

@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 
 from generated import cga3
 
-from ..arguments import Reals, real_array
+from ..arguments import Reals
+from .kinds import named
 
 SAMPLES = 24
 """Number of angles at which the distance is evaluated, in addition to the roots of the polynomial."""
@@ -47,8 +48,9 @@ def nearest_on_circles(a: ArrayLike, b: ArrayLike) -> NearestOnCircles:
 
     Parameters
     ----------
-    a, b : array_like, (..., 10)
-        Circles of `generated.cga3`; leading axes broadcast. A circle with radius 0 is a point.
+    a, b : multivector, or array_like, (..., 10)
+        Circles of `generated.cga3`, or elements of CGA2 or CGA3; leading axes broadcast. A circle with
+        radius 0 is a point.
 
     Returns
     -------
@@ -61,7 +63,7 @@ def nearest_on_circles(a: ArrayLike, b: ArrayLike) -> NearestOnCircles:
     TypeError, ValueError
         If an argument has a wrong shape or type.
     """
-    one, two = (real_array(x, name, (10,), "a circle", (cga3.CIRCLE,)) for x, name in ((a, "a"), (b, "b")))
+    one, two = (named("circle", x, name).values for x, name in ((a, "a"), (b, "b")))
     one, two = np.broadcast_arrays(one, two)
     radius, curve = cga3.circle_relative_to_circle(one, two)
     size = np.abs(curve).sum((-2, -1)) + radius

@@ -1,34 +1,25 @@
 """Distances, angles, meets and projections of pairs of points, point pairs, lines, circles, planes and spheres.
 
-The kinds are passed by name, since arrays carry no type: a plane has the four coefficients of `generated.cga3`, a point
-three coordinates. Tables map pairs of kinds to kernels or combinations of kernels. Meaningless operations are omitted
-from the tables; requesting one raises an error that lists the available kinds.
+Elements say what they are. Arrays do not, and the name of their kind comes before them: a plane has the four
+coefficients of `generated.cga3`, a point three coordinates. Tables map pairs of kinds to kernels or combinations of
+kernels. Meaningless operations are omitted from the tables; requesting one raises an error that lists the available
+kinds.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, overload
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from generated import cga3, pga3
+from generated import cga3
 
-from ..arguments import Reals, real_array
+from ..arguments import Reals
 from .circles import nearest_on_circles
+from .kinds import given, listed
 
-LAYOUTS = {
-    "point": (cga3.POINT, pga3.POINT),
-    "point pair": (cga3.POINT_PAIR,),
-    "line": (cga3.LINE,),
-    "circle": (cga3.CIRCLE,),
-    "plane": (cga3.PLANE,),
-    "sphere": (cga3.SPHERE,),
-}
-"""The layouts of each kind, whose coefficients are the same numbers."""
-KINDS = {kind: len(layouts[0].blades) for kind, layouts in LAYOUTS.items()}
-"""Kinds of objects, in the order used in the tables, and the number of coefficients of each."""
 TOLERANCE = 1e-9
 """A point lies on an object if their distance is at most this, times the point's distance from the origin if above 1.
 """
@@ -43,8 +34,9 @@ class Meet:
     kind: str
     """Kind of the intersection: ``point``, ``point pair``, ``line`` or ``circle``; ``points`` for the points of a pair
     that lie on an object."""
-    common: Reals
-    """Coefficients of that kind. Meaningless, infinite or NaN if `how` indicates that there is no intersection."""
+    common: Any
+    """Coefficients of that kind, as an element if elements were passed. Meaningless, infinite or NaN if `how` indicates
+    that there is no intersection."""
     how: Reals
     """(...) 1: the objects intersect; 0: they are tangent (or one point of a pair lies on the object); -1: they do not
     intersect; 2: parallel or concentric; 3: one contains the other. The tolerance is that of the kernels
@@ -230,16 +222,21 @@ object through the point. Circles and lines on spheres, and circles on planes: t
 the projected object that is orthogonal to the second. Pairs: projection of both points."""
 
 
-def distance(kind: str, one: ArrayLike, other: str, two: ArrayLike) -> Reals:
+@overload
+def distance(one: Any, two: Any, /) -> Reals: ...
+@overload
+def distance(kind: str, one: Any, other: str, two: Any, /) -> Reals: ...
+def distance(*arguments: Any) -> Reals:
     """Return the minimum distance of two objects in the units of the coordinates, 0 if they intersect.
 
     Parameters
     ----------
+    one, two : multivector
+        Elements of PGA2, PGA3, CGA2 or CGA3, in any layout; elements of the plane lie in z = 0. Leading axes broadcast.
+        Or arrays of shape (..., size of the kind), coefficients in the layouts of `generated.cga3`, each after its
+        kind: ``distance("point", p, "plane", plane)``. Spheres are surfaces, and pairs consist of two points.
     kind, other : str
         Keys of `KINDS`, in either order.
-    one, two : array_like or multivector, (..., size of the kind)
-        Coefficients in the layouts of `generated.cga3`; leading axes broadcast. Multivectors are converted, or refused,
-        by their layout. Spheres are surfaces, and pairs consist of two points.
 
     Returns
     -------
@@ -251,11 +248,15 @@ def distance(kind: str, one: ArrayLike, other: str, two: ArrayLike) -> Reals:
     TypeError, ValueError
         If an argument has a wrong shape or type, or a kind is unknown.
     """
-    first, second = _given(kind, one, "one"), _given(other, two, "two")
-    return np.asarray(_in_order(DISTANCES, kind, first, other, second))
+    one, two = given("distance", arguments, ("one", "two"))
+    return np.asarray(_in_order(DISTANCES, one.kind, one.values, two.kind, two.values))
 
 
-def angle(kind: str, one: ArrayLike, other: str, two: ArrayLike) -> Reals:
+@overload
+def angle(one: Any, two: Any, /) -> Reals: ...
+@overload
+def angle(kind: str, one: Any, other: str, two: Any, /) -> Reals: ...
+def angle(*arguments: Any) -> Reals:
     """Return the angle between two objects, in radians; see `ANGLES`.
 
     The angle between two directions or two normals is in [0, pi]. The angle of a line or pair with a plane or the plane
@@ -264,7 +265,7 @@ def angle(kind: str, one: ArrayLike, other: str, two: ArrayLike) -> Reals:
 
     Parameters
     ----------
-    kind, other, one, two
+    one, two, kind, other
         As in `distance`.
 
     Returns
@@ -276,21 +277,26 @@ def angle(kind: str, one: ArrayLike, other: str, two: ArrayLike) -> Reals:
     TypeError, ValueError
         As in `distance`, and if no angle is defined for the two kinds.
     """
-    first, second = _given(kind, one, "one"), _given(other, two, "two")
-    if not ({(kind, other), (other, kind)} & ANGLES.keys()):
+    one, two = given("angle", arguments, ("one", "two"))
+    if not ({(one.kind, two.kind), (two.kind, one.kind)} & ANGLES.keys()):
         raise ValueError(
-            f"angle: not defined for {kind} and {other}; expected two of {_listed(sorted(_kinds_of(ANGLES)))}"
+            f"angle: not defined for {one.kind} and {two.kind}; expected two of {listed(sorted(_kinds_of(ANGLES)))}"
         )
-    return np.asarray(_in_order(ANGLES, kind, first, other, second))
+    return np.asarray(_in_order(ANGLES, one.kind, one.values, two.kind, two.values))
 
 
-def meet(kind: str, one: ArrayLike, other: str, two: ArrayLike, *, tolerance: float = TOLERANCE) -> Meet:
+@overload
+def meet(one: Any, two: Any, /, *, tolerance: float = TOLERANCE) -> Meet: ...
+@overload
+def meet(kind: str, one: Any, other: str, two: Any, /, *, tolerance: float = TOLERANCE) -> Meet: ...
+def meet(*arguments: Any, tolerance: float = TOLERANCE) -> Meet:
     """Return the intersection of two objects and its type.
 
     Parameters
     ----------
-    kind, other, one, two
-        As in `distance`.
+    one, two, kind, other
+        As in `distance`. The intersection of elements is an element of the algebra of the first one, or of CGA3 if that
+        has no such kind: two spheres have a circle.
     tolerance : float
         A point lies on an object if their distance is at most this, times the point's distance from the origin if that
         is above 1.
@@ -304,7 +310,12 @@ def meet(kind: str, one: ArrayLike, other: str, two: ArrayLike, *, tolerance: fl
     TypeError, ValueError
         As in `distance`.
     """
-    first, second = _given(kind, one, "one"), _given(other, two, "two")
+    one, two = given("meet", arguments, ("one", "two"))
+    found = _meet(one.kind, one.values, two.kind, two.values, tolerance)
+    return Meet(found.kind, one.returned(found.kind.removesuffix("s"), found.common), found.how)
+
+
+def _meet(kind: str, first: Reals, other: str, second: Reals, tolerance: float) -> Meet:
     if (kind, other) in MEETS:
         return Meet(*MEETS[kind, other](first, second))
     if (other, kind) in MEETS:
@@ -323,35 +334,43 @@ def meet(kind: str, one: ArrayLike, other: str, two: ArrayLike, *, tolerance: fl
     return Meet("point", np.where(there[..., None], first, np.nan), np.where(there, 3.0, -1.0))
 
 
-def project(kind: str, one: ArrayLike, other: str, two: ArrayLike) -> Reals:
+@overload
+def project(one: Any, two: Any, /) -> Any: ...
+@overload
+def project(kind: str, one: Any, other: str, two: Any, /) -> Any: ...
+def project(*arguments: Any) -> Any:
     """Return the projection of the first object on the second; see `PROJECTIONS`.
 
     Parameters
     ----------
-    kind, other, one, two
+    one, two, kind, other
         As in `distance`, but the order matters.
 
     Returns
     -------
-    array
+    array or multivector
         An object of the first kind, except that a line on a sphere gives a circle. NaN or 0 where the projection is
-        undetermined: the centre of a sphere on the sphere, a line on an orthogonal plane.
+        undetermined: the centre of a sphere on the sphere, a line on an orthogonal plane. Elements give an element, as
+        in `meet`.
 
     Raises
     ------
     TypeError, ValueError
         As in `distance`, and if the projection is not defined.
     """
-    first, second = _given(kind, one, "one"), _given(other, two, "two")
-    if kind == "point pair":
-        return np.asarray(cga3.point_pair_from_points(*(PROJECTIONS["point", other](p, second) for p in _ends(first))))
-    known = PROJECTIONS.get((kind, other))
+    one, two = given("project", arguments, ("one", "two"))
+    if one.kind == "point pair":
+        ends = (PROJECTIONS["point", two.kind](p, two.values) for p in _ends(one.values))
+        return one.returned("point pair", np.asarray(cga3.point_pair_from_points(*ends)))
+    known = PROJECTIONS.get((one.kind, two.kind))
     if known is None:
-        onto = [b for a, b in PROJECTIONS if a == kind]
+        onto = [b for a, b in PROJECTIONS if a == one.kind]
         raise ValueError(
-            f"project: not defined for a {kind} on a {other}; expected it on {_listed(onto) if onto else 'nothing'}"
+            f"project: not defined for a {one.kind} on a {two.kind}; "
+            f"expected it on {listed(onto) if onto else 'nothing'}"
         )
-    return np.asarray(known(first, second))
+    kind = "circle" if (one.kind, two.kind) == ("line", "sphere") else one.kind
+    return one.returned(kind, np.asarray(known(one.values, two.values)))
 
 
 def _lies_on(p: Reals, kind: str, other: Reals, tolerance: float) -> Reals:
@@ -359,15 +378,5 @@ def _lies_on(p: Reals, kind: str, other: Reals, tolerance: float) -> Reals:
     return np.asarray(_in_order(DISTANCES, "point", p, kind, other) <= tolerance * size)
 
 
-def _given(kind: str, value: ArrayLike, name: str) -> Reals:
-    if kind not in KINDS:
-        raise ValueError(f"{name}: kind {kind!r}; expected {_listed(list(KINDS))}")
-    return real_array(value, name, (KINDS[kind],), f"a {kind}", LAYOUTS[kind])
-
-
 def _kinds_of(table: dict[tuple[str, str], Operation]) -> set[str]:
     return {kind for pair in table for kind in pair}
-
-
-def _listed(kinds: list[str]) -> str:
-    return ", ".join(kinds[:-1]) + f" or {kinds[-1]}" if len(kinds) > 1 else kinds[0]

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from typing import Any, overload
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from generated import cga3
 
-from ..arguments import Reals, real_array
-from .pairs import KINDS, LAYOUTS
+from ..arguments import Reals
+from .kinds import KINDS, Given, given, listed, named
 
 
 def _parts(kind: str, x: Reals) -> tuple[Reals, Reals, Reals]:
@@ -22,7 +22,11 @@ def _parts(kind: str, x: Reals) -> tuple[Reals, Reals, Reals]:
     return cga3.point_pair_centre(x), cga3.point_pair_direction(x), cga3.point_pair_radius_squared(x)
 
 
-def similarity_between(kind: str, a: ArrayLike, b: ArrayLike) -> Reals:
+@overload
+def similarity_between(a: Any, b: Any, /) -> Any: ...
+@overload
+def similarity_between(kind: str, a: Any, b: Any, /) -> Any: ...
+def similarity_between(*arguments: Any) -> Any:
     """Return the similarity that takes a point pair, circle or sphere to another: rotation, scaling, translation.
 
     The orientation of circles and the order of point pairs are preserved, with the smallest possible rotation. The
@@ -30,13 +34,14 @@ def similarity_between(kind: str, a: ArrayLike, b: ArrayLike) -> Reals:
 
     Parameters
     ----------
+    a, b : multivector
+        Elements of one kind, or after the name of the kind arrays of shape (..., size of the kind). Both real or both
+        imaginary; leading axes broadcast.
     kind : {"point pair", "circle", "sphere"}
-    a, b : array_like, (..., size of the kind)
-        Both real or both imaginary; leading axes broadcast.
 
     Returns
     -------
-    array, (..., 16)
+    array, (..., 16), or multivector
         A versor for the kernels ``transform_...``. NaN if one object is real and the other imaginary, or a radius is 0.
 
     Raises
@@ -44,15 +49,13 @@ def similarity_between(kind: str, a: ArrayLike, b: ArrayLike) -> Reals:
     TypeError, ValueError
         If an argument has a wrong shape or type, or the kind is not one of those above.
     """
-    if kind not in ("point pair", "circle", "sphere"):
-        raise ValueError(f"kind: {kind!r}; expected point pair, circle or sphere")
-    one, two = (real_array(x, name, (KINDS[kind],), f"a {kind}", LAYOUTS[kind]) for x, name in ((a, "a"), (b, "b")))
-    (p, n, r), (q, m, s) = _parts(kind, one), _parts(kind, two)
+    one, two = _pair("similarity_between", arguments, ("point pair", "circle", "sphere"))
+    (p, n, r), (q, m, s) = _parts(one.kind, one.values), _parts(one.kind, two.values)
     with np.errstate(divide="ignore", invalid="ignore"):
         scale = np.sqrt(s / r)
     scale = np.where((scale > 0) & np.isfinite(scale), scale, np.nan)
     versor = cga3.similarity_between_rounds(p, q, n, m, scale)
-    return np.where(np.isnan(scale)[..., None], np.nan, versor)
+    return _versor(one, np.where(np.isnan(scale)[..., None], np.nan, versor))
 
 
 _BETWEEN: dict[str, Callable[[Reals, Reals], Reals]] = {
@@ -65,7 +68,11 @@ _BETWEEN: dict[str, Callable[[Reals, Reals], Reals]] = {
 }
 
 
-def versor_between(kind: str, a: ArrayLike, b: ArrayLike) -> Reals:
+@overload
+def versor_between(a: Any, b: Any, /) -> Any: ...
+@overload
+def versor_between(kind: str, a: Any, b: Any, /) -> Any: ...
+def versor_between(*arguments: Any) -> Any:
     """Return the minimal conformal map that takes `a` to `b`: the square root of the ratio of the two objects.
 
     For points it is a translation, for lines and planes a motor. The result is NaN if there is no such versor; see
@@ -73,21 +80,36 @@ def versor_between(kind: str, a: ArrayLike, b: ArrayLike) -> Reals:
 
     Parameters
     ----------
+    a, b : multivector
+        Elements of one kind, or after the name of the kind arrays of shape (..., size of the kind). Leading axes
+        broadcast.
     kind : str
         A key of `KINDS`.
-    a, b : array_like, (..., size of the kind)
-        Leading axes broadcast.
 
     Returns
     -------
-    array, (..., 16)
+    array, (..., 16), or multivector
 
     Raises
     ------
     TypeError, ValueError
         If an argument has a wrong shape or type, or the kind is unknown.
     """
-    if kind not in _BETWEEN:
-        raise ValueError(f"kind: {kind!r}; expected {', '.join(KINDS)}")
-    one, two = (real_array(x, name, (KINDS[kind],), f"a {kind}", LAYOUTS[kind]) for x, name in ((a, "a"), (b, "b")))
-    return np.asarray(_BETWEEN[kind](one, two))
+    one, two = _pair("versor_between", arguments, KINDS)
+    return _versor(one, np.asarray(_BETWEEN[one.kind](one.values, two.values)))
+
+
+def _pair(where: str, arguments: tuple[Any, ...], kinds: Iterable[str]) -> tuple[Given, Given]:
+    """Return two arguments of one of the given kinds."""
+    if len(arguments) == 3:
+        kind, *pair = arguments
+        one, two = (named(kind, value, name) for value, name in zip(pair, "ab", strict=True))
+    else:
+        one, two = given(where, arguments, ("a", "b"))
+    if one.kind != two.kind or one.kind not in kinds:
+        raise ValueError(f"{where}: kinds {one.kind} and {two.kind}; expected two of one kind: {listed([*kinds])}")
+    return one, two
+
+
+def _versor(like: Given, versor: Reals) -> Any:
+    return versor if like.element is None else like.element.like(cga3.UNIT_EVEN, versor)

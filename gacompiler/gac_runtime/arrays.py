@@ -56,6 +56,20 @@ def plain(where: str, value: Any, layout: Layout | None) -> Any:
     return converted(where, values, own, layout)
 
 
+def in_order(kernel: str, names: list[str], arrays: tuple[Any, ...], named: dict[str, Any]) -> tuple[Any, ...]:
+    """Return the arguments of a call in order, given that some were passed by name."""
+    expected = ", ".join(names)
+    for name in named:
+        if name not in names:
+            raise TypeError(f"{kernel}: unknown argument {name}; expected {expected}, out or num_threads")
+        if name in names[: len(arrays)]:
+            raise TypeError(f"{kernel}: argument {name} is passed by position and by name; expected it once")
+    missing = [name for name in names[len(arrays) :] if name not in named]
+    if missing:
+        raise TypeError(f"{kernel}: missing argument {' and '.join(missing)}; expected {expected}")
+    return (*arrays, *(named[name] for name in names[len(arrays) :]))
+
+
 def leading_shape(definition: Definition, operands: list[Any]) -> tuple[int, ...]:
     """Return the shape of the batch to which the arguments broadcast."""
     shapes = [

@@ -18,6 +18,7 @@ from .arrays import (
     as_array,
     as_returned,
     checked_outs,
+    in_order,
     leading_shape,
     overlaps,
     parsed_signature,
@@ -25,6 +26,7 @@ from .arrays import (
 )
 from .definition import Definition, Shape, result_names
 from .documentation import Facts, docstring, shape_text
+from .elements import as_elements, element_among, without_elements
 from .extension import Call, Signature, extension
 from .foreign import LOCK, StridedLoop
 from .functions import evaluate, namespace_of, namespace_operands
@@ -112,8 +114,9 @@ class Kernel(Call):  # type: ignore[misc]
     """A generated function of arrays. Leading axes broadcast; the last axes are those of `signature`.
 
     Arguments are passed by position or by name, ``kernel(m=motors, p=points)``; passing by position is faster for one
-    element. ``kernel(..., out=array)`` writes the result to an array. ``kernel(..., num_threads=2)`` distributes the
-    elements of a large batch over threads; the default is the `num_threads` of the module.
+    element. If all arguments with coefficients are elements, and not arrays, so are the results with coefficients.
+    ``kernel(..., out=array)`` writes the result to an array. ``kernel(..., num_threads=2)`` distributes the elements of
+    a large batch over threads; the default is the `num_threads` of the module.
 
     Attributes
     ----------
@@ -151,8 +154,9 @@ class Kernel(Call):  # type: ignore[misc]
         self._loops: dict[Any, _Loop] = {}
         self._addresses = [(0, 0, 0), (0, 0, 0)]
         self._jit: Any = None
-        layouts = [definition.layouts.get(name) for name, _ in definition.inputs]
-        self._identities = tuple(None if layout is None else layout.identity for layout in layouts)
+        self._given = [definition.layouts.get(name) for name, _ in definition.inputs]
+        self._returned = [definition.layouts.get(name) for name, _ in definition.outputs]
+        self._identities = tuple(layout.identity if layout and layout.blades else None for layout in self._given)
 
     @classmethod
     def of(cls, function: Callable[..., Any], signature: str) -> Kernel:
@@ -221,11 +225,13 @@ class Kernel(Call):  # type: ignore[misc]
         """
         if named:
             threads = {} if num_threads is None else {"num_threads": num_threads}
-            return self(*self._in_order(arrays, named), out=out, **threads)
+            return self(*in_order(self.name, self.argument_names, arrays, named), out=out, **threads)
         definition = self.definition
         if len(arrays) != len(definition.inputs):
             names = ", ".join(name for name, _ in definition.inputs)
             raise TypeError(f"{self.name}: {len(arrays)} arguments; expected {len(definition.inputs)} ({names})")
+        if out is None and (element := element_among(arrays, self._given)) is not None:
+            return self._on_elements(element, arrays, num_threads)
         settings = self._settings
         n_threads = checked_threads(self.name, settings.num_threads if num_threads is None else num_threads)
         namespace = namespace_of(arrays)
@@ -264,19 +270,17 @@ class Kernel(Call):  # type: ignore[misc]
         def attempt(self, *_arrays: Any) -> None:
             """Return None: without the extension there is no fast path."""
 
-    def _in_order(self, arrays: tuple[Any, ...], named: dict[str, Any]) -> list[Any]:
-        """Return the arguments of a call in order, given that some were passed by name."""
-        names = self.argument_names
-        expected = ", ".join(names)
-        for name in named:
-            if name not in names:
-                raise TypeError(f"{self.name}: unknown argument {name}; expected {expected}, out or num_threads")
-            if name in names[: len(arrays)]:
-                raise TypeError(f"{self.name}: argument {name} is passed by position and by name; expected it once")
-        missing = [name for name in names[len(arrays) :] if name not in named]
-        if missing:
-            raise TypeError(f"{self.name}: missing argument {' and '.join(missing)}; expected {expected}")
-        return [*arrays, *(named[name] for name in names[len(arrays) :])]
+    def _on_elements(self, element: Any, arguments: tuple[Any, ...], num_threads: int | None) -> Any:
+        """Return results of the kind of `element`, and let the extension do so from now on if they are single ones."""
+        names = [name for name, _ in self.definition.inputs]
+        arrays = without_elements(self.name, arguments, zip(names, self._given, strict=True))
+        results = as_elements(element.like, self.call(*arrays, num_threads=num_threads), self._returned)
+        if extension is not None and isinstance(element, extension.Value):
+            listed = results if len(self._returned) > 1 else (results,)
+            types = tuple(type(x) if isinstance(x, extension.Value) else None for x in listed)
+            if all((a is None) == (b is None or not b.blades) for a, b in zip(types, self._returned, strict=True)):
+                self._bind_results(element, types)
+        return results
 
     def _checked(self, arrays: tuple[Any, ...]) -> tuple[list[Any], np.dtype[Any]]:
         """Return the arguments as arrays of a common dtype, and that dtype."""

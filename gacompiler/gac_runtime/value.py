@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import operator
+import sys
 from collections.abc import Callable
 from typing import Any, NoReturn
 
@@ -30,11 +31,14 @@ class Family:
         kernel takes the operands in reverse order.
     sums : list of type
         The types of sums and multiples, those with fewer coefficients first. Their coefficients are unconstrained.
+    types : dict
+        The types by their layouts: coefficients, and whether elements are of unit norm.
     """
 
     def __init__(self) -> None:
         self.operators: dict[tuple[str, tuple[type, ...]], tuple[Kernel, Any, bool]] = {}
         self.sums: list[Any] = []
+        self.types: dict[tuple[Any, bool], Any] = {}
 
 
 families: dict[str, Family] = {}
@@ -131,6 +135,7 @@ class Value(_Value):  # type: ignore[misc]
         if base is not Value:
             raise TypeError(f"{base.__name__} cannot be subclassed")
         cls.family = families.setdefault(cls.__module__, Family())
+        cls.family.types.setdefault((cls.layout.identity, cls.layout.unit), cls)
         cls.__doc__ = cls.__doc__ or layout_text(*cls.layout[:4])
         names = tuple(map(_field, cls.layout.blades))
         cls._adopt(_next_index(), names, _operate, _coefficients, cls.layout.identity)
@@ -145,12 +150,18 @@ class Value(_Value):  # type: ignore[misc]
         return array
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), tuple(self)
+        if getattr(sys.modules.get(self.__module__), type(self).__name__, None) is type(self):
+            return type(self), tuple(self)
+        return value_of, (self.__module__, self.layout, self.__array__().copy())
 
     @property
     def stored(self) -> tuple[np.ndarray[Any, Any], Layout]:
         """The coefficients and their layout, which kernels check."""
         return self.__array__(), self.layout
+
+    def like(self, layout: Layout, values: np.ndarray[Any, Any]) -> Any:
+        """Return one element of a layout as a value of the same module; several, which have no type, stay an array."""
+        return value_of(self.__module__, layout, values) if np.ndim(values) == 1 and values.dtype == FLOAT64 else values
 
     def __repr__(self) -> str:
         text = ""
@@ -161,6 +172,17 @@ class Value(_Value):  # type: ignore[misc]
                 sign = ("-" if x < 0 else "") if not text else " - " if x < 0 else " + "
                 text += sign + (number if blade == "1" else blade if number == "1" else f"{number}*{blade}")
         return f"{type(self).__name__}({text or '0'})"
+
+
+def value_of(module: str, layout: Layout, values: np.ndarray[Any, Any]) -> Value:
+    """Return a value of a module from its coefficients; its type is created if the module names none of the layout."""
+    types = families.setdefault(module, Family()).types
+    found = types.get((layout.identity, layout.unit))
+    if found is None:
+        word = "".join(part.capitalize() for part in layout.name.rpartition(".")[2].split("_"))
+        name = word if word.isidentifier() else "Multivector"
+        found = type(name, (Value,), {"__slots__": (), "__module__": module, "layout": layout})
+    return found(values)  # type: ignore[no-any-return]
 
 
 def _field(blade: str) -> str:

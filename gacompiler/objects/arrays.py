@@ -10,11 +10,13 @@ from __future__ import annotations
 import itertools
 import operator
 from collections.abc import Callable, Iterator
+from fractions import Fraction
 from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..algebra import catalog
 from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..algebra.multivector import Multivector
@@ -117,6 +119,11 @@ class MultivectorArray(Operations, NumpyFunctions):
     def stored(self) -> tuple[np.ndarray[Any, Any], PlainLayout]:
         """The coefficients and their layout, which kernels of generated modules check."""
         return self.values, plain_layout(self.layout)
+
+    def like(self, layout: PlainLayout, values: np.ndarray[Any, Any]) -> Any:
+        """Return multivectors from results of a generated kernel; an array if their algebra is not known here."""
+        found = layout_from_plain(layout, self.algebra)
+        return values if found is None else wrap(found, values)
 
     @property
     def ndim(self) -> int:
@@ -334,8 +341,6 @@ class MultivectorArray(Operations, NumpyFunctions):
 
     def exactly(self) -> Multivector:
         """Return this single multivector over the rationals, with every coefficient converted exactly."""
-        from fractions import Fraction
-
         if self.shape:
             raise LayoutError(
                 "exactly", f"an array of shape {self.shape}", "a single multivector", "select an element first"
@@ -502,6 +507,21 @@ def plain_layout(layout: Layout) -> PlainLayout:
 
     text = layout_text(layout)
     return PlainLayout(text.name, text.blades, text.fixed, text.unit, text.implied)
+
+
+@cache
+def layout_from_plain(plain: PlainLayout, own: Algebra) -> Layout | None:
+    """Return the layout of a generated module in an algebra or in the catalog; None if its algebra is in neither."""
+    algebra = own if own.name == plain.algebra else vars(catalog).get(plain.algebra)
+    if not isinstance(algebra, Algebra):
+        return None
+    for each in (*algebra.layouts.values(), algebra.full, algebra.even, algebra.UNIT_EVEN):
+        if plain_layout(each)[1:] == plain[1:]:
+            return each
+    if plain.implied:
+        return None
+    fixed = {blade: Fraction(value) for blade, value in plain.fixed}
+    return algebra.layout(f"({' '.join(plain.blades)})", " ".join(plain.blades), fixed=fixed, unit=plain.unit)
 
 
 def _normalization(layout: Layout) -> Definition:

@@ -1,7 +1,8 @@
 """Points, rounds, flats and versors of the plane and of space, in conformal geometric algebra.
 
-Rounds and flats are outer products of their points: a sphere has four, a plane three and ``einf``. ``a ^ b`` spans, and
-`polarity` gives the dual. Imaginary rounds have a negative squared radius.
+Rounds and flats are outer products of their points: a sphere has four, a plane three and ``einf``. Points of a circle
+or a plane are in counterclockwise order about its normal. ``a ^ b`` spans, and `polarity` gives the dual. Imaginary
+rounds have a negative squared radius.
 """
 
 from __future__ import annotations
@@ -31,9 +32,9 @@ def _on(text: str) -> str:
 _SPHERE = define("round", "centre squared", _on("(centre - squared / 2 * einf) * {A}.pseudoscalar"))
 _CIRCLE = define(
     "circle", "centre normal squared",
-    _on("((centre - squared / 2 * einf) ^ (normal + ga.scalar_product(normal, centre) * einf)) * {A}.pseudoscalar"),
+    _on("((normal + ga.scalar_product(normal, centre) * einf) ^ (centre - squared / 2 * einf)) * {A}.pseudoscalar"),
 )  # fmt: skip
-_PLANE = define("flat", "normal distance", _on("(normal + distance * einf) * {A}.pseudoscalar"))
+_PLANE = define("flat", "normal distance", _on("-(normal + distance * einf) * {A}.pseudoscalar"))
 _WITH_INFINITY = define("flat", "spanned", _on("spanned ^ einf"))
 _TRANSLATOR = define("translator", "direction", _on("1 - direction * einf / 2"), unit=True)
 _DILATOR = define("dilator", "factor", 'ga.exp(ga.log(factor) / 2 * {A}.multivector({"e0inf": 1}))', unit=True)

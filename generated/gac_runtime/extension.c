@@ -737,6 +737,14 @@ typedef struct {
     const void *table;
 } Way;
 
+/* The types of a kernel's results where all arguments with coefficients are values of one kind of objects, which share
+   `operate`; NULL for results that are arrays or numbers. */
+#define MAX_FAMILIES 2
+typedef struct {
+    PyObject *operate;
+    Kind *kinds[MAX_ARRAYS];
+} Family;
+
 /* A kernel: the expected arguments of its calls, and its implementations. */
 typedef struct {
     PyObject_HEAD
@@ -750,6 +758,9 @@ typedef struct {
     Py_ssize_t patience; /* Larger batches release the GIL. */
     int n_inputs; /* 0 until the kernel can be run. */
     int n_outputs;
+    int n_elements; /* The number of arguments with coefficients. */
+    int n_families;
+    Family families[MAX_FAMILIES];
     Shape shapes[MAX_ARRAYS];
     intptr_t steps[MAX_ARRAYS * (1 + MAX_AXES)]; /* Strides of one element in C order. */
 } Call;
@@ -1117,12 +1128,24 @@ static inline int apply(const Call *call, double **arrays, double *numbers)
     return go(&call->ways[0], starts, dimensions, call->steps);
 }
 
-/* The results for one element of doubles in C order; NULL without an error for other arguments. */
+/* The types of results for arguments of one kind of objects; NULL if Python has not told them yet. */
+static inline const Family *family_of(const Call *call, const PyObject *operate)
+{
+    for (int k = 0; k < call->n_families; k++)
+        if (call->families[k].operate == operate)
+            return &call->families[k];
+    return NULL;
+}
+
+/* The results for one element of doubles in C order; NULL without an error for other arguments. They are values if all
+   arguments with coefficients are. */
 static PyObject *call_on_element(const Call *call, PyObject *const *args, PyObject *out)
 {
     double *arrays[MAX_ARRAYS];
     double numbers[MAX_ARRAYS], results[MAX_ARRAYS];
-    int n_arrays = 0, n_numbers = 0;
+    int n_arrays = 0, n_numbers = 0, n_values = 0;
+    const PyObject *operate = NULL;
+    const Family *family = NULL;
     for (int k = 0; k < call->n_inputs; k++) {
         const Shape *shape = &call->shapes[k];
         PyObject *input = args[k];
@@ -1136,10 +1159,14 @@ static PyObject *call_on_element(const Call *call, PyObject *const *args, PyObje
             n_numbers++;
         } else if (has_layout(call, k, input)) {
             arrays[n_arrays++] = ((Value *)input)->x;
+            operate = ((Value *)input)->kind->operate;
+            n_values++;
         } else {
             return NULL;
         }
     }
+    if (n_values && n_values == call->n_elements && out == NULL && (family = family_of(call, operate)) == NULL)
+        return NULL;
     const Shape *shapes = call->shapes + call->n_inputs;
     if (out != NULL) {
         if (call->n_outputs != 1 || !shapes->n_axes || !is_dense(out, shapes, IN_C_ORDER | ALIGNED | WRITEABLE))
@@ -1149,16 +1176,18 @@ static PyObject *call_on_element(const Call *call, PyObject *const *args, PyObje
     }
     PyObject *made[MAX_ARRAYS];
     for (int k = 0; k < call->n_outputs; k++) {
+        Kind *kind = family == NULL ? NULL : family->kinds[k];
         made[k] = NULL;
         if (shapes[k].n_axes) {
-            made[k] = new_dense(&shapes[k]);
+            made[k] = kind == NULL ? new_dense(&shapes[k]) : (PyObject *)new_value(kind);
             if (made[k] == NULL) {
                 while (k--)
                     Py_XDECREF(made[k]);
                 return NULL;
             }
         }
-        arrays[n_arrays++] = made[k] == NULL ? &results[k] : (double *)((Array *)made[k])->data;
+        arrays[n_arrays++] = made[k] == NULL ? &results[k]
+                             : kind == NULL ? (double *)((Array *)made[k])->data : ((Value *)made[k])->x;
     }
     int done = apply(call, arrays, numbers);
     for (int k = 0; k < call->n_outputs && done; k++)
@@ -1271,6 +1300,9 @@ static PyObject *call_bind(PyObject *self, PyObject *args)
     call->most = most;
     call->settings = settings;
     call->layouts = layouts != NULL && PyTuple_GET_SIZE(layouts) == n_inputs ? layouts : NULL;
+    call->n_elements = 0;
+    for (Py_ssize_t k = 0; call->layouts != NULL && k < n_inputs; k++)
+        call->n_elements += PyTuple_GET_ITEM(layouts, k) != Py_None;
     call->patience = patience;
     for (size_t k = 0; k < sizeof(INVOKERS) / sizeof(INVOKERS[0]); k++)
         if (strcmp(INVOKERS[k].kinds, kinds) == 0) {
@@ -1283,6 +1315,40 @@ static PyObject *call_bind(PyObject *self, PyObject *args)
         call->ways[k].table = (const void *)(uintptr_t)ways[k][2];
     }
     call->n_inputs = (int)n_inputs;
+    Py_RETURN_TRUE;
+}
+
+PyDoc_STRVAR(
+    bind_results_doc,
+    "_bind_results(like, types)\n--\n\n"
+    "Let calls whose arguments with coefficients are values of the kind of `like` return values of these types, which\n"
+    "must outlive the kernel; None for results that are arrays or numbers."
+);
+
+static PyObject *call_bind_results(PyObject *self, PyObject *args)
+{
+    Call *call = (Call *)self;
+    PyObject *like, *types;
+    if (!PyArg_ParseTuple(args, "OO!", &like, &PyTuple_Type, &types))
+        return NULL;
+    const Py_ssize_t n = PyTuple_GET_SIZE(types);
+    if (!is_value(like) || call->n_families == MAX_FAMILIES || n != call->n_outputs || !call->n_inputs)
+        Py_RETURN_FALSE;
+    Family family = {((Value *)like)->kind->operate, {NULL}};
+    if (family_of(call, family.operate) != NULL)
+        Py_RETURN_FALSE;
+    for (Py_ssize_t k = 0; k < n; k++) {
+        PyObject *type = PyTuple_GET_ITEM(types, k);
+        if (type == Py_None)
+            continue;
+        family.kinds[k] = kind_of((PyTypeObject *)type);
+        if (family.kinds[k] == NULL)
+            return NULL;
+        const Shape *shape = &call->shapes[call->n_inputs + k];
+        if (shape->n_axes != 1 || shape->axes[0] != family.kinds[k]->size)
+            Py_RETURN_FALSE;
+    }
+    call->families[call->n_families++] = family;
     Py_RETURN_TRUE;
 }
 
@@ -1311,6 +1377,7 @@ static void call_dealloc(PyObject *self)
 static PyMethodDef call_methods[] = {
     {"_adopt", call_adopt, METH_NOARGS | METH_CLASS, adopt_call_doc},
     {"_bind", call_bind, METH_VARARGS, bind_doc},
+    {"_bind_results", call_bind_results, METH_VARARGS, bind_results_doc},
     {"attempt", (PyCFunction)(void (*)(void))call_attempt, METH_FASTCALL, attempt_doc},
     {NULL, NULL, 0, NULL},
 };

@@ -16,8 +16,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .arrays import FLOAT32, FLOAT64, address_of, as_returned, coalesced, outer_offsets, steps_of
+from .arrays import FLOAT32, FLOAT64, address_of, as_returned, coalesced, in_order, outer_offsets, steps_of
 from .documentation import Facts
+from .elements import as_elements, element_among, without_elements
 from .extension import LoopCall, extension
 from .foreign import LOCK, foreign
 from .kernel import Settings
@@ -104,6 +105,8 @@ class LoopKernel(LoopCall):  # type: ignore[misc]
             table.name if table.name not in ("out", "num_threads") else f"{table.name}_"
             for table in definition.parameters
         ]
+        self._given = [self.layouts.get(table.name) for table in definition.parameters]
+        self._returned = [self.layouts.get(table.name) for table in definition.results]
         self._facts = facts
         self._settings = settings
         self._rows: dict[tuple[str, np.dtype[Any]], Rows | None] = {}
@@ -169,10 +172,14 @@ class LoopKernel(LoopCall):  # type: ignore[misc]
     def call(self, /, *arrays: Any, out: Any = None, num_threads: int | None = None, **named: Any) -> Any:
         """Call the kernel with any arguments."""
         if named:
-            arrays = self._in_order(arrays, named)
+            arrays = in_order(self.name, self.argument_names, arrays, named)
         if len(arrays) != len(self.argument_names):
             names = ", ".join(self.argument_names)
             raise TypeError(f"{self.name}: {len(arrays)} arguments; expected {len(self.argument_names)} ({names})")
+        if out is None and (element := element_among(arrays, self._given)) is not None:
+            parameters = zip((table.name for table in self.definition.parameters), self._given, strict=True)
+            plain_arrays = without_elements(self.name, arrays, parameters)
+            return as_elements(element.like, self.call(*plain_arrays, num_threads=num_threads), self._returned)
         fixed = (None,) * len(arrays)
         found = self.run(arrays, fixed, out, num_threads)
         self._quick_backend = self.quicken(self, fixed, self._quick_backend)
@@ -234,20 +241,6 @@ class LoopKernel(LoopCall):  # type: ignore[misc]
             settings = _PATIENCE, self._settings.namespace
             called._bind(rows.address, *sizes, tuple(arrays), operations, *chosen, *settings)
         return backend
-
-    def _in_order(self, arrays: tuple[Any, ...], named: dict[str, Any]) -> tuple[Any, ...]:
-        """Return the arguments of a call in order, given that some were passed by name."""
-        names = self.argument_names
-        expected = ", ".join(names)
-        for name in named:
-            if name not in names:
-                raise TypeError(f"{self.name}: unknown argument {name}; expected {expected}, out or num_threads")
-            if name in names[: len(arrays)]:
-                raise TypeError(f"{self.name}: argument {name} is passed by position and by name; expected it once")
-        missing = [name for name in names[len(arrays) :] if name not in named]
-        if missing:
-            raise TypeError(f"{self.name}: missing argument {' and '.join(missing)}; expected {expected}")
-        return (*arrays, *(named[name] for name in names[len(arrays) :]))
 
     def run(
         self,

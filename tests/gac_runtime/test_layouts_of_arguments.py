@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import pickle
 from typing import Any
 
 import numpy as np
@@ -48,6 +50,53 @@ def test_other_elements_are_refused_by_name(p: Any, message: str) -> None:
     for motor in MOTORS:
         with pytest.raises(TypeError, match="move_point: argument p.*" + message):
             pga3.move_point(motor, p)
+
+
+def test_results_of_elements_are_elements() -> None:
+    point, direction = PGA3.point(1, 2, 3), PGA3.direction(1, 0, 0)
+    for _ in range(3):  # the second call does not pass through Python
+        moved = pga3.move_point(MOTOR, point)
+        assert moved.layout == PGA3.POINT and moved.isclose(MOTOR >> point)
+        assert pga3.move_direction(MOTOR, direction).isclose(MOTOR >> direction)
+        value = pga3.move_point(pga3.Motor(*MOTOR.values), pga3.Point(1, 2, 3))
+        assert isinstance(value, pga3.Point) and tuple(value) == pytest.approx(TURN @ [1, 2, 3])
+        rotor, shift = pga3.motor_to_rotor_translation(MOTOR)
+        assert rotor.isclose(MOTOR) and rotor.layout == PGA3.ROTOR and type(shift) is np.ndarray
+        assert np.ndim(pga3.motor_to_matrix(MOTOR)) == 2 and isinstance(pga3.distance_points(point, point), float)
+    many = pga3.move_point(MOTOR, PGA3.point(np.eye(3)))
+    assert many.shape == (3,) and many.isclose(MOTOR >> PGA3.point(np.eye(3))).all()
+    powers = pga3.motor_power(MOTOR, np.array([0.0, 0.5, 1.0]))
+    assert powers.shape == (3,) and powers[2].isclose(MOTOR)
+    normal, offset = pga3.plane_to_vector_algebra(PGA3.plane(0, 0, 1, -2))
+    assert (normal.layout, offset.layout) == (VGA3.BIVECTOR, VGA3.PSEUDOSCALAR)
+
+
+def test_results_of_arrays_are_arrays() -> None:
+    out = np.empty(3)
+    for m, p in itertools.product(MOTORS, (PGA3.point(1, 2, 3), pga3.Point(1, 2, 3), np.array([1.0, 2, 3]))):
+        if isinstance(m, np.ndarray) or isinstance(p, np.ndarray):
+            assert type(pga3.move_point(m, p)) is np.ndarray
+        assert pga3.move_point(m, p, out=out) is out
+        np.testing.assert_allclose(out, TURN @ [1, 2, 3], atol=1e-15)
+
+
+def test_values_of_layouts_without_a_name_are_pickled() -> None:
+    square = pga3.geometric_product(pga3.Full(*range(16)), pga3.Full(*range(16)))
+    rotor, _ = pga3.motor_to_rotor_translation(pga3.Motor(*MOTOR.values))
+    for value in (square, rotor):
+        again = pickle.loads(pickle.dumps(value))
+        assert type(again) is type(value) and again == value
+
+
+def test_loops_return_elements() -> None:
+    kernel = robots.twists_of_joints
+    tables = kernel.definition.parameters
+    zeros = {t.name: np.zeros((2,) * len(t.lengths) + t.shape) - (t.name == "parents") for t in tables}
+    zeros = {t.name: zeros[t.name].astype(np.int64) if t.is_index else zeros[t.name] for t in tables}
+    lines = PGA3.line([[0, 0, 0], [0, 0, 1]], [[1, 0, 0], [0, 1, 2]])
+    found = kernel(**{**zeros, "screws": lines})
+    assert found.layout == PGA3.LINE and found.shape == (2,)
+    np.testing.assert_array_equal(found.values, kernel(**{**zeros, "screws": lines.values}))
 
 
 def test_loops_check_elements_too() -> None:

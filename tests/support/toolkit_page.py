@@ -10,7 +10,8 @@ import toolkit_geometry
 import toolkit_pga
 from toolkit_table import Entry
 
-from algorithms.geometry.pairs import ANGLES, DISTANCES, KINDS, PROJECTIONS
+from algorithms.geometry.kinds import KINDS
+from algorithms.geometry.pairs import ANGLES, DISTANCES, PROJECTIONS
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "toolkit.md"
