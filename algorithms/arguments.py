@@ -7,34 +7,29 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from generated.gac_runtime.layout import Layout, converted
-
 Reals = NDArray[Any]
 """An array of float32 or float64."""
 
 _FLOAT32, _FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
 _LARGE = 1e60
+_COORDINATES = {"PGA2.POINT", "PGA3.POINT", "CGA2.POINT", "CGA3.POINT", "VGA2.VECTOR", "VGA3.VECTOR"}
+"""Layouts whose coefficients are coordinates."""
 
 
-def real_array(
-    value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning: str = "", layouts: tuple[Layout, ...] = ()
-) -> Reals:
+def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning: str = "") -> Reals:
     """Convert `value` to an array of floats and check the shape of its last axes.
 
     Parameters
     ----------
     value : array_like, (..., *shape)
         Real numbers. float32 is kept; integers and booleans, which are exact, are converted to float64. Masked arrays
-        are accepted if no element is masked.
+        are accepted if no element is masked, and points and vectors as their coordinates.
     name : str
         The name of the argument, for error messages.
     shape : tuple of int
         The expected last axes; -1 matches any length.
     meaning : str, optional
         The meaning of the last axes, for error messages.
-    layouts : tuple of Layout, optional
-        The layouts whose coefficients are those numbers. Multivectors with a layout are converted to that of their
-        algebra, and refused if there is none.
 
     Returns
     -------
@@ -44,14 +39,15 @@ def real_array(
     Raises
     ------
     TypeError
-        If the values are not real numbers, or multivectors of another layout.
+        If the values are not real numbers, or other multivectors: their coefficients depend on the layout.
     ValueError
         If the shape differs, or elements are masked.
     """
-    if layouts and (stored := getattr(value, "stored", None)) is not None:
-        coefficients, own = stored
-        wanted = next((layout for layout in layouts if layout.algebra == own.algebra), layouts[0])
-        value = converted(name, coefficients, own, wanted)
+    stored = getattr(value, "stored", None)
+    if stored is not None:
+        value, own = stored
+        if own.name not in _COORDINATES or not shape or shape[-1] not in (-1, len(own.blades)):
+            raise TypeError(f"{name} is {own.name}; expected {_shape_text(shape, meaning)}")
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         count = int(np.count_nonzero(np.ma.getmaskarray(value)))
         raise ValueError(

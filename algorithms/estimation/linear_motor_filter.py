@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from generated import motor_filters as kernels
 
 from ..arguments import Reals, finite_number, real_array
+from ..elements import LINE, MOTOR, plain, restorer
 from .matrices import as_definite, from_triangle, to_triangle
 from .motor_objects import covariance_matrix, unit_motor
 
@@ -26,13 +29,13 @@ class LinearMotorFilter:
     """
 
     def __init__(self, motor: ArrayLike, covariance: ArrayLike) -> None:
-        self._motor = unit_motor(motor)
+        self._motor, self._restored = unit_motor(motor), restorer(motor, MOTOR)
         self._covariance, _ = as_definite(covariance_matrix(covariance, "covariance", 8))
 
     @property
-    def motor(self) -> Reals:
-        """(8,) The estimate."""
-        return self._motor
+    def motor(self) -> Any:
+        """(8,) The estimate; an element if the filter began with one."""
+        return self._restored(self._motor)
 
     @property
     def covariance(self) -> Reals:
@@ -52,6 +55,6 @@ class LinearMotorFilter:
 
 
 def _unit_lines(value: ArrayLike, name: str) -> Reals:
-    lines = real_array(value, name, (-1, 6)).astype(float)
+    lines = real_array(plain(value, name, LINE), name, (-1, 6)).astype(float)
     size = np.linalg.norm(lines[..., :3], axis=-1, keepdims=True)
     return np.asarray(np.divide(lines, size, out=np.full_like(lines, np.nan), where=size > 0))

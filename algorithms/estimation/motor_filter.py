@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 from math import inf, isfinite, nan
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import scipy
@@ -14,6 +14,7 @@ from generated import motor_filters as kernels
 from generated import pga3
 
 from ..arguments import Reals, finite, finite_number, real_array
+from ..elements import MOTOR, restorer
 from .matrices import as_definite, from_triangle, to_triangle
 from .motor_objects import LINES, PLANES, POINTS, Kind, covariance_matrix, rank_of, unit_motor, variances_of
 from .motor_starts import WIDE, Beginning, Update
@@ -74,7 +75,7 @@ class MotorFilter:
     ) -> None:
         if model not in ("random walk", "constant twist"):
             raise ValueError(f"model: {model!r}; expected 'random walk' or 'constant twist'")
-        self._motor = unit_motor(motor)
+        self._motor, self._restored = unit_motor(motor), restorer(motor, MOTOR)
         spread, definite = as_definite(covariance_matrix(covariance, "covariance"))
         self._triangle = to_triangle(spread)
         self._variance = _rotation_variance(self._triangle.tolist())
@@ -99,9 +100,9 @@ class MotorFilter:
         self._variances = variances_of(self._sigma)
 
     @property
-    def motor(self) -> Reals:
-        """(8,) The estimate."""
-        return self._motor
+    def motor(self) -> Any:
+        """(8,) The estimate; an element if the filter began with one."""
+        return self._restored(self._motor)
 
     @property
     def covariance(self) -> Reals:
@@ -213,7 +214,7 @@ class MotorFilter:
     def _update(self, kind: Kind, model: ArrayLike, measured: ArrayLike, sigma: ArrayLike) -> EstimationStatus:
         if self._beginning is None and self._variance <= WIDE**2 and self._attempted(kind, model, measured, sigma):
             return self._status
-        one, two = (real_array(x, name, (-1, kind.length)) for x, name in ((model, "model"), (measured, "measured")))
+        one, two = kind.rows(model, "model"), kind.rows(measured, "measured")
         if one.ndim != 2 or one.shape != two.shape:
             raise ValueError(f"measured: shape {two.shape}; expected {one.shape} as for model, one row for each object")
         one, two = one.astype(float, copy=False), two.astype(float, copy=False)

@@ -12,6 +12,7 @@ from generated import motor_filters as kernels
 from generated import pga3
 
 from ..arguments import Reals, finite, real_array
+from ..elements import LINE, MOTOR, PLANE, POINT, Layouts, plain
 from .matrices import from_triangle
 
 _UNDETERMINED = 1e-9
@@ -29,11 +30,17 @@ class Kind:
     """The number of residuals."""
     update: Any
     information: Any
+    layouts: Layouts
+    """The layouts of objects that are elements."""
+
+    def rows(self, value: ArrayLike, name: str) -> Reals:
+        """Return objects as an array, one in each row."""
+        return real_array(plain(value, name, self.layouts), name, (-1, self.length))
 
 
-LINES = Kind("lines", 6, 4, kernels.update_by_lines.bind(), kernels.information_of_lines)
-POINTS = Kind("points", 3, 3, kernels.update_by_points.bind(), kernels.information_of_points)
-PLANES = Kind("planes", 4, 3, kernels.update_by_planes.bind(), kernels.information_of_planes)
+LINES = Kind("lines", 6, 4, kernels.update_by_lines.bind(), kernels.information_of_lines, LINE)
+POINTS = Kind("points", 3, 3, kernels.update_by_points.bind(), kernels.information_of_points, POINT)
+PLANES = Kind("planes", 4, 3, kernels.update_by_planes.bind(), kernels.information_of_planes, PLANE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,7 +82,7 @@ def observability(
     information = np.zeros((6, 6))
     for kind, objects in ((LINES, lines), (POINTS, points), (PLANES, planes)):
         if objects is not None:
-            rows = real_array(objects, kind.name, (-1, kind.length)).astype(float)
+            rows = kind.rows(objects, kind.name).astype(float)
             information += from_triangle(kind.information(at, rows, variances_of(sigma)), 6)
     values, vectors, scale = _spectrum(information)
     rank = int((values > _UNDETERMINED).sum())
@@ -85,7 +92,7 @@ def observability(
 
 def unit_motor(value: ArrayLike) -> Reals:
     """Return a motor (8,) without the rounding errors of its norm; `value` may be in error by a thousandth."""
-    motor = finite(real_array(value, "motor", (8,)).astype(float), "motor")
+    motor = finite(real_array(plain(value, "motor", MOTOR), "motor", (8,)).astype(float), "motor")
     if motor.ndim != 1:
         raise ValueError(f"motor: shape {motor.shape}; expected (8,), one motor")
     if abs(np.linalg.norm(motor[:4]) - 1) > 1e-3:

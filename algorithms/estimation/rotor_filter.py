@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -9,6 +11,7 @@ from generated import estimation as kernels
 from generated import vga3
 
 from ..arguments import Reals, finite, finite_number, real_array
+from ..elements import ROTOR, plain, restorer
 from .matrices import as_definite, from_triangle, to_triangle
 from .status import EstimationStatus
 
@@ -29,16 +32,16 @@ class RotorFilter:
     """
 
     def __init__(self, rotor: ArrayLike, covariance: ArrayLike, *, gate: float = np.inf) -> None:
-        self._rotor = _unit_rotor(rotor)
+        self._rotor, self._restored = _unit_rotor(rotor), restorer(rotor, ROTOR)
         self._covariance, definite = as_definite(finite(real_array(covariance, "covariance", (3, 3)), "covariance"))
         self._gate = min(float(gate), 1e300)
         self._innovation = (0.0, 0)
         self._status = EstimationStatus.UNOBSERVED if definite else EstimationStatus.NOT_DEFINITE
 
     @property
-    def rotor(self) -> Reals:
-        """(4,) The estimate."""
-        return self._rotor
+    def rotor(self) -> Any:
+        """(4,) The estimate; an element if the filter began with one."""
+        return self._restored(self._rotor)
 
     @property
     def covariance(self) -> Reals:
@@ -100,13 +103,13 @@ class LinearRotorFilter:
     """
 
     def __init__(self, rotor: ArrayLike, covariance: ArrayLike) -> None:
-        self._rotor = _unit_rotor(rotor)
+        self._rotor, self._restored = _unit_rotor(rotor), restorer(rotor, ROTOR)
         self._covariance = as_definite(finite(real_array(covariance, "covariance", (4, 4)), "covariance"))[0]
 
     @property
-    def rotor(self) -> Reals:
-        """(4,) The estimate."""
-        return self._rotor
+    def rotor(self) -> Any:
+        """(4,) The estimate; an element if the filter began with one."""
+        return self._restored(self._rotor)
 
     @property
     def covariance(self) -> Reals:
@@ -123,7 +126,7 @@ class LinearRotorFilter:
 
 
 def _unit_rotor(value: ArrayLike) -> Reals:
-    rotor = finite(real_array(value, "rotor", (4,)).astype(float), "rotor")
+    rotor = finite(real_array(plain(value, "rotor", ROTOR), "rotor", (4,)).astype(float), "rotor")
     if rotor.ndim != 1 or abs(np.linalg.norm(rotor) - 1) > 1e-3:
         raise ValueError(f"rotor: {rotor}; expected one unit rotor (4,), see vga3.normalize_rotor")
     return np.asarray(rotor / np.linalg.norm(rotor))

@@ -7,8 +7,10 @@ points, as in L. Dorst, *Total least squares fitting of k-spheres*, Journal of M
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +18,7 @@ from numpy.typing import ArrayLike
 from generated import cga3
 
 from ..arguments import Reals, finite, real_array
+from .kinds import named
 
 STEPS = 30
 """Maximum number of Gauss-Newton steps."""
@@ -31,14 +34,32 @@ _METRIC = np.array([[1.0, 0, 0, 0, 0], [0, 1, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 
 class Fit:
     """The best object of a kind, and whether the points determine it."""
 
-    object: Reals
-    """Coefficients in the layout of `generated.cga3`; NaN if there is no such object."""
+    object: Any
+    """Coefficients in the layout of `generated.cga3`, or an element for elements; NaN if there is no such object."""
     residual: Reals
     """(...) The root mean square of the distances."""
     determined: Reals
     """(...) bool. False if the object is not unique, for example for collinear points in a plane fit."""
 
 
+def _of_points(kind: str) -> Callable[[Callable[[ArrayLike], Fit]], Callable[[ArrayLike], Fit]]:
+    """Return a decorator of fits for which points that are elements give an element."""
+
+    def decorated(fit: Callable[[ArrayLike], Fit]) -> Callable[[ArrayLike], Fit]:
+        @functools.wraps(fit)
+        def run(points: ArrayLike) -> Fit:
+            if not hasattr(points, "stored"):
+                return fit(points)
+            given = named("point", points, "points")
+            found = fit(given.values)
+            return replace(found, object=given.returned(kind, found.object))
+
+        return run
+
+    return decorated
+
+
+@_of_points("plane")
 def fit_plane(points: ArrayLike) -> Fit:
     """Return the plane that minimises the sum of squared distances.
 
@@ -46,8 +67,8 @@ def fit_plane(points: ArrayLike) -> Fit:
 
     Parameters
     ----------
-    points : array_like, (..., n, 3)
-        At least three points.
+    points : array_like, (..., n, 3), or multivector, (..., n)
+        At least three points. For points of PGA3 or CGA3 the object is an element of that algebra, if it has the kind.
 
     Returns
     -------
@@ -65,6 +86,7 @@ def fit_plane(points: ArrayLike) -> Fit:
     return Fit(plane, _mean_root(offsets), values[..., 1] > _DEGENERATE**2 * values[..., 2])
 
 
+@_of_points("line")
 def fit_line(points: ArrayLike) -> Fit:
     """Return the line that minimises the sum of squared distances.
 
@@ -92,6 +114,7 @@ def fit_line(points: ArrayLike) -> Fit:
     return Fit(line, _mean_root(offsets), (gap > _DEGENERATE * values[..., 2]) & (values[..., 2] > 0))
 
 
+@_of_points("sphere")
 def fit_sphere(points: ArrayLike) -> Fit:
     """Return the sphere that minimises the sum of squared distances.
 
@@ -123,6 +146,7 @@ def fit_sphere(points: ArrayLike) -> Fit:
     return Fit(sphere + wrong[..., None], size * off + wrong, determined)
 
 
+@_of_points("circle")
 def fit_circle(points: ArrayLike) -> Fit:
     """Return the circle in space that minimises the sum of squared distances.
 

@@ -9,6 +9,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from ..arguments import Reals, finite_number
+from ..elements import MOTOR, elements
 from ..shapes.colour_segmentation import noise_of_image
 from .image_arguments import check_outline, checked_mesh, checked_start, real_image
 from .image_status import ImageStatus
@@ -58,6 +59,7 @@ class MeasuredEdges:
         return len(self.offsets) / max(self.n_predicted, 1)
 
 
+@elements(start=MOTOR)
 def measure_edges(
     model: ObjectModel,
     camera: SceneCamera,

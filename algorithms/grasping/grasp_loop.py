@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, finite, finite_number, real_array
+from ..elements import MOTOR, elements
 from ..kinematics import Robot
 from .arm_capsules import ArmCapsules, default_capsules
 from .closing import APPROACH
@@ -68,6 +69,7 @@ class GuidedGrasp:
     """(4,) The joints of the hand along the path. Then it closes: they change linearly to those of the grasp."""
 
 
+@elements(mount=MOTOR, expected=MOTOR, start=MOTOR)
 def guided_grasp(
     robot: Robot,
     q: ArrayLike,

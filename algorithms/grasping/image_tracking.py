@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, finite_number
+from ..elements import MOTOR, elements
 from .edge_measurement import MeasuredEdges, edges_near
 from .image_arguments import check_outline, checked_mesh, checked_start, real_image
 from .image_status import ImageStatus
@@ -90,6 +91,7 @@ class TrackedPose:
         return self.status.is_measured or (self.status == TrackStatus.UNCERTAIN and is_best)
 
 
+@elements(start=MOTOR)
 def track_pose(
     model: ObjectModel,
     cameras: Sequence[SceneCamera],

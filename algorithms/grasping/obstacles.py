@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from generated import collisions, grasping, pga3
 
 from ..arguments import Reals, finite, finite_number, moderate, real_array
+from ..elements import MOTOR, elements
 from ..geometry.meshes import hit_mesh
 from .meshes import Integers, checked_mesh
 
@@ -88,6 +89,7 @@ class MeshObstacle:
         # A ray from inside leaves through the first face that it meets.
         return np.asarray(hits.hits & (self.side * (np.cross(b - a, c - a) @ _ASKEW) > 0))
 
+    @elements(motor=MOTOR)
     def moved(self, motor: ArrayLike) -> MeshObstacle:
         """Return the body, moved by a motor, (8,)."""
         by = finite(real_array(motor, "motor", (8,), "a motor"), "motor")
@@ -112,6 +114,7 @@ class PlaneObstacle:
         """Return whether points (n, 3) are below the plane."""
         return np.asarray(points @ self.plane[:3] + self.plane[3] < 0)
 
+    @elements(motor=MOTOR)
     def moved(self, motor: ArrayLike) -> PlaneObstacle:
         """Return the half-space, moved by a motor, (8,)."""
         by = finite(real_array(motor, "motor", (8,), "a motor"), "motor")
@@ -137,12 +140,14 @@ class CapsuleObstacle:
         """Return whether points (n, 3) are inside."""
         return np.asarray(self.clearance(np.stack([points, points], -2), np.zeros(len(points))) < 0)
 
+    @elements(motor=MOTOR)
     def moved(self, motor: ArrayLike) -> CapsuleObstacle:
         """Return the capsule, moved by a motor, (8,)."""
         by = finite(real_array(motor, "motor", (8,), "a motor"), "motor")
         return CapsuleObstacle(np.asarray(pga3.move_point(by, self.ends)), self.radius)
 
 
+@elements(pose=MOTOR)
 def mesh_obstacle(vertices: ArrayLike, faces: ArrayLike, pose: ArrayLike = _STILL) -> MeshObstacle:
     """Return a mesh as an obstacle.
 

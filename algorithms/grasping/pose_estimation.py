@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, finite_number, real_array
+from ..elements import MOTOR, elements
 from .pose_judgement import judged, no_pose
 from .pose_minima import PoseTask, groups_of_minima, minima
 from .pose_models import Measurements, ObjectModel, View, measurements
@@ -23,6 +24,7 @@ _RETRIED = (PoseStatus.INCONSISTENT, PoseStatus.NOT_CONVERGED, PoseStatus.BEHIND
 """The statuses after which other initial poses are tried."""
 
 
+@elements(start=MOTOR)
 def estimate_pose(
     model: ObjectModel,
     views: View | Sequence[View],

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, finite, finite_number, real_array
+from ..elements import MOTOR, elements
 from ..geometry.meshes import hit_mesh
 from ..kinematics import Robot
 from ..vision.camera import Camera
@@ -78,6 +79,7 @@ class Scene:
                 return one
         raise ValueError(f"Scene: object {name!r}; expected one of {[one.name for one in self.objects]}")
 
+    @elements(pose=MOTOR)
     def with_pose(self, name: str, pose: ArrayLike) -> Scene:
         """Return the scene with an object at another pose, (8,)."""
         moved = replace(self.object(name), pose=finite(real_array(pose, "pose", (8,), "a motor"), "pose").astype(float))

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import Reals, finite_number
+from ..elements import MOTOR, elements
 from .image_arguments import checked_images, checked_mesh
 from .image_status import ImageStatus
 from .pose_estimation import PoseEstimate
@@ -49,6 +50,7 @@ class MeasuredSilhouettes:
     """For each image."""
 
 
+@elements(start=MOTOR)
 def measure_silhouettes(
     model: ObjectModel,
     cameras: SceneCamera | Sequence[SceneCamera],

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import finite, finite_number, real_array
+from ..elements import MOTOR, elements
 from . import folded
 from .bodies import Body
 from .constants import Floats
@@ -33,6 +34,7 @@ _NO_MOTOR = {np.dtype(np.float64): 1e-9, np.dtype(np.float32): 1e-6}
 class Changes(Model):
     """A robot with methods that return modified copies."""
 
+    @elements(tool=MOTOR)
     def with_tool(self, tool: ArrayLike) -> Self:
         """Return the same robot with a tool at its end effector.
 
@@ -54,6 +56,7 @@ class Changes(Model):
         """
         return replace(self, tool=pga3.motor_product(self.tool, _motor(tool, f"{self.name}: tool")))
 
+    @elements(base=MOTOR)
     def with_base(self, base: ArrayLike) -> Self:
         """Return the same robot mounted elsewhere, for example on a wall, on a table or next to another robot.
 

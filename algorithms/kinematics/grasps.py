@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 from generated import arms, pga3
 
 from ..arguments import Reals, finite, finite_number, real_array
+from ..elements import MOTOR, elements
 
 _MANY = 12
 """Maximum number of lines and planes whose two orientations are both tried."""
@@ -53,6 +54,7 @@ class Grasps:
     distances: Reals
 
 
+@elements(near=MOTOR)
 def grasp(
     points: Pairs | None = None,
     lines: Pairs | None = None,

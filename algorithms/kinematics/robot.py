@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, real_array
+from ..elements import LINE, MOTOR, elements
 from . import urdf
 from .bodies import Body, moved
 from .denavit_hartenberg import Convention, Joint, Table, convention_of, rows_of
@@ -104,6 +105,7 @@ class Robot(Simulated):
         return cls(table.name, kinds, axes, home, limits=limits, **_carried(table.bodies, home))
 
     @classmethod
+    @elements(axes=LINE, tool=MOTOR)
     def from_screws(
         cls,
         axes: ArrayLike,
@@ -291,6 +293,7 @@ class Robot(Simulated):
         """
         return pga3.motor_to_matrix(self.forward(q))  # type: ignore[no-any-return]
 
+    @elements(poses=MOTOR)
     def inverse(
         self,
         poses: ArrayLike,

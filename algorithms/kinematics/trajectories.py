@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, real_array
+from ..elements import MOTOR, elements
 from .inverse.chain import Chain
 from .inverse.search import descend
 from .robot import Robot
@@ -52,6 +53,7 @@ def joint_motion(points: ArrayLike, times: ArrayLike, at: ArrayLike) -> tuple[Re
     return spline(clipped), np.where(inside, spline(clipped, 1), 0.0), np.where(inside, spline(clipped, 2), 0.0)
 
 
+@elements(goal=MOTOR)
 def screw_motion(robot: Robot, start: ArrayLike, goal: ArrayLike, count: int) -> Reals:
     """Return configurations of a screw motion of the end effector to a pose, from rest to rest.
 

@@ -13,6 +13,7 @@ from generated import cga3, pga2, pga3
 from generated import navigation as kernels
 
 from ..arguments import Reals, real_array
+from ..elements import LINE, MOTOR, elements
 from ..estimation.matrices import from_triangle
 from ..geometry.fits import Fit, fit_plane, fit_sphere
 from ..vision.stereo import RectifiedPair
@@ -112,6 +113,7 @@ def vertical_planes(lines: Lines, low: float, high: float) -> tuple[Solid, ...]:
     return tuple(found)
 
 
+@elements(pose=MOTOR)
 def stereo_points(
     pair: RectifiedPair,
     pixels: ArrayLike,
@@ -157,6 +159,7 @@ def stereo_points(
     return np.asarray(points), np.asarray(covariances)
 
 
+@elements(LINE, pose=MOTOR)
 def stereo_lines(pair: RectifiedPair, left: ArrayLike, right: ArrayLike, pose: ArrayLike) -> Reals:
     """Return lines (..., 6) of `generated.pga3` in the frame of the map: the meets of planes through both images.
 

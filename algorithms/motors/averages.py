@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, finite, real_array
+from ..elements import MOTOR, elements
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,6 +27,7 @@ class MotorMean:
     """The length of the last step, the larger of radians and units of the coordinates."""
 
 
+@elements(MOTOR, motors=MOTOR)
 def average_motors(motors: ArrayLike, weights: ArrayLike | None = None) -> Reals:
     """Return the weighted linear average of motors, projected onto the Study quadric (dual quaternion linear blending).
 
@@ -60,6 +62,7 @@ def average_motors(motors: ArrayLike, weights: ArrayLike | None = None) -> Reals
     return np.asarray(pga3.normalize_motor(total))
 
 
+@elements({"motor": MOTOR}, motors=MOTOR)
 def mean_motor(motors: ArrayLike, weights: ArrayLike | None = None, max_iterations: int = 100) -> MotorMean:
     """Return the intrinsic mean of motors: the motion from which the weighted sum of the twists to all motors is 0.
 

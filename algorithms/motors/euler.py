@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, real_array
+from ..elements import ROTOR, elements
 
 SEQUENCES = ("xyz", "xzy", "yxz", "yzx", "zxy", "zyx", "xyx", "xzx", "yxy", "yzy", "zxz", "zyz")
 """Sequences of axes. The first six are Tait-Bryan angles, the others proper Euler angles."""
@@ -43,6 +44,7 @@ def rotor_from_euler(sequence: str, angles: ArrayLike, *, fixed_axes: bool = Fal
     return np.asarray(pga3.rotor_from_euler_angles(*(axis.astype(given.dtype) for axis in axes), given))
 
 
+@elements(rotor=ROTOR)
 def rotor_to_euler(sequence: str, rotor: ArrayLike, *, fixed_axes: bool = False) -> Reals:
     """Return the Euler angles of a rotor.
 

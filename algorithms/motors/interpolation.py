@@ -8,8 +8,10 @@ from numpy.typing import ArrayLike
 from generated import pga3, vga3
 
 from ..arguments import Reals, real_array
+from ..elements import MOTOR, ROTOR, elements
 
 
+@elements(ROTOR, a=ROTOR, b=ROTOR)
 def slerp(a: ArrayLike, b: ArrayLike, t: ArrayLike) -> Reals:
     """Interpolate from rotor `a` to rotor `b` at constant angular velocity along the shorter arc.
 
@@ -33,6 +35,7 @@ def slerp(a: ArrayLike, b: ArrayLike, t: ArrayLike) -> Reals:
     return np.asarray(vga3.interpolate_rotors(one, two, real_array(t, "t")))
 
 
+@elements(MOTOR, a=MOTOR, b=MOTOR)
 def sclerp(a: ArrayLike, b: ArrayLike, t: ArrayLike) -> Reals:
     """Interpolate from motor `a` to motor `b` by a screw motion with constant twist.
 
@@ -55,6 +58,7 @@ def sclerp(a: ArrayLike, b: ArrayLike, t: ArrayLike) -> Reals:
     return np.asarray(pga3.interpolate_motors(_motors(a, "a"), _motors(b, "b"), real_array(t, "t")))
 
 
+@elements(MOTOR, a=MOTOR, b=MOTOR)
 def nlerp(a: ArrayLike, b: ArrayLike, t: ArrayLike) -> Reals:
     """Interpolate linearly from motor `a` to motor `b` and project the result onto the Study quadric.
 
@@ -64,6 +68,7 @@ def nlerp(a: ArrayLike, b: ArrayLike, t: ArrayLike) -> Reals:
     return np.asarray(pga3.blend_motors(_motors(a, "a"), _motors(b, "b"), real_array(t, "t")))
 
 
+@elements(MOTOR, controls=MOTOR)
 def bezier(controls: ArrayLike, t: ArrayLike) -> Reals:
     """Evaluate the Bézier curve of control motors by de Casteljau's algorithm with screw motions.
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from generated import cga3, pga3
 
 from ..arguments import Reals, finite, real_array
+from ..elements import DIRECTION, MOTOR, POINT, ROTOR, VERSOR, elements
 
 _DEGENERATE = 1e-10
 """A rotation is undetermined if two eigenvalues differ by less than this fraction of the largest possible difference.
@@ -54,6 +55,7 @@ class SimilarityFit:
     """(...) bool. False if the similarity is not unique: all points are collinear or equal."""
 
 
+@elements({"rotor": ROTOR}, a=DIRECTION, b=DIRECTION)
 def rotor_from_vectors(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = None) -> RotorFit:
     """Return the rotation that minimises the weighted sum of squared distances of the rotated `a` to `b`.
 
@@ -88,6 +90,7 @@ def rotor_from_vectors(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = N
     return RotorFit(rotor, np.sqrt(_mean_square(off, share)), gap > _DEGENERATE * np.where(sizes > 0, sizes, 1))
 
 
+@elements(ROTOR, frame=DIRECTION, image=DIRECTION)
 def rotor_from_frames(frame: ArrayLike, image: ArrayLike) -> Reals:
     """Return the rotation that takes a frame of three vectors, orthogonal or not, to a rotated copy of it.
 
@@ -123,6 +126,7 @@ def rotor_from_frames(frame: ArrayLike, image: ArrayLike) -> Reals:
     return np.where(flat[..., None], np.nan, rotor)
 
 
+@elements({"motor": MOTOR}, a=POINT, b=POINT)
 def motor_from_points(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = None) -> MotorFit:
     """Return the rigid motion that minimises the weighted sum of squared distances of the moved points `a` to `b`.
 
@@ -154,6 +158,7 @@ def motor_from_points(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = No
     return MotorFit(motor, np.sqrt(_mean_square(off, share)), fit.determined)
 
 
+@elements({"versor": VERSOR}, a=POINT, b=POINT)
 def similarity_from_points(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = None) -> SimilarityFit:
     """Return the similarity that minimises the weighted sum of squared distances of the images of points `a` to `b`.
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,6 +12,7 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, real_array
+from ..elements import MOTOR, plain, restorer
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,6 +30,9 @@ class MotorSpline:
     twists: Reals
     """(n, 6) Twists at these times, in the body frame."""
 
+    restored: Callable[[Any], Any] = np.asarray
+    """Takes the coefficients of a motor to the result of a call: an element if the spline is through elements."""
+
     @classmethod
     def through(cls, times: ArrayLike, motors: ArrayLike, twists: ArrayLike | None = None) -> MotorSpline:
         """Return the spline through given motors.
@@ -35,7 +41,7 @@ class MotorSpline:
         ----------
         times : array_like, (n)
             Increasing times, at least two.
-        motors : array_like, (n, 8)
+        motors : array_like, (n, 8), or multivectors
             Unit motors of either sign. Between consecutive motors the smaller rotation is used, so that rotations by
             more than 180 degrees need intermediate motors.
         twists : array_like, (n, 6), optional
@@ -48,7 +54,7 @@ class MotorSpline:
             If an argument has a wrong shape or type, or times do not increase.
         """
         at = real_array(times, "times", (-1,), "times")
-        given = real_array(motors, "motors", (len(at), 8), "a unit motor for each time")
+        given = real_array(plain(motors, "motors", MOTOR), "motors", (len(at), 8), "a unit motor for each time")
         if at.ndim != 1 or given.ndim != 2 or len(at) < 2:
             raise ValueError(f"times: shape {at.shape}, motors: shape {given.shape}; expected (n) and (n, 8), n > 1")
         if not np.all(np.diff(at) > 0):
@@ -60,9 +66,9 @@ class MotorSpline:
             rates = _parabolic(mean_rates, np.diff(at))
         else:
             rates = real_array(twists, "twists", (len(at), 6), "a twist for each time")
-        return cls(at, signed, rates)
+        return cls(at, signed, rates, restorer(motors, MOTOR))
 
-    def __call__(self, t: ArrayLike) -> Reals:
+    def __call__(self, t: ArrayLike) -> Any:
         """Evaluate the spline. Outside the interval the first and last cubics are extrapolated.
 
         Parameters
@@ -85,7 +91,7 @@ class MotorSpline:
         found = start
         for weight, twist in ((1 - (1 - s) ** 3, first), (s * s * (3 - 2 * s), middle), (s**3, last)):
             found = pga3.motor_product(found, pga3.motor_from_twist(weight * twist))
-        return np.asarray(found)
+        return self.restored(found)
 
 
 def _twists(a: Reals, b: Reals) -> Reals:

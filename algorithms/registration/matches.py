@@ -13,6 +13,7 @@ from generated import pga3
 from generated import registration as kernels
 
 from ..arguments import Reals, finite_number, moderate, real_array
+from ..elements import MOTOR, POINT, elements
 from .rigid import between_places
 from .rigid_status import RegistrationStatus
 from .weighted_matches import form_about_means
@@ -70,6 +71,7 @@ class MatchRegistration:
     free: Reals
 
 
+@elements({"motor": MOTOR}, source=POINT, target=POINT)
 def register_matches(
     source: ArrayLike, target: ArrayLike, *, tolerance: float | None = None, similarity: bool = False
 ) -> MatchRegistration:

@@ -11,6 +11,7 @@ from generated import pga3
 from generated import registration as kernels
 
 from ..arguments import Reals, real_array
+from ..elements import MOTOR, elements
 from ..extras import extra
 
 with extra("pictures", __name__):
@@ -21,6 +22,7 @@ _MOST = 4000
 _SOURCE, _TARGET = "tab:orange", "tab:blue"
 
 
+@elements(motor=MOTOR)
 def draw_clouds(source: ArrayLike, target: ArrayLike, motor: ArrayLike, size: float = 9.0) -> Figure:
     """Draw two clouds before and after the motor that takes the source to the target.
 
@@ -58,6 +60,7 @@ def draw_clouds(source: ArrayLike, target: ArrayLike, motor: ArrayLike, size: fl
     return figure
 
 
+@elements(motor=MOTOR)
 def draw_joint_space(
     source: ArrayLike, target: ArrayLike, inliers: ArrayLike, motor: ArrayLike, size: float = 10.0
 ) -> Figure:

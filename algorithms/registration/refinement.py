@@ -13,6 +13,7 @@ from generated import pga3
 from generated import registration as kernels
 
 from ..arguments import Reals, finite, real_array
+from ..elements import MOTOR, POINT, elements
 from .clouds import Cloud, cloud_of, normals_of
 
 _UPPER = np.triu_indices(6)
@@ -176,6 +177,7 @@ class Refinement:
     residual: float
 
 
+@elements({"motor": MOTOR}, source=POINT, target=POINT, motor=MOTOR)
 def refine(
     source: ArrayLike,
     target: ArrayLike,

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals
+from ..elements import MOTOR, POINT, elements
 from .alignment import Found, Task, different, hypothesis_refined, inverted, reach_of, solved
 from .clouds import Cloud, Shape, levels, shape_of, thickness, valid_points
 from .flat import flat_registered
@@ -94,6 +95,7 @@ class Registration:
     free: Reals
 
 
+@elements({"motor": MOTOR}, source=POINT, target=POINT)
 def register(source: ArrayLike, target: ArrayLike) -> Registration:
     """Find the rigid motion that takes one cloud of points to another, without a guess.
 

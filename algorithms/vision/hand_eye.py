@@ -12,6 +12,7 @@ from generated import hand_eye as kernels
 from generated import pga3
 
 from ..arguments import Reals, real_array
+from ..elements import MOTOR, elements
 from . import hand_eye_consensus as agreement
 from . import hand_eye_noise as noises
 from . import hand_eye_solver as solver
@@ -30,6 +31,7 @@ _STILL, _STILL_SINGLE = 1e-7, 1e-5
 """Rotation angles below this, in radians, count as zero: far above rounding in double and in single precision."""
 
 
+@elements({"motor": MOTOR}, a=MOTOR, b=MOTOR)
 def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
     """Estimate the motor X with ``A X = X B`` by least squares over all motions, rotation and translation at once.
 
@@ -87,6 +89,7 @@ def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
     return HandEye(*(_shaped(each, leading, dtype) for each in (*found, inliers)))
 
 
+@elements({"motor": MOTOR, "world": MOTOR}, a=MOTOR, b=MOTOR)
 def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: Noise = "either") -> HandEyeOfPoses:
     """Estimate the motors X and Z with ``A X = Z B`` for all poses: those of the camera on the hand and of its target.
 
