@@ -293,7 +293,6 @@ class Robot(Simulated):
         """
         return pga3.motor_to_matrix(self.forward(q))  # type: ignore[no-any-return]
 
-    @elements(poses=MOTOR)
     def inverse(
         self,
         poses: ArrayLike,

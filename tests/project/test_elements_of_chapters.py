@@ -121,7 +121,7 @@ def test_motors_of_other_layouts_are_refused(x: Any) -> None:
         if x.layout in (PGA3.MOTOR, CGA3.MOTOR):
             run(x)
             continue
-        with pytest.raises(TypeError, match=rf"^{name}(\[0\])? is "):
+        with pytest.raises(TypeError, match=rf"\b{name}(\[0\])? is "):
             run(x)
 
 

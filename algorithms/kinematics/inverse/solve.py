@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import pga3
 
 from ...arguments import Reals, finite, real_array
+from ...elements import MOTOR, plain
 from ..model import Model
 from .chain import COINCIDE, SAME, Chain, apart
 from .closed import closed_form
@@ -176,7 +177,7 @@ def _configurations(robot: Model, near: ArrayLike, shape: tuple[int, ...]) -> Re
 
 def _motors(robot: Model, poses: ArrayLike) -> Reals:
     """Return poses as unit motors in double precision."""
-    array = real_array(poses, f"{robot.name}: poses", ())
+    array = real_array(plain(poses, f"{robot.name}: poses", MOTOR), f"{robot.name}: poses", ())
     if array.shape[-2:] == (4, 4):
         matrices = array.astype(float)
         found = pga3.motor_from_matrix(matrices)
