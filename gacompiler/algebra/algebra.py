@@ -78,7 +78,7 @@ class Algebra(Immutable):
         self._products = BladeProducts(self.gram)
         self._rows: dict[tuple[str, int], Row] = {}
         self._make_layouts = layouts
-        _ALIVE.setdefault(self._arguments, self)
+        _ALIVE.setdefault(self.arguments, self)
 
     def __eq__(self, other: object) -> bool:
         """Return whether two algebras have the same basis vectors, products and duals; the names are not compared."""
@@ -92,11 +92,12 @@ class Algebra(Immutable):
         return self.vectors, self.gram, self.spelling(self.everything)[0]
 
     @property
-    def _arguments(self) -> tuple[Any, ...]:
+    def arguments(self) -> tuple[Any, ...]:
+        """The arguments that this algebra was created from; equal algebras may differ in names and layouts."""
         return self.name, self.vectors, self.gram, self._spellings, self._make_layouts
 
     def __reduce__(self) -> tuple[Any, ...]:
-        *plain, layouts = self._arguments
+        *plain, layouts = self.arguments
         return _restored, (*plain, layouts if layouts is None or _is_importable(layouts) else LayoutTable.of(self))
 
     def __repr__(self) -> str:

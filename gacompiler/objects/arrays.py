@@ -21,8 +21,9 @@ from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..algebra.multivector import Multivector
 from ..algebra.operations import Kind, Operation
-from ..errors import AlgebraError, LayoutError, OperandError
+from ..errors import AlgebraError, LayoutError, OperandError, ZeroDivisorError
 from ..gac_runtime.layout import Layout as PlainLayout
+from .caches import cached_by_name, key_of
 from .checks import check_relations, require_blade
 from .definitions import BINARY, UNARY, Definition, grade_of, normalize_of, power_of
 from .exponentials import MOST_VECTORS, exponential, layout_of_exponential
@@ -33,6 +34,7 @@ from .numpy_functions import NumpyFunctions
 from .operators import Operator, chosen_layout, layout_of, operator_of
 from .printing import latex_of, repr_of, text_of
 from .scalars import ScalarMethods
+from .tables import inverse_by_equations, table_of
 
 SYMBOLS = {
     (symbol, each.row.operands): (UNARY if each.row.operands == 1 else BINARY)[each]
@@ -57,7 +59,9 @@ def _run_of(definition: Definition) -> list[Callable[[Any], Any]]:
 _grades: dict[tuple[type, tuple[int, ...]], list[Callable[[Any], Any]]] = {}
 """Functions that `MultivectorArray.grade` calls for single multivectors once the grades have been validated."""
 
-_EXP, _LOG, _SQRT, _POWER = map(curried, (UNARY["exp"], UNARY["log"], UNARY["sqrt"], BINARY["power"]))
+_INVERSE, _EXP, _LOG, _SQRT, _POWER = map(
+    curried, (UNARY["inverse"], UNARY["exp"], UNARY["log"], UNARY["sqrt"], BINARY["power"])
+)
 """Functions of one kernel each; the last three require a unit versor or a number."""
 
 _LARGEST_POWER = 3
@@ -197,6 +201,26 @@ class MultivectorArray(Operations, NumpyFunctions):
         """
         whole = layout_of_exponential(self.layout) if self.layout.algebra.dimension > MOST_VECTORS else None
         return _EXP[0](self) if whole is None else exponential(self, whole, wrap)
+
+    def inverse(self) -> Any:
+        """Return the element ``b`` with ``a b = 1``, where `a` is this object; see `gacompiler.inverse`.
+
+        In an array, elements without an inverse give NaN or infinite coefficients. In more than five dimensions,
+        versors are inverted by their reverse, and other elements as matrices; the residual of both is checked.
+
+        Raises
+        ------
+        ZeroDivisorError
+            If this is a single element without an inverse.
+        """
+        found = inverse_by_equations(self, wrap)
+        if found is not None:
+            return found
+        found = _INVERSE[0](self)
+        is_finite = self.shape or 0.0 * found == 0.0 * found  # which is NaN if a coefficient is NaN or infinite
+        if not is_finite and np.isfinite(self.values).all():
+            raise ZeroDivisorError("inverse", f"{self}, whose determinant is 0", "an invertible element")
+        return found
 
     def __pow__(self, exponent: Any) -> Any:
         """Return a product of equal factors; a negative integer exponent gives a power of the inverse."""
@@ -473,7 +497,7 @@ class Scalar(ScalarMethods):
         return scalar_of(float(self), algebra)
 
 
-_single_types: dict[Layout, type | None] = {}
+_single_types: dict[Any, type | None] = {}
 _by_identity: dict[int, tuple[type | None, Layout]] = {}
 """The same by the identity of the layout, because comparing layouts is slow; the entry keeps the layout alive."""
 _normalizations: dict[int, tuple[Definition, Layout]] = {}
@@ -491,16 +515,17 @@ def single_type(layout: Layout) -> Any:
         return known[0]
     if not extension_is_settled():
         return None
-    if layout not in _single_types:
-        found = _single_types[layout] = _make_single_type(layout)
+    key = key_of(layout)
+    if key not in _single_types:
+        found = _single_types[key] = _make_single_type(layout)
         if _Number is None and found is not None:
             _Number = single_type(SCALAR) if layout != SCALAR else found
             extension().set_number(_Number, Scalar)
-    _by_identity[id(layout)] = _single_types[layout], layout
-    return _single_types[layout]
+    _by_identity[id(layout)] = _single_types[key], layout
+    return _single_types[key]
 
 
-@cache
+@cached_by_name
 def plain_layout(layout: Layout) -> PlainLayout:
     """Return a layout in the form of generated modules."""
     from ..generation.sources import layout_text  # not at the start, since it loads all stages and printers
@@ -509,7 +534,7 @@ def plain_layout(layout: Layout) -> PlainLayout:
     return PlainLayout(text.name, text.blades, text.fixed, text.unit, text.implied)
 
 
-@cache
+@cached_by_name
 def layout_from_plain(plain: PlainLayout, own: Algebra) -> Layout | None:
     """Return the layout of a generated module in an algebra or in the catalog; None if its algebra is in neither."""
     algebra = own if own.name == plain.algebra else vars(catalog).get(plain.algebra)
@@ -611,7 +636,7 @@ def _play(role: _Role, holder: Any, x: Any) -> Any:
 
 def _second(definition: Definition, holder: Any, x: Any, y: Any) -> Any:
     result = apply(definition, x, y)
-    if _is_single(type(x)) and _is_single(type(y)):
+    if _is_single(type(x)) and _is_single(type(y)) and table_of(definition, (_layout(x), _layout(y))) is None:
         found = operator_of(definition, (_layout(x), _layout(y)))
         native, key = found.native, (definition.name, type(x))
         if native is None:
@@ -673,7 +698,11 @@ def apply(definition: Definition, *operands: Any) -> Any:
                 raise _mixed(definition.name, algebra, each.algebra)
             algebra = each.algebra
     lifted = [values_of(definition.name, each) for each in operands]
-    found = operator_of(definition, tuple(layout for layout, _ in lifted))
+    layouts = tuple(layout for layout, _ in lifted)
+    table = table_of(definition, layouts)
+    if table is not None:
+        return wrap(table.result, table.product(*(values for _, values in lifted)))
+    found = operator_of(definition, layouts)
     return wrap(found.result, found([values for _, values in lifted]))
 
 
@@ -774,9 +803,11 @@ def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
             definition = QUOTIENT
     result = apply(definition, *operands)
     if extension() is not None and all(map(_is_single, types)):
-        found = operator_of(definition, tuple(_layout(x) for x in operands))
-        native = found.native
-        _bind(symbol, types, found, native and native.element)
+        layouts = tuple(_layout(x) for x in operands)
+        if table_of(definition, layouts) is None:
+            found = operator_of(definition, layouts)
+            native = found.native
+            _bind(symbol, types, found, native and native.element)
     return result
 
 

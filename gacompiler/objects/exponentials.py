@@ -14,6 +14,7 @@ import numpy as np
 
 from ..algebra.layout import Layout
 from ..frontend.scaling import HEAD, PLAIN, SCALED, TAYLOR, weights
+from .caches import cached_by_name
 from .elements import Elements
 
 MOST_VECTORS = 5
@@ -24,7 +25,7 @@ _MOST = 1100
 """Largest number of squarings for arguments that are doubles."""
 
 
-@cache
+@cached_by_name
 def layout_of_exponential(layout: Layout) -> Layout | None:
     """Return the layout of exponentials that are computed by products; None if they are one kernel."""
     vectors, blades = 0, sorted(layout.support)

@@ -13,7 +13,6 @@ import re
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from functools import cache
 from random import Random
 from typing import Any
 
@@ -39,6 +38,7 @@ from ..passes.samples import samples
 from ..passes.schedule import schedule
 from ..passes.search import Candidate
 from .background import QUEUE, Job
+from .caches import cached_by_name, key_of
 from .definitions import Definition
 from .library import LIBRARY, NUMPY
 from .modules import load_made, module_job
@@ -230,7 +230,7 @@ class Operator:
         return out if shape else out[..., 0]
 
 
-_OPERATORS: dict[tuple[Definition, tuple[Layout, ...]], Operator] = {}
+_OPERATORS: dict[Any, Operator] = {}
 _BY_IDENTITY: dict[tuple[int, ...], tuple[Operator, Definition, tuple[Layout, ...]]] = {}
 """The same by the identities of definition and layouts, because comparing layouts is slow; entries keep them alive."""
 _LOCK = threading.RLock()
@@ -248,7 +248,7 @@ def operator_of(definition: Definition, layouts: tuple[Layout, ...]) -> Operator
     known = _BY_IDENTITY.get(identity)
     if known is not None:
         return known[0]
-    key = (definition, layouts)
+    key = key_of((definition, layouts))
     with _LOCK:
         if key not in _OPERATORS:
             _OPERATORS[key] = Operator(definition, layouts)
@@ -327,7 +327,7 @@ def chosen_layout(layout: Layout, unit: bool) -> Layout:
     return layout_of(layout.algebra, blades)
 
 
-@cache
+@cached_by_name
 def _layout_of(algebra: Any, blades: frozenset[int]) -> Layout:
     if blades == {0}:
         return SCALAR

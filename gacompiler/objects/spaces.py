@@ -16,6 +16,7 @@ from ..algebra.layout import Layout
 from ..errors import AlgebraError, LayoutError
 from ..gac_runtime.arrays import plain
 from .arrays import MultivectorArray, apply, of_rows, plain_layout, wrap
+from .caches import cached_by_name
 from .checks import check_relations, refuse
 from .definitions import Definition
 from .operators import layout_of
@@ -176,7 +177,7 @@ def _defined(name: str, parameters: tuple[str, ...], text: str, unit: bool) -> D
     return Definition(name, parameters, text, unit=_always if unit else None)
 
 
-@cache
+@cached_by_name
 def _in_algebra(definition: Definition, algebra: Algebra) -> Definition:
     return replace(definition, algebra=algebra)
 

@@ -503,3 +503,14 @@ def test_weights_that_a_versor_changes_are_found_by_one_example() -> None:
         CGA3.coordinates(versor >> point),
         CGA3.coordinates(CGA3.rotor([0, 0, 1], 0.3, [1, 2, 3]) >> CGA3.point(2, 4, 6)),
     )
+
+
+def test_results_have_the_names_of_their_own_algebra() -> None:
+    """An equal algebra with other names, which was used before, has no influence on layouts."""
+    other = Space(catalog.orthogonal(3)).vector(1, 2, 3)
+    vector = VGA3.vector(1, 2, 3)
+    for run in (lambda x: x, lambda x: x * x, lambda x: x ^ x, lambda x: x.dual(), lambda x: x.normalize()):
+        first, second = run(other), run(vector)
+        assert getattr(first, "layout", SCALAR).algebra.name != "VGA3"
+        assert getattr(second, "layout", SCALAR).algebra.name != "G(3,0,0)"
+    assert vector.layout == VGA3.VECTOR and (other + vector).isclose(2 * vector)

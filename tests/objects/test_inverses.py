@@ -1,0 +1,73 @@
+"""Inverses and products of elements with many blades, in single elements and in arrays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gacompiler import inverse
+from gacompiler.algebra.catalog import null_pairs, orthogonal
+from gacompiler.errors import ZeroDivisorError
+from gacompiler.objects import CGA3, VGA3, Space
+from gacompiler.structure.affine import AffineSpace
+
+RANDOM = np.random.default_rng(8)
+
+
+@pytest.mark.parametrize("x", [CGA3.point(1, 2, 3), 1 + VGA3.e1, 0 * VGA3.e1, CGA3.einf, CGA3.e1 + CGA3.einf * CGA3.e1])
+def test_elements_without_an_inverse_are_refused_or_nan(x: Any) -> None:
+    if x.layout.blades == ("e1", "e1inf"):
+        assert (x * x.inverse()).isclose(1)
+        return
+    with pytest.raises(ZeroDivisorError, match="inverse"):
+        x.inverse()
+    both = np.stack([x, 2 + VGA3.e1 if x.algebra == VGA3.algebra else CGA3.e1 + CGA3.e2])
+    found = both.inverse()
+    assert not np.isfinite(found.values[0]).all() and (found[1] * both[1]).isclose(1)
+
+
+@pytest.mark.parametrize("signature", [(3, 3), (6,), (4, 4)])
+def test_versors_and_other_elements_of_many_dimensions(signature: tuple[int, ...]) -> None:
+    space = Space(orthogonal(*signature))
+    n = space.algebra.dimension
+    versors = space.vector(RANDOM.normal(size=(20, n)))
+    for _ in range(3):
+        versors = versors * space.vector(RANDOM.normal(size=(20, n)))
+    for x in (versors, space.of(space.algebra.full, RANDOM.normal(size=(20, 1 << n)))):
+        found = x.inverse()
+        size = np.linalg.norm(x.values, axis=-1) * np.linalg.norm(found.values, axis=-1)
+        off = np.abs(np.stack([(x * found - 1)["1"], (found * x - 1)["1"]])) / size
+        assert off.max() < 1e-13 and (x * found).isclose(1, atol=1e-9).all()
+        assert (x[3].inverse() - found[3]).isclose(0, atol=1e-12 * size[3])
+    square = space.e1 * space.e2 * space.pseudoscalar
+    if (square * square).isclose(1):
+        with pytest.raises(ZeroDivisorError, match="determinant is 0"):
+            (1 + square).inverse()
+
+
+def test_products_by_a_table_are_exact() -> None:
+    """Integers have exact products, so that every sign and place of the table is compared with the algebra's."""
+    for algebra in (orthogonal(5, 2), null_pairs(4)):
+        space, full = Space(algebra), algebra.full
+        a, b = (space.of(full, RANDOM.integers(-9, 9, full.size).astype(float)) for _ in range(2))
+        one, two = a.exactly(), b.exactly()
+        for found, expected in ((a * b, one * two), (a ^ b, one ^ two), (a | b, one.product("inner_product", two))):
+            assert found.exactly() == expected
+
+
+def test_exact_multivectors_with_doubles() -> None:
+    """Affine maps are versors of G(4, 4), whose products with their reverses are numbers up to rounding errors."""
+    space, off = AffineSpace(3), []
+    for _ in range(40):
+        matrix, shift, x = RANDOM.normal(size=(3, 3)), RANDOM.normal(size=3), RANDOM.normal(size=3)
+        versor = space.versor(matrix.tolist(), shift.tolist())
+        moved = space.coordinates(space.move(versor, space.point(x.tolist())))
+        off.append(np.abs(np.array(moved) - (matrix @ x + shift)).max() * np.abs(np.linalg.det(matrix)))
+    assert max(off) < 1e-11
+    algebra = orthogonal(6)
+    many = sum((float(RANDOM.normal()) * e for e in algebra.basis()), algebra.scalar(1.0)) * algebra.basis()[0]
+    assert max(map(abs, (many * inverse(many) - 1).terms.values())) < 1e-13
+    with pytest.raises(ZeroDivisorError):
+        inverse(algebra.scalar(0.1) * 10 + 1.0 * algebra.basis()[2])
