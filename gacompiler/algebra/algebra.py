@@ -15,6 +15,7 @@ from ..errors import AlgebraError
 from .blades import BladeProducts, Gram, Rational, Terms, exact
 from .coefficients import Coefficient, is_zero
 from .immutable import Immutable
+from .methods import AttributeAlgebraError
 from .multivector import Multivector
 from .naming import BladeNames
 from .products import Row
@@ -238,7 +239,7 @@ class Algebra(Immutable):
         known = self.layouts
         if name in known:
             return known[name]
-        raise AlgebraErrorForAttribute(
+        raise AttributeAlgebraError(
             self.name,
             f"no layout {name}",
             "one of " + " ".join([*known, *_EVERYWHERE]),
@@ -276,10 +277,6 @@ def _is_importable(function: object) -> bool:
         return True
     module = sys.modules.get(getattr(function, "__module__", None) or "")
     return module is not None and getattr(module, name, None) is function
-
-
-class AlgebraErrorForAttribute(AlgebraError, AttributeError):
-    """Raised for access to an unknown layout as an attribute."""
 
 
 def _gram(name: str, gram: Sequence[Rational] | Sequence[Sequence[Rational]], n: int) -> Gram:

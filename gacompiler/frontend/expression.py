@@ -16,7 +16,8 @@ from ..algebra.coefficients import as_exact
 from ..algebra.immutable import Immutable
 from ..algebra.layout import SCALARS, Layout
 from ..algebra.meanings import ARITHMETIC, MEANINGS, arithmetic
-from ..algebra.multivector import Multivector
+from ..algebra.methods import WithCoefficients
+from ..algebra.multivector import Multivector, integer_power
 from ..algebra.operations import Kind, Operation
 from ..errors import KernelError, shortened
 from ..ir.scalar import Graph
@@ -27,7 +28,7 @@ LONGEST, BRIEF = 10_000, 300
 """Maximum number of characters of the text of an expression, and of its representation and in messages."""
 
 
-class Expression(Immutable):
+class Expression(Immutable, WithCoefficients):
     """A symbolic multivector expression, a node of an immutable graph.
 
     Attributes
@@ -117,18 +118,14 @@ class Expression(Immutable):
         return node(Operation.REGRESSIVE_PRODUCT, other, self)
 
     def __truediv__(self, other: Any) -> Expression:
-        return node(Operation.DIVIDE, self, other)
+        return _quotient(self, lift(other))
 
     def __rtruediv__(self, other: Any) -> Expression:
-        return node(Operation.DIVIDE, other, self)
+        return _quotient(lift(other), self)
 
-    def __pow__(self, exponent: int) -> Expression:
-        if not isinstance(exponent, int) or exponent < 0:
-            raise KernelError("power in a kernel", f"exponent {exponent!r}", "a non-negative integer", "use inverse()")
-        result = lift(1)
-        for k in range(exponent):
-            result = self if k == 0 else result * self
-        return result
+    def __pow__(self, exponent: Any) -> Expression:
+        """Return a product of equal factors, a power of the inverse, or `power` for any other exponent."""
+        return integer_power(self, exponent, lift(1))  # type: ignore[no-any-return]
 
     def __neg__(self) -> Expression:
         return node(Operation.NEGATE, self)
@@ -138,6 +135,9 @@ class Expression(Immutable):
 
     def __invert__(self) -> Expression:
         return node(Operation.REVERSE, self)
+
+    def __abs__(self) -> Any:
+        return node(Operation.ABS, self) if self.is_scalar else self.norm()
 
     def __lt__(self, other: Any) -> Expression:
         return node(Operation.LESS, self, other)
@@ -154,8 +154,8 @@ class Expression(Immutable):
     def __bool__(self) -> bool:
         raise KernelError(
             "a kernel",
-            "an expression has no truth value",
-            remedy="use select(condition, a, b) instead of if, and, or",
+            "an expression has no truth value, since its value is known only when the kernel runs",
+            remedy="use select(condition, a, b) instead of if, and, or; minimum(a, b) and maximum(a, b) of min and max",
         )
 
     def __iter__(self) -> Iterator[Any]:
@@ -212,6 +212,13 @@ def _int_if_whole(number: Any) -> Any:
     return number.numerator if number.denominator == 1 else number
 
 
+def _quotient(a: Expression, b: Expression) -> Expression:
+    """Return the quotient by a scalar, or the product with the inverse."""
+    if b.is_scalar:
+        return node(Operation.DIVIDE, a, b)
+    return node(Operation.GEOMETRIC_PRODUCT, a, node(Operation.INVERSE, b))
+
+
 def node(operation: Operation, *arguments: Any) -> Expression:
     """Return the expression ``operation(arguments)``.
 
@@ -241,7 +248,7 @@ def node(operation: Operation, *arguments: Any) -> Expression:
                 operation,
                 f"{text_of(argument, BRIEF)}, which can have blades {names}",
                 "a scalar",
-                "use inverse(), norm_squared() or a coefficient",
+                "use norm() or a coefficient, as in x.e12",
             )
     return Expression(operation, lifted, None, algebra)
 

@@ -41,6 +41,18 @@ def checked(operation: Operation, operands: tuple[Any, ...]) -> None:
             refuse(f"{operation}()", value)
 
 
+def check_exponent(where: str, value: Any) -> None:
+    """Refuse an exponent or parameter that is neither a number, an array of numbers, nor an expression.
+
+    Raises
+    ------
+    OperandError
+        If it is anything else.
+    """
+    if not (is_operand(value) or is_array_of_numbers(value) or hasattr(type(value), "norm_squared")):
+        refuse(where, value)
+
+
 def refuse(where: str, value: Any) -> NoReturn:
     """Raise the error for an operand that is neither a multivector nor a number."""
     if hasattr(value, "__array__"):

@@ -131,15 +131,15 @@ def atan2(y: Any, x: Any) -> Any:
 
 def grade(a: Any, *grades: int) -> Any:
     """Return the part of the given grades."""
-    return _element("grade()", a).grade(*grades)
+    return as_element("grade()", a).grade(*grades)
 
 
 def coefficient(a: Any, blade: str) -> Any:
     """Return the coefficient of a blade, given in any spelling."""
-    return _element("coefficient()", a)[blade]
+    return as_element("coefficient()", a)[blade]
 
 
-def _element(where: str, a: Any) -> Any:
+def as_element(where: str, a: Any) -> Any:
     """Return `a` with the methods of a multivector: a number as an element of the algebra of scalars."""
     if isinstance(a, (Expression, Multivector)) or own_operations((a,)) is not None:
         return a

@@ -17,12 +17,14 @@ import numpy as np
 
 from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALAR, SCALARS, Layout
+from ..algebra.methods import Unordered
 from ..algebra.multivector import Multivector
 from ..algebra.operations import Kind, Operation
 from ..errors import AlgebraError, LayoutError, OperandError
+from ..frontend.operands import own_operations
 from ..gac_runtime.layout import Layout as PlainLayout
 from .checks import check_relations, require_blade
-from .definitions import BINARY, UNARY, Definition, grade_of, normalize_of, power_of
+from .definitions import BINARY, FUNCTIONS, UNARY, Definition, grade_of, normalize_of, power_of
 from .exponentials import MOST_VECTORS, exponential, layout_of_exponential
 from .methods import Engine, Operations, curried, run_by
 from .native import extension, extension_is_settled
@@ -62,19 +64,18 @@ _LARGEST_POWER = 3
 """Largest power with a kernel of its own; higher powers are products of these."""
 
 
-def run_operation(operation: Operation, *operands: Any) -> Any:
+def run_operation(name: str, *operands: Any) -> Any:
     """Apply an operation of the kernel language to objects and numbers, for functions such as `gacompiler.reverse`."""
-    name = operation.value
+    if name in ("normalize", *FUNCTIONS, "power"):
+        return getattr(operands[0], name)(*operands[1:])
     table = UNARY if len(operands) == 1 else BINARY
-    if name in table and name not in ("log", "sqrt"):
+    if name in table:
         return apply(table[name], *operands)
-    first = operands[0] if isinstance(operands[0], MultivectorArray) else operands[-1]
-    if len(operands) == 1 and name in ("normalize", "log", "sqrt"):
-        return getattr(first, name)()
+    first = next(each for each in operands if own_operations((each,)) is not None)
     raise OperandError(f"{name}()", f"a {first.layout}", "numbers")
 
 
-class MultivectorArray(Operations, NumpyFunctions):
+class MultivectorArray(Operations, Unordered, NumpyFunctions):
     """Immutable multivectors of one layout: a single one, with shape ``()``, or an array of any shape.
 
     Operators: ``+ -``, ``*`` geometric product, ``^`` outer product, ``&`` regressive product (join of points in

@@ -128,9 +128,11 @@ _TABLE = tuple(
     if each.row.kind in (Kind.ARITHMETIC, Kind.MULTIVECTOR) and each is not Operation.NORMALIZE
 )
 
+FUNCTIONS = ("exp", "log", "sqrt")
+
 UNARY: Mapping[str, Definition] = {
     **{each.name: each for each in _TABLE if len(each.parameters) == 1},
-    **{name: _definition(name, 1) for name in ("exp", "log", "sqrt")},
+    **{name: _definition(name, 1) for name in FUNCTIONS},
 }
 """Operations of one object, by name; for normalization see `normalize_of`."""
 

@@ -287,6 +287,13 @@ class SymbolicMultivector(Immutable, Multivector):
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (_rows(self),)
 
+    @staticmethod
+    def run_operation(name: str, *operands: Any) -> Any:
+        """Apply an operation of the kernel language, for functions such as `gacompiler.reverse` and methods."""
+        from . import functions
+
+        return functions.run_operation(name, *operands)
+
     __iter__ = None  # Prevents Python from iterating over x[0], x[1], ... as a sequence.
 
     def _sympy_(self) -> Any:
