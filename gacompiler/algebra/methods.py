@@ -134,6 +134,10 @@ class WithCoefficients(Methods, Unordered):
     def __rrshift__(self, other: Any) -> Any:
         return _function(Operation.SANDWICH)(other, self)
 
+    def __call__(self, other: Any) -> Any:
+        """Return the sandwich product of a versor with another multivector."""
+        return self.sandwich(other)
+
     def __rpow__(self, base: Any) -> Any:
         return _function("power")(base, self)
 

@@ -156,7 +156,7 @@ def matrix_of(definition: Kernel, wrt: str) -> Kernel:
         columns = []
         for t in coefficient_tangents(variable, parameter.layout):
             (column,) = derivative([value], {variable: t})
-            if any(e.operation is Operation.INPUT and e == variable for e in topological([column])):
+            if any(e is variable for e in topological([column])):
                 raise KernelError(definition.where, f"the result is not linear in {wrt}", "a linear expression")
             columns.append(numbers(column, layout))
         return tuple(tuple(column[row] for column in columns) for row in range(layout.size))

@@ -61,7 +61,7 @@ class Differentiated:
         """
         given = elements(arguments[self.place])
         others = [e for k, a in enumerate(arguments) if k != self.place for e in elements(a)]
-        if _are_symbols(given) and not any(e in given for e in others):
+        if _are_symbols(given) and set(given).isdisjoint(others):
             return derived(list(arguments), given)
         layout = self.parameter.layout
         symbols = [Parameter(f"{self.parameter.name}_variable_{k}", layout).symbols() for k in range(len(given))]
@@ -218,7 +218,7 @@ def multivector(given: Sequence[Expression], layout: Layout) -> Expression:
 def weighted(weights: Sequence[Expression], values: Sequence[Expression]) -> Expression:
     """Return the sum of products, without zero terms."""
     pairs = [(w, v) for w, v in zip(weights, values, strict=True) if not is_zero(v) and not is_zero(w)]
-    return added([v if w == lift(1) else w * v for w, v in pairs])
+    return added([v if w is lift(1) else w * v for w, v in pairs])
 
 
 def parts(flat: Sequence[Any], size: int) -> Iterator[tuple[Any, ...]]:

@@ -8,6 +8,7 @@ of the algebra layer.
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from contextvars import ContextVar
 from typing import Any
 from weakref import WeakValueDictionary
 
@@ -22,10 +23,13 @@ from ..algebra.operations import Kind, Operation
 from ..errors import KernelError, shortened
 from ..ir.scalar import Graph
 from .latex import latex_of
+from .operands import is_operand, own_operations
 from .rows import Array
 
 LONGEST, BRIEF = 10_000, 300
 """Maximum number of characters of the text of an expression, and of its representation and in messages."""
+IN_FUNCTION: ContextVar[bool] = ContextVar("in_function", default=False)
+"""Whether the function of a kernel without loops is being called on symbols."""
 
 
 class Expression(Immutable, WithCoefficients):
@@ -84,6 +88,8 @@ class Expression(Immutable, WithCoefficients):
 
     def __getitem__(self, blade: str | int) -> Expression:
         """Return the coefficient of a blade, given in any spelling or by bitmap, as a scalar."""
+        if not isinstance(blade, (str, int)):
+            raise KernelError("a coefficient in a kernel", f"{self}[{blade}]", "the name of a blade", 'write x["e12"]')
         where = self.algebra.blade(blade) if isinstance(blade, str) else (1, blade)
         return Expression(Operation.COEFFICIENT, (self,), where, SCALARS)
 
@@ -151,6 +157,30 @@ class Expression(Immutable, WithCoefficients):
     def __ge__(self, other: Any) -> Expression:
         return node(Operation.LESS_EQUAL, other, self)
 
+    def __eq__(self, other: object) -> bool:
+        """Return whether both are the same expression.
+
+        In the function of a kernel, other expressions may have equal values, so that the comparison is an error.
+        """
+        compares_values = IN_FUNCTION.get() if isinstance(other, Expression) else is_operand(other)
+        if self is not other and compares_values:
+            raise KernelError("a kernel", shortened(f"{self} == {other}", BRIEF), remedy="use equal(a, b)")
+        return self is other
+
+    __hash__ = object.__hash__
+
+    def __setitem__(self, blade: str, value: Any) -> None:
+        raise KernelError("a kernel", "an expression cannot be changed", remedy="use assemble(algebra, {'e12': ...})")
+
+    def __float__(self) -> float:
+        raise KernelError(
+            "a kernel",
+            f"float({shortened(str(self), BRIEF)}), whose value is known only when the kernel runs",
+            remedy="use functions of gacompiler such as sin(x) instead of those of math and numpy",
+        )
+
+    __int__ = __index__ = __round__ = __complex__ = __float__
+
     def __bool__(self) -> bool:
         raise KernelError(
             "a kernel",
@@ -204,8 +234,20 @@ def lift(value: Any) -> Expression:
         return Expression(Operation.CONSTANT, (), value.map(as_exact), value.algebra)
     if isinstance(value, Array):
         value.refuse()
+    if own_operations((value,)) is not None and not isinstance(value, float):
+        return lift(_constant_of(value))
     number = Graph().lift(value).value
     return Expression(Operation.CONSTANT, (), SCALARS.scalar(_int_if_whole(number)), SCALARS)
+
+
+def _constant_of(value: Any) -> Multivector:
+    """Return a single numeric object as a multivector over the rationals, by the decimal form of its coefficients."""
+    if value.shape:
+        raise KernelError(
+            "a constant in a kernel", f"an array of shape {value.shape}", "a single object", "make it a parameter"
+        )
+    element: Multivector = value.layout.element([as_exact(x) for x in value.values.tolist()])
+    return element
 
 
 def _int_if_whole(number: Any) -> Any:

@@ -10,7 +10,6 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from ..algebra.coefficients import as_exact
 from ..algebra.operations import Operation
 from . import operations as scalar
 from .exponentials import exponential
@@ -148,7 +147,7 @@ def power(a: Any, t: Any, *, unit: bool | None = None, along: Any = None) -> Any
         return run("power", a, t)
     if _is_scalar(a):
         return _power_of_scalar(a, t)
-    if as_exact(t) == Fraction(1, 2):
+    if isinstance(t, (float, Fraction)) and t == Fraction(1, 2):
         return sqrt(a, unit=unit, along=along)
     found = unit_versor_power(a, t) if _is_versor(a, unit) else number_power(a, t, along)
     return exp(t * log(a, unit=unit, along=along)) if found is None else found
