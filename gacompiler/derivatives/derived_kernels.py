@@ -16,7 +16,6 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..algebra.layout import SCALAR, Layout
-from ..algebra.operations import Operation
 from ..errors import KernelError
 from ..frontend.expression import Expression, lift, topological
 from ..frontend.kernel import ArrayOf, Kernel, Parameter
