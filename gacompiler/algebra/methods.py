@@ -160,6 +160,11 @@ class WithCoefficients(Methods, Unordered):
             f"did you mean {near[0]}?" if near else "",
         )
 
+    def _latex(self, printer: object = None) -> str:
+        """Return LaTeX without dollar signs, for `sympy.latex`."""
+        found: str = self._repr_latex_()
+        return found.strip("$")
+
     def __dir__(self) -> list[str]:
         algebra: Any = object.__getattribute__(self, "algebra")
         return sorted({*object.__dir__(self), *(algebra.spelling(blade)[1] for blade in self.blades if blade)})

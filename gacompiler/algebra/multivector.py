@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ..errors import AlgebraError, ZeroDivisorError
 from .blades import grade, reordering_sign, reverse_sign
 from .coefficients import Coefficient, divide, is_zero
+from .latex import constant
 from .methods import WithCoefficients
 from .products import product
 
@@ -215,6 +216,9 @@ class Multivector(WithCoefficients):
 
     def __repr__(self) -> str:
         return f"{self.algebra.name}: {self}"
+
+    def _repr_latex_(self) -> str:
+        return f"${constant(self)}$"
 
 
 def integer_power(x: Any, exponent: Any, one: Any) -> Any:

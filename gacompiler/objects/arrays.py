@@ -386,6 +386,10 @@ class MultivectorArray(Operations, Unordered, NumpyFunctions):
     def _repr_latex_(self) -> str:
         return latex_of(self)
 
+    def _latex(self, printer: object = None) -> str:
+        """Return LaTeX without dollar signs, for `sympy.latex`."""
+        return latex_of(self).strip("$")
+
     def __reduce__(self) -> Any:
         return wrap, (self.layout, np.array(self.values))
 
@@ -642,6 +646,8 @@ def apply(definition: Definition, *operands: Any) -> Any:
     algebra = definition.algebra
     refused = (list, tuple, np.ndarray) if definition in _OF_MULTIVECTORS else (list, tuple)
     for each in operands:
+        if hasattr(type(each), "family"):
+            raise _of_another_module(definition.name, operands)
         if isinstance(each, refused) and not np.ndim(each) == 0:
             raise OperandError(
                 definition.name,
@@ -731,6 +737,8 @@ def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
     first, second = type(a), type(b)
     if (first is _Array and _predates_extension(a)) or (second is _Array and _predates_extension(b)):
         return _OPERATORS[symbol, 1 if b is _ABSENT else 2](*(_as_single(x) for x in (a, b) if x is not _ABSENT))
+    if any(hasattr(kind, "family") for kind in (first, second)) and first not in _roles:
+        raise _of_another_module(f"a {symbol} b" if symbol != "()" else "a(b)", (a, b))
     if symbol in ("()", ">>"):
         role = _roles.get(first)
         if role is not None:
@@ -783,6 +791,13 @@ def _other_slots(own: Layout, wanted: Layout) -> list[str]:
     return [
         s.name for s in (*own.stored, *(s for s, _ in own.fixed), *(s for s, _ in own.implied)) if s.blade not in kept
     ]
+
+
+def _of_another_module(where: str, operands: tuple[Any, ...]) -> OperandError:
+    """Return the error for an operand of a type of a generated module, which may have the name of a type of objects."""
+    names = " and ".join(f"{type(each).__module__}.{type(each).__name__}" for each in operands)
+    remedy = "convert one of them, as in PGA3.of(PGA3.MOTOR, x) or generated.pga3.Motor(x)"
+    return OperandError(where, names, "operands of one module", remedy)
 
 
 def _mixed(where: str, a: Algebra, b: Algebra) -> AlgebraError:
