@@ -50,9 +50,9 @@ from .frontend.roots import quartic_roots as quartic_roots
 if not TYPE_CHECKING:
     # Type checkers cannot read a computed list; for them, `as` and `*` above declare what is exported.
     __all__ = sorted([
-        "SCALAR", "Algebra", "Family", "Kernel", "Layout", "Multivector", "accumulate", "array", "compile",
-        "cubic_roots", "each", "eigenvalues_symmetric", "eigenvectors_symmetric", "even_part", "exp", "fold",
-        "gather", "hessian_vector", "index", "interpolate", "inverse_matrix", "iterate", "jacobian", "jvp",
+        "SCALAR", "Algebra", "Cl", "Family", "Kernel", "Layout", "Multivector", "Space", "accumulate", "array",
+        "compile", "cubic_roots", "each", "eigenvalues_symmetric", "eigenvectors_symmetric", "even_part", "exp",
+        "fold", "gather", "hessian_vector", "index", "interpolate", "inverse_matrix", "iterate", "jacobian", "jvp",
         "kernel", "least", "log", "matrix_determinant", "matrix_of", "odd_part", "outer_cos", "outer_exp",
         "outer_sin", "power", "quadratic_roots", "quartic_roots", "read_cluscript", "robots", "scan", "scatter",
         "solve_linear", "solve_symmetric", "sqrt", "total", "vjp",

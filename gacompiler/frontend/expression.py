@@ -2,7 +2,7 @@
 
 An expression is a node with an operation, arguments and an algebra. Products, sandwiches and duals are kept as nodes
 and are not expanded into coefficients. `evaluate` computes the value of an expression over any ring with the operations
-of the algebra layer.
+of the algebra layer. Nodes, their evaluation and their text are in one file because each uses the others.
 """
 
 from __future__ import annotations

@@ -252,7 +252,7 @@ def _unknown(family: Family, symbol: str, types: tuple[type, ...]) -> TypeError:
     ]
     there = ", ".join(like)
     module = next(each.__module__ for each in types if issubclass(each, Value))
-    found = _expression(symbol, types, len({each.__module__ for each in types}) > 1)
+    found = _expression(symbol, types, len({each.__name__ for each in types}) < len(set(types)))
     return TypeError(f"{found}: not defined by {module}; expected one of: {there or 'none'}")
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
+from importlib import import_module
 from typing import Any, Protocol
 
 from ..algebra.algebra import Algebra
@@ -50,10 +51,9 @@ class Definition:
 
     def function(self, algebra: Algebra) -> Callable[..., Any]:
         """Return the function of a kernel for this operation."""
-        import gacompiler
-
+        package = import_module(__name__.partition(".")[0])
         source = f"lambda {', '.join(self.parameters)}: {self.expression('algebra')}"
-        return eval(source, {"ga": gacompiler, "algebra": algebra})  # type: ignore[no-any-return]
+        return eval(source, {"ga": package, "algebra": algebra})  # type: ignore[no-any-return]
 
 
 class Applied(Protocol):
