@@ -190,6 +190,7 @@ def _number(where: str, a: Any) -> tuple[Any, SymbolicMultivector, Any]:
 
 
 _OWN: Mapping[str, Callable[..., SymbolicMultivector]] = {"exp": exp, "log": log, "sqrt": sqrt, "power": power}
+SymbolicMultivector.run_operation = staticmethod(run_operation)
 
 
 def _vanishes(x: SymbolicMultivector) -> bool:
