@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from importlib import import_module
 from itertools import combinations
 from typing import TYPE_CHECKING, Any, overload
 from weakref import WeakValueDictionary
@@ -311,9 +312,8 @@ def _of_signature(*given: Any) -> tuple[Any, ...]:
             "the numbers of squares 1, -1 and 0, or a name, basis vectors and their squares",
             'as in Algebra(3, 0, 1) or Algebra("G", "e1 e2", [1, -1])',
         )
-    from .catalog import of_signature
-
-    *plain, spellings, layouts = of_signature(*given)._arguments
+    catalog = import_module(".catalog", __package__)  # which uses this module
+    *plain, spellings, layouts = catalog.of_signature(*given)._arguments
     return *plain, " ".join(spellings), layouts
 
 
