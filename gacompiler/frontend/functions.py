@@ -186,7 +186,9 @@ def outer_exp(a: Any) -> Any:
     total, term = 1 + rest, rest
     for k in range(2, a.algebra.dimension + 1):
         term = (term ^ rest) / k
-        total = total + term if blades_of(term) else total
+        if _is_scalar(term):  # zero
+            break
+        total = total + term
     return scalar.exp(a["1"]) * total if 0 in blades_of(a) else total
 
 
