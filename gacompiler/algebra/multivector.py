@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import reduce
 from operator import mul
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from ..errors import AlgebraError, ZeroDivisorError
 from .blades import grade, reordering_sign, reverse_sign
@@ -44,6 +44,8 @@ class Multivector(WithCoefficients):
     terms: Mapping[int, Coefficient]
 
     def __init__(self, algebra: Algebra, terms: Mapping[int, Coefficient]) -> None:
+        if type(terms) is not dict and not isinstance(terms, Mapping):
+            raise AlgebraError("Multivector()", type(terms).__name__, "a mapping from blades to coefficients")
         object.__setattr__(self, "algebra", algebra)
         blades = sorted(terms) if len(terms) > 1 else terms
         kept = {blade: terms[blade] for blade in blades if not is_zero(terms[blade])}
@@ -57,6 +59,9 @@ class Multivector(WithCoefficients):
         sign, bitmap = self.algebra.blade(blade) if isinstance(blade, str) else (1, blade)
         value = self.terms.get(bitmap, 0)
         return value if sign > 0 else -value
+
+    def __iter__(self) -> NoReturn:
+        raise AlgebraError("a multivector", "it cannot be iterated", remedy='use a coefficient, x["e12"], or x.terms')
 
     @property
     def grades(self) -> tuple[int, ...]:

@@ -142,7 +142,7 @@ def matrix_of(definition: Kernel, wrt: str) -> Kernel:
     KernelError
         When the result is not linear in `wrt`.
     """
-    if definition.has_loops:
+    if isinstance(definition, Kernel) and definition.has_loops:
         raise KernelError(definition.where, "matrix_of() of a kernel with loops", "no loops", "use jacobian()")
     d = differentiated(definition, wrt)
     _check_one(d)

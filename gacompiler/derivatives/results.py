@@ -8,7 +8,7 @@ from typing import Any
 
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..algebra.operations import Operation
-from ..errors import KernelError
+from ..errors import KernelError, OperandError
 from ..frontend.expression import Expression, lift
 from ..frontend.kernel import ArrayOf, Kernel, Parameter, trace
 from ..frontend.loop_trace import LoopTrace, trace_loops
@@ -103,6 +103,8 @@ def parameter_of(definition: Kernel, wrt: str) -> tuple[int, Parameter]:
     KernelError
         When there is no such parameter, or it is an index table.
     """
+    if not isinstance(definition, Kernel):
+        raise OperandError("a derivative", f"of {type(definition).__name__}", "a kernel and the name of a parameter")
     for k, parameter in enumerate(definition.parameters):
         if parameter.name == wrt:
             if isinstance(parameter.type, IndexOf):

@@ -11,6 +11,7 @@ from fractions import Fraction
 from typing import Any
 
 from ..algebra.operations import Operation
+from ..errors import OperandError
 from . import operations as scalar
 from .exponentials import exponential
 from .expression import Expression
@@ -143,6 +144,8 @@ def power(a: Any, t: Any, *, unit: bool | None = None, along: Any = None) -> Any
     the identity, first derivatives in double precision have errors of up to 3e-7 (1 + t) of the largest one.
     """
     check_exponent("power(), exponent", t)
+    if not _is_scalar(t):
+        raise OperandError("power(), exponent", str(t), "a scalar")
     if (run := own_operations((a,))) is not None:
         return run("power", a, t)
     if _is_scalar(a):
@@ -223,6 +226,7 @@ def interpolate(a: Any, b: Any, t: Any, *, unit: bool | None = None) -> Any:
     norm carry over to the result.
     """
     check_exponent("interpolate(), fraction", t)
+    a, b = (x if hasattr(type(x), "norm_squared") else scalar.as_element("interpolate()", x) for x in (a, b))
     ratio = ~a * b
     is_own = own_operations((ratio,)) is not None
     found = None if is_own or _is_scalar(ratio) or not _is_versor(ratio, unit) else weights(ratio, t)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NoReturn
 
+import numpy as np
+
 from ..algebra.coefficients import is_array_of_numbers, is_number
 from ..algebra.multivector import Multivector
 from ..algebra.operations import Kind, Operation
@@ -39,6 +41,38 @@ def checked(operation: Operation, operands: tuple[Any, ...]) -> None:
         allowed = isinstance(value, Multivector) or is_number(value)
         if not allowed and not (arrays and is_array_of_numbers(value)):
             refuse(f"{operation}()", value)
+
+
+def check_scalars(where: str, *values: Any) -> None:
+    """Refuse values that are not real scalars.
+
+    Raises
+    ------
+    OperandError
+        If a value is neither a real number nor an expression or a multivector that is a scalar.
+    """
+    for value in values:
+        if hasattr(type(value), "norm_squared"):
+            blades = value.blades if hasattr(value, "blades") else value.layout.support
+            if any(blades):
+                raise OperandError(where, f"{value}", "scalars", "use norm() or a coefficient, as in x.e12")
+        elif isinstance(value, complex) or not is_operand(value):
+            refuse(where, value)
+
+
+def check_matrix(where: str, matrix: Any) -> None:
+    """Refuse what is not a list, tuple or array of rows of scalars.
+
+    Raises
+    ------
+    OperandError
+        If it is anything else.
+    """
+    sequences = (list, tuple, np.ndarray)
+    if not isinstance(matrix, sequences) or not all(isinstance(row, sequences) and np.ndim(row) for row in matrix):
+        raise OperandError(where, f"{type(matrix).__name__}", "a matrix, as a list or tuple of rows of scalars")
+    for row in matrix:
+        check_scalars(where, *row)
 
 
 def check_exponent(where: str, value: Any) -> None:

@@ -10,6 +10,8 @@ from __future__ import annotations
 import itertools
 import operator
 from collections.abc import Callable, Iterator
+from decimal import Decimal
+from fractions import Fraction
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -335,8 +337,6 @@ class MultivectorArray(Operations, Unordered, NumpyFunctions):
 
     def exactly(self) -> Multivector:
         """Return this single multivector over the rationals, with every coefficient converted exactly."""
-        from fractions import Fraction
-
         if self.shape:
             raise LayoutError(
                 "exactly", f"an array of shape {self.shape}", "a single multivector", "select an element first"
@@ -677,11 +677,10 @@ def values_of(where: str, operand: Any) -> tuple[Layout, np.ndarray[Any, Any]]:
             return SCALAR, operand.values[..., 0]
         return operand.layout, operand.values
     if isinstance(operand, Multivector):
-        constant = from_exact(operand)
-        return constant.layout, constant.values
-    values = np.asarray(operand)
+        return values_of(where, from_exact(operand))
+    values = np.asarray(float(operand) if isinstance(operand, (Fraction, Decimal)) else operand)
     if values.dtype.kind not in "fiubc":
-        raise TypeError(f"{where}: an operand of type {type(operand).__name__}; expected multivectors or numbers")
+        raise OperandError(where, f"an operand of type {type(operand).__name__}", "multivectors or numbers")
     return SCALAR, values.astype(np.float64) if values.dtype.kind in "iub" else values
 
 
@@ -697,7 +696,7 @@ def from_exact(element: Multivector) -> MultivectorArray:
             "numbers",
             "substitute numbers, or convert the formula to a kernel with gacompiler.symbolic.to_kernel() and call that",
         ) from error
-    return wrap(layout, values)  # type: ignore[no-any-return]
+    return of_rows(layout, values)  # type: ignore[no-any-return]
 
 
 def _is_operand(x: Any) -> bool:

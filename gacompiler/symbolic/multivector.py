@@ -289,8 +289,6 @@ class SymbolicMultivector(Immutable, Multivector):
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (_rows(self),)
 
-    __iter__ = None  # Prevents Python from iterating over x[0], x[1], ... as a sequence.
-
     def _sympy_(self) -> Any:
         raise sympy.SympifyError(
             "a multivector is not a sympy expression; use its methods such as x.simplify(), or x.map(function)"
