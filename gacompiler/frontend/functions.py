@@ -17,7 +17,7 @@ from .exponentials import exponential
 from .expression import Expression
 from .facts import is_unit
 from .logarithms import number_logarithm, number_square_root, unit_versor_logarithm, unit_versor_square_root
-from .operands import check_exponent, own_operations
+from .operands import check_operand, own_operations
 from .powers import number_power, unit_versor_power, weights
 from .squares import blades_of, form_of
 
@@ -143,7 +143,8 @@ def power(a: Any, t: Any, *, unit: bool | None = None, along: Any = None) -> Any
     powers are as accurate as the sine of that large angle. All other powers are computed by `log` and `exp`. Close to
     the identity, first derivatives in double precision have errors of up to 3e-7 (1 + t) of the largest one.
     """
-    check_exponent("power(), exponent", t)
+    check_operand("power()", a)
+    check_operand("power(), exponent", t)
     if not _is_scalar(t):
         raise OperandError("power(), exponent", str(t), "a scalar")
     if (run := own_operations((a,))) is not None:
@@ -225,7 +226,7 @@ def interpolate(a: Any, b: Any, t: Any, *, unit: bool | None = None) -> Any:
     accurate between `a` and `b`. Far beyond them, errors grow as the square of `t`. Deviations of `a` and `b` from unit
     norm carry over to the result.
     """
-    check_exponent("interpolate(), fraction", t)
+    check_operand("interpolate(), fraction", t)
     a, b = (x if hasattr(type(x), "norm_squared") else scalar.as_element("interpolate()", x) for x in (a, b))
     ratio = ~a * b
     is_own = own_operations((ratio,)) is not None

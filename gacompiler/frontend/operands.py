@@ -75,8 +75,8 @@ def check_matrix(where: str, matrix: Any) -> None:
         check_scalars(where, *row)
 
 
-def check_exponent(where: str, value: Any) -> None:
-    """Refuse an exponent or parameter that is neither a number, an array of numbers, nor an expression.
+def check_operand(where: str, value: Any) -> None:
+    """Refuse what is neither a multivector, a number, an array of numbers, nor an expression.
 
     Raises
     ------
