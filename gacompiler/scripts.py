@@ -9,7 +9,6 @@ from typing import Any
 
 from .algebra.algebra import Algebra
 from .cluscript import Script, read_script
-from .errors import OperandError
 from .frontend.expression import Expression
 from .runtime import compile
 
@@ -71,7 +70,5 @@ def read_cluscript(
     >>> float(script(x=3.0, y=4.0).d)
     25.0
     """
-    if not isinstance(text, str):
-        raise OperandError("read_cluscript()", f"{type(text).__name__}", "the text of a script")
     script = read_script(text, algebra, name, file)
     return CallableScript(*(getattr(script, field.name) for field in fields(script)))

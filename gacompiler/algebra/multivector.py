@@ -8,7 +8,7 @@ from operator import mul
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from ..errors import AlgebraError, ZeroDivisorError
+from ..errors import AlgebraError, OperandError, ZeroDivisorError
 from .blades import grade, reordering_sign, reverse_sign
 from .coefficients import Coefficient, divide, is_zero
 from .latex import constant
@@ -61,7 +61,7 @@ class Multivector(WithCoefficients):
         return value if sign > 0 else -value
 
     def __iter__(self) -> NoReturn:
-        raise AlgebraError("a multivector", "it cannot be iterated", remedy='use a coefficient, x["e12"], or x.terms')
+        raise OperandError("a multivector", "it cannot be iterated", remedy='use a coefficient, x["e12"], or x.terms')
 
     @property
     def grades(self) -> tuple[int, ...]:

@@ -10,11 +10,9 @@ from collections.abc import Sequence
 from itertools import combinations
 from typing import Any
 
-import numpy as np
-
 from ..algebra.coefficients import divide
 from ..errors import KernelError, OperandError
-from .operands import check_matrix
+from .operands import check_matrix, is_sequence
 from .operations import absolute, equal, select
 
 Matrix = Sequence[Sequence[Any]]
@@ -190,7 +188,7 @@ def nonzero(value: Any) -> Any:
 
 
 def _size(where: str, matrix: Matrix) -> int:
-    check_matrix(f"{where}()", matrix)
+    check_matrix(f"{where}()", matrix, is_symmetric=where == "solve_symmetric")
     n = len(matrix)
     if not 1 <= n <= LARGEST or any(len(row) != n for row in matrix):
         sizes = " x ".join(map(str, dict.fromkeys([n, *map(len, matrix)])))
@@ -200,7 +198,7 @@ def _size(where: str, matrix: Matrix) -> int:
 
 def _right(where: str, right: Sequence[Any], n: int) -> tuple[Rows, bool]:
     """Return the right sides as rows of a matrix, and whether a single right side is given as a sequence of scalars."""
-    if not isinstance(right, (list, tuple, np.ndarray)):
+    if not is_sequence(right):
         raise OperandError(f"{where}()", f"{type(right).__name__} as the right side", f"{n} scalars, or {n} rows")
     is_column = not any(isinstance(entry, (tuple, list)) for entry in right)
     rows = [[entry] for entry in right] if is_column else [list(row) for row in right]

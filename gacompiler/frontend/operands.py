@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NoReturn
 
-import numpy as np
-
 from ..algebra.coefficients import is_array_of_numbers, is_number
 from ..algebra.multivector import Multivector
 from ..algebra.operations import Kind, Operation
@@ -60,19 +58,23 @@ def check_scalars(where: str, *values: Any) -> None:
             refuse(where, value)
 
 
-def check_matrix(where: str, matrix: Any) -> None:
-    """Refuse what is not a list, tuple or array of rows of scalars.
+def is_sequence(value: Any) -> bool:
+    """Return whether a value is a list, a tuple or an array with axes."""
+    return isinstance(value, (list, tuple)) or (is_array_of_numbers(value) and bool(value.shape))
+
+
+def check_matrix(where: str, matrix: Any, *, is_symmetric: bool = False) -> None:
+    """Refuse what is not a list, tuple or array of rows of scalars; of a symmetric matrix, only the lower half is read.
 
     Raises
     ------
     OperandError
         If it is anything else.
     """
-    sequences = (list, tuple, np.ndarray)
-    if not isinstance(matrix, sequences) or not all(isinstance(row, sequences) and np.ndim(row) for row in matrix):
+    if not is_sequence(matrix) or not all(map(is_sequence, matrix)):
         raise OperandError(where, f"{type(matrix).__name__}", "a matrix, as a list or tuple of rows of scalars")
-    for row in matrix:
-        check_scalars(where, *row)
+    for k, row in enumerate(matrix):
+        check_scalars(where, *(row[: k + 1] if is_symmetric else row))
 
 
 def check_operand(where: str, value: Any) -> None:

@@ -233,6 +233,21 @@ def test_powers() -> None:
         _ = x ** "2"
 
 
+def test_algebras_of_a_signature() -> None:
+    assert Algebra(3, 0, 1) == PGA3 and Algebra(3, 0, 1).MOTOR == PGA3.MOTOR and Algebra(3) == VGA3
+    squares = [(e * e).scalar for e in Algebra(2, 1, 1).basis()]
+    assert squares == [1, 1, -1, 0] and Algebra(2, 1, 1).vectors == ("e1", "e2", "e3", "e4")
+    for wrong in ((-1,), (0,), (3, "e1"), (2.0,), ([1, 1],)):
+        with pytest.raises(AlgebraError, match="expected"):
+            Algebra(*wrong)
+
+
+def test_latex_of_sympy() -> None:
+    x = VGA3.multivector({"1": Fraction(-1, 2), "e1": -1, "e12": sympy.Symbol("a") + 1, "e13": 1e-7})
+    text = r"-\frac{1}{2} - e_{1} + \left(a + 1\right)e_{12} + 1 \cdot 10^{-7}\,e_{13}"
+    assert sympy.latex(x) == text and x._repr_latex_() == f"${text}$"
+
+
 def test_every_operation_is_named_once() -> None:
     wanted = (
         "geometric_product outer_product left_contraction right_contraction scalar_product regressive_product "

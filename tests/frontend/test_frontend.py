@@ -380,5 +380,8 @@ def test_deep_expressions_do_not_recurse() -> None:
 
 def test_repr_of_nodes() -> None:
     expression = node(Operation.OUTER_PRODUCT, VGA3.basis()[0], 2)
+    assert repr(kernel(m=PGA3.MOTOR, p=array(PGA3.POINT, 2), x=array(SCALAR, "n"))(named(lambda m, p, x: m))) == (
+        "<kernel example(m: PGA3.MOTOR, p: array(PGA3.POINT, 2), x: array(scalars.SCALAR, 'n'))>"
+    )
     assert repr(expression) == "Expression((e1 ^ 2))"
     assert str(only(kernel(a=VGA3.VECTOR)(named(lambda a: -a["e1"] / 2)))) == "(-a[e1] / 2)"
