@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
+from ..errors import AlgebraError
 from .algebra import Algebra
 from .coefficients import Coefficient, scale
 from .involutions import clifford_conjugate
@@ -153,6 +154,14 @@ def orthogonal(p: int, q: int = 0, r: int = 0, name: str | None = None) -> Algeb
     """Create G(p, q, r) with an orthogonal basis ``e1 ...``: `p` vectors with square +1, `q` with -1, `r` with 0."""
     vectors = [f"e{i + 1}" for i in range(p + q + r)]
     return Algebra(name or f"G({p},{q},{r})", vectors, [1] * p + [-1] * q + [0] * r)
+
+
+def of_signature(p: int, q: int = 0, r: int = 0) -> Algebra:
+    """Return the algebra of the catalog with these squares, with its layouts, or else `orthogonal`."""
+    if min(p, q, r) < 0 or p + q + r == 0:
+        raise AlgebraError("an algebra", f"{p}, {q} and {r} basis vectors", "natural numbers, not all zero")
+    known = {(2, 0, 0): VGA2, (3, 0, 0): VGA3, (2, 0, 1): PGA2, (3, 0, 1): PGA3}
+    return known.get((p, q, r)) or orthogonal(p, q, r)
 
 
 def _null_gram(n: int) -> list[list[int]]:

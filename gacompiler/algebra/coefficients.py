@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InexactError, ZeroDivisorError
+from ..errors import InexactError, OperandError, ZeroDivisorError
 
 Coefficient = Any
 
@@ -235,7 +235,10 @@ def scalar_function(name: str, *arguments: Coefficient) -> Coefficient:
         return _sympy_function(name, arguments)
     if all(is_exact(argument) for argument in arguments):
         return EXACT[name](*arguments)
-    return FLOAT[name](*arguments)
+    try:
+        return FLOAT[name](*arguments)
+    except TypeError as error:  # complex numbers
+        raise OperandError(f"{name}()", ", ".join(map(str, arguments)), "real numbers") from error
 
 
 def _decimal_function(name: str, arguments: tuple[Any, ...]) -> Any:

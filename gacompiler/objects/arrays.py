@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 import operator
 from collections.abc import Callable, Iterator
+from decimal import Decimal
 from fractions import Fraction
 from functools import cache
 from typing import Any, NamedTuple
@@ -19,13 +20,15 @@ import numpy as np
 from ..algebra import catalog
 from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALAR, SCALARS, Layout
+from ..algebra.methods import Unordered
 from ..algebra.multivector import Multivector
 from ..algebra.operations import Kind, Operation
 from ..errors import AlgebraError, LayoutError, OperandError, ZeroDivisorError
+from ..frontend.operands import own_operations
 from ..gac_runtime.layout import Layout as PlainLayout
 from .caches import cached_by_name, key_of
 from .checks import check_relations, require_blade
-from .definitions import BINARY, UNARY, Definition, grade_of, normalize_of, power_of
+from .definitions import BINARY, FUNCTIONS, UNARY, Definition, grade_of, normalize_of, power_of
 from .exponentials import MOST_VECTORS, exponential, layout_of_exponential
 from .methods import Engine, Operations, curried, run_by
 from .native import extension, extension_is_settled
@@ -68,19 +71,18 @@ _LARGEST_POWER = 3
 """Largest power with a kernel of its own; higher powers are products of these."""
 
 
-def run_operation(operation: Operation, *operands: Any) -> Any:
+def run_operation(name: str, *operands: Any) -> Any:
     """Apply an operation of the kernel language to objects and numbers, for functions such as `gacompiler.reverse`."""
-    name = operation.value
+    if name in ("normalize", *FUNCTIONS, "power"):
+        return getattr(operands[0], name)(*operands[1:])
     table = UNARY if len(operands) == 1 else BINARY
-    if name in table and name not in ("log", "sqrt"):
+    if name in table:
         return apply(table[name], *operands)
-    first = operands[0] if isinstance(operands[0], MultivectorArray) else operands[-1]
-    if len(operands) == 1 and name in ("normalize", "log", "sqrt"):
-        return getattr(first, name)()
+    first = next(each for each in operands if own_operations((each,)) is not None)
     raise OperandError(f"{name}()", f"a {first.layout}", "numbers")
 
 
-class MultivectorArray(Operations, NumpyFunctions):
+class MultivectorArray(Operations, Unordered, NumpyFunctions):
     """Immutable multivectors of one layout: a single one, with shape ``()``, or an array of any shape.
 
     Operators: ``+ -``, ``*`` geometric product, ``^`` outer product, ``&`` regressive product (join of points in
@@ -414,6 +416,10 @@ class MultivectorArray(Operations, NumpyFunctions):
     def _repr_latex_(self) -> str:
         return latex_of(self)
 
+    def _latex(self, printer: object = None) -> str:
+        """Return LaTeX without dollar signs, for `sympy.latex`."""
+        return latex_of(self).strip("$")
+
     def __reduce__(self) -> Any:
         return wrap, (self.layout, np.array(self.values))
 
@@ -686,6 +692,8 @@ def apply(definition: Definition, *operands: Any) -> Any:
     algebra = definition.algebra
     refused = (list, tuple, np.ndarray) if definition in _OF_MULTIVECTORS else (list, tuple)
     for each in operands:
+        if hasattr(type(each), "family"):
+            raise _of_another_module(definition.name, operands)
         if isinstance(each, refused) and not np.ndim(each) == 0:
             raise OperandError(
                 definition.name,
@@ -719,11 +727,10 @@ def values_of(where: str, operand: Any) -> tuple[Layout, np.ndarray[Any, Any]]:
             return SCALAR, operand.values[..., 0]
         return operand.layout, operand.values
     if isinstance(operand, Multivector):
-        constant = from_exact(operand)
-        return constant.layout, constant.values
-    values = np.asarray(operand)
+        return values_of(where, from_exact(operand))
+    values = np.asarray(float(operand) if isinstance(operand, (Fraction, Decimal)) else operand)
     if values.dtype.kind not in "fiubc":
-        raise TypeError(f"{where}: an operand of type {type(operand).__name__}; expected multivectors or numbers")
+        raise OperandError(where, f"an operand of type {type(operand).__name__}", "multivectors or numbers")
     return SCALAR, values.astype(np.float64) if values.dtype.kind in "iub" else values
 
 
@@ -739,7 +746,7 @@ def from_exact(element: Multivector) -> MultivectorArray:
             "numbers",
             "substitute numbers, or convert the formula to a kernel with gacompiler.symbolic.to_kernel() and call that",
         ) from error
-    return wrap(layout, values)  # type: ignore[no-any-return]
+    return of_rows(layout, values)  # type: ignore[no-any-return]
 
 
 def _is_operand(x: Any) -> bool:
@@ -779,6 +786,8 @@ def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
     first, second = type(a), type(b)
     if (first is _Array and _predates_extension(a)) or (second is _Array and _predates_extension(b)):
         return _OPERATORS[symbol, 1 if b is _ABSENT else 2](*(_as_single(x) for x in (a, b) if x is not _ABSENT))
+    if any(hasattr(kind, "family") for kind in (first, second)) and first not in _roles:
+        raise _of_another_module(f"a {symbol} b" if symbol != "()" else "a(b)", (a, b))
     if symbol in ("()", ">>"):
         role = _roles.get(first)
         if role is not None:
@@ -798,6 +807,8 @@ def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
     if symbol == "/" and isinstance(b, (MultivectorArray, Multivector)):
         other = b if isinstance(b, MultivectorArray) else from_exact(b)
         if other.algebra is not SCALARS:
+            if isinstance(a, MultivectorArray) and a.algebra not in (SCALARS, other.algebra):
+                raise _mixed("division", a.algebra, other.algebra)
             if not other.layout.unit:
                 return a * other.inverse()
             definition = QUOTIENT
@@ -833,6 +844,13 @@ def _other_slots(own: Layout, wanted: Layout) -> list[str]:
     return [
         s.name for s in (*own.stored, *(s for s, _ in own.fixed), *(s for s, _ in own.implied)) if s.blade not in kept
     ]
+
+
+def _of_another_module(where: str, operands: tuple[Any, ...]) -> OperandError:
+    """Return the error for an operand of a type of a generated module, which may have the name of a type of objects."""
+    names = " and ".join(f"{type(each).__module__}.{type(each).__name__}" for each in operands)
+    remedy = "convert one of them, as in PGA3.of(PGA3.MOTOR, x) or generated.pga3.Motor(x)"
+    return OperandError(where, names, "operands of one module", remedy)
 
 
 def _mixed(where: str, a: Algebra, b: Algebra) -> AlgebraError:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
+from importlib import import_module
 from typing import Any, Protocol
 
 from ..algebra.algebra import Algebra
@@ -50,10 +51,9 @@ class Definition:
 
     def function(self, algebra: Algebra) -> Callable[..., Any]:
         """Return the function of a kernel for this operation."""
-        import gacompiler
-
+        package = import_module(__name__.partition(".")[0])
         source = f"lambda {', '.join(self.parameters)}: {self.expression('algebra')}"
-        return eval(source, {"ga": gacompiler, "algebra": algebra})  # type: ignore[no-any-return]
+        return eval(source, {"ga": package, "algebra": algebra})  # type: ignore[no-any-return]
 
 
 class Applied(Protocol):
@@ -128,9 +128,11 @@ _TABLE = tuple(
     if each.row.kind in (Kind.ARITHMETIC, Kind.MULTIVECTOR) and each is not Operation.NORMALIZE
 )
 
+FUNCTIONS = ("exp", "log", "sqrt")
+
 UNARY: Mapping[str, Definition] = {
     **{each.name: each for each in _TABLE if len(each.parameters) == 1},
-    **{name: _definition(name, 1) for name in ("exp", "log", "sqrt")},
+    **{name: _definition(name, 1) for name in FUNCTIONS},
 }
 """Operations of one object, by name; for normalization see `normalize_of`."""
 

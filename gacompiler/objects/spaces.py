@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -30,7 +30,8 @@ class Space(Immutable):
 
     Parameters
     ----------
-    algebra : Algebra
+    algebra : Algebra or int
+        The algebra, or the numbers `p`, `q` and `r` of basis vectors with the squares 1, -1 and 0, as for `Algebra`.
 
     Examples
     --------
@@ -40,8 +41,15 @@ class Space(Immutable):
     G.even(1 - 2 ab)
     """
 
-    def __init__(self, algebra: Algebra) -> None:
-        self.algebra = algebra
+    def __init__(self, algebra: Algebra | int, q: int = 0, r: int = 0) -> None:
+        self.algebra = Algebra(algebra, q, r) if isinstance(algebra, int) else algebra
+        if not isinstance(self.algebra, Algebra):
+            raise AlgebraError(
+                "Space()",
+                f"{algebra!r}",
+                "an algebra, or the numbers of squares 1, -1 and 0",
+                "as in Space(3, 0, 1)",
+            )
 
     def __eq__(self, other: object) -> bool:
         """Whether two spaces have the same constructors in the same algebra."""
@@ -62,6 +70,11 @@ class Space(Immutable):
             return getattr(self.algebra, name)
         layout = layout_of(self.algebra, {blade})
         return wrap(layout, np.array([float(sign * layout.stored[0].sign)]))
+
+    def __iter__(self) -> Iterator[Any]:
+        raise AlgebraError(
+            "a space", "it cannot be unpacked or iterated", "one name", "as in G = Cl(3), where G.e12 is a basis blade"
+        )
 
     def __dir__(self) -> list[str]:
         return sorted({*object.__dir__(self), *self.algebra.layouts, *self.algebra.full.blades[1:]})

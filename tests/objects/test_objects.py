@@ -15,9 +15,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sympy
 
 import gacompiler as ga
-from gacompiler import Algebra
+from gacompiler import Algebra, Cl, sandwich
 from gacompiler.algebra import catalog
 from gacompiler.algebra.layout import SCALAR
 from gacompiler.algebra.meanings import MEANINGS
@@ -25,6 +26,7 @@ from gacompiler.errors import AlgebraError, LayoutError
 from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, STA, VGA2, VGA3, MultivectorArray, Space, library, operators
 from gacompiler.objects import arrays as arrays_module
 from gacompiler.objects.definitions import BINARY, UNARY
+from generated import pga3
 
 OBLIQUE = Space(Algebra("oblique", "a b c", [[2, 1, 0], [1, -1, 3], [0, 3, 0]]))
 """An algebra with an indefinite, oblique metric and a null vector."""
@@ -371,6 +373,18 @@ def test_operators_do_not_run_python_after_first_use(symbol: str, monkeypatch: p
 
     monkeypatch.setattr(arrays_module, "apply", refuse)
     assert [run(a, b) for a, b in pairs] == before
+
+
+def test_names_of_equal_classes_and_spaces_of_signatures() -> None:
+    m = PGA3.motor([0, 0, 1], 0.5, 2)
+    for call in (lambda: m * pga3.Motor(m), lambda: pga3.Motor(m) * m, lambda: sandwich(m, pga3.Point([1, 2, 3]))):
+        with pytest.raises(TypeError, match=r"gacompiler\.objects\.arrays\.Motor.*") as caught:
+            call()
+        assert "generated.pga3." in str(caught.value)
+    assert Cl(3, 0, 1) is PGA3 and Space(2, 1) == Cl(2, 1) and (Cl(2, 1).e3 ** 2) == -1
+    with pytest.raises(AlgebraError, match=r"as in G = Cl\(3\)"):
+        _, _ = Cl(3)
+    assert sympy.latex(PGA3.point(1, 2, 3)) == PGA3.point(1, 2, 3)._repr_latex_().strip("$")
 
 
 def test_quotients() -> None:
