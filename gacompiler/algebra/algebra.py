@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, overload
 from weakref import WeakValueDictionary
 
 from ..errors import AlgebraError
-from .blades import BladeProducts, Gram, Rational, Terms, exact
+from .blades import BladeProducts, Gram, Rational, Terms, exact, reverse_sign
 from .coefficients import Coefficient, is_zero
 from .immutable import Immutable
 from .methods import AttributeAlgebraError
@@ -53,6 +53,9 @@ class Algebra(Immutable):
     layouts : callable, optional
         Function of the algebra that returns its named layouts, which are attributes of the algebra: ``PGA3.MOTOR``. It
         is called on the first access to a layout.
+    conjugates : bool, optional
+        Whether the vectors are imaginary units, as of complex numbers and quaternions: ``~x`` is the Clifford
+        conjugate, which negates them, norms are those of numbers, and sandwich products are ``x y ~x``.
 
     Notes
     -----
@@ -83,6 +86,7 @@ class Algebra(Immutable):
         gram: Sequence[Rational] | Sequence[Sequence[Rational]],
         spellings: str = "",
         layouts: Callable[[Algebra], Iterable[Layout]] | None = None,
+        conjugates: bool = False,
     ) -> None: ...
 
     def __init__(
@@ -92,8 +96,10 @@ class Algebra(Immutable):
         gram: Sequence[Rational] | Sequence[Sequence[Rational]] | int = 0,
         spellings: str = "",
         layouts: Callable[[Algebra], Iterable[Layout]] | None = None,
+        conjugates: bool = False,
     ) -> None:
         row: Any = (name, vectors, gram, spellings, layouts)
+        self.conjugates = conjugates
         if not isinstance(name, str) or isinstance(vectors, int) or isinstance(gram, int):
             row = _of_signature(name, vectors, gram)
         self.name, given, squares, spellings, self._make_layouts = row
@@ -114,12 +120,12 @@ class Algebra(Immutable):
 
     @cached_property
     def _identity(self) -> tuple[object, ...]:
-        return self.vectors, self.gram, self.spelling(self.everything)[0]
+        return self.vectors, self.gram, self.spelling(self.everything)[0], self.conjugates
 
     @property
     def arguments(self) -> tuple[Any, ...]:
         """The arguments that this algebra was created from; equal algebras may differ in names and layouts."""
-        return self.name, self.vectors, self.gram, self._spellings, self._make_layouts
+        return self.name, self.vectors, self.gram, self._spellings, self.conjugates, self._make_layouts
 
     def __reduce__(self) -> tuple[Any, ...]:
         *plain, layouts = self.arguments
@@ -165,6 +171,10 @@ class Algebra(Immutable):
     def spelling(self, blade: int) -> tuple[int, str]:
         """Return the sign and printed name of a basis blade; the sign relates the named blade to the bitmap."""
         return self._names.spell(blade)
+
+    def reverse_sign(self, k: int) -> int:
+        """Return the sign of blades of grade `k` in ``~x``: of the reverse, or of the conjugate of numbers."""
+        return reverse_sign(k + 1 if self.conjugates else k)
 
     def blade_product(self, a: int, b: int) -> Terms:
         """Return the geometric product of two basis blades."""
@@ -289,10 +299,12 @@ class LayoutTable:
         return [Layout(algebra, *row) for row in self.rows]
 
 
-def _restored(name: str, vectors: tuple[str, ...], gram: Gram, spellings: tuple[str, ...], layouts: Any) -> Algebra:
+def _restored(
+    name: str, vectors: tuple[str, ...], gram: Gram, spellings: tuple[str, ...], conjugates: bool, layouts: Any
+) -> Algebra:
     # The package loads the catalog before anything can be unpickled, so its algebras are found and not created again.
-    known = _ALIVE.get((name, vectors, gram, spellings, layouts))
-    return known if known is not None else Algebra(name, vectors, gram, " ".join(spellings), layouts)
+    known = _ALIVE.get((name, vectors, gram, spellings, conjugates, layouts))
+    return known if known is not None else Algebra(name, vectors, gram, " ".join(spellings), layouts, conjugates)
 
 
 def _is_importable(function: object) -> bool:
@@ -314,7 +326,7 @@ def _of_signature(*given: Any) -> tuple[Any, ...]:
             'as in Algebra(3, 0, 1) or Algebra("G", "e1 e2", [1, -1])',
         )
     catalog = import_module(".catalog", __package__)  # which uses this module
-    *plain, spellings, layouts = catalog.of_signature(*given).arguments
+    *plain, spellings, _, layouts = catalog.of_signature(*given).arguments
     return *plain, " ".join(spellings), layouts
 
 

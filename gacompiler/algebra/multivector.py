@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from ..errors import AlgebraError, OperandError, ZeroDivisorError
-from .blades import grade, reordering_sign, reverse_sign
+from .blades import grade, reordering_sign
 from .coefficients import Coefficient, divide, is_zero
 from .latex import constant
 from .methods import WithCoefficients
@@ -189,7 +189,7 @@ class Multivector(WithCoefficients):
         return integer_power(self, exponent, self.lift(1))  # type: ignore[no-any-return]
 
     def __invert__(self) -> Multivector:
-        return self.with_signs(reverse_sign)
+        return self.with_signs(self.algebra.reverse_sign)
 
     def __eq__(self, other: object) -> bool:
         """Return whether all coefficients are exactly equal."""

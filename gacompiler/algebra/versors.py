@@ -64,6 +64,8 @@ def sandwich(v: Multivector, x: Multivector) -> Multivector:
     AlgebraError
         If `v` has both even and odd parts, so that it is not a versor.
     """
+    if v.algebra.conjugates:
+        return v * x * ~v
     parities = {grade & 1 for grade in v.grades}
     if len(parities) > 1:
         raise AlgebraError(

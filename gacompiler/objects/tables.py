@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..algebra.blades import reverse_sign
 from ..algebra.layout import Layout
 from ..algebra.operations import Operation
 from ..algebra.versors import SMALL_DIMENSION, n_vectors
@@ -130,7 +129,7 @@ def _inverses(whole: Layout, full: Any) -> Any:
     order = [table.result.blades.index(name) for name in whole.blades]
     scalar = whole.blades.index("1")
     one, eps = np.eye(whole.size)[scalar], float(np.finfo(full.dtype).eps)
-    reverses = full * np.array([reverse_sign(slot.blade.bit_count()) for slot in whole.stored])
+    reverses = full * np.array([whole.algebra.reverse_sign(slot.blade.bit_count()) for slot in whole.stored])
     with np.errstate(all="ignore"):
         found = reverses / table.product(full, reverses)[..., order][..., scalar, None]
         size = np.linalg.norm(full, axis=-1) * np.linalg.norm(found, axis=-1)

@@ -14,6 +14,7 @@ import sympy
 
 import gacompiler as ga
 from gacompiler import kernel, symbolic
+from gacompiler.algebra import catalog
 from gacompiler.algebra.catalog import PGA3
 from gacompiler.algebra.meanings import MEANINGS
 from gacompiler.algebra.operations import Kind, Operation
@@ -167,3 +168,21 @@ def test_lists_of_coordinates_are_no_scalars() -> None:
 def test_numbers_of_every_type_are_numbers() -> None:
     for number in (2, 2.0, Fraction(2), Decimal(2), np.float32(2), 2 + 0j):
         assert ga.geometric_product(number, number) == 4
+
+
+def test_quaternions_and_complex_numbers_have_the_norms_of_numbers() -> None:
+    from scipy.spatial.transform import Rotation
+
+    q = QUATERNIONS.quaternion(1, 2, 3, 4)
+    assert q.norm() == pytest.approx(np.sqrt(30)) and q.norm_squared() == pytest.approx(30)
+    np.testing.assert_allclose((~q).values, [1, -2, -3, -4])
+    np.testing.assert_allclose(q.normalize().values, np.array([1, 2, 3, 4]) / np.sqrt(30))
+    assert (1 + QUATERNIONS.i).normalize().isclose((1 + QUATERNIONS.i) / np.sqrt(2))
+    assert (QUATERNIONS.i * QUATERNIONS.j).isclose(QUATERNIONS.k) and (q * q.inverse()).isclose(1)
+    turned = q.normalize() >> QUATERNIONS.imaginary(1, -2, 5)
+    expected = Rotation.from_quat([2, 3, 4, 1]).apply([1, -2, 5])
+    assert turned.isclose(QUATERNIONS.imaginary(expected))
+    exact = QUATERNIONS.algebra.multivector({"1": 1, "e1": 2, "e2": 3, "e12": 4})
+    assert exact * ~exact == 30 and ga.sandwich(exact, exact) == 30 * exact
+    number = catalog.COMPLEX.multivector({"1": 3, "e1": 4})
+    assert number * ~number == 25 and catalog.VGA2 != catalog.QUATERNIONS
