@@ -29,7 +29,8 @@ from ..gac_runtime.layout import Layout as PlainLayout
 from .caches import cached_by_name, key_of
 from .checks import check_relations, require_blade
 from .definitions import BINARY, FUNCTIONS, UNARY, Definition, grade_of, normalize_of, power_of
-from .exponentials import MOST_VECTORS, exponential, layout_of_exponential
+from .exponentials import MOST_VECTORS, exponential, layout_of_exponential, longer
+from .geometry import Geometric
 from .methods import Engine, Operations, curried, run_by
 from .native import extension, extension_is_settled
 from .normalizing import normalized
@@ -82,7 +83,7 @@ def run_operation(name: str, *operands: Any) -> Any:
     raise OperandError(f"{name}()", f"a {first.layout}", "numbers")
 
 
-class MultivectorArray(Operations, Unordered, NumpyFunctions):
+class MultivectorArray(Operations, Unordered, NumpyFunctions, Geometric):
     """Immutable multivectors of one layout: a single one, with shape ``()``, or an array of any shape.
 
     Operators: ``+ -``, ``*`` geometric product, ``^`` outer product, ``&`` regressive product (join of points in
@@ -280,24 +281,48 @@ class MultivectorArray(Operations, Unordered, NumpyFunctions):
             _grades[type(self), grades] = run
         return run[0](self)
 
-    def log(self, *, tolerance: float = 1e-9) -> Any:
+    def log(self, *, tolerance: float = 1e-9, shorter: bool = True) -> Any:
         """Return the logarithm of a unit versor or of a number; see `gacompiler.log`.
+
+        Parameters
+        ----------
+        tolerance : float
+            How far ``x ~x`` may be from 1, for even elements whose layout does not guarantee it.
+        shorter : bool
+            Whether the result is the shorter of the motions of ``R`` and ``-R``, which are the same motion. Otherwise
+            its exponential is ``R`` itself, also for rotors of more than half a turn.
 
         Raises
         ------
         LayoutError
-            If a versor is not of unit norm within the `tolerance`. This is checked if the layout of an even element
-            does not guarantee it.
+            If a versor is not of unit norm within the `tolerance`.
+        AlgebraError
+            If the logarithm of a single element is not determined: the planes of rotation of ``e1234`` are not, nor is
+            the axis of -1 in space. In an array, such elements give NaN.
         """
-        return _LOG[0](self._as_unit("log", tolerance))
+        versor = self._as_unit("log", tolerance)
+        found = _LOG[0](versor)
+        if not (shorter or self.layout.is_scalar or self.algebra.conjugates):  # logarithms of numbers are exact
+            found = longer(versor, found, wrap)
+        if not self.shape and np.isnan(np.asarray(found)).any() and np.isfinite(self.values).all():
+            raise AlgebraError("log", f"{self}, which has no logarithm, or many", "a versor with one")
+        return found
 
-    def sqrt(self, *, tolerance: float = 1e-9) -> Any:
-        """Return the square root of a unit versor, which is half of its motion, or of a number; errors as in `log`."""
+    def sqrt(self, *, tolerance: float = 1e-9, shorter: bool = True) -> Any:
+        """Return the square root of a unit versor, half of its motion, or of a number; arguments as in `log`.
+
+        By default it is half of the shorter motion: the square of the root of a rotor of more than half a turn is its
+        negative.
+        """
+        if not shorter:
+            return (self.log(tolerance=tolerance, shorter=False) / 2).exp()
         return _SQRT[0](self._as_unit("sqrt", tolerance))
 
-    def power(self, exponent: Any, *, tolerance: float = 1e-9) -> Any:
-        """Return ``exp(exponent * log(x))``, for a unit versor a fraction of its shorter motion; errors as in `log`."""
+    def power(self, exponent: Any, *, tolerance: float = 1e-9, shorter: bool = True) -> Any:
+        """Return ``exp(exponent * log(x))``, for a unit versor a fraction of its motion; arguments as in `log`."""
         exponent = float(exponent) if isinstance(exponent, int) else exponent
+        if not shorter:
+            return (exponent * self.log(tolerance=tolerance, shorter=False)).exp()
         return _POWER[0](self._as_unit("power", tolerance))(exponent)
 
     def _as_unit(self, what: str, tolerance: float) -> Any:

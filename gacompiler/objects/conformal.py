@@ -19,6 +19,7 @@ from ..errors import AlgebraError, LayoutError
 from .arrays import MultivectorArray
 from .checks import refuse, require_blade
 from .constructors import Rigid, given_of, round_arguments
+from .geometry import SPACES
 from .operators import layout_of
 from .spaces import define, numbers, unit
 
@@ -315,3 +316,4 @@ class SpaceConformal(Conformal):
 
 CGA2 = PlaneConformal(_CGA2)
 CGA3 = SpaceConformal(_CGA3)
+SPACES.update(CGA2=CGA2, CGA3=CGA3)

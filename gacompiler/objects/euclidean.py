@@ -13,6 +13,7 @@ from ..algebra.catalog import VGA3 as _VGA3
 from ..errors import LayoutError
 from .arrays import MultivectorArray, wrap
 from .checks import require_finite
+from .geometry import SPACES
 from .spaces import Space, define, stacked, unit
 
 _ROTOR2 = define("rotor", "angle", "ga.exp(-angle / 2 * {A}.pseudoscalar)", unit=True)
@@ -145,3 +146,4 @@ VGA2 = Plane(_VGA2)
 VGA3 = Room(_VGA3)
 QUATERNIONS = Quaternions(_QUATERNIONS)
 STA = Spacetime(_STA)
+SPACES.update(VGA2=VGA2, VGA3=VGA3, QUATERNIONS=QUATERNIONS)

@@ -77,6 +77,25 @@ def exponential(x: Elements, whole: Layout, wrap: Callable[[Layout, Any], Any]) 
         return wrap(whole, factor[..., None] * y)
 
 
+def longer(versor: Any, logarithm: Any, wrap: Callable[[Layout, Any], Any]) -> Any:
+    """Return the logarithm of versors with a negative scalar part, given that of their negatives.
+
+    With the unit axis ``B``, ``exp(-pi B)`` is -1. It is NaN where the axis is not determined or its square is not -1.
+    """
+    negative = np.broadcast_to(np.asarray(versor["1"]) < 0, logarithm.shape)
+    if not np.any(negative):
+        return logarithm
+    values = np.atleast_2d(logarithm.values).copy()
+    chosen = np.atleast_1d(negative)
+    with np.errstate(all="ignore"):
+        short = wrap(logarithm.layout, values[chosen])
+        axis = short.normalize()
+        # The axis is normalized, so that its square is -1 up to rounding errors, or another number.
+        turns = np.where(np.asarray((axis * axis + 1).norm()) < 0.5, np.pi, np.nan)
+        values[chosen] = np.asarray((short - turns * axis).as_layout(logarithm.layout).values)
+    return wrap(logarithm.layout, values.reshape(logarithm.values.shape))
+
+
 def _beyond_first(x: Any, product: Callable[[Any, Any], Any], scalar: int) -> Any:
     """Compute ``exp(x) - 1 - x`` by Horner's rule."""
     one = np.zeros(x.shape[-1])

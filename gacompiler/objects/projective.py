@@ -18,6 +18,7 @@ from .arrays import MultivectorArray
 from .checks import refuse, require_blade
 from .constructors import Rigid, given_of
 from .definitions import normalize_of
+from .geometry import SPACES
 from .spaces import define, unit
 
 
@@ -210,3 +211,4 @@ _SCREW = define(
 
 PGA2 = PlaneProjective(_PGA2)
 PGA3 = SpaceProjective(_PGA3)
+SPACES.update(PGA2=PGA2, PGA3=PGA3)

@@ -1,4 +1,4 @@
-"""Inverses and products of elements with many blades, in single elements and in arrays."""
+"""Inverses, products of elements with many blades, and logarithms, of single elements and of arrays."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import pytest
 
 from gacompiler import inverse
 from gacompiler.algebra.catalog import null_pairs, orthogonal
-from gacompiler.errors import ZeroDivisorError
-from gacompiler.objects import CGA3, VGA3, Space
+from gacompiler.errors import AlgebraError, ZeroDivisorError
+from gacompiler.objects import CGA3, PGA3, QUATERNIONS, STA, VGA2, VGA3, Space
 from gacompiler.structure.affine import AffineSpace
 
 RANDOM = np.random.default_rng(8)
@@ -71,3 +71,27 @@ def test_exact_multivectors_with_doubles() -> None:
     assert max(map(abs, (many * inverse(many) - 1).terms.values())) < 1e-13
     with pytest.raises(ZeroDivisorError):
         inverse(algebra.scalar(0.1) * 10 + 1.0 * algebra.basis()[2])
+
+
+LONG = [
+    VGA2.rotor(4.0), VGA3.rotor([0, 0, 1], 5.0), VGA3.rotor([1, 2, 2], np.linspace(-6.2, 6.2, 7)),
+    PGA3.motor([1, 2, 2], 5.0, 2) * PGA3.translator([1, 2, 3]), PGA3.motor([1, 2, 2], 1.0, 2),
+    CGA3.motor([1, 2, 2], 5.0, 2), QUATERNIONS.rotation([1, 2, 3], 5.0), STA.boost(0.5, 0, 0),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("versor", LONG, ids=lambda x: str(x.layout))
+def test_logarithms_of_versors_themselves(versor: Any) -> None:
+    """By default, a logarithm is that of the shorter motion, whose exponential may be the negative of the versor."""
+    assert np.all(versor.log(shorter=False).exp().isclose(versor, atol=1e-14))
+    root = versor.sqrt(shorter=False)
+    assert np.all((root * root).isclose(versor, atol=1e-14)) and np.all(versor.power(0.5, shorter=False).isclose(root))
+    again = versor.log().exp()
+    assert np.all(again.isclose(versor, atol=1e-14) | again.isclose(-versor, atol=1e-14))
+
+
+def test_logarithms_that_are_not_determined() -> None:
+    four = Space(orthogonal(4))
+    for versor in (four.e12 * four.e34, four.of(four.algebra.UNIT_EVEN, np.eye(8)[-1])):
+        with pytest.raises(AlgebraError, match="log: e1234, which has no logarithm, or many"):
+            versor.log()
