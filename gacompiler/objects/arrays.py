@@ -127,6 +127,15 @@ class MultivectorArray(Operations, Unordered, NumpyFunctions, Geometric):
         """The coefficients and their layout, which kernels of generated modules check."""
         return self.values, plain_layout(self.layout)
 
+    def require_unit(self, where: str) -> None:
+        """Raise TypeError if ``x ~x`` differs from 1 by more than 1e-9, where a kernel takes unit elements only."""
+        square = operate("*", self, operate("~", self))
+        off = np.abs(np.asarray((square - 1).values if hasattr(square, "values") else square - 1)).max(initial=0.0)
+        if not off <= 1e-9 * max(1.0, float(np.abs(self.values).max(initial=0.0)) ** 2):
+            raise TypeError(
+                f"{where} is {self.layout} with x ~x = 1 up to {off:.3g}; expected unit elements; call normalize()"
+            )
+
     def like(self, layout: PlainLayout, values: np.ndarray[Any, Any]) -> Any:
         """Return multivectors from results of a generated kernel; an array if their algebra is not known here."""
         found = layout_from_plain(layout, self.algebra)
@@ -609,7 +618,7 @@ def _make_single_type(layout: Layout) -> type | None:
     }
     word = "".join(part.capitalize() for part in layout.name.split("_"))
     made = type(word if word.isidentifier() else "Multivector", (MultivectorArray, found.Value), body)
-    made._adopt(_next_index(), names, operate, _coefficients, plain_layout(layout).identity)  # type: ignore[attr-defined]
+    made._adopt(_next_index(), names, operate, _coefficients, plain_layout(layout).identity, layout.unit)  # type: ignore[attr-defined]
     return made
 
 

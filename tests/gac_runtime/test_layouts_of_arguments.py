@@ -71,6 +71,16 @@ def test_results_of_elements_are_elements() -> None:
     assert (normal.layout, offset.layout) == (VGA3.BIVECTOR, VGA3.PSEUDOSCALAR)
 
 
+def test_elements_that_are_not_of_unit_norm_are_refused_where_they_have_to_be() -> None:
+    point, even = PGA3.point(1, 2, 3), MOTOR.as_layout(PGA3.EVEN)
+    for _ in range(2):
+        assert pga3.move_point(even, point).isclose(MOTOR >> point)
+        assert pga3.move_point(PGA3.line([0, 0, 0], [0, 0, 1]), point).isclose(PGA3.point(-1, -2, 3))
+        for wrong in (2 * even, even + 1, 2 * PGA3.line([0, 0, 0], [0, 0, 1]), np.stack([even, 2 * even])):
+            with pytest.raises(TypeError, match=r"argument m is PGA3\.\w+ with x ~x = 1 up to .*; call normalize"):
+                pga3.move_point(wrong, point)
+
+
 def test_results_of_arrays_are_arrays() -> None:
     out = np.empty(3)
     for m, p in itertools.product(MOTORS, (PGA3.point(1, 2, 3), pga3.Point(1, 2, 3), np.array([1.0, 2, 3]))):
