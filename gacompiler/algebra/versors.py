@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
@@ -175,7 +176,7 @@ def _inverse_of_floats(a: Multivector, squared: Multivector) -> Multivector:
     real = not any(isinstance(x, complex) for x in a.terms.values())
     terms = zip(blades, (x.real if real else x for x in solved(rows, [1, *[0] * (len(blades) - 1)])), strict=True)
     found = Multivector(a.algebra, {blade: x for blade, x in terms if x})
-    if not _residual(a, found) <= _EPS**0.5:
+    if not _residual(a, found) <= math.sqrt(_EPS):
         raise ZeroDivisorError("inverse", f"the determinant of {a} is zero up to rounding", "an invertible element")
     return found
 

@@ -920,8 +920,10 @@ static inline int has_layout(const Call *call, int k, PyObject *input)
            (((Value *)input)->kind->is_unit || !(call->units >> k & 1));
 }
 
-static int take_inputs(Batch *batch, const Call *call, PyObject *const *args)
+/* Takes the inputs of a batch. Python returns batches of elements, where all arguments with coefficients are values. */
+static int take_inputs(Batch *batch, const Call *call, PyObject *const *args, int is_out)
 {
+    int n_values = 0;
     for (int k = 0; k < call->n_inputs; k++) {
         const Array *array = (const Array *)args[k];
         if (Py_TYPE(args[k]) != array_type)
@@ -956,11 +958,12 @@ static int take_inputs(Batch *batch, const Call *call, PyObject *const *args)
         } else if (batch->dtype == double_type && has_layout(call, k, input)) {
             take_once(batch, k, (char *)((Value *)input)->x);
             *batch->inner++ = sizeof(double);
+            n_values++;
         } else {
             return 0;
         }
     }
-    return 1;
+    return is_out || !n_values || n_values != call->n_elements;
 }
 
 /* Whether a result may be written to an array: it has the axes of the batch, and no input overlaps with it. */
@@ -1057,7 +1060,7 @@ static PyObject *call_on_batch(const Call *call, PyObject *const *args, PyObject
     batch.dtype = NULL;
     batch.n_axes = 0;
     batch.inner = batch.steps + n_inputs + call->n_outputs;
-    if (!take_inputs(&batch, call, args))
+    if (!take_inputs(&batch, call, args, out != NULL))
         return NULL;
     for (int k = MAX_LEADING - batch.n_axes; k < MAX_LEADING; k++)
         size *= batch.axes[k];
