@@ -1,4 +1,4 @@
-"""Operation counts compared with recorded ones and with kingdon: the same expressions in its operators and by its rules.
+"""Operation counts compared with recorded ones and with kingdon: the same expressions by its rules.
 
 As in `test_counts.py`, a higher count fails, and a lower one must be recorded. No count exceeds that of the author's
 own structure.
