@@ -14,6 +14,7 @@ from ..algebra.algebra import Algebra
 from ..algebra.layout import Layout
 from .definitions import Definition
 
+_NAMED = (Algebra, Layout, Definition)
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
@@ -29,21 +30,19 @@ def key_of(x: Any) -> Any:
 
 
 def cached_by_name(function: Function) -> Function:
-    """Cache a function of algebras, layouts and definitions, first by identity, since comparing them is slow."""
-    by_identity: dict[tuple[int, ...], tuple[Any, tuple[Any, ...]]] = {}
+    """Cache a function of algebras, layouts and definitions, first by their identity: comparing them is slow."""
+    by_identity: dict[tuple[Any, ...], tuple[Any, tuple[Any, ...]]] = {}
     by_key: dict[tuple[Any, ...], Any] = {}
 
     @wraps(function)
     def run(*arguments: Any) -> Any:
-        identity = tuple(map(id, arguments))
+        identity = tuple([id(x) if isinstance(x, _NAMED) else x for x in arguments])
         known = by_identity.get(identity)
         if known is None:
             key = key_of(arguments)
             if key not in by_key:
                 by_key[key] = function(*arguments)
-            known = by_key[key], arguments
-            if all(isinstance(x, (Algebra, Layout, Definition)) for x in arguments):
-                by_identity[identity] = known  # the entry keeps them alive
+            known = by_identity[identity] = by_key[key], arguments  # the entry keeps them alive
         return known[0]
 
     return run  # type: ignore[return-value]

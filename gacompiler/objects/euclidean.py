@@ -92,6 +92,8 @@ class Quaternions(Space):
 
     def quaternion(self, *coefficients: Any) -> Any:
         """Create quaternions from w, x, y, z, or an array with these along its last axis."""
+        if len(coefficients) == 4:
+            return self.of(_QUATERNIONS.QUATERNION, *coefficients)
         return wrap(_QUATERNIONS.QUATERNION, stacked("quaternion", ("w", "x", "y", "z"), coefficients))
 
     def rotation(self, axis: Any, angle: Any) -> Any:
