@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..backends.python_text import function_text
 from ..backends.transcendental import is_transcendental
@@ -283,10 +284,13 @@ def compiled(definition: Definition, layouts: tuple[Layout, ...]) -> Compilation
     record, variants = _decided(kernel)
     decision, traced = record.decision, record.trace
     assert decision is not None and traced is not None
-    (layout,) = decision.layouts
+    (found,) = decision.layouts
+    # Equal constants are one expression, whose algebra may be an equal one with other names that was used before.
+    algebra = _algebra_of(definition, layouts)
+    layout = found if found.is_scalar else replace(found, algebra=algebra)
     known = is_unit(traced.expressions[0]) or (definition.unit is not None and definition.unit(layouts))
     wanted = chosen_layout(layout, known)
-    if wanted != layout:
+    if wanted != found or wanted.algebra is not found.algebra:
         slots = tuple(Slot(0, slot.blade, slot.sign) for slot in wanted.stored)
         decision = Decision((wanted,), (slots,), decision.constants, (wanted.unit,))
         kernel = replace(kernel, returns=wanted)
@@ -352,12 +356,17 @@ def _same(a: Layout, b: Layout) -> bool:
 
 
 def _kernel(definition: Definition, layouts: tuple[Layout, ...]) -> Kernel:
-    found = (layout.algebra for layout in layouts if layout.algebra != SCALARS)
-    algebra = definition.algebra or next(found, SCALARS)
+    algebra = _algebra_of(definition, layouts)
     parameters = tuple(Parameter(n, layout) for n, layout in zip(definition.parameters, layouts, strict=True))
     name = "_".join([definition.name, *(_word(layout) for layout in layouts)])
     summary = f"``{definition.expression(algebra.name)}``"
     return Kernel(name, definition.function(algebra), parameters, None, summary)
+
+
+def _algebra_of(definition: Definition, layouts: tuple[Layout, ...]) -> Algebra:
+    """Return the algebra of an operation, which is that of its first operand with one."""
+    found = (layout.algebra for layout in layouts if layout.algebra != SCALARS)
+    return definition.algebra or next(found, SCALARS)
 
 
 def _word(layout: Layout) -> str:
