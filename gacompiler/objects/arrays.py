@@ -98,6 +98,9 @@ class MultivectorArray(Operations, Unordered, NumpyFunctions, Geometric):
     result: two points of PGA3 join to a line of six coefficients. Products of unit versors are assumed to be unit
     versors; after many thousands of products, `normalize` removes accumulated rounding errors.
 
+    Functions of numpy work on objects, but not on lists of them: join these by `numpy.stack` first. The generators of
+    `numpy.random` return coefficients without their blades: let them choose indices, ``x[rng.permutation(len(x))]``.
+
     Attributes
     ----------
     layout : Layout
