@@ -90,6 +90,20 @@ def test_logarithms_of_versors_themselves(versor: Any) -> None:
     assert np.all(again.isclose(versor, atol=1e-14) | again.isclose(-versor, atol=1e-14))
 
 
+@pytest.mark.parametrize("space", [Space(orthogonal(4)), PGA3, STA, CGA3, Space(orthogonal(5))], ids=str)
+def test_logarithms_of_versors_in_two_planes(space: Space) -> None:
+    """Only the plane with the larger angle is turned the longer way, by up to a whole turn."""
+    size = len(space.algebra.blades(2))
+    versors = space.bivector(np.random.default_rng(3).uniform(-2, 2, (200, size))).exp()
+    found = versors.log(shorter=False)
+    known = np.isfinite(found.values).all(-1)
+    negative = versors["1"] < 0
+    assert negative.any() and known[~negative].all() and known.mean() > 0.9
+    scale = np.abs(versors.values).max(-1)
+    off = np.abs((found.exp() - versors).values).max(-1)[known] / scale[known]
+    assert off.max() < 1e-8 and np.median(off) < 1e-14
+
+
 def test_logarithms_that_are_not_determined() -> None:
     four = Space(orthogonal(4))
     for versor in (four.e12 * four.e34, four.of(four.algebra.UNIT_EVEN, np.eye(8)[-1])):
@@ -149,3 +163,7 @@ def test_functions_that_are_not_determined() -> None:
     assert (4 * number).inverse() == 0.25
     with pytest.raises(ZeroDivisorError, match="the number 0"):
         (0 * number).inverse()
+    isoclinic = (0.4 * (four.e12 + four.e34)).exp()
+    assert isoclinic.log().isclose(0.4 * (four.e12 + four.e34))
+    with pytest.raises(AlgebraError, match="no logarithm, or many"):
+        (-1 * isoclinic).log(shorter=False)
