@@ -97,8 +97,8 @@ def longer(versor: Any, logarithm: Any, wrap: Callable[[Layout, Any], Any]) -> A
 def _plane_of(b: Any) -> Any:
     """Return the unit plane of the largest angle of rotation in bivectors over up to five basis vectors, or NaN.
 
-    For ``b = b1 + b2`` with commuting parts whose squares are ``x1 < x2``, ``b b`` is ``s + p`` with ``s = x1 + x2`` and
-    ``p = 2 b1 b2``. Then ``p p = 4 x1 x2``, and ``x1 b - p b / 2 = (x1 - x2) b1``.
+    For ``b = b1 + b2`` with commuting parts whose squares are ``x1 < x2``, ``b b`` is ``s + p`` with ``s = x1 + x2``
+    and ``p = 2 b1 b2``. Then ``p p = 4 x1 x2``, and ``x1 b - p b / 2 = (x1 - x2) b1``.
     """
     s, p = -b.norm_squared(), b ^ b
     squared = s * s - (p.norm_squared() if isinstance(p, type(b)) else 0.0)
