@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 
-from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..backends.python_text import function_text
 from ..backends.transcendental import is_transcendental
@@ -63,7 +62,6 @@ WORTH_A_PROOF = 0.75
 takes as long as all other stages."""
 _CLEARLY = 1e-6
 """A difference, relative to the largest coefficient, that cannot be a rounding error."""
-
 
 OBSERVERS: list[Callable[[Operator, Sequence[np.ndarray[Any, Any]], np.ndarray[Any, Any]], None]] = []
 """Functions that are called after every operation on arrays, with its operands and result; ``gac record`` adds one."""
@@ -286,8 +284,7 @@ def compiled(definition: Definition, layouts: tuple[Layout, ...]) -> Compilation
     assert decision is not None and traced is not None
     (found,) = decision.layouts
     # Equal constants are one expression, whose algebra may be an equal one with other names that was used before.
-    algebra = _algebra_of(definition, layouts)
-    layout = found if found.is_scalar else replace(found, algebra=algebra)
+    layout = found if found.is_scalar else replace(found, algebra=definition.algebra_of(layouts))
     known = is_unit(traced.expressions[0]) or (definition.unit is not None and definition.unit(layouts))
     wanted = chosen_layout(layout, known)
     if wanted != found or wanted.algebra is not found.algebra:
@@ -356,17 +353,11 @@ def _same(a: Layout, b: Layout) -> bool:
 
 
 def _kernel(definition: Definition, layouts: tuple[Layout, ...]) -> Kernel:
-    algebra = _algebra_of(definition, layouts)
+    algebra = definition.algebra_of(layouts)
     parameters = tuple(Parameter(n, layout) for n, layout in zip(definition.parameters, layouts, strict=True))
     name = "_".join([definition.name, *(_word(layout) for layout in layouts)])
     summary = f"``{definition.expression(algebra.name)}``"
     return Kernel(name, definition.function(algebra), parameters, None, summary)
-
-
-def _algebra_of(definition: Definition, layouts: tuple[Layout, ...]) -> Algebra:
-    """Return the algebra of an operation, which is that of its first operand with one."""
-    found = (layout.algebra for layout in layouts if layout.algebra != SCALARS)
-    return definition.algebra or next(found, SCALARS)
 
 
 def _word(layout: Layout) -> str:

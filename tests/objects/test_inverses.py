@@ -60,7 +60,7 @@ def test_products_by_a_table_are_exact() -> None:
 def test_exact_multivectors_with_doubles() -> None:
     """Affine maps are versors of G(4, 4), whose products with their reverses are numbers up to rounding errors."""
     space, off = AffineSpace(3), []
-    for _ in range(40):
+    for _ in range(200):
         matrix, shift, x = RANDOM.normal(size=(3, 3)), RANDOM.normal(size=3), RANDOM.normal(size=3)
         versor = space.versor(matrix.tolist(), shift.tolist())
         moved = space.coordinates(space.move(versor, space.point(x.tolist())))
