@@ -77,7 +77,7 @@ _LARGEST_POWER = 3
 
 def run_operation(name: str, *operands: Any) -> Any:
     """Apply an operation of the kernel language to objects and numbers, for functions such as `gacompiler.reverse`."""
-    if name in ("normalize", *FUNCTIONS, "power"):
+    if name in ("normalize", "inverse", *FUNCTIONS, "power"):
         return getattr(operands[0], name)(*operands[1:])
     table = UNARY if len(operands) == 1 else BINARY
     if name in table:

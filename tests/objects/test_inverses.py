@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gacompiler import inverse
+from gacompiler import inverse, log, sqrt
 from gacompiler.algebra.catalog import null_pairs, orthogonal
 from gacompiler.errors import AlgebraError, ZeroDivisorError
 from gacompiler.objects import CGA3, PGA3, QUATERNIONS, STA, VGA2, VGA3, Space
@@ -122,6 +122,8 @@ def test_elements_without_an_inverse_up_to_rounding(x: Any) -> None:
     """Their inverses would be made of rounding errors only; translators of any length have exact ones."""
     with pytest.raises(ZeroDivisorError, match=r"determinant is 0 up to rounding.*in an array, such elements give NaN"):
         x.inverse()
+    with pytest.raises(ZeroDivisorError, match="determinant is 0"):
+        inverse(x)
     found = np.stack([x, x]).inverse()
     assert found.shape == (2,) and np.isnan(found.values).all()
 
@@ -163,6 +165,11 @@ def test_functions_that_are_not_determined() -> None:
     assert (4 * number).inverse() == 0.25
     with pytest.raises(ZeroDivisorError, match="the number 0"):
         (0 * number).inverse()
+    for exact in (four.algebra.pseudoscalar, 1.0 * four.algebra.pseudoscalar):
+        with pytest.raises(AlgebraError, match="e1234, which has no logarithm, or many"):
+            log(exact, unit=True)
+        with pytest.raises(AlgebraError, match="e1234, which has no square root, or many"):
+            sqrt(exact, unit=True)
     isoclinic = (0.4 * (four.e12 + four.e34)).exp()
     assert isoclinic.log().isclose(0.4 * (four.e12 + four.e34))
     with pytest.raises(AlgebraError, match="no logarithm, or many"):
