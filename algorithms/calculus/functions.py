@@ -56,7 +56,10 @@ _NUMBERS: dict[str, tuple[Callable[[Any], Any], _Derivative]] = {
     "atanh": (np.arctanh, lambda a: 1 / ((1 - a) * (1 + a))),
 }
 """Functions of real or complex numbers, and their derivatives."""
-_SQUARES = {"VGA2": (1, 1), "VGA3": (1, 1, 1), "QUATERNIONS": (-1, -1), "COMPLEX": (-1,), "DOUBLE_NUMBERS": (1,)}
+_SQUARES = {
+    "VGA2": (1, 1), "VGA3": (1, 1, 1), "QUATERNIONS": (-1, -1), "COMPLEX": (-1,), "DOUBLE_NUMBERS": (1,),
+    "DUAL_NUMBERS": (0,),
+}  # fmt: skip
 """The squares of the vectors of algebras whose elements are accepted; their blades are spelled in ascending order."""
 FUNCTIONS = tuple(_NUMBERS)
 """The names that `multivector_function` accepts."""
@@ -70,7 +73,7 @@ def multivector_function(name: str, x: ArrayLike, squares: ArrayLike | None = No
     name : str
         exp, expm1, log, log1p, sqrt, reciprocal, square, cube, sin, cos, tan, asin, acos, atan, sinh, cosh, tanh,
         asinh, acosh or atanh. For other powers use ``exp`` of a multiple of ``log``.
-    x : array_like, (..., 2**n), or multivector of VGA2, VGA3, QUATERNIONS or COMPLEX
+    x : array_like, (..., 2**n), or multivector of VGA2, VGA3 or an algebra of numbers
         Coefficients by grade, each grade ordered by bitmap: the order of full layouts. Dual numbers are (a, b).
     squares : array_like, (n,), optional
         Squares of the orthogonal basis vectors, each 1, 0 or -1; the default is 1 for all. ``[0]`` gives dual numbers,
@@ -112,6 +115,11 @@ def multivector_function(name: str, x: ArrayLike, squares: ArrayLike | None = No
         full = _full(own.algebra)
         result = multivector_function(name, plain(x, "x", (full,)), _SQUARES[own.algebra])
         return restorer(x, (full,))(result)  # type: ignore[no-any-return]
+    if own is not None:
+        raise TypeError(
+            f"x is {own.name}; expected an element of {', '.join(_SQUARES)}, or an array of coefficients by grade, "
+            "(..., 2**n), with the squares of the n basis vectors"
+        )
     array = real_array(x, "x").astype(np.float64, copy=False)
     signs = _squares(squares, array.shape)
     if array.shape[-1:] != (1 << len(signs),):
@@ -127,9 +135,9 @@ def multivector_function(name: str, x: ArrayLike, squares: ArrayLike | None = No
 
 def _full(algebra: str) -> Layout:
     """Return the layout of all blades of an algebra, by grade and bitmap."""
-    n = len(_SQUARES[algebra])
+    n, first = len(_SQUARES[algebra]), int(algebra != "DUAL_NUMBERS")
     blades = sorted(range(1 << n), key=lambda blade: (blade.bit_count(), blade))
-    names = ("".join(str(k + 1) for k in range(n) if blade >> k & 1) for blade in blades)
+    names = ("".join(str(k + first) for k in range(n) if blade >> k & 1) for blade in blades)
     return layout(f"{algebra}.full", " ".join(f"e{name}" if name else "1" for name in names))
 
 

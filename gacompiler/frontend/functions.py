@@ -7,11 +7,12 @@ derivatives and proofs need no rules for them.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
 from ..algebra.operations import Operation
-from ..errors import OperandError
+from ..errors import AlgebraError, OperandError
 from . import operations as scalar
 from .exponentials import exponential
 from .expression import Expression
@@ -86,6 +87,8 @@ def log(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
     ------
     KernelError
         If the blades of `a` are those of neither a versor nor a number.
+    AlgebraError
+        If the coefficients are numbers, and `a` has no logarithm or many.
 
     Notes
     -----
@@ -93,13 +96,27 @@ def log(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
     discontinuous. In definite metrics, and in metrics with one sign against all others (Minkowski, conformal), every
     unit versor has a logarithm, with one exception: a unit versor that is a blade of grade 4, a rotation by pi in two
     planes at once, for which the pair of planes is not unique. In metrics with at least two squares of each sign, some
-    versors have no logarithm, and neither do some double numbers; the result is then NaN.
+    versors have no logarithm, and neither do some double numbers. The result is then NaN in kernels and in arrays of
+    objects; a single object or exact multivector raises an error.
     """
     if _is_scalar(a):
         return scalar.log(a)
     if (run := own_operations((a,))) is not None:
         return run(Operation.LOG, a)
+    return _value("logarithm", a, lambda: _logarithm(a, unit, along))
+
+
+def _logarithm(a: Any, unit: bool | None, along: Any) -> Any:
     return unit_versor_logarithm(a) if _is_versor(a, unit) else number_logarithm(a, along)
+
+
+def _value(what: str, a: Any, run: Callable[[], Any]) -> Any:
+    """Return the value of a function of `a`; raise if it is not determined for coefficients that are numbers."""
+    try:
+        return run()
+    except (ZeroDivisionError, ValueError) as error:  # of Python's division and functions, which do not return NaN
+        found = f"{a}, which has no {what}, or many"
+        raise AlgebraError(what, found, f"a versor or number with one {what}") from error
 
 
 def sqrt(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
@@ -121,6 +138,10 @@ def sqrt(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
         return scalar.sqrt(a)
     if (run := own_operations((a,))) is not None:
         return run(Operation.SQRT, a)
+    return _value("square root", a, lambda: _square_root(a, unit, along))
+
+
+def _square_root(a: Any, unit: bool | None, along: Any) -> Any:
     return unit_versor_square_root(a) if _is_versor(a, unit) else number_square_root(a, along)
 
 

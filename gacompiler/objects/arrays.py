@@ -23,7 +23,7 @@ from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..algebra.methods import Unordered
 from ..algebra.multivector import Multivector
 from ..algebra.operations import Kind, Operation
-from ..errors import AlgebraError, LayoutError, OperandError, ZeroDivisorError
+from ..errors import AlgebraError, LayoutError, OperandError
 from ..frontend.operands import own_operations
 from ..gac_runtime.layout import Layout as PlainLayout
 from .caches import cached_by_name, key_of
@@ -31,6 +31,7 @@ from .checks import check_relations, require_blade
 from .definitions import BINARY, FUNCTIONS, UNARY, Definition, grade_of, normalize_of, power_of
 from .exponentials import MOST_VECTORS, exponential, layout_of_exponential, longer
 from .geometry import Geometric
+from .inverses import inverted
 from .methods import Engine, Operations, curried, run_by
 from .native import extension, extension_is_settled
 from .normalizing import normalized
@@ -38,7 +39,7 @@ from .numpy_functions import NumpyFunctions
 from .operators import Operator, chosen_layout, layout_of, operator_of
 from .printing import latex_of, repr_of, text_of
 from .scalars import ScalarMethods
-from .tables import inverse_by_equations, table_of
+from .tables import table_of
 
 SYMBOLS = {
     (symbol, each.row.operands): (UNARY if each.row.operands == 1 else BINARY)[each]
@@ -68,13 +69,15 @@ _INVERSE, _EXP, _LOG, _SQRT, _POWER = map(
 )
 """Functions of one kernel each; the last three require a unit versor or a number."""
 
+_WORDS = {"log": "logarithm", "sqrt": "square root", "power": "power"}
+
 _LARGEST_POWER = 3
 """Largest power with a kernel of its own; higher powers are products of these."""
 
 
 def run_operation(name: str, *operands: Any) -> Any:
     """Apply an operation of the kernel language to objects and numbers, for functions such as `gacompiler.reverse`."""
-    if name in ("normalize", *FUNCTIONS, "power"):
+    if name in ("normalize", "inverse", *FUNCTIONS, "power"):
         return getattr(operands[0], name)(*operands[1:])
     table = UNARY if len(operands) == 1 else BINARY
     if name in table:
@@ -94,6 +97,9 @@ class MultivectorArray(Operations, Unordered, NumpyFunctions, Geometric):
     Each operation is compiled when it is first applied to given layouts, which also determines the layout of the
     result: two points of PGA3 join to a line of six coefficients. Products of unit versors are assumed to be unit
     versors; after many thousands of products, `normalize` removes accumulated rounding errors.
+
+    Functions of numpy work on objects, but not on lists of them: join these by `numpy.stack` first. The generators of
+    `numpy.random` return coefficients without their blades: let them choose indices, ``x[rng.permutation(len(x))]``.
 
     Attributes
     ----------
@@ -217,22 +223,15 @@ class MultivectorArray(Operations, Unordered, NumpyFunctions, Geometric):
     def inverse(self) -> Any:
         """Return the element ``b`` with ``a b = 1``, where `a` is this object; see `gacompiler.inverse`.
 
-        In an array, elements without an inverse give NaN or infinite coefficients. In more than five dimensions,
-        versors are inverted by their reverse, and other elements as matrices; the residual of both is checked.
+        In more than five dimensions, versors are inverted by their reverse, and other elements as matrices; the
+        residual of both is checked. In an array, elements without an inverse give NaN.
 
         Raises
         ------
         ZeroDivisorError
-            If this is a single element without an inverse.
+            If this is a single element without an inverse up to rounding: a null vector, a zero divisor, or 0.
         """
-        found = inverse_by_equations(self, wrap)
-        if found is not None:
-            return found
-        found = _INVERSE[0](self)
-        is_finite = self.shape or 0.0 * found == 0.0 * found  # which is NaN if a coefficient is NaN or infinite
-        if not is_finite and np.isfinite(self.values).all():
-            raise ZeroDivisorError("inverse", f"{self}, whose determinant is 0", "an invertible element")
-        return found
+        return inverted(self, _INVERSE[0], wrap)
 
     def __pow__(self, exponent: Any) -> Any:
         """Return a product of equal factors; a negative integer exponent gives a power of the inverse."""
@@ -313,9 +312,7 @@ class MultivectorArray(Operations, Unordered, NumpyFunctions, Geometric):
         found = _LOG[0](versor)
         if not (shorter or self.layout.is_scalar or self.algebra.conjugates):  # logarithms of numbers are exact
             found = longer(versor, found, wrap)
-        if not self.shape and np.isnan(np.asarray(found)).any() and np.isfinite(self.values).all():
-            raise AlgebraError("log", f"{self}, which has no logarithm, or many", "a versor with one")
-        return found
+        return self._determined("log", found)
 
     def sqrt(self, *, tolerance: float = 1e-9, shorter: bool = True) -> Any:
         """Return the square root of a unit versor, half of its motion, or of a number; arguments as in `log`.
@@ -325,14 +322,23 @@ class MultivectorArray(Operations, Unordered, NumpyFunctions, Geometric):
         """
         if not shorter:
             return (self.log(tolerance=tolerance, shorter=False) / 2).exp()
-        return _SQRT[0](self._as_unit("sqrt", tolerance))
+        return self._determined("sqrt", _SQRT[0](self._as_unit("sqrt", tolerance)))
 
     def power(self, exponent: Any, *, tolerance: float = 1e-9, shorter: bool = True) -> Any:
         """Return ``exp(exponent * log(x))``, for a unit versor a fraction of its motion; arguments as in `log`."""
         exponent = float(exponent) if isinstance(exponent, int) else exponent
         if not shorter:
             return (exponent * self.log(tolerance=tolerance, shorter=False)).exp()
-        return _POWER[0](self._as_unit("power", tolerance))(exponent)
+        return self._determined("power", _POWER[0](self._as_unit("power", tolerance))(exponent))
+
+    def _determined(self, what: str, found: Any) -> Any:
+        """Return a result; raise if a single one is NaN, although this element is not."""
+        if not np.shape(found) and np.isnan(found.values).any() and np.isfinite(self.values).all():
+            raise AlgebraError(
+                what, f"{self}, which has no {_WORDS[what]}, or many", f"a versor or number with one {_WORDS[what]}",
+                "in an array, such elements give NaN",
+            )  # fmt: skip
+        return found
 
     def _as_unit(self, what: str, tolerance: float) -> Any:
         """Convert even elements to the layout of unit elements; return others, such as complex numbers, unchanged."""

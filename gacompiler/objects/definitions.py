@@ -6,14 +6,14 @@ The text is compiled when an operation is first used, and ``gac record`` writes 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from typing import Any, Protocol
 
 from ..algebra.algebra import Algebra
-from ..algebra.layout import Layout
+from ..algebra.layout import SCALARS, Layout
 from ..algebra.operations import Kind, Operation
 from ..algebra.signs import norm_signs
 from ..frontend.kernel import Kernel
@@ -44,6 +44,11 @@ class Definition:
     keeps: int | None = None
     unit: Callable[[tuple[Layout, ...]], bool] | None = None
     algebra: Algebra | None = None
+
+    def algebra_of(self, layouts: Iterable[Layout]) -> Algebra:
+        """Return the algebra of the operation on these layouts, which is that of the first that is not of numbers."""
+        found = (layout.algebra for layout in layouts if layout.algebra != SCALARS)
+        return self.algebra or next(found, SCALARS)
 
     def expression(self, algebra: str) -> str:
         """Return the text with the name of the algebra inserted."""

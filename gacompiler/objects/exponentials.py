@@ -80,7 +80,8 @@ def exponential(x: Elements, whole: Layout, wrap: Callable[[Layout, Any], Any]) 
 def longer(versor: Any, logarithm: Any, wrap: Callable[[Layout, Any], Any]) -> Any:
     """Return the logarithm of versors with a negative scalar part, given that of their negatives.
 
-    With the unit axis ``B``, ``exp(-pi B)`` is -1. It is NaN where the axis is not determined or its square is not -1.
+    With a part ``B`` that is a unit plane of rotation, ``exp(-pi B)`` is -1. The result is NaN where there is no such
+    part, or where it is not determined: for -1, and for equal angles in two planes.
     """
     negative = np.broadcast_to(np.asarray(versor["1"]) < 0, logarithm.shape)
     if not np.any(negative):
@@ -89,11 +90,23 @@ def longer(versor: Any, logarithm: Any, wrap: Callable[[Layout, Any], Any]) -> A
     chosen = np.atleast_1d(negative)
     with np.errstate(all="ignore"):
         short = wrap(logarithm.layout, values[chosen])
-        axis = short.normalize()
-        # The axis is normalized, so that its square is -1 up to rounding errors, or another number.
-        turns = np.where(np.asarray((axis * axis + 1).norm()) < 0.5, np.pi, np.nan)
-        values[chosen] = np.asarray((short - turns * axis).as_layout(logarithm.layout).values)
+        values[chosen] = np.asarray((short - np.pi * _plane_of(short)).as_layout(logarithm.layout).values)
     return wrap(logarithm.layout, values.reshape(logarithm.values.shape))
+
+
+def _plane_of(b: Any) -> Any:
+    """Return the unit plane of the largest angle of rotation in bivectors over up to five basis vectors, or NaN.
+
+    For ``b = b1 + b2`` with commuting parts whose squares are ``x1 < x2``, ``b b`` is ``s + p`` with ``s = x1 + x2``
+    and ``p = 2 b1 b2``. Then ``p p = 4 x1 x2``, and ``x1 b - p b / 2 = (x1 - x2) b1``.
+    """
+    s, p = -b.norm_squared(), b ^ b
+    squared = s * s - (p.norm_squared() if isinstance(p, type(b)) else 0.0)
+    # Its rounding error is eps s**2, so that half of the digits of its root are right above this limit.
+    difference = np.where(squared > s * s * np.sqrt(np.finfo(np.float64).eps), np.sqrt(squared), np.nan)
+    x1 = (s - difference) / 2
+    part = x1 * b - (p * b / 2).grade(2) if isinstance(p, type(b)) else x1 * b
+    return part / (-difference * np.sqrt(-x1))
 
 
 def _beyond_first(x: Any, product: Callable[[Any, Any], Any], scalar: int) -> Any:

@@ -63,7 +63,6 @@ takes as long as all other stages."""
 _CLEARLY = 1e-6
 """A difference, relative to the largest coefficient, that cannot be a rounding error."""
 
-
 OBSERVERS: list[Callable[[Operator, Sequence[np.ndarray[Any, Any]], np.ndarray[Any, Any]], None]] = []
 """Functions that are called after every operation on arrays, with its operands and result; ``gac record`` adds one."""
 
@@ -283,10 +282,12 @@ def compiled(definition: Definition, layouts: tuple[Layout, ...]) -> Compilation
     record, variants = _decided(kernel)
     decision, traced = record.decision, record.trace
     assert decision is not None and traced is not None
-    (layout,) = decision.layouts
+    (found,) = decision.layouts
+    # Equal constants are one expression, whose algebra may be an equal one with other names that was used before.
+    layout = found if found.is_scalar else replace(found, algebra=definition.algebra_of(layouts))
     known = is_unit(traced.expressions[0]) or (definition.unit is not None and definition.unit(layouts))
     wanted = chosen_layout(layout, known)
-    if wanted != layout:
+    if wanted != found or wanted.algebra is not found.algebra:
         slots = tuple(Slot(0, slot.blade, slot.sign) for slot in wanted.stored)
         decision = Decision((wanted,), (slots,), decision.constants, (wanted.unit,))
         kernel = replace(kernel, returns=wanted)
@@ -352,8 +353,7 @@ def _same(a: Layout, b: Layout) -> bool:
 
 
 def _kernel(definition: Definition, layouts: tuple[Layout, ...]) -> Kernel:
-    found = (layout.algebra for layout in layouts if layout.algebra != SCALARS)
-    algebra = definition.algebra or next(found, SCALARS)
+    algebra = definition.algebra_of(layouts)
     parameters = tuple(Parameter(n, layout) for n, layout in zip(definition.parameters, layouts, strict=True))
     name = "_".join([definition.name, *(_word(layout) for layout in layouts)])
     summary = f"``{definition.expression(algebra.name)}``"

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALAR, SCALARS, Layout
-from ..errors import AlgebraError
+from ..errors import AlgebraError, ZeroDivisorError
 from .methods import Operations
 
 
@@ -89,6 +89,18 @@ class ScalarMethods(Operations, float):
         if not grades or not all(isinstance(k, int) and k >= 0 for k in grades):
             raise AlgebraError("grade", f"grades {grades}", "nonnegative integers, as in x.grade(2)")
         return self if 0 in grades else type(self)(0.0)
+
+    def inverse(self) -> Self:
+        """Return the reciprocal.
+
+        Raises
+        ------
+        ZeroDivisorError
+            If this is 0.
+        """
+        if not float(self):
+            raise ZeroDivisorError("inverse", "the number 0", "an invertible element")
+        return type(self)(1 / float(self))
 
     def as_layout(self, layout: Layout, *, tolerance: float = 1e-9, what: str = "") -> Any:
         """Convert to a layout of any algebra, as `MultivectorArray.as_layout` does."""

@@ -115,10 +115,6 @@ def inverse_by_equations(x: Any, wrap: Any) -> Any:
     found = _inverses(whole, full)
     if not x.shape and np.isnan(found).any() and np.isfinite(values).all():
         raise ZeroDivisorError("inverse", f"{x}, whose determinant is 0 up to rounding", "an invertible element")
-    narrow = layout_of(layout.algebra, {slot.blade for slot in layout.stored})
-    places = [whole.blades.index(name) for name in narrow.blades]
-    if not np.delete(found, places, axis=-1).any():  # a versor, with the blades of the element itself
-        return wrap(narrow, found[..., places])
     return wrap(whole, found)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gacompiler import inverse
+from gacompiler import inverse, log, sqrt
 from gacompiler.algebra.catalog import null_pairs, orthogonal
 from gacompiler.errors import AlgebraError, ZeroDivisorError
 from gacompiler.objects import CGA3, PGA3, QUATERNIONS, STA, VGA2, VGA3, Space
@@ -60,7 +60,7 @@ def test_products_by_a_table_are_exact() -> None:
 def test_exact_multivectors_with_doubles() -> None:
     """Affine maps are versors of G(4, 4), whose products with their reverses are numbers up to rounding errors."""
     space, off = AffineSpace(3), []
-    for _ in range(40):
+    for _ in range(200):
         matrix, shift, x = RANDOM.normal(size=(3, 3)), RANDOM.normal(size=3), RANDOM.normal(size=3)
         versor = space.versor(matrix.tolist(), shift.tolist())
         moved = space.coordinates(space.move(versor, space.point(x.tolist())))
@@ -90,8 +90,87 @@ def test_logarithms_of_versors_themselves(versor: Any) -> None:
     assert np.all(again.isclose(versor, atol=1e-14) | again.isclose(-versor, atol=1e-14))
 
 
+@pytest.mark.parametrize("space", [Space(orthogonal(4)), PGA3, STA, CGA3, Space(orthogonal(5))], ids=str)
+def test_logarithms_of_versors_in_two_planes(space: Space) -> None:
+    """Only the plane with the larger angle is turned the longer way, by up to a whole turn."""
+    size = len(space.algebra.blades(2))
+    versors = space.bivector(np.random.default_rng(3).uniform(-2, 2, (200, size))).exp()
+    found = versors.log(shorter=False)
+    known = np.isfinite(found.values).all(-1)
+    negative = versors["1"] < 0
+    assert negative.any() and known[~negative].all() and known.mean() > 0.9
+    scale = np.abs(versors.values).max(-1)
+    off = np.abs((found.exp() - versors).values).max(-1)[known] / scale[known]
+    assert off.max() < 1e-8 and np.median(off) < 1e-14
+
+
 def test_logarithms_that_are_not_determined() -> None:
     four = Space(orthogonal(4))
     for versor in (four.e12 * four.e34, four.of(four.algebra.UNIT_EVEN, np.eye(8)[-1])):
         with pytest.raises(AlgebraError, match="log: e1234, which has no logarithm, or many"):
             versor.log()
+
+
+NEARLY = [
+    VGA3.multivector({"1": 0.1 * 3, "e1": 0.3}), STA.vector(0.1 * 3, 0.3, 0, 0),
+    PGA3.multivector({"1": 1e-17, "e01": 1.0, "e0123": 2.0}) * PGA3.e03, CGA3.multivector({"1": 0.1 * 3, "e1": 0.3}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("x", NEARLY, ids=str)
+def test_elements_without_an_inverse_up_to_rounding(x: Any) -> None:
+    """Their inverses would be made of rounding errors only; translators of any length have exact ones."""
+    with pytest.raises(ZeroDivisorError, match=r"determinant is 0 up to rounding.*in an array, such elements give NaN"):
+        x.inverse()
+    with pytest.raises(ZeroDivisorError, match="determinant is 0"):
+        inverse(x)
+    found = np.stack([x, x]).inverse()
+    assert found.shape == (2,) and np.isnan(found.values).all()
+
+
+def test_inverses_against_exact_ones() -> None:
+    """Also of elements whose squares are outside the range of doubles, and of long translators of any weight."""
+    given = [
+        VGA3.vector(1e-200, 2e-200, 0), VGA3.vector(3e250, 0, 1e250), PGA3.translator([1e9, 2, 3]) * 2,
+        CGA3.translator([1e9, 2, 3]) * 2, PGA3.translator([1e9, 2, 3]) + 1, STA.vector(1, 0.5, 1e-3, 0),
+        *(space.of(space.algebra.full, RANDOM.normal(size=space.algebra.full.size)) for space in (VGA3, PGA3, CGA3)),
+        *(space.of(space.algebra.even, RANDOM.normal(size=space.algebra.even.size)) for space in (VGA3, STA, CGA3)),
+    ]  # fmt: skip
+    for x in given:
+        exact, found = inverse(x.exactly()), x.inverse()
+        size = max(abs(value) for value in exact.terms.values())
+        assert max(map(abs, ((found.exactly() - exact) / size).terms.values()), default=0) < 1e-11
+
+
+def test_layouts_of_inverses_do_not_depend_on_coefficients() -> None:
+    space = Space(orthogonal(6))
+    layout = space.algebra.layout("PLANES", "1 e12 e34 e56")
+    versor, other = space.of(layout, 1.0, 2, 0, 0), space.of(layout, 1.0, 2, 3, 4)
+    assert versor.inverse().layout == other.inverse().layout == np.stack([versor, other]).inverse().layout
+    assert versor.inverse().isclose(0.2 - 0.4 * space.e12)
+    vector = space.vector(1.0, 2, 3, 4, 5, 6)
+    assert vector.inverse().layout == vector.layout and vector.inverse().isclose(vector / 91)
+
+
+def test_functions_that_are_not_determined() -> None:
+    """A single element raises an error that names it; in an array it is NaN."""
+    four = Space(orthogonal(4))
+    turns = four.e12 * four.e34
+    for run in (lambda x: x.log(), lambda x: x.sqrt(), lambda x: x.power(0.3)):
+        with pytest.raises(AlgebraError, match=r": e1234, which has no .*, or many; expected .*; in an array"):
+            run(turns)
+        found = run(np.stack([turns, (four.e12 + four.e34).exp()]))
+        assert np.isnan(found.values[0]).all() and np.isfinite(found.values[1]).all()
+    number = VGA3.e1 * VGA3.e1
+    assert (4 * number).inverse() == 0.25
+    with pytest.raises(ZeroDivisorError, match="the number 0"):
+        (0 * number).inverse()
+    for exact in (four.algebra.pseudoscalar, 1.0 * four.algebra.pseudoscalar):
+        with pytest.raises(AlgebraError, match="e1234, which has no logarithm, or many"):
+            log(exact, unit=True)
+        with pytest.raises(AlgebraError, match="e1234, which has no square root, or many"):
+            sqrt(exact, unit=True)
+    isoclinic = (0.4 * (four.e12 + four.e34)).exp()
+    assert isoclinic.log().isclose(0.4 * (four.e12 + four.e34))
+    with pytest.raises(AlgebraError, match="no logarithm, or many"):
+        (-1 * isoclinic).log(shorter=False)

@@ -20,7 +20,7 @@ import sympy
 import gacompiler as ga
 from gacompiler import Algebra, Cl, sandwich
 from gacompiler.algebra import catalog
-from gacompiler.algebra.layout import SCALAR
+from gacompiler.algebra.layout import SCALAR, Layout
 from gacompiler.algebra.meanings import MEANINGS
 from gacompiler.errors import AlgebraError, LayoutError
 from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, STA, VGA2, VGA3, MultivectorArray, Space, library, operators
@@ -528,3 +528,17 @@ def test_results_have_the_names_of_their_own_algebra() -> None:
         assert getattr(first, "layout", SCALAR).algebra.name != "VGA3"
         assert getattr(second, "layout", SCALAR).algebra.name != "G(3,0,0)"
     assert vector.layout == VGA3.VECTOR and (other + vector).isclose(2 * vector)
+
+
+def test_constants_have_the_names_of_their_own_algebra() -> None:
+    """Equal constants of equal algebras are one expression, which remembers the algebra that used it first."""
+    first, second = (Space(Algebra(name, "h1 h2", [1, 1], layouts=_turns)) for name in ("FIRST", "SECOND"))
+    for space in (first, second):
+        plane = space.h1 ^ space.h2
+        for found in (plane.exp(), 1 + plane, (1 + space.h1) * space.h2, plane.exp().sqrt()):
+            assert found.layout.algebra.name == space.algebra.name
+        assert plane.exp().layout == space.TURN and str(plane.exp().layout) == f"{space.algebra.name}.TURN"
+
+
+def _turns(algebra: Algebra) -> list[Layout]:
+    return [algebra.layout("TURN", "1 h12", unit=True)]
