@@ -23,7 +23,7 @@ EXTRAS := compiler,algorithms,pictures,notebooks,volumes,test
 MAKEFLAGS += --no-print-directory
 
 .DEFAULT_GOAL := help
-.PHONY: demo test slow peers thorough generated check lint types docs bench counts growth notebooks build wheel help clean FORCE
+.PHONY: demo test slow peers thorough generated check lint types docs bench notebooks build wheel help clean FORCE
 
 demo: .venv/.demo ## Build the modules that it calls, run on real input; pictures in build/demo
 	@$(MAKE) build/.generated
@@ -66,12 +66,6 @@ docs: .venv/.docs ## Build the documentation site from docs, notebooks and docst
 bench: $(if $(CHECK),.venv/.installed,.venv/.peers) ## Measure, compare, write pages of docs; PAGE=vision-speed for one; CHECK=1 lists outdated ones
 	@$(if $(CHECK),,$(MAKE) build)
 	$(BIN)/python -m benchmarks $(if $(CHECK),--check,$(or $(PAGE),all))
-
-counts: .venv/.installed ## Count operations of known expressions, compare with kingdon; write docs/operation-counts.md
-	$(BIN)/python -m benchmarks counts
-
-growth: .venv/.installed ## Measure compile time by dimension, compare with kingdon; write docs/growth.md and .svg
-	$(BIN)/python -m benchmarks growth
 
 notebooks: .venv/.peers ## Execute the notebooks and store their outputs
 	@$(MAKE) build

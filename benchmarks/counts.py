@@ -136,7 +136,7 @@ def _opening(rows: Sequence[Row], limit: float) -> list[str]:
         "# Operation counts",
         "",
         paragraph(
-            "`make counts` writes this page; do not edit it by hand.",
+            "`make bench PAGE=operation-counts` writes this page; do not edit it by hand.",
             "Tests compare the counts with those of the current compiler.",
         ),
         "",

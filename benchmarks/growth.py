@@ -181,7 +181,7 @@ def page(curves: Sequence[Curve], limit: float, picture: str) -> str:
         "# Growth with the dimension",
         "",
         paragraph(
-            "`make growth` writes this page; do not edit it by hand.",
+            "`make bench PAGE=growth` writes this page; do not edit it by hand.",
             f"Times are those of one compilation, including the proof, with a time limit of {limit:g} s.",
             "In *rotor on vector*, the rotor has a scalar and a bivector part with `x ~x = 1`, so it rotates in "
             "one plane.",

@@ -135,7 +135,7 @@ def test_the_gallery_has_every_picture_of_the_pages() -> None:
     assert {each.path for each in found} == expected and len(found) >= 4
     assert all(len(each.caption) > 10 for each in found)
     growth = next(each for each in found if each.path.endswith("growth.svg"))
-    assert "`make growth`" in growth.made_by and "(/docs/growth.md)" in growth.made_by
+    assert "`make bench PAGE=growth`" in growth.made_by and "(/docs/growth.md)" in growth.made_by
     assert "{figure} /docs/growth.svg" in gallery.page(found)
 
 
