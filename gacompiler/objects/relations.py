@@ -1,0 +1,256 @@
+"""Distances, angles and nearest points of elements, by vector algebra on their shapes.
+
+In the plane, lines are treated as planes and circles as spheres: the formulas are the same in every dimension.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..errors import AlgebraError
+from .shapes import Reals, Shape, length
+
+Relation = Callable[[Shape, Shape], Reals]
+
+
+def _dot(a: Reals, b: Reals) -> Reals:
+    return np.asarray(np.sum(a * b, axis=-1))
+
+
+def _role(shape: Shape) -> str:
+    """Return the kind under which an element appears in the tables."""
+    kind = shape.kind.removeprefix("dual ")
+    if shape.dimension == 2:
+        return {"line": "plane", "circle": "sphere"}.get(kind, kind)
+    return kind
+
+
+def _above(p: Reals, plane: Shape) -> Reals:
+    return _dot(p - plane.place, plane.normal)
+
+
+def _beside(p: Reals, line: Shape) -> Reals:
+    """Return the vector from a line to points."""
+    away = p - line.place
+    return np.asarray(away - _dot(away, line.along)[..., None] * line.along)
+
+
+def ends_of(pair: Shape) -> tuple[Reals, Reals]:
+    reach = pair.radius[..., None] * pair.along
+    return pair.place - reach, pair.place + reach
+
+
+def _parallel(sine: Reals, a: Shape, b: Shape) -> Any:
+    """Whether the sine of an angle is within rounding error: unit vectors have errors of some units in the last place,
+    and the products of their coordinates add up."""
+    return np.abs(sine) <= 2 ** (2 + a.dimension) * np.finfo(np.result_type(a.along, b.along)).eps
+
+
+def _sine(a: Shape, b: Shape) -> Reals:
+    """Return the sine of the angle between the vectors of two shapes."""
+    u, v = np.broadcast_arrays(a.normal if _role(a) == "plane" else a.along, b.normal if _role(b) == "plane" else b.along)
+    if u.shape[-1] == 2:
+        return np.abs(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
+    return length(np.cross(u, v))
+
+
+def _point_circle(p: Reals, circle: Shape) -> tuple[Reals, Reals, Reals]:
+    """Return the height of points above the plane of a circle, the distance from its axis, and that in the plane."""
+    away = p - circle.place
+    height = _dot(away, circle.along)
+    across = length(away - height[..., None] * circle.along)
+    return height, across, across - circle.radius
+
+
+def _line_line(a: Shape, b: Shape) -> Reals:
+    sine = _sine(a, b)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        skew = np.abs(_dot(b.place - a.place, np.cross(a.along, b.along))) / sine
+    return np.where(_parallel(sine, a, b), length(_beside(b.place, a)), skew)
+
+
+def _plane_plane(a: Shape, b: Shape) -> Reals:
+    return np.where(_parallel(_sine(a, b), a, b), np.abs(_above(b.place, a)), 0.0)
+
+
+def _line_plane(line: Shape, plane: Shape) -> Reals:
+    return np.where(_parallel(_dot(line.along, plane.normal), line, plane), np.abs(_above(line.place, plane)), 0.0)
+
+
+def _outside(gap: Reals) -> Reals:
+    return np.maximum(gap, 0.0)
+
+
+def _sphere_sphere(a: Shape, b: Shape) -> Reals:
+    between = length(b.place - a.place)
+    return _outside(np.maximum(between - a.radius - b.radius, np.abs(a.radius - b.radius) - between))
+
+
+def _circle_plane(circle: Shape, plane: Shape) -> Reals:
+    reach = circle.radius * _sine(circle, plane)
+    return _outside(np.abs(_above(circle.place, plane)) - reach)
+
+
+def _circle_sphere(circle: Shape, sphere: Shape) -> Reals:
+    height, across, beside = _point_circle(sphere.place, circle)
+    nearest, farthest = np.hypot(height, beside), np.hypot(height, across + circle.radius)
+    return _outside(np.maximum(nearest - sphere.radius, sphere.radius - farthest))
+
+
+def _of_pair(pair: Shape, other: Shape) -> Reals:
+    ends = (pair._replace(kind="point", place=end) for end in ends_of(pair))
+    one, two = (_in_order(_DISTANCES, end, other)() for end in ends)  # type: ignore[misc]
+    return np.minimum(one, two)
+
+
+_DISTANCES: dict[tuple[str, str], Relation] = {
+    ("point", "point"): lambda a, b: length(b.place - a.place),
+    ("point", "line"): lambda p, line: length(_beside(p.place, line)),
+    ("point", "plane"): lambda p, plane: np.abs(_above(p.place, plane)),
+    ("point", "circle"): lambda p, circle: np.hypot(*_point_circle(p.place, circle)[::2]),
+    ("point", "sphere"): lambda p, sphere: np.abs(length(p.place - sphere.place) - sphere.radius),
+    **{("point pair", kind): _of_pair for kind in ("point", "point pair", "line", "plane", "circle", "sphere")},
+    ("line", "line"): _line_line,
+    ("line", "plane"): _line_plane,
+    ("line", "sphere"): lambda line, sphere: _outside(length(_beside(sphere.place, line)) - sphere.radius),
+    ("plane", "plane"): _plane_plane,
+    ("plane", "circle"): lambda plane, circle: _circle_plane(circle, plane),
+    ("plane", "sphere"): lambda plane, sphere: _outside(np.abs(_above(sphere.place, plane)) - sphere.radius),
+    ("circle", "sphere"): _circle_sphere,
+    ("sphere", "sphere"): _sphere_sphere,
+}
+"""Minimum distances between points of two elements; spheres are surfaces, and pairs consist of two points."""
+
+
+def _between(u: Reals, v: Reals) -> Reals:
+    """Return the angle between unit vectors, accurate for small angles as well."""
+    return np.asarray(2 * np.arctan2(length(u - v), length(u + v)))
+
+
+def _vectors(a: Shape, b: Shape) -> Reals:
+    return _between(a.along, b.along)
+
+
+def _rising(a: Shape, b: Shape) -> Reals:
+    """Return the angle of a direction with a plane, positive on the side of the normal."""
+    return np.asarray(np.arctan2(_dot(a.along, b.normal), _sine(a, b)))
+
+
+def _arccos(cosine: Reals) -> Reals:
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.arccos(cosine))
+
+
+def _spheres(a: Shape, b: Shape) -> Reals:
+    with np.errstate(invalid="ignore", divide="ignore"):
+        squares = a.squared + b.squared - _dot(a.place - b.place, a.place - b.place)
+        return _arccos(squares / (2 * a.radius * b.radius))
+
+
+def _plane_sphere(plane: Shape, sphere: Shape) -> Reals:
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return _arccos(_above(sphere.place, plane) / sphere.radius)
+
+
+def _line_sphere(line: Shape, sphere: Shape) -> Reals:
+    """Return the angle at which a line crosses a sphere, whose cosine is the line's distance over the radius."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return _arccos(length(_beside(sphere.place, line)) / sphere.radius)
+
+
+_ANGLES: dict[tuple[str, str], Relation] = {
+    ("direction", "direction"): _vectors,
+    ("direction", "plane"): _rising,
+    ("direction", "circle"): _rising,
+    ("plane", "plane"): lambda a, b: _between(a.normal, b.normal),
+    ("plane", "circle"): lambda a, b: _between(a.normal, b.along),
+    ("circle", "circle"): _vectors,
+    ("line", "sphere"): _line_sphere,
+    ("plane", "sphere"): _plane_sphere,
+    ("sphere", "sphere"): _spheres,
+}
+"""Angles between directions and normals, and at the intersection with a sphere, NaN if there is none."""
+_AS_DIRECTION = ("line", "point pair", "vector")
+"""Kinds whose angles are those of their direction."""
+
+
+def _in_order(table: dict[tuple[str, str], Relation], a: Shape, b: Shape) -> Callable[[], Reals] | None:
+    """Return the relation of two shapes in either order, to be called; None if the table has none."""
+    one, two = (_role(each) for each in (a, b))
+    if (one, two) in table:
+        return lambda: table[one, two](a, b)
+    if (two, one) in table:
+        return lambda: table[two, one](b, a)
+    return None
+
+
+def distance_of(a: Shape, b: Shape) -> Reals:
+    """Return the minimum distance of two elements; vectors are points.
+
+    Raises
+    ------
+    AlgebraError
+        If it is not defined, or has no closed form.
+    """
+    a, b = (each._replace(kind="point") if each.kind == "vector" else each for each in (a, b))
+    found = _in_order(_DISTANCES, a, b)
+    if found is None:
+        rest = "algorithms.geometry.distance" if "circle" in (a.kind, b.kind) else ""
+        raise AlgebraError(
+            "distance", f"a {a.kind} and a {b.kind}", "two of point, point pair, line, plane, circle, sphere",
+            f"there is no closed form; {rest} computes it" if rest else "",
+        )  # fmt: skip
+    return found()
+
+
+def angle_of(a: Shape, b: Shape) -> Reals:
+    """Return the angle between two elements.
+
+    Raises
+    ------
+    AlgebraError
+        If it is not defined.
+    """
+    found = _in_order(_ANGLES, a, b)
+    if found is None:
+        one, two = (each._replace(kind="direction") if _role(each) in _AS_DIRECTION else each for each in (a, b))
+        found = _in_order(_ANGLES, one, two)
+    if found is None:
+        raise AlgebraError(
+            "angle", f"a {a.kind} and a {b.kind}", "two of direction, point pair, line, plane, circle, sphere",
+            "points have no angle; lines and circles cross a sphere, see algorithms.geometry.angle",
+        )  # fmt: skip
+    return found()
+
+
+def nearest_to(point: Shape, other: Shape) -> Reals:
+    """Return the coordinates of the points of an element that are nearest to points.
+
+    Raises
+    ------
+    AlgebraError
+        If the element is of another kind.
+    """
+    p, role = np.broadcast_arrays(point.place, other.place)[0], _role(other)
+    if role == "point":
+        return np.broadcast_arrays(other.place, point.place)[0]
+    if role == "line":
+        return np.asarray(p - _beside(p, other))
+    if role in ("plane", "circle"):
+        foot = p - _above(p, other._replace(kind="plane") if role == "circle" else other)[..., None] * other.normal
+        return foot if role == "plane" else _on_sphere(foot, other)
+    if role == "sphere":
+        return _on_sphere(p, other)
+    if role == "point pair":
+        one, two = ends_of(other)
+        return np.where((length(p - one) <= length(p - two))[..., None], one, two)
+    raise AlgebraError("project", f"a point onto a {other.kind}", "a point, point pair, line, plane, circle or sphere")
+
+
+def _on_sphere(p: Reals, sphere: Shape) -> Reals:
+    from .shapes import unit
+
+    return np.asarray(sphere.place + sphere.radius[..., None] * unit(p - sphere.place))
