@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..algebra.catalog import CGA2, CGA3, QUATERNIONS, STA
+from ..algebra.catalog import CGA2, CGA3, QUATERNIONS, STA, VGA3
 from ..errors import GacError
 from . import shapes
 from .blades import grades_in, half_of_digits
@@ -49,6 +49,8 @@ def _single(x: Any) -> str:
     describe = _LINES.get(shape.kind.removeprefix("dual "))
     if describe is None:
         return shape.kind if "infinity" in shape.kind else _by_grades(x, grades)
+    if x.algebra == VGA3 and shape.kind == "plane":
+        return f"plane through the origin, normal {_coordinates(shape.along)}"
     name = "imaginary quaternion" if x.algebra == QUATERNIONS else shape.kind
     return _imaginary(f"{name}{describe(shape)}", shape)
 

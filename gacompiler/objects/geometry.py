@@ -115,19 +115,19 @@ class Geometry:
         self._require_same("angle", other)
         return _number(relations.angle_of(self._shape("angle"), shapes.shape_of("angle", other)))
 
-    def centre(self) -> Any:
+    def center(self) -> Any:
         """Return the coordinates of the centre: of a point pair, circle or sphere; of a point, the point itself.
 
         The centre of a motor of the plane is the point that it does not move.
         """
         if self._is_motion:
-            moved = motions.motion_of("centre", self)
+            moved = motions.motion_of("center", self)
             if moved.dimension == 2 and moved.translates:
-                return self._defined("centre", moved.place, "a translation, which moves all points", "a rotation")
-            raise AlgebraError("centre", f"a {self._layout}", "a point or round", "axis() is what a motor does not move")
-        found = self._shape("centre")
-        self._require("centre", found, ("point", *shapes.ROUNDS, "vector"))
-        return self._defined("centre", found.place, "coordinates that are not finite", "a point or round")
+                return self._defined("center", moved.place, "a translation, which moves all points", "a rotation")
+            raise AlgebraError("center", f"a {self._layout}", "a point or round", "axis() is what a motor does not move")
+        found = self._shape("center")
+        self._require("center", found, ("point", *shapes.ROUNDS, "vector"))
+        return self._defined("center", found.place, "coordinates that are not finite", "a point or round")
 
     def radius(self) -> Any:
         """Return the radius of a circle or sphere, and half of the distance of the points of a pair.
@@ -316,13 +316,13 @@ class Geometry:
             spaces = "PGA3 or CGA3" if needs_translation else "PGA3, CGA3, VGA3 or QUATERNIONS"
             raise AlgebraError(
                 where, f"a {self._layout}", f"a motion of {spaces}",
-                "centre() is what a motor of the plane does not move" if moved.dimension == 2 else "",
+                "center() is what a motor of the plane does not move" if moved.dimension == 2 else "",
             )  # fmt: skip
         return moved
 
     def _defined(self, where: str, values: Any, found: str, expected: str, axes: int = 1) -> Any:
         """Return numbers of elements; raise if those of a single element are NaN although its coefficients are not."""
-        values = np.asarray(values)
+        values = np.asarray(values) + 0.0  # without negative zeros
         if values.ndim == axes and np.any(np.isnan(values)) and not np.any(np.isnan(self._elements.values)):
             raise LayoutError(where, found, expected)
         return values if axes else _number(values)

@@ -25,7 +25,7 @@ MOTIONS: dict[Algebra, Layout] = {
 """The layout of all motions of each algebra."""
 IN_SPACE = (PGA3, CGA3, VGA3)
 TRANSLATING = {
-    PGA2: ("e20", "e01", (2, -2)), PGA3: ("e01", "e02", "e03", (-2, -2, -2)),
+    PGA2: ("e01", "e20", (-2, 2)), PGA3: ("e01", "e02", "e03", (-2, -2, -2)),
     CGA2: ("e1inf", "e2inf", (-2, -2)), CGA3: ("e1inf", "e2inf", "e3inf", (-2, -2, -2)),
 }  # fmt: skip
 """The coefficients of a translator, and their factors in the translation."""
@@ -122,7 +122,7 @@ def motion_of(where: str, x: Any) -> Motion:
     else:
         rest = np.stack([np.zeros(m.shape), np.zeros(m.shape), -np.asarray(m["e12"])], -1)
     quaternion = np.concatenate([scalar[..., None], rest], -1)
-    return Motion(quaternion, _translation(m), m.algebra in TRANSLATING)
+    return Motion(quaternion + 0.0, _translation(m), m.algebra in TRANSLATING)
 
 
 def _translation(m: Any) -> Reals:

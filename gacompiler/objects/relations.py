@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import AlgebraError
-from .shapes import Reals, Shape, length
+from .shapes import Reals, Shape, length, unit
 
 Relation = Callable[[Shape, Shape], Reals]
 
@@ -21,11 +21,15 @@ def _dot(a: Reals, b: Reals) -> Reals:
 
 
 def _role(shape: Shape) -> str:
-    """Return the kind under which an element appears in the tables."""
+    """Return the kind under which an element appears in the table of distances."""
+    kind = _role_of_angle(shape)
+    return "plane" if kind == "line" and shape.dimension == 2 else kind
+
+
+def _role_of_angle(shape: Shape) -> str:
+    """Return the kind under which an element appears in the table of angles."""
     kind = shape.kind.removeprefix("dual ")
-    if shape.dimension == 2:
-        return {"line": "plane", "circle": "sphere"}.get(kind, kind)
-    return kind
+    return "sphere" if kind == "circle" and shape.dimension == 2 else kind
 
 
 def _above(p: Reals, plane: Shape) -> Reals:
@@ -101,9 +105,7 @@ def _circle_sphere(circle: Shape, sphere: Shape) -> Reals:
 
 
 def _of_pair(pair: Shape, other: Shape) -> Reals:
-    ends = (pair._replace(kind="point", place=end) for end in ends_of(pair))
-    one, two = (_in_order(_DISTANCES, end, other)() for end in ends)  # type: ignore[misc]
-    return np.minimum(one, two)
+    return np.minimum(*(distance_of(pair._replace(kind="point", place=end), other) for end in ends_of(pair)))
 
 
 _DISTANCES: dict[tuple[str, str], Relation] = {
@@ -152,13 +154,26 @@ def _spheres(a: Shape, b: Shape) -> Reals:
 
 def _plane_sphere(plane: Shape, sphere: Shape) -> Reals:
     with np.errstate(invalid="ignore", divide="ignore"):
-        return _arccos(_above(sphere.place, plane) / sphere.radius)
+        return _arccos(-_above(sphere.place, plane) / sphere.radius)
 
 
 def _line_sphere(line: Shape, sphere: Shape) -> Reals:
     """Return the angle at which a line crosses a sphere, whose cosine is the line's distance over the radius."""
     with np.errstate(invalid="ignore", divide="ignore"):
         return _arccos(length(_beside(sphere.place, line)) / sphere.radius)
+
+
+def _circle_sphere_angle(circle: Shape, sphere: Shape) -> Reals:
+    """Return the angle at which a circle crosses a sphere.
+
+    At a common point, the law of cosines gives the angle between the directions to this point and to the foot of the
+    sphere's centre in the plane of the circle. The tangent of the circle there has the sine of the angle.
+    """
+    height, across, _ = _point_circle(sphere.place, circle)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        squares = circle.squared + across**2 + height**2 - sphere.squared
+        sine = across * np.sin(_arccos(squares / (2 * circle.radius * across))) / sphere.radius
+        return np.asarray(np.arcsin(np.minimum(1.0, sine)))
 
 
 _ANGLES: dict[tuple[str, str], Relation] = {
@@ -169,6 +184,8 @@ _ANGLES: dict[tuple[str, str], Relation] = {
     ("plane", "circle"): lambda a, b: _between(a.normal, b.along),
     ("circle", "circle"): _vectors,
     ("line", "sphere"): _line_sphere,
+    ("point pair", "sphere"): _line_sphere,
+    ("circle", "sphere"): _circle_sphere_angle,
     ("plane", "sphere"): _plane_sphere,
     ("sphere", "sphere"): _spheres,
 }
@@ -177,14 +194,11 @@ _AS_DIRECTION = ("line", "point pair", "vector")
 """Kinds whose angles are those of their direction."""
 
 
-def _in_order(table: dict[tuple[str, str], Relation], a: Shape, b: Shape) -> Callable[[], Reals] | None:
-    """Return the relation of two shapes in either order, to be called; None if the table has none."""
-    one, two = (_role(each) for each in (a, b))
+def _in_order(table: dict[tuple[str, str], Relation], a: Shape, one: str, b: Shape, two: str) -> Reals | None:
+    """Return the relation of two shapes with these roles, in either order; None if the table has none."""
     if (one, two) in table:
-        return lambda: table[one, two](a, b)
-    if (two, one) in table:
-        return lambda: table[two, one](b, a)
-    return None
+        return table[one, two](a, b)
+    return table[two, one](b, a) if (two, one) in table else None
 
 
 def distance_of(a: Shape, b: Shape) -> Reals:
@@ -196,14 +210,14 @@ def distance_of(a: Shape, b: Shape) -> Reals:
         If it is not defined, or has no closed form.
     """
     a, b = (each._replace(kind="point") if each.kind == "vector" else each for each in (a, b))
-    found = _in_order(_DISTANCES, a, b)
+    found = _in_order(_DISTANCES, a, _role(a), b, _role(b))
     if found is None:
         rest = "algorithms.geometry.distance" if "circle" in (a.kind, b.kind) else ""
         raise AlgebraError(
             "distance", f"a {a.kind} and a {b.kind}", "two of point, point pair, line, plane, circle, sphere",
             f"there is no closed form; {rest} computes it" if rest else "",
         )  # fmt: skip
-    return found()
+    return found
 
 
 def angle_of(a: Shape, b: Shape) -> Reals:
@@ -214,16 +228,17 @@ def angle_of(a: Shape, b: Shape) -> Reals:
     AlgebraError
         If it is not defined.
     """
-    found = _in_order(_ANGLES, a, b)
+    roles = [_role_of_angle(each) for each in (a, b)]
+    found = _in_order(_ANGLES, a, roles[0], b, roles[1])
     if found is None:
-        one, two = (each._replace(kind="direction") if _role(each) in _AS_DIRECTION else each for each in (a, b))
-        found = _in_order(_ANGLES, one, two)
+        one, two = ("direction" if each in _AS_DIRECTION else each for each in roles)
+        found = _in_order(_ANGLES, a, one, b, two)
     if found is None:
         raise AlgebraError(
             "angle", f"a {a.kind} and a {b.kind}", "two of direction, point pair, line, plane, circle, sphere",
             "points have no angle; lines and circles cross a sphere, see algorithms.geometry.angle",
         )  # fmt: skip
-    return found()
+    return found
 
 
 def nearest_to(point: Shape, other: Shape) -> Reals:
@@ -251,6 +266,4 @@ def nearest_to(point: Shape, other: Shape) -> Reals:
 
 
 def _on_sphere(p: Reals, sphere: Shape) -> Reals:
-    from .shapes import unit
-
     return np.asarray(sphere.place + sphere.radius[..., None] * unit(p - sphere.place))

@@ -32,7 +32,7 @@ _EQUATION = Definition("equation", ("x",), "x * {A}.pseudoscalar")
 """The vector ``normal + distance * einf`` of a plane of space or a line of the plane."""
 _PLANE_OF_CIRCLE = Definition("plane_of_circle", ("x",), f"-ga.left_contraction({_EINF}, x * {{A}}.pseudoscalar)")
 """The same vector for the plane of a circle."""
-_DIRECT = Definition("undual", ("x",), "ga.undual(x)")
+_DIRECT = Definition("direct", ("x",), "x * {A}.pseudoscalar")
 
 PROJECTIVE = {PGA2: (("e20", "e01"), "e12"), PGA3: (("e032", "e013", "e021"), "e123")}
 """Names of the coordinates and of the weight of a point."""
@@ -53,6 +53,8 @@ class Shape(NamedTuple):
     """(..., d) The unit vector of a line, point pair, direction or vector; the unit normal of a plane or circle."""
     squared: Reals
     """(...) The squared radius."""
+    across: Reals | None = None
+    """(..., 2) The unit normal of a line of the plane."""
 
     @property
     def radius(self) -> Reals:
@@ -68,9 +70,7 @@ class Shape(NamedTuple):
     @property
     def normal(self) -> Reals:
         """(..., d) The unit normal of a plane, of a circle of space, or of a line of the plane."""
-        if self.kind == "line":
-            return np.stack([-self.along[..., 1], self.along[..., 0]], -1)
-        return self.along
+        return self.along if self.across is None else self.across
 
 
 def rounding(x: Elements) -> float:
@@ -113,6 +113,8 @@ def shape_of(where: str, x: Any) -> Shape:
     """
     algebra: Algebra = x.algebra
     grades = grades_of(x)
+    if algebra == QUATERNIONS and 0 not in grades and x.values.dtype.kind != "c":
+        return _of_vector("vector", read(x, EUCLIDEAN[algebra]))
     if x.values.dtype.kind == "c" or len(grades) != 1:
         return _without_numbers("multivector", x)
     (grade,) = grades
@@ -120,7 +122,7 @@ def shape_of(where: str, x: Any) -> Shape:
         return _projective(where, x, grade)
     if algebra in CONFORMAL:
         return _conformal(where, x, grade)
-    if algebra == QUATERNIONS or (algebra in EUCLIDEAN and grade == 1):
+    if algebra in EUCLIDEAN and grade == 1:
         return _of_vector("vector", read(x, EUCLIDEAN[algebra]))
     if algebra == VGA3 and grade == 2:
         return _flat("plane", np.zeros((*x.shape, 3)), unit(read(x, ("e23", "e13", "e12")) * [1, -1, 1]))
@@ -193,9 +195,12 @@ def _hyperplane(where: str, x: Any, normal: Reals, distance: Reals) -> Shape:
     along = unit(normal)
     with np.errstate(invalid="ignore", divide="ignore"):
         place = along * (distance / length(normal))[..., None]
-    if normal.shape[-1] == 2:
-        along = np.stack([along[..., 1], -along[..., 0]], -1)
-    return _flat(kind, place, along)
+    if normal.shape[-1] == 3:
+        return _flat(kind, place, along)
+    # The join of p and q points from p to q. Conformal lines through points have the opposite normal.
+    turn = 1 if x.algebra in PROJECTIVE else -1
+    direction = turn * np.stack([along[..., 1], -along[..., 0]], -1)
+    return _flat(kind, place, direction)._replace(across=along)
 
 
 def _line(where: str, x: Any, direction: Reals, moment: Reals) -> Shape:
@@ -244,7 +249,8 @@ def _conformal_vector(where: str, x: Any, names: tuple[str, ...]) -> Shape:
     if x.layout != x.algebra.POINT and alternatives(where, x, flat, "flat", "round") == "flat":
         if "einf" not in x.layout.blades:
             return _of_vector("direction", parts)
-        found = _hyperplane(where, x, parts, einf)
+        # The dual is the `polarity` of a plane, the negative of its equation.
+        found = _hyperplane(where, x, -parts, -einf)
         return found._replace(kind="point at infinity" if "infinity" in found.kind else f"dual {found.kind}")
     terms = np.sum(parts * parts, axis=-1), 2 * e0 * einf
     null = np.abs(terms[0] - terms[1]) <= rounding(x) * (terms[0] + np.abs(terms[1]))
