@@ -16,8 +16,6 @@ import numpy as np
 
 from generated.gac_runtime.layout import Layout, converted, layout
 
-_UNIT = 1e-9
-"""Elements are of unit norm if ``x ~x`` is 1 to this, as for objects: products of a million factors are."""
 P = ParamSpec("P")
 R = TypeVar("R")
 Layouts = tuple[Layout, ...]
@@ -114,21 +112,8 @@ def plain(value: Any, name: str, layouts: Layouts) -> Any:
     wanted = _of_algebra(layouts, own.algebra)
     coefficients = converted(name, values, own, wanted)
     if wanted.unit and not own.unit:
-        _check_unit(name, coefficients, own)
+        getattr(value, "require_unit", lambda where: None)(name)
     return coefficients
-
-
-def _check_unit(name: str, values: Any, own: Layout) -> None:
-    """Raise TypeError if ``m ~m`` of rotors or motors differs from 1 by more than rounding errors."""
-    from generated import pga3
-
-    motors = np.zeros((*values.shape[:-1], 8))
-    motors[..., : values.shape[-1]] = values
-    square = pga3.even_product(motors, pga3.motor_inverse(motors))
-    square[..., 0] -= 1
-    off = float(np.abs(square).max(initial=0.0))
-    if not off <= _UNIT * max(1.0, float(np.abs(values).max(initial=0.0)) ** 2):
-        raise TypeError(f"{name} is {own.name} with x ~x = 1 up to {off:.3g}; expected unit elements; call normalize()")
 
 
 def restorer(given: Any, layouts: Layouts) -> Callable[[Any], Any]:

@@ -7,13 +7,15 @@ from . import extras as extras  # fails with a one-line message if packages are 
 from . import load_time as load_time  # records the time before the rest is loaded
 
 if TYPE_CHECKING:
+    from .objects import Cl as Cl
+    from .objects import Space as Space
     from .runtime import compile as compile
     from .scripts import read_cluscript as read_cluscript
     from .vocabulary import *  # noqa: F403
 
 __version__ = "0.2.0"
 
-_HOMES = {"compile": "runtime", "read_cluscript": "scripts"}
+_HOMES = {"Cl": "objects", "Space": "objects", "compile": "runtime", "read_cluscript": "scripts"}
 """The modules of public names that are not in `vocabulary`."""
 
 

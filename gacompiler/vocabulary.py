@@ -19,9 +19,14 @@ from .frontend.equations import matrix_determinant as matrix_determinant
 from .frontend.equations import solve_linear as solve_linear
 from .frontend.equations import solve_symmetric as solve_symmetric
 from .frontend.family import Family as Family
+from .frontend.functions import even_part as even_part
 from .frontend.functions import exp as exp
 from .frontend.functions import interpolate as interpolate
 from .frontend.functions import log as log
+from .frontend.functions import odd_part as odd_part
+from .frontend.functions import outer_cos as outer_cos
+from .frontend.functions import outer_exp as outer_exp
+from .frontend.functions import outer_sin as outer_sin
 from .frontend.functions import power as power
 from .frontend.functions import sqrt as sqrt
 from .frontend.kernel import Kernel as Kernel
@@ -45,10 +50,11 @@ from .frontend.roots import quartic_roots as quartic_roots
 if not TYPE_CHECKING:
     # Type checkers cannot read a computed list; for them, `as` and `*` above declare what is exported.
     __all__ = sorted([
-        "SCALAR", "Algebra", "Family", "Kernel", "Layout", "Multivector", "accumulate", "array", "compile",
-        "cubic_roots", "each", "eigenvalues_symmetric", "eigenvectors_symmetric", "exp", "fold", "gather",
-        "hessian_vector", "index", "interpolate", "inverse_matrix", "iterate", "jacobian", "jvp", "kernel", "least",
-        "log", "matrix_determinant", "matrix_of", "power", "quadratic_roots", "quartic_roots", "read_cluscript",
-        "robots", "scan", "scatter", "solve_linear", "solve_symmetric", "sqrt", "total", "vjp",
+        "SCALAR", "Algebra", "Cl", "Family", "Kernel", "Layout", "Multivector", "Space", "accumulate", "array",
+        "compile", "cubic_roots", "each", "eigenvalues_symmetric", "eigenvectors_symmetric", "even_part", "exp",
+        "fold", "gather", "hessian_vector", "index", "interpolate", "inverse_matrix", "iterate", "jacobian", "jvp",
+        "kernel", "least", "log", "matrix_determinant", "matrix_of", "odd_part", "outer_cos", "outer_exp",
+        "outer_sin", "power", "quadratic_roots", "quartic_roots", "read_cluscript", "robots", "scan", "scatter",
+        "solve_linear", "solve_symmetric", "sqrt", "total", "vjp",
         *frontend.operations.__all__,
     ])  # fmt: skip

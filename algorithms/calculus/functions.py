@@ -17,7 +17,10 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
+from generated.gac_runtime.layout import Layout, layout
+
 from ..arguments import real_array
+from ..elements import plain, restorer
 from .products import bitmaps_of
 
 Floats = NDArray[np.float64]
@@ -53,6 +56,11 @@ _NUMBERS: dict[str, tuple[Callable[[Any], Any], _Derivative]] = {
     "atanh": (np.arctanh, lambda a: 1 / ((1 - a) * (1 + a))),
 }
 """Functions of real or complex numbers, and their derivatives."""
+_SQUARES = {
+    "VGA2": (1, 1), "VGA3": (1, 1, 1), "QUATERNIONS": (-1, -1), "COMPLEX": (-1,), "DOUBLE_NUMBERS": (1,),
+    "DUAL_NUMBERS": (0,),
+}  # fmt: skip
+"""The squares of the vectors of algebras whose elements are accepted; their blades are spelled in ascending order."""
 FUNCTIONS = tuple(_NUMBERS)
 """The names that `multivector_function` accepts."""
 
@@ -65,7 +73,7 @@ def multivector_function(name: str, x: ArrayLike, squares: ArrayLike | None = No
     name : str
         exp, expm1, log, log1p, sqrt, reciprocal, square, cube, sin, cos, tan, asin, acos, atan, sinh, cosh, tanh,
         asinh, acosh or atanh. For other powers use ``exp`` of a multiple of ``log``.
-    x : array_like, (..., 2**n)
+    x : array_like, (..., 2**n), or multivector of VGA2, VGA3 or an algebra of numbers
         Coefficients by grade, each grade ordered by bitmap: the order of full layouts. Dual numbers are (a, b).
     squares : array_like, (n,), optional
         Squares of the orthogonal basis vectors, each 1, 0 or -1; the default is 1 for all. ``[0]`` gives dual numbers,
@@ -73,7 +81,7 @@ def multivector_function(name: str, x: ArrayLike, squares: ArrayLike | None = No
 
     Returns
     -------
-    array, (..., 2**n)
+    array, (..., 2**n), or multivector
         NaN where the function has no value in the real algebra (``log`` of a double number with ``abs(b) > a``), at its
         poles, and where a matrix has no root or logarithm. Infinite where it overflows.
 
@@ -100,6 +108,18 @@ def multivector_function(name: str, x: ArrayLike, squares: ArrayLike | None = No
     """
     if name not in _NUMBERS:
         raise ValueError(f"name: {name!r}; expected one of {' '.join(FUNCTIONS)}")
+    own = getattr(x, "stored", (None, None))[1]
+    if own is not None and own.algebra in _SQUARES:
+        if squares is not None:
+            raise ValueError(f"squares: {squares}; expected none beside an element of {own.algebra}, which has its own")
+        full = _full(own.algebra)
+        result = multivector_function(name, plain(x, "x", (full,)), _SQUARES[own.algebra])
+        return restorer(x, (full,))(result)  # type: ignore[no-any-return]
+    if own is not None:
+        raise TypeError(
+            f"x is {own.name}; expected an element of {', '.join(_SQUARES)}, or an array of coefficients by grade, "
+            "(..., 2**n), with the squares of the n basis vectors"
+        )
     array = real_array(x, "x").astype(np.float64, copy=False)
     signs = _squares(squares, array.shape)
     if array.shape[-1:] != (1 << len(signs),):
@@ -111,6 +131,14 @@ def multivector_function(name: str, x: ArrayLike, squares: ArrayLike | None = No
         if len(signs) == 1:
             return _of_number(name, array, signs[0])
         return _of_matrices(name, array, signs)
+
+
+def _full(algebra: str) -> Layout:
+    """Return the layout of all blades of an algebra, by grade and bitmap."""
+    n, first = len(_SQUARES[algebra]), int(algebra != "DUAL_NUMBERS")
+    blades = sorted(range(1 << n), key=lambda blade: (blade.bit_count(), blade))
+    names = ("".join(str(k + first) for k in range(n) if blade >> k & 1) for blade in blades)
+    return layout(f"{algebra}.full", " ".join(f"e{name}" if name else "1" for name in names))
 
 
 def _squares(squares: ArrayLike | None, shape: tuple[int, ...]) -> tuple[int, ...]:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
+import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from rich.box import SIMPLE_HEAD
@@ -12,8 +14,13 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from rich.table import Table
 
+import generated
+from generated.gac_runtime.build import BuildError, build_modules, is_wanted
+
 from .timing import MAIN_KERNELS, N_ELEMENTS, Cost, backends, costs
 
+_MODULES = (*MAIN_KERNELS, "robots", "ur5")
+"""The modules that the programs call."""
 _WIDTH = 110
 """Number of columns if the output is not a terminal."""
 
@@ -59,8 +66,10 @@ def main(arguments: list[str] | None = None) -> int:
     pictures = []
     columns = (TextColumn("{task.description:<50}"), BarColumn(), MofNCompleteColumn())
     with Progress(*columns, console=console, transient=True) as progress:
-        total = sum(map(len, MAIN_KERNELS.values())) + len(tasks)
-        task = progress.add_task("Loading modules", total=total)
+        total = len(_MODULES) + sum(map(len, MAIN_KERNELS.values())) + len(tasks)
+        task = progress.add_task("Building modules", total=total)
+        _build(lambda: progress.advance(task))
+        progress.update(task, description="Loading modules", completed=len(_MODULES))
         rows: list[Cost] = []
         for row in costs():
             rows.append(row)
@@ -74,6 +83,17 @@ def main(arguments: list[str] | None = None) -> int:
             console.print(_facts_table(title, facts))
     console.print("Figures:", *pictures, sep="\n  ", highlight=False)
     return 0
+
+
+def _build(advance: Callable[[], None]) -> None:
+    """Build the libraries of the modules that are called, in parallel, for doubles, where the folder can be written.
+
+    Elsewhere each is built on its first call, in the user's cache, or its kernels run without a library.
+    """
+    folder = Path(generated.__path__[0])
+    if is_wanted() and os.access(folder, os.W_OK):
+        with contextlib.suppress(BuildError):  # the first call reports it
+            build_modules([folder / f"{name}.c" for name in _MODULES], half=True, progress=lambda _: advance())
 
 
 def _kernel_table(rows: Iterable[Cost]) -> Table:

@@ -7,14 +7,16 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from importlib import import_module
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 from weakref import WeakValueDictionary
 
 from ..errors import AlgebraError
-from .blades import BladeProducts, Gram, Rational, Terms, exact
+from .blades import BladeProducts, Gram, Rational, Terms, exact, reverse_sign
 from .coefficients import Coefficient, is_zero
 from .immutable import Immutable
+from .methods import AttributeAlgebraError
 from .multivector import Multivector
 from .naming import BladeNames
 from .products import Row
@@ -33,6 +35,9 @@ _EVERYWHERE = ("full", "even", "UNIT_EVEN")
 class Algebra(Immutable):
     """The geometric algebra of a symmetric bilinear form.
 
+    ``Algebra(p, q, r)`` is the algebra with `p` basis vectors of square 1, `q` of square -1 and `r` of square 0: VGA2,
+    VGA3, PGA2 or PGA3 of the catalog with their layouts, or else one with the basis vectors ``e1 e2 ...``.
+
     Parameters
     ----------
     name : str
@@ -48,6 +53,9 @@ class Algebra(Immutable):
     layouts : callable, optional
         Function of the algebra that returns its named layouts, which are attributes of the algebra: ``PGA3.MOTOR``. It
         is called on the first access to a layout.
+    conjugates : bool, optional
+        Whether the vectors are imaginary units, as of complex numbers and quaternions: ``~x`` is the Clifford
+        conjugate, which negates them, norms are those of numbers, and sandwich products are ``x y ~x``.
 
     Notes
     -----
@@ -60,8 +68,17 @@ class Algebra(Immutable):
     >>> e1, e2, e3 = G3.basis()
     >>> print(e1 * e2 * e1)
     -1*e2
+    >>> Algebra(3, 0, 1)
+    Algebra(PGA3: e1 e2 e3 e0)
     """
 
+    name: str
+    vectors: tuple[str, ...]
+
+    @overload
+    def __init__(self, name: int, vectors: int = 0, gram: int = 0, /) -> None: ...
+
+    @overload
     def __init__(
         self,
         name: str,
@@ -69,16 +86,30 @@ class Algebra(Immutable):
         gram: Sequence[Rational] | Sequence[Sequence[Rational]],
         spellings: str = "",
         layouts: Callable[[Algebra], Iterable[Layout]] | None = None,
+        conjugates: bool = False,
+    ) -> None: ...
+
+    def __init__(
+        self,
+        name: str | int,
+        vectors: str | Sequence[str] | int = 0,
+        gram: Sequence[Rational] | Sequence[Sequence[Rational]] | int = 0,
+        spellings: str = "",
+        layouts: Callable[[Algebra], Iterable[Layout]] | None = None,
+        conjugates: bool = False,
     ) -> None:
-        self.name = name
-        self.vectors = tuple(vectors.split() if isinstance(vectors, str) else vectors)
-        self.gram = _gram(name, gram, len(self.vectors))
+        row: Any = (name, vectors, gram, spellings, layouts)
+        self.conjugates = conjugates
+        if not isinstance(name, str) or isinstance(vectors, int) or isinstance(gram, int):
+            row = _of_signature(name, vectors, gram)
+        self.name, given, squares, spellings, self._make_layouts = row
+        self.vectors = tuple(given.split() if isinstance(given, str) else given)
+        self.gram = _gram(self.name, squares, len(self.vectors))
         self._spellings = tuple(spellings.split())
-        self._names = BladeNames(name, self.vectors, self._spellings)
+        self._names = BladeNames(self.name, self.vectors, self._spellings)
         self._products = BladeProducts(self.gram)
         self._rows: dict[tuple[str, int], Row] = {}
-        self._make_layouts = layouts
-        _ALIVE.setdefault(self._arguments, self)
+        _ALIVE.setdefault(self.arguments, self)
 
     def __eq__(self, other: object) -> bool:
         """Return whether two algebras have the same basis vectors, products and duals; the names are not compared."""
@@ -89,14 +120,15 @@ class Algebra(Immutable):
 
     @cached_property
     def _identity(self) -> tuple[object, ...]:
-        return self.vectors, self.gram, self.spelling(self.everything)[0]
+        return self.vectors, self.gram, self.spelling(self.everything)[0], self.conjugates
 
     @property
-    def _arguments(self) -> tuple[Any, ...]:
-        return self.name, self.vectors, self.gram, self._spellings, self._make_layouts
+    def arguments(self) -> tuple[Any, ...]:
+        """The arguments that this algebra was created from; equal algebras may differ in names and layouts."""
+        return self.name, self.vectors, self.gram, self._spellings, self.conjugates, self._make_layouts
 
     def __reduce__(self) -> tuple[Any, ...]:
-        *plain, layouts = self._arguments
+        *plain, layouts = self.arguments
         return _restored, (*plain, layouts if layouts is None or _is_importable(layouts) else LayoutTable.of(self))
 
     def __repr__(self) -> str:
@@ -139,6 +171,10 @@ class Algebra(Immutable):
     def spelling(self, blade: int) -> tuple[int, str]:
         """Return the sign and printed name of a basis blade; the sign relates the named blade to the bitmap."""
         return self._names.spell(blade)
+
+    def reverse_sign(self, k: int) -> int:
+        """Return the sign of blades of grade `k` in ``~x``: of the reverse, or of the conjugate of numbers."""
+        return reverse_sign(k + 1 if self.conjugates else k)
 
     def blade_product(self, a: int, b: int) -> Terms:
         """Return the geometric product of two basis blades."""
@@ -238,7 +274,7 @@ class Algebra(Immutable):
         known = self.layouts
         if name in known:
             return known[name]
-        raise AlgebraErrorForAttribute(
+        raise AttributeAlgebraError(
             self.name,
             f"no layout {name}",
             "one of " + " ".join([*known, *_EVERYWHERE]),
@@ -263,10 +299,12 @@ class LayoutTable:
         return [Layout(algebra, *row) for row in self.rows]
 
 
-def _restored(name: str, vectors: tuple[str, ...], gram: Gram, spellings: tuple[str, ...], layouts: Any) -> Algebra:
+def _restored(
+    name: str, vectors: tuple[str, ...], gram: Gram, spellings: tuple[str, ...], conjugates: bool, layouts: Any
+) -> Algebra:
     # The package loads the catalog before anything can be unpickled, so its algebras are found and not created again.
-    known = _ALIVE.get((name, vectors, gram, spellings, layouts))
-    return known if known is not None else Algebra(name, vectors, gram, " ".join(spellings), layouts)
+    known = _ALIVE.get((name, vectors, gram, spellings, conjugates, layouts))
+    return known if known is not None else Algebra(name, vectors, gram, " ".join(spellings), layouts, conjugates)
 
 
 def _is_importable(function: object) -> bool:
@@ -278,8 +316,18 @@ def _is_importable(function: object) -> bool:
     return module is not None and getattr(module, name, None) is function
 
 
-class AlgebraErrorForAttribute(AlgebraError, AttributeError):
-    """Raised for access to an unknown layout as an attribute."""
+def _of_signature(*given: Any) -> tuple[Any, ...]:
+    """Return the arguments of the algebra with the given numbers of squares 1, -1 and 0."""
+    if not all(isinstance(each, int) for each in given):
+        raise AlgebraError(
+            "Algebra()",
+            str(given),
+            "the numbers of squares 1, -1 and 0, or a name, basis vectors and their squares",
+            'as in Algebra(3, 0, 1) or Algebra("G", "e1 e2", [1, -1])',
+        )
+    catalog = import_module(".catalog", __package__)  # which uses this module
+    *plain, spellings, _, layouts = catalog.of_signature(*given).arguments
+    return *plain, " ".join(spellings), layouts
 
 
 def _gram(name: str, gram: Sequence[Rational] | Sequence[Sequence[Rational]], n: int) -> Gram:

@@ -10,11 +10,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
+from ..errors import AlgebraError
 from .algebra import Algebra
 from .coefficients import Coefficient, scale
-from .involutions import clifford_conjugate
 from .layout import Layout
-from .multivector import Multivector
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,14 +26,9 @@ class HalfSquare:
         return scale(sum(coefficients[name] * coefficients[name] for name in self.names), Fraction(1, 2))
 
 
-def _conjugate_is_inverse(x: Multivector) -> Multivector:
-    """Return ``x conj(x) - 1`` with the Clifford conjugate, which negates vectors, unlike the reverse."""
-    return x * clifford_conjugate(x) - 1
-
-
 def _numbers(algebra: Algebra) -> Iterable[Layout]:
     yield algebra.layout("NUMBER", f"1 {algebra.vectors[0]}")
-    yield algebra.layout("UNIT_NUMBER", f"1 {algebra.vectors[0]}", relations=_conjugate_is_inverse)
+    yield algebra.layout("UNIT_NUMBER", f"1 {algebra.vectors[0]}", unit=True)
 
 
 def _vga2(algebra: Algebra) -> Iterable[Layout]:
@@ -56,7 +50,7 @@ def _vga3(algebra: Algebra) -> Iterable[Layout]:
 
 def _quaternion(algebra: Algebra) -> Iterable[Layout]:
     yield algebra.layout("QUATERNION", "1 e1 e2 e12")
-    yield algebra.layout("UNIT_QUATERNION", "1 e1 e2 e12", relations=_conjugate_is_inverse)
+    yield algebra.layout("UNIT_QUATERNION", "1 e1 e2 e12", unit=True)
     yield algebra.layout("VECTOR", "e1 e2 e12")
 
 
@@ -155,6 +149,14 @@ def orthogonal(p: int, q: int = 0, r: int = 0, name: str | None = None) -> Algeb
     return Algebra(name or f"G({p},{q},{r})", vectors, [1] * p + [-1] * q + [0] * r)
 
 
+def of_signature(p: int, q: int = 0, r: int = 0) -> Algebra:
+    """Return the algebra of the catalog with these squares, with its layouts, or else `orthogonal`."""
+    if min(p, q, r) < 0 or p + q + r == 0:
+        raise AlgebraError("an algebra", f"{p}, {q} and {r} basis vectors", "natural numbers, not all zero")
+    known = {(2, 0, 0): VGA2, (3, 0, 0): VGA3, (2, 0, 1): PGA2, (3, 0, 1): PGA3}
+    return known.get((p, q, r)) or orthogonal(p, q, r)
+
+
 def _null_gram(n: int) -> list[list[int]]:
     """Return the Gram matrix of Euclidean vectors e1..en and the null pair e0, einf with ``einf . e0 = -1``."""
     gram = [[int(i == j and i < n) for j in range(n + 2)] for i in range(n + 2)]
@@ -175,10 +177,10 @@ def _with_null_pairs(name: str, flat: str, null: str, n: int) -> Algebra:
     return Algebra(name, f"{flat} {null}", gram)
 
 
-COMPLEX = Algebra("COMPLEX", "e1", [-1], layouts=_numbers)
-DUAL_NUMBERS = Algebra("DUAL_NUMBERS", "e0", [0], layouts=_numbers)
-DOUBLE_NUMBERS = Algebra("DOUBLE_NUMBERS", "e1", [1], layouts=_numbers)
-QUATERNIONS = Algebra("QUATERNIONS", "e1 e2", [-1, -1], layouts=_quaternion)
+COMPLEX = Algebra("COMPLEX", "e1", [-1], layouts=_numbers, conjugates=True)
+DUAL_NUMBERS = Algebra("DUAL_NUMBERS", "e0", [0], layouts=_numbers, conjugates=True)
+DOUBLE_NUMBERS = Algebra("DOUBLE_NUMBERS", "e1", [1], layouts=_numbers, conjugates=True)
+QUATERNIONS = Algebra("QUATERNIONS", "e1 e2", [-1, -1], layouts=_quaternion, conjugates=True)
 VGA2 = Algebra("VGA2", "e1 e2", [1, 1], layouts=_vga2)
 VGA3 = Algebra("VGA3", "e1 e2 e3", [1, 1, 1], layouts=_vga3)
 PGA2 = Algebra("PGA2", "e1 e2 e0", [1, 1, 0], "e20 e01 e012", layouts=_pga2)

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
-from ..errors import InexactError, ZeroDivisorError
+from ..errors import InexactError, OperandError, ZeroDivisorError
 
 Coefficient = Any
 
@@ -70,6 +70,22 @@ def as_exact(value: Coefficient) -> Coefficient:
         raise InexactError("constant in a kernel", text, "a finite number")
     found = Fraction(text)
     return found.numerator if found.denominator == 1 else found
+
+
+def are_floats(values: Iterable[Coefficient]) -> bool:
+    """Return whether values are numbers of Python or numpy, and one of them is not exact."""
+    listed = [type(value) for value in values]
+    return all(issubclass(kind, (int, Fraction, float, complex, np.number)) for kind in listed) and not all(
+        issubclass(kind, (int, Fraction)) for kind in listed
+    )
+
+
+def solved(rows: Sequence[Sequence[Coefficient]], right: Sequence[Coefficient]) -> list[Coefficient]:
+    """Return the solution of linear equations in floating point; NaN if the matrix is singular."""
+    try:
+        return np.linalg.solve(np.array(rows, complex), np.array(right, complex)).tolist()  # type: ignore[no-any-return]
+    except np.linalg.LinAlgError:
+        return [math.nan] * len(right)
 
 
 def is_representable(value: int | Fraction) -> bool:
@@ -219,7 +235,10 @@ def scalar_function(name: str, *arguments: Coefficient) -> Coefficient:
         return _sympy_function(name, arguments)
     if all(is_exact(argument) for argument in arguments):
         return EXACT[name](*arguments)
-    return FLOAT[name](*arguments)
+    try:
+        return FLOAT[name](*arguments)
+    except TypeError as error:  # complex numbers
+        raise OperandError(f"{name}()", ", ".join(map(str, arguments)), "real numbers") from error
 
 
 def _decimal_function(name: str, arguments: tuple[Any, ...]) -> Any:

@@ -7,8 +7,11 @@ from .operations import Operation
 
 
 def reverse(a: Multivector) -> Multivector:
-    """Reverse the order of vectors in every product: sign ``(-1)**(k (k - 1) / 2)`` of grade `k`."""
-    return _signed(Operation.REVERSE, a)
+    """Reverse the order of vectors in every product: sign ``(-1)**(k (k - 1) / 2)`` of grade `k`.
+
+    In an algebra of numbers, whose vectors are imaginary units, this is the conjugate.
+    """
+    return a.with_signs(a.algebra.reverse_sign)
 
 
 def grade_involution(a: Multivector) -> Multivector:

@@ -67,6 +67,7 @@ MEANINGS: Mapping[Operation, Meaning] = {
     Operation.DUAL: duality.dual,
     Operation.UNDUAL: duality.undual,
     Operation.POLARITY: duality.polarity,
+    Operation.REVERSE: lambda a: ~a,
     Operation.SANDWICH: versors.sandwich,
     Operation.INVERSE: versors.inverse,
     Operation.DETERMINANT: versors.determinant,

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import reduce
+from operator import mul
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
-from ..errors import AlgebraError, ZeroDivisorError
-from .blades import grade, reordering_sign, reverse_sign
+from ..errors import AlgebraError, OperandError, ZeroDivisorError
+from .blades import grade, reordering_sign
 from .coefficients import Coefficient, divide, is_zero
+from .latex import constant
+from .methods import WithCoefficients
 from .products import product
 
 if TYPE_CHECKING:
     from .algebra import Algebra
 
 
-class Multivector:
+class Multivector(WithCoefficients):
     """An immutable element of a geometric algebra.
 
     Parameters
@@ -26,18 +30,22 @@ class Multivector:
 
     Notes
     -----
-    Operators: ``+ -``, ``*`` geometric product, ``^`` outer product, ``&`` regressive product, ``~`` reverse,
-    ``/`` by a scalar, ``**`` by a non-negative integer. In Python ``^`` and ``&`` have a lower precedence than ``+``:
-    use parentheses. All other operations are functions; see `gacompiler.algebra.meanings`.
+    Operators: ``+ -``, ``*`` geometric product, ``^`` outer product, ``&`` regressive product, ``|`` inner product,
+    ``>>`` sandwich product, ``~`` reverse, ``/`` by a scalar or an element with an inverse, and ``**``. In Python
+    ``^ & | >>`` have a lower precedence than ``+``: use parentheses. The methods are those of all multivectors, see
+    `gacompiler.algebra.methods`, and ``x.e12`` is a coefficient.
     """
 
     __slots__ = ("algebra", "terms")
+    takes_over_multivector = False
     __array_ufunc__ = None  # so that an array as the left operand defers to the multivector
 
     algebra: Algebra
     terms: Mapping[int, Coefficient]
 
     def __init__(self, algebra: Algebra, terms: Mapping[int, Coefficient]) -> None:
+        if type(terms) is not dict and not isinstance(terms, Mapping):
+            raise AlgebraError("Multivector()", type(terms).__name__, "a mapping from blades to coefficients")
         object.__setattr__(self, "algebra", algebra)
         blades = sorted(terms) if len(terms) > 1 else terms
         kept = {blade: terms[blade] for blade in blades if not is_zero(terms[blade])}
@@ -51,6 +59,9 @@ class Multivector:
         sign, bitmap = self.algebra.blade(blade) if isinstance(blade, str) else (1, blade)
         value = self.terms.get(bitmap, 0)
         return value if sign > 0 else -value
+
+    def __iter__(self) -> NoReturn:
+        raise OperandError("a multivector", "it cannot be iterated", remedy='use a coefficient, x["e12"], or x.terms')
 
     @property
     def grades(self) -> tuple[int, ...]:
@@ -167,26 +178,18 @@ class Multivector:
         if not divisor.terms:
             raise ZeroDivisorError("division", f"{self} / 0", "a divisor other than zero")
         if any(divisor.terms):
-            raise AlgebraError(
-                "division", f"divisor {divisor}", "a scalar", "multiply by inverse(divisor) from the left or right"
-            )
+            return self * divisor.inverse()  # type: ignore[no-any-return]
         return self.map(lambda value: divide(value, divisor.scalar))
 
     def __rtruediv__(self, other: Any) -> Multivector:
         return NotImplemented if _defers(other) else self.lift(other) / self
 
-    def __pow__(self, exponent: int) -> Multivector:
-        if not isinstance(exponent, int) or exponent < 0:
-            raise AlgebraError(
-                "power", f"exponent {exponent!r}", "a non-negative integer", "use inverse() or exp() and log()"
-            )
-        result = self.lift(1)
-        for _ in range(exponent):
-            result = result * self
-        return result
+    def __pow__(self, exponent: Any) -> Multivector:
+        """Return a product of equal factors, a power of the inverse, or `power` for any other exponent."""
+        return integer_power(self, exponent, self.lift(1))  # type: ignore[no-any-return]
 
     def __invert__(self) -> Multivector:
-        return self.with_signs(reverse_sign)
+        return self.with_signs(self.algebra.reverse_sign)
 
     def __eq__(self, other: object) -> bool:
         """Return whether all coefficients are exactly equal."""
@@ -218,6 +221,18 @@ class Multivector:
 
     def __repr__(self) -> str:
         return f"{self.algebra.name}: {self}"
+
+    def _repr_latex_(self) -> str:
+        return f"${constant(self)}$"
+
+
+def integer_power(x: Any, exponent: Any, one: Any) -> Any:
+    """Return a power of any multivector, whose exponent need not be an integer."""
+    if not isinstance(exponent, int):
+        return x.power(exponent)
+    if exponent < 0:
+        return integer_power(x.inverse(), -exponent, one)
+    return reduce(mul, [x] * exponent) if exponent else one
 
 
 def _defers(other: object) -> bool:

@@ -6,7 +6,7 @@ docstrings, LaTeX and the derivatives of linear and bilinear operations.
 
 To add a product that selects grades of the geometric product, add one member here. Type checkers and editors read names
 from the source, so the name also needs one line in each of `gacompiler.frontend.operations`,
-`gacompiler.symbolic.functions` and `gacompiler.objects.methods`; ``tests/algebra/test_operation_table.py`` reports
+`gacompiler.symbolic.functions` and `gacompiler.algebra.methods`; ``tests/algebra/test_operation_table.py`` reports
 missing lines. An operation of another kind also needs a definition in `gacompiler.algebra.meanings`.
 
 LaTeX is a template of `str.format`: ``{0}`` is the first operand, in parentheses where needed, and ``{plain[0]}`` the

@@ -41,7 +41,7 @@ def norm_signs(algebra: Algebra, blades: frozenset[int]) -> Signs:
     """
     found = Signs(False, False)
     for group in _not_orthogonal(algebra, blades):
-        reversion = -1 if grade(group[0]) & 2 else 1  # all blades of a group have the same grade
+        reversion = algebra.reverse_sign(grade(group[0]))  # all blades of a group have the same grade
         positive, negative, _ = inertia(
             [[reversion * algebra.blade_product(a, b).get(0, 0) for b in group] for a in group]
         )

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
+import sys
 from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
 from ..errors import AlgebraError, ZeroDivisorError
-from .coefficients import divide, scalar_function, scale
+from .coefficients import are_floats, divide, scalar_function, scale, solved
 from .involutions import clifford_conjugate, grade_involution, reverse
 from .multivector import Multivector
 from .signs import norm_signs
 
 T = TypeVar("T", bound=Any)
+_EPS = sys.float_info.epsilon
 
 
 def norm_squared(a: Multivector) -> Multivector:
@@ -62,6 +65,8 @@ def sandwich(v: Multivector, x: Multivector) -> Multivector:
     AlgebraError
         If `v` has both even and odd parts, so that it is not a versor.
     """
+    if v.algebra.conjugates:
+        return v * x * ~v
     parities = {grade & 1 for grade in v.grades}
     if len(parities) > 1:
         raise AlgebraError(
@@ -91,7 +96,7 @@ def inverse(a: Multivector) -> Multivector:
     if squared.terms and not any(squared.terms):
         return reverse(a) / squared
     if n_vectors(a.blades) > SMALL_DIMENSION:
-        return _inverse_by_recursion(a)
+        return _inverse_of_floats(a, squared) if are_floats(a.terms.values()) else _inverse_by_recursion(a)
     (first, *others), norm = conjugate_factors(a, clifford_conjugate)
     if not norm.terms:
         raise ZeroDivisorError("inverse", f"the determinant of {a} is zero", "an invertible element")
@@ -154,6 +159,30 @@ def conjugate_factors(a: T, conjugate: Callable[[T], T], complete: bool = False)
             factors.append(norm.grade(*kept) - norm.grade(*negated))
             norm = (norm * factors[-1]).grade(*kept)
     return factors, norm
+
+
+def _inverse_of_floats(a: Multivector, squared: Multivector) -> Multivector:
+    """Return an inverse in floating point, where ``a ~a`` of a versor is a scalar up to rounding errors only."""
+    if squared.scalar:
+        found: Multivector = reverse(a) / squared.scalar
+        size = sum(abs(x) ** 2 for x in a.terms.values()) / abs(squared.scalar)
+        # A coefficient of the product has the rounding errors of as many terms as `a` has.
+        if _residual(a, found) <= _EPS * len(a.terms) * size:
+            return found
+    even = not any(blade.bit_count() & 1 for blade in a.terms)
+    blades = [blade for blade in range(1 << a.algebra.dimension) if not (even and blade.bit_count() & 1)]
+    columns = [a * Multivector(a.algebra, {blade: 1}) for blade in blades]
+    rows = [[column.terms.get(blade, 0) for column in columns] for blade in blades]
+    real = not any(isinstance(x, complex) for x in a.terms.values())
+    terms = zip(blades, (x.real if real else x for x in solved(rows, [1, *[0] * (len(blades) - 1)])), strict=True)
+    found = Multivector(a.algebra, {blade: x for blade, x in terms if x})
+    if not _residual(a, found) <= math.sqrt(_EPS):
+        raise ZeroDivisorError("inverse", f"the determinant of {a} is zero up to rounding", "an invertible element")
+    return found
+
+
+def _residual(a: Multivector, b: Multivector) -> float:
+    return float(sum(abs(x) for x in (a * b - 1).terms.values()))
 
 
 def _inverse_by_recursion(a: Multivector) -> Multivector:

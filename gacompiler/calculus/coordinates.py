@@ -124,7 +124,19 @@ class Chart:
         return sum((vector * component for component, vector in parts), SymbolicMultivector(self.algebra, {}))
 
     def components(self, field: SymbolicMultivector) -> tuple[Any, ...]:
-        """Return the physical components ``F . e_i / |e_i|`` of a vector field, for orthogonal coordinates."""
+        """Return the physical components ``F . e_i / |e_i|`` of a vector field, for orthogonal coordinates.
+
+        Raises
+        ------
+        AlgebraError
+            If the field has parts of other grades: a curl is a bivector, and `dual` gives its vector in space.
+        """
+        grades = [k for k in field.grades if k != 1]
+        if grades:
+            raise AlgebraError(
+                "Chart.components()", f"a field of grade {', '.join(map(str, grades))}", "a vector field",
+                "take the vector part with grade(1), or the dual of a bivector in space",
+            )  # fmt: skip
         return tuple(
             sympy.simplify(left_contraction(vector, field)["1"] * length)
             for vector, length in zip(self.reciprocal_frame, self.lengths, strict=True)

@@ -13,7 +13,7 @@ from typing import Any
 from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..algebra.multivector import Multivector
-from ..errors import AlgebraError, InexactError, KernelError, LayoutError, SpecError
+from ..errors import AlgebraError, InexactError, KernelError, LayoutError, OperandError, SpecError
 from ..frontend.expression import Expression, evaluate, lift
 from ..frontend.kernel import Kernel, Parameter
 from ..frontend.operations import assemble
@@ -164,6 +164,8 @@ def read_script(text: str, algebra: str | Path | Algebra | None = None, name: st
     SpecError
         If the algebra does not exist.
     """
+    if not isinstance(text, str):
+        raise OperandError("read_cluscript()", type(text).__name__, "the text of a script")
     where = file or name
     try:
         return _read(text, algebra, name, where)

@@ -16,7 +16,6 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..algebra.layout import SCALAR, Layout
-from ..algebra.operations import Operation
 from ..errors import KernelError
 from ..frontend.expression import Expression, lift, topological
 from ..frontend.kernel import ArrayOf, Kernel, Parameter
@@ -143,7 +142,7 @@ def matrix_of(definition: Kernel, wrt: str) -> Kernel:
     KernelError
         When the result is not linear in `wrt`.
     """
-    if definition.has_loops:
+    if isinstance(definition, Kernel) and definition.has_loops:
         raise KernelError(definition.where, "matrix_of() of a kernel with loops", "no loops", "use jacobian()")
     d = differentiated(definition, wrt)
     _check_one(d)
@@ -156,7 +155,7 @@ def matrix_of(definition: Kernel, wrt: str) -> Kernel:
         columns = []
         for t in coefficient_tangents(variable, parameter.layout):
             (column,) = derivative([value], {variable: t})
-            if any(e.operation is Operation.INPUT and e == variable for e in topological([column])):
+            if any(e is variable for e in topological([column])):
                 raise KernelError(definition.where, f"the result is not linear in {wrt}", "a linear expression")
             columns.append(numbers(column, layout))
         return tuple(tuple(column[row] for column in columns) for row in range(layout.size))

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..algebra.operations import Operation
-from ..errors import KernelError
+from ..errors import KernelError, OperandError
 from ..frontend.expression import Expression, lift
 from ..frontend.kernel import ArrayOf, Kernel, Parameter, trace
 from ..frontend.loop_trace import LoopTrace, trace_loops
@@ -61,7 +61,7 @@ class Differentiated:
         """
         given = elements(arguments[self.place])
         others = [e for k, a in enumerate(arguments) if k != self.place for e in elements(a)]
-        if _are_symbols(given) and not any(e in given for e in others):
+        if _are_symbols(given) and set(given).isdisjoint(others):
             return derived(list(arguments), given)
         layout = self.parameter.layout
         symbols = [Parameter(f"{self.parameter.name}_variable_{k}", layout).symbols() for k in range(len(given))]
@@ -103,6 +103,8 @@ def parameter_of(definition: Kernel, wrt: str) -> tuple[int, Parameter]:
     KernelError
         When there is no such parameter, or it is an index table.
     """
+    if not isinstance(definition, Kernel):
+        raise OperandError("a derivative", f"of {type(definition).__name__}", "a kernel and the name of a parameter")
     for k, parameter in enumerate(definition.parameters):
         if parameter.name == wrt:
             if isinstance(parameter.type, IndexOf):
@@ -218,7 +220,7 @@ def multivector(given: Sequence[Expression], layout: Layout) -> Expression:
 def weighted(weights: Sequence[Expression], values: Sequence[Expression]) -> Expression:
     """Return the sum of products, without zero terms."""
     pairs = [(w, v) for w, v in zip(weights, values, strict=True) if not is_zero(v) and not is_zero(w)]
-    return added([v if w == lift(1) else w * v for w, v in pairs])
+    return added([v if w is lift(1) else w * v for w, v in pairs])
 
 
 def parts(flat: Sequence[Any], size: int) -> Iterator[tuple[Any, ...]]:

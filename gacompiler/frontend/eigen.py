@@ -14,6 +14,7 @@ from typing import Any
 from ..algebra.coefficients import divide
 from ..errors import KernelError
 from .equations import nonzero
+from .operands import check_matrix
 from .operations import absolute, maximum, minimum, select, sqrt
 from .roots import separated_root
 
@@ -85,6 +86,7 @@ def eigenvectors_symmetric(matrix: Matrix) -> tuple[Vector, tuple[Vector, ...]]:
 
 def _solver(where: str, matrix: Matrix) -> Callable[[Matrix], tuple[Vector, tuple[Vector, ...]]]:
     solvers = {2: _two_rows, 3: _three_rows, 4: _four_rows}
+    check_matrix(f"{where}()", matrix)
     n = len(matrix)
     if n not in solvers or any(len(row) != n for row in matrix):
         raise KernelError(f"{where}()", f"a matrix of {n} rows", "n rows of n scalars, n from 2 to 4")

@@ -11,7 +11,8 @@ from itertools import combinations
 from typing import Any
 
 from ..algebra.coefficients import divide
-from ..errors import KernelError
+from ..errors import KernelError, OperandError
+from .operands import check_matrix, is_sequence
 from .operations import absolute, equal, select
 
 Matrix = Sequence[Sequence[Any]]
@@ -187,6 +188,7 @@ def nonzero(value: Any) -> Any:
 
 
 def _size(where: str, matrix: Matrix) -> int:
+    check_matrix(f"{where}()", matrix, is_symmetric=where == "solve_symmetric")
     n = len(matrix)
     if not 1 <= n <= LARGEST or any(len(row) != n for row in matrix):
         sizes = " x ".join(map(str, dict.fromkeys([n, *map(len, matrix)])))
@@ -196,10 +198,13 @@ def _size(where: str, matrix: Matrix) -> int:
 
 def _right(where: str, right: Sequence[Any], n: int) -> tuple[Rows, bool]:
     """Return the right sides as rows of a matrix, and whether a single right side is given as a sequence of scalars."""
+    if not is_sequence(right):
+        raise OperandError(f"{where}()", f"{type(right).__name__} as the right side", f"{n} scalars, or {n} rows")
     is_column = not any(isinstance(entry, (tuple, list)) for entry in right)
     rows = [[entry] for entry in right] if is_column else [list(row) for row in right]
     if len(rows) != n or len({len(row) for row in rows}) != 1:
         raise KernelError(f"{where}()", f"right sides of {len(rows)} rows", f"{n} scalars, or {n} rows of equal length")
+    check_matrix(f"{where}()", rows)
     return rows, is_column
 
 

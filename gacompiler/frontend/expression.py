@@ -2,12 +2,13 @@
 
 An expression is a node with an operation, arguments and an algebra. Products, sandwiches and duals are kept as nodes
 and are not expanded into coefficients. `evaluate` computes the value of an expression over any ring with the operations
-of the algebra layer.
+of the algebra layer. Nodes, their evaluation and their text are in one file because each uses the others.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from contextvars import ContextVar
 from typing import Any
 from weakref import WeakValueDictionary
 
@@ -16,18 +17,22 @@ from ..algebra.coefficients import as_exact
 from ..algebra.immutable import Immutable
 from ..algebra.layout import SCALARS, Layout
 from ..algebra.meanings import ARITHMETIC, MEANINGS, arithmetic
-from ..algebra.multivector import Multivector
+from ..algebra.methods import WithCoefficients
+from ..algebra.multivector import Multivector, integer_power
 from ..algebra.operations import Kind, Operation
 from ..errors import KernelError, shortened
 from ..ir.scalar import Graph
 from .latex import latex_of
+from .operands import is_operand, own_operations
 from .rows import Array
 
 LONGEST, BRIEF = 10_000, 300
 """Maximum number of characters of the text of an expression, and of its representation and in messages."""
+IN_FUNCTION: ContextVar[bool] = ContextVar("in_function", default=False)
+"""Whether the function of a kernel without loops is being called on symbols."""
 
 
-class Expression(Immutable):
+class Expression(Immutable, WithCoefficients):
     """A symbolic multivector expression, a node of an immutable graph.
 
     Attributes
@@ -83,6 +88,8 @@ class Expression(Immutable):
 
     def __getitem__(self, blade: str | int) -> Expression:
         """Return the coefficient of a blade, given in any spelling or by bitmap, as a scalar."""
+        if not isinstance(blade, (str, int)):
+            raise KernelError("a coefficient in a kernel", f"{self}[{blade}]", "the name of a blade", 'write x["e12"]')
         where = self.algebra.blade(blade) if isinstance(blade, str) else (1, blade)
         return Expression(Operation.COEFFICIENT, (self,), where, SCALARS)
 
@@ -117,18 +124,14 @@ class Expression(Immutable):
         return node(Operation.REGRESSIVE_PRODUCT, other, self)
 
     def __truediv__(self, other: Any) -> Expression:
-        return node(Operation.DIVIDE, self, other)
+        return _quotient(self, lift(other))
 
     def __rtruediv__(self, other: Any) -> Expression:
-        return node(Operation.DIVIDE, other, self)
+        return _quotient(lift(other), self)
 
-    def __pow__(self, exponent: int) -> Expression:
-        if not isinstance(exponent, int) or exponent < 0:
-            raise KernelError("power in a kernel", f"exponent {exponent!r}", "a non-negative integer", "use inverse()")
-        result = lift(1)
-        for k in range(exponent):
-            result = self if k == 0 else result * self
-        return result
+    def __pow__(self, exponent: Any) -> Expression:
+        """Return a product of equal factors, a power of the inverse, or `power` for any other exponent."""
+        return integer_power(self, exponent, lift(1))  # type: ignore[no-any-return]
 
     def __neg__(self) -> Expression:
         return node(Operation.NEGATE, self)
@@ -138,6 +141,9 @@ class Expression(Immutable):
 
     def __invert__(self) -> Expression:
         return node(Operation.REVERSE, self)
+
+    def __abs__(self) -> Any:
+        return node(Operation.ABS, self) if self.is_scalar else self.norm()
 
     def __lt__(self, other: Any) -> Expression:
         return node(Operation.LESS, self, other)
@@ -151,11 +157,35 @@ class Expression(Immutable):
     def __ge__(self, other: Any) -> Expression:
         return node(Operation.LESS_EQUAL, other, self)
 
+    def __eq__(self, other: object) -> bool:
+        """Return whether both are the same expression.
+
+        In the function of a kernel, other expressions may have equal values, so that the comparison is an error.
+        """
+        compares_values = IN_FUNCTION.get() if isinstance(other, Expression) else is_operand(other)
+        if self is not other and compares_values:
+            raise KernelError("a kernel", shortened(f"{self} == {other}", BRIEF), remedy="use equal(a, b)")
+        return self is other
+
+    __hash__ = object.__hash__
+
+    def __setitem__(self, blade: str, value: Any) -> None:
+        raise KernelError("a kernel", "an expression cannot be changed", remedy="use assemble(algebra, {'e12': ...})")
+
+    def __float__(self) -> float:
+        raise KernelError(
+            "a kernel",
+            f"float({shortened(str(self), BRIEF)}), whose value is known only when the kernel runs",
+            remedy="use functions of gacompiler such as sin(x) instead of those of math and numpy",
+        )
+
+    __int__ = __index__ = __round__ = __complex__ = __float__
+
     def __bool__(self) -> bool:
         raise KernelError(
             "a kernel",
-            "an expression has no truth value",
-            remedy="use select(condition, a, b) instead of if, and, or",
+            "an expression has no truth value, since its value is known only when the kernel runs",
+            remedy="use select(condition, a, b) instead of if, and, or; minimum(a, b) and maximum(a, b) of min and max",
         )
 
     def __iter__(self) -> Iterator[Any]:
@@ -204,12 +234,31 @@ def lift(value: Any) -> Expression:
         return Expression(Operation.CONSTANT, (), value.map(as_exact), value.algebra)
     if isinstance(value, Array):
         value.refuse()
+    if own_operations((value,)) is not None and not isinstance(value, float):
+        return lift(_constant_of(value))
     number = Graph().lift(value).value
     return Expression(Operation.CONSTANT, (), SCALARS.scalar(_int_if_whole(number)), SCALARS)
 
 
+def _constant_of(value: Any) -> Multivector:
+    """Return a single numeric object as a multivector over the rationals, by the decimal form of its coefficients."""
+    if value.shape:
+        raise KernelError(
+            "a constant in a kernel", f"an array of shape {value.shape}", "a single object", "make it a parameter"
+        )
+    element: Multivector = value.layout.element([as_exact(x) for x in value.values.tolist()])
+    return element
+
+
 def _int_if_whole(number: Any) -> Any:
     return number.numerator if number.denominator == 1 else number
+
+
+def _quotient(a: Expression, b: Expression) -> Expression:
+    """Return the quotient by a scalar, or the product with the inverse."""
+    if b.is_scalar:
+        return node(Operation.DIVIDE, a, b)
+    return node(Operation.GEOMETRIC_PRODUCT, a, node(Operation.INVERSE, b))
 
 
 def node(operation: Operation, *arguments: Any) -> Expression:
@@ -241,7 +290,7 @@ def node(operation: Operation, *arguments: Any) -> Expression:
                 operation,
                 f"{text_of(argument, BRIEF)}, which can have blades {names}",
                 "a scalar",
-                "use inverse(), norm_squared() or a coefficient",
+                "use norm() or a coefficient, as in x.e12",
             )
     return Expression(operation, lifted, None, algebra)
 

@@ -7,17 +7,23 @@ derivatives and proofs need no rules for them.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from fractions import Fraction
 from typing import Any
 
-from ..algebra.layout import SCALARS
-from ..algebra.multivector import Multivector
+from ..algebra.operations import Operation
+from ..errors import AlgebraError, OperandError
 from . import operations as scalar
 from .exponentials import exponential
 from .expression import Expression
 from .facts import is_unit
 from .logarithms import number_logarithm, number_square_root, unit_versor_logarithm, unit_versor_square_root
+from .operands import check_operand, own_operations
 from .powers import number_power, unit_versor_power, weights
 from .squares import blades_of, form_of
+
+_LARGEST_PRODUCT = 64
+"""Largest exponent for which a power of a scalar is a product."""
 
 
 def exp(a: Any) -> Any:
@@ -48,6 +54,8 @@ def exp(a: Any) -> Any:
     """
     if _is_scalar(a):
         return scalar.exp(a)
+    if (run := own_operations((a,))) is not None:
+        return run(Operation.EXP, a)
     blades = blades_of(a)
     if 0 not in blades:
         return exponential(a)
@@ -79,6 +87,8 @@ def log(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
     ------
     KernelError
         If the blades of `a` are those of neither a versor nor a number.
+    AlgebraError
+        If the coefficients are numbers, and `a` has no logarithm or many.
 
     Notes
     -----
@@ -86,11 +96,27 @@ def log(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
     discontinuous. In definite metrics, and in metrics with one sign against all others (Minkowski, conformal), every
     unit versor has a logarithm, with one exception: a unit versor that is a blade of grade 4, a rotation by pi in two
     planes at once, for which the pair of planes is not unique. In metrics with at least two squares of each sign, some
-    versors have no logarithm, and neither do some double numbers; the result is then NaN.
+    versors have no logarithm, and neither do some double numbers. The result is then NaN in kernels and in arrays of
+    objects; a single object or exact multivector raises an error.
     """
     if _is_scalar(a):
         return scalar.log(a)
+    if (run := own_operations((a,))) is not None:
+        return run(Operation.LOG, a)
+    return _value("logarithm", a, lambda: _logarithm(a, unit, along))
+
+
+def _logarithm(a: Any, unit: bool | None, along: Any) -> Any:
     return unit_versor_logarithm(a) if _is_versor(a, unit) else number_logarithm(a, along)
+
+
+def _value(what: str, a: Any, run: Callable[[], Any]) -> Any:
+    """Return the value of a function of `a`; raise if it is not determined for coefficients that are numbers."""
+    try:
+        return run()
+    except (ZeroDivisionError, ValueError) as error:  # of Python's division and functions, which do not return NaN
+        found = f"{a}, which has no {what}, or many"
+        raise AlgebraError(what, found, f"a versor or number with one {what}") from error
 
 
 def sqrt(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
@@ -110,6 +136,12 @@ def sqrt(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
     """
     if _is_scalar(a):
         return scalar.sqrt(a)
+    if (run := own_operations((a,))) is not None:
+        return run(Operation.SQRT, a)
+    return _value("square root", a, lambda: _square_root(a, unit, along))
+
+
+def _square_root(a: Any, unit: bool | None, along: Any) -> Any:
     return unit_versor_square_root(a) if _is_versor(a, unit) else number_square_root(a, along)
 
 
@@ -132,10 +164,67 @@ def power(a: Any, t: Any, *, unit: bool | None = None, along: Any = None) -> Any
     powers are as accurate as the sine of that large angle. All other powers are computed by `log` and `exp`. Close to
     the identity, first derivatives in double precision have errors of up to 3e-7 (1 + t) of the largest one.
     """
-    found = None
-    if not _is_scalar(a):
-        found = unit_versor_power(a, t) if _is_versor(a, unit) else number_power(a, t, along)
+    check_operand("power()", a)
+    check_operand("power(), exponent", t)
+    if not _is_scalar(t):
+        raise OperandError("power(), exponent", str(t), "a scalar")
+    if (run := own_operations((a,))) is not None:
+        return run("power", a, t)
+    if _is_scalar(a):
+        return _power_of_scalar(a, t)
+    if isinstance(t, (float, Fraction)) and t == Fraction(1, 2):
+        return sqrt(a, unit=unit, along=along)
+    found = unit_versor_power(a, t) if _is_versor(a, unit) else number_power(a, t, along)
     return exp(t * log(a, unit=unit, along=along)) if found is None else found
+
+
+def _power_of_scalar(a: Any, t: Any) -> Any:
+    """Return a power, as a product where the exponent is a small multiple of 1/2, so that the base can be 0."""
+    if isinstance(t, (int, float, Fraction)) and -_LARGEST_PRODUCT <= t <= _LARGEST_PRODUCT and 2 * t == int(2 * t):
+        return a ** int(t) if t == int(t) else scalar.sqrt(a) ** int(2 * t)
+    return exp(t * log(a))
+
+
+def even_part(a: Any) -> Any:
+    """Return the part of all even grades of `a`."""
+    return _of_grades("even_part", a, 0)
+
+
+def odd_part(a: Any) -> Any:
+    """Return the part of all odd grades of `a`."""
+    return _of_grades("odd_part", a, 1)
+
+
+def _of_grades(name: str, a: Any, first: int) -> Any:
+    element = scalar.as_element(f"{name}()", a)
+    return element.grade(*range(first, max(first, element.algebra.dimension) + 1, 2))
+
+
+def outer_exp(a: Any) -> Any:
+    """Compute the outer exponential, ``1 + a + (a ^ a) / 2 + (a ^ a ^ a) / 6 + ...``, a finite sum for every blade.
+
+    A scalar part contributes its exponential as a factor.
+    """
+    if _is_scalar(a):
+        return exp(a)
+    rest = _without_scalar(a)
+    total, term = 1 + rest, rest
+    for k in range(2, a.algebra.dimension + 1):
+        term = (term ^ rest) / k
+        if _is_scalar(term):  # zero
+            break
+        total = total + term
+    return scalar.exp(a["1"]) * total if 0 in blades_of(a) else total
+
+
+def outer_sin(a: Any) -> Any:
+    """Compute the sum of the odd terms of `outer_exp`, which has no alternating signs (Roelfs & De Keninck 2023)."""
+    return (outer_exp(a) - outer_exp(-a)) / 2
+
+
+def outer_cos(a: Any) -> Any:
+    """Compute the sum of the even terms of `outer_exp`, which has no alternating signs (Roelfs & De Keninck 2023)."""
+    return (outer_exp(a) + outer_exp(-a)) / 2
 
 
 def interpolate(a: Any, b: Any, t: Any, *, unit: bool | None = None) -> Any:
@@ -158,15 +247,16 @@ def interpolate(a: Any, b: Any, t: Any, *, unit: bool | None = None) -> Any:
     accurate between `a` and `b`. Far beyond them, errors grow as the square of `t`. Deviations of `a` and `b` from unit
     norm carry over to the result.
     """
+    check_operand("interpolate(), fraction", t)
+    a, b = (x if hasattr(type(x), "norm_squared") else scalar.as_element("interpolate()", x) for x in (a, b))
     ratio = ~a * b
-    found = None if _is_scalar(ratio) or not _is_versor(ratio, unit) else weights(ratio, t)
+    is_own = own_operations((ratio,)) is not None
+    found = None if is_own or _is_scalar(ratio) or not _is_versor(ratio, unit) else weights(ratio, t)
     return a * power(ratio, t, unit=unit) if found is None else a * found[0] + b * found[1]
 
 
 def _is_scalar(a: Any) -> bool:
-    if isinstance(a, Expression):
-        return a.is_scalar
-    return not isinstance(a, Multivector) or a.algebra == SCALARS or not any(a.terms)
+    return not hasattr(type(a), "norm_squared") or not any(blades_of(a))
 
 
 def _without_scalar(a: Any) -> Any:

@@ -16,7 +16,7 @@ from ..algebra.multivector import Multivector
 from ..algebra.operations import Operation
 from ..errors import GacError, KernelError
 from .calls import Call, record_call, recorded_calls
-from .expression import Expression, lift
+from .expression import IN_FUNCTION, Expression, lift
 from .operands import EXPECTED, is_operand
 from .parameters import ArrayOf as ArrayOf
 from .parameters import Parameter as Parameter
@@ -27,7 +27,7 @@ from .rows import Array, IndexOf, RowsOf
 from .traced import Traced, leaves
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Kernel(Immutable):
     """The definition of a kernel. Call it on expressions or multivectors to use it inside another kernel.
 
@@ -45,7 +45,15 @@ class Kernel(Immutable):
     result_names: tuple[str, ...] = ()
     """Names of the results. If given, the results are a named tuple that holds every coefficient except zeros."""
 
+    def __repr__(self) -> str:
+        return f"<kernel {self.name}({', '.join(map(str, self.parameters))})>"
+
     def __call__(self, *arguments: Any) -> Any:
+        if len(arguments) != len(self.parameters):
+            names = ", ".join(parameter.name for parameter in self.parameters)
+            raise KernelError(
+                f"kernel {self.name}", f"called with {len(arguments)} arguments", f"{len(self.parameters)}: {names}"
+            )
         for argument in leaves(arguments):
             if not (isinstance(argument, (Expression, Multivector, Array)) or is_operand(argument)):
                 raise KernelError(
@@ -157,11 +165,13 @@ class Trace:
         return tuple(expression for output in self.outputs for expression in output.expressions)
 
 
-def kernel(*, returns: Any = None, **parameters: Any) -> Callable[[Callable[..., Any]], Kernel]:
+def kernel(*wrong: Any, returns: Any = None, **parameters: Any) -> Callable[[Callable[..., Any]], Kernel]:
     """Declare the decorated function as a kernel.
 
     Parameters
     ----------
+    *wrong
+        Nothing: the types of the parameters are given by name.
     returns : Layout, ArrayOf or tuple of these, optional
         The layout of the result; inferred by default. A result that does not fit raises an error at compilation.
     **parameters : Layout, ArrayOf or tuple of equal layouts
@@ -181,9 +191,14 @@ def kernel(*, returns: Any = None, **parameters: Any) -> Callable[[Callable[...,
     ...     return m * p * ~m
     """
 
+    if wrong:
+        where = _where(wrong[0], getattr(wrong[0], "__name__", ""))
+        remedy = "write one layout for each parameter of the function, as in @kernel(m=PGA3.MOTOR, p=PGA3.POINT)"
+        raise KernelError(where, "@kernel without the types of the parameters by name", remedy=remedy)
+
     def declare(function: Callable[..., Any]) -> Kernel:
         where = _where(function, getattr(function, "__name__", "kernel"))
-        names = list(inspect.signature(function).parameters)
+        names = _names_of_parameters(where, function)
         if names != list(parameters):
             raise KernelError(
                 where,
@@ -209,6 +224,27 @@ def kernel(*, returns: Any = None, **parameters: Any) -> Callable[[Callable[...,
         return Kernel(_name_of(function), function, declared, pinned, inspect.getdoc(function) or "")
 
     return declare
+
+
+_KINDS: dict[str, Callable[[Any], bool]] = {
+    "a class": inspect.isclass,
+    "an async function": inspect.iscoroutinefunction,
+    "a function with yield": inspect.isgeneratorfunction,
+    "an async function with yield": inspect.isasyncgenfunction,
+}
+"""Objects with a call that cannot be the body of a kernel."""
+
+
+def _names_of_parameters(where: str, function: Callable[..., Any]) -> list[str]:
+    """Return the names of the parameters of an ordinary function."""
+    for kind, is_kind in _KINDS.items():
+        if is_kind(function):
+            raise KernelError(where, kind, "an ordinary function that returns expressions", "write def and return")
+    parameters = inspect.signature(function).parameters.values()
+    for each in parameters:
+        if each.kind in (each.VAR_POSITIONAL, each.VAR_KEYWORD):
+            raise KernelError(where, f"the parameter {each}", "named parameters", "use array(layout, n) for several")
+    return [each.name for each in parameters]
 
 
 def _name_of(function: Callable[..., Any]) -> str:
@@ -283,6 +319,7 @@ def _called(definition: Kernel, symbols: list[Any]) -> Any:
     GacError
         The error that the function raises; a `KernelError` in place of any other exception.
     """
+    token = IN_FUNCTION.set(not definition.has_loops)
     try:
         return definition.function(*symbols)
     except GacError as error:
@@ -290,9 +327,21 @@ def _called(definition: Kernel, symbols: list[Any]) -> Any:
         if not place or place in str(error):
             raise
         raise error.at(place)  # noqa: B904
+    except RecursionError as error:
+        remedy = "use fold, scan or iterate for repetition, which a kernel cannot express by calling itself"
+        raise KernelError(definition.where, "calls itself without an end", remedy=remedy) from error
     except Exception as error:  # whatever the author's code may raise
         found = f"{type(error).__name__}: {error}"
-        raise KernelError(definition.place_of(error) or definition.where, found) from error
+        remedy = _OF_EXPRESSIONS if "Expression" in found else ""
+        raise KernelError(definition.place_of(error) or definition.where, found, remedy=remedy) from error
+    finally:
+        IN_FUNCTION.reset(token)
+
+
+_OF_EXPRESSIONS = (
+    "an expression has no value before the kernel runs: use its operators and methods, and the functions of gacompiler "
+    "in place of those of Python, math and numpy"
+)
 
 
 def _result_names(definition: Kernel, n: int) -> list[str]:
@@ -305,12 +354,19 @@ def _result_names(definition: Kernel, n: int) -> list[str]:
 def _output(definition: Kernel, name: str, value: Any, pinned: Type | None) -> Output:
     if isinstance(pinned, ArrayOf):
         flat = _flatten(definition, name, value, pinned.shape)
-        return Output(name, pinned.shape, tuple(map(lift, flat)), pinned.layout)
+        return Output(name, pinned.shape, tuple(_lifted(definition, each) for each in flat), pinned.layout)
     if isinstance(pinned, (RowsOf, IndexOf)):
         raise KernelError(definition.where, f"{name} is an array over named lengths", "a parameter with such a length")
     if isinstance(value, (tuple, list)):
         raise KernelError(definition.where, f"{name} is a nested tuple", remedy="declare returns=array(layout, n, ...)")
-    return Output(name, (), (lift(value),), pinned)
+    return Output(name, (), (_lifted(definition, value),), pinned)
+
+
+def _lifted(definition: Kernel, value: Any) -> Expression:
+    try:
+        return lift(value)
+    except GacError as error:
+        raise error.at(f"{definition.where}: result")  # noqa: B904
 
 
 def _flatten(definition: Kernel, name: str, value: Any, shape: tuple[int, ...]) -> list[Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Protocol
 
 from ..algebra.algebra import Algebra
-from ..algebra.multivector import Multivector
+from ..algebra.latex import blade_latex, constant
 from ..algebra.operations import Operation
 
 
@@ -56,30 +56,6 @@ def latex_of(expression: Node) -> str:
             return operation.row.latex.format(*inner, plain=plain)
         case operation:
             return rf"\operatorname{{{operation}}}\left({', '.join(plain)}\right)"
-
-
-def constant(value: Multivector) -> str:
-    """Return a multivector with numeric coefficients in LaTeX."""
-    if not value.terms:
-        return "0"
-    parts = []
-    for blade, number in value.terms.items():
-        sign, name = value.algebra.spelling(blade)
-        signed = number if sign > 0 else -number
-        text = (
-            str(signed)
-            if blade == 0
-            else ("" if signed == 1 else "-" if signed == -1 else str(signed)) + blade_latex(name)
-        )
-        parts.append(text)
-    return " + ".join(parts).replace("+ -", "- ")
-
-
-def blade_latex(name: str) -> str:
-    """Return the name of a blade in LaTeX: ``e12`` as ``e_{12}``, ``e0inf`` as ``e_{0\\infty}``."""
-    if name == "1":
-        return "1"
-    return " ".join(rf"{part[0]}_{{{part[1:].replace('inf', chr(92) + 'infty ')}}}" for part in name.split("^"))
 
 
 def symbol(name: str) -> str:

@@ -403,6 +403,8 @@ def iterate(body: Callable[..., Any], start: Any, until: Callable[..., Any], at_
     KernelError
         If `at_most` is not a positive integer, or the structure of the carry changes.
     """
+    if not (callable(body) and callable(until)):
+        raise KernelError("iterate()", f"{body!r} and {until!r}", "functions of the carry, as the body and the end")
     checked_start("iterate()", start)
     if not isinstance(at_most, int) or isinstance(at_most, bool) or at_most < 1:
         raise KernelError("iterate()", f"at_most={at_most!r}", "a positive integer")

@@ -41,6 +41,54 @@ def checked(operation: Operation, operands: tuple[Any, ...]) -> None:
             refuse(f"{operation}()", value)
 
 
+def check_scalars(where: str, *values: Any) -> None:
+    """Refuse values that are not real scalars.
+
+    Raises
+    ------
+    OperandError
+        If a value is neither a real number nor an expression or a multivector that is a scalar.
+    """
+    for value in values:
+        if hasattr(type(value), "norm_squared"):
+            blades = value.blades if hasattr(value, "blades") else value.layout.support
+            if any(blades):
+                raise OperandError(where, f"{value}", "scalars", "use norm() or a coefficient, as in x.e12")
+        elif isinstance(value, complex) or not is_operand(value):
+            refuse(where, value)
+
+
+def is_sequence(value: Any) -> bool:
+    """Return whether a value is a list, a tuple or an array with axes."""
+    return isinstance(value, (list, tuple)) or (is_array_of_numbers(value) and bool(value.shape))
+
+
+def check_matrix(where: str, matrix: Any, *, is_symmetric: bool = False) -> None:
+    """Refuse what is not a list, tuple or array of rows of scalars; of a symmetric matrix, only the lower half is read.
+
+    Raises
+    ------
+    OperandError
+        If it is anything else.
+    """
+    if not is_sequence(matrix) or not all(map(is_sequence, matrix)):
+        raise OperandError(where, f"{type(matrix).__name__}", "a matrix, as a list or tuple of rows of scalars")
+    for k, row in enumerate(matrix):
+        check_scalars(where, *(row[: k + 1] if is_symmetric else row))
+
+
+def check_operand(where: str, value: Any) -> None:
+    """Refuse what is neither a multivector, a number, an array of numbers, nor an expression.
+
+    Raises
+    ------
+    OperandError
+        If it is anything else.
+    """
+    if not (is_operand(value) or is_array_of_numbers(value) or hasattr(type(value), "norm_squared")):
+        refuse(where, value)
+
+
 def refuse(where: str, value: Any) -> NoReturn:
     """Raise the error for an operand that is neither a multivector nor a number."""
     if hasattr(value, "__array__"):

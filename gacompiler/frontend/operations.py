@@ -17,7 +17,7 @@ from ..algebra.meanings import MEANINGS
 from ..algebra.multivector import Multivector
 from ..algebra.operations import Operation
 from ..algebra.versors import SMALL_DIMENSION, conjugate_factors
-from ..errors import AlgebraError
+from ..errors import AlgebraError, OperandError
 from .expression import Expression, lift, node
 from .operands import checked, own_operations, refuse
 from .rows import Array
@@ -131,15 +131,19 @@ def atan2(y: Any, x: Any) -> Any:
 
 def grade(a: Any, *grades: int) -> Any:
     """Return the part of the given grades."""
-    return _element("grade()", a).grade(*grades)
+    return as_element("grade()", a).grade(*grades)
 
 
 def coefficient(a: Any, blade: str) -> Any:
     """Return the coefficient of a blade, given in any spelling."""
-    return _element("coefficient()", a)[blade]
+    if not isinstance(blade, str):
+        raise OperandError(
+            "coefficient()", f"{blade!r} as a blade", "the name of a blade", 'as in coefficient(x, "e12")'
+        )
+    return as_element("coefficient()", a)[blade]
 
 
-def _element(where: str, a: Any) -> Any:
+def as_element(where: str, a: Any) -> Any:
     """Return `a` with the methods of a multivector: a number as an element of the algebra of scalars."""
     if isinstance(a, (Expression, Multivector)) or own_operations((a,)) is not None:
         return a
@@ -150,6 +154,10 @@ def _element(where: str, a: Any) -> Any:
 
 def assemble(algebra: Algebra, coefficients: Mapping[str, Any]) -> Any:
     """Create a multivector from scalar expressions or numbers by blade: ``assemble(PGA3, {"e12": sin(a)})``."""
+    algebra = getattr(algebra, "algebra", algebra)  # of a space
+    if not (isinstance(algebra, Algebra) and isinstance(coefficients, Mapping)):
+        found = f"{type(algebra).__name__} and {type(coefficients).__name__}"
+        raise OperandError("assemble()", found, 'an algebra and scalars by blade, as in assemble(PGA3, {"e12": x})')
     if not any(isinstance(value, Expression) for value in coefficients.values()):
         return algebra.multivector(coefficients)
     arguments = tuple(lift(value) for value in coefficients.values())
@@ -180,7 +188,7 @@ def select(condition: Any, a: Any, b: Any) -> Any:
 def _is_true(condition: Any) -> bool:
     try:
         return bool(condition)
-    except TypeError as error:
+    except (TypeError, ValueError) as error:
         raise AlgebraError(
             "select()",
             f"a condition of unknown truth value, {condition}",

@@ -21,6 +21,9 @@ class ArrayOf:
     layout: Layout
     shape: tuple[int, ...]
 
+    def __str__(self) -> str:
+        return f"array({', '.join(map(str, (self.layout, *self.shape)))})"
+
 
 Type = Layout | ArrayOf | RowsOf | IndexOf
 
@@ -90,6 +93,9 @@ class Parameter:
 
     name: str
     type: Type
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.type}"
 
     @property
     def layout(self) -> Layout:

@@ -18,6 +18,7 @@ from typing import Any
 
 from ..algebra.coefficients import divide
 from .equations import nonzero
+from .operands import check_scalars
 from .operations import absolute, equal, exp, log, maximum, minimum, select, sqrt
 
 Vector = tuple[Any, ...]
@@ -59,6 +60,7 @@ def quadratic_roots(a: Any, b: Any, c: Any) -> Roots:
     (Higham, *Accuracy and Stability of Numerical Algorithms*, 1.8). Residuals are below 4e-16 of the terms, for
     coefficients of any magnitude.
     """
+    check_scalars("quadratic_roots()", a, b, c)
     (low, high), half_width, number = _quadratic(a, b, c)
     return (low, high), (half_width, -half_width), number
 
@@ -120,6 +122,7 @@ def cubic_roots(a: Any, b: Any, c: Any, d: Any) -> Roots:
     Equation*, 1986). Residuals are below 6e-16 of the terms if the magnitudes of the roots differ by factors up to
     1e16, and below 2e-15 beyond.
     """
+    check_scalars("cubic_roots()", a, b, c, d)
     root, quotient = _split_cubic(a, b, c, d)
     return _with_root(root, 1 - equal(a, 0), *_quadratic(*quotient))
 
@@ -219,6 +222,7 @@ def quartic_roots(a: Any, b: Any, c: Any, d: Any, e: Any) -> Roots:
     100 polynomials. The worst residuals are 1e-11 for two double roots, 1e-10 for four close roots, and 1e-3 or no
     correct digit for magnitudes that are far apart.
     """
+    check_scalars("quartic_roots()", a, b, c, d, e)
     is_lower = equal(a, 0)
     unit = divide(1, nonzero(a))
     monic = (b * unit, c * unit, d * unit, e * unit)

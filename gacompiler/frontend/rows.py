@@ -35,6 +35,9 @@ class RowsOf:
     shape: tuple[int, ...] = ()
     shared: bool = False
 
+    def __str__(self) -> str:
+        return f"array({', '.join([str(self.layout), *map(repr, self.lengths), *map(str, self.shape)])})"
+
 
 @dataclass(frozen=True, slots=True)
 class IndexOf:
@@ -45,6 +48,9 @@ class IndexOf:
 
     length: str
     into: str
+
+    def __str__(self) -> str:
+        return f"index({self.length!r})" if self.into == self.length else f"index({self.length!r}, {self.into!r})"
 
 
 @dataclass(frozen=True, slots=True)

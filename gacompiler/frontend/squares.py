@@ -67,9 +67,10 @@ class Form:
         return self.q.positive
 
 
-def blades_of(a: Expression | Multivector) -> frozenset[int]:
-    """Return the bitmaps of the blades that `a` can have."""
-    return a.blades if isinstance(a, Expression) else frozenset(a.terms)
+def blades_of(a: Any) -> frozenset[int]:
+    """Return the bitmaps of the blades that `a` can have, an expression, a multivector or a numeric object."""
+    found: frozenset[int] = a.blades if isinstance(a, (Expression, Multivector)) else a.layout.support
+    return found
 
 
 def grades_of(blades: Iterable[int]) -> frozenset[int]:

@@ -42,7 +42,8 @@ def plain(where: str, value: Any, layout: Layout | None) -> Any:
     Raises
     ------
     TypeError
-        If an element cannot be converted to the layout, or an array has masked entries.
+        If an element cannot be converted to the layout, or is not of unit norm where it has to be, or an array has
+        masked entries.
     """
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         count = int(np.count_nonzero(np.ma.getmaskarray(value)))
@@ -53,6 +54,8 @@ def plain(where: str, value: Any, layout: Layout | None) -> Any:
     if stored is None or layout is None:
         return value
     values, own = stored
+    if layout.unit and not own.unit:
+        getattr(value, "require_unit", lambda where: None)(where)
     return converted(where, values, own, layout)
 
 

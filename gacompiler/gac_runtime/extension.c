@@ -269,6 +269,7 @@ struct Kind {
     PyObject *operate;
     PyObject *coefficients;
     PyObject *layout; /* What identifies the layout among those of kernels; NULL if nothing does. */
+    int is_unit; /* Whether kernels take the values for arguments of unit norm without looking at their coefficients. */
     PyMemberDef *fields;
     Operation *operations[N_SYMBOLS];
     Py_ssize_t n_operations[N_SYMBOLS];
@@ -591,9 +592,9 @@ static void free_kind(PyObject *capsule)
 
 PyDoc_STRVAR(
     adopt_doc,
-    "_adopt(index, names, operate, coefficients, layout)\n--\n\n"
+    "_adopt(index, names, operate, coefficients, layout, is_unit=True)\n--\n\n"
     "Make this class a type of values with a coefficient for each name; `index` is its number in the module. Kernels\n"
-    "take the values as they are for arguments with the same object as `layout`."
+    "take the values as they are for arguments with the same object as `layout`, of unit norm only if `is_unit`."
 );
 
 static PyObject *value_adopt(PyObject *cls, PyObject *args)
@@ -601,7 +602,10 @@ static PyObject *value_adopt(PyObject *cls, PyObject *args)
     PyTypeObject *type = (PyTypeObject *)cls;
     Py_ssize_t index;
     PyObject *names, *operate, *coefficients, *layout = NULL;
-    if (!PyArg_ParseTuple(args, "nO!OO|O", &index, &PyTuple_Type, &names, &operate, &coefficients, &layout))
+    int is_unit = 1;
+    if (!PyArg_ParseTuple(
+            args, "nO!OO|Op", &index, &PyTuple_Type, &names, &operate, &coefficients, &layout, &is_unit
+        ))
         return NULL;
     const Py_ssize_t size = PyTuple_GET_SIZE(names);
     Kind *kind = PyMem_Calloc(1, sizeof(Kind));
@@ -613,6 +617,7 @@ static PyObject *value_adopt(PyObject *cls, PyObject *args)
     kind->operate = Py_NewRef(operate);
     kind->coefficients = Py_NewRef(coefficients);
     kind->layout = Py_XNewRef(layout);
+    kind->is_unit = is_unit;
     PyObject *capsule = PyCapsule_New(kind, "Kind", free_kind);
     kind->fields = PyMem_Calloc((size_t)size, sizeof(PyMemberDef));
     int failed = capsule == NULL || kind->fields == NULL || PyObject_SetAttr(cls, word_kind, capsule) < 0;
@@ -759,6 +764,7 @@ typedef struct {
     int n_inputs; /* 0 until the kernel can be run. */
     int n_outputs;
     int n_elements; /* The number of arguments with coefficients. */
+    unsigned units; /* A bit for each argument of unit norm. */
     int n_families;
     Family families[MAX_FAMILIES];
     Shape shapes[MAX_ARRAYS];
@@ -910,11 +916,14 @@ static int is_apart(const Array *out, int n_leading, const Call *call, PyObject 
 static inline int has_layout(const Call *call, int k, PyObject *input)
 {
     return call->layouts != NULL && is_value(input) && ((Value *)input)->kind->layout != NULL &&
-           ((Value *)input)->kind->layout == PyTuple_GET_ITEM(call->layouts, k) && call->shapes[k].n_axes == 1;
+           ((Value *)input)->kind->layout == PyTuple_GET_ITEM(call->layouts, k) && call->shapes[k].n_axes == 1 &&
+           (((Value *)input)->kind->is_unit || !(call->units >> k & 1));
 }
 
-static int take_inputs(Batch *batch, const Call *call, PyObject *const *args)
+/* Takes the inputs of a batch. Python returns batches of elements, where all arguments with coefficients are values. */
+static int take_inputs(Batch *batch, const Call *call, PyObject *const *args, int is_out)
 {
+    int n_values = 0;
     for (int k = 0; k < call->n_inputs; k++) {
         const Array *array = (const Array *)args[k];
         if (Py_TYPE(args[k]) != array_type)
@@ -949,11 +958,12 @@ static int take_inputs(Batch *batch, const Call *call, PyObject *const *args)
         } else if (batch->dtype == double_type && has_layout(call, k, input)) {
             take_once(batch, k, (char *)((Value *)input)->x);
             *batch->inner++ = sizeof(double);
+            n_values++;
         } else {
             return 0;
         }
     }
-    return 1;
+    return is_out || !n_values || n_values != call->n_elements;
 }
 
 /* Whether a result may be written to an array: it has the axes of the batch, and no input overlaps with it. */
@@ -1050,7 +1060,7 @@ static PyObject *call_on_batch(const Call *call, PyObject *const *args, PyObject
     batch.dtype = NULL;
     batch.n_axes = 0;
     batch.inner = batch.steps + n_inputs + call->n_outputs;
-    if (!take_inputs(&batch, call, args))
+    if (!take_inputs(&batch, call, args, out != NULL))
         return NULL;
     for (int k = MAX_LEADING - batch.n_axes; k < MAX_LEADING; k++)
         size *= batch.axes[k];
@@ -1272,10 +1282,11 @@ static PyObject *call_bind(PyObject *self, PyObject *args)
     unsigned long long function, ways[2][3];
     Py_ssize_t most, patience;
     PyObject *inputs, *outputs, *settings = NULL, *layouts = NULL;
+    unsigned units = 0;
     if (!PyArg_ParseTuple(
-            args, "O!O!K((KKK)(KKK))nn|O!O!", &PyTuple_Type, &inputs, &PyTuple_Type, &outputs, &function, &ways[0][0],
+            args, "O!O!K((KKK)(KKK))nn|O!O!I", &PyTuple_Type, &inputs, &PyTuple_Type, &outputs, &function, &ways[0][0],
             &ways[0][1], &ways[0][2], &ways[1][0], &ways[1][1], &ways[1][2], &most, &patience,
-            &PyDict_Type, &settings, &PyTuple_Type, &layouts
+            &PyDict_Type, &settings, &PyTuple_Type, &layouts, &units
         ))
         return NULL;
     const Py_ssize_t n_inputs = PyTuple_GET_SIZE(inputs), n_outputs = PyTuple_GET_SIZE(outputs);
@@ -1300,6 +1311,7 @@ static PyObject *call_bind(PyObject *self, PyObject *args)
     call->most = most;
     call->settings = settings;
     call->layouts = layouts != NULL && PyTuple_GET_SIZE(layouts) == n_inputs ? layouts : NULL;
+    call->units = units;
     call->n_elements = 0;
     for (Py_ssize_t k = 0; call->layouts != NULL && k < n_inputs; k++)
         call->n_elements += PyTuple_GET_ITEM(layouts, k) != Py_None;

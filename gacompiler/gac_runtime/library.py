@@ -31,24 +31,26 @@ class Library:
     def __init__(self, label: str, c_file: Path) -> None:
         self.label, self.c_file = label, c_file
         self._opened: Any = None
+        self._is_half = False
 
-    def find(self) -> Path | None:
+    def find(self, half: bool = True) -> Path | None:
         """Return the path of the built library, next to the module or in the user's cache; None if it is not built.
 
         The library is one for this machine or a portable one. A library for a lower level is used if none can be built
-        for this machine, for example if a wheel contains no other.
+        for this machine, for example if a wheel contains no other. With `half`, one for doubles only is found too.
         """
-        names = library_files(self.label, Path(__file__).parent)
-        found = self._beside(names)
-        if found is not None:
-            return found
-        with contextlib.suppress(CacheError):
-            folder = cache_folder("libraries")
-            # The name continues with a digest of the compiler, which cannot be mistaken for a level such as "v4".
-            patterns = [f"{name.removesuffix('.so')}-[0-9a-f]*.so" for name in names]
-            cached = [path for pattern in patterns for path in sorted(folder.glob(pattern))]
-            if cached:
-                return cached[0]
+        for is_half in (False, True)[: 1 + half]:
+            names = library_files(self.label, Path(__file__).parent, is_half)
+            found = self._beside(names)
+            if found is not None:
+                return found
+            with contextlib.suppress(CacheError):
+                folder = cache_folder("libraries")
+                # The name continues with a digest of the compiler, which cannot be mistaken for "v4" or "half".
+                patterns = [f"{name.removesuffix('.so')}-[0-9a-f]*.so" for name in names]
+                cached = [path for pattern in patterns for path in sorted(folder.glob(pattern))]
+                if cached:
+                    return cached[0]
         lower = self._beside(lower_library_files(self.label, Path(__file__).parent))
         return lower if lower is not None and not self.can_be_built() else None
 
@@ -66,60 +68,75 @@ class Library:
         return find_compiler() is not None
 
     def open(self) -> None:
-        """Open the library, after building it if necessary.
+        """Open the library, after building it if necessary, at first for doubles only.
 
         Raises
         ------
         RuntimeProblem
             If it cannot be built or loaded.
         """
+        with LOCK:
+            if self._opened is None:
+                self._open(half=True)
+
+    def _open(self, half: bool) -> None:
         import ctypes
 
-        with LOCK:
-            if self._opened is not None:
-                return
-            path = self.find()
-            if path is None:
-                path = self._build()
-            if path is None or not path.name.startswith(f"{self.label}-"):
-                found = "its text is not that of the generated module" if path else "no library and no C compiler"
-                raise RuntimeProblem(str(self.c_file), found, "the C file of this module", "regenerate both files")
-            try:
-                opened = ctypes.CDLL(str(path))
-            except OSError as error:
-                remedy = f"delete {path}, or set GAC_BACKEND=numba"
-                raise RuntimeProblem(str(path), str(error), "a library for this machine", remedy) from None
-            # The level in the file name may be wrong; the library itself checks the processor.
-            runs_here = getattr(opened, "gac_runs_here", None)
-            if runs_here is not None and not runs_here():
-                remedy = f"delete {path} and run `gac build --portable`, or set GAC_BACKEND=numba"
-                raise RuntimeProblem(
-                    str(path), "this processor lacks its instructions", "a library for this machine", remedy
-                )
-            self._opened = opened
+        path = self.find(half)
+        if path is None:
+            path = self._build(half)
+        if path is None or not path.name.startswith(f"{self.label}-"):
+            found = "its text is not that of the generated module" if path else "no library and no C compiler"
+            raise RuntimeProblem(str(self.c_file), found, "the C file of this module", "regenerate both files")
+        try:
+            opened = ctypes.CDLL(str(path))
+        except OSError as error:
+            remedy = f"delete {path}, or set GAC_BACKEND=numba"
+            raise RuntimeProblem(str(path), str(error), "a library for this machine", remedy) from None
+        # The level in the file name may be wrong; the library itself checks the processor.
+        runs_here = getattr(opened, "gac_runs_here", None)
+        if runs_here is not None and not runs_here():
+            remedy = f"delete {path} and run `gac build --portable`, or set GAC_BACKEND=numba"
+            raise RuntimeProblem(
+                str(path), "this processor lacks its instructions", "a library for this machine", remedy
+            )
+        self._opened, self._is_half = opened, "-half" in path.name
 
-    def _build(self) -> Path | None:
+    def _build(self, half: bool) -> Path | None:
         """Build the library, and the extension for later processes."""
         from .build import build_extension, build_module
 
-        path = build_module(self.c_file)
+        path = build_module(self.c_file, half)
         if path is not None:
             with contextlib.suppress(RuntimeProblem):
                 build_extension(self.c_file.parent if path.parent.name == FOLDER else cache_folder())
         return path
 
     def address(self, function: str) -> int:
-        """Return the address of a function of the open library."""
+        """Return the address of a function of the open library; one of floats may open, and build, the whole library.
+
+        Raises
+        ------
+        RuntimeProblem
+            If the whole library cannot be built or loaded.
+        """
         import ctypes
 
+        with LOCK:
+            if self._is_half and function.endswith("_f32"):
+                self._open(half=False)
         symbol = getattr(self._opened, f"{self.label.rpartition('-')[0]}_{function}")
         address = ctypes.cast(symbol, ctypes.c_void_p).value
         assert address is not None
         return address
 
     def loop_addresses(self, kernel: str) -> list[tuple[int, int, int]]:
-        """Return the addresses of the loops for doubles and for floats, in the form that the extension expects."""
-        return [(self.address(f"{kernel}_loop_{_SUFFIX[size]}"), 0, 0) for size in (8, 4)]
+        """Return the addresses of the loops for doubles and for floats, in the form that the extension expects.
+
+        The second is 0 as long as the library is open for doubles only.
+        """
+        floats = 0 if self._is_half else self.address(f"{kernel}_loop_f32")
+        return [(self.address(f"{kernel}_loop_f64"), 0, 0), (floats, 0, 0)]
 
     def loop(self, kernel: str, dtype: np.dtype[Any]) -> Loop:
         """Return the loop over batches of one dtype."""

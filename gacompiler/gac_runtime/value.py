@@ -217,7 +217,7 @@ def _operate(symbol: str, *operands: Any) -> Any:
             return combined
         if all(isinstance(x, (Value, int, float, complex, np.ndarray, np.generic, list, tuple)) for x in operands):
             raise _unknown(family, symbol, types)
-        if symbol == "()":
+        if symbol == "()" or (len(types) == 2 and types[0].__name__ == types[1].__name__):
             raise _unknown(family, symbol, types)
         return NotImplemented
     kernel, result, swapped = found
@@ -274,11 +274,12 @@ def _unknown(family: Family, symbol: str, types: tuple[type, ...]) -> TypeError:
     ]
     there = ", ".join(like)
     module = next(each.__module__ for each in types if issubclass(each, Value))
-    return TypeError(f"{_expression(symbol, types)}: not defined by {module}; expected one of: {there or 'none'}")
+    found = _expression(symbol, types, len({each.__name__ for each in types}) < len(set(types)))
+    return TypeError(f"{found}: not defined by {module}; expected one of: {there or 'none'}")
 
 
-def _expression(symbol: str, types: tuple[type, ...]) -> str:
-    first, *others = (each.__name__ for each in types)
+def _expression(symbol: str, types: tuple[type, ...], with_modules: bool = False) -> str:
+    first, *others = (f"{each.__module__}.{each.__name__}" if with_modules else each.__name__ for each in types)
     if symbol == "()":
         return f"{first}({', '.join(others)})"
     return f"{first} {symbol} {others[0]}" if others else f"{symbol}{first}"

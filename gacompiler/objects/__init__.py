@@ -15,11 +15,12 @@ from .exchange import from_clifford, from_kingdon, load, save, to_clifford, to_k
 from .ganja import from_ganja, save_ganja, to_ganja
 from .operators import build
 from .projective import PGA2, PGA3
+from .signature import Cl
 from .spaces import Space
 from .view import view
 
 __all__ = [
-    "CGA2", "CGA3", "PGA2", "PGA3", "QUATERNIONS", "STA", "VGA2", "VGA3", "Builds", "MultivectorArray", "Space",
-    "build", "builds", "draw", "from_clifford", "from_ganja", "from_kingdon", "load", "save", "save_ganja",
+    "CGA2", "CGA3", "PGA2", "PGA3", "QUATERNIONS", "STA", "VGA2", "VGA3", "Builds", "Cl", "MultivectorArray",
+    "Space", "build", "builds", "draw", "from_clifford", "from_ganja", "from_kingdon", "load", "save", "save_ganja",
     "to_clifford", "to_ganja", "to_kingdon", "view",
 ]  # fmt: skip

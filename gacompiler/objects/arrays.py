@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 import operator
 from collections.abc import Callable, Iterator
+from decimal import Decimal
 from fractions import Fraction
 from functools import cache
 from typing import Any, NamedTuple
@@ -19,14 +20,18 @@ import numpy as np
 from ..algebra import catalog
 from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALAR, SCALARS, Layout
+from ..algebra.methods import Unordered
 from ..algebra.multivector import Multivector
 from ..algebra.operations import Kind, Operation
 from ..errors import AlgebraError, LayoutError, OperandError
+from ..frontend.operands import own_operations
 from ..gac_runtime.layout import Layout as PlainLayout
+from .caches import cached_by_name, key_of
 from .checks import check_relations
-from .definitions import BINARY, UNARY, Definition, grade_of, normalize_of, power_of
-from .exponentials import MOST_VECTORS, exponential, layout_of_exponential
+from .definitions import BINARY, FUNCTIONS, UNARY, Definition, grade_of, normalize_of, power_of
+from .exponentials import MOST_VECTORS, exponential, layout_of_exponential, longer
 from .geometry import Geometry
+from .inverses import inverted
 from .methods import Engine, Operations, curried, run_by
 from .native import extension, extension_is_settled
 from .normalizing import normalized
@@ -34,6 +39,7 @@ from .numpy_functions import NumpyFunctions
 from .operators import Operator, chosen_layout, layout_of, operator_of
 from .printing import latex_of, repr_of, text_of
 from .scalars import ScalarMethods
+from .tables import table_of
 
 SYMBOLS = {
     (symbol, each.row.operands): (UNARY if each.row.operands == 1 else BINARY)[each]
@@ -58,26 +64,29 @@ def _run_of(definition: Definition) -> list[Callable[[Any], Any]]:
 _grades: dict[tuple[type, tuple[int, ...]], list[Callable[[Any], Any]]] = {}
 """Functions that `MultivectorArray.grade` calls for single multivectors once the grades have been validated."""
 
-_EXP, _LOG, _SQRT, _POWER = map(curried, (UNARY["exp"], UNARY["log"], UNARY["sqrt"], BINARY["power"]))
+_INVERSE, _EXP, _LOG, _SQRT, _POWER = map(
+    curried, (UNARY["inverse"], UNARY["exp"], UNARY["log"], UNARY["sqrt"], BINARY["power"])
+)
 """Functions of one kernel each; the last three require a unit versor or a number."""
+
+_WORDS = {"log": "logarithm", "sqrt": "square root", "power": "power"}
 
 _LARGEST_POWER = 3
 """Largest power with a kernel of its own; higher powers are products of these."""
 
 
-def run_operation(operation: Operation, *operands: Any) -> Any:
+def run_operation(name: str, *operands: Any) -> Any:
     """Apply an operation of the kernel language to objects and numbers, for functions such as `gacompiler.reverse`."""
-    name = operation.value
+    if name in ("normalize", "inverse", *FUNCTIONS, "power"):
+        return getattr(operands[0], name)(*operands[1:])
     table = UNARY if len(operands) == 1 else BINARY
-    if name in table and name not in ("log", "sqrt"):
+    if name in table:
         return apply(table[name], *operands)
-    first = operands[0] if isinstance(operands[0], MultivectorArray) else operands[-1]
-    if len(operands) == 1 and name in ("normalize", "log", "sqrt"):
-        return getattr(first, name)()
+    first = next(each for each in operands if own_operations((each,)) is not None)
     raise OperandError(f"{name}()", f"a {first.layout}", "numbers")
 
 
-class MultivectorArray(Geometry, Operations, NumpyFunctions):
+class MultivectorArray(Geometry, Operations, Unordered, NumpyFunctions):
     """Immutable multivectors of one layout: a single one, with shape ``()``, or an array of any shape.
 
     Operators: ``+ -``, ``*`` geometric product, ``^`` outer product, ``&`` regressive product (join of points in
@@ -88,6 +97,9 @@ class MultivectorArray(Geometry, Operations, NumpyFunctions):
     Each operation is compiled when it is first applied to given layouts, which also determines the layout of the
     result: two points of PGA3 join to a line of six coefficients. Products of unit versors are assumed to be unit
     versors; after many thousands of products, `normalize` removes accumulated rounding errors.
+
+    Functions of numpy work on objects, but not on lists of them: join these by `numpy.stack` first. The generators of
+    `numpy.random` return coefficients without their blades: let them choose indices, ``x[rng.permutation(len(x))]``.
 
     Attributes
     ----------
@@ -120,6 +132,15 @@ class MultivectorArray(Geometry, Operations, NumpyFunctions):
     def stored(self) -> tuple[np.ndarray[Any, Any], PlainLayout]:
         """The coefficients and their layout, which kernels of generated modules check."""
         return self.values, plain_layout(self.layout)
+
+    def require_unit(self, where: str) -> None:
+        """Raise TypeError if ``x ~x`` differs from 1 by more than 1e-9, where a kernel takes unit elements only."""
+        square = operate("*", self, operate("~", self))
+        off = np.abs(np.asarray((square - 1).values if hasattr(square, "values") else square - 1)).max(initial=0.0)
+        if not off <= 1e-9 * max(1.0, float(np.abs(self.values).max(initial=0.0)) ** 2):
+            raise TypeError(
+                f"{where} is {self.layout} with x ~x = 1 up to {off:.3g}; expected unit elements; call normalize()"
+            )
 
     def like(self, layout: PlainLayout, values: np.ndarray[Any, Any]) -> Any:
         """Return multivectors from results of a generated kernel; an array if their algebra is not known here."""
@@ -199,6 +220,19 @@ class MultivectorArray(Geometry, Operations, NumpyFunctions):
         whole = layout_of_exponential(self.layout) if self.layout.algebra.dimension > MOST_VECTORS else None
         return _EXP[0](self) if whole is None else exponential(self, whole, wrap)
 
+    def inverse(self) -> Any:
+        """Return the element ``b`` with ``a b = 1``, where `a` is this object; see `gacompiler.inverse`.
+
+        In more than five dimensions, versors are inverted by their reverse, and other elements as matrices; the
+        residual of both is checked. In an array, elements without an inverse give NaN.
+
+        Raises
+        ------
+        ZeroDivisorError
+            If this is a single element without an inverse up to rounding: a null vector, a zero divisor, or 0.
+        """
+        return inverted(self, _INVERSE[0], wrap)
+
     def __pow__(self, exponent: Any) -> Any:
         """Return a product of equal factors; a negative integer exponent gives a power of the inverse."""
         try:
@@ -255,25 +289,56 @@ class MultivectorArray(Geometry, Operations, NumpyFunctions):
             _grades[type(self), grades] = run
         return run[0](self)
 
-    def log(self, *, tolerance: float = 1e-9) -> Any:
+    def log(self, *, tolerance: float = 1e-9, shorter: bool = True) -> Any:
         """Return the logarithm of a unit versor or of a number; see `gacompiler.log`.
+
+        Parameters
+        ----------
+        tolerance : float
+            How far ``x ~x`` may be from 1, for even elements whose layout does not guarantee it.
+        shorter : bool
+            Whether the result is the shorter of the motions of ``R`` and ``-R``, which are the same motion. Otherwise
+            its exponential is ``R`` itself, also for rotors of more than half a turn.
 
         Raises
         ------
         LayoutError
-            If a versor is not of unit norm within the `tolerance`. This is checked if the layout of an even element
-            does not guarantee it.
+            If a versor is not of unit norm within the `tolerance`.
+        AlgebraError
+            If the logarithm of a single element is not determined: the planes of rotation of ``e1234`` are not, nor is
+            the axis of -1 in space. In an array, such elements give NaN.
         """
-        return _LOG[0](self._as_unit("log", tolerance))
+        versor = self._as_unit("log", tolerance)
+        found = _LOG[0](versor)
+        if not (shorter or self.layout.is_scalar or self.algebra.conjugates):  # logarithms of numbers are exact
+            found = longer(versor, found, wrap)
+        return self._determined("log", found)
 
-    def sqrt(self, *, tolerance: float = 1e-9) -> Any:
-        """Return the square root of a unit versor, which is half of its motion, or of a number; errors as in `log`."""
-        return _SQRT[0](self._as_unit("sqrt", tolerance))
+    def sqrt(self, *, tolerance: float = 1e-9, shorter: bool = True) -> Any:
+        """Return the square root of a unit versor, half of its motion, or of a number; arguments as in `log`.
 
-    def power(self, exponent: Any, *, tolerance: float = 1e-9) -> Any:
-        """Return ``exp(exponent * log(x))``, for a unit versor a fraction of its shorter motion; errors as in `log`."""
+        By default it is half of the shorter motion: the square of the root of a rotor of more than half a turn is its
+        negative.
+        """
+        if not shorter:
+            return (self.log(tolerance=tolerance, shorter=False) / 2).exp()
+        return self._determined("sqrt", _SQRT[0](self._as_unit("sqrt", tolerance)))
+
+    def power(self, exponent: Any, *, tolerance: float = 1e-9, shorter: bool = True) -> Any:
+        """Return ``exp(exponent * log(x))``, for a unit versor a fraction of its motion; arguments as in `log`."""
         exponent = float(exponent) if isinstance(exponent, int) else exponent
-        return _POWER[0](self._as_unit("power", tolerance))(exponent)
+        if not shorter:
+            return (exponent * self.log(tolerance=tolerance, shorter=False)).exp()
+        return self._determined("power", _POWER[0](self._as_unit("power", tolerance))(exponent))
+
+    def _determined(self, what: str, found: Any) -> Any:
+        """Return a result; raise if a single one is NaN, although this element is not."""
+        if not np.shape(found) and np.isnan(found.values).any() and np.isfinite(self.values).all():
+            raise AlgebraError(
+                what, f"{self}, which has no {_WORDS[what]}, or many", f"a versor or number with one {_WORDS[what]}",
+                "in an array, such elements give NaN",
+            )  # fmt: skip
+        return found
 
     def _as_unit(self, what: str, tolerance: float) -> Any:
         """Convert even elements to the layout of unit elements; return others, such as complex numbers, unchanged."""
@@ -378,6 +443,10 @@ class MultivectorArray(Geometry, Operations, NumpyFunctions):
     def _repr_latex_(self) -> str:
         return latex_of(self)
 
+    def _latex(self, printer: object = None) -> str:
+        """Return LaTeX without dollar signs, for `sympy.latex`."""
+        return latex_of(self).strip("$")
+
     def __reduce__(self) -> Any:
         return wrap, (self.layout, np.array(self.values))
 
@@ -461,7 +530,7 @@ class Scalar(ScalarMethods):
         return scalar_of(float(self), algebra)
 
 
-_single_types: dict[Layout, type | None] = {}
+_single_types: dict[Any, type | None] = {}
 _by_identity: dict[int, tuple[type | None, Layout]] = {}
 """The same by the identity of the layout, because comparing layouts is slow; the entry keeps the layout alive."""
 _normalizations: dict[int, tuple[Definition, Layout]] = {}
@@ -479,16 +548,17 @@ def single_type(layout: Layout) -> Any:
         return known[0]
     if not extension_is_settled():
         return None
-    if layout not in _single_types:
-        found = _single_types[layout] = _make_single_type(layout)
+    key = key_of(layout)
+    if key not in _single_types:
+        found = _single_types[key] = _make_single_type(layout)
         if _Number is None and found is not None:
             _Number = single_type(SCALAR) if layout != SCALAR else found
             extension().set_number(_Number, Scalar)
-    _by_identity[id(layout)] = _single_types[layout], layout
-    return _single_types[layout]
+    _by_identity[id(layout)] = _single_types[key], layout
+    return _single_types[key]
 
 
-@cache
+@cached_by_name
 def plain_layout(layout: Layout) -> PlainLayout:
     """Return a layout in the form of generated modules."""
     from ..generation.sources import layout_text  # not at the start, since it loads all stages and printers
@@ -497,7 +567,7 @@ def plain_layout(layout: Layout) -> PlainLayout:
     return PlainLayout(text.name, text.blades, text.fixed, text.unit, text.implied)
 
 
-@cache
+@cached_by_name
 def layout_from_plain(plain: PlainLayout, own: Algebra) -> Layout | None:
     """Return the layout of a generated module in an algebra or in the catalog; None if its algebra is in neither."""
     algebra = own if own.name == plain.algebra else vars(catalog).get(plain.algebra)
@@ -541,7 +611,7 @@ def _make_single_type(layout: Layout) -> type | None:
     }
     word = "".join(part.capitalize() for part in layout.name.split("_"))
     made = type(word if word.isidentifier() else "Multivector", (MultivectorArray, found.Value), body)
-    made._adopt(_next_index(), names, operate, _coefficients, plain_layout(layout).identity)  # type: ignore[attr-defined]
+    made._adopt(_next_index(), names, operate, _coefficients, plain_layout(layout).identity, layout.unit)  # type: ignore[attr-defined]
     return made
 
 
@@ -599,7 +669,7 @@ def _play(role: _Role, holder: Any, x: Any) -> Any:
 
 def _second(definition: Definition, holder: Any, x: Any, y: Any) -> Any:
     result = apply(definition, x, y)
-    if _is_single(type(x)) and _is_single(type(y)):
+    if _is_single(type(x)) and _is_single(type(y)) and table_of(definition, (_layout(x), _layout(y))) is None:
         found = operator_of(definition, (_layout(x), _layout(y)))
         native, key = found.native, (definition.name, type(x))
         if native is None:
@@ -649,6 +719,8 @@ def apply(definition: Definition, *operands: Any) -> Any:
     algebra = definition.algebra
     refused = (list, tuple, np.ndarray) if definition in _OF_MULTIVECTORS else (list, tuple)
     for each in operands:
+        if hasattr(type(each), "family"):
+            raise _of_another_module(definition.name, operands)
         if isinstance(each, refused) and not np.ndim(each) == 0:
             raise OperandError(
                 definition.name,
@@ -661,7 +733,11 @@ def apply(definition: Definition, *operands: Any) -> Any:
                 raise _mixed(definition.name, algebra, each.algebra)
             algebra = each.algebra
     lifted = [values_of(definition.name, each) for each in operands]
-    found = operator_of(definition, tuple(layout for layout, _ in lifted))
+    layouts = tuple(layout for layout, _ in lifted)
+    table = table_of(definition, layouts)
+    if table is not None:
+        return wrap(table.result, table.product(*(values for _, values in lifted)))
+    found = operator_of(definition, layouts)
     return wrap(found.result, found([values for _, values in lifted]))
 
 
@@ -678,11 +754,10 @@ def values_of(where: str, operand: Any) -> tuple[Layout, np.ndarray[Any, Any]]:
             return SCALAR, operand.values[..., 0]
         return operand.layout, operand.values
     if isinstance(operand, Multivector):
-        constant = from_exact(operand)
-        return constant.layout, constant.values
-    values = np.asarray(operand)
+        return values_of(where, from_exact(operand))
+    values = np.asarray(float(operand) if isinstance(operand, (Fraction, Decimal)) else operand)
     if values.dtype.kind not in "fiubc":
-        raise TypeError(f"{where}: an operand of type {type(operand).__name__}; expected multivectors or numbers")
+        raise OperandError(where, f"an operand of type {type(operand).__name__}", "multivectors or numbers")
     return SCALAR, values.astype(np.float64) if values.dtype.kind in "iub" else values
 
 
@@ -698,7 +773,7 @@ def from_exact(element: Multivector) -> MultivectorArray:
             "numbers",
             "substitute numbers, or convert the formula to a kernel with gacompiler.symbolic.to_kernel() and call that",
         ) from error
-    return wrap(layout, values)  # type: ignore[no-any-return]
+    return of_rows(layout, values)  # type: ignore[no-any-return]
 
 
 def _is_operand(x: Any) -> bool:
@@ -738,6 +813,8 @@ def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
     first, second = type(a), type(b)
     if (first is _Array and _predates_extension(a)) or (second is _Array and _predates_extension(b)):
         return _OPERATORS[symbol, 1 if b is _ABSENT else 2](*(_as_single(x) for x in (a, b) if x is not _ABSENT))
+    if any(hasattr(kind, "family") for kind in (first, second)) and first not in _roles:
+        raise _of_another_module(f"a {symbol} b" if symbol != "()" else "a(b)", (a, b))
     if symbol in ("()", ">>"):
         role = _roles.get(first)
         if role is not None:
@@ -757,14 +834,18 @@ def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
     if symbol == "/" and isinstance(b, (MultivectorArray, Multivector)):
         other = b if isinstance(b, MultivectorArray) else from_exact(b)
         if other.algebra is not SCALARS:
+            if isinstance(a, MultivectorArray) and a.algebra not in (SCALARS, other.algebra):
+                raise _mixed("division", a.algebra, other.algebra)
             if not other.layout.unit:
                 return a * other.inverse()
             definition = QUOTIENT
     result = apply(definition, *operands)
     if extension() is not None and all(map(_is_single, types)):
-        found = operator_of(definition, tuple(_layout(x) for x in operands))
-        native = found.native
-        _bind(symbol, types, found, native and native.element)
+        layouts = tuple(_layout(x) for x in operands)
+        if table_of(definition, layouts) is None:
+            found = operator_of(definition, layouts)
+            native = found.native
+            _bind(symbol, types, found, native and native.element)
     return result
 
 
@@ -790,6 +871,13 @@ def _other_slots(own: Layout, wanted: Layout) -> list[str]:
     return [
         s.name for s in (*own.stored, *(s for s, _ in own.fixed), *(s for s, _ in own.implied)) if s.blade not in kept
     ]
+
+
+def _of_another_module(where: str, operands: tuple[Any, ...]) -> OperandError:
+    """Return the error for an operand of a type of a generated module, which may have the name of a type of objects."""
+    names = " and ".join(f"{type(each).__module__}.{type(each).__name__}" for each in operands)
+    remedy = "convert one of them, as in PGA3.of(PGA3.MOTOR, x) or generated.pga3.Motor(x)"
+    return OperandError(where, names, "operands of one module", remedy)
 
 
 def _mixed(where: str, a: Algebra, b: Algebra) -> AlgebraError:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..algebra.catalog import QUATERNIONS
 from ..errors import AlgebraError
 from .elements import Elements
 from .operators import layout_of
@@ -73,6 +74,8 @@ def are_blades(x: Any) -> Any:
 def are_versors(x: Any) -> Any:
     """Whether each element is a versor, to half of the digits: ``x ~x`` is a number, and ``x v ~x`` are vectors."""
     limit, size = half_of_digits(x), np.max(np.abs(dense(x)), axis=-1) ** 2
+    if x.algebra == QUATERNIONS:  # the product of two vectors of space, in which e12 is one of three directions
+        return bool(size > 0) if size.ndim == 0 else size > 0
     square = _dense_of(x, x * ~x)
     found = np.abs(square[..., 0]) > limit * size
     found = found & np.all(np.abs(square[..., 1:]) <= limit * size[..., None], axis=-1)

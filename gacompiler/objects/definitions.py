@@ -6,13 +6,14 @@ The text is compiled when an operation is first used, and ``gac record`` writes 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
+from importlib import import_module
 from typing import Any, Protocol
 
 from ..algebra.algebra import Algebra
-from ..algebra.layout import Layout
+from ..algebra.layout import SCALARS, Layout
 from ..algebra.operations import Kind, Operation
 from ..algebra.signs import norm_signs
 from ..frontend.kernel import Kernel
@@ -44,16 +45,20 @@ class Definition:
     unit: Callable[[tuple[Layout, ...]], bool] | None = None
     algebra: Algebra | None = None
 
+    def algebra_of(self, layouts: Iterable[Layout]) -> Algebra:
+        """Return the algebra of the operation on these layouts, which is that of the first that is not of numbers."""
+        found = (layout.algebra for layout in layouts if layout.algebra != SCALARS)
+        return self.algebra or next(found, SCALARS)
+
     def expression(self, algebra: str) -> str:
         """Return the text with the name of the algebra inserted."""
         return self.text.replace("{A}", algebra)
 
     def function(self, algebra: Algebra) -> Callable[..., Any]:
         """Return the function of a kernel for this operation."""
-        import gacompiler
-
+        package = import_module(__name__.partition(".")[0])
         source = f"lambda {', '.join(self.parameters)}: {self.expression('algebra')}"
-        return eval(source, {"ga": gacompiler, "algebra": algebra})  # type: ignore[no-any-return]
+        return eval(source, {"ga": package, "algebra": algebra})  # type: ignore[no-any-return]
 
 
 class Applied(Protocol):
@@ -128,9 +133,11 @@ _TABLE = tuple(
     if each.row.kind in (Kind.ARITHMETIC, Kind.MULTIVECTOR) and each is not Operation.NORMALIZE
 )
 
+FUNCTIONS = ("exp", "log", "sqrt")
+
 UNARY: Mapping[str, Definition] = {
     **{each.name: each for each in _TABLE if len(each.parameters) == 1},
-    **{name: _definition(name, 1) for name in ("exp", "log", "sqrt")},
+    **{name: _definition(name, 1) for name in FUNCTIONS},
 }
 """Operations of one object, by name; for normalization see `normalize_of`."""
 

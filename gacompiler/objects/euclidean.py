@@ -69,14 +69,31 @@ class Room(Poses, Space):
 
 
 _TURN = define("rotation", "axis angle", "ga.exp(angle / 2 * axis)")
-_ROTATE = define("rotate", "q v", "q * v * ga.clifford_conjugate(q)")
+_ROTATE = define("rotate", "q v", "q * v * ~q")
 
 
 class Quaternions(Poses, Space):
-    """Hamilton's numbers: i, j and k are e1, e2 and e12."""
+    """Hamilton's numbers: i, j and k are e1, e2 and e12, and ``~q`` is the conjugate."""
+
+    @property
+    def i(self) -> Any:
+        """The imaginary unit ``i``."""
+        return self.imaginary(1, 0, 0)
+
+    @property
+    def j(self) -> Any:
+        """The imaginary unit ``j``."""
+        return self.imaginary(0, 1, 0)
+
+    @property
+    def k(self) -> Any:
+        """The imaginary unit ``k``, ``i j``."""
+        return self.imaginary(0, 0, 1)
 
     def quaternion(self, *coefficients: Any) -> Any:
         """Create quaternions from w, x, y, z, or an array with these along its last axis."""
+        if len(coefficients) == 4:
+            return self.of(_QUATERNIONS.QUATERNION, *coefficients)
         return wrap(_QUATERNIONS.QUATERNION, stacked("quaternion", ("w", "x", "y", "z"), coefficients))
 
     def rotation(self, axis: Any, angle: Any) -> Any:

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..algebra.layout import Layout
 from ..frontend.scaling import HEAD, PLAIN, SCALED, TAYLOR, weights
+from .caches import cached_by_name
 from .elements import Elements
 
 MOST_VECTORS = 5
@@ -24,7 +25,7 @@ _MOST = 1100
 """Largest number of squarings for arguments that are doubles."""
 
 
-@cache
+@cached_by_name
 def layout_of_exponential(layout: Layout) -> Layout | None:
     """Return the layout of exponentials that are computed by products; None if they are one kernel."""
     vectors, blades = 0, sorted(layout.support)
@@ -74,6 +75,38 @@ def exponential(x: Elements, whole: Layout, wrap: Callable[[Layout, Any], Any]) 
             y = 2 * y + product(y, y)
         y[..., scalar] += 1
         return wrap(whole, factor[..., None] * y)
+
+
+def longer(versor: Any, logarithm: Any, wrap: Callable[[Layout, Any], Any]) -> Any:
+    """Return the logarithm of versors with a negative scalar part, given that of their negatives.
+
+    With a part ``B`` that is a unit plane of rotation, ``exp(-pi B)`` is -1. The result is NaN where there is no such
+    part, or where it is not determined: for -1, and for equal angles in two planes.
+    """
+    negative = np.broadcast_to(np.asarray(versor["1"]) < 0, logarithm.shape)
+    if not np.any(negative):
+        return logarithm
+    values = np.atleast_2d(logarithm.values).copy()
+    chosen = np.atleast_1d(negative)
+    with np.errstate(all="ignore"):
+        short = wrap(logarithm.layout, values[chosen])
+        values[chosen] = np.asarray((short - np.pi * _plane_of(short)).as_layout(logarithm.layout).values)
+    return wrap(logarithm.layout, values.reshape(logarithm.values.shape))
+
+
+def _plane_of(b: Any) -> Any:
+    """Return the unit plane of the largest angle of rotation in bivectors over up to five basis vectors, or NaN.
+
+    For ``b = b1 + b2`` with commuting parts whose squares are ``x1 < x2``, ``b b`` is ``s + p`` with ``s = x1 + x2``
+    and ``p = 2 b1 b2``. Then ``p p = 4 x1 x2``, and ``x1 b - p b / 2 = (x1 - x2) b1``.
+    """
+    s, p = -b.norm_squared(), b ^ b
+    squared = s * s - (p.norm_squared() if isinstance(p, type(b)) else 0.0)
+    # Its rounding error is eps s**2, so that half of the digits of its root are right above this limit.
+    difference = np.where(squared > s * s * np.sqrt(np.finfo(np.float64).eps), np.sqrt(squared), np.nan)
+    x1 = (s - difference) / 2
+    part = x1 * b - (p * b / 2).grade(2) if isinstance(p, type(b)) else x1 * b
+    return part / (-difference * np.sqrt(-x1))
 
 
 def _beyond_first(x: Any, product: Callable[[Any, Any], Any], scalar: int) -> Any:

@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 from ..algebra.algebra import Algebra
-from ..algebra.layout import SCALARS, Layout
+from ..algebra.layout import Layout
 from ..errors import GacError
 from ..frontend.kernel import Kernel, Parameter, trace
 from ..passes.decide import decide
@@ -60,8 +60,7 @@ class Step:
     @property
     def algebra(self) -> Algebra:
         """The algebra whose name the text of the definition uses."""
-        found = (layout.algebra for layout in self.layouts if layout.algebra != SCALARS)
-        return self.definition.algebra or next(found, SCALARS)
+        return self.definition.algebra_of(self.layouts)
 
     def text(self, names: Callable[[int], str], algebra: str) -> str:
         """Return the definition in terms of names of the operands."""

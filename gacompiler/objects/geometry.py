@@ -216,14 +216,6 @@ class Geometry:
         """Return the grades whose coefficients are not all 0 up to the rounding error of one product."""
         return blades.grades_in(self)
 
-    def even_part(self) -> Any:
-        """Return the part of even grades."""
-        return self._elements.grade(*range(0, self._algebra.dimension + 1, 2))
-
-    def odd_part(self) -> Any:
-        """Return the part of odd grades."""
-        return self._elements.grade(*range(1, self._algebra.dimension + 1, 2))
-
     def factorize(self) -> tuple[Any, tuple[Any, ...]]:
         """Return a weight and orthogonal vectors whose outer product, times the weight, is this blade.
 

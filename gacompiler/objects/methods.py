@@ -1,17 +1,15 @@
-"""The operations of the algebra as methods of numeric objects, one line for each."""
+"""The methods of all multivectors for numeric objects, which call compiled functions directly."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
-from ..algebra.functions import docstring
+from ..algebra import methods
 from ..algebra.operations import Operation
 from .definitions import BINARY, UNARY, Definition
 from .native import extension, extension_is_settled
-
-Method = TypeVar("Method", bound=Callable[..., Any])
 
 
 class Engine(NamedTuple):
@@ -61,55 +59,31 @@ def _apply_curried(definition: Definition, x: Any) -> Any:
     return apply(definition, x) if len(definition.parameters) == 1 else lambda y: apply(definition, x, y)
 
 
-def _unary(operation: Operation) -> Callable[[Any], Any]:
+def _unary(operation: str) -> Callable[[Any], Any]:
     run = curried(UNARY[operation])
 
     def method(self: Any) -> Any:
         return run[0](self)
 
-    return _named(method, operation, "Here `a` is this object.")
+    return methods.named(method, operation)
 
 
-def _binary(operation: Operation) -> Callable[[Any, Any], Any]:
+def _binary(operation: str) -> Callable[[Any, Any], Any]:
     run = curried(BINARY[operation])
 
     def method(self: Any, other: Any) -> Any:
         return run[0](self)(other)
 
-    return _named(method, operation, "Here `a` is this object and `b` the other one.")
+    return methods.named(method, operation)
 
 
-def _named(method: Method, operation: Operation, operands: str) -> Method:
-    method.__name__, method.__qualname__ = operation.value, f"Operations.{operation}"
-    method.__doc__ = f"{docstring(operation).rstrip()}\n\n{operands}\n"
-    return method
-
-
-class Operations:
-    """The operations of the algebra as methods; `normalize` is defined by each class."""
+class Operations(methods.Methods):
+    """The operations of the algebra as methods; those with options or checks are defined by each class."""
 
     __slots__ = ()
 
-    geometric_product = _binary(Operation.GEOMETRIC_PRODUCT)
-    outer_product = _binary(Operation.OUTER_PRODUCT)
-    regressive_product = _binary(Operation.REGRESSIVE_PRODUCT)
-    left_contraction = _binary(Operation.LEFT_CONTRACTION)
-    right_contraction = _binary(Operation.RIGHT_CONTRACTION)
-    inner_product = _binary(Operation.INNER_PRODUCT)
-    hestenes_product = _binary(Operation.HESTENES_PRODUCT)
-    scalar_product = _binary(Operation.SCALAR_PRODUCT)
-    commutator = _binary(Operation.COMMUTATOR)
-    anticommutator = _binary(Operation.ANTICOMMUTATOR)
-    sandwich = _binary(Operation.SANDWICH)
-
     negate = _unary(Operation.NEGATE)
-    reverse = _unary(Operation.REVERSE)
-    grade_involution = _unary(Operation.GRADE_INVOLUTION)
-    clifford_conjugate = _unary(Operation.CLIFFORD_CONJUGATE)
-    dual = _unary(Operation.DUAL)
-    undual = _unary(Operation.UNDUAL)
-    polarity = _unary(Operation.POLARITY)
-    inverse = _unary(Operation.INVERSE)
-    determinant = _unary(Operation.DETERMINANT)
-    norm_squared = _unary(Operation.NORM_SQUARED)
-    norm = _unary(Operation.NORM)
+
+
+for _name in vars(methods.Methods).keys() & {*UNARY, *BINARY}:
+    setattr(Operations, _name, (_unary if _name in UNARY else _binary)(_name))

@@ -41,15 +41,32 @@ def _measured(layout: Layout, coefficients: Sequence[Any]) -> tuple[Any, Any]:
     return total, size
 
 
-def _in_range(layout: Layout, values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """Scale elements whose squares are too large or too small for doubles."""
+def range_exponents(layout: Layout, values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any] | None:
+    """Return the exponents of elements whose squares are too large or too small for doubles, and 0 for others.
+
+    The result is None if there are no such elements, or if they cannot be scaled because a coefficient is fixed.
+    """
     if layout.fixed or layout.implied:
-        return values
+        return None
     largest = np.max(np.abs(values), axis=-1, initial=0.0)
     with np.errstate(all="ignore"):
         _, exponents = np.frexp(largest)
         far = np.isfinite(largest) & ((largest < SMALL**0.25) | (largest > LARGE**0.25))
-    return np.ldexp(values, -np.where(far, exponents, 0)[..., None]) if np.any(far) else values
+    return np.where(far, exponents, 0) if np.any(far) else None
+
+
+def is_clearly_not_null(layout: Layout, values: np.ndarray[Any, Any]) -> bool:
+    """Whether ``x ~x`` of a single element is in the range of doubles, and not 0 up to rounding; fast."""
+    total, size = _measured(layout, values.tolist())
+    return bool(SMALL < size < LARGE and abs(total) > ROUNDINGS * float(np.finfo(values.dtype).eps) * size)
+
+
+def is_null(layout: Layout, values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """Whether ``x ~x`` is 0 up to rounding, for each element with squares in the range of doubles."""
+    limit = ROUNDINGS * float(np.finfo(values.dtype).eps)
+    with np.errstate(all="ignore"):
+        total, size = _measured(layout, list(np.moveaxis(values, -1, 0)))
+        return np.broadcast_to(np.isfinite(size) & (np.abs(total) <= limit * size), values.shape[:-1])
 
 
 def normalized(x: Elements, run: Callable[[Any], Any], wrap: Callable[[Layout, Any], Any]) -> Any:
@@ -76,15 +93,11 @@ def normalized(x: Elements, run: Callable[[Any], Any], wrap: Callable[[Layout, A
     layout, values = x.layout, x.values
     if values.dtype.kind == "c":
         return run(x)
-    limit = ROUNDINGS * float(np.finfo(values.dtype).eps)
-    if values.ndim == 1:
-        total, size = _measured(layout, values.tolist())
-        if SMALL < size < LARGE and abs(total) > limit * size:
-            return run(x)
-    scaled = _in_range(layout, values)
-    with np.errstate(all="ignore"):
-        total, size = _measured(layout, list(np.moveaxis(scaled, -1, 0)))
-        null = np.broadcast_to(np.isfinite(size) & (np.abs(total) <= limit * size), values.shape[:-1])
+    if values.ndim == 1 and is_clearly_not_null(layout, values):
+        return run(x)
+    exponents = range_exponents(layout, values)
+    scaled = values if exponents is None else np.ldexp(values, -exponents[..., None])
+    null = is_null(layout, scaled)
     if values.ndim == 1 and null:
         raise ZeroDivisorError("normalize", f"{x}, which is null: x ~x = 0", "an element whose norm is not 0")
     if not _squared_norm(layout):

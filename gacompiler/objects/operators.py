@@ -13,7 +13,6 @@ import re
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from functools import cache
 from random import Random
 from typing import Any
 
@@ -39,6 +38,7 @@ from ..passes.samples import samples
 from ..passes.schedule import schedule
 from ..passes.search import Candidate
 from .background import QUEUE, Job
+from .caches import cached_by_name, key_of
 from .definitions import Definition
 from .library import LIBRARY, NUMPY
 from .modules import load_made, module_job
@@ -62,7 +62,6 @@ WORTH_A_PROOF = 0.75
 takes as long as all other stages."""
 _CLEARLY = 1e-6
 """A difference, relative to the largest coefficient, that cannot be a rounding error."""
-
 
 OBSERVERS: list[Callable[[Operator, Sequence[np.ndarray[Any, Any]], np.ndarray[Any, Any]], None]] = []
 """Functions that are called after every operation on arrays, with its operands and result; ``gac record`` adds one."""
@@ -230,7 +229,7 @@ class Operator:
         return out if shape else out[..., 0]
 
 
-_OPERATORS: dict[tuple[Definition, tuple[Layout, ...]], Operator] = {}
+_OPERATORS: dict[Any, Operator] = {}
 _BY_IDENTITY: dict[tuple[int, ...], tuple[Operator, Definition, tuple[Layout, ...]]] = {}
 """The same by the identities of definition and layouts, because comparing layouts is slow; entries keep them alive."""
 _LOCK = threading.RLock()
@@ -248,7 +247,7 @@ def operator_of(definition: Definition, layouts: tuple[Layout, ...]) -> Operator
     known = _BY_IDENTITY.get(identity)
     if known is not None:
         return known[0]
-    key = (definition, layouts)
+    key = key_of((definition, layouts))
     with _LOCK:
         if key not in _OPERATORS:
             _OPERATORS[key] = Operator(definition, layouts)
@@ -283,10 +282,12 @@ def compiled(definition: Definition, layouts: tuple[Layout, ...]) -> Compilation
     record, variants = _decided(kernel)
     decision, traced = record.decision, record.trace
     assert decision is not None and traced is not None
-    (layout,) = decision.layouts
+    (found,) = decision.layouts
+    # Equal constants are one expression, whose algebra may be an equal one with other names that was used before.
+    layout = found if found.is_scalar else replace(found, algebra=definition.algebra_of(layouts))
     known = is_unit(traced.expressions[0]) or (definition.unit is not None and definition.unit(layouts))
     wanted = chosen_layout(layout, known)
-    if wanted != layout:
+    if wanted != found or wanted.algebra is not found.algebra:
         slots = tuple(Slot(0, slot.blade, slot.sign) for slot in wanted.stored)
         decision = Decision((wanted,), (slots,), decision.constants, (wanted.unit,))
         kernel = replace(kernel, returns=wanted)
@@ -327,7 +328,7 @@ def chosen_layout(layout: Layout, unit: bool) -> Layout:
     return layout_of(layout.algebra, blades)
 
 
-@cache
+@cached_by_name
 def _layout_of(algebra: Any, blades: frozenset[int]) -> Layout:
     if blades == {0}:
         return SCALAR
@@ -352,8 +353,7 @@ def _same(a: Layout, b: Layout) -> bool:
 
 
 def _kernel(definition: Definition, layouts: tuple[Layout, ...]) -> Kernel:
-    found = (layout.algebra for layout in layouts if layout.algebra != SCALARS)
-    algebra = definition.algebra or next(found, SCALARS)
+    algebra = definition.algebra_of(layouts)
     parameters = tuple(Parameter(n, layout) for n, layout in zip(definition.parameters, layouts, strict=True))
     name = "_".join([definition.name, *(_word(layout) for layout in layouts)])
     summary = f"``{definition.expression(algebra.name)}``"

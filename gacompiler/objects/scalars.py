@@ -12,7 +12,7 @@ import numpy as np
 
 from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALAR, SCALARS, Layout
-from ..errors import AlgebraError
+from ..errors import AlgebraError, ZeroDivisorError
 from .methods import Operations
 
 
@@ -90,6 +90,18 @@ class ScalarMethods(Operations, float):
             raise AlgebraError("grade", f"grades {grades}", "nonnegative integers, as in x.grade(2)")
         return self if 0 in grades else type(self)(0.0)
 
+    def inverse(self) -> Self:
+        """Return the reciprocal.
+
+        Raises
+        ------
+        ZeroDivisorError
+            If this is 0.
+        """
+        if not float(self):
+            raise ZeroDivisorError("inverse", "the number 0", "an invertible element")
+        return type(self)(1 / float(self))
+
     def as_layout(self, layout: Layout, *, tolerance: float = 1e-9, what: str = "") -> Any:
         """Convert to a layout of any algebra, as `MultivectorArray.as_layout` does."""
         return self.in_algebra(layout.algebra).as_layout(layout, tolerance=tolerance, what=what)
@@ -120,5 +132,4 @@ class ScalarMethods(Operations, float):
     isclose, exactly, project = _lifted("isclose"), _lifted("exactly"), _lifted("project")
     grades, explain = _lifted("grades"), _lifted("explain")
     is_blade, is_versor, factorize = _lifted("is_blade"), _lifted("is_versor"), _lifted("factorize")
-    even_part, odd_part = _lifted("even_part"), _lifted("odd_part")
     dual, undual, polarity = (_without_algebra(name) for name in ("dual", "undual", "polarity"))

@@ -12,7 +12,7 @@ from ..algebra.algebra import Algebra
 from ..algebra.catalog import CATALOG
 from ..algebra.layout import SCALARS, Layout
 from ..errors import SpecError
-from .definitions import Applied, Definition
+from .definitions import Applied
 from .fusion import Fused
 
 _WIDTH = 116
@@ -118,9 +118,7 @@ def _statement(start: str, expression: str) -> list[str]:
 
 
 def _algebra_of(operator: Applied) -> Algebra:
-    definition: Definition = operator.definition
-    found = (p.layout.algebra for p in operator.kernel.parameters if p.layout.algebra != SCALARS)
-    return definition.algebra or next(found, SCALARS)
+    return operator.definition.algebra_of(parameter.layout for parameter in operator.kernel.parameters)
 
 
 def _algebra(algebra: Algebra, algebras: dict[Algebra, str], definitions: list[str]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import sympy
@@ -10,7 +11,7 @@ from ..algebra.coefficients import is_zero
 from ..algebra.functions import binary, unary
 from ..algebra.meanings import MEANINGS
 from ..algebra.multivector import Multivector
-from ..algebra.operations import Operation
+from ..algebra.operations import BY_NAME, Operation
 from ..errors import AlgebraError
 from ..rings.symbolic import Expanded
 from .multivector import SymbolicMultivector, required, symbolic
@@ -18,10 +19,10 @@ from .printing import common_factor
 from .relations import reduce
 
 __all__ = [
-    "anticommutator", "clifford_conjugate", "commutator", "determinant", "dual", "exp", "geometric_product", "grade",
-    "grade_involution", "hestenes_product", "inner_product", "inverse", "left_contraction", "norm", "norm_squared",
-    "normalize", "outer_product", "polarity", "regressive_product", "reverse", "right_contraction", "sandwich",
-    "scalar_product", "undual",
+    "anticommutator", "clifford_conjugate", "commutator", "determinant", "dual", "exp", "geometric_product",
+    "grade", "grade_involution", "hestenes_product", "inner_product", "inverse", "left_contraction", "log", "norm",
+    "norm_squared", "normalize", "outer_product", "polarity", "power", "regressive_product", "reverse",
+    "right_contraction", "sandwich", "scalar_product", "sqrt", "undual",
 ]  # fmt: skip
 
 
@@ -57,6 +58,13 @@ determinant = unary(_apply, Operation.DETERMINANT)
 norm_squared = unary(_apply, Operation.NORM_SQUARED)
 norm = unary(_apply, Operation.NORM)
 normalize = unary(_apply, Operation.NORMALIZE)
+
+
+def run_operation(name: str, *operands: Any) -> Any:
+    """Apply the function `name` of this module, or any other operation of the table."""
+    if name in _OWN:
+        return _OWN[name](*operands)
+    return _apply(BY_NAME[name], *operands)
 
 
 def sandwich(versor: Any, x: Any) -> SymbolicMultivector:
@@ -124,16 +132,65 @@ def _even_and_odd(s: Any, size: Any) -> tuple[Any, Any]:
     """Return ``cosh(size sqrt(s))`` and ``sinh(size sqrt(s)) / sqrt(s)``; the sign of the root is arbitrary."""
     if s == 0:
         return sympy.Integer(1), size
-    negative = s.is_negative or (s.is_positive is not True and s.could_extract_minus_sign())
-    root = signless(sympy.sqrt(sympy.factor(-s if negative else s)))
+    negative, root = _signed_root(s)
     cosine, sine = (sympy.cos, sympy.sin) if negative else (sympy.cosh, sympy.sinh)
     return cosine(size * root), sine(size * root) / root
+
+
+def _signed_root(s: Any) -> tuple[bool, Any]:
+    """Return whether `s` has a negative sign, and the root of its absolute value, of any sign."""
+    negative = s.is_negative or (s.is_positive is not True and s.could_extract_minus_sign())
+    return negative, signless(sympy.sqrt(sympy.factor(-s if negative else s)))
 
 
 def signless(root: Any) -> Any:
     """Return a root of arbitrary sign without the absolute values of its factors."""
     factors = [power.as_base_exp() for power in sympy.Mul.make_args(root)]
     return sympy.Mul(*((b.args[0] if isinstance(b, sympy.Abs) else b) ** e for b, e in factors))
+
+
+def log(a: SymbolicMultivector) -> SymbolicMultivector:
+    """Return the principal logarithm of a scalar plus a part `b` whose square is a scalar.
+
+    This is half the logarithm of the squared size, and the angle in [0, pi] along `b`; see `exp` for the forms of `b`.
+    """
+    w, b, s = _number("log()", a)
+    if s == 0:
+        return symbolic(b / w + sympy.log(w)) if b.terms else symbolic(b + sympy.log(w))
+    negative, root = _signed_root(s)
+    angle = sympy.atan2(root, w) if negative else sympy.atanh(root / w)
+    return symbolic(b * (angle / root) + sympy.log(sympy.simplify(w**2 - s)) / 2)
+
+
+def sqrt(a: SymbolicMultivector) -> SymbolicMultivector:
+    """Return the square root with a positive scalar part, of a scalar plus a part whose square is a scalar."""
+    w, b, s = _number("sqrt()", a)
+    root = sympy.sqrt(sympy.simplify((w + sympy.sqrt(sympy.simplify(w**2 - s))) / 2))
+    return symbolic(b / (2 * root) + root)
+
+
+def power(a: SymbolicMultivector, t: Any) -> SymbolicMultivector:
+    """Return a product of equal factors, the square root, or ``exp(t * log(a))`` for any other exponent."""
+    exponent = Expanded.of(t).expression
+    if exponent.is_Integer:
+        return symbolic(a ** int(exponent))
+    return sqrt(a) if exponent == sympy.Rational(1, 2) else exp(symbolic(log(a) * exponent))
+
+
+def _number(where: str, a: Any) -> tuple[Any, SymbolicMultivector, Any]:
+    """Split `a` into a scalar and a part whose square is the scalar that is returned last."""
+    lifted = required(where, a)
+    b = lifted.keep(bool)
+    square = reduce(b * b)
+    if not _vanishes(square.keep(bool)):
+        raise AlgebraError(
+            where, f"a part whose square is {square}", "a scalar as its square", "use a kernel or numeric objects"
+        )
+    return lifted["1"], b, sympy.factor(square["1"])
+
+
+_OWN: Mapping[str, Callable[..., SymbolicMultivector]] = {"exp": exp, "log": log, "sqrt": sqrt, "power": power}
+SymbolicMultivector.run_operation = staticmethod(run_operation)
 
 
 def _vanishes(x: SymbolicMultivector) -> bool:

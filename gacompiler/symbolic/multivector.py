@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Any
+from typing import Any, ClassVar
 
 import sympy
 from sympy.simplify.fu import TR8
@@ -48,6 +48,8 @@ class SymbolicMultivector(Immutable, Multivector):
     history: tuple[Operation, tuple[Any, ...]] | None
     _shown: Mapping[int, Any] | None
     _in_own_form: bool
+    run_operation: ClassVar[Callable[..., Any]]
+    """Applies an operation of the kernel language by name; supplied by `gacompiler.symbolic.functions`."""
 
     def __init__(
         self,
@@ -286,8 +288,6 @@ class SymbolicMultivector(Immutable, Multivector):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (_rows(self),)
-
-    __iter__ = None  # Prevents Python from iterating over x[0], x[1], ... as a sequence.
 
     def _sympy_(self) -> Any:
         raise sympy.SympifyError(

@@ -10,8 +10,9 @@ from typing import Any, Protocol
 import sympy
 
 from ..algebra.algebra import Algebra
+from ..algebra.latex import blade_latex
 from ..errors import AlgebraError
-from ..frontend.latex import blade_latex, symbol
+from ..frontend.latex import symbol
 
 STYLES = ("line", "grade", "blade", "factored")
 _COMPONENT = re.compile(r".*_[a-zA-Z](\d|inf|o)")

@@ -56,6 +56,24 @@ def distribution(name: str, version: str) -> Distribution:
     return found
 
 
+_FORWARDING = '''
+from importlib import import_module
+from typing import Any
+
+
+def __getattr__(name: str) -> Any:
+    """Return an attribute of the module of the same name, so that ``import NAME`` gives its kernels."""
+    if name.startswith("__") and name != "__all__":
+        raise AttributeError(name)
+    return getattr(import_module(".NAME", __name__), name)
+
+
+def __dir__() -> list[str]:
+    return dir(import_module(".NAME", __name__))
+'''
+"""The code of a package that has a module of its own name."""
+
+
 def package_files(known: Distribution, modules: Mapping[str, str], files: Mapping[str, str]) -> dict[str, bytes]:
     """Return the files of a wheel without compiled libraries and RECORD.
 
@@ -74,6 +92,8 @@ def package_files(known: Distribution, modules: Mapping[str, str], files: Mappin
     lines = [f"    from {known.package} import {module}" for module in modules]
     summary = next(iter(modules.values())).partition("\n")[0]
     init = '"""Kernels that gacompiler generated:\n\n' + "\n".join(lines) + '\n"""\n'
+    if known.package in modules:
+        init += _FORWARDING.replace("NAME", known.package)
     texts = {"__init__.py": init, "py.typed": "\n", **runtime_files(), **files}
     inside = {f"{known.package}/{name}": text for name, text in texts.items()}
     inside[f"{known.metadata_folder}/METADATA"] = _metadata(known, summary, modules)

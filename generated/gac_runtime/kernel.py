@@ -157,6 +157,7 @@ class Kernel(Call):  # type: ignore[misc]
         self._given = [definition.layouts.get(name) for name, _ in definition.inputs]
         self._returned = [definition.layouts.get(name) for name, _ in definition.outputs]
         self._identities = tuple(layout.identity if layout and layout.blades else None for layout in self._given)
+        self._units = sum(1 << k for k, layout in enumerate(self._given) if layout and layout.unit)
 
     @classmethod
     def of(cls, function: Callable[..., Any], signature: str) -> Kernel:
@@ -359,7 +360,8 @@ class Kernel(Call):  # type: ignore[misc]
             if extension is not None and shapes:
                 limits = (LEAST_WORK - 1) // self._work, _PATIENCE // self._work
                 space = self._settings.namespace
-                self._bind(shapes, out_shapes, function, tuple(self._addresses), *limits, space, self._identities)
+                layouts = self._identities, self._units
+                self._bind(shapes, out_shapes, function, tuple(self._addresses), *limits, space, *layouts)
             self._loops[dtype] = loop
         return loop
 

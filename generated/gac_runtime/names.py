@@ -57,21 +57,22 @@ def library_label(module: str, c_text: str) -> str:
 
 
 @functools.cache
-def library_file(label: str, runtime: Path, level: int = PORTABLE) -> str:
+def library_file(label: str, runtime: Path, level: int = PORTABLE, half: bool = False) -> str:
     """Return the file name of the library of a module, compiled with the runtime in folder `runtime`.
 
     If that folder has no runtime, the C file of the module contains it. Names for different levels differ only in
-    their endings: ``.so`` for a portable library, else ``-v4.so``.
+    their endings: ``.so`` for a portable library, else ``-v4.so``. The half of a library that has the functions of
+    doubles only ends in ``-half.so``.
     """
     texts = [_text(runtime / name) for name in RUNTIME_FILES]
     flags = [flag for flags in LEVEL_FLAGS.values() for flag in flags]
-    ending = "" if level == PORTABLE else f"-v{level}"
+    ending = ("" if level == PORTABLE else f"-v{level}") + ("-half" if half else "")
     return f"{label}-{digest(*texts, *FLAGS, *GCC_FLAGS, *OTHER_FLAGS, *flags)}{ending}.so"
 
 
-def library_files(label: str, runtime: Path) -> tuple[str, ...]:
+def library_files(label: str, runtime: Path, half: bool = False) -> tuple[str, ...]:
     """Return the names of the libraries that this machine can load, the preferred one first."""
-    return tuple(library_file(label, runtime, level) for level in dict.fromkeys((machine_level(), PORTABLE)))
+    return tuple(library_file(label, runtime, level, half) for level in dict.fromkeys((machine_level(), PORTABLE)))
 
 
 def lower_library_files(label: str, runtime: Path) -> tuple[str, ...]:

@@ -85,7 +85,7 @@ def test_all_signs_were_met() -> None:
         squares = [exact_square(layout, row) for row in elements(layout)]
         seen[layout.algebra.name, layout.name] = {(square > 0) - (square < 0) for square in squares}
     for key in (("CGA3", "SPHERE"), ("CGA2", "CIRCLE"), ("STA", "VECTOR"), ("STA", "BIVECTOR"), ("CGA3", "VECTOR"),
-                ("COMPLEX", "NUMBER"), ("G33", "VECTOR")):  # fmt: skip
+                ("DOUBLE_NUMBERS", "NUMBER"), ("G33", "VECTOR")):  # fmt: skip
         assert seen[key] == {-1, 0, 1}, key
     assert seen["PGA3", "PLANE"] >= {1} and seen["CGA3", "PLANE"] >= {-1} and seen["PGA3", "DIRECTION"] == {0}
 

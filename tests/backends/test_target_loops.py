@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -37,6 +36,7 @@ from loop_examples import (
     squares,
     tree,
 )
+from programs import needs, runs
 from selection import some_slow
 
 from gacompiler.backends import body_is_intact
@@ -53,10 +53,6 @@ from gacompiler.ir.program import Argument, Program, Result
 
 LENGTHS = ({"n": 1, "m": 1, "k": 1}, {"n": 5, "m": 3, "k": 7}, {"n": 0, "m": 0, "k": 0}, {"n": 4, "m": 6, "k": 2})
 JOINTS, VARIABLES = 6, 5
-
-
-def needs(command: str) -> pytest.MarkDecorator:
-    return pytest.mark.skipif(not shutil.which(command), reason=f"no {command} on the PATH")
 
 
 FEW = (forward, squares, tree, backwards, picked, kept, newton)
@@ -385,9 +381,9 @@ def test_functions_have_unique_names(tmp_path: Path) -> None:
         (tmp_path / name).write_text(text)
         declared = re.findall(r"^(?:\S.*\b)?(?:void|fn|function|long) (\w+\$?)[<(]", text, re.MULTILINE)
         assert len(declared) == len(set(declared)) > 20, name
-    if shutil.which("node"):
+    if runs("node"):
         compiled("node", "--check", tmp_path / "odd.mjs")
-    if shutil.which("rustc"):
+    if runs("rustc"):
         compiled("rustc", "--edition", "2021", "--crate-type", "lib", "-o", tmp_path / "odd.rlib", tmp_path / "odd.rs")
 
 

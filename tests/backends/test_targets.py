@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import ctypes
 import re
-import shutil
 import subprocess
 import sys
 from functools import cache
@@ -21,6 +20,7 @@ import pytest
 import target_drivers as drivers
 from backend_programs import ALL_OPERATIONS, MOVE_POINT, PROGRAMS, module_source, write
 from click.testing import CliRunner
+from programs import needs, runs
 from target_drivers import Array, Call, Dialect, Found, size
 
 from gacompiler.backends import body_is_intact, build_library, library_path
@@ -37,10 +37,6 @@ from gacompiler.ir.scalar import Op
 N = 24
 SPECS = ("vga2",)
 SPECIAL = (np.nan, np.inf, -np.inf, 0.0, -0.0, 1.0, -1.0, 5e-324, 1e300, 2.0)
-
-
-def needs(command: str) -> pytest.MarkDecorator:
-    return pytest.mark.skipif(not shutil.which(command), reason=f"no {command} on the PATH")
 
 
 @cache
@@ -396,8 +392,8 @@ def test_reserved_words_are_not_used_as_names(target: str, tmp_path: Path) -> No
     (tmp_path / name).write_text(text)
     prelude = ON_A_PROCESSOR if target == "cuda" else f"#include <stddef.h>\n{WORK_ITEMS}"
     (tmp_path / "before.h").write_text(f"#include <math.h>\n{prelude}")
-    if not shutil.which(COMPILERS[target][0]):
-        pytest.skip(f"the text is checked; no {COMPILERS[target][0]} on the PATH to compile it")
+    if not runs(COMPILERS[target][0]):
+        pytest.skip(f"the text is checked; no {COMPILERS[target][0]} that runs to compile it")
     compiled(*(word.format(folder=tmp_path) for word in COMPILERS[target]), tmp_path / name)
 
 

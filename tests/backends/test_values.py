@@ -414,7 +414,7 @@ def test_names_of_types() -> None:
 
 
 def test_relations_between_types() -> None:
-    """A unit quaternion is a quaternion, though it is not `unit`; the converse needs a kernel."""
+    """A unit quaternion is a quaternion; the converse needs a kernel."""
     from gacompiler import kernel
     from gacompiler.algebra.catalog import QUATERNIONS
 
@@ -426,7 +426,7 @@ def test_relations_between_types() -> None:
     source = kernel_source(record)
     layouts = dict(source.layouts)
     assert source.operator == ("*", ("a", "b"))
-    assert layouts["a"].has_meaning and not layouts["a"].unit and not layouts["b"].has_meaning
+    assert layouts["a"].has_meaning and layouts["a"].unit and not layouts["b"].has_meaning
 
 
 @pytest.mark.slow

@@ -234,6 +234,12 @@ class TestCurvilinear:
         for mine, given in zip(chart.components(chart.vector(*components)), components, strict=True):
             assert sympy.simplify(mine - given) == 0
 
+    def test_components_are_those_of_vectors(self, system: tuple[Chart, Any]) -> None:
+        chart, _ = system
+        curl = chart.curl(chart.vector(*(parameter**2 * chart.parameters[-1] for parameter in chart.parameters)))
+        with pytest.raises(AlgebraError, match=r"Chart\.components\(\): a field of grade 2; expected a vector field"):
+            chart.components(curl)
+
 
 @pytest.mark.parametrize("algebra", [VGA2, STA, OBLIQUE, CGA2], ids=lambda algebra: algebra.name)
 def test_operators_in_any_signature(algebra: Algebra) -> None:

@@ -137,3 +137,20 @@ def test_errors(arguments: Any, message: str) -> None:
         multivector_function(*arguments)
     with pytest.raises(TypeError, match="x: dtype"):
         multivector_function("sin", [1j, 2])
+
+
+def test_elements_have_the_squares_of_their_algebra() -> None:
+    from gacompiler.algebra.catalog import DUAL_NUMBERS
+    from gacompiler.objects import PGA3, QUATERNIONS, VGA3, Space
+
+    x = 2 + 3 * VGA3.e12
+    assert multivector_function("log", x).isclose(np.log(np.sqrt(13)) + np.arctan2(3, 2) * VGA3.e12)
+    q = QUATERNIONS.quaternion(1, 2, 3, 4)
+    root = multivector_function("sqrt", q)
+    assert (root * root).isclose(q, atol=1e-12) and root["1"] > 0
+    dual = Space(DUAL_NUMBERS).of(DUAL_NUMBERS.NUMBER, 3.0, 1.0)
+    assert multivector_function("square", dual).isclose(dual * dual) and (dual * dual)["e0"] == 6
+    with pytest.raises(TypeError, match=r"x is PGA3\.MOTOR; expected an element of VGA2, .*, or an array"):
+        multivector_function("log", PGA3.motor([0, 0, 1], 1))
+    with pytest.raises(ValueError, match=r"squares: .* expected none beside an element of VGA3"):
+        multivector_function("log", x, [1, 1, 1])

@@ -9,8 +9,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
-from backend_programs import DISTANCE, SWAP, module_source, write
+from backend_programs import DISTANCE, SWAP, load, module_source, write
 from selection import some_slow
 
 from gacompiler.gac_runtime import build, names
@@ -339,3 +340,16 @@ def test_a_library_that_needs_another_processor_is_rejected(module: Path) -> Non
     label = names.library_label(module.stem, module.read_text())
     with pytest.raises(RuntimeProblem, match=r"this processor lacks its instructions.*gac build --portable"):
         Library(label, module).open()
+
+
+def test_floats_are_compiled_when_they_are_called(module: Path, with_runtime: None) -> None:
+    """A first call compiles for doubles only; floats build the whole library, which replaces the half."""
+    bare = load(module.with_suffix(".py"), "bare")
+    built = module.parent / "_build"
+    for x, ending in ((np.array([[1.0, 2], [3, 4]]), "-half.so"), (np.array([[1, 2], [3, 4]], np.float32), ".so")):
+        for _ in range(2):
+            swapped = bare.swap(x)
+            assert swapped.dtype == x.dtype and np.array_equal(swapped, x[:, ::-1])
+        (library,) = built.glob("bare-*.so")
+        assert library == library_path(module, half=ending == "-half.so") and library.name.endswith(ending)
+    assert np.array_equal(bare.swap(np.array([1.0, 2])), [2, 1])

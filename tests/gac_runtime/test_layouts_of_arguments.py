@@ -65,10 +65,21 @@ def test_results_of_elements_are_elements() -> None:
         assert np.ndim(pga3.motor_to_matrix(MOTOR)) == 2 and isinstance(pga3.distance_points(point, point), float)
     many = pga3.move_point(MOTOR, PGA3.point(np.eye(3)))
     assert many.shape == (3,) and many.isclose(MOTOR >> PGA3.point(np.eye(3))).all()
-    powers = pga3.motor_power(MOTOR, np.array([0.0, 0.5, 1.0]))
-    assert powers.shape == (3,) and powers[2].isclose(MOTOR)
+    for _ in range(2):
+        powers = pga3.motor_power(MOTOR, np.array([0.0, 0.5, 1.0]))
+        assert powers.shape == (3,) and powers[2].isclose(MOTOR)
     normal, offset = pga3.plane_to_vector_algebra(PGA3.plane(0, 0, 1, -2))
     assert (normal.layout, offset.layout) == (VGA3.BIVECTOR, VGA3.PSEUDOSCALAR)
+
+
+def test_elements_that_are_not_of_unit_norm_are_refused_where_they_have_to_be() -> None:
+    point, even = PGA3.point(1, 2, 3), MOTOR.as_layout(PGA3.EVEN)
+    for _ in range(2):
+        assert pga3.move_point(even, point).isclose(MOTOR >> point)
+        assert pga3.move_point(PGA3.line([0, 0, 0], [0, 0, 1]), point).isclose(PGA3.point(-1, -2, 3))
+        for wrong in (2 * even, even + 1, 2 * PGA3.line([0, 0, 0], [0, 0, 1]), np.stack([even, 2 * even])):
+            with pytest.raises(TypeError, match=r"argument m is PGA3\.\w+ with x ~x = 1 up to .*; call normalize"):
+                pga3.move_point(wrong, point)
 
 
 def test_results_of_arrays_are_arrays() -> None:

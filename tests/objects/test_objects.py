@@ -15,16 +15,18 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sympy
 
 import gacompiler as ga
-from gacompiler import Algebra
+from gacompiler import Algebra, Cl, sandwich
 from gacompiler.algebra import catalog
-from gacompiler.algebra.layout import SCALAR
+from gacompiler.algebra.layout import SCALAR, Layout
 from gacompiler.algebra.meanings import MEANINGS
 from gacompiler.errors import AlgebraError, LayoutError
 from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, STA, VGA2, VGA3, MultivectorArray, Space, library, operators
 from gacompiler.objects import arrays as arrays_module
 from gacompiler.objects.definitions import BINARY, UNARY
+from generated import pga3
 
 OBLIQUE = Space(Algebra("oblique", "a b c", [[2, 1, 0], [1, -1, 3], [0, 3, 0]]))
 """An algebra with an indefinite, oblique metric and a null vector."""
@@ -373,6 +375,18 @@ def test_operators_do_not_run_python_after_first_use(symbol: str, monkeypatch: p
     assert [run(a, b) for a, b in pairs] == before
 
 
+def test_names_of_equal_classes_and_spaces_of_signatures() -> None:
+    m = PGA3.motor([0, 0, 1], 0.5, 2)
+    for call in (lambda: m * pga3.Motor(m), lambda: pga3.Motor(m) * m, lambda: sandwich(m, pga3.Point([1, 2, 3]))):
+        with pytest.raises(TypeError, match=r"gacompiler\.objects\.arrays\.Motor.*") as caught:
+            call()
+        assert "generated.pga3." in str(caught.value)
+    assert Cl(3, 0, 1) is PGA3 and Space(2, 1) == Cl(2, 1) and (Cl(2, 1).e3 ** 2) == -1
+    with pytest.raises(AlgebraError, match=r"as in G = Cl\(3\)"):
+        _, _ = Cl(3)
+    assert sympy.latex(PGA3.point(1, 2, 3)) == PGA3.point(1, 2, 3)._repr_latex_().strip("$")
+
+
 def test_quotients() -> None:
     m, n, p = PGA3.motor([1, 2, 3], 0.3, 2), PGA3.motor([3, 1, 1], -1, 1), PGA3.point(1, 2, 3)
     assert (m / n).isclose(m * n.inverse()) and (m / n).layout == PGA3.MOTOR
@@ -503,3 +517,28 @@ def test_weights_that_a_versor_changes_are_found_by_one_example() -> None:
         CGA3.coordinates(versor >> point),
         CGA3.coordinates(CGA3.rotor([0, 0, 1], 0.3, [1, 2, 3]) >> CGA3.point(2, 4, 6)),
     )
+
+
+def test_results_have_the_names_of_their_own_algebra() -> None:
+    """An equal algebra with other names, which was used before, has no influence on layouts."""
+    other = Space(catalog.orthogonal(3)).vector(1, 2, 3)
+    vector = VGA3.vector(1, 2, 3)
+    for run in (lambda x: x, lambda x: x * x, lambda x: x ^ x, lambda x: x.dual(), lambda x: x.normalize()):
+        first, second = run(other), run(vector)
+        assert getattr(first, "layout", SCALAR).algebra.name != "VGA3"
+        assert getattr(second, "layout", SCALAR).algebra.name != "G(3,0,0)"
+    assert vector.layout == VGA3.VECTOR and (other + vector).isclose(2 * vector)
+
+
+def test_constants_have_the_names_of_their_own_algebra() -> None:
+    """Equal constants of equal algebras are one expression, which remembers the algebra that used it first."""
+    first, second = (Space(Algebra(name, "h1 h2", [1, 1], layouts=_turns)) for name in ("FIRST", "SECOND"))
+    for space in (first, second):
+        plane = space.h1 ^ space.h2
+        for found in (plane.exp(), 1 + plane, (1 + space.h1) * space.h2, plane.exp().sqrt()):
+            assert found.layout.algebra.name == space.algebra.name
+        assert plane.exp().layout == space.TURN and str(plane.exp().layout) == f"{space.algebra.name}.TURN"
+
+
+def _turns(algebra: Algebra) -> list[Layout]:
+    return [algebra.layout("TURN", "1 h12", unit=True)]

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import inspect
+import warnings
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import pytest
+import sympy
 
 import gacompiler as ga
-from gacompiler import kernel
+from gacompiler import kernel, symbolic
+from gacompiler.algebra import catalog
 from gacompiler.algebra.catalog import PGA3
 from gacompiler.algebra.meanings import MEANINGS
 from gacompiler.algebra.operations import Kind, Operation
 from gacompiler.errors import GacError, KernelError, OperandError
+from gacompiler.frontend.expression import evaluate, lift
+from gacompiler.frontend.kernel import Parameter
 from gacompiler.objects import CGA3, QUATERNIONS, STA, VGA3
 from gacompiler.objects import PGA3 as SPACE
 from gacompiler.objects.arrays import from_exact
@@ -22,6 +28,7 @@ from gacompiler.objects.arrays import from_exact
 FUNCTIONS = [each for each in Operation if each.row.kind is Kind.MULTIVECTOR]
 SCALARS = [Operation.SQRT, Operation.SIN, Operation.ATAN2, Operation.EXP, Operation.ABS, Operation.MINIMUM]
 OTHERS: list[Any] = ["x", [3, 4, 0], (1, 2), None, {"e1": 3}, np.array([3.0, 4, 0]), np.array(["x"]), object()]
+ONE = np.ones(1)
 MOTOR, POINT = SPACE.motor(SPACE.line([1, 0, 0], [0, 0, 1]), 1.0), SPACE.point(1, 2, 3)
 
 
@@ -45,9 +52,72 @@ def test_functions_of_objects_are_those_of_exact_multivectors(space: Any) -> Non
                 wanted = MEANINGS[operation](*given)
             except GacError:  # no inverse, or no exact root
                 continue
-            found = getattr(ga, operation.value)(*(objects[each] for each in given))
-            wrong = [name for name in blades if abs(found[name] - float(wanted[name])) > 1e-10]
-            assert not wrong, (operation, given, found, wanted)
+            function = getattr(ga, operation.value)
+            traced = function(*map(lift, given))
+            found = {
+                "object": function(*(objects[each] for each in given)),
+                "array": function(*(objects[each] * ONE for each in given)),
+                "symbolic": function(*map(_symbolic, given)),
+                "traced": evaluate([traced], {})[0],
+                "method": getattr(given[0], operation)(*given[1:]),
+            }
+            for kind, value in found.items():
+                value = {"1": value} if isinstance(value, np.ndarray) else value
+                value = {"1": value.scalar} if getattr(value, "algebra", None) == ga.SCALAR.algebra else value
+                wrong = [name for name in blades if abs(_coefficient(value, name) - float(wanted[name])) > 1e-10]
+                assert not wrong, (operation, kind, given, value, wanted)
+
+
+def _symbolic(x: Any) -> Any:
+    return symbolic.multivector(
+        x.algebra, {x.algebra.spelling(blade)[1]: x[x.algebra.spelling(blade)[1]] for blade in x.terms}
+    )
+
+
+def _coefficient(value: Any, name: str) -> float:
+    return float(np.ravel(value.get(name, 0.0) if isinstance(value, dict) else value[name])[0])
+
+
+def _required(function: Any) -> int:
+    parameters = inspect.signature(function).parameters.values()
+    return max(1, sum(each.default is each.empty and each.kind is not each.VAR_POSITIONAL for each in parameters))
+
+
+@pytest.mark.parametrize("space", [VGA3, SPACE, CGA3, STA], ids=lambda space: space.algebra.name)
+def test_every_public_name_gives_a_value_or_an_error_of_the_package(
+    space: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Values of every type in every place, beside exact and traced multivectors: no other exception, and no hang."""
+    monkeypatch.setenv("GAC_BACKEND", "arrays")
+    warnings.simplefilter("ignore")
+    algebra = space.algebra
+    vector = algebra.multivector({name: k + 2 for k, name in enumerate(algebra.vectors)})
+    traced = Parameter("x", algebra.layout("L", " ".join(algebra.vectors))).symbols()
+    single = from_exact(vector)
+    values = [
+        vector, symbolic.multivector(algebra, {algebra.vectors[0]: sympy.Symbol("a")}), single, single * ONE, traced,
+        single | single, 3, 0.5, Fraction(1, 2), 1j, True, sympy.Symbol("a"), space, algebra, *OTHERS,
+    ]  # fmt: skip
+    problems: list[Any] = []
+    for name in set(ga.__all__) - {"compile"}:
+        function = getattr(ga, name)
+        if not callable(function) or inspect.isclass(function):
+            continue
+        n = _required(function)
+        calls = [(value,) * n for value in values]
+        if n > 1 and algebra == VGA3.algebra:
+            calls += [(other, *(value,) * (n - 1)) for value in values for other in (vector, traced, single)]
+            calls += [(value, *(3,) * (n - 1)) for value in values]
+        for call in calls:
+            try:
+                function(*call)
+            except GacError:
+                pass
+            except ValueError as error:
+                problems += [] if "math domain" in str(error) else [(name, call, error)]
+            except Exception as error:
+                problems.append((name, call, error))
+    assert not problems, problems[:5]
 
 
 @pytest.mark.parametrize("operation", [*FUNCTIONS, *SCALARS], ids=str)
@@ -98,3 +168,21 @@ def test_lists_of_coordinates_are_no_scalars() -> None:
 def test_numbers_of_every_type_are_numbers() -> None:
     for number in (2, 2.0, Fraction(2), Decimal(2), np.float32(2), 2 + 0j):
         assert ga.geometric_product(number, number) == 4
+
+
+def test_quaternions_and_complex_numbers_have_the_norms_of_numbers() -> None:
+    from scipy.spatial.transform import Rotation
+
+    q = QUATERNIONS.quaternion(1, 2, 3, 4)
+    assert q.norm() == pytest.approx(np.sqrt(30)) and q.norm_squared() == pytest.approx(30)
+    np.testing.assert_allclose((~q).values, [1, -2, -3, -4])
+    np.testing.assert_allclose(q.normalize().values, np.array([1, 2, 3, 4]) / np.sqrt(30))
+    assert (1 + QUATERNIONS.i).normalize().isclose((1 + QUATERNIONS.i) / np.sqrt(2))
+    assert (QUATERNIONS.i * QUATERNIONS.j).isclose(QUATERNIONS.k) and (q * q.inverse()).isclose(1)
+    turned = q.normalize() >> QUATERNIONS.imaginary(1, -2, 5)
+    expected = Rotation.from_quat([2, 3, 4, 1]).apply([1, -2, 5])
+    assert turned.isclose(QUATERNIONS.imaginary(expected))
+    exact = QUATERNIONS.algebra.multivector({"1": 1, "e1": 2, "e2": 3, "e12": 4})
+    assert exact * ~exact == 30 and ga.sandwich(exact, exact) == 30 * exact
+    number = catalog.COMPLEX.multivector({"1": 3, "e1": 4})
+    assert number * ~number == 25 and catalog.VGA2 != catalog.QUATERNIONS

@@ -7,7 +7,9 @@ import csv
 import email
 import hashlib
 import io
+import os
 import subprocess
+import sys
 import tomllib
 import zipfile
 from pathlib import Path
@@ -54,6 +56,15 @@ def test_files_of_a_package(pure: Path) -> None:
     inside |= {f"my_kernels/{name}" for name in ("__init__.py", "py.typed")}
     inside |= {f"my_kernels/my_kernels.{ending}" for ending in ("py", "c", "h")}
     assert names == inside | {f"my_kernels-1.2.dist-info/{name}" for name in ("METADATA", "WHEEL", "RECORD")}
+
+
+def test_a_package_gives_the_kernels_of_its_module(pure: Path, tmp_path: Path) -> None:
+    with zipfile.ZipFile(pure) as archive:
+        archive.extractall(tmp_path)
+    code = "import my_kernels as k; print(k.move_point([1, 0, 0, 0, 0, 0, 0, 0], [1, 2, 3]), 'move_point' in dir(k))"
+    environment = {**os.environ, "GAC_BACKEND": "arrays", "PYTHONPATH": str(tmp_path)}
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert done.stdout == "[1. 2. 3.] True\n", done.stderr
 
 
 def test_record_has_every_file_and_its_digest(pure: Path) -> None:

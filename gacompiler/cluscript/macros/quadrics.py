@@ -9,12 +9,19 @@ from __future__ import annotations
 from typing import Any
 
 from ...algebra.algebra import Algebra
+from ...algebra.operations import Operation
+from ...frontend.expression import node
 from ...frontend.operations import inverse
 from ..values import acos, cos, sin, sqrt
 from .common import HALF, Table, basis, combination, dot, times, total, wedge
 
 DEGREE = 180
 """Rotations of gac are in degrees."""
+
+
+def _weight(a: Any) -> Any:
+    """Return the inverse square of a semi-axis, which must be a scalar."""
+    return node(Operation.DIVIDE, 1, a * a)
 
 
 def quadrics(algebra: Algebra) -> Table:
@@ -38,7 +45,7 @@ def quadrics(algebra: Algebra) -> Table:
         return quadric((1, 1, 1), (x, y, z), r * r)
 
     def ellipsoid(a: Any, b: Any, c: Any, x: Any, y: Any, z: Any) -> Any:
-        return quadric((1 / (a * a), 1 / (b * b), 1 / (c * c)), (x, y, z), 1)
+        return quadric(tuple(map(_weight, (a, b, c))), (x, y, z), 1)
 
     return {
         ("e0", 0): lambda: e0,
@@ -48,7 +55,7 @@ def quadrics(algebra: Algebra) -> Table:
         ("createPoint", 3): point,
         ("createEllipsoid", 6): ellipsoid,
         ("createSphere", 4): sphere,
-        ("createCylinder", 4): lambda a, b, x, y: quadric((1 / (a * a), 1 / (b * b)), (x, y), 1),
+        ("createCylinder", 4): lambda a, b, x, y: quadric((_weight(a), _weight(b)), (x, y), 1),
     }
 
 

@@ -1,0 +1,22 @@
+"""Programs of other languages, which a machine may lack."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from functools import cache
+
+import pytest
+
+
+@cache
+def runs(command: str) -> bool:
+    """Whether a program runs here; a launcher without the program it would start is on the PATH but does not run."""
+    return shutil.which(command) is not None and (
+        subprocess.run([command, "--version"], capture_output=True, check=False).returncode == 0
+    )
+
+
+def needs(command: str) -> pytest.MarkDecorator:
+    """Skip a test where a program does not run."""
+    return pytest.mark.skipif(not runs(command), reason=f"no {command} that runs")
