@@ -14,31 +14,12 @@ from ..algebra.catalog import QUATERNIONS
 from ..errors import AlgebraError
 from .elements import Elements
 from .operators import layout_of
-from .shapes import Reals, rounding
+from .shapes import Reals, dense, grades_in, rounding
 
 
 def half_of_digits(x: Elements) -> float:
-    """Return the square root of the relative rounding error: operations that made an element may lose half its digits."""
-    return float(np.finfo(x.values.dtype).eps) ** 0.5
-
-
-def dense(x: Any) -> Reals:
-    """Return all coefficients of an element, (..., 2**n), by the bitmaps of blades in ascending order of vectors."""
-    layout = x.layout
-    found = np.zeros((*x.shape, 2**layout.algebra.dimension), x.values.dtype)
-    for slot in (*layout.stored, *(slot for slot, _ in layout.fixed), *(slot for slot, _ in layout.implied)):
-        found[..., slot.blade] = np.asarray(x[slot.name]) * slot.sign
-    return found
-
-
-def grades_in(x: Any) -> tuple[int, ...]:
-    """Return the grades of which some coefficient of some element exceeds the rounding error of one product."""
-    if x.size == 0:
-        return ()
-    coefficients = np.abs(dense(x))
-    # NaN counts as a nonzero coefficient.
-    above = ~(coefficients <= rounding(x) * np.max(coefficients, axis=-1, keepdims=True)) & (coefficients != 0)
-    return tuple(sorted({int(blade).bit_count() for blade in np.flatnonzero(above.reshape(-1, above.shape[-1]).any(0))}))
+    """Return the square root of the relative rounding error: the operations before may lose half of the digits."""
+    return float(np.sqrt(np.finfo(x.values.dtype).eps))
 
 
 def _outer_map(coefficients: Reals) -> Reals:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,9 +10,9 @@ import numpy as np
 from ..algebra.catalog import CGA2, CGA3, QUATERNIONS, STA, VGA3
 from ..errors import GacError
 from . import shapes
-from .blades import grades_in, half_of_digits
+from .blades import half_of_digits
 from .motions import MOTIONS, Motion, motion_of, velocity_of
-from .shapes import Shape
+from .shapes import Shape, grades_in
 
 
 def line_of(x: Any) -> str:
@@ -74,7 +74,7 @@ def _number(value: Any, size: Any = 0.0) -> str:
     return f"{float(f'{value:.3g}'):g}"  # 1230, where one format would give 1.23e+03
 
 
-def _coordinates(values: Sequence[Any], size: Any = 0.0) -> str:
+def _coordinates(values: Any, size: Any = 0.0) -> str:
     largest = max(float(abs(size)), *(abs(float(value)) for value in values))
     return f"({', '.join(_number(value, largest) for value in values)})"
 
@@ -102,13 +102,15 @@ def _round(shape: Shape) -> str:
 def _pair(shape: Shape) -> str:
     reach = abs(float(shape.squared)) ** 0.5
     if shape.squared < 0:
-        return f", centre {_coordinates(shape.place, reach)}, along {_coordinates(shape.along)}, radius {_number(reach)}"
+        return (
+            f", centre {_coordinates(shape.place, reach)}, along {_coordinates(shape.along)}, radius {_number(reach)}"
+        )
     one, two = (shape.place + sign * reach * shape.along for sign in (-1, 1))
     return f" {_coordinates(one, reach)} and {_coordinates(two, reach)}"
 
 
 def _screw(shape: Shape) -> str:
-    return f" along {_coordinates(shape.along)}"
+    return f"{_line(shape)}, pitch {_number(shape.squared)}"
 
 
 _LINES: dict[str, Callable[[Shape], str]] = {
@@ -119,7 +121,7 @@ _LINES: dict[str, Callable[[Shape], str]] = {
 
 
 def _imaginary(text: str, shape: Shape) -> str:
-    return f"imaginary {text}" if shape.squared < 0 else text
+    return f"imaginary {text}" if shape.kind != "screw" and shape.squared < 0 else text
 
 
 def _degrees(angle: Any) -> str:

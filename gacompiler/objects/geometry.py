@@ -15,8 +15,8 @@ from ..errors import AlgebraError, LayoutError
 from . import blades, explaining, motions, relations, shapes
 from .checks import require_blade
 from .definitions import BINARY
-from .methods import run
-from .shapes import CONFORMAL, PROJECTIVE, Shape
+from .methods import applied
+from .shapes import CONFORMAL, Shape
 
 _WITH_NORMAL = ("plane", "circle")
 _WITH_DIRECTION = ("line", "point pair", "direction", "vector")
@@ -26,24 +26,6 @@ class Geometry:
     """Geometric methods of multivectors."""
 
     __slots__ = ()
-
-    def join(self, other: Any) -> Any:
-        """Return the smallest element that contains both: ``&`` in projective algebras, ``^`` in all others.
-
-        In projective algebras two points join to a line. In conformal algebras they join to a point pair; join that
-        with ``einf`` for their line. The join of elements that have something in common is 0.
-        """
-        symbol = "regressive_product" if self._algebra in PROJECTIVE else "outer_product"
-        return run(BINARY[symbol], self, other)
-
-    def meet(self, other: Any) -> Any:
-        """Return what both have in common: ``^`` in projective algebras, ``&`` in all others.
-
-        The result describes a common element only if both together span the whole space. It is 0 for two lines of space
-        that intersect, and a volume if they do not; `algorithms.geometry.meet` covers all cases.
-        """
-        symbol = "outer_product" if self._algebra in PROJECTIVE else "regressive_product"
-        return run(BINARY[symbol], self, other)
 
     def project(self, onto: Any) -> Any:
         """Return the projection onto a blade, ``(x . b) b**-1``; for points of conformal space, the nearest point.
@@ -67,7 +49,7 @@ class Geometry:
         For vectors it is orthogonal to the blade.
         """
         require_blade("reject", onto)
-        return run(BINARY["subtract"], self, _projected(self, onto))
+        return applied(BINARY["subtract"], self, _projected(self, onto))
 
     def distance(self, other: Any) -> Any:
         """Return the minimum distance to another element, 0 if they intersect.
@@ -124,7 +106,9 @@ class Geometry:
             moved = motions.motion_of("center", self)
             if moved.dimension == 2 and moved.translates:
                 return self._defined("center", moved.place, "a translation, which moves all points", "a rotation")
-            raise AlgebraError("center", f"a {self._layout}", "a point or round", "axis() is what a motor does not move")
+            raise AlgebraError(
+                "center", f"a {self._layout}", "a point or round", "axis() is what a motor does not move"
+            )
         found = self._shape("center")
         self._require("center", found, ("point", *shapes.ROUNDS, "vector"))
         return self._defined("center", found.place, "coordinates that are not finite", "a point or round")
@@ -214,7 +198,7 @@ class Geometry:
 
     def grades(self) -> tuple[int, ...]:
         """Return the grades whose coefficients are not all 0 up to the rounding error of one product."""
-        return blades.grades_in(self)
+        return shapes.grades_in(self)
 
     def factorize(self) -> tuple[Any, tuple[Any, ...]]:
         """Return a weight and orthogonal vectors whose outer product, times the weight, is this blade.

@@ -29,7 +29,7 @@ def run_by(engine: Engine) -> None:
     _engine[:] = [engine]
 
 
-def run(definition: Definition, *operands: Any) -> Any:
+def applied(definition: Definition, *operands: Any) -> Any:
     """Apply a definition to multivectors and numbers."""
     return _engine[0].apply(definition, *operands)
 

@@ -15,7 +15,7 @@ from ..algebra.catalog import CGA2, CGA3, PGA2, PGA3, QUATERNIONS, STA, VGA2, VG
 from ..algebra.layout import Layout
 from ..errors import AlgebraError
 from .definitions import Definition
-from .methods import run
+from .methods import applied
 from .shapes import Reals, length, read, unit
 
 MOTIONS: dict[Algebra, Layout] = {
@@ -25,8 +25,8 @@ MOTIONS: dict[Algebra, Layout] = {
 """The layout of all motions of each algebra."""
 IN_SPACE = (PGA3, CGA3, VGA3)
 TRANSLATING = {
-    PGA2: ("e01", "e20", (-2, 2)), PGA3: ("e01", "e02", "e03", (-2, -2, -2)),
-    CGA2: ("e1inf", "e2inf", (-2, -2)), CGA3: ("e1inf", "e2inf", "e3inf", (-2, -2, -2)),
+    PGA2: (("e01", "e20"), (-2, 2)), PGA3: (("e01", "e02", "e03"), (-2, -2, -2)),
+    CGA2: (("e1inf", "e2inf"), (-2, -2)), CGA3: (("e1inf", "e2inf", "e3inf"), (-2, -2, -2)),
 }  # fmt: skip
 """The coefficients of a translator, and their factors in the translation."""
 
@@ -69,7 +69,7 @@ class Motion(NamedTuple):
 
     @property
     def angle(self) -> Reals:
-        """(...) The angle of the shorter rotation: in [0, pi] in space, in [-pi, pi], counterclockwise, in the plane."""
+        """(...) The angle of the shorter rotation: in [0, pi] in space, in [-pi, pi] in the plane."""
         q = self.positive
         sine = q[..., 3] if self.dimension == 2 else length(q[..., 1:])
         return np.asarray(2 * np.arctan2(sine, q[..., 0]))
@@ -96,7 +96,7 @@ class Motion(NamedTuple):
         with np.errstate(invalid="ignore", divide="ignore"):
             cotangent = q[..., 0] / length(q[..., 1:])
             found = (across + cotangent[..., None] * np.cross(u, across)) / 2
-        return found[..., : self.dimension]
+        return np.asarray(found[..., : self.dimension])
 
 
 def motion_of(where: str, x: Any) -> Motion:
@@ -129,10 +129,10 @@ def _translation(m: Any) -> Reals:
     d = 2 if m.algebra in (PGA2, CGA2, VGA2) else 3
     if m.algebra not in TRANSLATING:
         return np.zeros((*m.shape, d))
-    *names, factors = TRANSLATING[m.algebra]
+    names, factors = TRANSLATING[m.algebra]
     if not any(m.algebra.blade(name)[1] in m.layout.support for name in names):
         return np.zeros((*m.shape, d))
-    return read(run(_TRANSLATOR[d], m), tuple(names)) * factors
+    return np.asarray(read(applied(_TRANSLATOR[d], m), names) * np.array(factors))
 
 
 def axis_of(x: Any, motion: Motion) -> Any:
@@ -142,7 +142,7 @@ def axis_of(x: Any, motion: Motion) -> Any:
     place, direction = motion.place, motion.direction
     algebra = x.algebra
     along = algebra.DIRECTION if algebra == PGA3 else algebra.layout("(e1 e2 e3)", "e1 e2 e3")
-    return run(_THROUGH[algebra], x._of_rows(algebra.POINT, place), x._of_rows(along, direction))
+    return applied(_THROUGH[algebra], x._of_rows(algebra.POINT, place), x._of_rows(along, direction))
 
 
 def matrix_of(motion: Motion) -> Reals:
@@ -176,5 +176,5 @@ def velocity_of(r: Any) -> Reals:
     """Return the velocity of g0 after a Lorentz transformation ``r g0 ~r``, (..., 3)."""
     if r.algebra != STA:
         raise AlgebraError("velocity", f"a {r.layout}", "a rotor of STA")
-    moved = run(_MOVED_TIME, r)
-    return read(moved, ("g1", "g2", "g3")) / np.asarray(moved["g0"])[..., None]
+    moved = applied(_MOVED_TIME, r)
+    return np.asarray(read(moved, ("g1", "g2", "g3")) / np.asarray(moved["g0"])[..., None])

@@ -97,5 +97,5 @@ def _quaternion_of_matrix(r: Reals) -> Reals:
     if r.shape[-1] == 2:
         half = np.arctan2(r[..., 1, 0], r[..., 0, 0]) / 2
         return np.stack([np.cos(half), np.zeros_like(half), np.zeros_like(half), np.sin(half)], -1)
-    q = Rotation.from_matrix(r.reshape(-1, 3, 3)).as_quat().reshape((*r.shape[:-2], 4))
+    q = Rotation.from_matrix(r.reshape(-1, 3, 3)).as_quat(canonical=True).reshape((*r.shape[:-2], 4))
     return np.asarray(np.concatenate([q[..., 3:], q[..., :3]], -1))

@@ -55,9 +55,11 @@ def _parallel(sine: Reals, a: Shape, b: Shape) -> Any:
 
 def _sine(a: Shape, b: Shape) -> Reals:
     """Return the sine of the angle between the vectors of two shapes."""
-    u, v = np.broadcast_arrays(a.normal if _role(a) == "plane" else a.along, b.normal if _role(b) == "plane" else b.along)
+    u, v = np.broadcast_arrays(
+        a.normal if _role(a) == "plane" else a.along, b.normal if _role(b) == "plane" else b.along
+    )
     if u.shape[-1] == 2:
-        return np.abs(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
+        return np.asarray(np.abs(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]))
     return length(np.cross(u, v))
 
 

@@ -15,7 +15,7 @@ from ..algebra.catalog import CGA2, CGA3, PGA2, PGA3, QUATERNIONS, VGA2, VGA3
 from ..errors import AlgebraError
 from .definitions import Definition
 from .elements import Elements
-from .methods import run
+from .methods import applied
 
 Reals = np.ndarray[Any, Any]
 
@@ -52,7 +52,7 @@ class Shape(NamedTuple):
     along: Reals
     """(..., d) The unit vector of a line, point pair, direction or vector; the unit normal of a plane or circle."""
     squared: Reals
-    """(...) The squared radius."""
+    """(...) The squared radius of a round; the pitch of a screw."""
     across: Reals | None = None
     """(..., 2) The unit normal of a line of the plane."""
 
@@ -103,6 +103,27 @@ def grades_of(x: Elements) -> set[int]:
     return {blade.bit_count() for blade in x.layout.support}
 
 
+def dense(x: Any) -> Reals:
+    """Return all coefficients of an element, (..., 2**n), by the bitmaps of blades in ascending order of vectors."""
+    layout = x.layout
+    found = np.zeros((*x.shape, 2**layout.algebra.dimension), x.values.dtype)
+    for slot in (*layout.stored, *(slot for slot, _ in layout.fixed), *(slot for slot, _ in layout.implied)):
+        found[..., slot.blade] = np.asarray(x[slot.name]) * slot.sign
+    return found
+
+
+def grades_in(x: Any) -> tuple[int, ...]:
+    """Return the grades of which some coefficient of some element exceeds the rounding error of one product."""
+    if x.size == 0:
+        return ()
+    coefficients = np.abs(dense(x))
+    # NaN counts as a nonzero coefficient.
+    above = ~(coefficients <= rounding(x) * np.max(coefficients, axis=-1, keepdims=True)) & (coefficients != 0)
+    return tuple(
+        sorted({int(blade).bit_count() for blade in np.flatnonzero(above.reshape(-1, above.shape[-1]).any(0))})
+    )
+
+
 def shape_of(where: str, x: Any) -> Shape:
     """Return the shape of elements of one kind.
 
@@ -113,6 +134,9 @@ def shape_of(where: str, x: Any) -> Shape:
     """
     algebra: Algebra = x.algebra
     grades = grades_of(x)
+    if len(grades) > 1 and algebra != QUATERNIONS and len(grades_in(x)) == 1 and grades_in(x) != (0,):
+        x = x.grade(*grades_in(x))  # a product whose layout allows more grades than it has
+        grades = grades_of(x)
     if algebra == QUATERNIONS and 0 not in grades and x.values.dtype.kind != "c":
         return _of_vector("vector", read(x, EUCLIDEAN[algebra]))
     if x.values.dtype.kind == "c" or len(grades) != 1:
@@ -213,7 +237,9 @@ def _line(where: str, x: Any, direction: Reals, moment: Reals) -> Shape:
     kind = alternatives(where, x, skew & ~far, "screw", kind)
     along = unit(direction)
     with np.errstate(invalid="ignore", divide="ignore"):
-        return _flat(kind, np.cross(along, moment) / length(direction)[..., None], along)
+        place = np.cross(along, moment) / length(direction)[..., None]
+        pitch = np.sum(direction * moment, axis=-1) / length(direction) ** 2
+    return Shape(kind, place, along, pitch if kind == "screw" else np.full_like(pitch, np.nan))
 
 
 def _conformal(where: str, x: Any, grade: int) -> Shape:
@@ -222,12 +248,12 @@ def _conformal(where: str, x: Any, grade: int) -> Shape:
     if grade == 1:
         return _conformal_vector(where, x, euclidean)
     if d == 3 and layout == CGA3.DUAL_LINE:
-        return _dual("line", where, run(_DIRECT, x))
+        return _dual("line", where, applied(_DIRECT, x))
     if grade == 2:
         return _conformal_pair(where, x, euclidean)
     if grade == d + 1:
         round_name, flat_name = ("circle", "line") if d == 2 else ("sphere", "plane")
-        equation = run(_EQUATION, x)
+        equation = applied(_EQUATION, x)
         flat = np.abs(np.asarray(equation["e0"])) <= rounding(x) * np.max(np.abs(x.values), axis=-1)
         if alternatives(where, x, flat, flat_name, round_name) == flat_name:
             return _hyperplane(where, x, read(equation, euclidean), np.asarray(equation["einf"]))
@@ -276,7 +302,7 @@ def _conformal_pair(where: str, x: Any, euclidean: tuple[str, ...]) -> Shape:
 
 
 def _conformal_circle(where: str, x: Any) -> Shape:
-    plane = run(_PLANE_OF_CIRCLE, x)
+    plane = applied(_PLANE_OF_CIRCLE, x)
     size = np.max(np.abs(x.values), axis=-1, initial=0.0)
     finite = tuple(name for name in x.layout.blades if not name.endswith("inf"))
     flat = np.ones(x.shape, bool)
@@ -289,7 +315,7 @@ def _conformal_circle(where: str, x: Any) -> Shape:
 
 
 def _round(kind: str, x: Any, along: Reals) -> Shape:
-    centre, euclidean = run(CENTRE, x), ("e1", "e2", "e3")[: along.shape[-1]]
+    centre, euclidean = applied(CENTRE, x), ("e1", "e2", "e3")[: along.shape[-1]]
     with np.errstate(invalid="ignore", divide="ignore"):
         place = read(centre, euclidean) / np.asarray(centre["e0"])[..., None]
-        return Shape(kind, place, along, np.asarray(run(SQUARED, x)))
+        return Shape(kind, place, along, np.asarray(applied(SQUARED, x)))
