@@ -77,7 +77,8 @@ class Geometry:
         """Return the angle to another element in radians; without one, the angle by which a rotor or motor turns.
 
         The angle between two directions or two normals is in [0, pi]. That of a line with a plane is in [-pi/2, pi/2],
-        positive in the direction of the normal. Spheres have an angle where they intersect, else NaN. The turning angle
+        positive in the direction of the normal. Spheres, and circles of the plane, have an angle where they intersect,
+        else NaN. The turning angle
         is that of the shorter rotation: in [0, pi] about `axis` in space, in [-pi, pi] in the plane.
 
         Parameters
@@ -156,8 +157,7 @@ class Geometry:
         turns = np.isfinite(moved.direction[..., 0])
         if not moved.angle.shape and not turns:
             raise LayoutError("axis", "a motion that does not turn", "a rotation", "translation() is what it moves by")
-        found = motions.axis_of(self, moved)
-        return found
+        return motions.axis_of(self, moved)
 
     def pitch(self) -> Any:
         """Return the translation of a motor along its axis per radian, infinite for translations."""

@@ -43,6 +43,7 @@ def _beside(p: Reals, line: Shape) -> Reals:
 
 
 def ends_of(pair: Shape) -> tuple[Reals, Reals]:
+    """Return the coordinates of the points of a pair, in the order of its direction."""
     reach = pair.radius[..., None] * pair.along
     return pair.place - reach, pair.place + reach
 
