@@ -93,19 +93,29 @@ equal = binary(apply, Operation.EQUAL)
 
 
 def join(a: Any, b: Any) -> Any:
-    """Compute the join ``a & b``, the smallest object that contains both.
+    """Compute the smallest object that contains both: ``a & b`` in plane-based algebras (PGA), ``a ^ b`` in others.
 
-    This is the join in algebras where points are pseudovectors, such as plane-based algebras (PGA).
+    An algebra is plane-based if a basis vector is orthogonal to all basis vectors. There points are pseudovectors. In
+    conformal algebras the join of two points is a point pair. It is 0 for objects that have something in common.
     """
-    return apply(Operation.REGRESSIVE_PRODUCT, a, b)
+    return apply(Operation.REGRESSIVE_PRODUCT if _is_plane_based(a, b) else Operation.OUTER_PRODUCT, a, b)
 
 
 def meet(a: Any, b: Any) -> Any:
-    """Compute the meet ``a ^ b``, the intersection of two objects.
+    """Compute the intersection of two objects: ``a ^ b`` in plane-based algebras (PGA), ``a & b`` in others.
 
-    This is the meet in algebras where planes are vectors, such as plane-based algebras (PGA).
+    It is the intersection if both objects together span the whole space: two lines of space that meet give 0.
     """
-    return apply(Operation.OUTER_PRODUCT, a, b)
+    return apply(Operation.OUTER_PRODUCT if _is_plane_based(a, b) else Operation.REGRESSIVE_PRODUCT, a, b)
+
+
+def _is_plane_based(*operands: Any) -> bool:
+    """Whether a basis vector of the algebra of the operands is orthogonal to all basis vectors."""
+    for each in operands:
+        gram = getattr(getattr(each, "algebra", None), "gram", ())
+        if any(not any(row) for row in gram):
+            return True
+    return False
 
 
 def sandwich(versor: Any, x: Any) -> Any:

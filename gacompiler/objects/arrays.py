@@ -27,10 +27,10 @@ from ..errors import AlgebraError, LayoutError, OperandError
 from ..frontend.operands import own_operations
 from ..gac_runtime.layout import Layout as PlainLayout
 from .caches import cached_by_name, key_of
-from .checks import check_relations, require_blade
+from .checks import check_relations
 from .definitions import BINARY, FUNCTIONS, UNARY, Definition, grade_of, normalize_of, power_of
 from .exponentials import MOST_VECTORS, exponential, layout_of_exponential, longer
-from .geometry import Geometric
+from .geometry import Geometry
 from .inverses import inverted
 from .methods import Engine, Operations, curried, run_by
 from .native import extension, extension_is_settled
@@ -86,7 +86,7 @@ def run_operation(name: str, *operands: Any) -> Any:
     raise OperandError(f"{name}()", f"a {first.layout}", "numbers")
 
 
-class MultivectorArray(Operations, Unordered, NumpyFunctions, Geometric):
+class MultivectorArray(Geometry, Operations, Unordered, NumpyFunctions):
     """Immutable multivectors of one layout: a single one, with shape ``()``, or an array of any shape.
 
     Operators: ``+ -``, ``*`` geometric product, ``^`` outer product, ``&`` regressive product (join of points in
@@ -381,19 +381,6 @@ class MultivectorArray(Operations, Unordered, NumpyFunctions, Geometric):
         if layout.has_relations:
             check_relations(where, layout, values, tolerance)
         return wrap(layout, values)
-
-    def project(self, onto: Any) -> Any:
-        """Return the projection onto a blade, ``(x . b) b**-1``.
-
-        Raises
-        ------
-        AlgebraError
-            If `onto` is not a blade, or has no inverse.
-        """
-        require_blade("project", onto)
-        if np.any(np.abs(np.asarray(onto.norm_squared())) <= 1e-12 * np.max(onto.values**2, axis=-1, initial=1e-300)):
-            raise AlgebraError("project", f"onto a {onto.layout} whose norm is 0", "a blade with an inverse")
-        return self.inner_product(onto) * onto.inverse()
 
     def isclose(self, other: Any, rtol: float = 1e-9, atol: float = 1e-12) -> Any:
         """Whether multivectors are equal within a tolerance, regardless of their layouts; an array of booleans."""

@@ -19,8 +19,8 @@ from ..errors import AlgebraError, LayoutError
 from .arrays import MultivectorArray
 from .checks import refuse, require_blade
 from .constructors import Rigid, given_of, round_arguments
-from .geometry import SPACES
 from .operators import layout_of
+from .shapes import CENTRE, SQUARED
 from .spaces import define, numbers, unit
 
 _EINF = '{A}.multivector({"einf": 1})'
@@ -49,12 +49,6 @@ _SCREW = define(
     f"(ga.cos(angle / 2) - ga.sin(angle / 2) * {_ABOUT})"
     f' * (1 + distance / 2 * ({_ABOUT} * {{A}}.multivector({{"e123inf": 1}})))',
     unit=True,
-)  # fmt: skip
-_CENTRE = define("centre", "x", _on("(x * einf * x).grade(1)"))
-_SQUARED = define(
-    "radius_squared", "x",
-    _on("ga.scalar_product(x, ga.grade_involution(x)) / ga.scalar_product(ga.left_contraction(einf, x), "
-        "ga.left_contraction(einf, x))"),
 )  # fmt: skip
 
 
@@ -104,7 +98,7 @@ class Conformal(Rigid):
     def centre(self, x: Any) -> Any:
         """Return the coordinates of the centres of rounds: point pairs, circles, spheres."""
         require_blade("centre", x)
-        point = self._make(_CENTRE, x)
+        point = self._make(CENTRE, x)
         if np.any(np.abs(np.asarray(point["e0"])) <= 1e-14 * np.max(x.values**2, axis=-1)):
             raise AlgebraError("centre", f"a flat {x.layout}", "a round: a point pair, circle or sphere")
         return self.coordinates(point)
@@ -112,7 +106,7 @@ class Conformal(Rigid):
     def radius_squared(self, x: Any) -> Any:
         """Return the squared radii of rounds, which are negative for imaginary rounds."""
         require_blade("radius_squared", x)
-        return self._make(_SQUARED, x)
+        return self._make(SQUARED, x)
 
     def is_flat(self, x: Any) -> Any:
         """Whether blades contain the point at infinity, as lines, planes and flat points do; to 1e-10 of their size."""
@@ -316,4 +310,3 @@ class SpaceConformal(Conformal):
 
 CGA2 = PlaneConformal(_CGA2)
 CGA3 = SpaceConformal(_CGA3)
-SPACES.update(CGA2=CGA2, CGA3=CGA3)

@@ -20,6 +20,7 @@ from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, LayoutError
 from .arrays import MultivectorArray, from_exact, wrap
 from .checks import refuse, require_blade, require_finite
+from .poses import Poses
 from .spaces import Space, numbers, stacked
 
 
@@ -105,7 +106,7 @@ class Given(NamedTuple):
         return f"numbers of shape {self.value.shape}" if self.axes else "a number"
 
 
-class Rigid(Space):
+class Rigid(Poses, Space):
     """Common base of the spaces of algebras with points, rotors and translators."""
 
     _names: tuple[str, ...]

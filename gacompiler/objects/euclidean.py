@@ -13,7 +13,7 @@ from ..algebra.catalog import VGA3 as _VGA3
 from ..errors import LayoutError
 from .arrays import MultivectorArray, wrap
 from .checks import require_finite
-from .geometry import SPACES
+from .poses import Poses
 from .spaces import Space, define, stacked, unit
 
 _ROTOR2 = define("rotor", "angle", "ga.exp(-angle / 2 * {A}.pseudoscalar)", unit=True)
@@ -25,7 +25,7 @@ _BETWEEN = define(
 _REFLECTION = define("reflection", "mirror x", "-mirror * x * ga.inverse(mirror)")
 
 
-class Plane(Space):
+class Plane(Poses, Space):
     """The plane, G(2)."""
 
     def rotor(self, angle: Any) -> Any:
@@ -44,7 +44,7 @@ class Plane(Space):
         return require_finite("rotor_between", self._make(_BETWEEN, a, b), (a, b), "opposite vectors, or a zero one")
 
 
-class Room(Space):
+class Room(Poses, Space):
     """Space, G(3)."""
 
     def rotor(self, axis: Any, angle: Any) -> Any:
@@ -72,7 +72,7 @@ _TURN = define("rotation", "axis angle", "ga.exp(angle / 2 * axis)")
 _ROTATE = define("rotate", "q v", "q * v * ~q")
 
 
-class Quaternions(Space):
+class Quaternions(Poses, Space):
     """Hamilton's numbers: i, j and k are e1, e2 and e12, and ``~q`` is the conjugate."""
 
     @property
@@ -148,4 +148,3 @@ VGA2 = Plane(_VGA2)
 VGA3 = Room(_VGA3)
 QUATERNIONS = Quaternions(_QUATERNIONS)
 STA = Spacetime(_STA)
-SPACES.update(VGA2=VGA2, VGA3=VGA3, QUATERNIONS=QUATERNIONS)

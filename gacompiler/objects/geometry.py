@@ -1,342 +1,318 @@
-"""What elements of the plane and of space are: centres, radii, directions, normals, axes, and a line of words.
+"""Geometric methods of elements: what they are, where they are, and how they are related.
 
-The formulas are vector algebra on coefficients by the names of blades. Elements of projective and conformal space share
-those of motors, whose coefficients are the same numbers.
+`MultivectorArray` inherits them. Each works on single elements and on arrays of any shape. An element that lacks a
+property raises an `AlgebraError` that says which elements have it. In arrays, elements of the right kind without it,
+such as the radius of an imaginary sphere, give NaN.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from ..errors import AlgebraError
+from ..errors import AlgebraError, LayoutError
+from . import blades, explaining, motions, relations, shapes
+from .checks import require_blade
+from .definitions import BINARY
+from .methods import applied
+from .shapes import CONFORMAL, Shape
 
-_ROUNDING = 1e-9
-"""Coefficients below this, relative to the largest, are rounding errors of some thousand operations."""
-SPACES: dict[str, Any] = {}
-"""The spaces by the names of their algebras, which add themselves when they are imported."""
-_PLANE, _SPACE = ("PGA2", "CGA2", "VGA2"), ("PGA3", "CGA3", "VGA3", "QUATERNIONS")
-
-
-class Screw(NamedTuple):
-    """A rigid motion of space: a turn about an axis, and a shift along it; or a shift alone."""
-
-    turn: Any
-    """(..., 3) The unit axis times the angle in radians, which is in [0, pi]."""
-    through: Any
-    """(..., 3) The point of the axis that is nearest to the origin; NaN without a turn."""
-    shift: Any
-    """(..., 3) The translation along the axis, or of a translation."""
+_WITH_NORMAL = ("plane", "circle")
+_WITH_DIRECTION = ("line", "point pair", "direction", "vector")
 
 
-def _parts(x: Any, *names: str) -> Any:
-    """Return coefficients by the names of their blades, a leading ``-`` changes the sign, along the last axis."""
-    found = [np.asarray(-x[name[1:]] if name.startswith("-") else x[name]) for name in names]
-    return np.stack(np.broadcast_arrays(*found), -1)
-
-
-def _unit(v: Any) -> Any:
-    with np.errstate(all="ignore"):
-        return v / np.linalg.norm(v, axis=-1, keepdims=True)
-
-
-def kind_of(x: Any) -> str:
-    """Return the kind of elements by their layout and coefficients; ``multivector`` for all else."""
-    algebra, used = x.algebra.name, _used(x)
-    grades = {blade.bit_count() for blade in used}
-    if not used:
-        return "zero"
-    if algebra == "QUATERNIONS":
-        return "quaternion"
-    if grades == {0}:
-        return "scalar"
-    (grade, *more) = sorted(grades)
-    flat = algebra.startswith("CGA") and all(name.endswith("inf") for name in _names(x, used))
-    if not more:
-        kinds = {
-            "VGA2": ("", "vector", "bivector"), "VGA3": ("", "vector", "bivector", "pseudoscalar"),
-            "PGA2": ("", "line", "point"), "PGA3": ("", "plane", "line", "point"),
-            "CGA2": ("", "vector", "point pair", "circle"), "CGA3": ("", "vector", "point pair", "circle", "sphere"),
-        }.get(algebra, ())  # fmt: skip
-        kind = kinds[grade] if grade < len(kinds) else "multivector"
-        if kind == "vector" and algebra.startswith("CGA"):
-            is_point = np.all(np.abs(np.asarray((x * x).norm() if hasattr(x * x, "norm") else x * x)) < _ROUNDING)
-            return "point" if is_point and np.all(x["e0"]) else "dual of a sphere or plane"
-        if flat:
-            return {"circle": "line", "sphere": "plane", "point pair": "flat point"}.get(kind, kind)
-        if kind == "point" and not np.any(x["e123" if algebra == "PGA3" else "e12"]):
-            return "direction"
-        if algebra == "PGA3" and kind == "line" and not _is_simple(x):
-            return "screw"
-        return kind
-    if grades <= {0, 2, 4} and algebra in (*_PLANE, *_SPACE) and np.all(np.asarray(_is_one(x * ~x))):
-        names = _names(x, used)
-        euclidean = {"1", "e12", "e13", "e23"}
-        ideal = {name for name in names if name not in euclidean}
-        if algebra.startswith("CGA") and any("0" in name for name in names):
-            return "dilation" if set(names) <= {"1", "e0inf"} else "conformal map"
-        if not ideal:
-            return "rotor"
-        return "motor" if set(names) & {"e12", "e13", "e23"} else "translator"
-    return "multivector"
-
-
-def _used(x: Any) -> list[int]:
-    """Return the blades whose coefficients are not rounding errors."""
-    size = np.max(np.abs(x.values), axis=-1, initial=0.0)
-    slots = (*x.layout.stored, *(slot for slot, _ in x.layout.fixed), *(slot for slot, _ in x.layout.implied))
-    size = np.maximum(size, 1.0) if len(slots) > x.layout.size else size
-    return [slot.blade for slot in slots if np.any(np.abs(np.asarray(x[slot.name])) > _ROUNDING * size)]
-
-
-def _names(x: Any, blades: list[int]) -> list[str]:
-    return [x.algebra.spelling(blade)[1] for blade in blades]
-
-
-def _is_one(square: Any) -> Any:
-    return (
-        square.isclose(1, atol=_ROUNDING) if hasattr(square, "isclose") else np.abs(np.asarray(square) - 1) < _ROUNDING
-    )
-
-
-def _is_simple(line: Any) -> bool:
-    direction, moment = _line(line)
-    size = np.linalg.norm(direction, axis=-1) * np.linalg.norm(moment, axis=-1)
-    return bool(np.all(np.abs(np.sum(direction * moment, -1)) <= _ROUNDING * size))
-
-
-def _line(x: Any) -> tuple[Any, Any]:
-    """Return direction and moment ``p x d`` of lines of space."""
-    if x.algebra.name == "CGA3":
-        return _parts(x, "-e10inf", "-e20inf", "-e30inf"), _parts(x, "e23inf", "-e13inf", "e12inf")
-    return _parts(x, "e23", "-e13", "e12"), _parts(x, "e01", "e02", "e03")
-
-
-def screw_of(x: Any) -> Screw:
-    """Return the screw of rotors, motors and unit quaternions of space."""
-    algebra = x.algebra.name
-    if algebra not in _SPACE:
-        raise AlgebraError("axis()", f"an element of {algebra}", f"a rotor or motor of {', '.join(_SPACE)}")
-    logarithm = x.log()
-    if algebra == "QUATERNIONS":
-        turn = 2 * _parts(logarithm, "e1", "e2", "e12")
-        turn = np.where(np.linalg.norm(turn, axis=-1, keepdims=True) > np.pi, turn - 2 * np.pi * _unit(turn), turn)
-        return Screw(turn, np.zeros_like(turn), np.zeros_like(turn))
-    turn = -2 * _parts(logarithm, "e23", "-e13", "e12")
-    if algebra == "VGA3":
-        return Screw(turn, np.zeros_like(turn), np.zeros_like(turn))
-    ideal = ("e01", "e02", "e03") if algebra == "PGA3" else ("e1inf", "e2inf", "e3inf")
-    moment = -2 * _parts(logarithm, *ideal)
-    angle = np.linalg.norm(turn, axis=-1, keepdims=True)
-    with np.errstate(all="ignore"):
-        through = np.cross(turn, moment) / angle**2
-        along = np.sum(turn * moment, -1, keepdims=True) / angle**2 * turn
-    return Screw(turn, through, np.where(angle > 0, along, moment))
-
-
-class Geometric:
-    """Questions that elements of the plane and of space answer; an element without the property raises."""
+class Geometry:
+    """Geometric methods of multivectors."""
 
     __slots__ = ()
 
-    def _refused(self: Any, what: str, expected: str) -> AlgebraError:
-        return AlgebraError(f"{what}()", f"a {kind_of(self)} of {self.algebra.name}", expected)
+    def project(self, onto: Any) -> Any:
+        """Return the projection onto a blade, ``(x . b) b**-1``; for points of conformal space, the nearest point.
 
-    def grades(self: Any) -> tuple[int, ...]:
-        """Return the grades with coefficients that are not rounding errors, 1e-9 of the largest."""
-        return tuple(sorted({blade.bit_count() for blade in _used(self)}))
+        Raises
+        ------
+        AlgebraError
+            If `onto` is not a blade, or has no inverse.
+        """
+        require_blade("project", onto)
+        if self._algebra in CONFORMAL and shapes.grades_of(self._elements) == {1}:
+            self._require_same("project", onto)
+            own = self._shape("project")
+            if own.kind == "point":
+                return self._points("project", relations.nearest_to(own, shapes.shape_of("project", onto)))
+        return _projected(self, onto)
 
-    def is_versor(self: Any) -> bool:
-        """Whether all elements are versors up to rounding: ``x ~x`` is a number, and vectors stay vectors."""
-        odd = {grade & 1 for grade in self.grades()}
-        if len(odd) != 1 or not _is_number(self * ~self):
-            return False
-        vectors = (self.algebra.multivector({name: 1}) for name in self.algebra.vectors)
-        return all(set(Geometric.grades(self * v * ~self)) <= {1} for v in vectors)
+    def reject(self, onto: Any) -> Any:
+        """Return the rest of the projection onto a blade, ``x - (x . b) b**-1``; errors as in `project`.
 
-    def is_blade(self: Any) -> bool:
-        """Whether all elements are outer products of vectors up to rounding."""
-        from .checks import require_blade
+        For vectors it is orthogonal to the blade.
+        """
+        require_blade("reject", onto)
+        return applied(BINARY["subtract"], self, _projected(self, onto))
 
-        try:
-            require_blade("is_blade", self)
-        except AlgebraError:
-            return False
-        return len(self.grades()) <= 1
+    def distance(self, other: Any) -> Any:
+        """Return the minimum distance to another element, 0 if they intersect.
 
-    def reject(self: Any, onto: Any) -> Any:
-        """Return the part that is orthogonal to a blade, ``x`` minus its projection; errors as in `project`."""
-        return self - self.project(onto)
+        Parameters
+        ----------
+        other : MultivectorArray
+            A point, line, plane, circle, sphere or point pair of the same algebra; shapes broadcast. Spheres are
+            surfaces, pairs consist of two points, and vectors of Euclidean algebras are points.
 
-    def center(self: Any) -> Any:
-        """Return the coordinates of points, or of the centres of point pairs, circles and spheres."""
-        kind = kind_of(self)
-        if kind == "point":
-            return _space(self).coordinates(self)
-        if kind in ("point pair", "circle", "sphere"):
-            return _space(self).centre(self)
-        raise self._refused("center", "a point, point pair, circle or sphere")
+        Returns
+        -------
+        float or array
+            NaN for imaginary rounds.
 
-    def radius(self: Any) -> Any:
-        """Return the radii of point pairs, circles and spheres; NaN for imaginary ones."""
-        if self.algebra.name not in ("CGA2", "CGA3") or kind_of(self) not in ("point pair", "circle", "sphere"):
-            raise self._refused("radius", "a point pair, circle or sphere of CGA2 or CGA3")
-        with np.errstate(invalid="ignore"):
-            return np.sqrt(np.asarray(_space(self).radius_squared(self)))[()]
+        Raises
+        ------
+        AlgebraError
+            If the distance is not defined, or has no closed form, as that of two circles in space.
+        """
+        self._require_same("distance", other)
+        return _number(relations.distance_of(self._shape("distance"), shapes.shape_of("distance", other)))
 
-    def direction(self: Any) -> Any:
-        """Return the unit directions of lines, vectors and points at infinity."""
-        kind, algebra = kind_of(self), self.algebra.name
-        if kind in ("line", "screw") and algebra in ("PGA3", "CGA3"):
-            return _unit(_line(self)[0])
-        if kind == "line" and algebra == "PGA2":
-            return _unit(_parts(self, "e2", "-e1"))
-        if kind == "direction":
-            return _unit(_parts(self, *(("e20", "e01") if algebra == "PGA2" else ("e032", "e013", "e021"))))
-        if kind == "vector" and algebra in ("VGA2", "VGA3"):
-            return _unit(_parts(self, *self.algebra.vectors))
-        raise self._refused("direction", "a line, a vector or a point at infinity")
+    def angle(self, other: Any = None) -> Any:
+        """Return the angle to another element in radians; without one, the angle by which a rotor or motor turns.
 
-    def normal(self: Any) -> Any:
-        """Return the unit normals of planes, circles in space and bivectors, and of lines of the plane."""
-        kind, algebra = kind_of(self), self.algebra.name
-        if kind == "plane" and algebra == "PGA3":
-            return _unit(_parts(self, "e1", "e2", "e3"))
-        if kind == "line" and algebra == "PGA2":
-            return _unit(_parts(self, "e1", "e2"))
-        if kind == "plane":
-            return _unit(_parts(self, "e230inf", "-e130inf", "e120inf"))
-        if kind == "circle" and algebra == "CGA3":
-            return _unit(_parts(self ^ _space(self).einf, "e230inf", "-e130inf", "e120inf"))
-        if kind == "bivector" and algebra == "VGA3":
-            return _unit(_parts(self, "e23", "-e13", "e12"))
-        raise self._refused("normal", "a plane, a circle in space, a bivector or a line of the plane")
+        The angle between two directions or two normals is in [0, pi]. That of a line with a plane is in [-pi/2, pi/2],
+        positive in the direction of the normal. Spheres, and circles of the plane, have an angle where they intersect,
+        else NaN. The turning angle
+        is that of the shorter rotation: in [0, pi] about `axis` in space, in [-pi, pi] in the plane.
 
-    def points(self: Any) -> Any:
-        """Return the coordinates of both points of point pairs, (..., 2, n); NaN for imaginary pairs."""
-        if kind_of(self) != "point pair":
-            raise self._refused("points", "a point pair")
-        names = [name for name in self.algebra.vectors if name not in ("e0", "einf")]
-        along = _unit(-_parts(self ^ _space(self).einf, *(f"{name}0inf" for name in names)))
-        middle, half = self.center(), np.asarray(self.radius())[..., None] * along
-        return np.stack([middle - half, middle + half], -2)
+        Parameters
+        ----------
+        other : MultivectorArray, optional
+            An element of the same algebra; shapes broadcast.
 
-    def angle(self: Any) -> Any:
-        """Return the angles of rotors, motors and quaternions in radians: in [0, pi], with a sign in the plane."""
-        if self.algebra.name in _PLANE:
-            return np.asarray(-2 * np.asarray(self.log()["e12"]))[()]
-        return np.linalg.norm(screw_of(self).turn, axis=-1)[()]
+        Raises
+        ------
+        AlgebraError
+            If the elements have no angle; without `other`, if this is not a rotor, motor or unit quaternion.
+        LayoutError
+            If a rotor is not of unit norm.
+        """
+        if other is None:
+            return _number(motions.motion_of("angle", self).angle)
+        self._require_same("angle", other)
+        return _number(relations.angle_of(self._shape("angle"), shapes.shape_of("angle", other)))
 
-    def axis(self: Any) -> Any:
-        """Return the unit directions of the axes of rotors, motors and quaternions of space; NaN without a turn."""
-        return _unit(screw_of(self).turn)
+    def center(self) -> Any:
+        """Return the coordinates of the centre: of a point pair, circle or sphere; of a point, the point itself.
 
-    def pitch(self: Any) -> Any:
-        """Return the translations along the axes of motors of space, per radian; infinite without a turn."""
-        screw = screw_of(self)
-        angle = np.linalg.norm(screw.turn, axis=-1)
-        with np.errstate(all="ignore"):
-            along = np.where(
-                angle > 0, np.sum(screw.shift * _unit(screw.turn), -1), np.linalg.norm(screw.shift, axis=-1)
+        The centre of a motor of the plane is the point that it does not move.
+        """
+        if self._is_motion:
+            moved = motions.motion_of("center", self)
+            if moved.dimension == 2 and moved.translates:
+                return self._defined("center", moved.place, "a translation, which moves all points", "a rotation")
+            raise AlgebraError(
+                "center", f"a {self._layout}", "a point or round", "axis() is what a motor does not move"
             )
-            return (along / angle)[()]
+        found = self._shape("center")
+        self._require("center", found, ("point", *shapes.ROUNDS, "vector"))
+        return self._defined("center", found.place, "coordinates that are not finite", "a point or round")
 
-    def to_matrix(self: Any) -> Any:
-        """Return motors as matrices that act on columns (x, y, z, 1), and rotors and quaternions as 3 x 3 matrices."""
-        algebra = self.algebra.name
-        if algebra not in (*_SPACE, "PGA2", "CGA2", "VGA2"):
-            raise AlgebraError("to_matrix()", f"an element of {algebra}", f"one of {', '.join((*_PLANE, *_SPACE))}")
-        space = _space(self)
-        n = 2 if algebra in _PLANE else 3
-        if algebra == "QUATERNIONS":
-            turned = self.reshape(*self.shape, 1) >> space.imaginary(np.eye(3))
-            return np.swapaxes(turned.values, -1, -2)
-        if algebra in ("VGA2", "VGA3"):
-            return np.swapaxes((self.reshape(*self.shape, 1) >> space.vector(np.eye(n))).values, -1, -2)
-        places = np.concatenate([np.zeros((1, n)), np.eye(n)])
-        moved = space.coordinates(self.reshape(*self.shape, 1) >> space.point(places))
-        found = np.zeros((*self.shape, n + 1, n + 1))
-        found[..., :n, n] = moved[..., 0, :]
-        found[..., :n, :n] = np.swapaxes(moved[..., 1:, :] - moved[..., :1, :], -1, -2)
-        found[..., n, n] = 1
-        return found
+    def radius(self) -> Any:
+        """Return the radius of a circle or sphere, and half of the distance of the points of a pair.
 
-    def explain(self: Any) -> str:
-        """Return one line that says what this element is, with three digits; for arrays that of the first element."""
-        if self.shape:
-            count = f"{' x '.join(map(str, self.shape))} elements of {self.algebra.name}"
-            return count if 0 in self.shape else f"{count}; the first: {self.reshape(-1)[0].explain()}"
-        kind = kind_of(self)
-        return kind + "".join(f", {each}" for each in _facts(self, kind))
+        Raises
+        ------
+        LayoutError
+            If this is a single imaginary round; `radius_squared` of its space is negative.
+        """
+        found = self._shape("radius")
+        self._require("radius", found, shapes.ROUNDS)
+        return self._defined("radius", found.radius, f"an imaginary {found.kind}", "a real one", axes=0)
+
+    def direction(self) -> Any:
+        """Return the unit vector along a line, point pair, direction or vector, as coordinates.
+
+        That of a pair ``p ^ q`` points from p to q.
+        """
+        found = self._shape("direction")
+        self._require("direction", found, _WITH_DIRECTION)
+        return self._defined("direction", found.along, f"a {found.kind} of length 0", "a nonzero one")
+
+    def normal(self) -> Any:
+        """Return the unit normal of a plane or circle of space, or of a line of the plane, as coordinates."""
+        found = self._shape("normal")
+        planar = ("line",) if found.dimension == 2 else _WITH_NORMAL
+        self._require("normal", found, planar)
+        return self._defined("normal", found.normal, f"a {found.kind} of weight 0", "a nonzero one")
+
+    def axis(self) -> Any:
+        """Return the axis about which a rotor, motor or unit quaternion turns by `angle`, by the right-hand rule.
+
+        It is a line of unit weight in PGA3 and CGA3, and an array with the coordinates of a unit vector in VGA3 and
+        QUATERNIONS.
+
+        Raises
+        ------
+        LayoutError
+            If a single motor does not turn; in arrays such axes are NaN.
+        """
+        moved = self._moved_in_space("axis")
+        turns = np.isfinite(moved.direction[..., 0])
+        if not moved.angle.shape and not turns:
+            raise LayoutError("axis", "a motion that does not turn", "a rotation", "translation() is what it moves by")
+        return motions.axis_of(self, moved)
+
+    def pitch(self) -> Any:
+        """Return the translation of a motor along its axis per radian, infinite for translations."""
+        moved = self._moved_in_space("pitch")
+        with np.errstate(invalid="ignore", divide="ignore"):
+            turning = moved.distance / moved.angle
+            shift = shapes.length(moved.translation)
+        still = np.where(shift > 0, np.inf, 0.0)
+        return _number(np.where(moved.angle == 0, still, turning))
+
+    def translation(self) -> Any:
+        """Return the coordinates of the translation of a motor, which follows its rotation."""
+        moved = motions.motion_of("translation", self)
+        if not moved.translates:
+            raise AlgebraError("translation", f"a {self._layout}", "a motor of PGA2, PGA3, CGA2 or CGA3")
+        return moved.translation
+
+    def points(self) -> tuple[Any, Any]:
+        """Return the two points of a point pair; those of ``p ^ q`` are p and q.
+
+        Raises
+        ------
+        LayoutError
+            If this is a single imaginary pair; in arrays such points are NaN.
+        """
+        found = self._shape("points")
+        self._require("points", found, ("point pair",))
+        one, two = relations.ends_of(found)
+        return self._points("points", one), self._points("points", two)
+
+    def is_blade(self) -> Any:
+        """Whether this is an outer product of vectors, to half of the digits; an array of booleans for arrays."""
+        return blades.are_blades(self)
+
+    def is_versor(self) -> Any:
+        """Whether this is a product of invertible vectors, to half of the digits; an array of booleans for arrays."""
+        return blades.are_versors(self)
+
+    def grades(self) -> tuple[int, ...]:
+        """Return the grades whose coefficients are not all 0 up to the rounding error of one product."""
+        return shapes.grades_in(self)
+
+    def factorize(self) -> tuple[Any, tuple[Any, ...]]:
+        """Return a weight and orthogonal vectors whose outer product, times the weight, is this blade.
+
+        Returns
+        -------
+        weight : float or array
+        vectors : tuple of MultivectorArray
+            One for each grade. Their squares are 1, -1 or 0.
+
+        Raises
+        ------
+        AlgebraError
+            If this is not a blade.
+        """
+        return blades.factors_of(self)
+
+    def to_matrix(self) -> Any:
+        """Return the matrix of a rotor, motor or unit quaternion; `from_matrix` of the space is the inverse.
+
+        Returns
+        -------
+        array
+            (..., 4, 4) in PGA3 and CGA3, (..., 3, 3) in PGA2 and CGA2, matrices of homogeneous coordinates. In VGA3 and
+            QUATERNIONS (..., 3, 3) and in VGA2 (..., 2, 2), matrices of rotations.
+        """
+        return motions.matrix_of(motions.motion_of("to_matrix", self))
+
+    def quaternion(self) -> Any:
+        """Return the rotation of a rotor or motor as quaternions w, x, y, z, (..., 4), with the scalar first.
+
+        `from_quaternion` of the space is the inverse for rotors.
+        """
+        return motions.motion_of("quaternion", self).quaternion
+
+    def dual_quaternion(self) -> Any:
+        """Return a motor of space as dual quaternions, (..., 8): q of its rotation, then ``t q / 2``.
+
+        Both quaternions have their scalar first, and t is the translation after the rotation, a quaternion without
+        scalar. `from_dual_quaternion` of the space is the inverse.
+        """
+        return motions.dual_quaternion_of(self._moved_in_space("dual_quaternion"))
+
+    def explain(self) -> str:
+        """Return one line that says what this element is, with numbers of three significant digits.
+
+        Returns
+        -------
+        str
+            For example ``circle, centre (0, 0, 1), normal (0, 0, 1), radius 1.73``. For an array, its shape, the kind
+            of its elements, and the line of the first one.
+        """
+        return explaining.line_of(self)
+
+    @property
+    def _elements(self) -> Any:
+        return self
+
+    @property
+    def _layout(self) -> Any:
+        return self._elements.layout
+
+    @property
+    def _algebra(self) -> Any:
+        return self._elements.layout.algebra
+
+    @property
+    def _is_motion(self) -> bool:
+        support = self._layout.support
+        return 0 in support and len(support) > 1 and self._algebra in motions.MOTIONS
+
+    def _shape(self, where: str) -> Shape:
+        return shapes.shape_of(where, self)
+
+    def _require_same(self, where: str, other: Any) -> None:
+        if getattr(other, "algebra", None) != self._algebra:
+            found = f"multivectors of {other.algebra.name}" if hasattr(other, "algebra") else type(other).__name__
+            raise AlgebraError(where, f"{found} with a {self._layout}", f"an element of {self._algebra.name}")
+
+    def _require(self, where: str, found: Shape, kinds: tuple[str, ...]) -> None:
+        if found.kind.removeprefix("dual ") not in kinds:
+            raise AlgebraError(
+                where, f"a {found.kind}, {self._layout}", f"a {', '.join(kinds[:-1])}{' or ' * (len(kinds) > 1)}"
+                f"{kinds[-1]}", "explain() says what an element is",
+            )  # fmt: skip
+
+    def _moved_in_space(self, where: str) -> motions.Motion:
+        moved = motions.motion_of(where, self)
+        needs_translation = where in ("pitch", "dual_quaternion")
+        if moved.dimension == 2 or (needs_translation and not moved.translates):
+            spaces = "PGA3 or CGA3" if needs_translation else "PGA3, CGA3, VGA3 or QUATERNIONS"
+            raise AlgebraError(
+                where, f"a {self._layout}", f"a motion of {spaces}",
+                "center() is what a motor of the plane does not move" if moved.dimension == 2 else "",
+            )  # fmt: skip
+        return moved
+
+    def _defined(self, where: str, values: Any, found: str, expected: str, axes: int = 1) -> Any:
+        """Return numbers of elements; raise if those of a single element are NaN although its coefficients are not."""
+        values = np.asarray(values) + 0.0  # without negative zeros
+        if values.ndim == axes and np.any(np.isnan(values)) and not np.any(np.isnan(self._elements.values)):
+            raise LayoutError(where, found, expected)
+        return values if axes else _number(values)
+
+    def _points(self, where: str, coordinates: Any) -> Any:
+        given = self._defined(where, coordinates, "no real point", "a real round, and a point off its centre")
+        return self._elements._of_rows(self._algebra.POINT, given)
 
 
-def _is_number(x: Any) -> bool:
-    return not hasattr(x, "grades") or set(x.grades()) <= {0}
+def _projected(x: Any, onto: Any) -> Any:
+    if np.any(np.abs(np.asarray(onto.norm_squared())) <= 1e-12 * np.max(onto.values**2, axis=-1, initial=1e-300)):
+        raise AlgebraError("project", f"onto a {onto.layout} whose norm is 0", "a blade with an inverse")
+    return x.inner_product(onto) * onto.inverse()
 
 
-def _space(x: Any) -> Any:
-    """Return the space of the algebra of an element."""
-    known = SPACES.get(x.algebra.name)
-    if known is None or known.algebra != x.algebra:
-        raise AlgebraError("space", x.algebra.name, f"one of {', '.join(SPACES)}")
-    return known
-
-
-def _text(v: Any) -> str:
-    numbers = np.atleast_1d(v)
-    rounded = [f"{0.0 if abs(x) < 5e-4 * np.max(np.abs(numbers), initial=1e-300) else x:.3g}" for x in numbers]
-    return rounded[0] if np.ndim(v) == 0 else f"({', '.join(rounded)})"
-
-
-def _facts(x: Any, kind: str) -> list[str]:
-    """Return what is known of an element, in words."""
-    algebra = x.algebra.name
-    if kind == "point":
-        return [f"at {_text(x.center())}"]
-    if kind in ("direction", "vector"):
-        return [f"along {_text(x.direction())}", *([f"length {_text(x.norm())}"] if kind == "vector" else [])]
-    if kind in ("line", "screw") and algebra in ("PGA3", "CGA3"):
-        direction, moment = _line(x)
-        nearest = np.cross(direction, moment) / np.sum(direction**2)
-        pitch = [f"pitch {_text(np.sum(direction * moment) / np.sum(direction**2))}"] if kind == "screw" else []
-        return [f"through {_text(nearest)} along {_text(x.direction())}", *pitch]
-    if kind == "line" and algebra == "PGA2":
-        return [f"normal {_text(x.normal())}", f"distance {_text(-x['e0'] / np.hypot(x['e1'], x['e2']))}"]
-    if kind == "plane":
-        names = ("e1", "e2", "e3") if algebra == "PGA3" else ("e230inf", "e130inf", "e120inf")
-        distance = (-x["e0"] if algebra == "PGA3" else x["e123inf"]) / np.linalg.norm(_parts(x, *names))
-        return [f"normal {_text(x.normal())}", f"distance {_text(distance)}"]
-    if kind in ("point pair", "circle", "sphere"):
-        squared = float(_space(x).radius_squared(x))
-        normal = [f"normal {_text(x.normal())}"] if kind == "circle" and algebra == "CGA3" else []
-        radius = f"{'imaginary ' if squared < 0 else ''}radius {_text(np.sqrt(abs(squared)))}"
-        return [f"centre {_text(x.center())}", *normal, radius]
-    if kind in ("rotor", "motor", "translator", "quaternion"):
-        return _motion(x, kind)
-    if kind == "dilation":
-        return [f"by the factor {_text(np.exp(2 * x.log()['e0inf']))}"]
-    if kind == "bivector" and algebra == "VGA3":
-        return [f"normal {_text(x.normal())}", f"area {_text(x.norm())}"]
-    return [f"grades {', '.join(map(str, x.grades()))}"] if kind == "multivector" else []
-
-
-def _motion(x: Any, kind: str) -> list[str]:
-    """Return a motion in words."""
-    if kind == "quaternion" and not np.isclose(float(x.norm()), 1, rtol=0, atol=_ROUNDING):
-        return [f"norm {_text(x.norm())}", *_motion(x.normalize(), kind)]
-    if kind == "translator":
-        matrix = x.to_matrix()
-        return [f"by {_text(matrix[:-1, -1])}"]
-    turn = f"turns by {_text(np.degrees(x.angle()))} degrees"
-    if x.algebra.name in _PLANE:
-        matrix = x.to_matrix()
-        if len(matrix) == 2:
-            return [turn]
-        return [f"{turn} about {_text(np.linalg.solve(np.eye(2) - matrix[:2, :2], matrix[:2, 2]))}"]
-    screw = screw_of(x)
-    if x.algebra.name in ("VGA3", "QUATERNIONS"):
-        return [f"{turn} about {_text(x.axis())}"]
-    shift = float(np.sum(screw.shift * x.axis()))
-    along = f"{turn} about the line through {_text(screw.through)} along {_text(x.axis())}"
-    return [along if abs(shift) < _ROUNDING else f"{along} and moves {_text(shift)} along it"]
+def _number(values: Any) -> Any:
+    return values.item() if np.ndim(values) == 0 else values

@@ -29,6 +29,11 @@ def run_by(engine: Engine) -> None:
     _engine[:] = [engine]
 
 
+def applied(definition: Definition, *operands: Any) -> Any:
+    """Apply a definition to multivectors and numbers."""
+    return _engine[0].apply(definition, *operands)
+
+
 def curried(definition: Definition) -> list[Callable[[Any], Any]]:
     """Return a list with one entry, the operation as a function of its first operand.
 

@@ -18,7 +18,6 @@ from .arrays import MultivectorArray
 from .checks import refuse, require_blade
 from .constructors import Rigid, given_of
 from .definitions import normalize_of
-from .geometry import SPACES
 from .spaces import define, unit
 
 
@@ -126,29 +125,6 @@ class SpaceProjective(Projective):
         """
         return self._construct("motor", (axis, angle, self._moved_by(shift, distance, translation)))
 
-    def motor_from_matrix(self, matrix: Any) -> Any:
-        """Create the motor of a rigid motion from a 4 x 4 matrix, ``(..., 4, 4)``.
-
-        Raises
-        ------
-        LayoutError
-            If the matrix is not that of a rigid motion within 1e-6.
-        """
-        from scipy.spatial.transform import Rotation
-
-        m = np.asarray(matrix, float)
-        if m.ndim < 2 or m.shape[-2:] != (4, 4):
-            raise LayoutError("motor_from_matrix", f"an array of shape {m.shape}", "(..., 4, 4)")
-        r = m[..., :3, :3]
-        rigid = np.abs(r @ np.swapaxes(r, -1, -2) - np.eye(3)).max(initial=0.0) < 1e-6 and np.all(np.linalg.det(r) > 0)
-        if not rigid or np.abs(m[..., 3, :] - [0, 0, 0, 1]).max(initial=0.0) > 1e-6:
-            raise LayoutError(
-                "motor_from_matrix", "a matrix that is not a rigid motion", "a rotation, a translation, and 0 0 0 1"
-            )
-        q = Rotation.from_matrix(r.reshape(-1, 3, 3)).as_quat().reshape((*r.shape[:-2], 4))
-        x, y, z, w = (q[..., k] for k in range(4))
-        return self.translator(m[..., :3, 3]) * self.of(_PGA3.ROTOR, w, -z, y, -x)
-
     def _line_of(self, name: str, coefficients: Any) -> Any:
         line = self.of(_PGA3.LINE, coefficients)
         require_blade(name, line)
@@ -211,4 +187,3 @@ _SCREW = define(
 
 PGA2 = PlaneProjective(_PGA2)
 PGA3 = SpaceProjective(_PGA3)
-SPACES.update(PGA2=PGA2, PGA3=PGA3)

@@ -64,7 +64,7 @@ def test_translators_and_motors() -> None:
     assert cga.layout == CGA3.MOTOR and close(CGA3.coordinates(cga >> CGA3.point(PLACES)), moved)
     matrices = np.tile(np.eye(4), (N, 1, 1))
     matrices[:, :3, :3], matrices[:, :3, 3] = ROTATIONS.as_matrix(), SHIFTS
-    pga = PGA3.motor_from_matrix(matrices)
+    pga = PGA3.from_matrix(matrices)
     assert pga.layout == PGA3.MOTOR and close(PGA3.coordinates(pga >> PGA3.point(PLACES)), moved)
     assert close(CGA3.coordinates(CGA3.motor([0, 0, 1], pi / 2, 1, 2, 3) >> CGA3.point(1, 0, 0)), [1, 3, 3])
     assert close(PGA2.coordinates(PGA2.motor(pi / 2, 1, 2) >> PGA2.point(1, 0)), [1, 3])
@@ -161,8 +161,8 @@ def test_boosts() -> None:
         (lambda: CGA3.centre(CGA3.motor([0, 0, 1], 1.0, 1, 2, 3)), AlgebraError, "blade"),
         (lambda: CGA3.coordinates(CGA3.einf), LayoutError, "e0"),
         (lambda: PGA3.coordinates(PGA3.direction(1, 2, 3)), LayoutError, "infinity"),
-        (lambda: PGA3.motor_from_matrix(np.ones((4, 4))), LayoutError, "not a rigid motion"),
-        (lambda: PGA3.motor_from_matrix(np.ones((3, 4))), LayoutError, "4, 4"),
+        (lambda: PGA3.from_matrix(np.ones((4, 4))), LayoutError, "not a rigid motion"),
+        (lambda: PGA3.from_matrix(np.ones((3, 4))), LayoutError, "4, 4"),
         (lambda: PGA3.rotor(PGA3.of(PGA3.LINE, 1, 2, 3, 4, 5, 6), 1.0), AlgebraError, "not a blade"),
         (lambda: PGA3.line(PGA3.point(1, 2, 3)), LayoutError, "objects to join"),
     ],
