@@ -5,6 +5,7 @@ Planes of space and lines of the plane are vectors; points are pseudovectors. ``
 
 from __future__ import annotations
 
+import warnings
 from functools import cache
 from typing import Any
 
@@ -99,6 +100,11 @@ class SpaceProjective(Projective):
         of ``a x + b y + c z + d = 0`` are also accepted. Errors as in `line`.
         """
         return self._construct("plane", given_of(normal, distance, *others))
+
+    def motor_from_matrix(self, matrix: Any) -> Any:
+        """Return `from_matrix`, whose former name this is; it will be removed in version 0.3."""
+        warnings.warn("PGA3.motor_from_matrix is now from_matrix", DeprecationWarning, stacklevel=2)
+        return self.from_matrix(matrix)
 
     def rotor(self, axis: Any, angle: Any, centre: Any = None) -> Any:
         """Create the motor that rotates about a line by an angle in radians, by the right-hand rule.

@@ -160,3 +160,9 @@ def test_a_property_is_that_of_each_element_of_an_array() -> None:
         CGA3.sphere([0, 0, 0], radius_squared=-1).radius()
     with pytest.raises(AlgebraError, match="kinds direction and point"):
         np.stack([PGA3.e032, PGA3.e123]).center()
+
+
+def test_the_former_name_of_from_matrix() -> None:
+    with pytest.warns(DeprecationWarning, match="motor_from_matrix is now from_matrix") as caught:
+        found = PGA3.motor_from_matrix(np.eye(4))
+    assert caught[0].filename == __file__ and found.isclose(1)
