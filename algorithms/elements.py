@@ -14,12 +14,14 @@ from typing import Any, ParamSpec, TypeVar, cast
 
 import numpy as np
 
-from generated.gac_runtime.layout import Layout, converted, layout
+from generated.gac_runtime.arrays import plain as without_element
+from generated.gac_runtime.layout import Layout, layout
 
 P = ParamSpec("P")
 R = TypeVar("R")
 Layouts = tuple[Layout, ...]
 
+# As in `generated`, whose modules are not imported here, since most chapters need one or two of them.
 MOTOR = (
     layout("PGA3.MOTOR", "1 e12 e13 e23 e01 e02 e03 e0123", unit=True),
     layout("CGA3.MOTOR", "1 e12 e13 e23 e1inf e2inf e3inf e123inf", unit=True),
@@ -96,24 +98,19 @@ def _element_of(value: Any) -> Any:
 
 
 def plain(value: Any, name: str, layouts: Layouts) -> Any:
-    """Return the coefficients of an element, or of a list of elements, in the layout of its algebra; all else as it is.
+    """Return the coefficients of an element or of a list of elements, in the layout of their algebra.
+
+    All else is returned unchanged.
 
     Raises
     ------
     TypeError
-        If an element has another layout, or a list has elements and other things.
+        If an element has another layout.
     """
     if isinstance(value, (list, tuple)) and _element_of(value) is not None:
         return np.stack([plain(each, f"{name}[{k}]", layouts) for k, each in enumerate(value)])
     stored = getattr(value, "stored", None)
-    if stored is None:
-        return value
-    values, own = stored
-    wanted = _of_algebra(layouts, own.algebra)
-    coefficients = converted(name, values, own, wanted)
-    if wanted.unit and not own.unit:
-        getattr(value, "require_unit", lambda where: None)(name)
-    return coefficients
+    return value if stored is None else without_element(name, value, _of_algebra(layouts, stored[1].algebra))
 
 
 def restorer(given: Any, layouts: Layouts) -> Callable[[Any], Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
-from . import duality, versors
+from . import duality, involutions, versors
 from .coefficients import scalar_function
 from .multivector import Multivector
 from .operations import SCALAR_FUNCTIONS, Operation
@@ -67,7 +67,7 @@ MEANINGS: Mapping[Operation, Meaning] = {
     Operation.DUAL: duality.dual,
     Operation.UNDUAL: duality.undual,
     Operation.POLARITY: duality.polarity,
-    Operation.REVERSE: lambda a: ~a,
+    Operation.REVERSE: involutions.reverse,
     Operation.SANDWICH: versors.sandwich,
     Operation.INVERSE: versors.inverse,
     Operation.DETERMINANT: versors.determinant,

@@ -1271,9 +1271,10 @@ static int read_shape(PyObject *tuple, Shape *shape)
 
 PyDoc_STRVAR(
     bind_doc,
-    "_bind(inputs, outputs, function, ways, most, patience, settings)\n--\n\n"
+    "_bind(inputs, outputs, function, ways, most, patience, settings, layouts, units)\n--\n\n"
     "Let calls on elements of these shapes run the kernel at these addresses. Return False if it has too many arrays.\n"
-    "`ways` has, for doubles and for floats, a loop, or a driver and its table; missing addresses are 0."
+    "`ways` has, for doubles and for floats, a loop, or a driver and its table; missing addresses are 0. `layouts` are\n"
+    "those of the arguments, None for numbers, and `units` has a bit for each argument of unit norm."
 );
 
 static PyObject *call_bind(PyObject *self, PyObject *args)

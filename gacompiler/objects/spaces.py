@@ -184,7 +184,7 @@ class Space(Immutable):
 
 
 def _single_of_numbers(layout: Layout, coefficients: tuple[Any, ...]) -> Any:
-    """Return a single multivector from numbers, in a fiftieth of the time that arrays take; None for all else."""
+    """Return a single multivector from numbers, without the arrays that take most of the time; None for all else."""
     if len(coefficients) != layout.size or layout.has_relations or layout.is_scalar:
         return None
     for each in coefficients:
