@@ -1273,8 +1273,8 @@ PyDoc_STRVAR(
     bind_doc,
     "_bind(inputs, outputs, function, ways, most, patience, settings, layouts, units)\n--\n\n"
     "Let calls on elements of these shapes run the kernel at these addresses. Return False if it has too many arrays.\n"
-    "`ways` has, for doubles and for floats, a loop, or a driver and its table; missing addresses are 0. `layouts` are\n"
-    "those of the arguments, None for numbers, and `units` has a bit for each argument of unit norm."
+    "`ways` has, for doubles and for floats, a loop, or a driver and its table; missing addresses are 0. `layouts`\n"
+    "has that of each argument, None for numbers, and `units` has a bit for each argument of unit norm."
 );
 
 static PyObject *call_bind(PyObject *self, PyObject *args)
