@@ -38,23 +38,32 @@ from .frontend.loops import each as each
 from .frontend.loops import fold as fold
 from .frontend.loops import gather as gather
 from .frontend.loops import iterate as iterate
-from .frontend.loops import least as least
 from .frontend.loops import scan as scan
 from .frontend.loops import scatter as scatter
 from .frontend.loops import total as total
+from .frontend.loops import transpose as transpose
 from .frontend.operations import *  # noqa: F403
 from .frontend.roots import cubic_roots as cubic_roots
 from .frontend.roots import quadratic_roots as quadratic_roots
 from .frontend.roots import quartic_roots as quartic_roots
+from .frontend.searches import all_rows as all_rows
+from .frontend.searches import any_row as any_row
+from .frontend.searches import count_rows as count_rows
+from .frontend.searches import first_row as first_row
+from .frontend.searches import least as least
+from .frontend.searches import pick as pick
+from .frontend.searches import row_numbers as row_numbers
 
 if not TYPE_CHECKING:
     # Type checkers cannot read a computed list; for them, `as` and `*` above declare what is exported.
     __all__ = sorted([
-        "SCALAR", "Algebra", "Cl", "Family", "Kernel", "Layout", "Multivector", "Space", "accumulate", "array",
-        "compile", "cubic_roots", "each", "eigenvalues_symmetric", "eigenvectors_symmetric", "even_part", "exp",
-        "fold", "gather", "hessian_vector", "index", "interpolate", "inverse_matrix", "iterate", "jacobian", "jvp",
-        "kernel", "least", "log", "matrix_determinant", "matrix_of", "odd_part", "outer_cos", "outer_exp",
-        "outer_sin", "power", "quadratic_roots", "quartic_roots", "read_cluscript", "robots", "scan", "scatter",
-        "solve_linear", "solve_symmetric", "sqrt", "total", "vjp",
+        "Algebra", "Cl", "Family", "Kernel", "Layout", "Multivector", "SCALAR", "Space", "accumulate",
+        "all_rows", "any_row", "array", "compile", "count_rows", "cubic_roots", "each", "eigenvalues_symmetric",
+        "eigenvectors_symmetric", "even_part", "exp", "first_row", "fold", "gather", "hessian_vector", "index",
+        "interpolate", "inverse_matrix", "iterate", "jacobian", "jvp", "kernel", "least", "log",
+        "matrix_determinant", "matrix_of", "odd_part", "outer_cos", "outer_exp", "outer_sin", "pick", "power",
+        "quadratic_roots", "quartic_roots", "read_cluscript", "robots", "row_numbers", "scan", "scatter",
+        "solve_linear",
+        "solve_symmetric", "sqrt", "total", "transpose", "vjp",
         *frontend.operations.__all__,
     ])  # fmt: skip

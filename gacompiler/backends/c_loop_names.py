@@ -10,19 +10,14 @@ from ..ir.procedure import (
     Apply,
     Clear,
     Copy,
-    Counter,
-    Following,
     Loop,
-    Parent,
     Place,
-    Previous,
     Procedure,
     Repeat,
-    Row,
     Statement,
     Table,
-    Through,
     statements,
+    with_tables,
 )
 from .printers import Names
 
@@ -76,27 +71,13 @@ class _Renaming:
                 return Copy(self._place(source), self._place(target))
             case Clear(table):
                 return Clear(self._tables[table])
-            case Loop(counter, length, reverse, body):
+            case Loop(counter, length, reverse, body, until):
                 inner = tuple(map(self._statement, body))
-                return Loop(self._counters[counter], self._lengths[length], reverse, inner)
+                return Loop(self._counters[counter], self._lengths[length], reverse, inner, self._tables.get(until, ""))
             case Repeat(limit, until, steps, body):
                 inner = tuple(map(self._statement, body))
                 return Repeat(limit, self._tables[until], self._tables[steps], inner)
 
     def _place(self, place: Place) -> Place:
-        return Place(self._tables[place.table], self._row(place.row))
-
-    def _row(self, row: Row) -> Row:
-        match row:
-            case None:
-                return None
-            case Counter(loop):
-                return Counter(self._counters[loop])
-            case Through(indices, loop):
-                return Through(tuple(self._tables[index] for index in indices), self._counters[loop])
-            case Previous(loop, start):
-                return Previous(self._counters[loop], self._tables[start])
-            case Parent(index, loop, start):
-                return Parent(self._tables[index], self._counters[loop], self._tables[start])
-            case Following(loop):
-                return Following(self._counters[loop])
+        row = with_tables(place.row, self._tables.__getitem__, self._counters.__getitem__)
+        return Place(self._tables[place.table], row)

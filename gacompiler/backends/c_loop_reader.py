@@ -14,12 +14,14 @@ from typing import NamedTuple
 from ..errors import BackendError
 from ..ir.procedure import (
     Add,
+    Along,
     Apply,
     Clear,
     Copy,
     Counter,
     Following,
     Loop,
+    Numbered,
     Parent,
     Place,
     Previous,
@@ -30,6 +32,10 @@ from ..ir.procedure import (
     Storage,
     Table,
     Through,
+    number_of,
+    numbers_of,
+    row_at,
+    with_tables,
 )
 from ..ir.program import Program
 from .c_loop_tokens import Entry, Tokens, Tree, factors_of, listed, tokens_of
@@ -230,9 +236,22 @@ class _Reader(Tokens):
             return [self._statement()]
         self._expect("{")
         found: list[Statement] = []
-        while self._next() != "}" and self._tokens[self._at + 1] not in ("+=", "["):
+        while self._next() != "}" and self._tokens[self._at + 1] not in ("+=", "[") and not self._at_end():
             found.append(self._statement())
         return found
+
+    def _at_end(self) -> bool:
+        """Return whether the next statement ends the loop if a number is not zero."""
+        return self._next() == "if" and "break" in self._tokens[self._at : self._end()]
+
+    def _until(self) -> str:
+        """Read the statement that ends a loop, and return the table that it reads."""
+        self._expect("if", "(")
+        match self._expression():
+            case ("!=", until, 0):
+                self._expect(")", "break", ";")
+                return self._place(until).table
+        raise self._wrong("the end of an iteration")
 
     def _loop(self) -> Statement:
         self._expect("for", "(")
@@ -253,9 +272,10 @@ class _Reader(Tokens):
         self._loops[counter] = self._length(length), reverse
         braces = self._next() == "{"
         body = self._block()
+        until = self._until() if braces and self._next() == "if" else ""
         if braces:
             self._expect("}")
-        return Loop(counter, length, reverse, tuple(body))
+        return Loop(counter, length, reverse, tuple(body), until)
 
     def _repeat(self) -> Repeat:
         counter = self._take()
@@ -264,12 +284,12 @@ class _Reader(Tokens):
         self._expect(";", counter, "++", ")")
         body = self._block()
         steps = self._place(self._expression())
-        self._expect("+=", "1", ";", "if", "(")
-        match self._expression():
-            case ("!=", until, 0) if isinstance(limit, int):
-                self._expect(")", "break", ";", "}")
-                return Repeat(limit, self._place(until).table, steps.table, tuple(body))
-        raise self._wrong("the end of an iteration")
+        self._expect("+=", "1", ";")
+        until = self._until()
+        self._expect("}")
+        if not isinstance(limit, int):
+            raise self._wrong("the limit of an iteration")
+        return Repeat(limit, until, steps.table, tuple(body))
 
     def _apply(self) -> Apply:
         if self._next() == "far":
@@ -325,8 +345,16 @@ class _Reader(Tokens):
     def _place_or(self, pointer: Tree, condition: Tree, start: str) -> Place:
         """Read a row that is replaced by another one if a condition does not hold."""
         place = self._place(pointer, condition)
+        if number := number_of(place.row):
+            table = self._known(place.table)
+            numbers = zip(numbers_of(place.row), table.lengths, strict=True)
+            (length,) = (length for each, length in numbers if isinstance(each, Numbered))
+            match condition:
+                case ("&&", (">=", first, 0), ("<", second, str(end))) if end == length and first == second:
+                    if self._place(first) == Place(number):
+                        return Place(place.table, with_tables(place.row, lambda name: name or start))
         match place.row:
-            case Through((index,), loop) if condition == (">=", ("[]", index, loop), 0):
+            case Through(index, loop) if condition == (">=", ("[]", index, loop), 0):
                 return Place(place.table, Parent(index, loop, start))
             case _Step(loop, -1):
                 return Place(place.table, Previous(loop, start))
@@ -344,11 +372,9 @@ class _Reader(Tokens):
         if len(factors) != 1:
             raise self._wrong(f"{table.name} + {offset!r}")
         match factors[0]:
-            case str(counter) if counter in self._loops:
-                return Counter(counter)
             case (("+" | "-") as sign, str(counter), 1) if counter in self._loops:
                 return self._stepped(counter, sign, condition)
-        return self._through(table, factors[0])
+        return self._number(table, factors[0])
 
     def _stepped(self, counter: str, sign: str, condition: Tree | None) -> Row:
         """Read the row before or after that of a counter, if a condition ensures that it exists."""
@@ -358,25 +384,28 @@ class _Reader(Tokens):
             raise self._wrong(f"the row {counter} {sign} 1 where {condition!r}")
         return Following(counter) if (sign == "-") == reverse else _Step(counter, -1)  # type: ignore[return-value]
 
-    def _through(self, table: Table, number: Tree) -> Through:
-        """Read the row given by index tables, in C order."""
-        indices: list[str] = []
-        loop = ""
-        for length in reversed(table.lengths):
-            last = number
+    def _number(self, table: Table, number: Tree) -> Row:
+        """Read the row given by counters and index tables, in C order."""
+        found: list[Along] = []
+        for length in reversed(table.lengths[1:]):
             match number:
                 case ("+", ("*", outer, str(by)), last) if by == length:
+                    found.insert(0, self._along_axis(table, last))
                     number = outer
-                case ("+", ("*", *outer, str(by)), last) if by == length and len(outer) > 1:
-                    number = ("*", *outer)
-            match last:
-                case ("[]", str(index), str(counter)) if self._known(index).storage is Storage.INDEX:
-                    indices.insert(0, index)
-                    loop = loop or counter
-                    if counter == loop and counter in self._loops:
-                        continue
-            raise self._wrong(f"the row {number!r} of {table.name}")
-        return Through(tuple(indices), loop)
+                case _:
+                    raise self._wrong(f"the row {number!r} of {table.name}")
+        return row_at((self._along_axis(table, number), *found))
+
+    def _along_axis(self, table: Table, number: Tree) -> Counter | Through | Numbered:
+        match number:
+            case ("row", value):
+                return Numbered(self._place(value).table, "")
+            case str(counter) if counter in self._loops:
+                return Counter(counter)
+            case ("[]", str(index), str(counter)) if counter in self._loops:
+                if self._known(index).storage is Storage.INDEX:
+                    return Through(index, counter)
+        raise self._wrong(f"the row {number!r} of {table.name}")
 
     def _known(self, name: str) -> Table:
         if name not in self._tables:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..errors import BackendError
-from ..ir.procedure import Apply, Place, Procedure, Storage, Table
+from ..ir.procedure import Apply, Place, Procedure, Storage, Table, start_of
 from ..ir.program import Program
 from .loop_statements import LoopWords, StatementText
 from .loop_statements import is_number as is_number
@@ -27,11 +27,9 @@ def is_shared(procedure: Procedure, place: Place) -> bool:
         If the row may belong to one of two tables, of which only one is shared.
     """
     table = procedure.table(place.table)
-    start = getattr(place.row, "start", None)
+    start = start_of(place.row)
     shared = table.storage is Storage.ARGUMENT and table.shared
-    if start is not None and shared != (
-        procedure.table(start).storage is Storage.ARGUMENT and procedure.table(start).shared
-    ):
+    if start and shared != (procedure.table(start).storage is Storage.ARGUMENT and procedure.table(start).shared):
         raise BackendError(
             f"C text of {procedure.name}", f"{table.name} and {start}, of which one is shared", "both or neither shared"
         )

@@ -78,6 +78,9 @@ class Tokens:
         token = self._take()
         if token == "&":
             return ("&", self._unary())
+        if token == "(" and self._next() == "intptr_t":
+            self._expect("intptr_t", ")")
+            return ("row", self._unary())
         if token == "(":
             found = self._expression()
             self._expect(")")

@@ -19,17 +19,17 @@ from ..errors import BackendError
 from ..ir.procedure import (
     Add,
     Apply,
+    At,
     Clear,
     Copy,
     Loop,
-    Parent,
     Place,
-    Previous,
     Procedure,
     Repeat,
     Storage,
     Table,
-    Through,
+    further_tables,
+    number_of,
     statements,
 )
 from ..ir.program import Program
@@ -62,7 +62,7 @@ def loop_parts(procedure: Procedure) -> tuple[Program, ...]:
 
 def has_lanes(procedure: Procedure) -> bool:
     """Whether all elements execute the same statements, so that NLANES elements can be computed at a time."""
-    return not any(isinstance(statement, Repeat) for statement in statements(procedure.body))
+    return not procedure.repeats
 
 
 def lane_sizes(procedure: Procedure) -> set[int]:
@@ -276,17 +276,14 @@ def _read(named: Procedure) -> Iterable[str]:
                 places = (Place(table),)
                 yield from named.table(table).lengths
             case Loop():
-                places = ()
+                places = (Place(statement.until),) if statement.until else ()
                 yield statement.length
             case Repeat():
                 places = (Place(statement.until), Place(statement.steps))
         for place in places:
             yield place.table
-            match place.row:
-                case Through(indices, _):
-                    yield from indices
-                    yield from named.table(place.table).lengths[1:]
-                case Previous(_, start):
-                    yield start
-                case Parent(index, _, start):
-                    yield from (index, start)
+            yield from further_tables(place.row)
+            if isinstance(place.row, At):
+                yield from named.table(place.table).lengths[1:]
+            if number_of(place.row):
+                yield from named.table(place.table).lengths

@@ -18,7 +18,6 @@ from ..ir.procedure import (
     Copy,
     Counter,
     Loop,
-    Parent,
     Place,
     Previous,
     Procedure,
@@ -26,7 +25,10 @@ from ..ir.procedure import (
     Statement,
     Storage,
     Table,
-    Through,
+    further_tables,
+    indices_of,
+    number_of,
+    numbers_of,
 )
 from .devices import Grid, element
 from .loop_statements import is_number, product
@@ -88,6 +90,7 @@ class LoopDialect:
             forward=f"for ({index} {{counter}} = 0; {{counter}} < {{length}}; {{counter}}++)",
             backward=f"for ({index} {{counter}} = {{length}}; {{counter}}-- > 0;)",
             repeat="for (int {counter} = 0; {counter} < {limit}; {counter}++)",
+            row=f"({index}){{value}}",
             each="for (int {k} = 0; {k} < {size}; {k}++)",
         )
 
@@ -280,7 +283,7 @@ class _DeviceText(RowText):
 
     def _change(self, name: str) -> None:
         """Discard the local copies of rows of a table."""
-        self._held -= {place for place in self._held if name in (place.table, getattr(place.row, "start", ""))}
+        self._held -= {place for place in self._held if name in (place.table, *further_tables(place.row))}
 
     def _called(self, statement: Apply) -> list[str]:
         before, passed, after = list[str](), list[str](), list[str]()
@@ -334,13 +337,7 @@ class _DeviceText(RowText):
 
 
 def _suffix(place: Place) -> str:
-    match place.row:
-        case Counter(loop):
-            return loop
-        case Previous():
-            return "previous"
-        case Parent(index, _, _):
-            return index
-        case Through(indices, _):
-            return "_".join(indices)
-    raise AssertionError(place)
+    if isinstance(place.row, Previous):
+        return "previous"
+    names = [each.loop if isinstance(each, Counter) else "" for each in numbers_of(place.row)]
+    return "_".join(filter(None, (*names, *indices_of(place.row), number_of(place.row))))

@@ -38,6 +38,7 @@ _WORDS = RowWords(
     backward="for (let {counter} = {length} - 1; {counter} >= 0; {counter}--)",
     repeat="for (let {counter} = 0; {counter} < {limit}; {counter}++)",
     is_set="{} !== 0",
+    row="Math.trunc({value})",
     has_braces=True,
     indent="  ",
     each="for (let {k} = 0; {k} < {size}; {k}++)",

@@ -13,12 +13,15 @@ from dataclasses import dataclass
 from ..errors import BackendError
 from ..ir.procedure import (
     Add,
+    Along,
     Apply,
+    At,
     Clear,
     Copy,
     Counter,
     Following,
     Loop,
+    Numbered,
     Parent,
     Place,
     Previous,
@@ -29,6 +32,9 @@ from ..ir.procedure import (
     Storage,
     Table,
     Through,
+    goes_through,
+    numbers_of,
+    start_of,
 )
 from .printers import Names
 
@@ -51,6 +57,8 @@ class LoopWords:
         A conditional expression: {row} if {condition} holds, else {start}.
     index : str
         The entry {counter} of the index table {index}, as the number of a row.
+    row, has_row : str
+        The computed number {value} as the number of a row, and the condition that this is one of {length} rows.
     count, is_set : str
         The statement that adds 1 to a number, and the condition that a number is not zero.
     has_braces : bool
@@ -65,6 +73,8 @@ class LoopWords:
     condition: str = "if ({condition})"
     choice: str = "{condition} ? {row} : {start}"
     index: str = "{index}[{counter}]"
+    row: str = "(intptr_t){value}"
+    has_row: str = "{value} >= 0 && {value} < {length}"
     count: str = "{} += 1;"
     is_set: str = "{} != 0"
     has_braces: bool = False
@@ -106,10 +116,11 @@ class StatementText(ABC):
                 return self._copied(source, target)
             case Clear(name):
                 return self._cleared(self._procedure.table(name))
-            case Loop(counter, length, reverse, body):
+            case Loop(counter, length, reverse, body, until):
                 self._loops[counter] = statement
                 head = self.words.backward if reverse else self.words.forward
-                return self._block(head.format(counter=counter, length=length), self.lines(body))
+                end = self._end(until) if until else []
+                return self._block(head.format(counter=counter, length=length), [*self.lines(body), *end])
             case Repeat():
                 return self._repeat(statement)
 
@@ -123,17 +134,21 @@ class StatementText(ABC):
 
     def _repeat(self, statement: Repeat) -> list[str]:
         words, counter = self.words, self._names.fresh("repeats")
-        until, steps = (self._value(Place(name)) for name in (statement.until, statement.steps))
-        end = self._block(words.condition.format(condition=words.is_set.format(until)), ["break;"])
-        inner = [*self.lines(statement.body), words.count.format(steps), *end]
+        steps = self._value(Place(statement.steps))
+        inner = [*self.lines(statement.body), words.count.format(steps), *self._end(statement.until)]
         return self._block(words.repeat.format(counter=counter, limit=statement.limit), inner)
+
+    def _end(self, until: str) -> list[str]:
+        """Return the lines that end a loop if the number in a table is not zero."""
+        condition = self.words.is_set.format(self._value(Place(until)))
+        return self._block(self.words.condition.format(condition=condition), ["break;"])
 
     def _add(self, source: Place, target: Place) -> list[str]:
         added = self._summed(source, target)
         if isinstance(target.row, (Previous, Parent)):
             raise self._refused(f"a sum in {target.table} at {target.row}")
-        conditions = [self._condition(target.row)]
-        conditions += [self._condition(source.row)] if isinstance(source.row, (Following, Through)) else []
+        conditions = [self._condition(target)]
+        conditions += [self._condition(source)] if isinstance(source.row, Following) or goes_through(source.row) else []
         condition = " && ".join(dict.fromkeys(each for each in conditions if each))
         return self._block(self.words.condition.format(condition=condition), added) if condition else added
 
@@ -143,7 +158,7 @@ class StatementText(ABC):
         return [head, *inner] if len(body) == 1 and not self.words.has_braces else [f"{head} {{", *inner, "}"]
 
     def _check_target(self, place: Place) -> None:
-        if not isinstance(place.row, (Counter, Through, type(None))):
+        if not all(isinstance(each, (Counter, Through)) for each in numbers_of(place.row)):
             raise self._refused(f"a row of {place.table} is written at {place.row}")
 
     def _refused(self, found: str) -> BackendError:
@@ -180,9 +195,9 @@ class StatementText(ABC):
         if place.row is None:
             return only(table)
         text = row(table, self._number(table, place.row))
-        if isinstance(place.row, (Previous, Parent)):
-            start = only(self._procedure.table(place.row.start))
-            return self.words.choice.format(condition=self._condition(place.row), row=text, start=start)
+        if start_of(place.row):
+            start = only(self._procedure.table(start_of(place.row)))
+            return self.words.choice.format(condition=self._condition(place), row=text, start=start)
         return text
 
     def _step(self, loop: str, step: int) -> str:
@@ -201,23 +216,33 @@ class StatementText(ABC):
                 return self._step(loop, 1)
             case Parent(index, loop, _):
                 return self.words.index.format(index=index, counter=loop)
-            case Through(indices, loop):
-                entries = [self.words.index.format(index=index, counter=loop) for index in indices]
-                text = entries[0]
-                for entry, length in zip(entries[1:], table.lengths[1:], strict=True):
-                    text = f"{f'({text})' if ' ' in text else text} * {length} + {entry}"
+            case Through(index, loop):
+                return self.words.index.format(index=index, counter=loop)
+            case Numbered(number, _):
+                return self.words.row.format(value=self._value(Place(number)))
+            case At((first, *others)):
+                text = self._number(table, first)
+                for each, length in zip(others, table.lengths[1:], strict=True):
+                    text = f"{f'({text})' if ' ' in text else text} * {length} + {self._number(table, each)}"
                 return text
         raise AssertionError(row)
 
-    def _condition(self, row: Row) -> str:
+    def _condition(self, place: Place) -> str:
         """Return the condition that a row exists, or an empty text if it always exists."""
+        lengths = self._procedure.table(place.table).lengths
+        each = map(self._condition_along, numbers_of(place.row), lengths)
+        return " && ".join(filter(None, each))
+
+    def _condition_along(self, row: Along, length: str) -> str:
         match row:
+            case Numbered(number, _):
+                return self.words.has_row.format(value=self._value(Place(number)), length=length)
             case Previous(loop, _) | Following(loop):
                 step = 1 if isinstance(row, Following) else -1
                 after = self._step(loop, step)
                 return f"{loop} > 0" if after.endswith("- 1") else f"{after} < {self._loops[loop].length}"
             case Parent(index, loop, _):
                 return f"{index}[{loop}] >= 0"
-            case Through(indices, loop):
-                return " && ".join(f"{index}[{loop}] >= 0" for index in indices)
+            case Through(index, loop):
+                return f"{index}[{loop}] >= 0"
         return ""

@@ -22,6 +22,7 @@ from ..ir.procedure import (
     Counter,
     Following,
     Loop,
+    Numbered,
     Parent,
     Place,
     Previous,
@@ -32,6 +33,9 @@ from ..ir.procedure import (
     Storage,
     Table,
     Through,
+    goes_through,
+    numbers_of,
+    row_at,
 )
 from ..ir.procedure_cost import procedure_costs
 from ..ir.program import Program
@@ -149,6 +153,7 @@ class _Reader:
             raise BackendError(where, f"a declaration that cannot be read ({error})", "@_module.loops(...)") from error
         self._loops: dict[str, bool] = {}
         self._may_miss = False
+        self._start = ""  # of the row that is read, while its number is read
 
     def _declared(self, signature: str, options: Mapping[str, Mapping[str, str]]) -> dict[str, Table]:
         """Return the tables by their names in the text; the lengths are determined at the same time."""
@@ -214,7 +219,7 @@ class _Reader:
         self._may_miss = True
         found = self._statement(inner)
         self._may_miss = False
-        if not isinstance(found, Add) or not isinstance(found.source.row, Through):
+        if not isinstance(found, Add) or not goes_through(found.source.row):
             raise self._unreadable(node)
         terms = test.values if isinstance(test, ast.BoolOp) and isinstance(test.op, ast.And) else [test]
         keys = []
@@ -224,14 +229,16 @@ class _Reader:
                     keys.append(key)
                 case _:
                     raise self._unreadable(node)
-        if self._through(node, keys) != found.source.row:
+        if [self._along_axis(key) for key in keys] != [
+            each for each in numbers_of(found.source.row) if isinstance(each, Through)
+        ]:
             raise self._unreadable(node)
         return found
 
     def _added(self, row: ast.expr) -> Place:
         """Read the row that a sum adds; a condition is required if and only if index tables determine the row."""
         found = self._read(row)
-        if isinstance(found.row, Through) != self._may_miss:
+        if goes_through(found.row) != self._may_miss:
             raise self._unreadable(row)
         return found
 
@@ -265,9 +272,13 @@ class _Reader:
             case _:
                 raise self._unreadable(node)
         self._loops[counter] = reverse
+        until = ""
+        match body:
+            case [*before, ast.If(ast.Compare(end, [ast.NotEq()], [ast.Constant(0)]), [ast.Break()], [])]:
+                body, until = before, self._read(end).table
         inner = self._statements(body)
         del self._loops[counter]
-        return Loop(counter, self._lengths[n], reverse, inner)
+        return Loop(counter, self._lengths[n], reverse, inner, until)
 
     def _repeat(self, node: ast.AST, limit: int, body: Sequence[ast.stmt]) -> Repeat:
         match body:
@@ -292,11 +303,15 @@ class _Reader:
             case ast.Call(ast.Name(function), [ast.Name(name), key, ast.Name(start)], []) if function == READ_OR:
                 first = self._table(node, start).name
                 match key:
+                    case ast.Name() | ast.Tuple() | ast.Subscript(ast.Name(), ast.Tuple([])) if self._computed(key):
+                        self._start = first
+                        row: Row = self._row(key)
+                        self._start = ""
                     case ast.BinOp():
                         counter, step = self._neighbour(key)
                         if step != (1 if self._loops[counter] else -1):
                             raise self._unreadable(node)
-                        row: Row = Previous(counter, first)
+                        row = Previous(counter, first)
                     case ast.Subscript(ast.Name(index), ast.Name(counter)) if counter in self._loops:
                         row = Parent(self._index(node, index), counter, first)
                     case _:
@@ -311,22 +326,14 @@ class _Reader:
                 return Place(self._table(node, name).name)
             case ast.Subscript(ast.Name(name), ast.Tuple([]) | ast.Slice(None, None, None)):
                 return Place(self._table(node, name).name)
-            case ast.Subscript(ast.Name(name), ast.Name() as key):
+            case ast.Subscript(ast.Name(name), ast.Name() | ast.Tuple() as key):
                 return Place(self._table(node, name).name, self._row(key))
             case _:
                 raise self._unreadable(node)
 
     def _row(self, key: ast.expr) -> Row:
         """Read the number of a row that exists."""
-        match key:
-            case ast.Name(counter) if counter in self._loops:
-                return Counter(counter)
-            case ast.Subscript():
-                return self._through(key, [key])
-            case ast.Tuple(keys) if len(keys) > 1:
-                return self._through(key, keys)
-            case _:
-                raise self._unreadable(key)
+        return row_at(tuple(map(self._along_axis, key.elts if isinstance(key, ast.Tuple) else [key])))
 
     def _onto(self, key: ast.expr) -> Row:
         """Read the number of a row that may not exist."""
@@ -337,18 +344,21 @@ class _Reader:
             return Following(counter)
         return self._row(key)
 
-    def _through(self, node: ast.AST, keys: Sequence[ast.expr]) -> Through:
-        indices, counters = [], set()
-        for key in keys:
-            match key:
-                case ast.Subscript(ast.Name(index), ast.Name(counter)) if counter in self._loops:
-                    indices.append(self._index(node, index))
-                    counters.add(counter)
-                case _:
-                    raise self._unreadable(node)
-        if len(counters) != 1:
-            raise self._unreadable(node)
-        return Through(tuple(indices), counters.pop())
+    def _computed(self, key: ast.expr) -> bool:
+        """Return whether the number of a row is computed along an axis."""
+        keys = key.elts if isinstance(key, ast.Tuple) else [key]
+        return any(isinstance(each, ast.Name) and each.id in self._tables for each in keys)
+
+    def _along_axis(self, key: ast.expr) -> Counter | Through | Numbered:
+        match key:
+            case ast.Name(name) if self._start and name in self._tables:
+                return Numbered(self._tables[name].name, self._start)
+            case ast.Name(counter) if counter in self._loops:
+                return Counter(counter)
+            case ast.Subscript(ast.Name(index), ast.Name(counter)) if counter in self._loops:
+                return Through(self._index(key, index), counter)
+            case _:
+                raise self._unreadable(key)
 
     def _neighbour(self, key: ast.expr) -> tuple[str, int]:
         """Read the counter and the step in ``i - 1``."""

@@ -15,12 +15,15 @@ from ..errors import BackendError
 from ..ir.cost import Cost
 from ..ir.procedure import (
     Add,
+    Along,
     Apply,
+    At,
     Clear,
     Copy,
     Counter,
     Following,
     Loop,
+    Numbered,
     Parent,
     Place,
     Previous,
@@ -30,6 +33,10 @@ from ..ir.procedure import (
     Storage,
     Table,
     Through,
+    goes_through,
+    indices_of,
+    numbers_of,
+    start_of,
     statements,
 )
 from ..ir.program import Program
@@ -119,10 +126,10 @@ def index_rules(procedure: Procedure) -> dict[str, str]:
         if isinstance(statement, (Add, Copy)):
             sources = (statement.source,)
         for place in sources:
-            if isinstance(place.row, Through) and not isinstance(statement, Add):
-                read |= set(place.row.indices)
-            elif isinstance(place.row, Parent):
+            if isinstance(place.row, Parent):
                 parents.add(place.row.index)
+            elif not isinstance(statement, Add):
+                read |= set(indices_of(place.row))
     return {
         table.name: f"{'an earlier' if table.name in parents else 'a'} row"
         f"{'' if table.name in read else ' or -1'} of {table.into}"
@@ -142,8 +149,8 @@ def _summed(loop: Loop) -> set[str]:
     return {
         name
         for statement in loop.body
-        if isinstance(statement, Add) and isinstance(statement.target.row, Through) and statement.target.table in read
-        for name in statement.target.row.indices
+        if isinstance(statement, Add) and statement.target.table in read
+        for name in indices_of(statement.target.row)
     }
 
 
@@ -190,7 +197,7 @@ class _Printer:
         found += [f'shared="{" ".join(shared)}"'] if shared else []
         found += [f"indices={{{rules}}}"] if rules else []
         found += [f'work="{" ".join(map(_declared, work))}"'] if work else []
-        found += ["repeats=True"] if any(isinstance(s, Repeat) for s in statements(procedure.body)) else []
+        found += ["repeats=True"] if procedure.repeats else []
         return found
 
     def lines(self, body: Sequence[Statement], indent: str) -> Iterator[str]:
@@ -206,25 +213,28 @@ class _Printer:
                     yield f"{indent}{self._written(target)} = {self._read(source)}"
                 case Clear(name):
                     yield f"{indent}{self._names[self._over(Place(name)).name]}[:] = 0"
-                case Loop(counter, length, reverse, inner):
+                case Loop(counter, length, reverse, inner, until):
                     n = self._lengths[length]
                     self._reversed[counter] = reverse
                     rows = f"range({n} - 1, -1, -1)" if reverse else f"range({n})"
                     yield f"{indent}for {self._counters[counter]} in {rows}:"
                     yield from self.lines(inner, indent + _INDENT)
+                    yield from self._end(until, indent + _INDENT) if until else ()
                 case Repeat(limit, until, steps, inner):
-                    until, steps = (self._read(Place(name)) for name in (until, steps))
+                    steps = self._read(Place(steps))
                     yield f"{indent}for {self._repeat} in range({limit}):"
                     yield from self.lines(inner, indent + _INDENT)
                     yield f"{indent}{_INDENT}{steps} = {steps} + 1"
-                    yield f"{indent}{_INDENT}if {until} != 0:"
-                    yield f"{indent}{_INDENT}{_INDENT}break"
+                    yield from self._end(until, indent + _INDENT)
+
+    def _end(self, until: str, indent: str) -> Iterator[str]:
+        yield f"{indent}if {self._read(Place(until))} != 0:"
+        yield f"{indent}{_INDENT}break"
 
     def _added(self, source: Place, target: Place, indent: str) -> Iterator[str]:
         """Yield the lines of a sum of rows, with a condition if index tables may contain -1."""
-        if isinstance(source.row, Through):
-            counter = self._counters[source.row.loop]
-            there = [f"{self._names[index]}[{counter}] >= 0" for index in source.row.indices]
+        if goes_through(source.row):
+            there = [f"{self._number(each)} >= 0" for each in numbers_of(source.row) if isinstance(each, Through)]
             yield f"{indent}if {' and '.join(there)}:"
             indent += _INDENT
         if target.row is None and not self._tables[target.table].lengths:
@@ -239,9 +249,9 @@ class _Printer:
         match place.row:
             case None if not table.lengths:
                 return f"{name}[()]" if table.storage is Storage.RESULT and not table.shape else name
-            case Previous(_, start) | Parent(_, _, start) if not self._tables[start].lengths:
+            case _ if (start := start_of(place.row)) and not self._tables[start].lengths:
                 return f"{READ_OR}({name}, {self._key(place)}, {self._read(Place(start))})"
-            case Counter() | Through():
+            case Counter() | Through() | At():
                 return f"{name}[{self._key(place)}]"
             case _:
                 raise self._unknown(place)
@@ -256,32 +266,37 @@ class _Printer:
                 return f"{name}[:]" if table.shape else f"{name}[()]"
             case Counter():
                 return f"{name}[{self._key(place)}]"
+            case At() if not goes_through(place.row):
+                return f"{name}[{self._key(place)}]"
             case _:
                 raise self._unknown(place)
 
     def _key(self, place: Place) -> str:
         """Return the text of the number of a row, which may not exist."""
         self._over(place)
-        match place.row:
+        if place.row is None:
+            raise self._unknown(place)
+        numbers = [self._number(each) for each in numbers_of(place.row)]
+        return numbers[0] if len(numbers) == 1 else f"({', '.join(numbers)})"
+
+    def _number(self, row: Along) -> str:
+        """Return the text of the number of a row along one axis."""
+        match row:
+            case Numbered(number, _):
+                return self._read(Place(number))
             case Counter(loop):
                 return self._counters[loop]
-            case Through(indices, loop):
-                numbers = [f"{self._names[index]}[{self._counters[loop]}]" for index in indices]
-                return ", ".join(numbers) if len(numbers) == 1 else f"({', '.join(numbers)})"
+            case Through(index, loop) | Parent(index, loop, _):
+                return f"{self._names[index]}[{self._counters[loop]}]"
             case Previous(loop, _):
                 return f"{self._counters[loop]} {'+' if self._reversed[loop] else '-'} 1"
             case Following(loop):
                 return f"{self._counters[loop]} {'-' if self._reversed[loop] else '+'} 1"
-            case Parent(index, loop, _):
-                return f"{self._names[index]}[{self._counters[loop]}]"
-            case _:
-                raise self._unknown(place)
 
     def _over(self, place: Place) -> Table:
         """Return the table of a place, after checking that its row has as many numbers as the table has lengths."""
         table = self._tables[place.table]
-        numbers = len(place.row.indices) if isinstance(place.row, Through) else 1
-        if not table.lengths or (place.row is not None and len(table.lengths) != numbers):
+        if not table.lengths or (place.row is not None and len(table.lengths) != len(numbers_of(place.row))):
             raise self._unknown(place)
         return table
 

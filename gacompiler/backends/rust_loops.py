@@ -58,6 +58,8 @@ _WORDS = LoopWords(
     condition="if {condition}",
     choice="if {condition} {{ {row} }} else {{ {start} }}",
     index="{index}[{counter}] as usize",
+    row="{value}.row()",
+    has_row="{value} >= T::number(0.0) && {value} < T::number({length} as f64)",
     count=f"{{0}} = {{0}} + {_ONE};",
     is_set=f"{{}} != {_ZERO}",
     has_braces=True,

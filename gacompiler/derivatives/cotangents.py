@@ -16,7 +16,7 @@ from ..frontend.loop_trace import LoopTrace
 from ..frontend.recorded import Compute, Record
 from ..frontend.recorder import Recorder
 from ..frontend.rows import Leaf
-from ..ir.procedure import Add, Clear, Counter, Following, Loop, Parent, Place, Previous, Row, Storage
+from ..ir.procedure import Add, Clear, Counter, Following, Loop, Parent, Place, Previous, Row, Storage, number_of
 from .forward import shape_of
 from .replay import Edges, Replay, flattened, reads_of, start_of, writes_of
 from .stored import only_added, set_once
@@ -201,6 +201,11 @@ class Cotangents(Replay):
                 if to_start is not None:
                     self._add_to_start(source, old.row, own, to_start)
                 self.record(Add(source, Place(own.name, self.through(old.row))))
+            case _ if number_of(old.row):
+                raise KernelError(
+                    self.traced.kernel.where, "the reverse mode through a row with a computed number",
+                    "rows that loops or index tables select", "use jvp(), or gather()",
+                )  # fmt: skip
             case _:
                 self.record(Add(source, self.place(old, self._adjoints)))
 

@@ -19,7 +19,7 @@ from ..algebra.layout import SCALAR, Layout
 from ..errors import KernelError
 from ..frontend.expression import Expression, lift, topological
 from ..frontend.kernel import ArrayOf, Kernel, Parameter
-from ..frontend.rows import Unrolled, leaves_of, nested
+from ..frontend.rows import Unrolled, elements_of, leaves_of, nested, with_elements
 from . import loops
 from .directions import KINDS, coefficient_tangents
 from .results import (
@@ -269,8 +269,8 @@ def _gradient(
     columns: list[Any] = []
     for leaf in leaves_of(argument):
         if isinstance(leaf, Unrolled):
-            rows = [next(remaining) for _ in leaf.elements]
-            columns += [Unrolled(column) for column in zip(*rows, strict=True)]
+            rows = [next(remaining) for _ in elements_of(leaf)]
+            columns += [with_elements(leaf, iter(column)) for column in zip(*rows, strict=True)]
         else:
             columns += next(remaining)
     return nested(columns, shape)

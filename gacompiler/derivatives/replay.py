@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 from ..algebra.layout import SCALAR
@@ -16,7 +16,6 @@ from ..algebra.operations import Operation
 from ..errors import KernelError
 from ..frontend.expression import Expression, lift
 from ..frontend.kernel import Parameter
-from ..frontend.loop_bodies import row_of
 from ..frontend.loop_trace import LoopTrace
 from ..frontend.recorded import Compute, Record, Recorded, Source, targets_in
 from ..frontend.recorder import Recorder
@@ -26,17 +25,17 @@ from ..ir.procedure import (
     Add,
     Clear,
     Copy,
-    Counter,
-    Following,
     Loop,
     Parent,
     Place,
-    Previous,
     Repeat,
     Row,
     Storage,
     Through,
+    number_of,
+    with_tables,
 )
+from ..ir.procedure import start_of as start_of_row
 
 
 @dataclass(slots=True)
@@ -103,17 +102,14 @@ class Replay:
 
     def row(self, row: Row, tables: Mapping[str, Record]) -> Row:
         """Return the new row for an old one; the table of its start is taken from `tables`."""
-        match row:
-            case None:
-                return None
-            case Through(indices, loop):
-                return Through(tuple(self._indices[name] for name in indices), self.counters[loop])
-            case Previous(loop, start):
-                return Previous(self.counters[loop], tables[start].name)
-            case Parent(index, loop, start):
-                return Parent(self._indices[index], self.counters[loop], tables[start].name)
-            case Counter() | Following():
-                return replace(row, loop=self.counters[row.loop])
+        number = number_of(row)
+
+        def name(old: str) -> str:
+            if old in self._indices:
+                return self._indices[old]
+            return self.tables[old].name if old == number else tables[old].name
+
+        return with_tables(row, name, self.counters.__getitem__)
 
     def place(self, place: Place, tables: Mapping[str, Record] | None = None) -> Place:
         """Return the new place for an old one, in the table that `tables` assigns to the old table."""
@@ -122,7 +118,7 @@ class Replay:
 
     def through(self, parent: Parent) -> Through:
         """Return the row given by the index table of a parent, without a start row."""
-        return Through((self._indices[parent.index],), self.counters[parent.loop])
+        return Through(self._indices[parent.index], self.counters[parent.loop])
 
     # Statements.
 
@@ -170,7 +166,8 @@ class Replay:
         if scope.statements:
             (length,) = self.lengths([old.length])
             statements = self.recorder.scopes[-1].statements
-            statements.append(Loop(counter, length, reverse, (*edges.first, *scope.statements, *edges.last)))
+            until = self.tables[old.until].name if old.until else ""
+            statements.append(Loop(counter, length, reverse, (*edges.first, *scope.statements, *edges.last), until))
             statements += edges.after
 
     def symbols(self, compute: Compute) -> dict[Expression, Expression]:
@@ -223,7 +220,7 @@ class Replay:
     def held(self, record: Record) -> list[Any]:
         """Return the arrays of rows, or the expressions, in a table."""
         if record.lengths:
-            return [Rows(record.name, record.lengths, leaf) for leaf in record.leaves]
+            return list(record.arrays)
         return [self.recorder.symbol(record.name, Place(record.name), leaf) for leaf in record.leaves]
 
     def values(self) -> list[Any]:
@@ -252,25 +249,16 @@ def bound_argument(recorder: Recorder, parameter: Parameter, argument: Any) -> R
 def _bound_rows(recorder: Recorder, parameter: Parameter, given: Sequence[Rows], leaves: tuple[Leaf, ...]) -> Record:
     """Return the table that consists of given arrays of rows, or a copy if there is no such table."""
     record = recorder.records[recorder.check_rows(given[0]).table]
-    whole = [Rows(record.name, record.lengths, leaf) for leaf in leaves]
+    whole = [Rows.whole(record.name, record.lengths, leaf) for leaf in leaves]
     if record.leaves == leaves and list(given) == whole:
         return record
-    if any(len(rows.lengths) > 1 and not rows.through for rows in given):
-        raise KernelError(
-            f"a derivative with respect to {parameter.name}", "part of a matrix of rows", "the whole matrix"
-        )
     if any(rows.leaf.layout != parameter.layout for rows in given):
         raise KernelError(
             f"argument {parameter.name}", f"rows of {', '.join(str(rows.leaf.layout) for rows in given)}",
             f"rows of {parameter.layout}", "return that layout from the loop that creates them",
         )  # fmt: skip
-    length = given[0].length
-    copied = recorder.packed(parameter.name, (length,), [parameter.layout] * len(given), parameter.outer_shape)
-    counter = recorder.counter()
-    with recorder.scope() as scope:
-        symbols = [recorder.row_symbol(parameter.name, rows, row_of(rows, counter)) for rows in given]
-        recorder.compute(symbols, targets_in(copied, Counter(counter)))
-    recorder.append(Loop(counter, length, False, tuple(scope.statements)))
+    copied = recorder.packed(parameter.name, given[0].lengths, [parameter.layout] * len(given), parameter.outer_shape)
+    recorder.store(given, copied, [parameter.name] * len(given))
     return recorder.records[copied[0].table]
 
 
@@ -319,7 +307,7 @@ def writes_of(statement: Any) -> list[Place]:
 
 def start_of(place: Place) -> str:
     """Return the name of the table that a place refers to if its row does not exist, or an empty string."""
-    return place.row.start if isinstance(place.row, (Previous, Parent)) else ""
+    return start_of_row(place.row)
 
 
 def written(statements: Sequence[Any]) -> set[str]:

@@ -13,7 +13,7 @@ from ..frontend.expression import Expression, lift
 from ..frontend.kernel import ArrayOf, Kernel, Parameter, trace
 from ..frontend.loop_trace import LoopTrace, trace_loops
 from ..frontend.operations import assemble
-from ..frontend.rows import IndexOf, RowsOf, Unrolled, leaves_of, like
+from ..frontend.rows import IndexOf, RowsOf, elements_of, leaves_of, like, with_elements
 from ..frontend.traced import substituted
 from ..passes.decide import decide
 from ..passes.inference import LayoutInference
@@ -184,20 +184,14 @@ def elements(structure: Any) -> list[Any]:
     """Return the multivectors in a value, including the elements of arrays."""
     found: list[Any] = []
     for leaf in leaves_of(structure):
-        found += leaf.elements if isinstance(leaf, Unrolled) else [leaf]
+        found += elements_of(leaf)
     return found
 
 
 def over(structure: Any, given: Any) -> Any:
     """Return a value of the same structure with other multivectors."""
     remaining = iter(given)
-
-    def leaf_of(leaf: Any) -> Any:
-        if not isinstance(leaf, Unrolled):
-            return next(remaining)
-        return Unrolled(tuple(next(remaining) for _ in leaf.elements))
-
-    return like(structure, [leaf_of(leaf) for leaf in leaves_of(structure)])
+    return like(structure, [with_elements(leaf, remaining) for leaf in leaves_of(structure)])
 
 
 # Coefficients.

@@ -23,10 +23,10 @@ from ..frontend.recorded import Compute, Record, Recorded
 from ..frontend.recorder import Recorder
 from ..frontend.rows import Leaf
 from ..frontend.traced import substituted
-from ..ir.procedure import Add, Clear, Copy, Counter, Loop, Place, Repeat, Through
+from ..ir.procedure import Add, Clear, Copy, Counter, Loop, Place, Repeat, goes_through, loops_of, numbers_of
 from .adjoints import Adjoint, adjoint, grouped
 from .cotangents import Cotangents, Seed
-from .replay import written
+from .replay import flattened, writes_of, written
 from .rules import added, is_zero
 from .stored import Position, carried, has_loops, only_added, reads_within
 from .tangents import Key
@@ -68,6 +68,7 @@ class Reverse(Cotangents):
         self._parts: dict[str, Adjoint] = {}
         self._saved: dict[Place, tuple[Record, str]] = {}
         self._skipped: set[str] = set()
+        self._passed: set[str] = set()
         backward = self._sweep(traced.statements, None, ())
         self._results = {name: self._kept_result(record) for name, record in traced.results}
         self._begin()
@@ -79,12 +80,16 @@ class Reverse(Cotangents):
         return [self.value(record, self._results[name]) for name, record in self.traced.results]
 
     def _kept_result(self, record: Record) -> Record:
-        """Return the table of a result, or a copy of a single row that loops modify."""
+        """Return the table of a result, or a copy of a single row or an array that loops carry."""
         table = self.tables[record.name]
-        if record.lengths or record.name in self._set_once:
+        changes = record.name in self._passed if record.lengths else record.name not in self._set_once
+        if not changes:
             return table
-        kept = self.new_table(f"{record.name}_kept", (), record.leaves, record.shape)
-        self.copy(Place(table.name), Place(kept.name))
+        kept = self.new_table(f"{record.name}_kept", table.lengths, record.leaves, record.shape)
+        if table.lengths:
+            self.recorder.store(table.arrays, kept.arrays)
+        else:
+            self.copy(Place(table.name), Place(kept.name))
         return kept
 
     # Forward sweep, which stores the values that the reverse sweep needs.
@@ -147,6 +152,16 @@ class Reverse(Cotangents):
         self.copy(self.place(place), Place(kept.name, row))
         return kept
 
+    def _copied_array(self, table: str, loop: Loop) -> Record:
+        """Store a copy of a single row, or of an array, for each row of a loop."""
+        own = self.tables[table]
+        if not own.lengths:
+            return self._copied(Place(table), loop)
+        kept = self.new_table(f"{table}_kept", (*self.lengths([loop.length]), *own.lengths), own.leaves, own.shape)
+        row = Counter(self.counters[loop.counter])
+        self.recorder.store(own.arrays, [rows.at(row) for rows in kept.arrays])
+        return kept
+
     def _kept(self, compute: Compute, position: Position) -> dict[Place, tuple[Record, str]]:
         """Return copies of the values that the transpose of a part needs and that are overwritten before it runs."""
         found: dict[Place, tuple[Record, str]] = {}
@@ -162,6 +177,11 @@ class Reverse(Cotangents):
         if not written([loop]) & changing:
             self.primal(loop)
             return lambda: None
+        if loop.until:
+            raise KernelError(
+                self.traced.kernel.where, f"the reverse mode through a loop that ends early, which depends on "
+                f"{self._wrt}", "loops over all rows", "use jvp(), or select() in the body",
+            )  # fmt: skip
         return self._outer_loop(loop, after) if has_loops(loop.body) else self._inner_loop(loop, after)
 
     def _inner_loop(self, loop: Loop, after: Sequence[Any]) -> Backward:
@@ -182,19 +202,15 @@ class Reverse(Cotangents):
         saved: dict[Place, tuple[Record, str]] = {}
         with self.loop(loop, loop.reverse):
             for table, place in carried(loop.body).items():
-                if getattr(place.row, "loop", None) == loop.counter:
+                places = [place, *(p for each in flattened(loop.body) for p in writes_of(each) if p.table == table)]
+                if all(loop.counter in loops_of(each.row) for each in places):
                     continue
-                if self.old[table].lengths:
-                    raise KernelError(
-                        self.traced.kernel.where,
-                        f"the reverse mode through loops in loops that carry {table}, an array",
-                        "carries that are multivectors or numbers", "use jvp()",
-                    )  # fmt: skip
-                passed[table] = self._copied(Place(table), loop)
+                passed[table] = self._copied_array(table, loop)
+                self._passed.add(table)
             for number, statement in enumerate(loop.body):
                 position = Position(loop.body, number, loop, after)
                 for place in reads_within(statement):
-                    own = getattr(place.row, "loop", None) == loop.counter
+                    own = loop.counter in loops_of(place.row)
                     if own and place not in saved and position.changes(place):
                         saved[place] = (self._copied(place, loop), loop.counter)
                 self.primal(statement)  # type: ignore[arg-type]
@@ -204,8 +220,11 @@ class Reverse(Cotangents):
                 outer, skipped = self._saved, self._skipped
                 self._saved, self._skipped = {**outer, **saved}, skipped | only_added(loop.body)
                 for table, kept in passed.items():
-                    row = Counter(self.counters[loop.counter])
-                    self.copy(Place(kept.name, row), Place(self.tables[table].name))
+                    row, own = Counter(self.counters[loop.counter]), self.tables[table]
+                    if own.lengths:
+                        self.recorder.store([rows.at(row) for rows in kept.arrays], own.arrays)
+                    else:
+                        self.copy(Place(kept.name, row), Place(own.name))
                 inner = self._sweep(loop.body, None, ())
                 for run in reversed(inner):
                     run()
@@ -276,8 +295,8 @@ class Reverse(Cotangents):
         """
         is_inner = len(self._edges) > 1 and not is_set  # Sums that outlive a loop are not accumulated inside it.
         # Rows addressed by index tables are in arbitrary order, so they cannot be accumulated directly.
-        is_scattered = any(p.table == place.table and isinstance(p.row, Through) for p in self._reads) and not is_set
-        if (place.row is None or isinstance(place.row, Counter)) and not is_inner and not is_scattered:
+        is_scattered = any(p.table == place.table and goes_through(p.row) for p in self._reads) and not is_set
+        if all(isinstance(each, Counter) for each in numbers_of(place.row)) and not is_inner and not is_scattered:
             own = self.place(place, self._adjoints)
             return (None if is_set else own), own
         own_record = self._adjoints[place.table]

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..ir.procedure import Add, Clear, Counter, Loop, Parent, Place, Previous
+from ..ir.procedure import Add, Clear, Counter, Loop, Parent, Place, Previous, loops_of, number_of, numbers_of
 from .replay import flattened, reads_of, start_of, writes_of, written
 
 
@@ -33,7 +33,7 @@ class Position:
 
     def changes(self, place: Place) -> bool:
         """Return whether a place that the statement reads may be overwritten or inaccessible in the reverse sweep."""
-        tables = {place.table, start_of(place)} - {""}
+        tables = {place.table, start_of(place), number_of(place.row)} - {""}
         if self.loop is None:
             return bool(tables & written(self.body[self.number :]))
         if isinstance(place.row, Previous) or tables & written(self.after):
@@ -103,9 +103,8 @@ def set_once(statements: Sequence[Any]) -> set[str]:
                 visit(statement.body, (*loops, statement.counter))
             else:
                 for place in (p for each in flattened([statement]) for p in writes_of(each)):
-                    row = () if place.row is None else (getattr(place.row, "loop", ""),)
-                    is_set = not isinstance(statement, (Add, Clear)) and row == loops
-                    plain = place.row is None or isinstance(place.row, Counter)
+                    is_set = not isinstance(statement, (Add, Clear)) and sorted(loops_of(place.row)) == sorted(loops)
+                    plain = all(isinstance(each, Counter) for each in numbers_of(place.row))
                     found.setdefault(place.table, []).append(is_set and plain)
 
     visit(statements, ())

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..algebra.layout import Layout
 from ..errors import KernelError
-from ..ir.procedure import Counter, Row, Through
+from ..ir.procedure import Counter
 from .expression import Expression, lift
 from .names import stems_of
 from .recorded import is_constant
@@ -40,14 +40,11 @@ def common_length(where: str, rows: Sequence[Any]) -> Any:
     Raises
     ------
     KernelError
-        If the lengths differ, or an array has more than one axis.
+        If the lengths differ.
     """
     lengths = {leaf.length: None for leaf in leaves_of(tuple(rows))}
     if len(lengths) != 1:
         raise KernelError(where, f"arrays of lengths {', '.join(map(str, lengths))}", "arrays of one length")
-    for leaf in leaves_of(tuple(rows)):
-        if isinstance(leaf, Rows) and not leaf.through and len(leaf.lengths) > 1:
-            raise KernelError(where, f"an array over {', '.join(leaf.lengths)}", "an array over one length")
     return next(iter(lengths))
 
 
@@ -59,13 +56,13 @@ def checked_start(where: str, start: Any) -> None:
         raise KernelError(where, f"{found} to begin with", "a number, a multivector, or a tuple of them")
 
 
-def lifted(where: str, value: Any) -> list[Expression]:
-    """Return the leaves of a value as expressions.
+def lifted(where: str, value: Any, arrays: bool = False) -> list[Any]:
+    """Return the leaves of a value as expressions; with `arrays`, some of them may be arrays.
 
     Raises
     ------
     KernelError
-        If there are no leaves, or one is an array or None.
+        If there are no leaves, or one is None, an index table, or an array that is not expected.
     """
     leaves = leaves_of(value)
     if not leaves:
@@ -73,23 +70,42 @@ def lifted(where: str, value: Any) -> list[Expression]:
     for leaf in leaves:
         if leaf is None:
             raise KernelError(where, "the body returns nothing", "a multivector, or a tuple of them", "add a return")
-        if isinstance(leaf, (Rows, Unrolled, Index)):
+        if isinstance(leaf, Index) or (isinstance(leaf, (Rows, Unrolled)) and not arrays):
             raise KernelError(
                 where, "an array where one multivector is expected", "a multivector, or a tuple of them",
                 "reduce the array with fold() or total(), or return it from the kernel",
             )  # fmt: skip
-    return [lift(leaf) for leaf in leaves]
+    return [leaf if isinstance(leaf, (Rows, Unrolled)) else lift(leaf) for leaf in leaves]
 
 
-def with_structure(where: str, structure: Any, value: Any) -> list[Expression]:
-    """Return the leaves of a value that must have a given structure, as expressions."""
+def with_structure(where: str, structure: Any, value: Any, arrays: bool = False) -> list[Any]:
+    """Return the leaves of a value that must have a given structure, as expressions, and with `arrays` also arrays.
+
+    An array must be over the same lengths as the array in its place of the structure.
+    """
     if not same_structure(structure, value):
         raise KernelError(
             where,
             f"the body returns {_described(value)}",
             f"{_described(structure)}, the structure of the carry",
         )
-    return lifted(where, value)
+    found = lifted(where, value, arrays)
+    for wanted, given in zip(leaves_of(structure), found, strict=True):
+        if _axes(wanted) != _axes(given):
+            raise KernelError(where, f"the body returns {_axes_text(given)}", f"{_axes_text(wanted)}, as at the start")
+    return found
+
+
+def _axes(value: Any) -> tuple[Any, ...]:
+    """Return the lengths of an array, or nothing for a multivector."""
+    if isinstance(value, Unrolled):
+        return (value.length, *(_axes(value.elements[0]) if value.elements else ()))
+    return value.lengths if isinstance(value, Rows) else ()
+
+
+def _axes_text(value: Any) -> str:
+    axes = ", ".join(map(str, _axes(value)))
+    return f"an array over {axes}" if axes else "a multivector"
 
 
 def _described(structure: Any) -> str:
@@ -99,21 +115,28 @@ def _described(structure: Any) -> str:
     return f"a tuple of {len(structure)}" + (f" ({', '.join(map(_described, structure))})" if inner else "")
 
 
-def row_of(array: Rows, counter: str) -> Row:
-    """Return the current row of an array in a loop."""
-    return Through(tuple(index.name for index in array.through), counter) if array.through else Counter(counter)
+def condition_of(where: str, value: Any) -> Any:
+    """Return the value of a condition.
+
+    Raises
+    ------
+    KernelError
+        If it is not a scalar.
+    """
+    if isinstance(value, (tuple, list)) or (isinstance(value, Expression) and not value.is_scalar):
+        raise KernelError(where, f"until returns {value}", "a comparison, 1 or 0", "compare a norm")
+    return value
 
 
 def row_symbols(recorder: Recorder, rows: Sequence[Any], counter: str, stems: Sequence[Sequence[str]]) -> list[Any]:
-    """Return symbols for the current rows in a loop, in the structures of the arrays."""
-    found = []
-    for structure, names in zip(rows, stems, strict=True):
-        symbols = [
-            recorder.row_symbol(stem, array, row_of(array, counter))
-            for array, stem in zip(leaves_of(structure), names, strict=True)
-        ]
-        found.append(like(structure, symbols))
-    return found
+    """Return symbols for the current rows in a loop, in the structures of the arrays.
+
+    A row of an array with several axes is an array.
+    """
+    return [
+        like(structure, recorder.symbols(names, leaves_of(structure), Counter(counter)))
+        for structure, names in zip(rows, stems, strict=True)
+    ]
 
 
 def carry_layouts(
@@ -123,8 +146,8 @@ def carry_layouts(
 
     Relations are preserved: the product of unit motors is a unit motor, so a carry that starts as one remains one.
     """
-    expressions = lifted(where, start)
-    constant = [is_constant(expression) for expression in expressions]
+    expressions = lifted(where, start, arrays=True)
+    constant = [not isinstance(each, Rows) and is_constant(each) for each in expressions]
     layouts: list[Layout | None] = [
         None if fixed else layout for fixed, layout in zip(constant, recorder.layouts_of(expressions), strict=True)
     ]
@@ -162,12 +185,12 @@ def _result_layouts(
         counter = recorder.counter()
         with recorder.scope():
             carry = []
-            for stem, expression, layout in zip(stems[0], lifted(where, start), layouts, strict=True):
+            for stem, expression, layout in zip(stems[0], lifted(where, start, arrays=True), layouts, strict=True):
                 if layout is None:
                     carry.append(expression)
                 else:
-                    carry += recorder.symbols([stem], recorder.tables([stem], (), [layout]))
+                    carry += recorder.symbols([stem], recorder.tables([stem], (), [layout], (expression,)))
             result = body(like(start, carry), *row_symbols(recorder, rows, counter, stems[1:]))
-            expressions = with_structure(where, start, result)
-            known = recorder.layouts_of(expressions)
-            return tuple(layout if e.blades else None for e, layout in zip(expressions, known, strict=True))
+            expressions = with_structure(where, start, result, arrays=True)
+            known = zip(expressions, recorder.layouts_of(expressions), strict=True)
+            return tuple(layout if isinstance(e, Rows) or e.blades else None for e, layout in known)

@@ -8,10 +8,9 @@ from typing import Any
 
 from ..algebra.layout import Layout
 from ..errors import KernelError
-from ..ir.procedure import Counter, Loop, Place, Storage
+from ..ir.procedure import Place, Storage
 from .expression import Expression, lift
 from .kernel import ArrayOf, Kernel
-from .loop_bodies import row_of
 from .recorded import Record
 from .recorder import Recorder
 from .rows import Index, Leaf, Rows, RowsOf, Unrolled
@@ -119,7 +118,7 @@ def _check_lengths(recorder: Recorder, result: _Result) -> None:
         if isinstance(pinned, RowsOf):
             raise KernelError(kernel.where, f"{result.name} is not an array", f"one over {', '.join(pinned.lengths)}")
         return
-    lengths = {rows.lengths if not rows.through else (rows.length,) for rows in map(recorder.check_rows, result.leaves)}
+    lengths = {rows.lengths for rows in map(recorder.check_rows, result.leaves)}
     if len(lengths) > 1:
         found = " and ".join(sorted(", ".join(each) for each in lengths))
         raise KernelError(kernel.where, f"{result.name} has arrays over {found}", "arrays of one length")
@@ -143,22 +142,14 @@ def _array_result(recorder: Recorder, result: _Result) -> Record:
     """Return the table of a result that is an array: its own table if that holds nothing else, or a copy."""
     first: Rows = result.leaves[0]
     record = recorder.records[first.table]
-    is_whole = not first.through and len(record.leaves) == len(result.leaves)
+    is_whole = len(record.leaves) == len(result.leaves)
     for rows, leaf in zip(result.leaves, record.leaves, strict=False):
-        is_whole &= (rows.table, rows.leaf) == (first.table, leaf) and result.layout in (None, leaf.layout)
+        is_whole &= rows == Rows.whole(record.name, record.lengths, leaf) and result.layout in (None, leaf.layout)
     if is_whole and record.storage is Storage.WORK:
         shape = result.shape + (() if first.leaf.layout.is_scalar else (first.leaf.layout.size,))
         recorder.records[record.name] = found = replace(record, storage=Storage.RESULT, shape=shape)
         return found
-    if len(first.lengths) > 1 and not first.through:
-        raise KernelError(
-            recorder.kernel.where, f"{result.name} is an argument, or part of a matrix of rows", "a result of its own"
-        )
     layouts = [result.layout or rows.leaf.layout for rows in result.leaves]
-    made = recorder.add(_record(result, (first.length,), layouts))
-    counter = recorder.counter()
-    with recorder.scope() as scope:
-        symbols = [recorder.row_symbol("value", rows, row_of(rows, counter)) for rows in result.leaves]
-        recorder.compute(symbols, [(Place(made.name, Counter(counter)), leaf) for leaf in made.leaves])
-    recorder.append(Loop(counter, first.length, False, tuple(scope.statements)))
+    made = recorder.add(_record(result, first.lengths, layouts))
+    recorder.store(result.leaves, made.arrays)
     return made

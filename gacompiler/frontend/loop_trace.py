@@ -15,18 +15,17 @@ from ..ir.procedure import (
     Clear,
     Copy,
     Loop,
-    Parent,
     Place,
-    Previous,
     Repeat,
     Storage,
     Table,
+    with_tables,
 )
 from .kernel import ArrayOf, Kernel, Parameter
 from .loop_results import loop_results
 from .recorded import Compute, Record, Recorded
 from .recorder import Inference, Recorder, recording
-from .rows import Index, IndexOf, Leaf, Rows, RowsOf, Unrolled, leaves_of, like, nested
+from .rows import Index, IndexOf, Leaf, Rows, RowsOf, Unrolled, elements_of, leaves_of, like, nested
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +138,7 @@ def _copied(statements: Sequence[Recorded]) -> list[str]:
             found.append(statement.target.table)
         elif isinstance(statement, (Loop, Repeat)):
             found += _copied(statement.body)  # type: ignore[arg-type]
-            found += [statement.until, statement.steps] if isinstance(statement, Repeat) else []
+            found += [statement.until, statement.steps] if isinstance(statement, Repeat) else [statement.until]
     return found
 
 
@@ -147,10 +146,7 @@ def _renamed(recorded: Recorded, names: Mapping[str, str]) -> Recorded:
     """Return a statement with some tables renamed."""
 
     def place(given: Place) -> Place:
-        row = given.row
-        if isinstance(row, (Previous, Parent)) and row.start in names:
-            row = replace(row, start=names[row.start])
-        return Place(names.get(given.table, given.table), row)
+        return Place(names.get(given.table, given.table), with_tables(given.row, lambda name: names.get(name, name)))
 
     match recorded:
         case Compute():
@@ -164,7 +160,8 @@ def _renamed(recorded: Recorded, names: Mapping[str, str]) -> Recorded:
             until, steps = names.get(recorded.until, recorded.until), names.get(recorded.steps, recorded.steps)
             return Repeat(recorded.limit, until, steps, tuple(_renamed(each, names) for each in recorded.body))  # type: ignore[arg-type, misc]
         case Loop():
-            return replace(recorded, body=tuple(_renamed(each, names) for each in recorded.body))  # type: ignore[arg-type, misc]
+            body = tuple(_renamed(each, names) for each in recorded.body)  # type: ignore[arg-type]
+            return replace(recorded, body=body, until=names.get(recorded.until, recorded.until))  # type: ignore[arg-type]
 
 
 def _argument(recorder: Recorder, parameter: Parameter) -> Any:
@@ -183,7 +180,7 @@ def _argument(recorder: Recorder, parameter: Parameter) -> Any:
     record = recorder.add(Record(name, lengths, leaves, Storage.ARGUMENT, shape, shared))
     places = list(product(*map(range, outer)))
     if lengths:
-        flat: list[Any] = [Rows(name, lengths, leaf) for leaf in leaves]
+        flat: list[Any] = [Rows.whole(name, lengths, leaf) for leaf in leaves]
     else:
         stems = ["_".join([name, *map(str, place)]) for place in places]
         flat = [recorder.symbol(stem, Place(name), leaf) for stem, leaf in zip(stems, record.leaves, strict=True)]
@@ -251,15 +248,19 @@ def _sized(given: Any, lengths: Mapping[str, int]) -> Any:
 
 def _columns(rows: Sequence[Any], given: RowsOf) -> Any:
     """Return arrays of known length in the structure of a row, from a sequence of rows."""
-    for _ in given.lengths[1:]:
-        rows = [element for row in rows for element in row]
-    columns = zip(*(leaves_of(row) for row in rows), strict=True)
-    return like(rows[0], [Unrolled(tuple(column)) for column in columns])
+
+    def columns(rows: Any, axes: int) -> Any:
+        if not axes:
+            return rows
+        inner = [columns(row, axes - 1) for row in rows]
+        return like(inner[0], [Unrolled(column) for column in zip(*map(leaves_of, inner), strict=True)])
+
+    return columns(rows, len(given.lengths))
 
 
 def _results_of_unrolled(value: Any) -> Any:
     """Return the multivectors of all results of an unrolled kernel as a flat tuple."""
     flat: list[Any] = []
     for leaf in leaves_of(value):
-        flat += list(leaf.elements) if isinstance(leaf, Unrolled) else [leaf]
+        flat += elements_of(leaf)
     return tuple(flat)

@@ -30,15 +30,16 @@ from ..ir.procedure import (
     Row,
     Storage,
     Through,
+    row_at,
 )
 from .expression import Expression, evaluate, lift
 from .loop_bodies import (
     carry_layouts,
     checked_start,
     common_length,
+    condition_of,
     is_unrolled,
     lifted,
-    row_of,
     row_symbols,
     with_structure,
 )
@@ -58,7 +59,13 @@ from .unrolled import (
 )
 
 
-def fold(body: Callable[..., Any], start: Any, *rows: Any, reverse: bool = False) -> Any:
+def fold(
+    body: Callable[..., Any],
+    start: Any,
+    *rows: Any,
+    reverse: bool = False,
+    until: Callable[..., Any] | None = None,
+) -> Any:
     """Reduce the rows of arrays to one value, carried from row to row.
 
     Parameters
@@ -70,6 +77,8 @@ def fold(body: Callable[..., Any], start: Any, *rows: Any, reverse: bool = False
     *rows : arrays of equal length
     reverse : bool
         Whether to iterate from the last row to the first.
+    until : callable, optional
+        ``until(carry)`` returns 1 if the remaining rows are to be left out, else 0. It is computed after each row.
 
     Returns
     -------
@@ -90,17 +99,21 @@ def fold(body: Callable[..., Any], start: Any, *rows: Any, reverse: bool = False
     """
     checked_start("fold()", start)
     if is_unrolled("fold()", rows):
-        return unrolled_fold(body, start, rows, reverse)
+        return unrolled_fold(body, start, rows, reverse, until)
     recorder, length = current(), common_length("fold()", rows)
     layouts = carry_layouts(recorder, "fold()", body, start, rows)
     stems = stems_of(body, [start, *rows])
-    tables = recorder.stored(lifted("fold()", start), stems[0], layouts, start)
+    tables = recorder.stored(lifted("fold()", start, arrays=True), stems[0], layouts, start)
+    ended = recorder.tables(["ended"], (), [SCALAR]) if until else []
     counter = recorder.counter()
     with recorder.scope() as scope:
         carry = like(start, recorder.symbols(stems[0], tables))
         result = body(carry, *row_symbols(recorder, rows, counter, stems[1:]))
-        recorder.compute(with_structure("fold()", start, result), targets_in(tables))
-    recorder.append(Loop(counter, length, reverse, tuple(scope.statements)))
+        recorder.store(with_structure("fold()", start, result, arrays=True), tables)
+        if until:
+            last = like(start, recorder.symbols(stems[0], tables))
+            recorder.store(lifted("fold()", condition_of("fold()", until(last))), ended)
+    recorder.append(Loop(counter, length, reverse, tuple(scope.statements), ended[0].table if ended else ""))
     return like(start, recorder.symbols(stems[0], tables))
 
 
@@ -140,6 +153,8 @@ def scan(body: Callable[..., Any], start: Any, *rows: Any, parents: Any = None, 
         _check_index("scan()", parents, length, length)
     layouts = carry_layouts(recorder, "scan()", body, start, rows)
     stems = stems_of(body, [start, *rows])
+    if any(isinstance(leaf, Rows) for leaf in leaves_of(start)):
+        return _scan_of_arrays(recorder, body, start, rows, parents, reverse, layouts)
     first = recorder.stored(lifted("scan()", start), [f"{stem}_start" for stem in stems[0]], layouts, start)
     tables = recorder.tables(stems[0], (length,), layouts, start)
     counter = recorder.counter()
@@ -149,7 +164,7 @@ def scan(body: Callable[..., Any], start: Any, *rows: Any, parents: Any = None, 
             row: Row = Previous(counter, before.table)
             if parents is not None:
                 row = Parent(parents.name, counter, before.table)
-            symbols.append(recorder.symbol(stem, Place(table.table, row), table.leaf))
+            symbols += recorder.symbols([stem], [table], row)
         result = body(like(start, symbols), *row_symbols(recorder, rows, counter, stems[1:]))
         recorder.compute(with_structure("scan()", start, result), targets_in(tables, Counter(counter)))
     recorder.append(Loop(counter, length, reverse, tuple(scope.statements)))
@@ -181,7 +196,7 @@ def each(body: Callable[..., Any], *rows: Any) -> Any:
     with recorder.scope() as scope:
         result = body(*row_symbols(recorder, rows, counter, stems_of(body, rows)))
         found = _new_rows(recorder, "each()", body, result, length)
-        recorder.compute(lifted("each()", result), targets_in(found, Counter(counter)))
+        recorder.store(lifted("each()", result, arrays=True), [rows.at(Counter(counter)) for rows in found])
     recorder.append(Loop(counter, length, False, tuple(scope.statements)))
     return like(result, found)
 
@@ -206,13 +221,13 @@ def total(body: Callable[..., Any], *rows: Any) -> Any:
     counter = recorder.counter()
     with recorder.attempt(), recorder.scope():
         terms = body(*row_symbols(recorder, rows, counter, stems_of(body, rows)))
-        lifted("total()", terms)
+        layouts = recorder.layouts_of(lifted("total()", terms, arrays=True))
 
     def added(sum: Any, *row: Any) -> Any:
-        found = with_structure("total()", terms, body(*row))
-        return like(terms, [a + b for a, b in zip(leaves_of(sum), found, strict=True)])
+        found = with_structure("total()", terms, body(*row), arrays=True)
+        return like(terms, [_sum(a, b) for a, b in zip(leaves_of(sum), found, strict=True)])
 
-    zero = like(terms, [0] * len(leaves_of(terms)))
+    zero = like(terms, [_zero(recorder, leaf, x) for leaf, x in zip(leaves_of(terms), layouts, strict=True)])
     return fold(named_like(body, added, ["sum"]), zero, *rows)
 
 
@@ -244,7 +259,7 @@ def accumulate(body: Callable[..., Any], zero: Any, *rows: Any, parents: Any = N
         Under the conditions of `fold`, or if `zero` is not zero.
     """
     checked_start("accumulate()", zero)
-    if any(_is_something(leaf) for leaf in leaves_of(zero)):
+    if any(_is_something(leaf) for leaf in lifted("accumulate()", zero)):
         raise KernelError("accumulate()", f"zero is {zero}", "0, or a nested tuple of zeros", "add values in the body")
     if is_unrolled("accumulate()", rows):
         return unrolled_accumulate(body, zero, rows, parents, keep)
@@ -263,7 +278,7 @@ def accumulate(body: Callable[..., Any], zero: Any, *rows: Any, parents: Any = N
     for name in dict.fromkeys(table.table for table in sums):
         recorder.append(Clear(name))
     counter = recorder.counter()
-    onto: Row = Through((parents.name,), counter) if parents is not None else Following(counter)
+    onto: Row = Through(parents.name, counter) if parents is not None else Following(counter)
     kept: Any = None
     with recorder.scope() as scope:
         children = like(zero, recorder.symbols(stems[0], sums, Counter(counter)))
@@ -283,6 +298,44 @@ def accumulate(body: Callable[..., Any], zero: Any, *rows: Any, parents: Any = N
     return (passed, kept) if keep else passed
 
 
+def transpose(rows: Any) -> Any:
+    """Exchange the first two axes of arrays, without a copy.
+
+    Parameters
+    ----------
+    rows : array of rows over at least two lengths, or nested tuple of such arrays
+
+    Returns
+    -------
+    array of rows or nested tuple of arrays
+        Loops over these arrays run over the columns of `rows`.
+
+    Raises
+    ------
+    KernelError
+        If an array has a single axis.
+
+    Examples
+    --------
+    >>> from gacompiler import SCALAR, array, each, kernel, total, transpose
+    >>> @kernel(matrix=array(SCALAR, "n", "m"))
+    ... def sums_of_columns(matrix):
+    ...     return each(lambda column: total(lambda entry: entry, column), transpose(matrix))
+    """
+
+    def transposed(array: Any) -> Any:
+        if isinstance(array, Unrolled):
+            columns = zip(*(row.elements for row in array.elements), strict=True)
+            return Unrolled(tuple(map(Unrolled, columns)))
+        current().check_rows(array)
+        if len(array.order) < 2:
+            raise KernelError("transpose()", f"an array over {array.length}", "an array over two lengths")
+        return array.transposed()
+
+    is_unrolled("transpose()", rows if isinstance(rows, tuple) else (rows,))
+    return like(rows, list(map(transposed, leaves_of(rows))))
+
+
 def gather(rows: Any, index: Any) -> Any:
     """Select the rows of an array that are given by an index table.
 
@@ -300,7 +353,7 @@ def gather(rows: Any, index: Any) -> Any:
     Raises
     ------
     KernelError
-        If `index` is not an index table into the array, or the array is itself a result of `gather`.
+        If `index` is not an index table into the array.
     """
     arrays = leaves_of(rows)
     if isinstance(index, Unrolled):
@@ -309,11 +362,10 @@ def gather(rows: Any, index: Any) -> Any:
     if not isinstance(index, Index):
         raise KernelError("gather()", f"{type(index).__name__} as index", 'an index table, index("n", into="m")')
     for array in arrays:
-        if array.through or array.lengths != (index.into,):
-            own = f"{', '.join(array.lengths)}, gathered already" if array.through else ", ".join(array.lengths)
+        if array.length != index.into:
             expected = f"one over {index.into}, to which {index.name} refers"
-            raise KernelError("gather()", f"an array over {own}", expected)
-    return like(rows, [current().check_rows(array).at((index,)) for array in arrays])
+            raise KernelError("gather()", f"an array over {', '.join(array.lengths)}", expected)
+    return like(rows, [current().selectable(array).gathered(index) for array in arrays])
 
 
 def scatter(rows: Any, index: Any, onto: Any, start: Any = None) -> Any:
@@ -346,6 +398,9 @@ def scatter(rows: Any, index: Any, onto: Any, start: Any = None) -> Any:
     if len(tables) != len(axes):
         raise KernelError("scatter()", f"{len(tables)} index tables for {len(axes)} axes", "one for each")
     arrays = leaves_of(rows)
+    for array in arrays:
+        if isinstance(array, Rows) and len(array.order) > 1:
+            raise KernelError("scatter()", f"an array over {', '.join(array.lengths)}", "an array over one length")
     if is_unrolled("scatter()", (*arrays, *(axis for axis in axes if not isinstance(axis, Index)))):
         starts = [None] * len(arrays) if start is None else leaves_of(start)
         pairs = zip(arrays, starts, strict=True)
@@ -360,13 +415,13 @@ def scatter(rows: Any, index: Any, onto: Any, start: Any = None) -> Any:
         if shape and len({layout.size for layout in layouts}) == 1:
             sums = recorder.packed("scattered", lengths, layouts, shape)
         else:
-            sums = recorder.tables(leaf_names("scattered", rows), lengths, layouts, rows)
+            sums = recorder.tables(leaf_names("scattered", rows), lengths, layouts, like(rows, [0] * len(arrays)))
         for name in dict.fromkeys(table.table for table in sums):
             recorder.append(Clear(name))
     else:
         sums = _continued(recorder, start, lengths, layouts)
     counter = recorder.counter()
-    onto = Through(tuple(table.name for table in tables), counter)
+    onto = row_at(tuple(Through(table.name, counter) for table in tables))
     with recorder.scope() as scope:
         for first, table in _tables_of(recorder, sums):
             source = _source_of_sums(recorder, arrays[first : first + len(table.leaves)], table, counter)
@@ -375,7 +430,7 @@ def scatter(rows: Any, index: Any, onto: Any, start: Any = None) -> Any:
     return like(rows, sums)
 
 
-def iterate(body: Callable[..., Any], start: Any, until: Callable[..., Any], at_most: int) -> Any:
+def iterate(body: Callable[..., Any], start: Any, until: Callable[..., Any], at_most: Any) -> Any:
     """Repeat a step until a condition holds, or a maximum number of times.
 
     Parameters
@@ -386,8 +441,8 @@ def iterate(body: Callable[..., Any], start: Any, until: Callable[..., Any], at_
         The initial carry.
     until : callable
         ``until(old, new)`` compares two consecutive carries and returns 1 if the iteration has converged, else 0.
-    at_most : int
-        The maximum number of steps.
+    at_most : int or expression
+        The maximum number of steps. If it is known only when the kernel runs, there are no steps for a number below 1.
 
     Returns
     -------
@@ -401,11 +456,13 @@ def iterate(body: Callable[..., Any], start: Any, until: Callable[..., Any], at_
     Raises
     ------
     KernelError
-        If `at_most` is not a positive integer, or the structure of the carry changes.
+        If `at_most` is neither a positive integer nor an expression, or the structure of the carry changes.
     """
     if not (callable(body) and callable(until)):
         raise KernelError("iterate()", f"{body!r} and {until!r}", "functions of the carry, as the body and the end")
     checked_start("iterate()", start)
+    if isinstance(at_most, Expression) and at_most.is_scalar:
+        return _iterate_below(body, start, until, at_most)
     if not isinstance(at_most, int) or isinstance(at_most, bool) or at_most < 1:
         raise KernelError("iterate()", f"at_most={at_most!r}", "a positive integer")
     if not is_recording():
@@ -413,64 +470,63 @@ def iterate(body: Callable[..., Any], start: Any, until: Callable[..., Any], at_
     recorder = current()
     layouts = carry_layouts(recorder, "iterate()", body, start, ())
     stems = stems_of(body, [start])[0]
-    values = [*lifted("iterate()", start), lift(0), lift(0)]
+    values = [*lifted("iterate()", start, arrays=True), lift(0), lift(0)]
     old = recorder.tables(stems, (), layouts, start)
     done, steps = recorder.tables(["converged", "steps"], (), [SCALAR, SCALAR])
-    recorder.compute(values, targets_in([*old, done, steps]))
+    recorder.store(values, [*old, done, steps])
     with recorder.scope() as scope:
         new = recorder.tables([f"next_{stem}" for stem in stems], (), layouts, start)
         carry = like(start, recorder.symbols(stems, old))
-        expressions = with_structure("iterate()", start, body(carry))
-        recorder.compute(expressions, targets_in(new))
+        recorder.store(with_structure("iterate()", start, body(carry), arrays=True), new)
         following = like(start, recorder.symbols([f"next_{stem}" for stem in stems], new))
-        (condition,) = lifted("iterate()", _condition(until(carry, following)))
+        (condition,) = lifted("iterate()", condition_of("iterate()", until(carry, following)))
         recorder.compute([condition], targets_in([done]))
-        for name, old_name in {a.table: b.table for a, b in zip(new, old, strict=True)}.items():
-            recorder.append(Copy(Place(name), Place(old_name)))
+        for found, before in {a.table: (a, b) for a, b in zip(new, old, strict=True)}.values():
+            if before.order:
+                recorder.store([found], [before])
+            else:
+                recorder.append(Copy(found.place, before.place))
     recorder.append(Repeat(at_most, done.table, steps.table, tuple(scope.statements)))
-    found = like(start, recorder.symbols(stems, old))
+    last = like(start, recorder.symbols(stems, old))
     converged, n_steps = recorder.symbols(["converged", "steps"], [done, steps])
-    return found, converged, n_steps
+    return last, converged, n_steps
 
 
-def least(score: Callable[..., Any], *rows: Any) -> tuple[Any, Any]:
-    """Find the row of arrays with the smallest score.
+class _Steps(NamedTuple):
+    """The carry of an iteration that counts its own steps."""
 
-    Parameters
-    ----------
-    score : callable
-        ``score(*row)`` returns a scalar.
-    *rows : arrays of equal length
-
-    Returns
-    -------
-    score, row : expressions
-        The smallest score, and the index of the first row that has it. For arrays without rows, the score is 0 and the
-        row -1.
-
-    Raises
-    ------
-    KernelError
-        If the arrays have different lengths, or a score is not a scalar.
-    """
-
-    def better(best: Any, *row: Any) -> Any:
-        found = lift(score(*row))
-        if not found.is_scalar:
-            raise KernelError("least()", f"a score {found}", "a scalar", "use norm_squared() or a coefficient")
-        is_better = select(best.row < 0, 1, found < best.score)
-        return select(is_better, found, best.score), select(is_better, best.number, best.row), best.number + 1
-
-    best = fold(named_like(score, better, ["best"]), _Best(0, -1, 0), *rows)
-    return best.score, best.row
+    carry: Any
+    steps: Any
+    converged: Any
 
 
-class _Best(NamedTuple):
-    """The carry of `least`: the smallest score so far, its row, and the index of the next row."""
+_MOST_STEPS = 2**31 - 1
+"""The bound of iterations whose bound is computed: the largest value of the counter in all languages."""
 
-    score: Any
-    row: Any
-    number: Any
+
+def _iterate_below(body: Callable[..., Any], start: Any, until: Callable[..., Any], bound: Expression) -> Any:
+    """Return the results of `iterate` for a bound that is known only when the kernel runs."""
+
+    def step(state: Any) -> Any:
+        following = body(state.carry)
+        return _Steps(following, state.steps + 1, condition_of("iterate()", until(state.carry, following)))
+
+    def is_over(old: Any, new: Any) -> Any:
+        return select(new.converged, 1, select(new.steps < bound, 0, 1))
+
+    names = named_like(body, step)
+    state, _, _ = iterate(names, _Steps(start, 0, 0), is_over, _MOST_STEPS)
+    is_run = bound >= 1
+    pairs = zip(leaves_of(state.carry), leaves_of(start), strict=True)
+    carry = like(start, [_either(is_run, new, old) for new, old in pairs])
+    return carry, select(is_run, state.converged, 0), select(is_run, state.steps, 0)
+
+
+def _either(condition: Any, new: Any, old: Any) -> Any:
+    """Return one of two multivectors or arrays."""
+    if isinstance(new, (Rows, Unrolled)):
+        return each(lambda a, b: _either(condition, a, b), new, old)
+    return select(condition, new, old)
 
 
 def _check_index(where: str, index: Any, length: str, into: str) -> None:
@@ -481,10 +537,46 @@ def _check_index(where: str, index: Any, length: str, into: str) -> None:
 
 def _new_rows(recorder: Recorder, where: str, body: Callable[..., Any], result: Any, length: str) -> list[Rows]:
     """Return new tables for the values that a body returns for each row, visible in the scope around the loop."""
-    expressions = lifted(where, result)
-    return recorder.tables(
-        result_stems(body, result), (length,), recorder.layouts_of(expressions), result, outside=True
-    )
+    layouts = recorder.layouts_of(lifted(where, result, arrays=True))
+    return recorder.tables(result_stems(body, result), (length,), layouts, result, outside=True)
+
+
+def _zero(recorder: Recorder, value: Any, layout: Layout) -> Any:
+    """Return 0, or an array of zeros over the lengths of an array."""
+    if not isinstance(value, Rows):
+        return 0
+    (zeros,) = recorder.packed("zeros", value.lengths, [recorder.inference.sum_of(layout)], ())
+    recorder.append(Clear(zeros.table))
+    return zeros
+
+
+def _sum(a: Any, b: Any) -> Any:
+    """Return the sum of two multivectors, or of two arrays row by row."""
+    return each(_sum, a, b) if isinstance(a, Rows) else a + b
+
+
+def _scan_of_arrays(
+    recorder: Recorder,
+    body: Callable[..., Any],
+    start: Any,
+    rows: Sequence[Any],
+    parents: Any,
+    reverse: bool,
+    layouts: Sequence[Layout],
+) -> Any:
+    """Return the carries of `scan`, some of which are arrays, by a loop that also keeps the carry of the last row."""
+    if parents is not None:
+        raise KernelError("scan()", "an array that is passed from parents to children", "multivectors or numbers")
+    stems, length = stems_of(body, [start, *rows]), common_length("scan()", rows)
+    last = recorder.stored(lifted("scan()", start, arrays=True), stems[0], layouts, start)
+    tables = recorder.tables(stems[0], (length,), layouts, start)
+    counter = recorder.counter()
+    with recorder.scope() as scope:
+        result = body(like(start, recorder.symbols(stems[0], last)), *row_symbols(recorder, rows, counter, stems[1:]))
+        recorder.store(with_structure("scan()", start, result, arrays=True), last)
+        recorder.store(recorder.symbols(stems[0], last), [table.at(Counter(counter)) for table in tables])
+    recorder.append(Loop(counter, length, reverse, tuple(scope.statements)))
+    return like(start, tables)
 
 
 def _is_something(value: Any) -> bool:
@@ -496,8 +588,8 @@ def _is_something(value: Any) -> bool:
 def _continued(recorder: Recorder, start: Any, lengths: tuple[str, ...], layouts: Sequence[Layout]) -> list[Rows]:
     """Return the tables of an earlier `scatter`, to which more rows are added."""
     sums = [rows for rows in leaves_of(start) if isinstance(rows, Rows)]
-    found = [(rows.lengths, rows.leaf.layout, rows.through) for rows in sums]
-    if found != [(lengths, layout, ()) for layout in layouts] or not all(
+    found = [(rows.lengths, rows.leaf.layout, rows.is_whole) for rows in sums]
+    if found != [(lengths, layout, True) for layout in layouts] or not all(
         recorder.records[rows.table].storage is Storage.WORK for rows in sums
     ):
         raise KernelError("scatter()", "start is another array", "a result of scatter() for the same axes")
@@ -518,13 +610,13 @@ def _source_of_sums(recorder: Recorder, arrays: Sequence[Rows], table: Record, c
     Rows of `gather` are always copied, because an addition would skip rows with the index -1.
     """
     own = recorder.records[recorder.check_rows(arrays[0]).table]
-    same_table = all(array.table == own.name and not array.through for array in arrays)
+    same_table = all(array.table == own.name and array.is_whole for array in arrays)
     alike = [leaf.start for leaf in own.leaves] == [leaf.start for leaf in table.leaves] and all(
         array.leaf == leaf and leaf.layout.stored == onto.layout.stored
         for array, leaf, onto in zip(arrays, own.leaves, table.leaves, strict=False)
     )
     if same_table and alike:
-        return Place(own.name, row_of(arrays[0], counter))
+        return arrays[0].at(Counter(counter)).place
     (symbols,) = row_symbols(recorder, [tuple(arrays)], counter, [["value"] * len(arrays)])
     outer = table.shape if table.leaf.layout.is_scalar else table.shape[:-1]
     row = recorder.packed("row", (), [leaf.layout for leaf in table.leaves], outer)
@@ -539,9 +631,3 @@ def _pair(result: Any, keep: bool) -> tuple[Any, Any]:
     if not isinstance(result, tuple) or len(result) != 2:
         raise KernelError("accumulate()", "the body does not return a pair", "(value, kept), because of keep=True")
     return result
-
-
-def _condition(value: Any) -> Any:
-    if isinstance(value, (tuple, list)) or (isinstance(value, Expression) and not value.is_scalar):
-        raise KernelError("iterate()", f"until returns {value}", "a comparison, 1 or 0", "compare a norm")
-    return value

@@ -31,6 +31,11 @@ class Record:
         return self.leaves[0]
 
     @property
+    def arrays(self) -> list[Rows]:
+        """The arrays of all rows of the table, one for each multivector in a row."""
+        return [Rows.whole(self.name, self.lengths, leaf) for leaf in self.leaves]
+
+    @property
     def table(self) -> Table:
         """The table as it is represented in procedures."""
         return Table(self.name, self.lengths, self.shape, self.storage, self.shared)

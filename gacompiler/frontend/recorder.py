@@ -17,12 +17,12 @@ from typing import Any, Protocol
 from ..algebra.layout import Layout
 from ..algebra.operations import Operation
 from ..errors import KernelError
-from ..ir.procedure import Copy, Loop, Place, Row, Storage, Table
+from ..ir.procedure import Copy, Counter, Loop, Place, Row, Storage, Table
 from .expression import Expression, topological
 from .kernel import Kernel, Parameter
 from .names import Names, stem_of
-from .recorded import Compute, Record, Recorded, Source, is_constant, targets_in, worth_storing
-from .rows import Leaf, Rows, RowsOf, packing
+from .recorded import Compute, Record, Recorded, Source, is_constant, worth_storing
+from .rows import Leaf, Rows, RowsOf, leaves_of, packing
 from .traced import Traced, substituted
 
 
@@ -62,6 +62,8 @@ class Recorder:
         self.records: dict[str, Record] = {}
         self.indices: dict[str, Table] = {}
         self.scopes: list[Scope] = [Scope(0)]
+        self.numbers: set[str] = set()
+        """The tables that hold the numbers of their rows."""
         self._n_scopes = 1
         self._sources: dict[Expression, Source] = {}
         self._symbols: dict[Source, Expression] = {}
@@ -117,14 +119,18 @@ class Recorder:
         layouts : sequence of Layout
         structure : nested tuple, optional
             The structure of the results; vectors and matrices in it are stored in one table each, see `packing`.
+            Where a leaf is an array, the table has the lengths of the array as further axes.
         outside : bool
             Whether the tables are visible in the scope that encloses the innermost one.
         """
-        groups = [(1, ())] * len(layouts) if structure is None else packing(structure, layouts)
+        own = [leaf.lengths if isinstance(leaf, Rows) else () for leaf in leaves_of(structure)]
+        groups = [(1, ())] * len(layouts) if structure is None or any(own) else packing(structure, layouts)
         found: list[Rows] = []
         for count, shape in groups:
-            stem = stem_of(stems[len(found)]) if shape else stems[len(found)]
-            found += self.packed(stem, lengths, layouts[len(found) : len(found) + count], shape, outside)
+            k = len(found)
+            stem = stem_of(stems[k]) if shape else stems[k]
+            further = own[k] if structure is not None else ()
+            found += self.packed(stem, (*lengths, *further), layouts[k : k + count], shape, outside)
         return found
 
     def packed(
@@ -141,7 +147,7 @@ class Recorder:
         shape = outer + (() if layouts[0].is_scalar else (layouts[0].size,))
         scope = self.scopes[-2 if outside else -1].number
         record = self.add(Record(self.unique(stem), lengths, leaves, Storage.WORK, shape, scope=scope))
-        return [Rows(record.name, lengths, leaf) for leaf in leaves]
+        return [Rows.whole(record.name, lengths, leaf) for leaf in leaves]
 
     def shape_returned(self, lengths: tuple[str, ...], n: int) -> tuple[int, ...]:
         """Return the declared shape of a row of `n` multivectors in a result over several lengths, if any."""
@@ -161,13 +167,15 @@ class Recorder:
             self._sources[symbol], self._symbols[source], self._stems[symbol] = source, symbol, stem
         return self._symbols[source]
 
-    def row_symbol(self, stem: str, rows: Rows, row: Row) -> Expression:
-        """Return the symbol of a row of an array."""
-        return self.symbol(stem, Place(self.check_rows(rows).table, row), rows.leaf)
+    def row_symbol(self, stem: str, rows: Rows) -> Any:
+        """Return the symbol of a single row, or the array itself if it has axes."""
+        self.check_rows(rows)
+        return rows if rows.order else self.symbol(stem, rows.place, rows.leaf)
 
-    def symbols(self, stems: Sequence[str], tables: Sequence[Rows], row: Row = None) -> list[Expression]:
-        """Return the symbols of multivectors in rows of tables."""
-        return [self.symbol(stem, Place(rows.table, row), rows.leaf) for stem, rows in zip(stems, tables, strict=True)]
+    def symbols(self, stems: Sequence[str], arrays: Sequence[Rows], row: Row = None) -> list[Any]:
+        """Return the symbols of single rows, or of a given row of arrays; those with further axes are arrays."""
+        found = arrays if row is None else [rows.at(row) for rows in arrays]
+        return [self.row_symbol(stem, rows) for stem, rows in zip(stems, found, strict=True)]
 
     def source(self, symbol: Expression) -> Source:
         """Return the location of the value of a symbol.
@@ -245,12 +253,14 @@ class Recorder:
 
     # Computing.
 
-    def layouts_of(self, expressions: Sequence[Expression]) -> tuple[Layout, ...]:
-        """Return the layouts that hold expressions of symbols."""
+    def layouts_of(self, expressions: Sequence[Any]) -> tuple[Layout, ...]:
+        """Return the layouts that hold expressions of symbols, or the rows of arrays."""
         found: dict[int, Layout] = {}
         unknown = []
         for k, expression in enumerate(expressions):
-            if expression.operation is Operation.INPUT:
+            if isinstance(expression, Rows):
+                found[k] = expression.leaf.layout
+            elif expression.operation is Operation.INPUT:
                 found[k] = self.source(expression).leaf.layout
             elif is_constant(expression):
                 found[k] = self.inference.layout_of_constant(expression)
@@ -356,12 +366,41 @@ class Recorder:
             self.scopes = inner
 
     def stored(
-        self, values: Sequence[Expression], stems: Sequence[str], layouts: Sequence[Layout], structure: Any = None
+        self, values: Sequence[Any], stems: Sequence[str], layouts: Sequence[Layout], structure: Any = None
     ) -> list[Rows]:
-        """Create tables of one row each, and write values to them; see `tables`."""
+        """Create tables of one row or array each, and write values to them; see `tables`."""
         tables = self.tables(stems, (), layouts, structure)
-        self.compute(values, targets_in(tables))
+        self.store(values, tables, stems)
         return tables
+
+    def selectable(self, rows: Rows) -> Rows:
+        """Return an array whose rows can be selected by numbers: itself, or a copy if an index table selects them."""
+        if self.check_rows(rows).through is None:
+            return rows
+        return self.stored([rows], ["gathered"], [rows.leaf.layout], (rows,))[0]
+
+    def store(self, values: Sequence[Any], onto: Sequence[Rows], stems: Sequence[str] | None = None) -> None:
+        """Write expressions to single rows, and arrays to arrays over the same lengths, as if all at once."""
+        pairs = list(zip(values, onto, strict=True))
+        single = [(value, rows) for value, rows in pairs if not rows.order]
+        if single:
+            self.compute([value for value, _ in single], [(rows.place, rows.leaf) for _, rows in single])
+        arrays = [(value, rows) for value, rows in pairs if rows.order and value != rows]
+        if {value.table for value, _ in arrays} & {rows.table for _, rows in arrays}:
+            layouts = [rows.leaf.layout for _, rows in arrays]
+            kept = [self.packed("kept", rows.lengths, [x], ())[0] for (_, rows), x in zip(arrays, layouts, strict=True)]
+            self.store([value for value, _ in arrays], kept)
+            arrays = [(value, rows) for value, (_, rows) in zip(kept, arrays, strict=True)]
+        by_lengths: dict[tuple[str, ...], list[tuple[Rows, Rows]]] = {}
+        for value, rows in arrays:
+            by_lengths.setdefault(rows.lengths, []).append((value, rows))
+        for lengths, together in by_lengths.items():
+            counter = self.counter()
+            with self.scope() as scope:
+                own = stems or ["value"] * len(pairs)
+                found = self.symbols(own[: len(together)], [value for value, _ in together], Counter(counter))
+                self.store(found, [rows.at(Counter(counter)) for _, rows in together])
+            self.append(Loop(counter, lengths[0], False, tuple(scope.statements)))
 
 
 _CURRENT: ContextVar[Recorder | None] = ContextVar("recorder", default=None)

@@ -13,6 +13,7 @@ from typing import Any, NoReturn
 
 from ..algebra.layout import Layout
 from ..errors import KernelError
+from ..ir.procedure import Counter, Numbered, Place, Row, Through, row_at
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,39 +103,104 @@ class Index(Array):
 
 
 @dataclass(frozen=True, slots=True)
+class Axis:
+    """An axis of a table that is an axis of an array, too.
+
+    Attributes
+    ----------
+    length : str
+        The name of the length of the array along the axis.
+    through : Index, optional
+        If given, row i of the array is the row of the table that is given by entry i of this index table.
+    """
+
+    length: str
+    through: Index | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Rows(Array):
-    """An array over named lengths, during the tracing of a kernel with loops.
+    """An array over named lengths, during the tracing of a kernel with loops: some or all rows of a table.
 
     Attributes
     ----------
     table : str
         The name of the table that holds the coefficients.
-    lengths : tuple of str
-        The names of the axes of the table.
+    axes : tuple of Axis or Row
+        For each axis of the table, an axis of the array, or the row that the array consists of.
     leaf : Leaf
         The multivector in each row of the table.
-    through : tuple of Index
-        If not empty, row i of the array is the row of the table that is given by entry i of these index tables.
+    order : tuple of int
+        The axes of the table that are axes of the array, from the outermost loop over the array to the innermost.
     """
 
     table: str
-    lengths: tuple[str, ...]
+    axes: tuple[Any, ...]
     leaf: Leaf
-    through: tuple[Index, ...] = ()
+    order: tuple[int, ...]
+
+    @classmethod
+    def whole(cls, table: str, lengths: tuple[str, ...], leaf: Leaf) -> Rows:
+        """Return the array of all rows of a table."""
+        return cls(table, tuple(map(Axis, lengths)), leaf, tuple(range(len(lengths))))
+
+    @property
+    def lengths(self) -> tuple[str, ...]:
+        """The names of the lengths of the array. A single row has none."""
+        return tuple(self.axes[k].length for k in self.order)
 
     @property
     def length(self) -> str:
-        """The name of the length of the array, over which loops iterate."""
-        return self.through[0].length if self.through else self.lengths[0]
+        """The name of the length over which a loop over the array iterates."""
+        return self.lengths[0]
 
-    def at(self, through: tuple[Index, ...]) -> Rows:
-        """Return the array of the rows that are given by index tables."""
-        return replace(self, through=through)
+    @property
+    def through(self) -> Index | None:
+        """The index table that selects the rows of the first axis, if any."""
+        return self.axes[self.order[0]].through  # type: ignore[no-any-return]
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether the array consists of all rows of its table, in their order."""
+        return self == Rows.whole(self.table, self.lengths, self.leaf)
+
+    @property
+    def place(self) -> Place:
+        """The row of the table that a single row consists of."""
+        return Place(self.table, row_at(self.axes))
+
+    def at(self, row: Row) -> Rows:
+        """Return a row of the array along its first axis, which is an array over the other axes."""
+        first, *others = self.order
+        through = self.axes[first].through
+        if through is not None and isinstance(row, Counter):
+            row = Through(through.name, row.loop)
+        return self._with(first, row, tuple(others))
+
+    def numbered(self, number: str, start: str) -> Rows:
+        """Return the row of the array whose number is computed, see `ir.procedure.Numbered`."""
+        first, *others = self.order
+        return self._with(first, Numbered(number, start), tuple(others))
+
+    def gathered(self, index: Index) -> Rows:
+        """Return the array of the rows that are given by an index table."""
+        return self._with(self.order[0], Axis(index.length, index), self.order)
+
+    def transposed(self) -> Rows:
+        """Return the array with the first two axes exchanged."""
+        first, second, *others = self.order
+        return replace(self, order=(second, first, *others))
+
+    def _with(self, axis: int, found: Any, order: tuple[int, ...]) -> Rows:
+        return replace(self, axes=(*self.axes[:axis], found, *self.axes[axis + 1 :]), order=order)
 
 
 @dataclass(frozen=True, slots=True)
 class Unrolled(Array):
-    """An array of known length, during tracing without loops. The elements of an index table are integers."""
+    """An array of known length, during tracing without loops.
+
+    The elements of an index table are integers, and those of an array with several axes are arrays.
+    """
 
     elements: tuple[Any, ...]
 
@@ -149,6 +215,20 @@ def leaves_of(structure: Any) -> list[Any]:
     if isinstance(structure, (tuple, list)):
         return [leaf for each in structure for leaf in leaves_of(each)]
     return [structure]
+
+
+def elements_of(value: Any) -> list[Any]:
+    """Return the multivectors of an array of known length, row by row, or a list of a multivector."""
+    if isinstance(value, Unrolled):
+        return [each for element in value.elements for each in elements_of(element)]
+    return [value]
+
+
+def with_elements(value: Any, given: Iterator[Any]) -> Any:
+    """Return an array of known length, or a multivector, with the next of the given elements in place of its own."""
+    if isinstance(value, Unrolled):
+        return Unrolled(tuple(with_elements(element, given) for element in value.elements))
+    return next(given)
 
 
 def like(structure: Any, flat: Sequence[Any]) -> Any:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from functools import partial
+from math import prod
 from typing import Any
 
 from .expression import Expression, lift
-from .loop_bodies import common_length, lifted, with_structure
+from .loop_bodies import common_length, condition_of, lifted, with_structure
 from .operations import select
-from .rows import Unrolled, leaves_of, like
+from .rows import Unrolled, elements_of, leaves_of, like, with_elements
 
 _MOST_STEPS: ContextVar[int | None] = ContextVar("most_steps", default=None)
 
@@ -25,12 +28,29 @@ def steps_limited(n: int) -> Iterator[None]:
         _MOST_STEPS.reset(token)
 
 
-def unrolled_fold(body: Callable[..., Any], start: Any, rows: Sequence[Any], reverse: bool) -> Any:
+def unrolled_fold(
+    body: Callable[..., Any],
+    start: Any,
+    rows: Sequence[Any],
+    reverse: bool,
+    until: Callable[..., Any] | None = None,
+) -> Any:
     """Evaluate `fold` over arrays of known length."""
-    carry = _lifted("fold()", start)
+    carry, active = _lifted("fold()", start), lift(1)
     for row in _unrolled_rows("fold()", rows, reverse):
-        carry = _same_shape("fold()", carry, body(carry, *row))
+        following = _same_shape("fold()", carry, body(carry, *row))
+        if until is None:
+            carry = following
+            continue
+        carry = _chosen(active, following, carry)
+        active = select(active, 1 - select(condition_of("fold()", until(carry)), 1, 0), 0)
     return carry
+
+
+def _chosen(condition: Any, new: Any, old: Any) -> Any:
+    """Return one of two carries."""
+    pairs = zip(leaves_of(new), leaves_of(old), strict=True)
+    return like(old, [_by_element(partial(select, condition), a, b) for a, b in pairs])
 
 
 def unrolled_each(body: Callable[..., Any], rows: Sequence[Any]) -> Any:
@@ -44,16 +64,22 @@ def unrolled_total(body: Callable[..., Any], rows: Sequence[Any]) -> Any:
     for row in _unrolled_rows("total()", rows):
         terms = _lifted("total()", body(*row))
         pairs = zip(leaves_of(found), leaves_of(terms), strict=True) if found is not None else ()
-        found = terms if found is None else like(terms, [a + b for a, b in pairs])
+        found = terms if found is None else like(terms, [_by_element(operator.add, a, b) for a, b in pairs])
     return found
 
 
+def _by_element(function: Callable[..., Any], a: Any, b: Any) -> Any:
+    """Apply a function to two multivectors, or to the elements of two arrays."""
+    pairs = zip(elements_of(a), elements_of(b), strict=True)
+    return with_elements(a, (lift(function(x, y)) for x, y in pairs))
+
+
 def _lifted(where: str, value: Any) -> Any:
-    return like(value, lifted(where, value))
+    return like(value, lifted(where, value, arrays=True))
 
 
 def _same_shape(where: str, structure: Any, value: Any) -> Any:
-    return like(structure, with_structure(where, structure, value))
+    return like(structure, with_structure(where, structure, value, arrays=True))
 
 
 def _unrolled_rows(where: str, rows: Sequence[Any], reverse: bool = False) -> list[list[Any]]:
@@ -68,7 +94,7 @@ def _row(structure: Any, k: int) -> Any:
 
 def columns_of(results: Sequence[Any]) -> Any:
     """Return arrays from their rows, in the structure of a row."""
-    flat = [[lift(leaf) for leaf in leaves_of(result)] for result in results]
+    flat = [lifted("each()", result, arrays=True) for result in results]
     return like(results[0], [Unrolled(column) for column in zip(*flat, strict=True)])
 
 
@@ -108,16 +134,15 @@ def unrolled_scatter(
 ) -> Unrolled:
     """Evaluate `scatter` over arrays of known length."""
     lengths = [axis.length for axis in axes]
-    count = 1
-    for length in lengths:
-        count *= length
-    found: list[Expression] = [lift(0)] * count if start is None else list(start.elements)
+    found: list[Expression] = [lift(0)] * prod(lengths) if start is None else elements_of(start)
     for k, value in enumerate(array.elements):
         place = 0
         for table, length in zip(tables, lengths, strict=True):
             place = -1 if place < 0 or table.elements[k] < 0 else place * length + table.elements[k]
         if place >= 0:
             found[place] = found[place] + value
+    for length in reversed(lengths[1:]):
+        found = [Unrolled(tuple(found[k : k + length])) for k in range(0, len(found), length)]  # type: ignore[misc]
     return Unrolled(tuple(found))
 
 
@@ -127,9 +152,8 @@ def unrolled_iterate(body: Callable[..., Any], start: Any, until: Callable[..., 
     for _ in range(min(at_most, _MOST_STEPS.get() or at_most)):
         following = _same_shape("iterate()", start, body(carry))
         is_done = lift(until(carry, following))
-        pairs = zip(leaves_of(carry), leaves_of(following), strict=True)
         converged = select(active, is_done, converged)
-        carry = like(start, [lift(select(active, new, old)) for old, new in pairs])
+        carry = _chosen(active, following, carry)
         steps = steps + active
         active = select(active, 1 - is_done, 0)
     return carry, converged, steps

@@ -13,11 +13,13 @@ from ..ir.cost import Cost
 from ..ir.procedure import (
     Add,
     Apply,
+    At,
     Clear,
     Copy,
     Counter,
     Following,
     Loop,
+    Numbered,
     Parent,
     Place,
     Previous,
@@ -31,10 +33,8 @@ from ..ir.program import Program
 from .compiled import CompiledLoops, CompiledPart
 from .plain import layout_of, packed_layout, packed_program, packed_slots, program_of, slots_of
 
-_KINDS: Mapping[str, type] = {
-    kind.__name__: kind
-    for kind in (Counter, Through, Previous, Parent, Following, Place, Apply, Add, Copy, Clear, Loop, Repeat)
-}
+_ROWS = (Counter, Through, Previous, Parent, Following, Numbered, At)
+_KINDS: Mapping[str, type] = {kind.__name__: kind for kind in (*_ROWS, Place, Apply, Add, Copy, Clear, Loop, Repeat)}
 
 
 def packed_loops(compiled: CompiledLoops) -> dict[str, Any]:

@@ -6,8 +6,8 @@ axes, whose lengths are named. A procedure specifies which rows each program rea
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from .program import Program
@@ -66,9 +66,9 @@ class Counter:
 
 @dataclass(frozen=True, slots=True)
 class Through:
-    """The row given by the entries of index tables, one for each axis, in the current row of a loop."""
+    """The row given by the entry of an index table in the current row of a loop."""
 
-    indices: tuple[str, ...]
+    index: str
     loop: str
 
 
@@ -96,8 +96,98 @@ class Following:
     loop: str
 
 
-Row = Counter | Through | Previous | Parent | Following | None
+@dataclass(frozen=True, slots=True)
+class Numbered:
+    """The row whose number is computed, or the only row of the table `start` if there is no such row.
+
+    The number is the only one in the table `number`, without its fractional part.
+    """
+
+    number: str
+    start: str
+
+
+@dataclass(frozen=True, slots=True)
+class At:
+    """A row of a table with several leading axes, by one number for each axis."""
+
+    rows: tuple[Counter | Through | Numbered, ...]
+
+
+Along = Counter | Through | Previous | Parent | Following | Numbered
+"""A row along one axis."""
+
+Row = Along | At | None
 """A row of a table; None is the only row of a table without leading axes."""
+
+
+def numbers_of(row: Row) -> tuple[Along, ...]:
+    """Return the numbers that determine a row, one for each leading axis of its table."""
+    return row.rows if isinstance(row, At) else () if row is None else (row,)
+
+
+def row_at(numbers: tuple[Along, ...]) -> Row:
+    """Return the row that is determined by one number for each leading axis."""
+    return At(numbers) if len(numbers) > 1 else numbers[0] if numbers else None  # type: ignore[arg-type]
+
+
+def axis_of(row: Row, loop: str) -> int | None:
+    """Return the axis along which a loop selects rows one by one, or None if there is none."""
+    return next((k for k, each in enumerate(numbers_of(row)) if each == Counter(loop)), None)
+
+
+def loops_of(row: Row) -> tuple[str, ...]:
+    """Return the loops on whose current rows a row depends, in the order of the axes."""
+    return tuple(each.loop for each in numbers_of(row) if not isinstance(each, Numbered))
+
+
+def indices_of(row: Row) -> tuple[str, ...]:
+    """Return the index tables that determine a row."""
+    return tuple(each.index for each in numbers_of(row) if isinstance(each, (Through, Parent)))
+
+
+def number_of(row: Row) -> str:
+    """Return the table with the computed number of a row, or an empty string."""
+    return next((each.number for each in numbers_of(row) if isinstance(each, Numbered)), "")
+
+
+def start_of(row: Row) -> str:
+    """Return the table whose only row stands for a row that does not exist, or an empty string."""
+    return next((e.start for e in numbers_of(row) if isinstance(e, (Previous, Parent, Numbered))), "")
+
+
+def further_tables(row: Row) -> tuple[str, ...]:
+    """Return the tables from which a row is determined, or that replace it."""
+    return (*indices_of(row), *filter(None, (number_of(row), start_of(row))))
+
+
+def with_tables(row: Row, change: Callable[[str], str], loops: Callable[[str], str] = lambda loop: loop) -> Row:
+    """Return a row that is determined by other tables and loops."""
+
+    def changed(each: Along) -> Along:
+        match each:
+            case Through(index, loop):
+                return Through(change(index), loops(loop))
+            case Previous(loop, start):
+                return Previous(loops(loop), change(start))
+            case Parent(index, loop, start):
+                return Parent(change(index), loops(loop), change(start))
+            case Numbered(number, start):
+                return Numbered(change(number), change(start))
+            case Counter() | Following():
+                return replace(each, loop=loops(each.loop))
+
+    return row_at(tuple(map(changed, numbers_of(row))))
+
+
+def goes_through(row: Row) -> bool:
+    """Return whether a row is given by index tables, whose entries may be -1."""
+    return any(isinstance(each, Through) for each in numbers_of(row))
+
+
+def with_loop(row: Row, old: str, new: str) -> Row:
+    """Return a row that depends on the loop `new` instead of the loop `old`."""
+    return with_tables(row, lambda table: table, lambda loop: new if loop == old else loop)
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,12 +235,17 @@ class Clear:
 
 @dataclass(frozen=True, slots=True)
 class Loop:
-    """Run statements for each row of a length, in reverse order if `reverse` is true."""
+    """Run statements for each row of a length, in reverse order if `reverse` is true.
+
+    If `until` is not empty, the loop ends after the iteration in which the number in the only row of that table is
+    nonzero.
+    """
 
     counter: str
     length: str
     reverse: bool
     body: tuple[Statement, ...]
+    until: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,8 +315,8 @@ class Procedure:
         found = set[str]()
         for statement in statements(self.body):
             for place in () if isinstance(statement, Add) else _sources(statement):
-                if isinstance(place.row, Through):
-                    found |= set(place.row.indices)
+                if goes_through(place.row):
+                    found |= set(indices_of(place.row))
         return frozenset(found)
 
     @property
@@ -229,6 +324,16 @@ class Procedure:
         """The index tables of parents. Each entry is an earlier row, or -1."""
         rows = [place.row for statement in statements(self.body) for place in _sources(statement)]
         return frozenset(row.index for row in rows if isinstance(row, Parent))
+
+    @property
+    def repeats(self) -> bool:
+        """Whether the number of iterations, or the rows that are read, depend on computed values."""
+        return any(
+            isinstance(s, Repeat)
+            or (isinstance(s, Loop) and bool(s.until))
+            or any(number_of(place.row) for place in _sources(s))
+            for s in statements(self.body)
+        )
 
     @property
     def has_branches(self) -> bool:

@@ -7,11 +7,13 @@ from collections.abc import Sequence
 from .procedure import (
     Add,
     Apply,
+    At,
     Clear,
     Copy,
     Counter,
     Following,
     Loop,
+    Numbered,
     Parent,
     Place,
     Previous,
@@ -56,7 +58,8 @@ def _lines(body: Sequence[Statement], depth: int) -> list[str]:
                 text = f"{statement.table} = 0"
             case Loop():
                 order = f"reversed({statement.length})" if statement.reverse else statement.length
-                text = f"for {statement.counter} in {order}:"
+                until = f" until {statement.until}" if statement.until else ""
+                text = f"for {statement.counter} in {order}{until}:"
             case Repeat():
                 text = f"repeat at most {statement.limit} times until {statement.until}, counting {statement.steps}:"
         found.append("    " * depth + text)
@@ -73,11 +76,16 @@ def place_text(place: Place) -> str:
             return place.table
         case Counter(loop):
             return f"{place.table}[{loop}]"
-        case Through(indices, loop):
-            return f"{place.table}[{', '.join(f'{index}[{loop}]' for index in indices)}]"
+        case Through(index, loop):
+            return f"{place.table}[{index}[{loop}]]"
+        case At(rows):
+            inner = [place_text(Place("", each))[1:-1] for each in rows]
+            return f"{place.table}[{', '.join(inner)}]"
         case Previous(loop, start):
             return f"{place.table}[before {loop}, else {start}]"
         case Parent(index, loop, start):
             return f"{place.table}[{index}[{loop}], else {start}]"
+        case Numbered(number, start):
+            return f"{place.table}[{number}, else {start}]"
         case Following(loop):
             return f"{place.table}[after {loop}]"

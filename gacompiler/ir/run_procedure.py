@@ -8,21 +8,24 @@ from typing import Any
 from .interpret import Tape
 from .procedure import (
     Add,
+    Along,
     Apply,
     Clear,
     Copy,
     Counter,
     Following,
     Loop,
+    Numbered,
     Parent,
     Place,
     Previous,
     Procedure,
     Repeat,
-    Row,
     Statement,
     Storage,
     Through,
+    numbers_of,
+    start_of,
 )
 
 Rows = list[list[Any]]
@@ -112,7 +115,7 @@ class _Run:
                         self._write(place, [next(found) for _ in result.operands])
                 case Add():
                     at, of = self._number(statement.target), statement.source
-                    if at is not None and (self._number(of) is not None or hasattr(of.row, "start")):
+                    if at is not None and (self._number(of) is not None or start_of(of.row)):
                         row = self._tables[statement.target.table][at]
                         row[:] = [a + b for a, b in zip(row, self._row(of), strict=True)]
                 case Copy():
@@ -127,6 +130,8 @@ class _Run:
                     for k in order:
                         self._counters[statement.counter] = k
                         self._run(statement.body)
+                        if statement.until and self._tables[statement.until][0][0] != 0:
+                            break
                 case Repeat():
                     for _ in range(statement.limit):
                         self._run(statement.body)
@@ -145,17 +150,28 @@ class _Run:
         at = self._number(place)
         if at is not None:
             return self._tables[place.table][at]
-        start = getattr(place.row, "start", None)
-        if start is None:
+        start = start_of(place.row)
+        if not start:
             raise IndexError(f"{place.table}: an index table has entry -1, where a row is read")
         return self._tables[start][0]
 
     def _number(self, place: Place) -> int | None:
         """Return the index of a row, or None if the row does not exist."""
-        row: Row = place.row
+        position = 0
+        lengths = self._procedure.table(place.table).lengths
+        for each, length in zip(numbers_of(place.row), lengths, strict=place.row is not None):
+            k = self._along(each, self._lengths[length])
+            if k is None:
+                return None
+            position = position * self._lengths[length] + k
+        return position
+
+    def _along(self, row: Along, length: int) -> int | None:
+        """Return the index of a row along an axis, or None if the row does not exist."""
         match row:
-            case None:
-                return 0
+            case Numbered(number, _):
+                value = self._tables[number][0][0]
+                return int(value) if 0 <= value < length else None
             case Counter(loop):
                 return self._counters[loop]
             case Previous(loop, _):
@@ -169,11 +185,6 @@ class _Run:
             case Parent(index, loop, _):
                 k = self._tables[index][self._counters[loop]][0]
                 return k if k >= 0 else None
-            case Through(indices, loop):
-                table, place_in = self._procedure.table(place.table), 0
-                for index, length in zip(indices, table.lengths, strict=True):
-                    k = self._tables[index][self._counters[loop]][0]
-                    if k < 0:
-                        return None
-                    place_in = place_in * self._lengths[length] + k
-                return place_in
+            case Through(index, loop):
+                k = self._tables[index][self._counters[loop]][0]
+                return k if k >= 0 else None

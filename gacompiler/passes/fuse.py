@@ -30,8 +30,12 @@ from ..ir.procedure import (
     Row,
     Statement,
     Storage,
-    Through,
+    axis_of,
+    further_tables,
+    goes_through,
+    numbers_of,
     statements,
+    with_loop,
 )
 
 
@@ -77,15 +81,10 @@ def _uses(body: Sequence[Statement]) -> _Uses:
                     single = [Place(statement.until), Place(statement.steps)]
                     reads += single
                     writes += single
-    reads += [Place(row.start) for place in reads if isinstance(row := place.row, (Previous, Parent))]
-    reads += [Place(name) for place in (*reads, *writes) for name in _indices(place.row)]
+                elif statement.until:
+                    reads.append(Place(statement.until))
+    reads += [Place(name) for place in (*reads, *writes) for name in further_tables(place.row)]
     return _Uses(tuple(reads), tuple(writes))
-
-
-def _indices(row: Row) -> tuple[str, ...]:
-    if isinstance(row, Through):
-        return row.indices
-    return (row.index,) if isinstance(row, Parent) else ()
 
 
 def _fused(body: Sequence[Statement]) -> tuple[Statement, ...]:
@@ -131,7 +130,7 @@ def _independent(a: Statement, b: Statement) -> bool:
 
 def _can_join(first: Loop, second: Loop) -> bool:
     """Return whether two loops can be fused, with the body of the first one before that of the second."""
-    if first.length != second.length:
+    if first.length != second.length or first.until or second.until:
         return False
     both = (first, second), (second, first)
     if first.reverse != second.reverse and not (_is_free(first) or _is_free(second)):
@@ -147,7 +146,8 @@ def _can_join(first: Loop, second: Loop) -> bool:
             return False
     for place in earlier.reads:
         for row in rewritten.get(place.table, ()):
-            if not (place.row == Counter(first.counter) and row == Counter(second.counter)):
+            axis = axis_of(place.row, first.counter)
+            if axis is None or axis != axis_of(row, second.counter):
                 return False
     return True
 
@@ -161,25 +161,27 @@ def _by_table(places: Sequence[Place]) -> dict[str, list[Row]]:
 
 def _is_ready(written: Row, first: str, used: Row, second: str, reverse: bool) -> bool:
     """Return whether a row that the first loop writes is available when the second uses it in the same iteration."""
-    if written != Counter(first):
+    axis = axis_of(written, first)
+    if axis is None:
         return False
-    if isinstance(used, Counter):
-        return used.loop == second
     if isinstance(used, Previous):
         return used.loop == second
-    return isinstance(used, Parent) and used.loop == second and not reverse
+    if isinstance(used, Parent):
+        return used.loop == second and not reverse
+    return axis == axis_of(used, second)
 
 
 def _is_free(loop: Loop) -> bool:
     """Return whether the rows of a loop can be computed in any order, with the same rounding."""
+    if loop.until:
+        return False
     uses = _uses(loop.body)
     written = {place.table for place in uses.writes}
     in_order = any(
-        isinstance(place.row, (Previous, Following, Parent))
-        or (isinstance(place.row, Through) and place.table in written)
+        isinstance(place.row, (Previous, Following, Parent)) or (goes_through(place.row) and place.table in written)
         for place in (*uses.reads, *uses.writes)
     )
-    return not in_order and all(place.row == Counter(loop.counter) for place in uses.writes)
+    return not in_order and all(axis_of(place.row, loop.counter) is not None for place in uses.writes)
 
 
 def _has_calls(loop: Loop) -> bool:
@@ -195,8 +197,7 @@ def _merged(first: Loop, second: Loop) -> Loop:
 
 def _renamed(old: str, new: str) -> Callable[[Place], Place]:
     def change(place: Place) -> Place:
-        row = place.row
-        return Place(place.table, replace(row, loop=new)) if row is not None and row.loop == old else place
+        return Place(place.table, with_loop(place.row, old, new))
 
     return change
 
@@ -220,24 +221,28 @@ def _with_rows(statement: Statement, change: Callable[[Place], Place]) -> Statem
 
 def _contracted(procedure: Procedure) -> Procedure:
     """Replace work tables by single rows if every iteration of a single loop uses only its own row of them."""
-    loops: dict[str, set[int | None]] = {}
+    loops: dict[str, set[tuple[int, Row] | None]] = {}
 
-    def note(body: Sequence[Statement], loop: Loop | None) -> None:
+    def note(body: Sequence[Statement], loop: Loop | None, outer: frozenset[str]) -> None:
         for k, statement in enumerate(body):
-            if isinstance(statement, (Loop, Repeat)):
-                note(statement.body, statement if isinstance(statement, Loop) else None)
+            if isinstance(statement, Loop):
+                note(statement.body, statement, outer | {statement.counter})
+                continue
+            if isinstance(statement, Repeat):
+                note(statement.body, None, frozenset())
                 continue
             uses = _uses([statement])
             may_be_single = loop is not None and not _changes_later(statement, body[k + 1 :])
             for place in (*uses.reads, *uses.writes):
-                is_own = loop is not None and place.row == Counter(loop.counter) and may_be_single
-                loops.setdefault(place.table, set()).add(id(loop) if is_own else None)
+                is_own = may_be_single and loop is not None and axis_of(place.row, loop.counter) is not None
+                is_own &= all(isinstance(each, Counter) and each.loop in outer for each in numbers_of(place.row))
+                loops.setdefault(place.table, set()).add((id(loop), place.row) if is_own else None)
 
-    note(procedure.body, None)
+    note(procedure.body, None, frozenset())
     single = {
         table.name
         for table in procedure.of(Storage.WORK)
-        if len(table.lengths) == 1 and len(found := loops.get(table.name, {None})) == 1 and None not in found
+        if table.lengths and len(found := loops.get(table.name, {None})) == 1 and None not in found
     }
     if not single:
         return procedure

@@ -10,7 +10,7 @@ from typing import Any
 from ..errors import GacError
 from ..frontend.kernel import Kernel
 from ..ir.interpret import Tape
-from ..ir.procedure import Procedure, Repeat, statements
+from ..ir.procedure import Procedure
 from ..ir.run_procedure import is_dyadic, run_procedure
 from .accuracy import ERROR_POINTS, LONG, rounded_once, ulps
 from .loop_samples import Case, Rows, in_doubles
@@ -55,8 +55,7 @@ def without_rounding(
 ) -> dict[str, Rows]:
     """Return the results of a procedure on doubles, exactly if possible in reasonable time, else to many digits."""
     from_doubles = {name: [[_exact(x) for x in row] for row in rows] for name, rows in arguments.items()}
-    repeats = any(isinstance(statement, Repeat) for statement in statements(procedure.body))
-    if not repeats and is_dyadic(procedure):
+    if not procedure.repeats and is_dyadic(procedure):
         return run_procedure(procedure, lengths, from_doubles, apply=Tape.run_dyadic)
     return exact_results(procedure, lengths, from_doubles, inexact=True)
 

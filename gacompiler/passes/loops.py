@@ -20,13 +20,12 @@ from ..ir.procedure import (
     Clear,
     Copy,
     Loop,
-    Parent,
     Place,
-    Previous,
     Procedure,
     Repeat,
     Statement,
     Table,
+    further_tables,
     statements,
 )
 from ..ir.procedure_cost import Costs, procedure_costs
@@ -128,14 +127,14 @@ def _places(statement: Statement) -> list[Place]:
         case Apply():
             own = [*statement.inputs, *statement.outputs]
         case Loop():
-            return []
+            return [Place(statement.until)] if statement.until else []
         case Repeat():
             return [Place(statement.until), Place(statement.steps)]
         case Add() | Copy():
             own = [statement.source, statement.target]
         case Clear():
             return [Place(statement.table)]
-    return own + [Place(place.row.start) for place in own if isinstance(place.row, (Parent, Previous))]
+    return own + [Place(name) for place in own for name in further_tables(place.row)]
 
 
 def _statement(recorded: Recorded, parts: Mapping[str, Compilation], tables: Mapping[str, Table]) -> Statement:

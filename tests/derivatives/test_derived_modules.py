@@ -25,7 +25,7 @@ from gacompiler.generation.compiling import compile_kernels, source_of
 from gacompiler.generation.files import write
 from gacompiler.generation.rendering import render
 from gacompiler.generation.spec_files import Spec, load_spec
-from gacompiler.ir.procedure import Add, Counter, Loop, Place, Procedure, Storage, Table, Through
+from gacompiler.ir.procedure import Add, Counter, Loop, Place, Procedure, Storage, Table, Through, row_at
 from gacompiler.ir.procedure_cost import procedure_costs
 from gacompiler.runtime import load_module
 from gacompiler.verify import verify_module
@@ -130,7 +130,7 @@ def procedure(*indices: str) -> Procedure:
         Table("out", ("n",), (2,), Storage.RESULT),
         Table("sum", (), (2,), Storage.WORK),
     )
-    source = Place("x", Through(indices, "i"))
+    source = Place("x", row_at(tuple(Through(name, "i") for name in indices)))
     body = (Add(source, Place("out", Counter("i"))), Add(source, Place("sum")), Add(Place("sum"), Place("sum")))
     return Procedure("gathered", tables, (Loop("i", "n", False, body),))
 

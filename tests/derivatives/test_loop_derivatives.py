@@ -36,8 +36,9 @@ from gacompiler.algebra.catalog import CGA3, PGA2, PGA3, VGA3
 from gacompiler.algebra.multivector import Multivector
 from gacompiler.errors import KernelError
 from gacompiler.frontend.kernel import Kernel, index
-from gacompiler.frontend.loops import accumulate, each, fold, gather, iterate, least, scan, scatter, total
+from gacompiler.frontend.loops import accumulate, each, fold, gather, iterate, scan, scatter, total, transpose
 from gacompiler.frontend.rows import IndexOf, RowsOf
+from gacompiler.frontend.searches import least, pick, row_numbers
 from gacompiler.ir.procedure import Add, Clear, Counter, Loop, Place, Procedure, Storage, Table, Through
 from gacompiler.ir.run_procedure import _Run, run_procedure
 from gacompiler.passes.loops import LoopCompilation, compile_loops
@@ -142,6 +143,37 @@ def pairs(x, a):
     return scan(lambda c, v: c + (v[0] ^ c) * a + norm(v[1]) * v[1], 0, x)
 
 
+@kernel(a=array(SCALAR, "n", "m"), b=array(SCALAR, "m", "k"))
+def matrix_product(a, b):
+    return each(lambda row: each(lambda c: total(lambda x, y: x * y * y, row, c), transpose(b)), a)
+
+
+@kernel(a=array(SCALAR, "n", "m"), x=array(SCALAR, "m"))
+def arrays_carried(a, x):
+    def step(carry, row):
+        first, second = carry
+        return second, each(lambda p, q: p * q * q + 1, first, row)
+
+    return fold(step, (x, x), a)
+
+
+@kernel(a=array(SCALAR, "n", "n"), b=array(SCALAR, "n"))
+def eliminated(a, b):
+    numbers = row_numbers(b)
+
+    def step(right, k, pivots):
+        own = pick(right, k, 0)
+        return each(lambda row, value: value - pick(row, k, 0) * own / (2 + pick(pivots, k, 0) ** 2), a, right)
+
+    return fold(step, b, numbers, a)
+
+
+@kernel(x=array(SCALAR, "n"), a=array(SCALAR, "n", "m"))
+def ending_early(x, a):
+    sum_of = fold(lambda s, v: s + v * v, 0, x, until=lambda s: s > 3)
+    return each(lambda row: total(lambda v: v, row) * sum_of, a), pick(x, 2, 1) * pick(x, 2 + 0 * sum_of, sum_of)
+
+
 CASES: list[tuple[Kernel, str]] = [
     (squares, "x"),
     (arm, "q"),
@@ -166,7 +198,16 @@ CASES: list[tuple[Kernel, str]] = [
     (misfit, "m"),
     (pairs, "x"),
     (pairs, "a"),
+    (matrix_product, "a"),
+    (matrix_product, "b"),
+    (arrays_carried, "a"),
+    (arrays_carried, "x"),
+    (eliminated, "a"),
+    (eliminated, "b"),
+    (ending_early, "a"),
 ]
+FORWARD = [(root, "x"), (root, "a"), (ending_early, "x")]
+"""Only in the forward mode, since the number of steps or the rows depend on values."""
 SLOW = [(arm, "q"), (placed, "motors"), (misfit, "m")]
 SLOWEST = SLOW[1:]
 """Of motors in rows, and of a motor; another of motors is quick."""
@@ -273,7 +314,7 @@ def check_vjp(definition: Kernel, wrt: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("definition", "wrt"), some_slow([*CASES, (root, "x"), (root, "a")], *SLOWEST), ids=[*NAMES, "root-x", "root-a"]
+    ("definition", "wrt"), some_slow([*CASES, *FORWARD], *SLOWEST), ids=[*NAMES, "root-x", "root-a", "ending_early-x"]
 )
 def test_jvp_is_the_limit_of_differences(definition: Kernel, wrt: str) -> None:
     check_jvp(definition, wrt)
@@ -486,7 +527,7 @@ def test_adding_a_missing_row_does_nothing() -> None:
         Table("which", ("n",), (), Storage.INDEX, True, "m"),
         Table("out", ("n",), (), Storage.RESULT),
     )
-    add = Add(Place("x", Through(("which",), "i")), Place("out", Counter("i")))
+    add = Add(Place("x", Through("which", "i")), Place("out", Counter("i")))
     procedure = Procedure("gathered", tables, (Clear("out"), Loop("i", "n", False, (add,))))
     arguments = {"x": [[5], [7]], "which": [[1], [-1], [0]]}
     assert run_procedure(procedure, {"n": 3, "m": 2}, arguments) == {"out": [[7], [0], [5]]}

@@ -11,7 +11,7 @@ import pytest
 from gacompiler import SCALAR, array, index, kernel, select, sin, sqrt
 from gacompiler.algebra.catalog import CGA3, PGA3
 from gacompiler.errors import GacError, KernelError
-from gacompiler.frontend.loops import accumulate, each, fold, gather, iterate, scan, scatter, total
+from gacompiler.frontend.loops import accumulate, each, fold, gather, iterate, scan, scatter, total, transpose
 from gacompiler.passes.loops import compile_loops
 from gacompiler.passes.pipeline import compile_kernel
 
@@ -61,7 +61,12 @@ def test_lengths_differ() -> None:
     refused(named(lambda x, w: gather(x, w)), "over n; expected one over m", x=N, w=index("n", into="m"))
     refused(named(lambda x, w: scatter(x, w, x)), "index table over n into n", x=N, w=index("m", into="n"))
     two = array(SCALAR, "n", "m")
-    refused(named(lambda x: total(lambda a: a, x)), "an array over n, m", x=two)
+    refused(named(lambda x: total(lambda a: a + 1, x)), "an array of rows in an expression", x=two)
+    refused(named(lambda x: scatter(x, x, x)), "an array over n, m; expected an array over one length", x=two)
+    refused(named(lambda x, y: fold(lambda s, a: y, x, x)), "an array over m; expected an array over n", x=N, y=M)
+    refused(named(lambda x: transpose(x)), "an array over n; expected an array over two", x=N)
+    tree = named(lambda x, w: scan(lambda s, a: s, x, x, parents=w))
+    refused(tree, "from parents to children", x=N, w=index("n"))
 
 
 STRUCTURES: Mapping[str, tuple[str, Callable[..., Any]]] = {
@@ -73,8 +78,9 @@ STRUCTURES: Mapping[str, tuple[str, Callable[..., Any]]] = {
     "an empty tuple": ("an empty tuple", lambda x: each(lambda a: (), x)),
     "an empty start": ("an empty tuple to begin with", lambda x: fold(lambda s, a: s, (), x)),
     "no start": ("nothing to begin with", lambda x: fold(lambda s, a: s, None, x)),
-    "an array": ("an array where one multivector", lambda x: each(lambda a: each(lambda b: b, x), x)),
-    "an array to begin with": ("an array where one multivector", lambda x: fold(lambda s, a: s, x, x)),
+    "an array": ("an array where one multivector", lambda x: accumulate(lambda s, a: each(lambda b: b, x), 0, x)),
+    "an array to begin with": ("an array where one", lambda x: accumulate(lambda s, a: s, x, x)),
+    "an array for a number": ("an array over n; expected a multivector", lambda x: fold(lambda s, a: x, 0, x)),
     "no pair": ("does not return a pair", lambda x: accumulate(lambda s, a: s + a, 0, x, keep=True)),
     "a sum that is not zero": ("zero is 1", lambda x: accumulate(lambda s, a: s + a, 1, x)),
     "no steps": ("at_most=0", lambda x: iterate(lambda r: r, 1, lambda o, n: 1, 0)),
@@ -139,7 +145,6 @@ def test_index_tables_are_not_numbers() -> None:
     refused(named(lambda x, w: each(lambda a, b: a, x, w)), "Index, Rows", x=N, w=index("n"))
     refused(named(lambda x, w: w), "is the index table w", x=N, w=index("n"))
     refused(named(lambda x, w: total(lambda a: a * w, x)), "an array of rows", x=N, w=index("n"))
-    refused(named(lambda x, w: gather(gather(x, w), w)), "gathered already", x=N, w=index("n"))
     refused(named(lambda x, w: gather(x, x)), "Rows as index", x=N, w=index("n"))
 
 

@@ -13,8 +13,9 @@ import pytest
 
 from gacompiler import SCALAR, array, cos, index, kernel, sandwich, sin
 from gacompiler.algebra.catalog import CGA2, PGA3
-from gacompiler.frontend.loops import accumulate, each, fold, gather, iterate, least, scan, scatter, total
+from gacompiler.frontend.loops import accumulate, each, fold, gather, iterate, scan, scatter, total
 from gacompiler.frontend.operations import absolute
+from gacompiler.frontend.searches import least
 from gacompiler.ir.procedure_cost import costs_text
 from gacompiler.ir.procedure_text import procedure_text
 from gacompiler.ir.run_procedure import run_procedure

@@ -115,7 +115,7 @@ def test_a_scan_over_parents_joins_the_loop_that_it_reads() -> None:
 
 
 def test_sums_towards_parents_are_read_by_the_same_loop_only_downwards() -> None:
-    total = Add(at("work"), Place("more", Through(("index",), "i")))
+    total = Add(at("work"), Place("more", Through("index", "i")))
     down = loop(apply(at("work"), at("x"), at("more")), total, reverse=True)
     check(1, Clear("more"), down, loop(apply(at("out"), at("work"))))
     check(2, Clear("more"), down, loop(apply(at("out"), at("more"))))
@@ -143,7 +143,7 @@ def _random_body(random: Random) -> Sequence[Statement]:
             source = Place(random.choice(("x", "out", "other", "work", "more")), random.choice(rows))
             inner.append(apply(at(target, counter), source, at("x", counter)))
             if random.random() < 0.3:
-                onto = random.choice([Following(counter), Through(("index",), counter)])
+                onto = random.choice([Following(counter), Through("index", counter)])
                 inner.append(Add(at("x", counter), Place(random.choice(("out", "work", "more")), onto)))
         body.append(loop(*inner, reverse=reverse, counter=counter))
     return body
@@ -165,7 +165,7 @@ def test_rows_of_a_table_that_is_written_are_read_in_order() -> None:
     """A loop that reads, through an index table, rows that it writes itself cannot run in the other direction."""
     start = loop(apply(at("other"), at("x")), reverse=True)
     carried = loop(apply(at("out"), at("x"), Place("out", Previous("i", "start"))), reverse=True)
-    through = Place("other", Through(("index",), "i"))
+    through = Place("other", Through("index", "i"))
     check(2, apply(Place("start")), start, loop(Add(through, at("other"))), carried)
 
 

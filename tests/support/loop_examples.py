@@ -17,19 +17,27 @@ from gacompiler import (
     absolute,
     accumulate,
     array,
+    coefficient,
     cos,
+    count_rows,
     each,
+    equal,
+    first_row,
     fold,
     gather,
     index,
     iterate,
     kernel,
     least,
+    pick,
+    row_numbers,
     scan,
     scatter,
+    select,
     sin,
     sqrt,
     total,
+    transpose,
 )
 from gacompiler.algebra.catalog import CGA3, PGA3
 from gacompiler.backends.module import LayoutText, LoopSource, ModuleSource
@@ -42,6 +50,7 @@ from gacompiler.passes.loops import compile_loops
 
 N = array(SCALAR, "n")
 M = array(SCALAR, "m")
+E032 = PGA3.multivector({"e032": 1})
 
 
 class State(NamedTuple):
@@ -176,6 +185,88 @@ def matrix_products(m, start, parents):
         return tuple(tuple(sum(a[i][k] * b[k][j] for k in range(2)) for j in range(2)) for i in range(2))
 
     return scan(product, start, m, parents=parents)
+
+
+@kernel(a=array(SCALAR, "n", "m"), b=array(SCALAR, "m", "k"), which=index("n", into="n"))
+def products(a, b, which):
+    """The product of two matrices, with its rows in another order, and the sum of its rows."""
+
+    def row_by_columns(row):
+        return each(lambda column: total(lambda x, y: x * y, row, column), transpose(b))
+
+    found = each(row_by_columns, gather(a, which))
+    return found, transpose(found), total(lambda row: row, found)
+
+
+@kernel(a=array(SCALAR, "n", "m"), x=array(SCALAR, "m"))
+def recurrence(a, x):
+    """Two arrays that are passed from row to row in exchanged places, and all the arrays that are passed."""
+
+    def step(carry, row):
+        first, second = carry
+        return second, each(lambda p, q: p * q + 1, first, row)
+
+    return *fold(step, (x, x), a), scan(lambda v, row: each(lambda p, q: (p + 1) * q, v, row), x, a)
+
+
+@kernel(a=array(PGA3.POINT, "n", "m"), moves=array(PGA3.MOTOR, "n"), x=array(SCALAR, "m"))
+def moved_rows(a, moves, x):
+    """Points moved by the motor of their row, and an iteration over an array."""
+    rows = each(lambda move, points: each(lambda p: move * p * ~move, points), moves, a)
+
+    def halved(values):
+        return each(lambda v: v / 2, values)
+
+    small = iterate(halved, x, lambda old, new: total(lambda v: v, new) < 1, 3)
+    return rows, *small
+
+
+@kernel(x=array(SCALAR, "n"), bound=SCALAR)
+def searched(x, bound):
+    """The first row above a bound, how many there are, and a sum that ends early."""
+    some = fold(lambda s, v: s + v * bound, 0, x, until=lambda s: s > 2)
+    return first_row(lambda v: v > bound, x), count_rows(lambda v: v > bound, x), some
+
+
+@kernel(x=array(SCALAR, "n"), returns=(array(SCALAR, 2), array(SCALAR, 2)))
+def smallest_two(x):
+    """The two smallest rows."""
+    return least(lambda v: v * v, x, count=2)
+
+
+@kernel(points=array(PGA3.DIRECTION, "n"), a=array(SCALAR, "m", "k"), at=SCALAR)
+def chosen(points, a, at):
+    """The row with the smallest coordinate, and a row and a column of a matrix."""
+    _, row = least(lambda p: coefficient(p, "e032"), points)
+    return pick(points, row + at / 8, lift(0) * E032), pick(a, at * 2, -1), pick(transpose(a), at * 4 - 2, at)
+
+
+@kernel(x=array(SCALAR, "n"), at=SCALAR)
+def bounded(x, at):
+    """An iteration whose bound is computed."""
+    s = total(lambda v: v, x)
+    return iterate(lambda r: (r + s / r) / 2, 1, lambda old, new: new < 0, at * 4)
+
+
+@kernel(a=array(SCALAR, "n", "n"), b=array(SCALAR, "n"))
+def solved(a, b):
+    """The solution of linear equations by elimination without pivots."""
+    numbers = row_numbers(b)
+
+    def step(carry, k):
+        matrix, right = carry
+        pivots, own = pick(matrix, k, 0), pick(right, k, 0)
+        pivot = pick(pivots, k, 0)
+
+        def eliminated(row, i, value):
+            factor = select(equal(i, k), 0, pick(row, k, 0) / pivot)
+            return each(lambda x, y: x - factor * y, row, pivots), value - factor * own
+
+        return each(eliminated, matrix, numbers, right)
+
+    diagonal = each(lambda row, i: each(lambda x, j: select(equal(i, j), x + 9, x), row, numbers), a, numbers)
+    matrix, right = fold(step, (diagonal, b), numbers)
+    return each(lambda row, k, value: value / pick(row, k, 0), matrix, numbers, right)
 
 
 # Hard to print.
@@ -385,6 +476,14 @@ EXAMPLES = (
     newton,
     scan_in_iteration,
     matrix_products,
+    products,
+    recurrence,
+    moved_rows,
+    searched,
+    smallest_two,
+    chosen,
+    bounded,
+    solved,
 )
 NAMES = tuple(definition.name for definition in EXAMPLES)
 HARD = (

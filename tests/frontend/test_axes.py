@@ -1,0 +1,316 @@
+"""Kernels over arrays with several axes, and rows that are searched or selected by a number, against numpy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import reduce
+from math import prod
+from random import Random
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gacompiler
+from gacompiler import (
+    SCALAR,
+    all_rows,
+    any_row,
+    array,
+    count_rows,
+    each,
+    equal,
+    first_row,
+    fold,
+    gather,
+    index,
+    iterate,
+    kernel,
+    least,
+    pick,
+    row_numbers,
+    scan,
+    select,
+    sqrt,
+    total,
+    transpose,
+)  # fmt: skip
+from gacompiler.frontend.kernel import Kernel
+from gacompiler.ir.procedure import Procedure, Storage
+from gacompiler.ir.procedure_text import procedure_text
+from gacompiler.ir.run_procedure import run_procedure
+from gacompiler.passes.loops import compile_loops
+
+N, M, MATRIX = array(SCALAR, "n"), array(SCALAR, "m"), array(SCALAR, "n", "m")
+LENGTHS = {"n": 3, "m": 4, "k": 2}
+
+
+def exact(definition: Kernel, **given: Any) -> list[np.ndarray[Any, Any]]:
+    """Compile a kernel, which proves it, and run it on integers."""
+    return run_exactly(compile_loops(definition, effort=0).procedure, given)
+
+
+def run_exactly(procedure: Procedure, given: dict[str, Any]) -> list[np.ndarray[Any, Any]]:
+    lengths: dict[str, int] = {}
+    rows: dict[str, Any] = {}
+    for table in procedure.parameters:
+        values = np.asarray(given[table.name], object)
+        lengths.update(zip(table.lengths, values.shape, strict=False))
+        rows[table.name] = values.reshape(prod(values.shape[: len(table.lengths)]), table.size).tolist()
+    found = run_procedure(procedure, lengths, rows)
+    return [
+        np.array(found[table.name], object).reshape((*(lengths[name] for name in table.lengths), *table.shape))
+        for table in procedure.results
+    ]
+
+
+def integers(seed: int, *shape: int) -> np.ndarray[Any, Any]:
+    return np.random.default_rng(seed).integers(-4, 5, shape).astype(object)
+
+
+# Random kernels. Each value is described once for the kernel and once for numpy.
+
+
+@dataclass
+class Value:
+    """An array over named axes, as a function of the parameters for kernels and for numpy."""
+
+    axes: tuple[str, ...]
+    build: Callable[[dict[str, Any]], Any]
+    expect: Callable[[dict[str, Any]], Any]
+
+
+ELEMENTWISE: list[tuple[Callable[[Any, Any], Any], Callable[[Any, Any], Any]]] = [
+    (lambda p, q: p * q + 1, lambda p, q: p * q + 1),
+    (lambda p, q: p - 2 * q, lambda p, q: p - 2 * q),
+    (lambda p, q: select(p < q, p + q, 3), lambda p, q: np.where(p < q, p + q, 3)),
+]
+
+
+def mapped(function: Callable[..., Any], axes: int, *arrays: Any) -> Any:
+    """Apply a function to every element of arrays with so many axes."""
+    return each(lambda *rows: mapped(function, axes - 1, *rows), *arrays) if axes else function(*arrays)
+
+
+def random_value(random: Random, axes: tuple[str, ...], depth: int) -> Value:
+    """A random array over the given axes."""
+    if depth == 0 or random.random() < 0.1:
+        name = "_".join(axes) or "s"
+        return Value(axes, lambda env: env[name], lambda env: env[name])
+    made, wanted = random.choice(ELEMENTWISE)
+    other = random.choice([name for name in LENGTHS if name not in axes] or ["n"])
+    choices: list[Callable[[], Value]] = []
+
+    def elementwise() -> Value:
+        a, b = random_value(random, axes, depth - 1), random_value(random, axes, depth - 1)
+        return Value(axes, lambda e: mapped(made, len(axes), a.build(e), b.build(e)),
+                     lambda e: wanted(a.expect(e), b.expect(e)))  # fmt: skip
+
+    def summed() -> Value:
+        a = random_value(random, (other, *axes), depth - 1)
+        return Value(axes, lambda e: total(lambda row: row, a.build(e)), lambda e: a.expect(e).sum(axis=0))
+
+    def folded() -> Value:
+        a, b = random_value(random, (other, *axes), depth - 1), random_value(random, axes, depth - 1)
+        return Value(
+            axes,
+            lambda e: fold(lambda v, row: mapped(made, len(axes), v, row), b.build(e), a.build(e)),
+            lambda e: reduce(wanted, a.expect(e), b.expect(e)),
+        )
+
+    def picked() -> Value:
+        a, k = random_value(random, (other, *axes), depth - 1), random.randrange(-1, 5)
+        inside = 0 <= k < LENGTHS[other]
+        return Value(
+            axes,
+            lambda e: pick(a.build(e), e["s"] * 0 + k, 7),
+            lambda e: a.expect(e)[k] if inside else np.full(tuple(LENGTHS[n] for n in axes), 7, object),
+        )
+
+    choices += [elementwise, *([summed, folded, picked] if len(axes) < len(LENGTHS) else [])]
+
+    def scanned() -> Value:
+        a, b = random_value(random, axes, depth - 1), random_value(random, axes[1:], depth - 1)
+
+        def expect(e: dict[str, Any]) -> Any:
+            last, found = b.expect(e), []
+            for row in a.expect(e):
+                last = wanted(last, row)
+                found.append(last)
+            return np.array(found, object)
+
+        return Value(
+            axes, lambda e: scan(lambda v, r: mapped(made, len(axes) - 1, v, r), b.build(e), a.build(e)), expect
+        )
+
+    def outer() -> Value:
+        a, b = random_value(random, axes[:1], depth - 1), random_value(random, axes[1:], depth - 1)
+        inner = len(axes) - 1
+        return Value(
+            axes,
+            lambda e: each(lambda p: mapped(lambda q: made(p, q), inner, b.build(e)), a.build(e)),
+            lambda e: np.array([wanted(p, b.expect(e)) for p in a.expect(e)], object),
+        )
+
+    def gathered() -> Value:
+        a = random_value(random, axes, depth - 1)
+        return Value(axes, lambda e: gather(a.build(e), e["w"]), lambda e: a.expect(e)[e["w"].astype(int)])
+
+    def exchanged() -> Value:
+        a = random_value(random, (axes[1], axes[0], *axes[2:]), depth - 1)
+        return Value(axes, lambda e: transpose(a.build(e)), lambda e: np.swapaxes(a.expect(e), 0, 1))
+
+    if axes:
+        choices += [scanned, outer]
+    if axes[:1] == ("n",):
+        choices.append(gathered)
+    if len(axes) > 1:
+        choices.append(exchanged)
+    return random.choice(choices)()
+
+
+def shapes() -> list[tuple[str, ...]]:
+    names = list(LENGTHS)
+    pairs = [(a, b) for a in names for b in names if a != b]
+    triples = [(a, b, c) for a, b in pairs for c in names if c not in (a, b)]
+    return [(), *((a,) for a in names), *pairs, *triples]
+
+
+@pytest.mark.parametrize("seed", [*range(12), *(pytest.param(k, marks=pytest.mark.slow) for k in range(12, 300))])
+def test_random_kernels_equal_numpy(seed: int) -> None:
+    random = Random(seed)
+    axes = random.choice([("n",), ("m",), ("n", "m"), ("m", "k"), ("k", "n"), ("n", "k", "m")])
+    value = random_value(random, axes, 3)
+    names = ["_".join(each_axes) or "s" for each_axes in shapes()]
+    types = [array(SCALAR, *each_axes) if each_axes else SCALAR for each_axes in shapes()]
+    env = {
+        name: integers(seed + j, *(LENGTHS[length] for length in each_axes))
+        for j, (name, each_axes) in enumerate(zip(names, shapes(), strict=True))
+    }
+    env["w"] = np.array([random.randrange(LENGTHS["n"]) for _ in range(LENGTHS["n"])], object)
+
+    def function(*given: Any) -> Any:
+        return value.build(dict(zip([*names, "w"], given, strict=True)))
+
+    function.__signature__ = _signature([*names, "w"])  # type: ignore[attr-defined]
+    function.__name__ = "random_kernel"
+    definition = kernel(**dict(zip(names, types, strict=True)), w=index("n"))(function)
+    (found,) = exact(definition, **env)
+    assert np.array_equal(found, np.broadcast_to(value.expect(env), found.shape))
+
+
+def _signature(names: list[str]) -> Any:
+    import inspect
+
+    return inspect.Signature([inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD) for name in names])
+
+
+# Single functions.
+
+
+@kernel(a=MATRIX, b=array(SCALAR, "m", "k"))
+def matrix_product(a: Any, b: Any) -> Any:
+    """The product of two matrices."""
+    return each(lambda row: each(lambda c: total(lambda x, y: x * y, row, c), transpose(b)), a)
+
+
+def test_rows_and_columns_are_read_in_place() -> None:
+    compiled = compile_loops(matrix_product)
+    assert not compiled.procedure.of(Storage.WORK) or all(not t.lengths for t in compiled.procedure.of(Storage.WORK))
+    a, b = integers(1, 3, 4), integers(2, 4, 5)
+    assert np.array_equal(run_exactly(compiled.procedure, {"a": a, "b": b})[0], a @ b)
+    assert compiled.procedure.signature == "(n,m),(m,k)->(n,k)"
+
+
+def test_searches() -> None:
+    @kernel(x=N, bound=SCALAR)
+    def searches(x: Any, bound: Any) -> Any:
+        is_above: Callable[[Any], Any] = lambda v: v > bound  # noqa: E731
+        return first_row(is_above, x), any_row(is_above, x), all_rows(is_above, x), count_rows(is_above, x)
+
+    compiled = compile_loops(searches)
+    for values, bound in [([1, 5, 2, 7], 4), ([1, 2], 4), ([], 4), ([5, 6], 4), ([0], 0)]:
+        above = [value > bound for value in values]
+        wanted = [above.index(True) if any(above) else -1, any(above), all(above), sum(above)]
+        assert [int(found) for found in run_exactly(compiled.procedure, {"x": values, "bound": bound})] == wanted
+    assert "until" in procedure_text(compiled.procedure)
+
+
+@pytest.mark.parametrize("values", [[], [4], [2, 2, 1, 2, 0], [3, 1, 2], [1, 2, 3, 4, 5]])
+def test_the_rows_with_the_smallest_scores(values: list[int]) -> None:
+    @kernel(x=N, returns=(array(SCALAR, 3), array(SCALAR, 3)))
+    def smallest(x: Any) -> Any:
+        return least(lambda v: v, x, count=3)
+
+    order = sorted(range(len(values)), key=lambda k: (values[k], k))[:3]
+    missing = 3 - len(order)
+    scores, rows = exact(smallest, x=values)
+    assert scores.tolist() == [values[k] for k in order] + [0] * missing
+    assert rows.tolist() == order + [-1] * missing
+
+
+def test_a_fold_that_ends_early_reads_no_further_rows() -> None:
+    @kernel(x=N)
+    def some(x: Any) -> Any:
+        return fold(lambda s, v: s + sqrt(v), 0, x, until=lambda s: s > 2)
+
+    run = gacompiler.compile(some)
+    assert run(np.array([1.0, 4.0, np.nan, np.nan])) == 3 and run(np.array([1.0])) == 1 and run(np.empty(0)) == 0
+
+
+@pytest.mark.parametrize("number", [0, 2, 2.75, 3, -0.25, -1, np.nan, np.inf, 1e300])
+@pytest.mark.parametrize("backend", ["c", "arrays"])
+def test_rows_with_a_computed_number(number: float, backend: str) -> None:
+    @kernel(a=MATRIX, k=SCALAR)
+    def row_and_column(a: Any, k: Any) -> Any:
+        return pick(a, k, -1), pick(transpose(a), k, k)
+
+    a = np.arange(12.0).reshape(3, 4)
+    row, column = gacompiler.compile(row_and_column, backend=backend)(a, number)
+    assert np.array_equal(row, a[int(number)] if 0 <= number < 3 else np.full(4, -1.0))
+    assert np.array_equal(column, a[:, int(number)] if 0 <= number < 4 else np.full(3, number), equal_nan=True)
+    batch = gacompiler.compile(row_and_column, backend=backend)(np.stack([a, a]), np.array([1.0, number]))
+    assert np.array_equal(batch[0], [a[1], row]) and np.array_equal(batch[1], [a[:, 1], column], equal_nan=True)
+
+
+def test_numbers_of_rows_select_rows_without_a_check() -> None:
+    @kernel(a=array(SCALAR, "n", "n"))
+    def diagonal(a: Any) -> Any:
+        return each(lambda row, k: pick(row, k, 0), a, row_numbers(a))
+
+    compiled = compile_loops(diagonal)
+    a = integers(3, 4, 4)
+    assert np.array_equal(run_exactly(compiled.procedure, {"a": a})[0], a.diagonal())
+    assert not compiled.procedure.repeats  # A batch is computed in lanes.
+
+
+@pytest.mark.parametrize("bound", [0, 1, 3, 50, -2, 2.5, np.nan])
+def test_the_bound_of_an_iteration_may_be_computed(bound: float) -> None:
+    @kernel(x=N, bound=SCALAR)
+    def root(x: Any, bound: Any) -> Any:
+        s = total(lambda v: v, x)
+        return iterate(lambda r: (r + s / r) / 2, 1, lambda old, new: equal(old, new), bound)
+
+    value, steps, found = 1.0, 0, False
+    while steps < bound and not found:
+        following = (value + 2 / value) / 2
+        value, steps, found = following, steps + 1, following == value
+    assert gacompiler.compile(root)(np.array([2.0]), bound) == (value, found, steps)
+
+
+def test_arrays_that_are_iterated() -> None:
+    @kernel(a=array(SCALAR, "n", "n"), x=N)
+    def dominant(a: Any, x: Any) -> Any:
+        def step(v: Any) -> Any:
+            moved = each(lambda row: total(lambda p, q: p * q, row, v), a)
+            size = sqrt(total(lambda p: p * p, moved))
+            return each(lambda p: p / size, moved)
+
+        return iterate(step, x, lambda old, new: total(lambda p, q: (p - q) * (p - q), old, new) < 1e-28, 900)
+
+    b = np.random.default_rng(5).normal(size=(6, 6))
+    a = b @ b.T
+    found, converged, _ = gacompiler.compile(dominant)(a, np.ones(6))
+    wanted = np.linalg.eigh(a)[1][:, -1]
+    assert converged and np.abs(found * np.sign(found[0]) - wanted * np.sign(wanted[0])).max() < 1e-12
