@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Generator
+from typing import Any
 
 from ..ir.scalar import Graph, Op, Scalar
 from .factor import Factored, Policy, factor
@@ -13,6 +15,25 @@ from .system import System
 def share(system: System, policy: Policy) -> tuple[Scalar, ...]:
     """Return the outputs of `system` as scalar expressions over the names of its inputs."""
     return _Builder(system, policy).outputs()
+
+
+Steps = Generator["Steps", Scalar, Scalar]
+"""A computation that yields the computations whose values it needs, so that its depth is not limited by the stack."""
+
+
+def _result(computation: Steps) -> Scalar:
+    """Run a computation, and return its value."""
+    stack: list[Steps] = [computation]
+    value: Any = None
+    while stack:
+        try:
+            stack.append(stack[-1].send(value))
+            value = None
+        except StopIteration as end:
+            stack.pop()
+            value = end.value
+    found: Scalar = value
+    return found
 
 
 class _Builder:
@@ -45,32 +66,34 @@ class _Builder:
     def outputs(self) -> tuple[Scalar, ...]:
         for k in range(self._system.n_inputs):
             self._values[k] = self._graph.variable(self._ring.names[k])
-        return tuple(self._sum(k) for k in range(len(self._system.outputs)))
+        return tuple(_result(self._sum(k)) for k in range(len(self._system.outputs)))
 
-    def _value(self, variable: int) -> Scalar:
+    def _value(self, variable: int) -> Steps:
         if variable not in self._values:
-            self._values[variable] = self._compute(variable)
+            self._values[variable] = yield self._compute(variable)
         return self._values[variable]
 
-    def _compute(self, variable: int) -> Scalar:
+    def _compute(self, variable: int) -> Steps:
         number = self._factored.number(variable)
         if number is not None:
             return self._graph.constant(number)
         if variable < 0:
-            arguments = (self._sum(k) for k in self._atom_arguments[variable])
+            arguments = []
+            for k in self._atom_arguments[variable]:
+                arguments.append((yield self._sum(k)))
             return self._graph.apply(self._ring.atom_of(variable).op, *arguments)
         if variable in self._sum_of:
-            return self._sum(self._sum_of[variable])
+            return (yield self._sum(self._sum_of[variable]))
         terms = self._factored.new_sum(variable)
         assert terms is not None
-        return self._terms(terms)
+        return (yield self._terms(terms))
 
-    def _sum(self, index: int) -> Scalar:
+    def _sum(self, index: int) -> Steps:
         if index not in self._sums:
-            self._sums[index] = self._terms(self._factored.sums[index])
+            self._sums[index] = yield self._terms(self._factored.sums[index])
         return self._sums[index]
 
-    def _terms(self, terms: Sum) -> Scalar:
+    def _terms(self, terms: Sum) -> Steps:
         """Return a sum with positive terms first. A sum without positive terms is computed as a negated sum."""
         ordered = sorted(terms, key=lambda cube: (-terms[cube], -len(cube), cube))
         if not ordered:
@@ -78,7 +101,7 @@ class _Builder:
         flip = terms[ordered[0]] < 0
         total: Scalar | None = None
         for cube in ordered:
-            value = self._cube(cube)
+            value = yield self._cube(cube)
             if total is None:
                 total = value
             elif (terms[cube] < 0) == flip:
@@ -88,13 +111,13 @@ class _Builder:
         assert total is not None
         return -total if flip else total
 
-    def _cube(self, cube: Cube) -> Scalar:
+    def _cube(self, cube: Cube) -> Steps:
         divisors = [literal for literal in cube if self._reciprocal_uses.get(literal) == 1]
         product = self._graph.constant(1)
         for literal in cube:
             if literal not in divisors:
-                product = product * self._value(literal)
+                product = product * (yield self._value(literal))
         for literal in divisors:
             (_, divisor) = self._atom_arguments[literal]
-            product = product / self._sum(divisor)
+            product = product / (yield self._sum(divisor))
         return product
