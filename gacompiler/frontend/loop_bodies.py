@@ -162,10 +162,27 @@ def carry_layouts(
             layouts[k] = joined
         if layouts == before:
             known = zip(layouts, expressions, strict=True)
-            return tuple(inference.layout_of_constant(e) if layout is None else layout for layout, e in known)
+            fixed = [inference.layout_of_constant(e) if layout is None else layout for layout, e in known]
+            if None in layouts:
+                _check_zeros(where, layouts, fixed, _result_layouts(recorder, where, body, start, rows, fixed))
+            return tuple(fixed)
     raise KernelError(
         where, f"the layout of the carry still changes after {MOST_ROUNDS} rounds", "a carry of one layout"
     )
+
+
+def _check_zeros(
+    where: str, known: Sequence[Layout | None], fixed: Sequence[Layout], found: Sequence[Layout | None]
+) -> None:
+    """Raise an error for a carry that remains zero although the body can return other blades."""
+    for layout, own, result in zip(known, fixed, found, strict=True):
+        if layout is None and result is not None:
+            further = {slot.blade for slot in result.stored} - {slot.blade for slot in own.stored}
+            if further or result.algebra != own.algebra:
+                raise KernelError(
+                    where, "a carry that is always zero, because the body returns zero for it",
+                    "a start that the body changes", "begin with 1 for products, or with a value of the first row",
+                )  # fmt: skip
 
 
 def _result_layouts(

@@ -26,6 +26,7 @@ from ..rings.residues import Residue, residue
 from .lower import Slot
 from .record import Compilation
 from .samples import WORKING_DIGITS, samples, to_mpmath
+from .undefined import reason
 
 TOLERANCE_DIGITS = 40
 """Number of digits that must agree for irrational values, out of `WORKING_DIGITS` computed digits."""
@@ -106,7 +107,7 @@ def truths(
         raise ProofError(
             kernel.where,
             f"its definition is undefined at {8 * n} random points",
-            remedy="check its domain",
+            remedy=reason(kernel, expressions, random) or "check its domain",
         )
     return found
 

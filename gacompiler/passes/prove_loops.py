@@ -23,6 +23,7 @@ from ..rings.decimals import digits, from_decimal, to_decimal
 from .loop_samples import Case
 from .prove import same
 from .samples import WORKING_DIGITS
+from .undefined import reason
 
 LENGTHS = (1, 2, 3)
 """Values of the first length for which results are compared. Each further length of a kernel is one larger."""
@@ -92,11 +93,12 @@ def _limited(body: Sequence[Statement]) -> tuple[Statement, ...]:
 
 def _difference(case: Case, results: Results, procedure: Procedure, random: Random) -> str:
     """Return a description of how results differ at some points, or an empty string."""
-    points = list(case.points(case.expressions(STEPS), random, POINTS))
+    expressions = case.expressions(STEPS)
+    points = list(case.points(expressions, random, POINTS))
     if not points:
         raise ProofError(
             case.kernel.where, f"its definition is undefined at {8 * POINTS} random points for {dict(case.lengths)}",
-            remedy="check its domain",
+            remedy=reason(case.flat, expressions, random) or "check its domain",
         )  # fmt: skip
     for arguments, values in points:
         found = exact_results(procedure, case.lengths, arguments)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gacompiler import SCALAR, array, index, kernel, select, sin, sqrt
-from gacompiler.algebra.catalog import CGA3, PGA3
+from gacompiler.algebra.catalog import CGA3, PGA3, VGA3
 from gacompiler.errors import GacError, KernelError
 from gacompiler.frontend.loops import accumulate, each, fold, gather, iterate, scan, scatter, total, transpose
 from gacompiler.passes.loops import compile_loops
@@ -139,6 +139,19 @@ def test_symbols_of_other_kernels() -> None:
     compile_loops(kernel(x=N, a=SCALAR)(first))
     refused(named(lambda y: total(lambda b: b + seen[0][1], y)), "an input of another kernel", y=N)
     refused(named(lambda y: total(lambda b: b, seen[0][0])), "an array of another kernel", y=N)
+
+
+def test_a_carry_that_is_always_zero() -> None:
+    vectors = array(VGA3.VECTOR, "n")
+    refused(named(lambda x: accumulate(lambda c, v: c ^ v, 0, x)), "a carry that is always zero", x=vectors)
+    refused(named(lambda x: fold(lambda c, v: c * v, 0, x)), "begin with 1", x=vectors)
+
+
+def test_undefined_operations_are_named() -> None:
+    where = r"sqrt\(\(-1 - \(a \* a\)\)\) is not defined where \(-1 - \(a \* a\)\) = -"
+    refused(named(lambda x: total(lambda a: sqrt(-1 - a * a), x)), where, x=N)
+    with pytest.raises(GacError, match=r"sqrt\(inner_product\(a, b\)\) is not defined where inner_product\(a, b\) = -"):
+        compile_kernel(kernel(a=CGA3.POINT, b=CGA3.POINT)(named(lambda a, b: sqrt(a | b))))
 
 
 def test_index_tables_are_not_numbers() -> None:
