@@ -147,7 +147,9 @@ class _Reader(Tokens):
                 case "NUMBER", (name,):
                     return Table(name, (), (), Storage.ARGUMENT)
                 case "INDEX", (name, rows, into):
-                    return Table(name, self._axes(rows), (), Storage.INDEX, True, self._length(into))
+                    columns, _, length = rows.rpartition(" * ")
+                    shape = (int(columns),) if columns else ()
+                    return Table(name, self._axes(length), shape, Storage.INDEX, True, self._length(into))
                 case (("IN" | "SAME" | "OUT" | "WORK"), (name, shape, _, rows)):
                     sizes = () if shape == "scalar" else tuple(map(int, shape.split("x")))
                     return Table(name, self._axes(rows), sizes, _STORAGES[kind], kind == "SAME")
@@ -402,9 +404,16 @@ class _Reader(Tokens):
                 return Numbered(self._place(value).table, "")
             case str(counter) if counter in self._loops:
                 return Counter(counter)
-            case ("[]", str(index), str(counter)) if counter in self._loops:
-                if self._known(index).storage is Storage.INDEX:
-                    return Through(index, counter)
+            case ("[]", str(index), entry) if self._known(index).storage is Storage.INDEX:
+                column, size = 0, self._known(index).size
+                match entry:
+                    case ("+", first, int(column)):
+                        entry = first
+                match entry:
+                    case ("*", by, str(counter)) if by == size > 1:
+                        entry = counter
+                if isinstance(entry, str) and entry in self._loops and column < size:
+                    return Through(index, entry, column)
         raise self._wrong(f"the row {number!r} of {table.name}")
 
     def _known(self, name: str) -> Table:

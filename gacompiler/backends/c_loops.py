@@ -232,7 +232,7 @@ def _described(table: Table) -> str:
 def _entry(k: int, table: Table) -> str:
     """Return the entry of a parameter or a result in the list of tables."""
     if table.storage is Storage.INDEX:
-        return f"INDEX({k}, {table.name}, {' * '.join(table.lengths)}, {table.into})"
+        return f"INDEX({k}, {table.name}, {product(table.size, *table.lengths)}, {table.into})"
     if is_number(table):
         return f"NUMBER({k}, {table.name})"
     kind = "OUT" if table.storage is Storage.RESULT else "SAME" if table.shared else "IN"

@@ -216,8 +216,8 @@ class StatementText(ABC):
                 return self._step(loop, 1)
             case Parent(index, loop, _):
                 return self.words.index.format(index=index, counter=loop)
-            case Through(index, loop):
-                return self.words.index.format(index=index, counter=loop)
+            case Through():
+                return self.words.index.format(index=row.index, counter=self._entry_of(row))
             case Numbered(number, _):
                 return self.words.row.format(value=self._value(Place(number)))
             case At((first, *others)):
@@ -226,6 +226,11 @@ class StatementText(ABC):
                     text = f"{f'({text})' if ' ' in text else text} * {length} + {self._number(table, each)}"
                 return text
         raise AssertionError(row)
+
+    def _entry_of(self, row: Through) -> str:
+        """Return the text of the place of an entry in an index table."""
+        first = product(self._procedure.table(row.index).size, row.loop)
+        return f"{first} + {row.column}" if row.column else first
 
     def _condition(self, place: Place) -> str:
         """Return the condition that a row exists, or an empty text if it always exists."""
@@ -243,6 +248,6 @@ class StatementText(ABC):
                 return f"{loop} > 0" if after.endswith("- 1") else f"{after} < {self._loops[loop].length}"
             case Parent(index, loop, _):
                 return f"{index}[{loop}] >= 0"
-            case Through(index, loop):
-                return f"{index}[{loop}] >= 0"
+            case Through():
+                return f"{row.index}[{self._entry_of(row)}] >= 0"
         return ""

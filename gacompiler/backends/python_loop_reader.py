@@ -357,6 +357,10 @@ class _Reader:
                 return Counter(counter)
             case ast.Subscript(ast.Name(index), ast.Name(counter)) if counter in self._loops:
                 return Through(self._index(key, index), counter)
+            case ast.Subscript(ast.Name(index), ast.Tuple([ast.Name(counter), ast.Constant(int(column))])):
+                if counter not in self._loops:
+                    raise self._unreadable(key)
+                return Through(self._index(key, index), counter, column)
             case _:
                 raise self._unreadable(key)
 

@@ -286,6 +286,8 @@ class _Printer:
                 return self._read(Place(number))
             case Counter(loop):
                 return self._counters[loop]
+            case Through(index, loop, column) if self._tables[index].shape:
+                return f"{self._names[index]}[{self._counters[loop]}, {column}]"
             case Through(index, loop) | Parent(index, loop, _):
                 return f"{self._names[index]}[{self._counters[loop]}]"
             case Previous(loop, _):

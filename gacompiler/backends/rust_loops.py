@@ -117,7 +117,7 @@ class _RustText(StatementText):
         named = self._procedure
         body = self.lines(named.body)
         tables = [table for table in (*named.parameters, *named.results) if table.lengths]
-        lines = [f'_length("{table.name}", {table.name}.len(), {product(*table.lengths)});' for table in tables]
+        lines = [f'_length("{table.name}", {table.name}.len(), {product(*_rows_of(table))});' for table in tables]
         for table in long_work(named):
             lines.append(f"let ({table.name}, {self._work}) = {self._work}.split_at_mut({numbers(table)});")
         lines += [f"let mut {table.name} = {_zeros(table)};" for table in short_work(named)]
@@ -170,6 +170,11 @@ class _RustText(StatementText):
 
     def _single_target(self, table: Table) -> str:
         return f"&mut {table.name}" if table.storage is Storage.WORK else table.name
+
+
+def _rows_of(table: Table) -> tuple[int | str, ...]:
+    """Return the factors of the length of a slice: that of rows, but of single entries for index tables."""
+    return (table.size, *table.lengths) if table.storage is Storage.INDEX else table.lengths
 
 
 def _type(table: Table) -> str:

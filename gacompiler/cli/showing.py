@@ -168,7 +168,8 @@ def _type(parameter: Parameter) -> str:
     """Format the type of a parameter: ``PGA3.POINT[3]``, ``PGA3.LINE[n]``, ``index n into m``."""
     given = parameter.type
     if isinstance(given, IndexOf):
-        return f"index {given.length}" + (f" into {given.into}" if given.into != given.length else "")
+        columns = f", {given.columns}" if given.columns else ""
+        return f"index {given.length}{columns}" + (f" into {given.into}" if given.into != given.length else "")
     lengths = given.lengths if isinstance(given, RowsOf) else ()
     shape = ", ".join([*lengths, *map(str, parameter.outer_shape)])
     return f"{parameter.layout}[{shape}]" if shape else str(parameter.layout)

@@ -84,7 +84,10 @@ def jacobian(definition: Kernel, wrt: str, tangent: str = "coefficients") -> Ker
     -------
     Kernel
         A kernel named ``<name>_jacobian_<wrt>``. Its results are ``out`` and the matrix, with one row for each
-        coefficient of the value. If the result or the parameter is an array of rows, there is a matrix for each row.
+        coefficient of the value and one column for each coefficient of the parameter. Named lengths of the result or
+        of the parameter come first, as those of every argument: the shape is (coefficients of the result, coefficients
+        of the parameter) without named lengths, and (n, coefficients of the result, coefficients of the parameter) if
+        the result or the parameter has the length n.
 
     Raises
     ------

@@ -67,8 +67,9 @@ class Replay:
         self._lengths: dict[str, str] = {}
         for parameter, argument in zip(traced.kernel.parameters, arguments, strict=True):
             if isinstance(parameter.type, IndexOf):
-                self._indices[parameter.name] = argument.name
-                self._lengths |= {parameter.type.length: argument.length, parameter.type.into: argument.into}
+                first = argument[0] if parameter.type.columns else argument
+                self._indices[parameter.name] = first.name
+                self._lengths |= {parameter.type.length: first.length, parameter.type.into: first.into}
             else:
                 self.tables[parameter.name] = self._bound(parameter, argument)
         for record in traced.records:

@@ -169,9 +169,10 @@ def _argument(recorder: Recorder, parameter: Parameter) -> Any:
     name, given = parameter.name, parameter.type
     recorder.take(name)
     if isinstance(given, IndexOf):
-        table = Table(name, (given.length,), (), Storage.INDEX, True, given.into)
-        recorder.indices[name] = table
-        return Index(name, given.length, given.into)
+        shape: tuple[int, ...] = (given.columns,) if given.columns else ()
+        recorder.indices[name] = Table(name, (given.length,), shape, Storage.INDEX, True, given.into)
+        columns = tuple(Index(name, given.length, given.into, k) for k in range(max(given.columns, 1)))
+        return columns if given.columns else columns[0]
     layout, outer = parameter.layout, parameter.outer_shape
     lengths = given.lengths if isinstance(given, RowsOf) else ()
     shared = isinstance(given, RowsOf) and given.shared
@@ -234,7 +235,9 @@ def written_out(kernel: Kernel, given: Mapping[str, Any]) -> Any:
     for parameter in kernel.parameters:
         rows = given[parameter.name]
         if isinstance(parameter.type, IndexOf):
-            arguments.append(Unrolled(tuple(rows)))
+            columns = zip(*rows, strict=True) if parameter.type.columns else [rows]
+            tables = tuple(Unrolled(tuple(column)) for column in columns)
+            arguments.append(tables if parameter.type.columns else tables[0])
         else:
             arguments.append(_columns(rows, parameter.type) if isinstance(parameter.type, RowsOf) else rows)
     return kernel.function(*arguments)

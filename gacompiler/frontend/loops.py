@@ -343,12 +343,13 @@ def gather(rows: Any, index: Any) -> Any:
     ----------
     rows : array of rows or nested tuple of arrays
     index : index table
-        The row to select for each row of the result. No entry may be -1.
+        The row to select for each row of the result. No entry may be -1. A table with several columns is a tuple of
+        index tables.
 
     Returns
     -------
     array of rows or nested tuple of arrays
-        An array of the length of `index`.
+        An array of the length of `index`; for a table with several columns, a tuple of such arrays.
 
     Raises
     ------
@@ -356,6 +357,8 @@ def gather(rows: Any, index: Any) -> Any:
         If `index` is not an index table into the array.
     """
     arrays = leaves_of(rows)
+    if isinstance(index, tuple) and all(isinstance(each, (Index, Unrolled)) for each in index):
+        return tuple(gather(rows, each) for each in index)
     if isinstance(index, Unrolled):
         return like(rows, [Unrolled(tuple(array.elements[k] for k in index.elements)) for array in arrays])
     is_unrolled("gather()", rows if isinstance(rows, tuple) else (rows,))
@@ -421,7 +424,7 @@ def scatter(rows: Any, index: Any, onto: Any, start: Any = None) -> Any:
     else:
         sums = _continued(recorder, start, lengths, layouts)
     counter = recorder.counter()
-    onto = row_at(tuple(Through(table.name, counter) for table in tables))
+    onto = row_at(tuple(Through(table.name, counter, table.column) for table in tables))
     with recorder.scope() as scope:
         for first, table in _tables_of(recorder, sums):
             source = _source_of_sums(recorder, arrays[first : first + len(table.leaves)], table, counter)

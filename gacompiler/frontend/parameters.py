@@ -59,24 +59,36 @@ def array(layout: Layout, *shape: str | int, shared: bool = False) -> ArrayOf | 
     return RowsOf(layout, names, sizes, shared) if names else ArrayOf(layout, sizes)
 
 
-def index(length: str, into: str | None = None) -> IndexOf:
+def index(length: str, *further: int | str, into: str | None = None) -> IndexOf:
     """Declare a parameter that is an index table: integers, each the index of a row of an array, or -1 for no row.
+
+    ``index("samples", 7, into="points")`` has seven integers in each row. The kernel's function gets a tuple of seven
+    index tables for it.
 
     Parameters
     ----------
     length : str
         The name of the length of the table.
+    *further : int, str
+        The number of columns, and `into`, if it is not given by name.
     into : str, optional
         The name of the length of the arrays that the table refers to; by default `length`.
 
     Raises
     ------
     KernelError
-        If a name is not an identifier.
+        If a name is not an identifier, or the number of columns is not positive.
     """
-    if not all(isinstance(name, str) and name.isidentifier() for name in (length, into or length)):
-        raise KernelError("index()", f"lengths {length!r} and {into!r}", 'names, as in index("n", into="m")')
-    return IndexOf(length, into or length)
+    columns = [each for each in further if isinstance(each, int) and not isinstance(each, bool)]
+    others = [each for each in further if each not in columns] + ([] if into is None else [into])
+    if len(columns) > 1 or len(others) > 1 or not all(n > 0 for n in columns):
+        raise KernelError(
+            "index()", f"{further} after the length", 'a number of columns, as in index("n", 3, into="m")'
+        )
+    names = [length, *others]
+    if not all(isinstance(name, str) and name.isidentifier() for name in names):
+        raise KernelError("index()", f"lengths {names}", 'names, as in index("n", into="m")')
+    return IndexOf(length, str(names[-1]), *columns)
 
 
 @lru_cache(maxsize=4096)

@@ -44,14 +44,17 @@ class RowsOf:
 class IndexOf:
     """The type of an index table of length `length`: entries are row indices in arrays of length `into`, or -1.
 
-    All elements of a batch share an index table.
+    All elements of a batch share an index table. If `columns` is not 0, each row has so many entries.
     """
 
     length: str
     into: str
+    columns: int = 0
 
     def __str__(self) -> str:
-        return f"index({self.length!r})" if self.into == self.length else f"index({self.length!r}, {self.into!r})"
+        parts = [repr(self.length), *([str(self.columns)] if self.columns else [])]
+        parts += [repr(self.into)] if self.into != self.length else []
+        return f"index({', '.join(parts)})"
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,11 +98,12 @@ class Array:
 
 @dataclass(frozen=True, slots=True)
 class Index(Array):
-    """An index table during the tracing of a kernel with loops."""
+    """An index table, or one of its columns, during the tracing of a kernel with loops."""
 
     name: str
     length: str
     into: str
+    column: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,7 +178,7 @@ class Rows(Array):
         first, *others = self.order
         through = self.axes[first].through
         if through is not None and isinstance(row, Counter):
-            row = Through(through.name, row.loop)
+            row = Through(through.name, row.loop, through.column)
         return self._with(first, row, tuple(others))
 
     def numbered(self, number: str, start: str) -> Rows:

@@ -82,7 +82,7 @@ def evaluate_loops(
     for first in range(0, count, max(step, 1)):
         chosen = slice(first, first + step)
         arguments = [
-            operand.tolist() if table.is_index else _argument(table, operand, chosen)
+            _argument(table, operand, chosen) if not table.is_index else operand if table.shape else operand.tolist()
             for table, operand in zip(definition.parameters, flat, strict=True)
         ]
         outs = [

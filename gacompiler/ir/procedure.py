@@ -66,10 +66,11 @@ class Counter:
 
 @dataclass(frozen=True, slots=True)
 class Through:
-    """The row given by the entry of an index table in the current row of a loop."""
+    """The row given by an entry of an index table in the current row of a loop, the only one or that in a column."""
 
     index: str
     loop: str
+    column: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,8 +167,8 @@ def with_tables(row: Row, change: Callable[[str], str], loops: Callable[[str], s
 
     def changed(each: Along) -> Along:
         match each:
-            case Through(index, loop):
-                return Through(change(index), loops(loop))
+            case Through(index, loop, column):
+                return Through(change(index), loops(loop), column)
             case Previous(loop, start):
                 return Previous(loops(loop), change(start))
             case Parent(index, loop, start):

@@ -76,8 +76,8 @@ def place_text(place: Place) -> str:
             return place.table
         case Counter(loop):
             return f"{place.table}[{loop}]"
-        case Through(index, loop):
-            return f"{place.table}[{index}[{loop}]]"
+        case Through(index, loop, column):
+            return f"{place.table}[{index}[{f'{loop}, {column}' if column else loop}]]"
         case At(rows):
             inner = [place_text(Place("", each))[1:-1] for each in rows]
             return f"{place.table}[{', '.join(inner)}]"

@@ -185,6 +185,6 @@ class _Run:
             case Parent(index, loop, _):
                 k = self._tables[index][self._counters[loop]][0]
                 return k if k >= 0 else None
-            case Through(index, loop):
-                k = self._tables[index][self._counters[loop]][0]
+            case Through(index, loop, column):
+                k = self._tables[index][self._counters[loop]][column]
                 return k if k >= 0 else None

@@ -31,14 +31,14 @@ class Case:
     kernel : Kernel
     lengths : mapping of str to int
     indices : mapping of str to tuple of int
-        The contents of the index tables.
+        The contents of the index tables, tuples of integers for rows of several columns.
     flat : Kernel
         An equivalent kernel without loops. It returns the results row by row.
     """
 
     kernel: Kernel
     lengths: Mapping[str, int]
-    indices: Mapping[str, tuple[int, ...]]
+    indices: Mapping[str, tuple[Any, ...]]
     flat: Kernel
 
     @classmethod
@@ -50,7 +50,9 @@ class Case:
 
     def arguments(self, inputs: Mapping[str, Any]) -> dict[str, Rows]:
         """Return the rows of arguments and index tables from the coefficients of the kernel without loops."""
-        found: dict[str, Rows] = {name: [[k] for k in table] for name, table in self.indices.items()}
+        found: dict[str, Rows] = {
+            name: [list(k) if isinstance(k, tuple) else [k] for k in table] for name, table in self.indices.items()
+        }
         remaining = iter(self.flat.parameters)
         for parameter in self.kernel.parameters:
             if isinstance(parameter.type, IndexOf):
@@ -94,9 +96,9 @@ def _is_real(value: Any) -> bool:
     return not isinstance(value, mpmath.mpc) and (not isinstance(value, mpmath.mpf) or bool(mpmath.isfinite(value)))
 
 
-def index_tables(procedure: Procedure, lengths: Mapping[str, int], random: Random) -> dict[str, tuple[int, ...]]:
+def index_tables(procedure: Procedure, lengths: Mapping[str, int], random: Random) -> dict[str, tuple[Any, ...]]:
     """Return random index tables that are valid: parents precede their rows, and rows that are read exist."""
-    found = {}
+    found: dict[str, tuple[Any, ...]] = {}
     for table in procedure.of(Storage.INDEX):
         (length,) = table.lengths
         first = 0 if table.name in procedure.read_through else -1
@@ -104,6 +106,11 @@ def index_tables(procedure: Procedure, lengths: Mapping[str, int], random: Rando
         rows = range(lengths[length])
         if earlier and first == 0:  # The first row refers to itself, since there is no earlier row.
             found[table.name] = tuple(random.randint(0, max(0, k - 1)) for k in rows)
+            continue
+        if table.shape:
+            found[table.name] = tuple(
+                tuple(random.randint(first, lengths[table.into] - 1) for _ in range(table.size)) for _ in rows
+            )
             continue
         found[table.name] = tuple(random.randint(first, k - 1 if earlier else lengths[table.into] - 1) for k in rows)
     return found

@@ -79,13 +79,13 @@ def as_numbers(definition: LoopDefinition, table: Table, value: Any) -> Any:
 def as_index(definition: LoopDefinition, table: Table, value: Any) -> Any:
     """Convert an index table to a contiguous array of 64-bit integers."""
     array = np.asarray(value)
-    if array.ndim != 1:
+    if array.ndim != 1 + len(table.shape):
         raise ValueError(
             f"{definition.name}: argument {table.name} has shape {array.shape}; expected {table.shape_text}: "
             "all elements of a batch share an index table"
         )
     if not array.size:
-        return np.empty(0, np.int64)
+        return np.empty(array.shape, np.int64)
     if array.dtype.kind not in "iu":
         raise TypeError(
             f"{definition.name}: argument {table.name} has dtype {array.dtype}; expected integers, each {table.rule} "
@@ -183,9 +183,10 @@ def check_rows(
     wrong = (index < least) | (index >= count)
     if earlier:
         wrong |= index >= np.arange(len(index))
-    k = int(np.flatnonzero(wrong)[0])
+    place = tuple(np.argwhere(wrong)[0].tolist())
+    row = f"row {place[0]}" + "".join(f", column {column}" for column in place[1:])
     raise ValueError(
-        f"{definition.name}: argument {table.name} is {index[k]} in row {k}; expected {table.rule} of {table.into}, "
+        f"{definition.name}: argument {table.name} is {index[place]} in {row}; expected {table.rule} of {table.into}, "
         f"which has {count} rows"
     )
 
@@ -221,8 +222,10 @@ def checked_outs(
 def facts_of(index: Any) -> IndexFacts:
     """Return the facts about an index table."""
     count = len(index)
-    if not count:
+    if not index.size:
         return IndexFacts(0, -1, True)
+    if index.ndim > 1:
+        return IndexFacts(int(index.min()), int(index.max()), False)
     if count <= _FEW:
         values = index.tolist()
         return IndexFacts(min(values), max(values), all(value < k for k, value in enumerate(values)))

@@ -32,8 +32,11 @@ class _Rows:
             entries[...] = value
 
 
-def _row_or(table: _Rows, k: int, start: Any) -> Any:
-    return table[k] if 0 <= k < len(table.array) else start
+def _row_or(table: _Rows, k: Any, start: Any) -> Any:
+    numbers = k if isinstance(k, tuple) else (k,)
+    if not all(0 <= number < size for number, size in zip(numbers, table.array.shape, strict=False)):
+        return start
+    return table[tuple(int(np.asarray(number).flat[0]) for number in numbers)]  # computed numbers are arrays of one
 
 
 def _add_to(table: _Rows, k: Any, row: Any) -> None:
@@ -79,7 +82,7 @@ def evaluate_loops(
     for first in range(0, count, max(step, 1)):
         chosen = slice(first, first + step)
         arguments = [
-            operand.tolist() if table.is_index else _argument(table, operand, chosen)
+            _argument(table, operand, chosen) if not table.is_index else operand if table.shape else operand.tolist()
             for table, operand in zip(definition.parameters, flat, strict=True)
         ]
         outs = [

@@ -46,7 +46,9 @@ class Table(NamedTuple):
     def shape_text(self) -> str:
         """The documented shape, ``(..., n, 6)``; index tables have no leading axes."""
         sizes = [*self.lengths, *map(str, self.shape)]
-        return f"({sizes[0]},)" if self.is_index else f"({', '.join(['...', *sizes])})"
+        if self.is_index:
+            return f"({', '.join(sizes)})" if self.shape else f"({sizes[0]},)"
+        return f"({', '.join(['...', *sizes])})"
 
 
 class Part(NamedTuple):

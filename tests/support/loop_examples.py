@@ -269,6 +269,13 @@ def solved(a, b):
     return each(lambda row, k, value: value / pick(row, k, 0), matrix, numbers, right)
 
 
+@kernel(moves=array(PGA3.DIRECTION, "m", shared=True), samples=index("n", 3, into="m"), x=array(SCALAR, "m"))
+def triples(moves, samples, x):
+    """Sums of triples of directions, and sums of numbers over the first and last of each triple."""
+    firsts = each(lambda a: a + 1, gather(x, samples[0]))
+    return each(lambda a, b, c: a + 2 * b + c / 2, *gather(moves, samples)), scatter(firsts, samples[2], x)
+
+
 # Hard to print.
 
 
@@ -484,6 +491,7 @@ EXAMPLES = (
     chosen,
     bounded,
     solved,
+    triples,
 )
 NAMES = tuple(definition.name for definition in EXAMPLES)
 HARD = (
@@ -563,7 +571,9 @@ def arguments(
             rule = rules[table.name]
             lowest = -1 if "-1" in rule else 0
             last = [k if "earlier" in rule else lengths[table.into] for k in range(lengths[length])]
-            found[table.name] = np.array([rng.integers(lowest, end) for end in last], np.int64)
+            shape = shape_of(table, lengths)
+            values = [rng.integers(lowest, end) for end in last for _ in range(table.size)]
+            found[table.name] = np.array(values, np.int64).reshape(shape)
         else:
             axes = () if table.shared else leading
             found[table.name] = np.asarray(rng.uniform(0.5, 1.5, axes + shape_of(table, lengths)), dtype)
