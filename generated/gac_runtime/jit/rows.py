@@ -118,19 +118,25 @@ def _put(table: Any, k: Any, row: Any) -> None:
     """Write row k of a table, or a whole table."""
 
 
+def _numbers_in(k: Any) -> tuple[str, str]:
+    """Return the condition that a row with the number or the numbers `k` exists, and the text of the numbers."""
+    numbers = [f"k[{j}]" for j in range(len(k))] if isinstance(k, types.BaseTuple) else ["k"]
+    within = " and ".join(f"0 <= {number} < table.shape[{j}]" for j, number in enumerate(numbers))
+    return within, ", ".join(f"int({number})" for number in numbers)
+
+
 @_meaning(_row_or)
 def _typed_row_or(table: Any, k: Any, start: Any) -> Any:
-    row = "table[k]"
+    within, place = _numbers_in(k)
+    row = f"table[{place}]"
     if isinstance(start, types.BaseTuple):
-        row = f"({''.join(f'table[k, {j}], ' for j in range(len(start)))})"
-    return _made("def run(table, k, start):", f"    return {row} if 0 <= k < table.shape[0] else start")
+        row = f"({''.join(f'table[{place}, {j}], ' for j in range(len(start)))})"
+    return _made("def run(table, k, start):", f"    return {row} if {within} else start")
 
 
 @_meaning(_add_to)
 def _typed_add_to(table: Any, k: Any, row: Any) -> Any:
-    numbers = [f"k[{j}]" for j in range(len(k))] if isinstance(k, types.BaseTuple) else ["k"]
-    within = " and ".join(f"0 <= {number} < table.shape[{j}]" for j, number in enumerate(numbers))
-    place = ", ".join(numbers)
+    within, place = _numbers_in(k)
     lines = [f"    if {within}:"]
     if isinstance(row, types.BaseTuple):
         lines += [f"        table[{place}, {j}] += row[{j}]" for j in range(len(row))]
@@ -154,8 +160,12 @@ def _typed_put(table: Any, k: Any, row: Any) -> Any:
         if not isinstance(row, types.BaseTuple):
             return _made("def run(table, k, row):", "    table[:] = row")
         places = [f"table[{j}]" for j in range(len(row))]
-    elif isinstance(k, types.BaseTuple):
+    elif isinstance(k, types.BaseTuple) and not len(k):
         places = ["table[0]"]
+    elif isinstance(k, types.BaseTuple):
+        place = ", ".join(f"k[{j}]" for j in range(len(k)))
+        places = [f"table[{place}, {j}]" for j in range(len(row))] if isinstance(row, types.BaseTuple) else []
+        places = places or [f"table[{place}]"]
     else:
         places = [f"table[k, {j}]" for j in range(len(row))] if isinstance(row, types.BaseTuple) else ["table[k]"]
     values = [f"row[{j}]" for j in range(len(row))] if isinstance(row, types.BaseTuple) else ["row"]
