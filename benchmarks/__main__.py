@@ -22,6 +22,7 @@ PAGES = {
     "grasping-speed": "grasping",
     "growth": "growth",
     "learning-speed": "learning",
+    "loop-speed": "loops",
     "mapping-speed": "mapping",
     "numba": "chain",
     "operation-counts": "counts",
