@@ -1,7 +1,7 @@
-"""Run under the address and undefined-behaviour sanitizers: every kernel of a module on arrays of every kind.
+"""Run under the address and undefined-behaviour sanitizers: every kernel of modules on arrays of every kind.
 
-``python sanitized.py FOLDER MODULE ROUNDS`` imports the module from the folder, where its library was built with the
-sanitizers; they end the process at the first access out of bounds.
+``python sanitized.py FOLDER ROUNDS MODULE...`` imports the modules from the folder, where their library was built with
+the sanitizers; they end the process at the first access out of bounds.
 """
 
 import importlib.util
@@ -92,8 +92,12 @@ def main(folder: str, name: str, rounds: int) -> None:
                     out = np.empty((*result.shape, 2), dtype)[..., random.integers(2)]
                     kernel(*arrays, out=out)
                 count += 1
-    print(count, "calls")
+    print(name, count, "calls", flush=True)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], sys.argv[2], int(sys.argv[3]))
+    # Modules find their runtime in this folder. The extension is compiled by the command that the environment names.
+    sys.path.insert(0, sys.argv[1])
+    importlib.import_module("gac_runtime.build").build_extension(Path(sys.argv[1]))
+    for name in sys.argv[3:]:
+        main(sys.argv[1], name, int(sys.argv[2]))
