@@ -61,13 +61,9 @@ def without_known_loops(text: str, earlier: set[tuple[str, ...]]) -> str:
                 uses[f"for form {preparing}"] = f"SAME_{name}_{form}"
             for way, of in uses.items():
                 parts |= {(way, *part) for part in re.findall(r"(\w+)\(\d+, \d+(.*?)\)", lists[of])}
-        if not parts <= earlier:
-            earlier.update(parts)
-            return found[0]
-        return (
-            f"void NAME({found[1]}_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)"
-            " { (void)args, (void)dimensions, (void)steps; }"
-        )
+        is_known = parts <= earlier
+        earlier.update(parts)
+        return "" if is_known else found[0]
 
     return STRAIGHT.sub(kernel, joined)
 
