@@ -59,7 +59,7 @@ PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
     "motors": ("algorithms/motors", ("test_motors", "test_determined")),
     "subspaces": ("algorithms/subspaces", ("subspaces/test_*",)),
     "geometry": ("algorithms/geometry", ("geometry/test_*",)),
-    "vision": ("algorithms/vision", ("test_vision*", "test_hand_eye*")),
+    "vision": ("algorithms/vision", ("vision/test_*",)),
     "estimation": (
         "algorithms/estimation",
         (
