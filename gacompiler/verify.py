@@ -19,7 +19,7 @@ from .ir.interpret import Tape
 from .ir.procedure import Procedure
 from .ir.program import Program
 from .ir.uniform import joined
-from .passes.accuracy import ulps, without_rounding
+from .passes.accuracy import ERROR_POINTS, ulps, without_rounding
 from .passes.prove import Truth, truths
 from .passes.samples import sample
 from .program_text import difference_of_program, without_names
@@ -60,8 +60,6 @@ class Verdict:
         return not self.python and not self.c and not self.error > LARGEST_ERROR
 
 
-POINTS = 16
-"""Number of random elements at which the error of code is measured."""
 LARGEST_ERROR = 1e6
 """The largest accepted error in ulp; a wrong sign gives an error of 1e15."""
 
@@ -175,7 +173,7 @@ def _difference(found: Read, record: Compiled, known: Sequence[Truth]) -> str:
 def _error_of(run: Any, record: Compiled) -> float:
     """Return the largest error in ulp of a generated function on random elements, relative to the exact program."""
     program, random = record.source.program, Random(6)
-    points = [sample(record.kernel, random, near_one=True) for _ in range(POINTS)]
+    points = [sample(record.kernel, random, near_one=True) for _ in range(ERROR_POINTS)]
     arrays = [
         np.array([[float(point[name]) for name in a.components] for point in points]).reshape((len(points), *a.shape))
         for a in program.arguments
