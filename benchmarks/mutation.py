@@ -53,7 +53,7 @@ PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
     "backends": ("gacompiler/backends", ("test_backends", "test_targets", "test_values", "test_no_arguments")),
     "gac_runtime": (
         "generated/gac_runtime",  # the copy that the tests of generated modules use
-        ("test_one_call", "test_kernel_calls", "test_backend_calls", "test_no_arguments", "test_values"),
+        ("gac_runtime/test_*", "test_one_call", "test_kernel_calls", "test_backend_calls", "test_values"),
     ),
     "generation": ("gacompiler/generation", ("test_generate", "test_kernel_key", "test_compile_cache")),
     "motors": ("algorithms/motors", ("test_motors", "test_determined")),
@@ -67,10 +67,7 @@ PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
             *("test_body_eye", "test_wrong_tracks", "test_clocks", "test_tracking", "test_tracking_simulation"),
         ),
     ),
-    "kinematics": (
-        "algorithms/kinematics",
-        ("test_kinematics*", "test_dynamics", "test_inverse*", "test_urdf", "test_robots*", "test_hands"),
-    ),
+    "kinematics": ("algorithms/kinematics", ("kinematics/test_*", "robots/test_*")),
 }
 """Source folder, and the test files (patterns) of each package."""
 
