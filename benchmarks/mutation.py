@@ -48,7 +48,7 @@ EQUIVALENT = ROOT / "benchmarks" / "mutation_equivalent.txt"
 
 PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
     "rings": ("gacompiler/rings", ("rings/test_*", "test_equations", "test_optimiser", "test_symbolic")),
-    "passes": ("gacompiler/passes", ("test_passes", "test_optimiser", "test_prove", "test_uniform", "test_why")),
+    "passes": ("gacompiler/passes", ("passes/test_*", "test_prove", "test_loop_specs", "test_loops", "test_functions")),
     "algebra": ("gacompiler/algebra", ("algebra/test_*", "test_inverses", "test_one_vocabulary", "test_pickling")),
     "backends": ("gacompiler/backends", ("test_backends", "test_targets", "test_values", "test_no_arguments")),
     "gac_runtime": (
