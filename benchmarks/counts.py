@@ -30,8 +30,6 @@ LIMIT = 20.0
 _HEADER = (
     "expression", "definition", "mul", "add", "others", "FMA", "as written", "published", "kingdon", "ms", "kingdon ms",
 )  # fmt: skip
-_COUNTED = 8
-"""Number of columns that depend only on the compiler; the others are measured."""
 _MISSING = "–"
 
 
@@ -111,13 +109,13 @@ def count_cells(each: Known, record: Compilation) -> tuple[str, ...]:
 
 
 def table_cells(text: str) -> dict[str, tuple[str, ...]]:
-    """Return the same cells of every row of a page, by name."""
+    """Return the cells of every row of a page, by name: those of `count_cells`, kingdon's count and times."""
     rows = [
         tuple(cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1])
         for line in text.splitlines()
         if line[:1] == "|"
     ]
-    return {row[0]: row[:_COUNTED] for row in rows if len(row) == len(_HEADER) and row[0] in known()}
+    return {row[0]: row for row in rows if len(row) == len(_HEADER) and row[0] in known()}
 
 
 def page(rows: Sequence[Row], limit: float) -> str:

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from .backends import as_printed
 from .ir.program import Program
 from .passes.prove import Truth, disagreement, program_reader, read
+
+
+def without_names(programs: Iterable[Program]) -> list[Program]:
+    """Return programs without the names of results, in which the texts of two languages differ."""
+    return [replace(each, results=tuple(replace(result, name="") for result in each.results)) for each in programs]
 
 
 def difference_of_program(text: Program, program: Program, known: Sequence[Truth]) -> str:

@@ -17,11 +17,12 @@ from .frontend.kernel import trace
 from .generation.compiled import Compiled, CompiledLoops
 from .ir.interpret import Tape
 from .ir.procedure import Procedure
+from .ir.program import Program
 from .ir.uniform import joined
 from .passes.accuracy import ERROR_POINTS, ulps, without_rounding
 from .passes.prove import Truth, truths
 from .passes.samples import sample
-from .program_text import difference_of_program
+from .program_text import difference_of_program, without_names
 from .verify_loops import error_of_loops, loops_difference, part_truths
 
 
@@ -103,13 +104,20 @@ def verify_kernel(
     kernel, program = record.kernel, record.source.program
     known = truths(kernel, trace(kernel).expressions, record.slots, program)
     name = kernel.name
+    in_python, in_c = "is not in the Python text", "is not in the C text"
+    if name in python:
+        in_python = _difference(python[name], record, known)
+    if name in c:
+        # Both texts are usually one program, which is evaluated once.
+        is_known = name in python and _functions(python[name]) == _functions(c[name])
+        in_c = in_python if is_known else _difference(c[name], record, known)
     error, runs_on = float("nan"), ""
     if run is not None:
         error, runs_on = _error_of(run, record), backend
     return Verdict(
         name,
-        _difference(python[name], record, known) if name in python else "is not in the Python text",
-        _difference(c[name], record, known) if name in c else "is not in the C text",
+        in_python,
+        in_c,
         error,
         runs_on,
         len(known),
@@ -132,15 +140,21 @@ def verify_loops(
     """
     name, known = record.kernel.name, part_truths(record)
     all_truths = [truth for each in known for truth in each]
+    in_python = loops_difference(python.get(name), record, known)
+    proved = () if in_python else python[name].programs
     return Verdict(
         name,
-        loops_difference(python.get(name), record, known),
-        loops_difference(c.get(name), record, known, lambda procedure: named_in_c(procedure)[0]),
+        in_python,
+        loops_difference(c.get(name), record, known, lambda procedure: named_in_c(procedure)[0], proved),
         float("nan") if run is None else error_of_loops(run, record),
         "" if run is None else backend,
         len(all_truths),
         all(truth.is_exact for truth in all_truths),
     )
+
+
+def _functions(found: Read) -> list[Program]:
+    return without_names([found.program, *(joined(form, found.program) for form in found.forms)])
 
 
 def _difference(found: Read, record: Compiled, known: Sequence[Truth]) -> str:

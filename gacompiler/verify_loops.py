@@ -20,7 +20,7 @@ from .passes.loop_accuracy import largest, results_ulps, without_rounding
 from .passes.loop_samples import Case, Rows, in_doubles
 from .passes.prove import Truth, truths
 from .passes.prove_loops import LENGTHS, procedure_difference
-from .program_text import difference_of_program
+from .program_text import difference_of_program, without_names
 
 POINTS = 11
 """Size of the batch that is run: larger than the number of vector lanes, and not a multiple of it."""
@@ -64,6 +64,7 @@ def loops_difference(
     record: CompiledLoops,
     known: Sequence[Sequence[Truth]],
     renamed: Callable[[Procedure], Procedure] = lambda procedure: procedure,
+    proved: Sequence[Program] = (),
 ) -> str:
     """Describe how a procedure that was read from a text differs from the definition; empty if they are equal.
 
@@ -76,13 +77,15 @@ def loops_difference(
         The result of `part_truths`.
     renamed : callable
         Function that returns a procedure with the names that it has in the text.
+    proved : sequence of Program
+        The programs of another text in which no difference was found.
     """
     own = record.source.procedure
     if found is None:
         return "is not there"
     printed = renamed(own)
     difference = _other_tables(found.tables, printed.tables) or _other_statements(found.body, printed.body)
-    if difference:
+    if difference or (proved and without_names(found.programs) == without_names(proved)):
         return difference
     pairs = zip(_applies(found), _applies(own), known, strict=True)
     for printed_apply, compiled, points in pairs:

@@ -23,7 +23,7 @@ from gacompiler.algebra.coefficients import EXACT, divide, is_zero, scalar_funct
 from gacompiler.algebra.duality import dual, polarity, regressive_product, undual
 from gacompiler.algebra.meanings import MEANINGS
 from gacompiler.algebra.multivector import Multivector
-from gacompiler.algebra.versors import inverse, norm, norm_squared, normalize, sandwich
+from gacompiler.algebra.versors import determinant, inverse, norm, norm_squared, normalize, sandwich
 from gacompiler.errors import AlgebraError, GacError, InexactError, OperandError
 from gacompiler.ir.scalar import Graph
 from gacompiler.rings.polynomial import PolynomialRing
@@ -322,6 +322,7 @@ def test_inverse_in_six_dimensions_by_recursion() -> None:
     x = 3 + algebra.multivector({"w1": 1, "w2v2": 1, "w12v13": 2, "v3": 1, "w123": 1})
     assert (x * ~x).grades != (0,)
     assert x * inverse(x) == 1
+    assert determinant(algebra.scalar(2)) == 2**8
 
 
 @pytest.mark.parametrize(

@@ -135,6 +135,7 @@ def test_delta_product_of_subspaces() -> None:
     assert delta_product(a, b).grades == (2,)
     joined, met = join_and_meet(a, b)
     assert joined.grades[0] - met.grades[0] == 2
+    assert delta_product(*GRASSMANN.basis()[:2]).grades == (2,)
     assert not delta_product(GRASSMANN.basis()[0], GRASSMANN.basis()[0]).terms
 
 
@@ -193,6 +194,7 @@ def test_factors_of_floats_in_any_unit(size: float) -> None:
         orthogonal(4).multivector({"1": 1, "e1e2e3e4": 2}),
         orthogonal(6).multivector({"1": 1, "e1e2": 1, "e3e4": 1}),
         PGA3.multivector({"1": 1, "e0123": 1}),
+        CGA3.multivector({"e1": 0.6, "e2": -0.2, "e3": 0.7, "e0": 1.0, "einf": (0.6**2 + 0.2**2 + 0.7**2) / 2}),
         VGA3.scalar(0),
     ],
     ids=str,
@@ -217,6 +219,7 @@ def test_kinds() -> None:
     for element, kind, k, is_versor, is_null in cases:
         found = classify(element)
         assert (found.kind, found.grade, found.is_versor, found.is_null) == (kind, k, is_versor, is_null), element
+    assert [classify(element).is_odd for element in (e1, e1 ^ e2, e1 + 1)] == [True, False, False]
     floats = (0.3 * e1 + 0.1 * e2) * (e1 + 0.7 * e3 - 0.2 * e0) * (0.9 * e1 + e2)
     assert classify(floats).kind is Kind.VERSOR
     assert classify(floats + 1e-3 * (e1 ^ e2 ^ e0)).kind is Kind.GENERAL
@@ -265,6 +268,8 @@ def test_splits_of_floats_in_any_unit(size: float) -> None:
 def test_bivectors_without_a_split_are_rejected() -> None:
     with pytest.raises(AlgebraError, match="same square"):
         split_bivector(orthogonal(4).multivector({"e1e2": 1, "e3e4": 1}))
+    with pytest.raises(AlgebraError, match="complex squares"):
+        split_bivector(orthogonal(2, 2).multivector({"e1e3": 1, "e2e4": 1, "e1e2": 1}))
     with pytest.raises(AlgebraError, match="three parts"):
         split_bivector(orthogonal(6).multivector({"e1e2": 1, "e3e4": 2, "e5e6": 3}))
     with pytest.raises(InexactError):

@@ -1,7 +1,4 @@
-"""Every notebook runs in a fresh kernel and prints its stored output; `make notebooks` stores outputs.
-
-`tests/peers/test_notebooks_peers.py` runs them with the libraries that they compare with.
-"""
+"""Every notebook runs in a fresh kernel and prints its stored output; `make notebooks` stores outputs."""
 
 from __future__ import annotations
 
@@ -23,7 +20,9 @@ from stored_notebooks import (  # noqa: E402
     ROOT,
     check_outputs,
     differences,
+    missing_peers,
     normalised,
+    peers_of,
     same_text,
 )
 
@@ -40,9 +39,20 @@ def outputs(notebook: Any) -> list[Any]:
     return [output for cell in notebook.cells for output in cell.get("outputs", [])]
 
 
-@pytest.mark.slow
-@each_notebook
+def compares(path: Path) -> bool:
+    """Whether a notebook compares with another library."""
+    return any(peers_of(cell) for cell in read(path).cells)
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(path, id=path.stem, marks=pytest.mark.peers if compares(path) else pytest.mark.slow)
+        for path in NOTEBOOKS
+    ],
+)
 def test_notebook_prints_its_stored_output(path: Path) -> None:
+    assert not missing_peers(read(path))
     check_outputs(path)
 
 
@@ -50,6 +60,7 @@ def test_there_are_eighteen_notebooks_and_the_readme_counts_them() -> None:
     assert len(NOTEBOOKS) == 18
     assert "| `notebooks` | eighteen " in (ROOT / "README.md").read_text()
     assert sum(path.stat().st_size for path in NOTEBOOKS) < ALL
+    assert sum(map(compares, NOTEBOOKS)) >= 8
 
 
 @each_notebook

@@ -373,7 +373,7 @@ def test_projections_of_kinds() -> None:
     line, plane = cga3.line_from_point_direction(p, d), cga3.plane_from_point_normal(p, normal)
     shadow = project("line", line, "plane", plane)
     flat = d - dot(d, normal)[:, None] * normal
-    close(np.cross(cga3.line_to_direction_moment(shadow)[0], flat), 0.0, 1e-10)
+    close(unit(cga3.line_to_direction_moment(shadow)[0]), unit(flat), 1e-9)
     close(distance("point", p, "line", shadow), 0.0, 1e-9)
     q = rng.normal(size=(n, 3))
     close(distance("point", q, "line", project("line", line, "point", q)), 0.0, 1e-10)

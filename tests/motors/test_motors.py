@@ -196,6 +196,7 @@ def test_splines_go_through_motors_with_continuous_velocity(rng: np.random.Gener
     up_to_sign(spline(times), given, 1e-13)
     t = np.linspace(times[0], times[-1], 200)
     up_to_sign(MotorSpline.through(times, given)(t), spline(t), 1e-13)
+    assert (np.einsum("ni,ni->n", spline(t)[:-1, :4], spline(t)[1:, :4]) > 0).all()
     for h, tolerance in ((1e-4, 3e-3), (1e-6, 3e-5)):
         close(velocity(spline, times[1:-1], h), velocity(spline, times[1:-1], -h), tolerance)
         close(velocity(spline, times[1:-1], h), spline.twists[1:-1], tolerance)

@@ -1,9 +1,10 @@
-"""Run under the address and undefined-behaviour sanitizers: every kernel of a module on arrays of every kind.
+"""Run under the address and undefined-behaviour sanitizers: kernels on arrays of every kind, and on other objects.
 
-``python sanitized.py FOLDER MODULE ROUNDS`` imports the module from the folder, where its library was built with the
-sanitizers; they end the process at the first access out of bounds.
+``python sanitized.py FOLDER ROUNDS MODULE...`` imports the modules from the folder, where their library was built with
+the sanitizers; they end the process at the first access out of bounds.
 """
 
+import ctypes
 import importlib.util
 import sys
 from pathlib import Path
@@ -11,10 +12,12 @@ from typing import Any
 
 import numpy as np
 
+JUNK = (None, "motor", b"", object(), [], [[1.0], [2.0, 3.0]], {}, 1j, np.array("x"), np.ones(3, bool), np.ones(3, "O"))
+
 
 def an_array(random: np.random.Generator, leading: tuple[int, ...], shape: tuple[int, ...], dtype: type) -> np.ndarray:
-    """Random numbers with strides of a random kind: dense, Fortran order, gaps, backwards, or one element for all."""
-    kind = random.integers(7)
+    """Random numbers of a random kind: dense, Fortran order, gaps, backwards, one element for all, not aligned."""
+    kind = random.integers(8)
     whole = (*leading, *shape)
     if kind == 0 and leading:
         kept = tuple(1 if random.integers(2) else n for n in leading)
@@ -38,7 +41,10 @@ def an_array(random: np.random.Generator, leading: tuple[int, ...], shape: tuple
                 far, whole, (*far.strides[:-1], *random.normal(size=shape).astype(dtype).strides)
             )
         )
-    return random.normal(size=whole).astype(dtype)
+    array = random.normal(size=whole).astype(dtype)
+    if kind == 5:
+        return np.frombuffer(b"\0" + array.tobytes(), np.uint8)[1:].view(dtype).reshape(whole)
+    return array.astype(array.dtype.newbyteorder()) if kind == 6 else array
 
 
 def leading_shape(random: np.random.Generator) -> tuple[int, ...]:
@@ -65,17 +71,20 @@ def call_with_loops(random: np.random.Generator, kernel: Any, leading: tuple[int
 
 
 def main(folder: str, name: str, rounds: int) -> None:
-    """Call every kernel `rounds` times."""
+    """Call every kernel that the library has `rounds` times."""
     spec = importlib.util.spec_from_file_location(name, Path(folder) / f"{name}.py")
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     spec.loader.exec_module(module)
     assert module.backend == "c", module.backend
+    library = ctypes.CDLL(str(Path(folder) / "all.so"))
     random = np.random.default_rng(1)
     count = 0
     with np.errstate(all="ignore"):
         for kernel in map(module.__dict__.__getitem__, module.kernels):
+            if isinstance(kernel, module.Kernel) and not hasattr(library, f"{name}_{kernel.name}_loop_f64"):
+                continue
             for _ in range(rounds):
                 dtype = (np.float64, np.float32)[random.integers(2)]
                 leading = leading_shape(random)
@@ -87,13 +96,29 @@ def main(folder: str, name: str, rounds: int) -> None:
                     an_array(random, leading if random.integers(3) else (), shape, dtype)
                     for shape in kernel.definition.shapes
                 ]
+                if arrays and random.integers(12) == 0:
+                    arrays[random.integers(len(arrays))] = JUNK[random.integers(len(JUNK))]
+                    try:
+                        kernel(*arrays)
+                    except (TypeError, ValueError) as error:
+                        assert str(error)
+                    continue
                 result = kernel(*arrays)
+                several = result if isinstance(result, tuple) else (result,)
+                assert all(
+                    np.shape(each)[np.ndim(each) - len(shape) :] == shape
+                    for each, shape in zip(several, kernel.definition.out_shapes, strict=True)
+                )
                 if random.integers(2) and len(kernel.definition.out_shapes) == 1 and isinstance(result, np.ndarray):
                     out = np.empty((*result.shape, 2), dtype)[..., random.integers(2)]
                     kernel(*arrays, out=out)
                 count += 1
-    print(count, "calls")
+    print(name, count, "calls", flush=True)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], sys.argv[2], int(sys.argv[3]))
+    # Modules find their runtime in this folder. The extension is compiled by the command that the environment names.
+    sys.path.insert(0, sys.argv[1])
+    importlib.import_module("gac_runtime.build").build_extension(Path(sys.argv[1]))
+    for name in sys.argv[3:]:
+        main(sys.argv[1], name, int(sys.argv[2]))

@@ -34,20 +34,16 @@ N = 6
 """Elements of a batch."""
 CASES = [
     "pga3.move_point m",  # a motor on a point
-    "pga3.move_point p",
     "vga3.rotate_vector r",  # sandwiches
     "cga3.move_sphere x",
     "pga3.join_three_points b",  # join and meet
-    "cga3.meet_spheres a",
     "pga3.motor_exponential b",  # functions, with branches
     "pga3.motor_logarithm m",
     "pga3.motor_power t",
-    "quaternion.exponential q",
     "quaternion.between_vectors a",
     "sta.rotor_exponential b",
     "pga3.even_inverse x",  # inverse and normalisation
     "pga3.normalize_motor x",
-    "vga3.normalize_vector v",
     "pga3.distance_point_line p",  # a number as result
 ]
 

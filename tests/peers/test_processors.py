@@ -29,10 +29,7 @@ FEATURES = "import numpy; print(*numpy.show_config(mode='dicts').get('SIMD Exten
 FOUND = " ".join(np.show_config(mode="dicts").get("SIMD Extensions", {}).get("found", []))
 MACHINES = {
     "Haswell": {"OPENBLAS_CORETYPE": "Haswell"},
-    "Prescott": {"OPENBLAS_CORETYPE": "Prescott"},
-    "Zen": {"OPENBLAS_CORETYPE": "Zen"},
-    "no vectors": {"NPY_DISABLE_CPU_FEATURES": FOUND},
-    "neither": {"NPY_DISABLE_CPU_FEATURES": FOUND, "OPENBLAS_CORETYPE": "Prescott"},
+    "Prescott without vectors": {"NPY_DISABLE_CPU_FEATURES": FOUND, "OPENBLAS_CORETYPE": "Prescott"},
 }
 
 

@@ -26,6 +26,7 @@ from algorithms.subspaces import (
     polarity,
     reduced_factors,
 )
+from algorithms.subspaces.index_tables import blade_table, blade_table_terms
 from algorithms.subspaces.loops import orthonormalize
 from gacompiler.algebra import duality, factorization, versors
 from gacompiler.algebra.algebra import Algebra
@@ -439,6 +440,11 @@ def test_bad_arguments_are_named(name: str) -> None:
     call, kind, words = BAD[name]
     with pytest.raises(kind, match=words):
         call()
+
+
+def test_the_size_of_a_table_is_known_before_it_is_made() -> None:
+    for n, grade in ((4, 2), (6, 3), (7, 2)):
+        assert blade_table_terms(n, grade) == len(blade_table(n, grade).left) > 0
 
 
 def test_the_benchmark_writes_its_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

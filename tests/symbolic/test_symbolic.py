@@ -131,6 +131,8 @@ def test_floats_are_short_fractions_or_kept() -> None:
     assert Expanded.of(2.5).expression == sympy.Rational(5, 2)
     assert Expanded.of(-100.25).expression == sympy.Rational(-401, 4)
     assert isinstance(Expanded.of(0.1).expression, sympy.Float)
+    x, y = sympy.symbols("x y")
+    assert (Expanded.of(0.1 * x + 0.1 * y) / Expanded.of(3 * x + 3 * y)).terms == {(): 0.1 / 3}
     assert float((Expanded.of(0.3 * X) / Expanded.of(0.1 * X)).expression) == pytest.approx(3.0, rel=1e-15)
     assert float((Expanded.of(0.3) / 0.1).expression) == pytest.approx(3.0, rel=1e-15)
 

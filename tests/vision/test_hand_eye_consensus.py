@@ -146,6 +146,13 @@ def test_screws_of_conjugate_motions_are_the_same() -> None:
     np.testing.assert_allclose(pitch, (along * np.sin(angle / 2) - beside * np.sin(other / 2)) / 2, atol=1e-12)
 
 
+def test_no_solution_that_few_data_agree_with_is_ok() -> None:
+    from algorithms.vision.hand_eye import _tested
+
+    ok, none = np.array([HandEyeStatus.OK]), np.array([False])
+    assert _tested(ok, np.zeros((1, 2)), np.ones(1), none, none) == [HandEyeStatus.INCONSISTENT]
+
+
 def test_the_point_that_motions_move_least() -> None:
     """Rotations about one point, by matrices: least squares of displacements, regularised towards the origin."""
     from algorithms.vision.hand_eye_noise import still_points
