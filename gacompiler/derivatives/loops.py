@@ -13,7 +13,8 @@ from ..frontend.kernel import Parameter
 from ..frontend.loop_trace import LoopTrace
 from ..frontend.loops import each
 from ..frontend.recorded import Record
-from ..frontend.recorder import Recorder, current
+from ..frontend.recorder import Recorder
+from ..frontend.recording import current
 from ..frontend.rows import Rows, leaves_of, nested
 from ..ir.procedure import Clear, Place, Row
 from ..passes.decide import layout_of

@@ -24,7 +24,8 @@ from ..ir.procedure import (
 from .kernel import ArrayOf, Kernel, Parameter
 from .loop_results import loop_results
 from .recorded import Compute, Record, Recorded
-from .recorder import Inference, Recorder, recording
+from .recorder import Inference, Recorder
+from .recording import recording
 from .rows import Index, IndexOf, Leaf, Rows, RowsOf, Unrolled, elements_of, leaves_of, like, nested
 
 

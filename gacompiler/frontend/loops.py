@@ -46,7 +46,8 @@ from .loop_bodies import (
 from .names import leaf_names, named_like, result_stems, stems_of
 from .operations import select
 from .recorded import Record, is_constant, targets_in
-from .recorder import Recorder, current, is_recording
+from .recorder import Recorder
+from .recording import current, is_recording
 from .rows import Index, Rows, Unrolled, leaves_of, like
 from .unrolled import (
     unrolled_accumulate,

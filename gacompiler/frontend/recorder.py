@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from contextvars import ContextVar
 from dataclasses import dataclass, field
 from math import prod
 from typing import Any, Protocol
@@ -174,8 +173,8 @@ class Recorder:
 
     def symbols(self, stems: Sequence[str], arrays: Sequence[Rows], row: Row = None) -> list[Any]:
         """Return the symbols of single rows, or of a given row of arrays; those with further axes are arrays."""
-        found = arrays if row is None else [rows.at(row) for rows in arrays]
-        return [self.row_symbol(stem, rows) for stem, rows in zip(stems, found, strict=True)]
+        pairs = zip(stems, arrays, strict=True)
+        return [self.row_symbol(stem, rows if row is None else rows.at(row)) for stem, rows in pairs]
 
     def source(self, symbol: Expression) -> Source:
         """Return the location of the value of a symbol.
@@ -387,8 +386,7 @@ class Recorder:
             self.compute([value for value, _ in single], [(rows.place, rows.leaf) for _, rows in single])
         arrays = [(value, rows) for value, rows in pairs if rows.order and value != rows]
         if {value.table for value, _ in arrays} & {rows.table for _, rows in arrays}:
-            layouts = [rows.leaf.layout for _, rows in arrays]
-            kept = [self.packed("kept", rows.lengths, [x], ())[0] for (_, rows), x in zip(arrays, layouts, strict=True)]
+            kept = [self.packed("kept", rows.lengths, [rows.leaf.layout], ())[0] for _, rows in arrays]
             self.store([value for value, _ in arrays], kept)
             arrays = [(value, rows) for value, (_, rows) in zip(kept, arrays, strict=True)]
         by_lengths: dict[tuple[str, ...], list[tuple[Rows, Rows]]] = {}
@@ -401,35 +399,3 @@ class Recorder:
                 found = self.symbols(own[: len(together)], [value for value, _ in together], Counter(counter))
                 self.store(found, [rows.at(Counter(counter)) for _, rows in together])
             self.append(Loop(counter, lengths[0], False, tuple(scope.statements)))
-
-
-_CURRENT: ContextVar[Recorder | None] = ContextVar("recorder", default=None)
-
-
-def is_recording() -> bool:
-    """Return whether a kernel with loops is being traced."""
-    return _CURRENT.get() is not None
-
-
-def current() -> Recorder:
-    """Return the recorder of the kernel that is being traced.
-
-    Raises
-    ------
-    KernelError
-        If no kernel with loops is being traced.
-    """
-    recorder = _CURRENT.get()
-    if recorder is None:
-        raise KernelError("a loop", "no kernel with loops is being traced", "a call inside the function of a kernel")
-    return recorder
-
-
-@contextmanager
-def recording(recorder: Recorder) -> Iterator[Recorder]:
-    """Make `recorder` the current recorder of loop functions."""
-    token = _CURRENT.set(recorder)
-    try:
-        yield recorder
-    finally:
-        _CURRENT.reset(token)

@@ -18,7 +18,8 @@ from .loops import fold, scan, total
 from .names import named_like
 from .operations import select
 from .recorded import Record
-from .recorder import Recorder, current
+from .recorder import Recorder
+from .recording import current
 from .rows import Rows, Unrolled, elements_of, leaves_of, like, same_structure, with_elements
 
 
