@@ -61,8 +61,7 @@ class Recorder:
         self.records: dict[str, Record] = {}
         self.indices: dict[str, Table] = {}
         self.scopes: list[Scope] = [Scope(0)]
-        self.numbers: set[str] = set()
-        """The tables that hold the numbers of their rows."""
+        self.numbers: set[str] = set()  # the tables that hold the numbers of their rows
         self._n_scopes = 1
         self._sources: dict[Expression, Source] = {}
         self._symbols: dict[Source, Expression] = {}
