@@ -7,11 +7,11 @@ too; in an array such elements are NaN.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from functools import cache, cached_property, partial, reduce
 from itertools import combinations
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from ..errors import AlgebraError, LayoutError
 from .arrays import MultivectorArray, from_exact, wrap
 from .checks import refuse, require_blade, require_finite
 from .poses import Poses
-from .spaces import Space, numbers, stacked
+from .spaces import Argument, M, Space, numbers, stacked
 
 
 class Form(NamedTuple):
@@ -106,13 +106,26 @@ class Given(NamedTuple):
         return f"numbers of shape {self.value.shape}" if self.axes else "a number"
 
 
-class Rigid(Poses, Space):
+class Rigid(Poses[M], Space[M]):
     """Common base of the spaces of algebras with points, rotors and translators."""
 
     _names: tuple[str, ...]
     """The blades of a direction, in the order of coordinates."""
     _direction_layout: Layout
     """The layout of directions that are joined with points."""
+
+    if TYPE_CHECKING:  # what each space defines
+        direction: Callable[..., Any]
+        coordinates: Callable[..., Any]
+        rotor: Callable[..., Any]
+        _kind: Callable[..., str]
+        _components: Callable[..., Any]
+        _spanned: Callable[..., Any]
+        _along: Callable[..., Any]
+        _translator: Callable[..., Any]
+        _rotate: Callable[..., Any]
+        _rotate_about: Callable[..., Any]
+        _screw: Callable[..., Any]
 
     @property
     def _d(self) -> int:
@@ -122,13 +135,13 @@ class Rigid(Poses, Space):
     def _origin(self) -> Any:
         return self.point(np.zeros(self._d))
 
-    def point(self, *coordinates: Any) -> Any:
+    def point(self, *coordinates: Argument[M]) -> M:
         """Create points from coordinates, or from an array with these along its last axis; also accepts points."""
         if len(coordinates) == 1 and isinstance(coordinates[0], MultivectorArray):
             return self._object("point", self._given("point", coordinates[0]))
         return self.of(self.algebra.POINT, *coordinates)
 
-    def line(self, *arguments: Any, direction: Any = None) -> Any:
+    def line(self, *arguments: Argument[M], direction: Argument[M] | None = None) -> M:
         """Create the line through two points, through a point along a direction, or from coefficients.
 
         Parameters
@@ -154,11 +167,13 @@ class Rigid(Poses, Space):
             arguments = arguments[0], self._along_coordinates(arguments[1])
         return self._construct("line", arguments)
 
-    def translator(self, *coordinates: Any) -> Any:
+    def translator(self, *coordinates: Argument[M]) -> M:
         """Create the translator by coordinates or by a direction."""
         return self._construct("translator", (self._shift("translator", coordinates),))
 
-    def random_motor(self, shape: int | tuple[int, ...] = (), spread: float = 1.0, generator: Any = None) -> Any:
+    def random_motor(
+        self, shape: int | tuple[int, ...] = (), spread: float = 1.0, generator: np.random.Generator | int | None = None
+    ) -> M:
         """Generate random motors with uniform rotations and signs, and normally distributed translations.
 
         Parameters

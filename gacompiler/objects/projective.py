@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import warnings
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -15,23 +15,26 @@ from ..algebra.catalog import PGA2 as _PGA2
 from ..algebra.catalog import PGA3 as _PGA3
 from ..algebra.layout import Layout
 from ..errors import LayoutError
-from .arrays import MultivectorArray
+from ..gac_runtime.annotations import Array
 from .checks import refuse, require_blade
 from .constructors import Rigid, given_of
 from .definitions import normalize_of
-from .spaces import define, unit
+from .spaces import Argument, M, define, unit
+
+if TYPE_CHECKING:
+    from .names import Pga2Space, Pga3Space
 
 
-class Projective(Rigid):
+class Projective(Rigid[M]):
     """Common base of the projective plane and projective space."""
 
     _weight: str
 
-    def direction(self, *coordinates: Any) -> Any:
+    def direction(self, *coordinates: Argument[M]) -> M:
         """Create directions (points at infinity) from coordinates, or an array with these along its last axis."""
         return self.of(self.algebra.DIRECTION, *coordinates)
 
-    def coordinates(self, points: MultivectorArray) -> Any:
+    def coordinates(self, points: M) -> Array:
         """Return the coordinates of points with nonzero weight, along the last axis."""
         w = np.asarray(points[self._weight])
         if np.any(w == 0):
@@ -64,16 +67,16 @@ def _kind_of(layout: Layout) -> str:
     return names[grade] if grade < n else "multivector"
 
 
-class PlaneProjective(Projective):
+class PlaneProjective(Projective[M]):
     """The plane, G(2, 0, 1): lines are vectors, points are bivectors."""
 
     _names, _weight, _direction_layout = ("e20", "e01"), "e12", _PGA2.DIRECTION
 
-    def rotor(self, angle: Any, centre: Any = None) -> Any:
+    def rotor(self, angle: Argument[M], centre: Argument[M] | None = None) -> M:
         """Create the rotor by an angle in radians, counterclockwise, about a point, by default the origin."""
         return self._construct("rotor", (angle,) if centre is None else (angle, centre))
 
-    def motor(self, angle: Any, *translation: Any) -> Any:
+    def motor(self, angle: Argument[M], *translation: Argument[M]) -> M:
         """Create the motor that rotates about the origin by an angle in radians, and then translates by x and y."""
         return self._construct("motor", (angle, self._shift("motor", translation)) if translation else (angle,))
 
@@ -88,12 +91,12 @@ class PlaneProjective(Projective):
         return self._make(_ROTATE2, self._origin if centre is None else centre, angle)
 
 
-class SpaceProjective(Projective):
+class SpaceProjective(Projective[M]):
     """Space, G(3, 0, 1): planes are vectors, lines bivectors, points trivectors."""
 
     _names, _weight, _direction_layout = ("e032", "e013", "e021"), "e123", _PGA3.DIRECTION
 
-    def plane(self, normal: Any, distance: Any = None, *others: Any) -> Any:
+    def plane(self, normal: Argument[M], distance: Argument[M] | None = None, *others: Argument[M]) -> M:
         """Create a plane from a normal and a distance, through three points, or through a line and a point.
 
         The normal may have any nonzero length; the distance from the origin is measured along it. The four coefficients
@@ -106,7 +109,7 @@ class SpaceProjective(Projective):
         warnings.warn("PGA3.motor_from_matrix is now from_matrix", DeprecationWarning, stacklevel=2)
         return self.from_matrix(matrix)
 
-    def rotor(self, axis: Any, angle: Any, centre: Any = None) -> Any:
+    def rotor(self, axis: Argument[M], angle: Argument[M], centre: Argument[M] | None = None) -> M:
         """Create the motor that rotates about a line by an angle in radians, by the right-hand rule.
 
         The line may have any nonzero weight. Alternatively, `axis` is a direction of any nonzero length, and the axis
@@ -114,7 +117,14 @@ class SpaceProjective(Projective):
         """
         return self._construct("rotor", given_of(axis, angle, centre))
 
-    def motor(self, axis: Any, angle: Any, *shift: Any, distance: Any = None, translation: Any = None) -> Any:
+    def motor(
+        self,
+        axis: Argument[M],
+        angle: Argument[M],
+        *shift: Argument[M],
+        distance: Argument[M] | None = None,
+        translation: Argument[M] | None = None,
+    ) -> M:
         """Create the screw motion about a line by an angle, and along the line by a distance, by default 0.
 
         Parameters
@@ -191,5 +201,5 @@ _SCREW = define(
     'ga.exp(-angle / 2 * axis) * (1 + distance / 2 * (axis * {A}.multivector({"e0123": 1})))', unit=True,
 )  # fmt: skip
 
-PGA2 = PlaneProjective(_PGA2)
-PGA3 = SpaceProjective(_PGA3)
+PGA2 = cast("Pga2Space", PlaneProjective(_PGA2))
+PGA3 = cast("Pga3Space", SpaceProjective(_PGA3))
