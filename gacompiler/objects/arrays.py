@@ -38,7 +38,7 @@ from .methods import Engine, Operations, curried, run_by
 from .native import extension, extension_is_settled
 from .normalizing import normalized
 from .numpy_functions import NumpyFunctions
-from .operators import Operator, chosen_layout, layout_of, operator_of
+from .operators import OBSERVERS, Operator, chosen_layout, layout_of, operator_of
 from .printing import latex_of, repr_of, text_of
 from .scalars import ScalarMethods
 from .tables import table_of
@@ -737,6 +737,9 @@ def apply(definition: Definition, *operands: Any) -> Any:
     OperandError
         If an operand is a list, or an array where one of numbers has no use but one of coordinates would have.
     """
+    known = _PACKED.get((id(definition), *map(type, operands)))
+    if known is not None and not OBSERVERS:
+        return known.call(known.holder(*_flat(operands)))
     algebra = definition.algebra
     refused = (list, tuple, np.ndarray) if definition in _OF_MULTIVECTORS else (list, tuple)
     for each in operands:
@@ -759,7 +762,56 @@ def apply(definition: Definition, *operands: Any) -> Any:
     if table is not None:
         return wrap(table.result, table.product(*(values for _, values in lifted)))
     found = operator_of(definition, layouts)
+    if found.native is not None:
+        _pack(definition, operands, layouts, found)
     return wrap(found.result, found([values for _, values in lifted]))
+
+
+class _Packed(NamedTuple):
+    """An operation on single elements and numbers, whose coefficients are passed together."""
+
+    holder: Any
+    """The type of the extension that holds the coefficients of all operands."""
+    call: Callable[[Any], Any]
+    """Takes an object of this type."""
+    definition: Definition
+    """Kept alive, since the key has its identity."""
+
+
+_PACKED: dict[tuple[Any, ...], _Packed] = {}
+"""By the identity of the definition and the types of the operands."""
+_HOLDERS: dict[int, Any] = {}
+"""Types of holders by their number of coefficients."""
+
+
+def _flat(operands: tuple[Any, ...]) -> list[float]:
+    numbers: list[float] = []
+    for x in operands:
+        if type(x) is float or type(x) is int:
+            numbers.append(x)
+        else:
+            numbers += memoryview(x).tolist()
+    return numbers
+
+
+def _pack(definition: Definition, operands: tuple[Any, ...], layouts: tuple[Layout, ...], found: Operator) -> None:
+    """Let operations on operands of these types, single elements and Python's numbers, call the compiled function."""
+    types = tuple(map(type, operands))
+    native = found.native
+    if native is None or not all(t is float or t is int or _is_single(t) for t in types):
+        return
+    result = Scalar if found.result.is_scalar else single_type(found.result)
+    if result is None:
+        return
+    size = sum(1 if layout.is_scalar else layout.size for layout in layouts)
+    if size not in _HOLDERS:
+        names = tuple(f"_{k}" for k in range(size))
+        holder: Any = type("Operands", (extension().Value,), {"__slots__": (), "_names": names})
+        holder._adopt(_next_index(), names, operate, _coefficients, None)
+        _HOLDERS[size] = holder
+    role = role_type(definition, None)
+    extension().bind_operator("()", (role, _HOLDERS[size]), result, native.packed, False)
+    _PACKED[id(definition), *types] = _Packed(_HOLDERS[size], role(), definition)
 
 
 _OF_MULTIVECTORS = frozenset(

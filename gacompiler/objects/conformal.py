@@ -7,7 +7,6 @@ rounds have a negative squared radius.
 
 from __future__ import annotations
 
-from functools import cache
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -18,6 +17,7 @@ from ..algebra.layout import Layout
 from ..errors import AlgebraError, LayoutError
 from ..gac_runtime.annotations import Array, Real
 from .arrays import MultivectorArray
+from .caches import cached_by_name
 from .checks import refuse, require_blade
 from .constructors import Rigid, given_of, round_arguments
 from .operators import layout_of
@@ -56,7 +56,7 @@ _SCREW = define(
 )  # fmt: skip
 
 
-@cache
+@cached_by_name
 def _kind_of(layout: Layout) -> str:
     """Return the geometric kind of elements of a layout; vectors may be points, circles and spheres may be flat."""
     algebra = layout.algebra
@@ -207,6 +207,7 @@ class SpaceConformal(Conformal[M]):
     """Space, G(4, 1)."""
 
     _names = ("e1", "e2", "e3")
+    _along_names = ("e10inf", "e20inf", "e30inf")
     _direction_layout = layout_of(_CGA3, _CGA3.blades(1)[:3])
 
     def sphere(
@@ -336,7 +337,7 @@ class SpaceConformal(Conformal[M]):
         return x if x.layout == _CGA3.LINE else x.as_layout(_CGA3.LINE)
 
     def _along(self, line: Any) -> Any:
-        return np.stack(np.broadcast_arrays(*(np.asarray(line[f"e{k}0inf"]) for k in (1, 2, 3))), -1)
+        return np.stack(np.broadcast_arrays(*(np.asarray(line[name]) for name in self._along_names)), -1)
 
 
 CGA2 = cast("Cga2Space", PlaneConformal(_CGA2))

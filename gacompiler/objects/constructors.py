@@ -7,6 +7,7 @@ too; in an array such elements are NaN.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from functools import cache, cached_property, partial, reduce
@@ -19,9 +20,9 @@ from ..algebra.layout import Layout
 from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, LayoutError
 from .arrays import MultivectorArray, from_exact, wrap
-from .checks import refuse, require_blade, require_finite
+from .checks import largest, refuse, require_blade, require_finite
 from .poses import Poses
-from .spaces import Argument, M, Space, numbers, stacked
+from .spaces import Argument, M, Space, numbers, of_floats, stacked
 
 
 class Form(NamedTuple):
@@ -86,6 +87,13 @@ def _forms(name: str, dimension: int) -> tuple[Form, ...]:
     return tuple(form for form in TABLE if form.constructor == name and form.dimension in (None, dimension))
 
 
+_KNOWN: dict[tuple[Any, ...], Form] = {}
+"""The form that was found for arguments that look alike."""
+_EXACT = 1 << 53
+"""Integers below are doubles."""
+_EPSILON = float(np.finfo(np.float64).eps)
+
+
 class SquaredRadius(NamedTuple):
     """A radius that was specified by its square."""
 
@@ -98,6 +106,11 @@ class Given(NamedTuple):
     kind: str
     value: Any
     axes: int
+
+    @property
+    def look(self) -> tuple[Any, ...]:
+        """What the choice of a form depends on."""
+        return self.kind, self.axes, self.value.shape[-1] if self.kind == "numbers" and self.axes else 0
 
     def text(self) -> str:
         """Return a description for error messages."""
@@ -122,6 +135,7 @@ class Rigid(Poses[M], Space[M]):
         _components: Callable[..., Any]
         _spanned: Callable[..., Any]
         _along: Callable[..., Any]
+        _along_names: tuple[str, ...]
         _translator: Callable[..., Any]
         _rotate: Callable[..., Any]
         _rotate_about: Callable[..., Any]
@@ -130,6 +144,10 @@ class Rigid(Poses[M], Space[M]):
     @property
     def _d(self) -> int:
         return len(self._names)
+
+    @cached_property
+    def _point_layout(self) -> Layout:
+        return self.algebra.POINT
 
     @cached_property
     def _origin(self) -> Any:
@@ -220,11 +238,14 @@ class Rigid(Poses[M], Space[M]):
         """Create an object by the first matching form of the table."""
         given = [self._given(name, each) for each in arguments]
         forms = _forms(name, self._d)
-        for form in forms:
-            if self._fits(form, given):
-                parts = self._parts(form, given)
-                made = getattr(self, form.builder)(name, *parts)
-                return require_finite(name, made, [each.value for each in given])
+        key = (type(self), name, *[each.look for each in given])
+        form = _KNOWN.get(key)
+        if form is None:
+            form = next((each for each in forms if self._fits(each, given)), None)
+        if form is not None:
+            _KNOWN[key] = form
+            made = getattr(self, form.builder)(name, *self._parts(form, given))
+            return require_finite(name, made, [each.value for each in given])
         raise LayoutError(
             f"{self.algebra.name}.{name}", f"({', '.join(each.text() for each in given)})",
             "coefficients, or objects to join: " * (name in ("line", "plane")) + " or ".join(f.text() for f in forms),
@@ -232,6 +253,8 @@ class Rigid(Poses[M], Space[M]):
         )  # fmt: skip
 
     def _given(self, name: str, x: Any) -> Given:
+        if type(x) is float or (type(x) is int and abs(x) < _EXACT):
+            return Given("numbers", float(x), 0)
         if isinstance(x, Multivector):
             x = from_exact(x)
         if isinstance(x, SquaredRadius):
@@ -239,7 +262,7 @@ class Rigid(Poses[M], Space[M]):
         if not isinstance(x, MultivectorArray):
             array = numbers(name, x)
             return Given("numbers", array, array.ndim)
-        if x.algebra != self.algebra:
+        if x.algebra is not self.algebra and x.algebra != self.algebra:
             found = f"multivectors of {self.algebra.name} and {x.algebra.name}"
             raise AlgebraError(name, found, "one algebra", "carry coordinates over by hand")
         return Given(self._kind(x), x, x.ndim + 1)
@@ -283,8 +306,8 @@ class Rigid(Poses[M], Space[M]):
             return getattr(self, role)(given.value)
         if given.kind != role:
             raise LayoutError(role, f"a {given.kind}", f"a {role}, or coordinates")
-        layout = self.algebra.POINT if role == "point" else self._direction_layout
-        if given.value.layout == layout:
+        layout = self._point_layout if role == "point" else self._direction_layout
+        if given.value.layout is layout or given.value.layout == layout:
             return given.value
         if role == "point":
             return self.point(self.coordinates(given.value))
@@ -294,6 +317,8 @@ class Rigid(Poses[M], Space[M]):
         """Convert a translation to a direction."""
         if len(coordinates) == 1 and isinstance(coordinates[0], MultivectorArray):
             return coordinates[0]
+        if all(type(x) is float or type(x) is int for x in coordinates) and len(coordinates) == self._d:
+            return self.direction(*coordinates)
         return self.direction(stacked(name, self._names, coordinates))
 
     def _flat(self, name: str, *parts: Any) -> Any:
@@ -301,18 +326,27 @@ class Rigid(Poses[M], Space[M]):
         made = self._spanned(*parts)
         if all(self._kind(each) == "point" for each in parts):
             return self._independent(name, made, parts)
+        if not made.shape:
+            return refuse(
+                name, made, not any(parts[-1].values.tolist()), "a direction of length 0", "a nonzero direction"
+            )
         is_zero = np.broadcast_to(np.all(parts[-1].values == 0, axis=-1), made.shape)
         return refuse(name, made, is_zero, "a direction of length 0", "a nonzero direction")
 
     def _independent(self, name: str, made: Any, points: Sequence[Any]) -> Any:
         """Return an object spanned by points, unless the points are degenerate."""
-        bad = _is_degenerate(points, 8 * float(np.finfo(made.values.dtype).eps))
+        is_double = made.values.dtype == np.float64
+        bad = _is_degenerate(points, 8 * (_EPSILON if is_double else float(np.finfo(made.values.dtype).eps)))
         words = ("coincide", "are on one line", "are in one plane")[len(points) - 2]
         return refuse(name, made, bad, f"points that {words}", f"points that span a {name.replace('_', ' ')}")
 
     def _axis(self, name: str, line: Any) -> Any:
         """Check that a line can be an axis, a blade that is not at infinity, and scale its direction to about 1."""
         require_blade(name, line)
+        if not line.shape and line.values.dtype == np.float64:
+            found, size = max(abs(getattr(line, each)) for each in self._along_names), largest(line.values)
+            if 8 * _EPSILON * size < found < math.inf:
+                return of_floats(line, [x / found for x in line.values.tolist()])
         weight = np.abs(self._along(line)).max(axis=-1)
         rounding = 8 * np.finfo(line.values.dtype).eps
         bad = weight <= rounding * np.abs(line.values).max(axis=-1, initial=0.0)

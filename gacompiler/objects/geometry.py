@@ -14,7 +14,7 @@ import numpy as np
 from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, LayoutError
 from ..gac_runtime.annotations import Array, Real
-from . import blades, explaining, motions, relations, shapes
+from . import blades, explaining, motions, quick, relations, shapes
 from .checks import require_blade
 from .definitions import BINARY
 from .methods import applied
@@ -72,6 +72,9 @@ class Geometry:
         AlgebraError
             If the distance is not defined, or has no closed form, as that of two circles in space.
         """
+        found = quick.distance(self, other)
+        if found is not None:
+            return found
         self._require_same("distance", other)
         return _number(relations.distance_of(self._shape("distance"), shapes.shape_of("distance", other)))
 
@@ -155,6 +158,9 @@ class Geometry:
         LayoutError
             If a single motor does not turn; in arrays such axes are NaN.
         """
+        found = quick.axis(self._elements)
+        if found is not None:
+            return found
         moved = self._moved_in_space("axis")
         turns = np.isfinite(moved.direction[..., 0])
         if not moved.angle.shape and not turns:

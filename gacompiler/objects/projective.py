@@ -6,7 +6,6 @@ Planes of space and lines of the plane are vectors; points are pseudovectors. ``
 from __future__ import annotations
 
 import warnings
-from functools import cache
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -16,6 +15,7 @@ from ..algebra.catalog import PGA3 as _PGA3
 from ..algebra.layout import Layout
 from ..errors import LayoutError
 from ..gac_runtime.annotations import Array
+from .caches import cached_by_name
 from .checks import refuse, require_blade
 from .constructors import Rigid, given_of
 from .definitions import normalize_of
@@ -46,7 +46,7 @@ class Projective(Rigid[M]):
 
     def _kind(self, x: Any) -> str:
         kind = _kind_of(x.layout)
-        if kind != "point" or x.layout == self.algebra.POINT:
+        if kind != "point" or x.layout is self._point_layout or x.layout == self._point_layout:
             return kind
         weight = np.asarray(x[self._weight])
         return "direction" if np.all(weight == 0) else "point" if np.all(weight != 0) else "mixed points and directions"
@@ -58,7 +58,10 @@ class Projective(Rigid[M]):
         return joined
 
 
-@cache
+_normalize_of = cached_by_name(normalize_of)
+
+
+@cached_by_name
 def _kind_of(layout: Layout) -> str:
     """Return the geometric kind of elements of a layout; points may be at infinity."""
     n, grades = layout.algebra.dimension, {blade.bit_count() for blade in layout.support}
@@ -95,6 +98,7 @@ class SpaceProjective(Projective[M]):
     """Space, G(3, 0, 1): planes are vectors, lines bivectors, points trivectors."""
 
     _names, _weight, _direction_layout = ("e032", "e013", "e021"), "e123", _PGA3.DIRECTION
+    _along_names = ("e23", "e13", "e12")
 
     def plane(self, normal: Argument[M], distance: Argument[M] | None = None, *others: Argument[M]) -> M:
         """Create a plane from a normal and a distance, through three points, or through a line and a point.
@@ -152,7 +156,9 @@ class SpaceProjective(Projective[M]):
 
     def _plane_at(self, name: str, normal: Any, distance: Any) -> Any:
         n = unit(name, normal).values
-        d = np.broadcast_to(-distance, np.broadcast_shapes(n.shape[:-1], distance.shape))[..., None]
+        if n.ndim == 1 and type(distance) is float:
+            return self.of(_PGA3.PLANE, *n.tolist(), -distance)
+        d = np.broadcast_to(-distance, np.broadcast_shapes(n.shape[:-1], np.shape(distance)))[..., None]
         return self.of(_PGA3.PLANE, np.concatenate([np.broadcast_to(n, (*d.shape[:-1], 3)), d], -1))
 
     def _plane_with(self, name: str, line: Any, point: Any) -> Any:
@@ -166,7 +172,7 @@ class SpaceProjective(Projective[M]):
 
     def _rotate(self, name: str, axis: Any, angle: Any, centre: Any = None) -> Any:
         line = (self._origin if centre is None else centre) & unit(name, axis)
-        return self._make(_ROTATE3, self._make(normalize_of(line.layout), line), angle)
+        return self._make(_ROTATE3, self._make(_normalize_of(line.layout), line), angle)
 
     def _rotate_about(self, name: str, line: Any, angle: Any) -> Any:
         return self._make(_ROTATE3, self._unit_line(name, line), angle)
@@ -175,10 +181,10 @@ class SpaceProjective(Projective[M]):
         return self._make(_SCREW, self._unit_line(name, line), angle, distance)
 
     def _unit_line(self, name: str, line: Any) -> Any:
-        return self._make(normalize_of(line.layout), self._axis(name, line))
+        return self._make(_normalize_of(line.layout), self._axis(name, line))
 
     def _along(self, line: Any) -> Any:
-        return np.stack(np.broadcast_arrays(*(np.asarray(line[name]) for name in ("e23", "e13", "e12"))), -1)
+        return np.stack(np.broadcast_arrays(*(np.asarray(line[name]) for name in self._along_names)), -1)
 
 
 # A translator is 1 plus a bivector at infinity that is orthogonal to the direction and has half its length.

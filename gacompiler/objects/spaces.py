@@ -204,7 +204,12 @@ class Space(Immutable, Generic[M]):
 
 def _single_of_numbers(layout: Layout, coefficients: tuple[Any, ...]) -> Any:
     """Return a single multivector from numbers, without the arrays that take most of the time; None for all else."""
-    if len(coefficients) != layout.size or layout.has_relations or layout.is_scalar:
+    if layout.has_relations or layout.is_scalar:
+        return None
+    if len(coefficients) == 1 and type(array := coefficients[0]) is np.ndarray:
+        single = single_type(layout) if array.shape == (layout.size,) and array.dtype == np.float64 else None
+        return None if single is None else single(array)
+    if len(coefficients) != layout.size:
         return None
     for each in coefficients:
         if type(each) is not float and type(each) is not int:
@@ -238,11 +243,17 @@ def unit(where: str, direction: Any) -> Any:
     if v.dtype.kind == "c":
         return direction
     if not direction.shape and (length := math.hypot(*v.tolist())):
-        return wrap(direction.layout, v / length)
+        return of_floats(direction, [x / length for x in v.tolist()])
     with np.errstate(all="ignore"):
         scaled = v / np.max(np.abs(v), axis=-1, keepdims=True, initial=0.0)
         made = wrap(direction.layout, scaled / np.sqrt(np.sum(scaled * scaled, axis=-1, keepdims=True)))
     return refuse(where, made, np.all(v == 0, axis=-1), "an axis or normal of length 0", "a nonzero one")
+
+
+def of_floats(like: Any, coefficients: list[float]) -> Any:
+    """Return a single element of the layout of another one."""
+    single = single_type(like.layout)
+    return wrap(like.layout, np.array(coefficients, like.values.dtype)) if single is None else single(*coefficients)
 
 
 def numbers(what: str, value: Any) -> np.ndarray[Any, Any]:
