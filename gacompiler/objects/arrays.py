@@ -784,6 +784,10 @@ _HOLDERS: dict[int, Any] = {}
 """Types of holders by their number of coefficients."""
 
 
+def _no_numbers(cls: Any, arguments: tuple[Any, ...]) -> Any:
+    raise TypeError("operands are numbers")
+
+
 def _flat(operands: tuple[Any, ...]) -> list[float]:
     numbers: list[float] = []
     for x in operands:
@@ -797,21 +801,27 @@ def _flat(operands: tuple[Any, ...]) -> list[float]:
 def _pack(definition: Definition, operands: tuple[Any, ...], layouts: tuple[Layout, ...], found: Operator) -> None:
     """Let operations on operands of these types, single elements and Python's numbers, call the compiled function."""
     types = tuple(map(type, operands))
+    if all(t is float or t is int or _is_single(t) for t in types):
+        made = packed(definition, layouts, found)
+        if made is not None:
+            _PACKED[id(definition), *types] = made
+
+
+def packed(definition: Definition, layouts: tuple[Layout, ...], found: Operator) -> _Packed | None:
+    """Return an operation that takes all coefficients together; None if it is not compiled (yet)."""
     native = found.native
-    if native is None or not all(t is float or t is int or _is_single(t) for t in types):
-        return
     result = Scalar if found.result.is_scalar else single_type(found.result)
-    if result is None:
-        return
+    if native is None or result is None:
+        return None
     size = sum(1 if layout.is_scalar else layout.size for layout in layouts)
     if size not in _HOLDERS:
         names = tuple(f"_{k}" for k in range(size))
         holder: Any = type("Operands", (extension().Value,), {"__slots__": (), "_names": names})
-        holder._adopt(_next_index(), names, operate, _coefficients, None)
+        holder._adopt(_next_index(), names, operate, _no_numbers, None)
         _HOLDERS[size] = holder
     role = role_type(definition, None)
     extension().bind_operator("()", (role, _HOLDERS[size]), result, native.packed, False)
-    _PACKED[id(definition), *types] = _Packed(_HOLDERS[size], role(), definition)
+    return _Packed(_HOLDERS[size], role(), definition)
 
 
 _OF_MULTIVECTORS = frozenset(

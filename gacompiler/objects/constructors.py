@@ -19,10 +19,13 @@ import numpy as np
 from ..algebra.layout import Layout
 from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, LayoutError
-from .arrays import MultivectorArray, from_exact, wrap
+from .arrays import MultivectorArray, from_exact, packed, wrap
 from .checks import largest, refuse, require_blade, require_finite
+from .direct import OFTEN, called, form_of, look_of
+from .native import extension
+from .operators import OBSERVERS, operator_of
 from .poses import Poses
-from .spaces import Argument, M, Space, numbers, of_floats, stacked
+from .spaces import Argument, M, Space, in_algebra, numbers, of_floats, stacked
 
 
 class Form(NamedTuple):
@@ -89,6 +92,8 @@ def _forms(name: str, dimension: int) -> tuple[Form, ...]:
 
 _KNOWN: dict[tuple[Any, ...], Form] = {}
 """The form that was found for arguments that look alike."""
+_DIRECT: dict[tuple[Any, ...], Any] = {}
+"""For arguments of the same types the number of calls, -1 if they are never compiled, or the compiled form."""
 _EXACT = 1 << 53
 """Integers below are doubles."""
 _EPSILON = float(np.finfo(np.float64).eps)
@@ -236,6 +241,15 @@ class Rigid(Poses[M], Space[M]):
 
     def _construct(self, name: str, arguments: Sequence[Any]) -> Any:
         """Create an object by the first matching form of the table."""
+        look = type(self), name, *look_of(arguments)
+        direct = None if OBSERVERS else _DIRECT.get(look, 0)
+        if type(direct) is tuple:
+            form, holder, call = direct
+            made = called(form, holder, call, arguments)
+            if made is not None:
+                return made
+        elif direct is not None and direct >= 0:
+            self._count(look, name, arguments)
         given = [self._given(name, each) for each in arguments]
         forms = _forms(name, self._d)
         key = (type(self), name, *[each.look for each in given])
@@ -251,6 +265,20 @@ class Rigid(Poses[M], Space[M]):
             "coefficients, or objects to join: " * (name in ("line", "plane")) + " or ".join(f.text() for f in forms),
             f"points and directions are objects, or {self._d} coordinates along the last axis",
         )  # fmt: skip
+
+    def _count(self, look: tuple[Any, ...], name: str, arguments: Sequence[Any]) -> None:
+        """Count calls with arguments of the same types, and compile the constructor for them if there are many."""
+        count = _DIRECT[look] = _DIRECT.get(look, 0) + 1
+        if count < OFTEN:
+            return
+        form = form_of(self.algebra, name, arguments)
+        if form is None or extension() is None:
+            _DIRECT[look] = -1
+            return
+        definition = in_algebra(form.definition, self.algebra)
+        made = packed(definition, form.layouts, operator_of(definition, form.layouts))
+        if made is not None:
+            _DIRECT[look] = form, made.holder, made.call
 
     def _given(self, name: str, x: Any) -> Given:
         if type(x) is float or (type(x) is int and abs(x) < _EXACT):

@@ -192,7 +192,7 @@ class Space(Immutable, Generic[M]):
 
     def _make(self, definition: Definition, *operands: Any) -> Any:
         """Apply a definition in this algebra, also to operands that are all numbers."""
-        return apply(_in_algebra(definition, self.algebra), *operands)
+        return apply(in_algebra(definition, self.algebra), *operands)
 
     def _directions(self, what: str, names: str, coordinates: tuple[Any, ...]) -> Any:
         """Create multivectors with these blades from coordinates; multivectors are returned unchanged."""
@@ -229,7 +229,7 @@ def _defined(name: str, parameters: tuple[str, ...], text: str, unit: bool) -> D
 
 
 @cached_by_name
-def _in_algebra(definition: Definition, algebra: Algebra) -> Definition:
+def in_algebra(definition: Definition, algebra: Algebra) -> Definition:
     return replace(definition, algebra=algebra)
 
 
