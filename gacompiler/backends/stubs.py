@@ -134,7 +134,7 @@ class Stub:
         one, two = dict(a.fixed), dict(b.fixed)
         rest = {
             blade
-            for blade in {*one, *two}
+            for blade in (one | two)
             if not (symbol == "-" and one.get(blade) == two.get(blade) and one.get(blade) != "implied")
         }
         return self._combined(stored | rest, [each for each in (a, b) if each.name])

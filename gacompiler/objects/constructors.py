@@ -1,4 +1,4 @@
-"""Argument forms of the constructors of the plane and of space, in one table for projective and conformal algebra.
+"""Constructors of the plane and of space, with the same argument forms in projective and conformal algebra.
 
 Points and directions are objects or coordinates. Arguments that match no form raise an error with the name of the
 constructor. Degenerate objects, such as a line through two equal points or a rotor about a zero axis, raise an error
@@ -10,9 +10,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
-from functools import cache, cached_property, partial, reduce
+from functools import cached_property, partial, reduce
 from itertools import combinations
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,73 +22,11 @@ from ..errors import AlgebraError, LayoutError
 from .arrays import MultivectorArray, from_exact, packed, wrap
 from .checks import largest, refuse, require_blade, require_finite
 from .direct import OFTEN, called, form_of, look_of
+from .forms import COEFFICIENTS, Form, Given, SquaredRadius, forms_of
 from .native import extension
 from .operators import OBSERVERS, operator_of
 from .poses import Poses
 from .spaces import Argument, M, Space, in_algebra, numbers, of_floats, stacked
-
-
-class Form(NamedTuple):
-    """A form in which a constructor can be called."""
-
-    constructor: str
-    takes: tuple[str, ...]
-    """Roles of the arguments: ``point``, ``direction``, ``line``, ``number``, ``radius``, or ``coefficients``."""
-    builder: str
-    """The method that is called with the arguments converted to their roles: objects, arrays, squared radii."""
-    dimension: int | None = None
-    """2 for the plane, 3 for space, None for both."""
-
-    def text(self) -> str:
-        """Return the call as it is written in code."""
-        return f"{self.constructor}({', '.join(self.takes)})"
-
-
-def _form(constructor: str, takes: str, builder: str, dimension: int | None = None) -> Form:
-    return Form(constructor, tuple(takes.split()), builder, dimension)
-
-
-TABLE = (
-    _form("translator", "direction", "_translator"),
-    _form("line", "point point", "_flat"),
-    _form("line", "point direction", "_flat"),
-    _form("line", "coefficients", "_line_of"),
-    _form("plane", "point point point", "_flat", 3),
-    _form("plane", "line point", "_plane_with", 3),
-    _form("plane", "direction number", "_plane_at", 3),
-    _form("plane", "coefficients", "_plane_of", 3),
-    _form("point_pair", "point point", "_round"),
-    _form("circle", "point radius", "_ball", 2),
-    _form("circle", "point direction radius", "_circle", 3),
-    _form("circle", "point point point", "_round"),
-    _form("sphere", "point radius", "_ball", 3),
-    _form("sphere", "point point point point", "_round", 3),
-    _form("rotor", "number", "_rotate", 2),
-    _form("rotor", "number point", "_rotate", 2),
-    _form("rotor", "line number", "_rotate_about", 3),
-    _form("rotor", "direction number", "_rotate", 3),
-    _form("rotor", "direction number point", "_rotate", 3),
-    _form("motor", "number", "_rotate", 2),
-    _form("motor", "number direction", "_rotate_and_translate", 2),
-    _form("motor", "line number number", "_screw", 3),
-    _form("motor", "line number direction", "_rotate_and_translate", 3),
-    _form("motor", "direction number number", "_screw_along", 3),
-    _form("motor", "direction number direction", "_rotate_and_translate", 3),
-)
-"""The forms of all constructors; the first matching form is used. A space has those for which it defines a method."""
-
-COEFFICIENTS = {
-    ("line", 2): ("a", "b", "c"),
-    ("line", 3): ("e12", "e13", "e23", "e01", "e02", "e03"),
-    ("plane", 3): ("a", "b", "c", "d"),
-}
-"""The names of the numbers in the form ``coefficients``."""
-
-
-@cache
-def _forms(name: str, dimension: int) -> tuple[Form, ...]:
-    return tuple(form for form in TABLE if form.constructor == name and form.dimension in (None, dimension))
-
 
 _KNOWN: dict[tuple[Any, ...], Form] = {}
 """The form that was found for arguments that look alike."""
@@ -97,31 +35,6 @@ _DIRECT: dict[tuple[Any, ...], Any] = {}
 _EXACT = 1 << 53
 """Integers below are doubles."""
 _EPSILON = float(np.finfo(np.float64).eps)
-
-
-class SquaredRadius(NamedTuple):
-    """A radius that was specified by its square."""
-
-    value: Any
-
-
-class Given(NamedTuple):
-    """An argument of a constructor: its kind, its value, and its number of axes including that of coordinates."""
-
-    kind: str
-    value: Any
-    axes: int
-
-    @property
-    def look(self) -> tuple[Any, ...]:
-        """What the choice of a form depends on."""
-        return self.kind, self.axes, self.value.shape[-1] if self.kind == "numbers" and self.axes else 0
-
-    def text(self) -> str:
-        """Return a description for error messages."""
-        if self.kind != "numbers":
-            return self.kind
-        return f"numbers of shape {self.value.shape}" if self.axes else "a number"
 
 
 class Rigid(Poses[M], Space[M]):
@@ -251,7 +164,7 @@ class Rigid(Poses[M], Space[M]):
         elif direct is not None and direct >= 0:
             self._count(look, name, arguments)
         given = [self._given(name, each) for each in arguments]
-        forms = _forms(name, self._d)
+        forms = forms_of(name, self._d)
         key = (type(self), name, *[each.look for each in given])
         form = _KNOWN.get(key)
         if form is None:

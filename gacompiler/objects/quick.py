@@ -15,6 +15,7 @@ from ..algebra.layout import Layout
 from .checks import largest
 from .definitions import Definition
 from .methods import applied
+from .operators import OBSERVERS
 
 _DISTANCE = Definition("distance", ("point", "other"), "ga.norm(point & other) / ga.norm(other)")
 # About a unit line a, a screw motion of pitch h has the bivector ``b = a (1 + h e0123)``, and ``b ^ b = -2 h e0123``.
@@ -35,7 +36,7 @@ def distance(a: Any, b: Any) -> Any:
     if types not in _known:
         _known[types] = _how(a, b)
     is_here, may_be_screw = _known[types]
-    if not is_here:
+    if not is_here or OBSERVERS:  # checks of operands are no part of a recorded program
         return None
     size = largest(b.values)
     if not (b.norm() * _FAR > size and largest(a.values) < _FAR):
@@ -55,7 +56,7 @@ def _how(a: Any, b: Any) -> tuple[bool, bool]:
 
 def axis(m: Any) -> Any:
     """Return the axis of a single motor of PGA3, or None."""
-    if m.shape or m.layout != PGA3.MOTOR or m.values.dtype != np.float64:
+    if OBSERVERS or m.shape or m.layout != PGA3.MOTOR or m.values.dtype != np.float64:
         return None
     sine = largest(np.array([m.e12, m.e13, m.e23]))
     return applied(_AXIS, m) if sine > _STILL and largest(m.values) < _FAR * sine else None

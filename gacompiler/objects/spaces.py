@@ -230,6 +230,7 @@ def _defined(name: str, parameters: tuple[str, ...], text: str, unit: bool) -> D
 
 @cached_by_name
 def in_algebra(definition: Definition, algebra: Algebra) -> Definition:
+    """Return a definition for operands of an algebra, also where all of them are numbers."""
     return replace(definition, algebra=algebra)
 
 
