@@ -9,17 +9,24 @@ from __future__ import annotations
 import dataclasses
 import functools
 import inspect
-from collections.abc import Callable, Mapping
-from typing import Any, ParamSpec, TypeVar, cast
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, ParamSpec, TypeAlias, TypeVar, cast
 
 import numpy as np
 
+from generated.gac_runtime.annotations import Stored
 from generated.gac_runtime.arrays import plain as without_element
 from generated.gac_runtime.layout import Layout, layout
 
 P = ParamSpec("P")
 R = TypeVar("R")
+E = TypeVar("E", bound=Stored)
+Some: TypeAlias = E | Sequence[E]
+"""Elements, or a list of them."""
 Layouts = tuple[Layout, ...]
+
+Coefficients: TypeAlias = Any
+"""An array of coefficients, or elements of the kind of the arguments: which one depends on the values of a list."""
 
 # As in `generated`, whose modules are not imported here, since most chapters need one or two of them.
 MOTOR = (

@@ -61,7 +61,7 @@ def plane_wave(
         potentials.append(_spatial(-amplitude / frequency))
     x = real_array(events, "events", (4,), "events (t, x, y, z)")
     lightlike = np.concatenate([frequency, k], -1)
-    return np.asarray(spacetime.electromagnetic_wave(lightlike, *potentials, x))
+    return np.asarray(spacetime.electromagnetic_wave(lightlike, *potentials, x))  # type: ignore[call-overload]
 
 
 def field_seen_by(field: ArrayLike, velocity: ArrayLike) -> Reals:

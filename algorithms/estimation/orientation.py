@@ -218,7 +218,7 @@ def _steps(n: int, rate: float, times: ArrayLike | None) -> tuple[Reals, Reals]:
 def _first(rates: Reals, forces: Reals, fields: Reals, steps: Reals) -> Reals:
     """Return the rotors from the frame before the first sample to the earth, by the mean of the first seconds."""
     n = int(np.searchsorted(np.cumsum(steps), _ALIGNMENT)) + 1
-    up, north = kernels.mean_directions(*(each[..., :n, :] for each in (rates, forces, fields)), steps[:n])
+    up, north = kernels.mean_directions(*(each[..., :n, :] for each in (rates, forces, fields)), steps[:n])  # type: ignore[call-overload]
     level = _between(up, np.array([0.0, 0, 1]))
     level_north = vga3.rotate_vector(level, north)
     level_north[..., 2] = 0

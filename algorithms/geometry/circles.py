@@ -105,8 +105,8 @@ def nearest_angles(curve: Reals, radius: Reals, roots: Reals) -> tuple[Reals, Re
     """
     samples = np.broadcast_to(2 * np.pi * np.arange(SAMPLES) / SAMPLES, (*roots.shape[:-1], SAMPLES))
     angles = np.concatenate([roots, samples], -1)
-    values = cga3.distance_to_circle(curve[..., None, :, :], radius[..., None], angles)[0]
-    values = np.where(np.isnan(values), np.inf, values)  # argmin would find it first
+    distances = cga3.distance_to_circle(curve[..., None, :, :], radius[..., None], angles)[0]
+    values = np.where(np.isnan(distances), np.inf, distances)  # argmin would find it first
     of_samples = values[..., -SAMPLES:]
     with np.errstate(invalid="ignore"):
         spread = of_samples.max(-1) - of_samples.min(-1)

@@ -7,7 +7,7 @@ as z = 0, are converted to them, and results return to the algebra of the argume
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -27,6 +27,10 @@ LAYOUTS = {
 """The layout of each kind."""
 KINDS = {kind: len(layout.blades) for kind, layout in LAYOUTS.items()}
 """Kinds of objects, in the order used in tables, and the number of coefficients of each."""
+
+
+Kind: TypeAlias = Literal["point", "point pair", "line", "circle", "plane", "sphere"]
+"""The keys of `KINDS`, for annotations."""
 
 
 class Form(NamedTuple):

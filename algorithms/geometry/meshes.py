@@ -83,9 +83,9 @@ def hit_mesh(origins: ArrayLike, directions: ArrayLike, vertices: ArrayLike, fac
     for first in range(0, len(p) if len(a) else 0, step):
         block = slice(first, first + step)
         with np.errstate(all="ignore"):
-            t, inside = pga3.hit_ray_triangle(p[block], d[block], a, b, c)
+            reached, inside = pga3.hit_ray_triangle(p[block], d[block], a, b, c)
         # Comparisons with NaN are false, so that triangles parallel to the ray are not hit.
-        t = np.where((t >= 0) & (t < np.inf) & (inside >= 0).all(-1), t, np.inf)
+        t = np.where((reached >= 0) & (reached < np.inf) & (inside >= 0).all(-1), reached, np.inf)
         best = t.argmin(-1)
         rows = np.arange(len(t))
         found = t[rows, best] < np.inf

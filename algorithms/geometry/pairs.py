@@ -15,10 +15,12 @@ from typing import Any, overload
 import numpy as np
 
 from generated import cga3
+from generated.gac_runtime.annotations import Numbers, Stored
 
 from ..arguments import Reals
+from ..elements import Coefficients, E
 from .circles import nearest_on_circles
-from .kinds import given, listed
+from .kinds import Kind, given, listed
 
 TOLERANCE = 1e-9
 """A point lies on an object if their distance is at most this, times the point's distance from the origin if above 1.
@@ -34,7 +36,7 @@ class Meet:
     kind: str
     """Kind of the intersection: ``point``, ``point pair``, ``line`` or ``circle``; ``points`` for the points of a pair
     that lie on an object."""
-    common: Any
+    common: Coefficients
     """Coefficients of that kind, as an element if elements were passed. Meaningless, infinite or NaN if `how` indicates
     that there is no intersection."""
     how: Reals
@@ -223,9 +225,9 @@ the projected object that is orthogonal to the second. Pairs: projection of both
 
 
 @overload
-def distance(one: Any, two: Any, /) -> Reals: ...
+def distance(one: Stored, two: Stored, /) -> Reals: ...
 @overload
-def distance(kind: str, one: Any, other: str, two: Any, /) -> Reals: ...
+def distance(kind: Kind, one: Numbers | Stored, other: Kind, two: Numbers | Stored, /) -> Reals: ...
 def distance(*arguments: Any) -> Reals:
     """Return the minimum distance of two objects in the units of the coordinates, 0 if they intersect.
 
@@ -253,9 +255,9 @@ def distance(*arguments: Any) -> Reals:
 
 
 @overload
-def angle(one: Any, two: Any, /) -> Reals: ...
+def angle(one: Stored, two: Stored, /) -> Reals: ...
 @overload
-def angle(kind: str, one: Any, other: str, two: Any, /) -> Reals: ...
+def angle(kind: Kind, one: Numbers | Stored, other: Kind, two: Numbers | Stored, /) -> Reals: ...
 def angle(*arguments: Any) -> Reals:
     """Return the angle between two objects, in radians; see `ANGLES`.
 
@@ -286,9 +288,11 @@ def angle(*arguments: Any) -> Reals:
 
 
 @overload
-def meet(one: Any, two: Any, /, *, tolerance: float = TOLERANCE) -> Meet: ...
+def meet(one: Stored, two: Stored, /, *, tolerance: float = TOLERANCE) -> Meet: ...
 @overload
-def meet(kind: str, one: Any, other: str, two: Any, /, *, tolerance: float = TOLERANCE) -> Meet: ...
+def meet(
+    kind: Kind, one: Numbers | Stored, other: Kind, two: Numbers | Stored, /, *, tolerance: float = TOLERANCE
+) -> Meet: ...
 def meet(*arguments: Any, tolerance: float = TOLERANCE) -> Meet:
     """Return the intersection of two objects and its type.
 
@@ -335,9 +339,9 @@ def _meet(kind: str, first: Reals, other: str, second: Reals, tolerance: float) 
 
 
 @overload
-def project(one: Any, two: Any, /) -> Any: ...
+def project(one: E, two: Stored, /) -> E: ...
 @overload
-def project(kind: str, one: Any, other: str, two: Any, /) -> Any: ...
+def project(kind: Kind, one: Numbers | Stored, other: Kind, two: Numbers | Stored, /) -> Coefficients: ...
 def project(*arguments: Any) -> Any:
     """Return the projection of the first object on the second; see `PROJECTIONS`.
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from generated import cga3, pga3
+from generated.gac_runtime.annotations import Numbers
 
 from ..arguments import Reals, finite_number, real_array
 
@@ -305,7 +306,7 @@ def _generator(half_angle: float) -> Reals:
     return np.asarray(pga3.join_point_direction(_ORIGIN, [np.sin(angle), 0, np.cos(angle)]))
 
 
-def _on_line(p: ArrayLike, direction: ArrayLike, lengths: ArrayLike) -> Reals:
+def _on_line(p: Numbers, direction: Numbers, lengths: ArrayLike) -> Reals:
     """Return points at multiples of a direction of any length, on the line through `p`, its point closest to 0."""
     line = pga3.normalize_line(pga3.join_point_direction(p, direction))
     size = np.linalg.norm(np.asarray(direction))

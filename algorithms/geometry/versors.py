@@ -8,9 +8,11 @@ from typing import Any, overload
 import numpy as np
 
 from generated import cga3
+from generated.gac_runtime.annotations import Numbers, Stored
 
 from ..arguments import Reals
-from .kinds import KINDS, Given, given, listed, named
+from ..elements import Coefficients, E
+from .kinds import KINDS, Given, Kind, given, listed, named
 
 
 def _parts(kind: str, x: Reals) -> tuple[Reals, Reals, Reals]:
@@ -23,9 +25,9 @@ def _parts(kind: str, x: Reals) -> tuple[Reals, Reals, Reals]:
 
 
 @overload
-def similarity_between(a: Any, b: Any, /) -> Any: ...
+def similarity_between(a: E, b: E, /) -> E: ...
 @overload
-def similarity_between(kind: str, a: Any, b: Any, /) -> Any: ...
+def similarity_between(kind: Kind, a: Numbers | Stored, b: Numbers | Stored, /) -> Coefficients: ...
 def similarity_between(*arguments: Any) -> Any:
     """Return the similarity that takes a point pair, circle or sphere to another: rotation, scaling, translation.
 
@@ -69,9 +71,9 @@ _BETWEEN: dict[str, Callable[[Reals, Reals], Reals]] = {
 
 
 @overload
-def versor_between(a: Any, b: Any, /) -> Any: ...
+def versor_between(a: E, b: E, /) -> E: ...
 @overload
-def versor_between(kind: str, a: Any, b: Any, /) -> Any: ...
+def versor_between(kind: Kind, a: Numbers | Stored, b: Numbers | Stored, /) -> Coefficients: ...
 def versor_between(*arguments: Any) -> Any:
     """Return the minimal conformal map that takes `a` to `b`: the square root of the ratio of the two objects.
 

@@ -136,9 +136,9 @@ class OutputTables:
 
     def _centroids(self, cuts: Reals, work: Workspace) -> tuple[Reals, NDArray[np.bool_]]:
         """Compute the centroids (n,) of unions, given the strengths (n, sets), and whether there are any."""
-        area, moment = kernels.area_on_grid(cuts, self._area_rows, *self._terms, self._scaled)
+        area, moment = kernels.area_on_grid(cuts, self._area_rows, *self._terms, self._scaled)  # type: ignore[call-overload]
         if not self._scaled:
-            more, turn = kernels.area_by_points(
+            more, turn = kernels.area_by_points(  # type: ignore[call-overload]
                 cuts, *self._points(cuts, work), *self._pairs, *self._flanks, *self._insertions
             )
             area, moment = area + more, moment + turn
@@ -147,7 +147,7 @@ class OutputTables:
 
     def _ends_of_maxima(self, cuts: Reals, greatest: bool) -> tuple[Reals, NDArray[np.bool_]]:
         """Compute the smallest or the greatest of the points with the largest membership."""
-        highest, *ends = kernels.ends_of_maximum(
+        highest, *ends = kernels.ends_of_maximum(  # type: ignore[call-overload]
             cuts, self._peaks, self._scaled, *self._ramps.tables, self._left, self._right
         )
         return self._places(ends[int(greatest)]), np.asarray(highest > 0)
@@ -160,7 +160,7 @@ class OutputTables:
         np.subtract(points, self._snap, out=grid)
         np.ceil(grid[:, :sets], out=grid[:, :sets])
         np.floor(grid[:, sets:], out=grid[:, sets:])
-        highest, mean = kernels.mean_of_maximum(
+        highest, mean = kernels.mean_of_maximum(  # type: ignore[call-overload]
             cuts, self._peaks, self._scaled, self._tolerance, points, grid, self._left, self._right, *self._turns,
             *self._covers, *self._couples,
         )  # fmt: skip
@@ -168,9 +168,9 @@ class OutputTables:
 
     def _bisectors(self, cuts: Reals, work: Workspace) -> tuple[Reals, NDArray[np.bool_]]:
         """Compute the points that divide the areas into halves."""
-        half = kernels.half_on_grid(cuts, self._sum_rows, *self._terms, self._scaled, *self._place_ends)
+        half = kernels.half_on_grid(cuts, self._sum_rows, *self._terms, self._scaled, *self._place_ends)  # type: ignore[call-overload]
         points = self._points(cuts, work)
-        found, inside = kernels.bisector(
+        found, inside = kernels.bisector(  # type: ignore[call-overload]
             cuts, *points, *self._pairs, *self._flanks, *self._insertions, *self._steps, *half
         )
         # Few elements have more points in the interval, or a bisector in another one because of the points before it.

@@ -71,9 +71,7 @@ class HandPoses:
 
     def capsules(self, hand: Hand, which: Integers) -> Reals:
         """Return the ends (n, k, 2, 3) of all capsules of the hand in some of the poses."""
-        return pga3.move_point(  # type: ignore[no-any-return]
-            self.motors[which, None, None, :], hand.placed_capsules(self.joints[which])
-        )
+        return pga3.move_point(self.motors[which, None, None, :], hand.placed_capsules(self.joints[which]))
 
 
 def reaching(surface: Surface, hand: Hand, centres: Reals, rows: Integers) -> HandPoses:
@@ -176,4 +174,4 @@ def _frames(points: Reals) -> Reals:
 def _aligned(tips: Reals, targets: Reals) -> Reals:
     """Return the motors that take the circles of fingertips to those of the targets, tip by tip."""
     own, goal = pga3.motor_from_matrix(_frames(tips)), pga3.motor_from_matrix(_frames(targets))
-    return pga3.motor_product(goal, pga3.motor_inverse(own))  # type: ignore[no-any-return]
+    return pga3.motor_product(goal, pga3.motor_inverse(own))

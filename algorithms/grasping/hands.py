@@ -169,11 +169,11 @@ class Hand:
     def links(self, joints: ArrayLike) -> Reals:
         """Return the motors (..., 9, 8) of the links at given variables (..., 4)."""
         q = finite(real_array(joints, "joints", (4,), "the spread and three bends"), "joints")
-        return grasping.hand_links(q, self.axes, self.ratios)  # type: ignore[no-any-return]
+        return grasping.hand_links(q, self.axes, self.ratios)
 
     def fingertips(self, joints: ArrayLike) -> Reals:
         """Return the centres (..., 3, 3) of the fingertips in the frame of the hand."""
-        return pga3.move_point(self.links(joints)[..., 2::3, :], self.tips)  # type: ignore[no-any-return]
+        return pga3.move_point(self.links(joints)[..., 2::3, :], self.tips)
 
     def preshaped(self, start: Reals, sides: Reals) -> tuple[Reals, Reals]:
         """Return variables near those given for which the fingertips form triangles, and the errors of the sides.
@@ -184,8 +184,8 @@ class Hand:
         sides : array, (..., 3)
             The lengths from the first to the second fingertip, from the second to the third, and back to the first.
         """
-        q, errors = grasping.preshape(start, self.axes, self.ratios, self.tips, sides, self.limits)
-        errors, sides = np.asarray(errors), np.broadcast_to(sides, (*q.shape[:-1], 3))
+        q, found = grasping.preshape(start, self.axes, self.ratios, self.tips, sides, self.limits)
+        errors, sides = np.asarray(found), np.broadcast_to(sides, (*q.shape[:-1], 3))
         for _ in range(_MORE):
             left = errors > _PRECISE
             q[left], errors[left] = grasping.preshape(
@@ -196,7 +196,7 @@ class Hand:
     def own_clearances(self, ends: Reals) -> Reals:
         """Return the distances (..., p) of `pairs` for placed capsules (..., k, 2, 3)."""
         a, b = self.pairs.T
-        return collisions.capsule_pair_clearance(  # type: ignore[no-any-return]
+        return collisions.capsule_pair_clearance(
             ends[..., a, 0, :],
             ends[..., a, 1, :],
             ends[..., b, 0, :],
@@ -212,7 +212,7 @@ class Hand:
             carriers, capsules = carriers[which], capsules[which]
         rest = np.broadcast_to(np.eye(8)[0], (*links.shape[:-2], 1, 8))
         motors = np.concatenate([links, rest], -2)[..., carriers, :]
-        return pga3.move_point(motors[..., None, :], capsules)  # type: ignore[no-any-return]
+        return pga3.move_point(motors[..., None, :], capsules)
 
 
 def hand_of_table(table: HandTable = BARRETT_BH280) -> Hand:

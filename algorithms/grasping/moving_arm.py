@@ -49,7 +49,7 @@ class MovingArm:
         frames = self.robot.forward_all(q)
         still = np.broadcast_to(_STILL, (*frames.shape[:-2], 1, 8))
         motors = np.concatenate([frames, still], -2)[..., self.carriers, :]
-        return pga3.move_point(motors[..., None, :], self.ends)  # type: ignore[no-any-return]
+        return pga3.move_point(motors[..., None, :], self.ends)
 
     def clearances(self, q: Reals, bodies: Bodies) -> Reals:
         """Return for joints (..., n) the clearances of the capsules beyond the distances to keep, and those of pairs.

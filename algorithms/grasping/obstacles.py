@@ -106,9 +106,7 @@ class PlaneObstacle:
     def clearance(self, ends: Reals, radii: Reals) -> Reals:
         """Return the distances of capsules, (..., 2, 3) and (...), above the plane."""
         width = np.broadcast_to(radii, ends.shape[:-2])
-        return collisions.capsule_plane_clearance(  # type: ignore[no-any-return]
-            self.plane[None], ends[..., 0, :], ends[..., 1, :], width
-        )
+        return collisions.capsule_plane_clearance(self.plane[None], ends[..., 0, :], ends[..., 1, :], width)
 
     def contains(self, points: Reals) -> Reals:
         """Return whether points (n, 3) are below the plane."""
@@ -132,9 +130,7 @@ class CapsuleObstacle:
     def clearance(self, ends: Reals, radii: Reals) -> Reals:
         """Return the distances of capsules, (..., 2, 3) and (...)."""
         width = np.broadcast_to(radii, ends.shape[:-2]) + self.radius
-        return collisions.capsule_pair_clearance(  # type: ignore[no-any-return]
-            ends[..., 0, :], ends[..., 1, :], self.ends[0], self.ends[1], width
-        )
+        return collisions.capsule_pair_clearance(ends[..., 0, :], ends[..., 1, :], self.ends[0], self.ends[1], width)
 
     def contains(self, points: Reals) -> Reals:
         """Return whether points (n, 3) are inside."""

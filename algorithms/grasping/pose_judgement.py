@@ -199,7 +199,7 @@ def _verified(
 ) -> tuple[dict[str, Reals], Reals, float, float, float, float, float]:
     """Return distances by kind, the covariance for a noise of one pixel, and the numbers of the kernel `judge_pose`."""
     most = REJECTED * task.noise if limit is None else limit
-    *far, covariance, numbers = kernels.judge_pose(
+    *far, covariance, numbers = kernels.judge_pose(  # type: ignore[call-overload]
         motor, *task.seen.arguments, table, task.model.size, task.model.centre, most
     )
     count, equations, squares, behind, condition = numbers.tolist()

@@ -63,7 +63,7 @@ def contact_wrenches(
     v = np.cross(n, u)
     angles = 2 * np.pi * np.arange(edges) / edges
     rows = ((p - origin)[:, None], n[:, None], u[:, None], v[:, None])
-    return grasping.contact_wrench(*rows, friction, np.cos(angles), np.sin(angles))  # type: ignore[no-any-return]
+    return grasping.contact_wrench(*rows, friction, np.cos(angles), np.sin(angles))
 
 
 def grasp_quality(

@@ -231,4 +231,4 @@ def _motor(value: ArrayLike, name: str) -> Floats:
         raise DescriptionError(
             f"{name}: not the matrix of a rigid motion; expected a rotation, a translation, and the last row 0, 0, 0, 1"
         )
-    return motor  # type: ignore[no-any-return]
+    return motor

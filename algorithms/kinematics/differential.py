@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, real_array
+from ..elements import LINE, PLANE, elements
 from .changes import Changes
 from .errors import DescriptionError
 
@@ -214,7 +215,7 @@ class Differential(Changes):
         Parameters
         ----------
         q : array_like, (..., n)
-        p : array_like, (3,)
+        p : array_like, (3,), or element
             Coordinates x, y, z in the end effector's frame.
 
         Returns
@@ -228,13 +229,14 @@ class Differential(Changes):
         """
         return self._jacobian_of(q, real_array(p, "p", (3,), "x, y, z"), pga3.move_point, pga3.twist_on_point)
 
+    @elements(line=LINE)
     def jacobian_of_line(self, q: ArrayLike, line: ArrayLike) -> Reals:
         """Return the Jacobian of a line fixed to the end effector.
 
         Parameters
         ----------
         q : array_like, (..., n)
-        line : array_like, (6,)
+        line : array_like, (6,), or element
             e12, e13, e23, e01, e02, e03 in the end effector's frame.
 
         Returns
@@ -249,13 +251,14 @@ class Differential(Changes):
         """
         return self._jacobian_of(q, real_array(line, "line", (6,), "a line"), pga3.move_line, pga3.twist_on_line)
 
+    @elements(plane=PLANE)
     def jacobian_of_plane(self, q: ArrayLike, plane: ArrayLike) -> Reals:
         """Return the Jacobian of a plane fixed to the end effector.
 
         Parameters
         ----------
         q : array_like, (..., n)
-        plane : array_like, (4,)
+        plane : array_like, (4,), or element
             e1, e2, e3, e0 in the end effector's frame.
 
         Returns

@@ -131,12 +131,12 @@ class FloatingRobot(Robot):
     def forward(self, q: ArrayLike) -> Reals:
         """As `Robot.forward`."""
         now = self._at(q)
-        return pga3.motor_product(now.base, self._still_base.forward(now.x))  # type: ignore[no-any-return]
+        return pga3.motor_product(now.base, self._still_base.forward(now.x))
 
     def forward_all(self, q: ArrayLike) -> Reals:
         """As `Robot.forward_all`; the first six frames are the base's."""
         now = self._at(q)
-        return pga3.motor_product(now.base[..., None, :], self._still_base.forward_all(now.x))  # type: ignore[no-any-return]
+        return pga3.motor_product(now.base[..., None, :], self._still_base.forward_all(now.x))
 
     def link(self, name: str, q: ArrayLike) -> Reals:
         """As `Robot.link`; a link that the base does not carry is fixed in the world."""
@@ -174,7 +174,7 @@ class FloatingRobot(Robot):
     def twists_of_joints(self, q: ArrayLike) -> Reals:
         """As `Robot.twists_of_joints`; the first six are those of the base joints at the origin."""
         now = self._at(q)
-        return pga3.move_line(now.base[..., None, :], self._still_base.twists_of_joints(now.x))  # type: ignore[no-any-return]
+        return pga3.move_line(now.base[..., None, :], self._still_base.twists_of_joints(now.x))
 
     def _jacobian_of(self, q: ArrayLike, element: Reals, move: pga3.Kernel, twist_on: pga3.Kernel) -> Reals:
         now = self._at(q)
@@ -252,7 +252,7 @@ class FloatingRobot(Robot):
     def centre_of_mass(self, q: ArrayLike) -> Reals:
         """As `Robot.centre_of_mass`, in the world frame."""
         now = self._at(q)
-        return pga3.move_point(now.base, self._still_base.centre_of_mass(now.x))  # type: ignore[no-any-return]
+        return pga3.move_point(now.base, self._still_base.centre_of_mass(now.x))
 
     def centroidal_momentum_matrix(self, q: ArrayLike) -> Reals:
         """As `Robot.centroidal_momentum_matrix`, (..., 6, n), in the directions of the world frame."""
@@ -351,7 +351,7 @@ class FloatingRobot(Robot):
     def _falling(self, now: _State) -> Reals:
         """Return the gravitational acceleration in the frame of the base."""
         back = pga3.motor_inverse(now.base)
-        return pga3.move_direction(back, self.free_fall.astype(back.dtype))  # type: ignore[no-any-return]
+        return pga3.move_direction(back, self.free_fall.astype(back.dtype))
 
     def _there(self, v: Reals, a: Reals, falling: Reals) -> Reals:
         """Return joint accelerations with the base at the origin, with gravity as an upward acceleration."""
@@ -399,4 +399,4 @@ def _broadcast(robot: str, arrays: list[Reals], names: tuple[str, ...]) -> list[
 
 def _line(v: Reals) -> Reals:
     """Return the base's velocities as a twist in its frame."""
-    return pga3.twist_from_velocities(v[..., :3], v[..., 3:6])  # type: ignore[no-any-return]
+    return pga3.twist_from_velocities(v[..., :3], v[..., 3:6])

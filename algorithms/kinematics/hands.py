@@ -76,4 +76,4 @@ def barrett_hand() -> Robot:
 
 def _moved_to(point: np.ndarray) -> np.ndarray:
     no_turn = np.array([1.0, 0, 0, 0])
-    return pga3.motor_from_rotor_translation(no_turn, point)  # type: ignore[no-any-return]
+    return pga3.motor_from_rotor_translation(no_turn, point)

@@ -291,7 +291,7 @@ class Robot(Simulated):
         TypeError, ValueError
             As in `forward`.
         """
-        return pga3.motor_to_matrix(self.forward(q))  # type: ignore[no-any-return]
+        return pga3.motor_to_matrix(self.forward(q))
 
     def inverse(
         self,

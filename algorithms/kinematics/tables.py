@@ -131,7 +131,7 @@ def homes_of(model: Constants) -> tuple[Floats, Floats]:
 def carried_by(model: Constants, joint: int, motor: Floats) -> Floats:
     """Return the motor relative to the frame of a joint of a frame with the given motor at home."""
     rotor, place = pga3.motor_to_rotor_translation(motor)
-    return pga3.motor_from_rotor_translation(rotor, place - origins_of(model)[joint])  # type: ignore[no-any-return]
+    return pga3.motor_from_rotor_translation(rotor, place - origins_of(model)[joint])
 
 
 def inertias_of(model: Constants) -> Floats:
@@ -139,7 +139,7 @@ def inertias_of(model: Constants) -> Floats:
     need_inertia(model)
     bodies = model.bodies.copy()
     bodies[:, 1:4] -= origins_of(model)
-    return pga3.inertia_of_moved_body(np.eye(8)[0], bodies)  # type: ignore[no-any-return]
+    return pga3.inertia_of_moved_body(np.eye(8)[0], bodies)
 
 
 def need_inertia(model: Constants) -> None:

@@ -83,7 +83,7 @@ class Gate(Layer):
     def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
         """Compute the result."""
         zero = np.zeros(algebra.n + 1, x.dtype)
-        return np.asarray(kernels.gated(x, *parameters, algebra.grades, zero))
+        return np.asarray(kernels.gated(x, *parameters, algebra.grades, zero))  # type: ignore[call-overload]
 
     def pull(
         self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array

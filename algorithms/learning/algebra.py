@@ -150,7 +150,7 @@ class Algebra:
         terms = {key: np.ascontiguousarray(value) for key, value in self._terms.items()}
         left, right, path, target = (terms[key] for key in order)
         numbers = [np.asarray(factor, float) for factor in factors]
-        found = kernels.weighted_by_table(*numbers, left, right, path, terms["sign"], target, np.zeros(length))
+        found = kernels.weighted_by_table(*numbers, left, right, path, terms["sign"], target, np.zeros(length))  # type: ignore[call-overload]
         return np.asarray(found).astype(np.result_type(*factors), copy=False)
 
     def weighted(self, a: Array, b: Array, weights: Array) -> Array:

@@ -104,7 +104,7 @@ class Chain(Layer):
             if k:
                 back = multiplied(cotangent, spinors.weights(w).conj().T / spinors.d)
                 parts = spinors.parts(back, batch)
-                kernels.tanh_columns_g3(*parts, values[k - 1], out=tuple(parts))
+                kernels.tanh_columns_g3(*parts, values[k - 1], out=tuple(parts))  # type: ignore[call-overload]
                 cotangent = back
         return gradients, cotangent
 

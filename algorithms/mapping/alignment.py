@@ -46,7 +46,7 @@ def aligned(a: Outline, b: Outline, motors: Reals, scales: list[float], stride: 
         if stride == 1:
             others = _back(a, b, found.motors, scale)
             terms = [np.concatenate(pair, -1 if pair[0].ndim == 1 else -2) for pair in zip(terms, others, strict=True)]
-        found = Aligned(*kernels.alignment_step(found.motors, *terms, scale))
+        found = Aligned(*kernels.alignment_step(found.motors, *terms, scale))  # type: ignore[call-overload]
         if scale == scales[-1] and (found.sums[..., 2:] < _STILL).all():
             break
     return found

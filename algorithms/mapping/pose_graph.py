@@ -124,7 +124,7 @@ class _Graph:
     def misfits(self, poses: Reals) -> tuple[Reals, Reals, Reals]:
         """Return the misfits (m, 3) and their derivatives (m, 3, 3) by the two poses."""
         a, b = poses[self.edges[:, 0]], poses[self.edges[:, 1]]
-        return line_maps.edge_of_poses(a, b, self.motions)  # type: ignore[no-any-return]
+        return line_maps.edge_of_poses(a, b, self.motions)
 
     def squares(self, misfits: Reals) -> Reals:
         """Return squared misfits by the information of edges."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,14 +11,14 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, finite, real_array
-from ..elements import MOTOR, elements
+from ..elements import MOTOR, Coefficients, E, Some, elements
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MotorMean:
     """An intrinsic mean, and the convergence of its computation."""
 
-    motor: Reals
+    motor: Coefficients
     """(8) The mean."""
     converged: bool
     """Whether the last step was of the size of rounding errors."""
@@ -27,8 +28,12 @@ class MotorMean:
     """The length of the last step, the larger of radians and units of the coordinates."""
 
 
+@overload
+def average_motors(motors: Some[E], weights: ArrayLike | None = None) -> E: ...
+@overload
+def average_motors(motors: ArrayLike, weights: ArrayLike | None = None) -> Reals: ...
 @elements(MOTOR, motors=MOTOR)
-def average_motors(motors: ArrayLike, weights: ArrayLike | None = None) -> Reals:
+def average_motors(motors: Any, weights: ArrayLike | None = None) -> Any:
     """Return the weighted linear average of motors, projected onto the Study quadric (dual quaternion linear blending).
 
     The signs of the motors are chosen by the dominant eigenvector of ``sum w r r^T`` of the rotors r (Markley et al.,

@@ -41,7 +41,8 @@ def rotor_from_euler(sequence: str, angles: ArrayLike, *, fixed_axes: bool = Fal
     axes, given = _axes(sequence), real_array(angles, "angles", (3,), "three angles")
     if fixed_axes:
         axes, given = axes[::-1], given[..., ::-1]
-    return np.asarray(pga3.rotor_from_euler_angles(*(axis.astype(given.dtype) for axis in axes), given))
+    first, second, third = (axis.astype(given.dtype) for axis in axes)
+    return np.asarray(pga3.rotor_from_euler_angles(first, second, third, given))
 
 
 @elements(rotor=ROTOR)

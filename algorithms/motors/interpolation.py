@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from typing import Any, overload
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from generated import pga3, vga3
 
 from ..arguments import Reals, real_array
-from ..elements import MOTOR, ROTOR, elements
+from ..elements import MOTOR, ROTOR, E, Some, elements
 
 
+@overload
+def slerp(a: E, b: E, t: ArrayLike) -> E: ...
+@overload
+def slerp(a: ArrayLike, b: ArrayLike, t: ArrayLike) -> Reals: ...
 @elements(ROTOR, a=ROTOR, b=ROTOR)
-def slerp(a: ArrayLike, b: ArrayLike, t: ArrayLike) -> Reals:
+def slerp(a: Any, b: Any, t: ArrayLike) -> Any:
     """Interpolate from rotor `a` to rotor `b` at constant angular velocity along the shorter arc.
 
     Parameters
@@ -35,8 +41,12 @@ def slerp(a: ArrayLike, b: ArrayLike, t: ArrayLike) -> Reals:
     return np.asarray(vga3.interpolate_rotors(one, two, real_array(t, "t")))
 
 
+@overload
+def sclerp(a: E, b: E, t: ArrayLike) -> E: ...
+@overload
+def sclerp(a: ArrayLike, b: ArrayLike, t: ArrayLike) -> Reals: ...
 @elements(MOTOR, a=MOTOR, b=MOTOR)
-def sclerp(a: ArrayLike, b: ArrayLike, t: ArrayLike) -> Reals:
+def sclerp(a: Any, b: Any, t: ArrayLike) -> Any:
     """Interpolate from motor `a` to motor `b` by a screw motion with constant twist.
 
     Parameters
@@ -58,8 +68,12 @@ def sclerp(a: ArrayLike, b: ArrayLike, t: ArrayLike) -> Reals:
     return np.asarray(pga3.interpolate_motors(_motors(a, "a"), _motors(b, "b"), real_array(t, "t")))
 
 
+@overload
+def nlerp(a: E, b: E, t: ArrayLike) -> E: ...
+@overload
+def nlerp(a: ArrayLike, b: ArrayLike, t: ArrayLike) -> Reals: ...
 @elements(MOTOR, a=MOTOR, b=MOTOR)
-def nlerp(a: ArrayLike, b: ArrayLike, t: ArrayLike) -> Reals:
+def nlerp(a: Any, b: Any, t: ArrayLike) -> Any:
     """Interpolate linearly from motor `a` to motor `b` and project the result onto the Study quadric.
 
     The result approximates `sclerp` without trigonometric functions. Parameters and results are those of `sclerp`, with
@@ -68,8 +82,12 @@ def nlerp(a: ArrayLike, b: ArrayLike, t: ArrayLike) -> Reals:
     return np.asarray(pga3.blend_motors(_motors(a, "a"), _motors(b, "b"), real_array(t, "t")))
 
 
+@overload
+def bezier(controls: Some[E], t: ArrayLike) -> E: ...
+@overload
+def bezier(controls: ArrayLike, t: ArrayLike) -> Reals: ...
 @elements(MOTOR, controls=MOTOR)
-def bezier(controls: ArrayLike, t: ArrayLike) -> Reals:
+def bezier(controls: Any, t: ArrayLike) -> Any:
     """Evaluate the Bézier curve of control motors by de Casteljau's algorithm with screw motions.
 
     The curve starts at the first motor, along the screw motion to the second, and ends at the last motor, along the

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,7 +11,7 @@ from numpy.typing import ArrayLike
 from generated import cga3, pga3
 
 from ..arguments import Reals, finite, real_array
-from ..elements import DIRECTION, MOTOR, POINT, ROTOR, VERSOR, elements
+from ..elements import DIRECTION, MOTOR, POINT, ROTOR, VERSOR, Coefficients, E, Some, elements
 
 _DEGENERATE = 1e-10
 """A rotation is undetermined if two eigenvalues differ by less than this fraction of the largest possible difference.
@@ -21,7 +22,7 @@ _DEGENERATE = 1e-10
 class RotorFit:
     """The best rotation, and whether the data determine it."""
 
-    rotor: Reals
+    rotor: Coefficients
     """(..., 4) 1 e12 e13 e23, with nonnegative scalar part."""
     residual: Reals
     """(...) The square root of the weighted mean of squared distances."""
@@ -33,7 +34,7 @@ class RotorFit:
 class MotorFit:
     """The best rigid motion, and whether the data determine it."""
 
-    motor: Reals
+    motor: Coefficients
     """(..., 8) With nonnegative scalar part."""
     residual: Reals
     """(...) The square root of the weighted mean of squared distances."""
@@ -45,7 +46,7 @@ class MotorFit:
 class SimilarityFit:
     """The best similarity, and whether the data determine it."""
 
-    versor: Reals
+    versor: Coefficients
     """(..., 16) For the kernels ``transform_...`` of `generated.cga3`: dilation, then rotation, then translation."""
     scale: Reals
     """(...) The factor of the dilation."""
@@ -90,8 +91,12 @@ def rotor_from_vectors(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = N
     return RotorFit(rotor, np.sqrt(_mean_square(off, share)), gap > _DEGENERATE * np.where(sizes > 0, sizes, 1))
 
 
+@overload
+def rotor_from_frames(frame: Some[E], image: Some[E]) -> E: ...
+@overload
+def rotor_from_frames(frame: ArrayLike, image: ArrayLike) -> Reals: ...
 @elements(ROTOR, frame=DIRECTION, image=DIRECTION)
-def rotor_from_frames(frame: ArrayLike, image: ArrayLike) -> Reals:
+def rotor_from_frames(frame: Any, image: Any) -> Any:
     """Return the rotation that takes a frame of three vectors, orthogonal or not, to a rotated copy of it.
 
     ``1 + sum of image_k frame^k`` with the reciprocal frame, normalised, is that rotor except for rotations by 180

@@ -13,7 +13,7 @@ from generated import pga3
 from generated import registration as kernels
 
 from ..arguments import Reals, finite, real_array
-from ..elements import MOTOR, POINT, elements
+from ..elements import MOTOR, POINT, Coefficients, elements
 from .clouds import Cloud, cloud_of, normals_of
 
 _UPPER = np.triu_indices(6)
@@ -171,7 +171,7 @@ class Refinement:
         Root mean square of the distances, with robust weights.
     """
 
-    motor: Reals
+    motor: Coefficients
     inliers: Any
     covariance: Reals
     residual: float

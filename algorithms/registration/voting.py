@@ -315,8 +315,8 @@ class _Tokens:
         if balls.any():
             cell, place = self._cells(distance)
             cubics = ball_cubics(curvature, self.points.shape[1])
-            votes = kernels.ball_votes if in_space else kernels.ball_votes_in_plane
-            total += votes(self.points, balls, at, voter, receiver, self._sigma, place, cell, cubics, zero)
+            of_balls = kernels.ball_votes if in_space else kernels.ball_votes_in_plane
+            total += of_balls(self.points, balls, at, voter, receiver, self._sigma, place, cell, cubics, zero)
         return total
 
     def mutual_balls(self, curvature: float, voter: Integers, receiver: Integers, distance: Reals) -> Reals:
@@ -342,7 +342,7 @@ class _Tokens:
         table = plate_table(curvature)
         axes = sources.normals, sources.tangents
         invariants = kernels.pair_invariants(self.points, at, *axes, voter, receiver, self._sigma)
-        decay, root, column = kernels.vote_places(*invariants, curvature, table.spread)
+        decay, root, column = kernels.vote_places(*invariants, curvature, table.spread)  # type: ignore[call-overload]
         cell, x, y = table.cells(root, column)
         return np.asarray(
             kernels.stick_and_plate_votes(

@@ -87,7 +87,7 @@ class Camera:
             If `points` is not an array of points.
         """
         array = real_array(points, "points", (3,), "x y z")
-        return projective3.project_point(self.matrix.astype(array.dtype), array)  # type: ignore[no-any-return]
+        return projective3.project_point(self.matrix.astype(array.dtype), array)
 
     def depth(self, points: ArrayLike) -> Reals:
         """Return the depths of points: their z coordinates in the camera frame.

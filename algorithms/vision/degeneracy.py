@@ -82,12 +82,12 @@ def _left_by_f(matrix: Reals, first: Reals, second: Reals) -> Reals:
     (one, left), (two, right) = normalized(first, 1 / size), normalized(second, 1 / size)
     u, ratio, v = factors(np.swapaxes(undone(right), -1, -2) @ matrix @ undone(left))
     scaled = of_factors(u, ratio, v)
-    off = projective3.sampson_distance(scaled[..., None, :, :], one, two)
+    distances = projective3.sampson_distance(scaled[..., None, :, :], one, two)
     gradient = projective3.sampson_distance_gradient(scaled[..., None, :, :], one, two)
     rows = gradient.reshape(*first.shape[:-1], 9) @ directions(u, ratio, v)
-    usable = np.isfinite(rows).all((-1, -2)) & np.isfinite(off).all(-1)
+    usable = np.isfinite(rows).all((-1, -2)) & np.isfinite(distances).all(-1)
     basis = np.linalg.qr(np.where(usable[..., None, None], rows, 0))[0]
-    off = np.where(usable[..., None], off, 0)
+    off = np.where(usable[..., None], distances, 0)
     rest = off - (basis @ (np.swapaxes(basis, -1, -2) @ off[..., None]))[..., 0]
     return np.asarray((rest**2).sum(-1) * size**2)
 

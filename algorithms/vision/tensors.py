@@ -156,7 +156,7 @@ def transfer_line(tensor: ArrayLike, second: ArrayLike, third: ArrayLike) -> Rea
     """
     array = real_array(tensor, "tensor", (3, 3, 3), "a trifocal tensor")
     b, c = real_array(second, "second", (3,), "a line"), real_array(third, "third", (3,), "a line")
-    return projective3.transfer_line(array, b, c)  # type: ignore[no-any-return]
+    return projective3.transfer_line(array, b, c)
 
 
 def epipoles_of_tensor(tensor: ArrayLike) -> tuple[Reals, Reals]:

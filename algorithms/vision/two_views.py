@@ -92,7 +92,7 @@ def fundamental_matrix(
         epipole = np.abs(projective3.epipole_from_cameras(matrix, other))
         if np.any((epipole <= _SAME_CENTRE * np.linalg.norm(other, axis=-1) * centre[..., None]).all(-1)):
             raise ValueError("first, second: cameras with the same centre; expected two centres")
-    return projective3.fundamental_matrix_from_cameras(one, two)  # type: ignore[no-any-return]
+    return projective3.fundamental_matrix_from_cameras(one, two)
 
 
 def _from_pixels(
@@ -145,9 +145,7 @@ def sampson_distance(fundamental: ArrayLike, pixels: ArrayLike, partners: ArrayL
         If an argument has a different shape or type.
     """
     matrix = real_array(fundamental, "fundamental", (3, 3), "a fundamental matrix")
-    return projective3.sampson_distance(  # type: ignore[no-any-return]
-        matrix, _pixels(pixels, "pixels"), _pixels(partners, "partners")
-    )
+    return projective3.sampson_distance(matrix, _pixels(pixels, "pixels"), _pixels(partners, "partners"))
 
 
 def epipoles(fundamental: ArrayLike) -> tuple[Reals, Reals]:
@@ -197,7 +195,7 @@ def epipolar_lines(fundamental: ArrayLike, pixels: ArrayLike) -> Reals:
         If an argument has a different shape or type.
     """
     matrix = real_array(fundamental, "fundamental", (3, 3), "a fundamental matrix")
-    return projective3.epipolar_line(matrix, _pixels(pixels, "pixels"))  # type: ignore[no-any-return]
+    return projective3.epipolar_line(matrix, _pixels(pixels, "pixels"))
 
 
 def epipolar_distance(fundamental: ArrayLike, pixels: ArrayLike, partners: ArrayLike) -> Reals:
@@ -220,7 +218,7 @@ def epipolar_distance(fundamental: ArrayLike, pixels: ArrayLike, partners: Array
     """
     matrix = real_array(fundamental, "fundamental", (3, 3), "a fundamental matrix")
     one, two = _pixels(pixels, "pixels"), _pixels(partners, "partners")
-    return projective3.distance_to_epipolar_line(matrix, one, two)  # type: ignore[no-any-return]
+    return projective3.distance_to_epipolar_line(matrix, one, two)
 
 
 def triangulate(cameras: Sequence[Camera | ArrayLike], pixels: Sequence[ArrayLike]) -> Reals:

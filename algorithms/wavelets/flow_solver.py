@@ -138,7 +138,7 @@ class _Board:
         for sums, before, square, stiffness, step in zip(
             self._sums, self._before, self._squares, self._stiffness, self._steps, strict=True
         ):
-            images.relaxation_step(sums.T, before.T, *square, stiffness.T, parameters, out=step.T)
+            images.relaxation_step(sums.T, before.T, *square, stiffness.T, parameters, out=step.T)  # type: ignore[call-overload]
         calls = [(*self._squares[kind], self._steps[kind].T) for kind in (0, 3, 1, 2)]
         for _ in range(sweeps):
             for call in calls:

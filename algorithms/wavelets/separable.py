@@ -148,7 +148,7 @@ class Sampler:
         """Return the image at (column + u, row + v) for some pixels; `uv` is (2, ...)."""
         (left, x), (top, y) = cells(uv, row, column, self._shape)
         place = (top * self._wide + left).reshape(-1)
-        found: Reals = images.cubic_samples(*self._tables, place, x.reshape(-1), y.reshape(-1))
+        found: Reals = images.cubic_samples(*self._tables, place, x.reshape(-1), y.reshape(-1))  # type: ignore[call-overload]
         return found.reshape(uv.shape[1:])
 
 

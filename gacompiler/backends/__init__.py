@@ -16,7 +16,7 @@ from .c import c_header, c_source, standalone_c_source
 from .documentation import body_is_intact
 from .module import KernelSource, LayoutText, ModuleSource
 from .printers import as_printed
-from .python import check_names, python_source, runtime_files, standalone_python_source, taken_names
+from .python import check_names, python_source, python_stub, runtime_files, standalone_python_source, taken_names
 from .python_loop_reader import python_procedures
 from .readers import (
     Read,
@@ -52,6 +52,7 @@ __all__ = [
     "python_procedures",
     "python_programs",
     "python_source",
+    "python_stub",
     "runtime_files",
     "standalone_c_source",
     "standalone_python_source",

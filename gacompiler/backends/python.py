@@ -20,6 +20,7 @@ from .module import KernelSource, LayoutText, LoopSource, ModuleSource
 from .printers import C_MACRO_NAMES, Names
 from .python_loops import costs_text, kernel_names, loop_text
 from .python_text import function_text
+from .stubs import Stub
 from .values import class_text, combined_types, operator_lines, value_types
 
 PUBLIC = ("Kernel", "Layout", "Value", "backend", "kernels", "num_threads")
@@ -94,6 +95,12 @@ def _python_source(module: ModuleSource, imports: str, label: str) -> str:
         )
     )
     return stamp(body, module, "#")
+
+
+def python_stub(module: ModuleSource) -> str:
+    """Print the ``.pyi`` file of a module, which declares its kernels and types for type checkers and editors."""
+    types = value_types(module, {*taken_names(), *_names_of_kernels(module)})
+    return stamp(Stub(module, types, _layout_names(module, types)).text(), module, "#")
 
 
 def _names_of_kernels(module: ModuleSource) -> list[str]:

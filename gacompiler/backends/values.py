@@ -74,10 +74,12 @@ def class_text(name: str, variable: str) -> list[str]:
     return [f"class {name}(Value):", "    __slots__ = ()", f"    layout = {variable}"]
 
 
-def operator_lines(module: ModuleSource, types: Mapping[str, tuple[str, LayoutText]]) -> list[str]:
+def operator_rows(
+    module: ModuleSource, types: Mapping[str, tuple[str, LayoutText]]
+) -> list[tuple[str, tuple[str, ...], str, str, bool]]:
     """Return the rows of the operator table: symbol, operands, result, kernel, and whether to swap operands."""
-    rows: dict[tuple[str, tuple[str, ...]], str] = {}
-    widened: dict[tuple[str, tuple[str, ...]], str] = {}
+    rows: dict[tuple[str, tuple[str, ...]], tuple[str, str, bool]] = {}
+    widened: dict[tuple[str, tuple[str, ...]], tuple[str, str, bool]] = {}
     for kernel in module.kernels:
         if kernel.operator is None:
             continue
@@ -89,10 +91,17 @@ def operator_lines(module: ModuleSource, types: Mapping[str, tuple[str, LayoutTe
         swapped = operands != tuple(argument.name for argument in kernel.program.arguments)
         meant = tuple(types[layouts[name].name][0] for name in operands)
         for chosen in product(*(_accepted_types(layouts[name], types) for name in operands)):
-            types_text = f"({', '.join(chosen)}{',' if len(chosen) == 1 else ''})"
-            text = f'("{symbol}", {types_text}, {result}, {kernel.program.name}, {swapped})'
-            (rows if chosen == meant else widened).setdefault((symbol, chosen), text)
-    return list((rows | {key: text for key, text in widened.items() if key not in rows}).values())
+            (rows if chosen == meant else widened).setdefault((symbol, chosen), (result, kernel.program.name, swapped))
+    rows |= {key: row for key, row in widened.items() if key not in rows}
+    return [(*key, *row) for key, row in rows.items()]
+
+
+def operator_lines(module: ModuleSource, types: Mapping[str, tuple[str, LayoutText]]) -> list[str]:
+    """Return the text of `operator_rows`."""
+    return [
+        f'("{symbol}", ({", ".join(operands)}{"," if len(operands) == 1 else ""}), {result}, {kernel}, {swapped})'
+        for symbol, operands, result, kernel, swapped in operator_rows(module, types)
+    ]
 
 
 def _result_type(layout: LayoutText, types: Mapping[str, tuple[str, LayoutText]]) -> str | None:

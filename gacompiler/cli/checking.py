@@ -53,10 +53,10 @@ def check(names: tuple[str, ...], prove: bool, jobs: int, cache: Cache | None) -
         texts = rendered(found, jobs, cache)
     files = runtime_files() | {name: text for each in texts for name, text in each.items()}
     diffs = compare(files, folder)
-    known = {f"{path.stem}.{ending}" for path in own_specs() for ending in ("py", "c", "h")} | {"__init__.py"}
+    known = {f"{path.stem}.{ending}" for path in own_specs() for ending in ("py", "pyi", "c", "h")} | {"__init__.py"}
     known |= set(runtime_files())
     paths = [*folder.glob("*.*"), *(folder / RUNTIME).rglob("*.*")]
-    names_found = {path.relative_to(folder).as_posix() for path in paths if path.suffix in (".py", ".c", ".h")}
+    names_found = {path.relative_to(folder).as_posix() for path in paths if path.suffix in (".py", ".pyi", ".c", ".h")}
     orphans = sorted(names_found - known)
     for diff in diffs:
         click.echo(diff)

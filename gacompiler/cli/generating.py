@@ -78,7 +78,7 @@ def generate(
     model: str,
     only: tuple[str, ...],
 ) -> None:
-    """Generate a module (.py, .c, .h) from each spec file, and compile its C if a compiler is available.
+    """Generate a module (.py, .pyi, .c, .h) from each spec file, and compile its C if a compiler is available.
 
     A module in another language is one file, with functions for single elements and for batches; a comment at its top
     describes their arguments. Kernels with loops have functions for single elements, and for batches in CUDA and OpenCL
@@ -129,7 +129,7 @@ def _write_modules(
         write(runtime_files(), folder)
     for spec, files in zip(specs, in_c, strict=False):
         unchanged = "" if write(files, folder) else ", unchanged"
-        click.echo(f"{near(folder / spec.name)}.py .c .h: {len(spec.kernels)} kernels{unchanged}")
+        click.echo(f"{near(folder / spec.name)}.py .pyi .c .h: {len(spec.kernels)} kernels{unchanged}")
     if in_c and not no_build:
         _build([folder / f"{spec.name}.c" for spec in specs])
 
@@ -211,7 +211,7 @@ def robot(
     effort: int,
     model: str,
 ) -> None:
-    """Generate a module (.py, .c, .h) for one robot, with its constants folded into the kernels.
+    """Generate a module (.py, .pyi, .c, .h) for one robot, with its constants folded into the kernels.
 
     ROBOT is a URDF file or the name of a known robot. The kernels take vectors of all joint variables. The spec is
     saved in the folder specs/ next to the module, for use with `gac show` and `gac verify`.

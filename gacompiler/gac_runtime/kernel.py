@@ -110,7 +110,7 @@ class _Documentation:
         return self._text if kernel is None else kernel.describe()
 
 
-class Kernel(Call):  # type: ignore[misc]
+class Kernel(Call):
     """A generated function of arrays. Leading axes broadcast; the last axes are those of `signature`.
 
     Arguments are passed by position or by name, ``kernel(m=motors, p=points)``; passing by position is faster for one

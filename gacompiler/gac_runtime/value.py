@@ -5,8 +5,8 @@ from __future__ import annotations
 import itertools
 import operator
 import sys
-from collections.abc import Callable
-from typing import Any, NoReturn
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, Generic, NoReturn, TypeVar
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from .arrays import FLOAT64
 from .documentation import layout_text
 from .extension import extension
 from .kernel import Kernel
-from .layout import Layout, coefficients, number
+from .layout import Layout, check_unit, coefficients, converted, number
 
 _next_index = itertools.count().__next__
 _NUMBERS = (int, float, np.integer, np.floating)
@@ -73,7 +73,9 @@ class _PythonValue:
         return value
 
     @classmethod
-    def _adopt(cls, index: int, names: tuple[str, ...], operate: Any, coefficients: Any, layout: Any) -> None:
+    def _adopt(
+        cls, index: int, names: tuple[str, ...], operate: Any, coefficients: Any, layout: Any, is_unit: bool
+    ) -> None:
         for k, name in enumerate(names):
             setattr(cls, name, property(operator.itemgetter(k)))
 
@@ -113,10 +115,28 @@ class _PythonValue:
         return _operate("-", self)
 
 
-_Value: Any = _PythonValue if extension is None else extension.Value
+Kind = TypeVar("Kind", covariant=True)
+if TYPE_CHECKING:
+
+    class _Value(Generic[Kind]):
+        """What type checkers know of both base classes; the kind is the literal name of the layout."""
+
+        _array: Any
+
+        def __len__(self) -> int: ...
+        def __iter__(self) -> Iterator[float]: ...
+        def __getitem__(self, index: int, /) -> float: ...
+        def __hash__(self) -> int: ...
+        @classmethod
+        def _adopt(
+            cls, index: int, names: tuple[str, ...], operate: Any, coefficients: Any, layout: Any, is_unit: bool
+        ) -> None: ...
+
+else:
+    _Value = {Kind: _PythonValue if extension is None else extension.Value}
 
 
-class Value(_Value):  # type: ignore[misc]
+class Value(_Value[Kind]):
     """One element of a layout, with the operators that the module's kernels define, and sums and multiples.
 
     Values are created from an array or from their coefficients, ``Point(1, 2, 3)``. They are immutable, and numpy reads
@@ -138,13 +158,14 @@ class Value(_Value):  # type: ignore[misc]
         cls.family.types.setdefault((cls.layout.identity, cls.layout.unit), cls)
         cls.__doc__ = cls.__doc__ or layout_text(*cls.layout[:4])
         names = tuple(map(_field, cls.layout.blades))
-        cls._adopt(_next_index(), names, _operate, _coefficients, cls.layout.identity)
+        cls._adopt(_next_index(), names, _operate, _coefficients, cls.layout.identity, cls.layout.unit)
         for blade, text in cls.layout.fixed:
             if text != "implied":
                 setattr(cls, _field(blade), number(text))
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray[Any, Any]:
-        array = np.frombuffer(self) if extension is not None else self._array.view()
+        view: Any = self
+        array: np.ndarray[Any, Any] = np.frombuffer(view) if extension is not None else self._array.view()
         if copy or (dtype is not None and dtype != FLOAT64):
             return np.array(array, dtype)
         return array
@@ -158,6 +179,20 @@ class Value(_Value):  # type: ignore[misc]
     def stored(self) -> tuple[np.ndarray[Any, Any], Layout]:
         """The coefficients and their layout, which kernels check."""
         return self.__array__(), self.layout
+
+    def require_unit(self, where: str) -> None:
+        """Raise TypeError unless ``x ~x = 1``, where a kernel takes unit elements only.
+
+        The product and the reverse are those of the first type of the module with both operators that can hold this
+        value. If there is none, the norm cannot be tested, and values whose type does not guarantee it are refused.
+        """
+        found = _square(self)
+        if found is None:
+            raise TypeError(
+                f"{where} is {self.layout.name}, whose norm {self.__module__} cannot compute; expected a type of unit "
+                "elements"
+            )
+        check_unit(where, self.layout.name, found, self.__array__())
 
     def like(self, layout: Layout, values: np.ndarray[Any, Any]) -> Any:
         """Return one element of a layout as a value of the same module; several, which have no type, stay an array."""
@@ -174,7 +209,7 @@ class Value(_Value):  # type: ignore[misc]
         return f"{type(self).__name__}({text or '0'})"
 
 
-def value_of(module: str, layout: Layout, values: np.ndarray[Any, Any]) -> Value:
+def value_of(module: str, layout: Layout, values: np.ndarray[Any, Any]) -> Value[Any]:
     """Return a value of a module from its coefficients; its type is created if the module names none of the layout."""
     types = families.setdefault(module, Family()).types
     found = types.get((layout.identity, layout.unit))
@@ -183,6 +218,26 @@ def value_of(module: str, layout: Layout, values: np.ndarray[Any, Any]) -> Value
         name = word if word.isidentifier() else "Multivector"
         found = type(name, (Value,), {"__slots__": (), "__module__": module, "layout": layout})
     return found(values)  # type: ignore[no-any-return]
+
+
+def _square(x: Value[Any]) -> np.ndarray[Any, Any] | None:
+    """Return ``x ~x - 1`` by operators of the module; None if it has none for a type that can hold the value."""
+    for (symbol, types), (product, _, _) in x.family.operators.items():
+        reverse = x.family.operators.get(("~", types[:1]))
+        if symbol != "*" or types != 2 * types[:1] or reverse is None:
+            continue
+        kind: Any = types[0]
+        wide: Layout = kind.layout
+        if (
+            wide.unit
+            or wide.algebra != x.layout.algebra
+            or not {*x.layout.blades, *dict(x.layout.fixed)} <= {*wide.blades}
+        ):
+            continue
+        values = converted("", x.__array__(), x.layout, wide)
+        one = [blade == "1" for blade in product.layouts["out"].blades]
+        return np.asarray(product(values, reverse[0](values)) - one)
+    return None
 
 
 def _field(blade: str) -> str:

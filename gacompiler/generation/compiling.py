@@ -171,6 +171,6 @@ def _text_key(spec: Spec, keys: Keys) -> str | None:
 
 def _known_text(spec: Spec, key: str | None, cache: Cache | None) -> dict[str, str] | None:
     found = cache.get(key) if cache and key else None
-    names = {f"{spec.name}.{ending}" for ending in ("py", "c", "h")}
+    names = {f"{spec.name}.{ending}" for ending in ("py", "pyi", "c", "h")}
     is_whole = isinstance(found, dict) and found.keys() == names and all(isinstance(x, str) for x in found.values())
     return found if is_whole else None

@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 
-from ..backends import c_header, c_source, python_source, standalone_c_source, standalone_python_source
+from ..backends import (
+    c_header,
+    c_source,
+    python_source,
+    python_stub,
+    standalone_c_source,
+    standalone_python_source,
+)
 from ..backends.cuda import cuda_source
 from ..backends.javascript import javascript_source
 from ..backends.module import ModuleSource
@@ -25,6 +32,7 @@ def render(module: ModuleSource) -> dict[str, str]:
     """Return the texts of the files of a module by name."""
     return {
         f"{module.name}.py": python_source(module),
+        f"{module.name}.pyi": python_stub(module),
         f"{module.name}.c": c_source(module),
         f"{module.name}.h": c_header(module),
     }

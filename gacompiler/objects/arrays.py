@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from decimal import Decimal
 from fractions import Fraction
 from functools import cache
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Self, overload
 
 import numpy as np
 
@@ -25,7 +25,9 @@ from ..algebra.multivector import Multivector
 from ..algebra.operations import Kind, Operation
 from ..errors import AlgebraError, LayoutError, OperandError
 from ..frontend.operands import own_operations
+from ..gac_runtime.annotations import Numbers, Real
 from ..gac_runtime.layout import Layout as PlainLayout
+from ..gac_runtime.layout import check_unit
 from .caches import cached_by_name, key_of
 from .checks import check_relations
 from .definitions import BINARY, FUNCTIONS, UNARY, Definition, grade_of, normalize_of, power_of
@@ -36,7 +38,7 @@ from .methods import Engine, Operations, curried, run_by
 from .native import extension, extension_is_settled
 from .normalizing import normalized
 from .numpy_functions import NumpyFunctions
-from .operators import Operator, chosen_layout, layout_of, operator_of
+from .operators import OBSERVERS, Operator, chosen_layout, layout_of, operator_of
 from .printing import latex_of, repr_of, text_of
 from .scalars import ScalarMethods
 from .tables import table_of
@@ -86,7 +88,17 @@ def run_operation(name: str, *operands: Any) -> Any:
     raise OperandError(f"{name}()", f"a {first.layout}", "numbers")
 
 
-class MultivectorArray(Geometry, Operations, Unordered, NumpyFunctions):
+if TYPE_CHECKING:
+    from .signatures import Operators
+else:
+
+    class Operators:
+        """The operators, which `_Array` and the types of single elements define."""
+
+        __slots__ = ()
+
+
+class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunctions):
     """Immutable multivectors of one layout: a single one, with shape ``()``, or an array of any shape.
 
     Operators: ``+ -``, ``*`` geometric product, ``^`` outer product, ``&`` regressive product (join of points in
@@ -116,6 +128,8 @@ class MultivectorArray(Geometry, Operations, Unordered, NumpyFunctions):
     takes_over_multivector = True
     layout: Layout
     values: np.ndarray[Any, Any]
+    if TYPE_CHECKING:
+        scalar: Real
 
     @property
     def algebra(self) -> Algebra:
@@ -135,12 +149,8 @@ class MultivectorArray(Geometry, Operations, Unordered, NumpyFunctions):
 
     def require_unit(self, where: str) -> None:
         """Raise TypeError if ``x ~x`` differs from 1 by more than 1e-9, where a kernel takes unit elements only."""
-        square = operate("*", self, operate("~", self))
-        off = np.abs(np.asarray((square - 1).values if hasattr(square, "values") else square - 1)).max(initial=0.0)
-        if not off <= 1e-9 * max(1.0, float(np.abs(self.values).max(initial=0.0)) ** 2):
-            raise TypeError(
-                f"{where} is {self.layout} with x ~x = 1 up to {off:.3g}; expected unit elements; call normalize()"
-            )
+        square = operate("*", self, operate("~", self)) - 1
+        check_unit(where, str(self.layout), getattr(square, "values", square), self.values)
 
     def like(self, layout: PlainLayout, values: np.ndarray[Any, Any]) -> Any:
         """Return multivectors from results of a generated kernel; an array if their algebra is not known here."""
@@ -169,11 +179,15 @@ class MultivectorArray(Geometry, Operations, Unordered, NumpyFunctions):
     def __bool__(self) -> bool:
         raise TypeError("the truth value of a multivector is undefined; compare coefficients, or use isclose()")
 
-    def __iter__(self) -> Iterator[Any]:
+    def __iter__(self) -> Iterator[Self]:
         if not self.shape:
             raise TypeError(f"a single {self.layout} is not iterable; its coefficients are in .values")
         return iter([wrap(self.layout, values) for values in self.values])
 
+    @overload
+    def __getitem__(self, index: str) -> Real: ...
+    @overload
+    def __getitem__(self, index: Any) -> Self: ...
     def __getitem__(self, index: Any) -> Any:
         """Return a coefficient by any spelling of its blade, ``x["e31"]``, or elements by the axes of `shape`."""
         if isinstance(index, str):
@@ -198,19 +212,21 @@ class MultivectorArray(Geometry, Operations, Unordered, NumpyFunctions):
                 return _number(function(named) * (sign * slot.sign))
         return _number(np.zeros(self.shape))
 
-    def __getattr__(self, name: str) -> Any:
-        """Return a coefficient by the name of its blade, ``x.e12``; `scalar` is the coefficient of 1."""
-        if not name.startswith("_"):
-            try:
-                return self._coefficient("1" if name == "scalar" else name)
-            except AlgebraError:
-                pass
-        raise AttributeError(f"{type(self).__name__} has no method and {self.algebra.name} no blade {name!r}")
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Return a coefficient by the name of its blade, ``x.e12``; `scalar` is the coefficient of 1."""
+            if not name.startswith("_"):
+                try:
+                    return self._coefficient("1" if name == "scalar" else name)
+                except AlgebraError:
+                    pass
+            raise AttributeError(f"{type(self).__name__} has no method and {self.algebra.name} no blade {name!r}")
 
     def __dir__(self) -> list[str]:
         return sorted({*object.__dir__(self), *(name for name in self.layout.blades if name.isidentifier())})
 
-    def exp(self) -> Any:
+    def exp(self) -> Self:
         """Return the exponential, which for a bivector in up to five dimensions is a unit versor; see `gacompiler.exp`.
 
         If the result has more than 32 coefficients, in seven dimensions and more, it is computed by products, and the
@@ -220,7 +236,7 @@ class MultivectorArray(Geometry, Operations, Unordered, NumpyFunctions):
         whole = layout_of_exponential(self.layout) if self.layout.algebra.dimension > MOST_VECTORS else None
         return _EXP[0](self) if whole is None else exponential(self, whole, wrap)
 
-    def inverse(self) -> Any:
+    def inverse(self) -> Self:
         """Return the element ``b`` with ``a b = 1``, where `a` is this object; see `gacompiler.inverse`.
 
         In more than five dimensions, versors are inverted by their reverse, and other elements as matrices; the
@@ -233,10 +249,10 @@ class MultivectorArray(Geometry, Operations, Unordered, NumpyFunctions):
         """
         return inverted(self, _INVERSE[0], wrap)
 
-    def __pow__(self, exponent: Any) -> Any:
+    def __pow__(self, exponent: Numbers) -> Self:
         """Return a product of equal factors; a negative integer exponent gives a power of the inverse."""
         try:
-            n = operator.index(exponent)
+            n = operator.index(exponent)  # type: ignore[arg-type]
         except TypeError:
             return self.power(exponent)
         if n < 0:
@@ -247,19 +263,20 @@ class MultivectorArray(Geometry, Operations, Unordered, NumpyFunctions):
             return _run_of(power_of(n))[0](self)
         return self ** (n - n // 2) * self ** (n // 2)
 
-    def __rpow__(self, base: float) -> Any:
-        return (np.log(base) * self).exp()
+    def __rpow__(self, base: float) -> Self:
+        return (float(np.log(base)) * self).exp()
 
-    def __pos__(self) -> Any:
+    def __pos__(self) -> Self:
         return self
 
-    def __abs__(self) -> Any:
+    def __abs__(self) -> Real:
         return self.norm()
 
-    def __round__(self, digits: int = 0) -> Any:
-        return np.round(self, digits)
+    def __round__(self, digits: int = 0) -> Self:
+        found: Any = np.round(self, digits)
+        return found
 
-    def normalize(self) -> Any:
+    def normalize(self) -> Self:
         """Scale this element to ``x ~x`` = 1, or to -1 if ``x ~x`` is negative.
 
         The result is ``x / sqrt(|x ~x|)`` if ``x ~x`` is a number, as for planes, spheres, circles and vectors of
@@ -276,7 +293,7 @@ class MultivectorArray(Geometry, Operations, Unordered, NumpyFunctions):
         """
         return normalized(self, _run_of(_normalization(self.layout))[0], wrap)
 
-    def grade(self, *grades: int) -> Any:
+    def grade(self, *grades: int) -> Self:
         """Return the part of the given grades."""
         known = _grades.get((type(self), grades))
         if known is not None:
@@ -289,7 +306,7 @@ class MultivectorArray(Geometry, Operations, Unordered, NumpyFunctions):
             _grades[type(self), grades] = run
         return run[0](self)
 
-    def log(self, *, tolerance: float = 1e-9, shorter: bool = True) -> Any:
+    def log(self, *, tolerance: float = 1e-9, shorter: bool = True) -> Self:
         """Return the logarithm of a unit versor or of a number; see `gacompiler.log`.
 
         Parameters
@@ -314,7 +331,7 @@ class MultivectorArray(Geometry, Operations, Unordered, NumpyFunctions):
             found = longer(versor, found, wrap)
         return self._determined("log", found)
 
-    def sqrt(self, *, tolerance: float = 1e-9, shorter: bool = True) -> Any:
+    def sqrt(self, *, tolerance: float = 1e-9, shorter: bool = True) -> Self:
         """Return the square root of a unit versor, half of its motion, or of a number; arguments as in `log`.
 
         By default it is half of the shorter motion: the square of the root of a rotor of more than half a turn is its
@@ -324,12 +341,12 @@ class MultivectorArray(Geometry, Operations, Unordered, NumpyFunctions):
             return (self.log(tolerance=tolerance, shorter=False) / 2).exp()
         return self._determined("sqrt", _SQRT[0](self._as_unit("sqrt", tolerance)))
 
-    def power(self, exponent: Any, *, tolerance: float = 1e-9, shorter: bool = True) -> Any:
+    def power(self, exponent: Numbers, *, tolerance: float = 1e-9, shorter: bool = True) -> Self:
         """Return ``exp(exponent * log(x))``, for a unit versor a fraction of its motion; arguments as in `log`."""
-        exponent = float(exponent) if isinstance(exponent, int) else exponent
+        factor: Any = float(exponent) if isinstance(exponent, int) else exponent
         if not shorter:
-            return (exponent * self.log(tolerance=tolerance, shorter=False)).exp()
-        return self._determined("power", _POWER[0](self._as_unit("power", tolerance))(exponent))
+            return (factor * self.log(tolerance=tolerance, shorter=False)).exp()
+        return self._determined("power", _POWER[0](self._as_unit("power", tolerance))(factor))
 
     def _determined(self, what: str, found: Any) -> Any:
         """Return a result; raise if a single one is NaN, although this element is not."""
@@ -348,7 +365,7 @@ class MultivectorArray(Geometry, Operations, Unordered, NumpyFunctions):
         unit = unit_layout(layout)
         return self if unit is None else self.as_layout(unit, tolerance=tolerance, what=what)
 
-    def as_layout(self, layout: Layout, *, tolerance: float = 1e-9, what: str = "") -> Any:
+    def as_layout(self, layout: Layout, *, tolerance: float = 1e-9, what: str = "") -> Self:
         """Return the same multivectors in another layout.
 
         Raises
@@ -382,7 +399,7 @@ class MultivectorArray(Geometry, Operations, Unordered, NumpyFunctions):
             check_relations(where, layout, values, tolerance)
         return wrap(layout, values)
 
-    def isclose(self, other: Any, rtol: float = 1e-9, atol: float = 1e-12) -> Any:
+    def isclose(self, other: Self | Multivector | Numbers, rtol: float = 1e-9, atol: float = 1e-12) -> Any:
         """Whether multivectors are equal within a tolerance, regardless of their layouts; an array of booleans."""
         found = apply(BINARY["subtract"], self, other)
         difference = np.abs(found.values if isinstance(found, MultivectorArray) else np.asarray(found)[..., None])
@@ -400,7 +417,7 @@ class MultivectorArray(Geometry, Operations, Unordered, NumpyFunctions):
             )
         return self.layout.element([Fraction(float(x)) for x in self.values])
 
-    def reshape(self, *shape: Any) -> Any:
+    def reshape(self, *shape: int | tuple[int, ...]) -> Self:
         """Return the same multivectors in another shape."""
         wanted = shape[0] if len(shape) == 1 and isinstance(shape[0], tuple) else shape
         return wrap(self.layout, self.values.reshape((*wanted, self.layout.size)))
@@ -419,17 +436,21 @@ class MultivectorArray(Geometry, Operations, Unordered, NumpyFunctions):
 
     run_operation = staticmethod(run_operation)
 
-    def transpose(self, *axes: Any) -> Any:
+    def transpose(self, *axes: int | tuple[int, ...]) -> Self:
         """Return the multivectors with their axes reversed, or in the order of `axes`."""
-        return np.transpose(self, (axes[0] if len(axes) == 1 else axes) if axes else None)
+        order: Any = (axes[0] if len(axes) == 1 else axes) if axes else None
+        found: Any = np.transpose(self, order)
+        return found
 
-    def sum(self, axis: Any = None, keepdims: bool = False) -> Any:
+    def sum(self, axis: int | tuple[int, ...] | None = None, keepdims: bool = False) -> Self:
         """Return the sum over all elements, or along axes."""
-        return np.sum(self, axis=axis, keepdims=keepdims)
+        found: Any = np.sum(self, axis=axis, keepdims=keepdims)
+        return found
 
-    def mean(self, axis: Any = None, keepdims: bool = False) -> Any:
+    def mean(self, axis: int | tuple[int, ...] | None = None, keepdims: bool = False) -> Self:
         """Return the mean of all elements, or along axes. The mean of points of projective space is a point."""
-        return np.mean(self, axis=axis, keepdims=keepdims)
+        found: Any = np.mean(self, axis=axis, keepdims=keepdims)
+        return found
 
     def __str__(self) -> str:
         return text_of(self)
@@ -716,6 +737,9 @@ def apply(definition: Definition, *operands: Any) -> Any:
     OperandError
         If an operand is a list, or an array where one of numbers has no use but one of coordinates would have.
     """
+    known = _PACKED.get((id(definition), *map(type, operands)))
+    if known is not None and not OBSERVERS:
+        return known.call(known.holder(*_flat(operands)))
     algebra = definition.algebra
     refused = (list, tuple, np.ndarray) if definition in _OF_MULTIVECTORS else (list, tuple)
     for each in operands:
@@ -738,7 +762,66 @@ def apply(definition: Definition, *operands: Any) -> Any:
     if table is not None:
         return wrap(table.result, table.product(*(values for _, values in lifted)))
     found = operator_of(definition, layouts)
+    if found.native is not None:
+        _pack(definition, operands, layouts, found)
     return wrap(found.result, found([values for _, values in lifted]))
+
+
+class _Packed(NamedTuple):
+    """An operation on single elements and numbers, whose coefficients are passed together."""
+
+    holder: Any
+    """The type of the extension that holds the coefficients of all operands."""
+    call: Callable[[Any], Any]
+    """Takes an object of this type."""
+    definition: Definition
+    """Kept alive, since the key has its identity."""
+
+
+_PACKED: dict[tuple[Any, ...], _Packed] = {}
+"""By the identity of the definition and the types of the operands."""
+_HOLDERS: dict[int, Any] = {}
+"""Types of holders by their number of coefficients."""
+
+
+def _no_numbers(cls: Any, arguments: tuple[Any, ...]) -> Any:
+    raise TypeError("operands are numbers")
+
+
+def _flat(operands: tuple[Any, ...]) -> list[float]:
+    numbers: list[float] = []
+    for x in operands:
+        if type(x) is float or type(x) is int:
+            numbers.append(x)
+        else:
+            numbers += memoryview(x).tolist()
+    return numbers
+
+
+def _pack(definition: Definition, operands: tuple[Any, ...], layouts: tuple[Layout, ...], found: Operator) -> None:
+    """Let operations on operands of these types, single elements and Python's numbers, call the compiled function."""
+    types = tuple(map(type, operands))
+    if all(t is float or t is int or _is_single(t) for t in types):
+        made = packed(definition, layouts, found)
+        if made is not None:
+            _PACKED[id(definition), *types] = made
+
+
+def packed(definition: Definition, layouts: tuple[Layout, ...], found: Operator) -> _Packed | None:
+    """Return an operation that takes all coefficients together; None if it is not compiled (yet)."""
+    native = found.native
+    result = Scalar if found.result.is_scalar else single_type(found.result)
+    if native is None or result is None:
+        return None
+    size = sum(1 if layout.is_scalar else layout.size for layout in layouts)
+    if size not in _HOLDERS:
+        names = tuple(f"_{k}" for k in range(size))
+        holder: Any = type("Operands", (extension().Value,), {"__slots__": (), "_names": names})
+        holder._adopt(_next_index(), names, operate, _no_numbers, None)
+        _HOLDERS[size] = holder
+    role = role_type(definition, None)
+    extension().bind_operator("()", (role, _HOLDERS[size]), result, native.packed, False)
+    return _Packed(_HOLDERS[size], role(), definition)
 
 
 _OF_MULTIVECTORS = frozenset(
@@ -773,7 +856,7 @@ def from_exact(element: Multivector) -> MultivectorArray:
             "numbers",
             "substitute numbers, or convert the formula to a kernel with gacompiler.symbolic.to_kernel() and call that",
         ) from error
-    return of_rows(layout, values)  # type: ignore[no-any-return]
+    return of_rows(layout, values)
 
 
 def _is_operand(x: Any) -> bool:

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..algebra.layout import Layout
 from ..errors import AlgebraError, LayoutError
+from .caches import cached_by_name
 
 
 def check_relations(where: str, layout: Layout, values: np.ndarray[Any, Any], tolerance: float = 1e-9) -> None:
@@ -34,7 +35,7 @@ def require_blade(where: str, x: Any) -> None:
     """
     if not hasattr(x, "layout"):
         raise AlgebraError(where, f"a {type(x).__name__}", "a blade")
-    n, grades = x.algebra.dimension, sorted({blade.bit_count() for blade in x.layout.support})
+    n, grades = x.algebra.dimension, _grades_of(x.layout)
     if len(grades) != 1:
         raise AlgebraError(where, f"a {x.layout} of grades {grades}", "a blade, of one grade", "select it by .grade()")
     (k,) = grades
@@ -43,13 +44,27 @@ def require_blade(where: str, x: Any) -> None:
     if k not in (2, n - 2):
         raise AlgebraError(where, f"grade {k} in {n} dimensions", f"grade 1, 2, {n - 2} or {n - 1}")
     square = x.outer_product(x) if k == 2 else x.regressive_product(x)
-    found = np.abs(np.asarray(getattr(square, "values", square)))
-    worst = np.max(found, initial=0.0)
-    rounding = max(1e-9, 64 * float(np.finfo(x.values.dtype).eps))  # the second is larger in single precision
-    if worst > rounding * np.max(np.abs(x.values), initial=1e-300) ** 2:
+    worst, size = largest(getattr(square, "values", square)), largest(x.values)
+    # Single precision has the larger error of the two.
+    rounding = 1e-9 if x.values.dtype == np.float64 else max(1e-9, 64 * float(np.finfo(x.values.dtype).eps))
+    if worst > rounding * max(size, 1e-300) ** 2:
         product = "^" if k == 2 else "&"
         found_text = f"a {x.layout} that is not a blade: x {product} x = {worst:.3g}"
         raise AlgebraError(where, found_text, "an outer product of vectors")
+
+
+@cached_by_name
+def _grades_of(layout: Layout) -> list[int]:
+    return sorted({blade.bit_count() for blade in layout.support})
+
+
+def largest(values: Any) -> float:
+    """Return the largest absolute value of an array or a number; lists are faster than numpy for single elements."""
+    if isinstance(values, float):
+        return abs(values)
+    if values.ndim == 1:
+        return max(map(abs, values.tolist()), default=0.0)
+    return float(np.max(np.abs(values), initial=0.0))
 
 
 def refuse(where: str, made: Any, bad: Any, found: str, expected: str) -> Any:
@@ -70,7 +85,7 @@ def refuse(where: str, made: Any, bad: Any, found: str, expected: str) -> Any:
     LayoutError
         If a single element is invalid.
     """
-    if bad is False or not np.any(bad):
+    if bad is False or (isinstance(bad, (bool, np.bool_)) and not bad) or not np.any(bad):
         return made
     if not made.shape:
         raise LayoutError(where, found, expected)
@@ -81,6 +96,8 @@ def require_finite(where: str, made: Any, operands: Sequence[Any], found: str = 
     """Return `refuse` for coefficients that are not finite; NaN in the operands is propagated without an error."""
     values = np.asarray(getattr(made, "values", made))
     is_single = not getattr(made, "shape", ())
+    if is_single and values.ndim == 1 and cmath.isfinite(sum(values.tolist())):  # a sum with inf or NaN is not finite
+        return made
     if all(map(cmath.isfinite, np.ravel(values).tolist())) if is_single else np.all(np.isfinite(values)):
         return made
     if is_single:

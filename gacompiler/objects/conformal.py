@@ -7,8 +7,7 @@ rounds have a negative squared radius.
 
 from __future__ import annotations
 
-from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -16,12 +15,17 @@ from ..algebra.catalog import CGA2 as _CGA2
 from ..algebra.catalog import CGA3 as _CGA3
 from ..algebra.layout import Layout
 from ..errors import AlgebraError, LayoutError
+from ..gac_runtime.annotations import Array, Real
 from .arrays import MultivectorArray
+from .caches import cached_by_name
 from .checks import refuse, require_blade
 from .constructors import Rigid, given_of, round_arguments
 from .operators import layout_of
 from .shapes import CENTRE, SQUARED
-from .spaces import define, numbers, unit
+from .spaces import Argument, M, define, numbers, unit
+
+if TYPE_CHECKING:
+    from .names import Cga2Space, Cga3Space
 
 _EINF = '{A}.multivector({"einf": 1})'
 
@@ -52,7 +56,7 @@ _SCREW = define(
 )  # fmt: skip
 
 
-@cache
+@cached_by_name
 def _kind_of(layout: Layout) -> str:
     """Return the geometric kind of elements of a layout; vectors may be points, circles and spheres may be flat."""
     algebra = layout.algebra
@@ -70,24 +74,25 @@ def _kind_of(layout: Layout) -> str:
     return kind
 
 
-class Conformal(Rigid):
+class Conformal(Rigid[M]):
     """Common base of the conformal plane and conformal space: points, point pairs, versors, and parts of rounds."""
 
-    def direction(self, *coordinates: Any) -> Any:
+    def direction(self, *coordinates: Argument[M]) -> M:
         """Create Euclidean vectors from coordinates."""
         return self.of(self._direction_layout, *coordinates)
 
-    def point_pair(self, a: Any, b: Any) -> Any:
+    def point_pair(self, a: Argument[M], b: Argument[M]) -> M:
         """Create the point pair of two points."""
         return self._construct("point_pair", (a, b))
 
-    def dilator(self, factor: Any) -> Any:
+    def dilator(self, factor: Argument[M]) -> M:
         """Create the versor that scales by a positive factor about the origin."""
-        if np.any(np.asarray(numbers("dilator", factor)) <= 0):
-            raise LayoutError("dilator", f"a factor of {np.min(factor):.6g}", "positive factors")
+        factors = np.asarray(numbers("dilator", factor))
+        if np.any(factors <= 0):
+            raise LayoutError("dilator", f"a factor of {np.min(factors):.6g}", "positive factors")
         return self._make(_DILATOR, factor)
 
-    def coordinates(self, points: MultivectorArray) -> Any:
+    def coordinates(self, points: M) -> Array:
         """Return the coordinates of points with nonzero weight, along the last axis."""
         weight = np.asarray(points["e0"])
         if np.any(weight == 0):
@@ -95,7 +100,7 @@ class Conformal(Rigid):
         parts = np.broadcast_arrays(*(np.asarray(points[name]) for name in self._names))
         return np.stack(parts, -1) / weight[..., None]
 
-    def centre(self, x: Any) -> Any:
+    def centre(self, x: M) -> Array:
         """Return the coordinates of the centres of rounds: point pairs, circles, spheres."""
         require_blade("centre", x)
         point = self._make(CENTRE, x)
@@ -103,14 +108,14 @@ class Conformal(Rigid):
             raise AlgebraError("centre", f"a flat {x.layout}", "a round: a point pair, circle or sphere")
         return self.coordinates(point)
 
-    def radius_squared(self, x: Any) -> Any:
+    def radius_squared(self, x: M) -> Real:
         """Return the squared radii of rounds, which are negative for imaginary rounds."""
         require_blade("radius_squared", x)
         return self._make(SQUARED, x)
 
-    def is_flat(self, x: Any) -> Any:
+    def is_flat(self, x: M) -> Any:
         """Whether blades contain the point at infinity, as lines, planes and flat points do; to 1e-10 of their size."""
-        spanned = x ^ self.einf
+        spanned = x ^ self.algebra.multivector({"einf": 1})
         found = np.abs(np.asarray(spanned.values if isinstance(spanned, MultivectorArray) else spanned))
         found = found.max(axis=-1) if isinstance(spanned, MultivectorArray) else found
         return found <= 1e-10 * np.abs(x.values).max(axis=-1)
@@ -154,13 +159,19 @@ class Conformal(Rigid):
         return refuse(name, made, np.all(normal.values == 0, axis=-1), "a normal of length 0", "a nonzero normal")
 
 
-class PlaneConformal(Conformal):
+class PlaneConformal(Conformal[M]):
     """The plane, G(3, 1)."""
 
     _names = ("e1", "e2")
     _direction_layout = layout_of(_CGA2, _CGA2.blades(1)[:2])
 
-    def circle(self, centre: Any, radius: Any = None, *others: Any, radius_squared: Any = None) -> Any:
+    def circle(
+        self,
+        centre: Argument[M],
+        radius: Argument[M] | None = None,
+        *others: Argument[M],
+        radius_squared: Argument[M] | None = None,
+    ) -> M:
         """Create a circle from its centre and radius, or through three points.
 
         A negative `radius_squared` gives an imaginary circle.
@@ -173,11 +184,11 @@ class PlaneConformal(Conformal):
         """
         return self._construct("circle", round_arguments("circle", (centre, radius, *others), radius_squared, 1))
 
-    def rotor(self, angle: Any, centre: Any = None) -> Any:
+    def rotor(self, angle: Argument[M], centre: Argument[M] | None = None) -> M:
         """Create the rotor by an angle in radians, counterclockwise, about a point, by default the origin."""
         return self._construct("rotor", given_of(angle, centre))
 
-    def motor(self, angle: Any, *translation: Any) -> Any:
+    def motor(self, angle: Argument[M], *translation: Argument[M]) -> M:
         """Create the motor that rotates about the origin by an angle in radians, and then translates."""
         return self._construct("motor", (angle, self._shift("motor", translation)) if translation else (angle,))
 
@@ -192,13 +203,20 @@ class PlaneConformal(Conformal):
         return moved * rotated * ~moved
 
 
-class SpaceConformal(Conformal):
+class SpaceConformal(Conformal[M]):
     """Space, G(4, 1)."""
 
     _names = ("e1", "e2", "e3")
+    _along_names = ("e10inf", "e20inf", "e30inf")
     _direction_layout = layout_of(_CGA3, _CGA3.blades(1)[:3])
 
-    def sphere(self, centre: Any, radius: Any = None, *others: Any, radius_squared: Any = None) -> Any:
+    def sphere(
+        self,
+        centre: Argument[M],
+        radius: Argument[M] | None = None,
+        *others: Argument[M],
+        radius_squared: Argument[M] | None = None,
+    ) -> M:
         """Create a sphere from its centre and radius, or through four points.
 
         A negative `radius_squared` gives an imaginary sphere.
@@ -210,7 +228,14 @@ class SpaceConformal(Conformal):
         """
         return self._construct("sphere", round_arguments("sphere", (centre, radius, *others), radius_squared, 1))
 
-    def circle(self, centre: Any, normal: Any, radius: Any = None, *, radius_squared: Any = None) -> Any:
+    def circle(
+        self,
+        centre: Argument[M],
+        normal: Argument[M],
+        radius: Argument[M] | None = None,
+        *,
+        radius_squared: Argument[M] | None = None,
+    ) -> M:
         """Create a circle from its centre, normal and radius, or through three points.
 
         The normal of the plane may have any nonzero length.
@@ -228,7 +253,7 @@ class SpaceConformal(Conformal):
         """
         return self._construct("circle", round_arguments("circle", (centre, normal, radius), radius_squared, 2))
 
-    def plane(self, normal: Any, distance: Any = None, *others: Any) -> Any:
+    def plane(self, normal: Argument[M], distance: Argument[M] | None = None, *others: Argument[M]) -> M:
         """Create a plane from a normal and a distance, through three points, or through a line and a point.
 
         The normal may have any nonzero length; the distance from the origin is measured along it. The four coefficients
@@ -241,7 +266,7 @@ class SpaceConformal(Conformal):
         """
         return self._construct("plane", given_of(normal, distance, *others))
 
-    def rotor(self, axis: Any, angle: Any, centre: Any = None) -> Any:
+    def rotor(self, axis: Argument[M], angle: Argument[M], centre: Argument[M] | None = None) -> M:
         """Create the versor that rotates about a line by an angle in radians, by the right-hand rule.
 
         The line may have any nonzero weight. Alternatively, `axis` is a direction of any nonzero length, and the axis
@@ -249,7 +274,14 @@ class SpaceConformal(Conformal):
         """
         return self._construct("rotor", given_of(axis, angle, centre))
 
-    def motor(self, axis: Any, angle: Any, *shift: Any, distance: Any = None, translation: Any = None) -> Any:
+    def motor(
+        self,
+        axis: Argument[M],
+        angle: Argument[M],
+        *shift: Argument[M],
+        distance: Argument[M] | None = None,
+        translation: Argument[M] | None = None,
+    ) -> M:
         """Create the screw motion about a line by an angle, and along the line by a distance, by default 0.
 
         Parameters
@@ -305,8 +337,8 @@ class SpaceConformal(Conformal):
         return x if x.layout == _CGA3.LINE else x.as_layout(_CGA3.LINE)
 
     def _along(self, line: Any) -> Any:
-        return np.stack(np.broadcast_arrays(*(np.asarray(line[f"e{k}0inf"]) for k in (1, 2, 3))), -1)
+        return np.stack(np.broadcast_arrays(*(np.asarray(line[name]) for name in self._along_names)), -1)
 
 
-CGA2 = PlaneConformal(_CGA2)
-CGA3 = SpaceConformal(_CGA3)
+CGA2 = cast("Cga2Space", PlaneConformal(_CGA2))
+CGA3 = cast("Cga3Space", SpaceConformal(_CGA3))

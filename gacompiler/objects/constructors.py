@@ -1,4 +1,4 @@
-"""Argument forms of the constructors of the plane and of space, in one table for projective and conformal algebra.
+"""Constructors of the plane and of space, with the same argument forms in projective and conformal algebra.
 
 Points and directions are objects or coordinates. Arguments that match no form raise an error with the name of the
 constructor. Degenerate objects, such as a line through two equal points or a rotor about a zero axis, raise an error
@@ -7,106 +7,37 @@ too; in an array such elements are NaN.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
-from functools import cache, cached_property, partial, reduce
+from functools import cached_property, partial, reduce
 from itertools import combinations
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..algebra.layout import Layout
 from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, LayoutError
-from .arrays import MultivectorArray, from_exact, wrap
-from .checks import refuse, require_blade, require_finite
+from .arrays import MultivectorArray, from_exact, packed, wrap
+from .checks import largest, refuse, require_blade, require_finite
+from .direct import OFTEN, called, form_of, look_of
+from .forms import COEFFICIENTS, Form, Given, SquaredRadius, forms_of
+from .native import extension
+from .operators import OBSERVERS, operator_of
 from .poses import Poses
-from .spaces import Space, numbers, stacked
+from .spaces import Argument, M, Space, in_algebra, numbers, of_floats, stacked
+
+_KNOWN: dict[tuple[Any, ...], Form] = {}
+"""The form that was found for arguments that look alike."""
+_DIRECT: dict[tuple[Any, ...], Any] = {}
+"""For arguments of the same types the number of calls, -1 if they are never compiled, or the compiled form."""
+_EXACT = 1 << 53
+"""Integers below are doubles."""
+_EPSILON = float(np.finfo(np.float64).eps)
 
 
-class Form(NamedTuple):
-    """A form in which a constructor can be called."""
-
-    constructor: str
-    takes: tuple[str, ...]
-    """Roles of the arguments: ``point``, ``direction``, ``line``, ``number``, ``radius``, or ``coefficients``."""
-    builder: str
-    """The method that is called with the arguments converted to their roles: objects, arrays, squared radii."""
-    dimension: int | None = None
-    """2 for the plane, 3 for space, None for both."""
-
-    def text(self) -> str:
-        """Return the call as it is written in code."""
-        return f"{self.constructor}({', '.join(self.takes)})"
-
-
-def _form(constructor: str, takes: str, builder: str, dimension: int | None = None) -> Form:
-    return Form(constructor, tuple(takes.split()), builder, dimension)
-
-
-TABLE = (
-    _form("translator", "direction", "_translator"),
-    _form("line", "point point", "_flat"),
-    _form("line", "point direction", "_flat"),
-    _form("line", "coefficients", "_line_of"),
-    _form("plane", "point point point", "_flat", 3),
-    _form("plane", "line point", "_plane_with", 3),
-    _form("plane", "direction number", "_plane_at", 3),
-    _form("plane", "coefficients", "_plane_of", 3),
-    _form("point_pair", "point point", "_round"),
-    _form("circle", "point radius", "_ball", 2),
-    _form("circle", "point direction radius", "_circle", 3),
-    _form("circle", "point point point", "_round"),
-    _form("sphere", "point radius", "_ball", 3),
-    _form("sphere", "point point point point", "_round", 3),
-    _form("rotor", "number", "_rotate", 2),
-    _form("rotor", "number point", "_rotate", 2),
-    _form("rotor", "line number", "_rotate_about", 3),
-    _form("rotor", "direction number", "_rotate", 3),
-    _form("rotor", "direction number point", "_rotate", 3),
-    _form("motor", "number", "_rotate", 2),
-    _form("motor", "number direction", "_rotate_and_translate", 2),
-    _form("motor", "line number number", "_screw", 3),
-    _form("motor", "line number direction", "_rotate_and_translate", 3),
-    _form("motor", "direction number number", "_screw_along", 3),
-    _form("motor", "direction number direction", "_rotate_and_translate", 3),
-)
-"""The forms of all constructors; the first matching form is used. A space has those for which it defines a method."""
-
-COEFFICIENTS = {
-    ("line", 2): ("a", "b", "c"),
-    ("line", 3): ("e12", "e13", "e23", "e01", "e02", "e03"),
-    ("plane", 3): ("a", "b", "c", "d"),
-}
-"""The names of the numbers in the form ``coefficients``."""
-
-
-@cache
-def _forms(name: str, dimension: int) -> tuple[Form, ...]:
-    return tuple(form for form in TABLE if form.constructor == name and form.dimension in (None, dimension))
-
-
-class SquaredRadius(NamedTuple):
-    """A radius that was specified by its square."""
-
-    value: Any
-
-
-class Given(NamedTuple):
-    """An argument of a constructor: its kind, its value, and its number of axes including that of coordinates."""
-
-    kind: str
-    value: Any
-    axes: int
-
-    def text(self) -> str:
-        """Return a description for error messages."""
-        if self.kind != "numbers":
-            return self.kind
-        return f"numbers of shape {self.value.shape}" if self.axes else "a number"
-
-
-class Rigid(Poses, Space):
+class Rigid(Poses[M], Space[M]):
     """Common base of the spaces of algebras with points, rotors and translators."""
 
     _names: tuple[str, ...]
@@ -114,21 +45,39 @@ class Rigid(Poses, Space):
     _direction_layout: Layout
     """The layout of directions that are joined with points."""
 
+    if TYPE_CHECKING:  # what each space defines
+        direction: Callable[..., Any]
+        coordinates: Callable[..., Any]
+        rotor: Callable[..., Any]
+        _kind: Callable[..., str]
+        _components: Callable[..., Any]
+        _spanned: Callable[..., Any]
+        _along: Callable[..., Any]
+        _along_names: tuple[str, ...]
+        _translator: Callable[..., Any]
+        _rotate: Callable[..., Any]
+        _rotate_about: Callable[..., Any]
+        _screw: Callable[..., Any]
+
     @property
     def _d(self) -> int:
         return len(self._names)
 
     @cached_property
+    def _point_layout(self) -> Layout:
+        return self.algebra.POINT
+
+    @cached_property
     def _origin(self) -> Any:
         return self.point(np.zeros(self._d))
 
-    def point(self, *coordinates: Any) -> Any:
+    def point(self, *coordinates: Argument[M]) -> M:
         """Create points from coordinates, or from an array with these along its last axis; also accepts points."""
         if len(coordinates) == 1 and isinstance(coordinates[0], MultivectorArray):
             return self._object("point", self._given("point", coordinates[0]))
         return self.of(self.algebra.POINT, *coordinates)
 
-    def line(self, *arguments: Any, direction: Any = None) -> Any:
+    def line(self, *arguments: Argument[M], direction: Argument[M] | None = None) -> M:
         """Create the line through two points, through a point along a direction, or from coefficients.
 
         Parameters
@@ -154,11 +103,13 @@ class Rigid(Poses, Space):
             arguments = arguments[0], self._along_coordinates(arguments[1])
         return self._construct("line", arguments)
 
-    def translator(self, *coordinates: Any) -> Any:
+    def translator(self, *coordinates: Argument[M]) -> M:
         """Create the translator by coordinates or by a direction."""
         return self._construct("translator", (self._shift("translator", coordinates),))
 
-    def random_motor(self, shape: int | tuple[int, ...] = (), spread: float = 1.0, generator: Any = None) -> Any:
+    def random_motor(
+        self, shape: int | tuple[int, ...] = (), spread: float = 1.0, generator: np.random.Generator | int | None = None
+    ) -> M:
         """Generate random motors with uniform rotations and signs, and normally distributed translations.
 
         Parameters
@@ -203,20 +154,48 @@ class Rigid(Poses, Space):
 
     def _construct(self, name: str, arguments: Sequence[Any]) -> Any:
         """Create an object by the first matching form of the table."""
+        look = type(self), name, *look_of(arguments)
+        direct = None if OBSERVERS else _DIRECT.get(look, 0)
+        if type(direct) is tuple:
+            form, holder, call = direct
+            made = called(form, holder, call, arguments)
+            if made is not None:
+                return made
+        elif direct is not None and direct >= 0:
+            self._count(look, name, arguments)
         given = [self._given(name, each) for each in arguments]
-        forms = _forms(name, self._d)
-        for form in forms:
-            if self._fits(form, given):
-                parts = self._parts(form, given)
-                made = getattr(self, form.builder)(name, *parts)
-                return require_finite(name, made, [each.value for each in given])
+        forms = forms_of(name, self._d)
+        key = (type(self), name, *[each.look for each in given])
+        form = _KNOWN.get(key)
+        if form is None:
+            form = next((each for each in forms if self._fits(each, given)), None)
+        if form is not None:
+            _KNOWN[key] = form
+            made = getattr(self, form.builder)(name, *self._parts(form, given))
+            return require_finite(name, made, [each.value for each in given])
         raise LayoutError(
             f"{self.algebra.name}.{name}", f"({', '.join(each.text() for each in given)})",
             "coefficients, or objects to join: " * (name in ("line", "plane")) + " or ".join(f.text() for f in forms),
             f"points and directions are objects, or {self._d} coordinates along the last axis",
         )  # fmt: skip
 
+    def _count(self, look: tuple[Any, ...], name: str, arguments: Sequence[Any]) -> None:
+        """Count calls with arguments of the same types, and compile the constructor for them if there are many."""
+        count = _DIRECT[look] = _DIRECT.get(look, 0) + 1
+        if count < OFTEN:
+            return
+        form = form_of(self.algebra, name, arguments)
+        if form is None or extension() is None:
+            _DIRECT[look] = -1
+            return
+        definition = in_algebra(form.definition, self.algebra)
+        made = packed(definition, form.layouts, operator_of(definition, form.layouts))
+        if made is not None:
+            _DIRECT[look] = form, made.holder, made.call
+
     def _given(self, name: str, x: Any) -> Given:
+        if type(x) is float or (type(x) is int and abs(x) < _EXACT):
+            return Given("numbers", float(x), 0)
         if isinstance(x, Multivector):
             x = from_exact(x)
         if isinstance(x, SquaredRadius):
@@ -224,7 +203,7 @@ class Rigid(Poses, Space):
         if not isinstance(x, MultivectorArray):
             array = numbers(name, x)
             return Given("numbers", array, array.ndim)
-        if x.algebra != self.algebra:
+        if x.algebra is not self.algebra and x.algebra != self.algebra:
             found = f"multivectors of {self.algebra.name} and {x.algebra.name}"
             raise AlgebraError(name, found, "one algebra", "carry coordinates over by hand")
         return Given(self._kind(x), x, x.ndim + 1)
@@ -268,8 +247,8 @@ class Rigid(Poses, Space):
             return getattr(self, role)(given.value)
         if given.kind != role:
             raise LayoutError(role, f"a {given.kind}", f"a {role}, or coordinates")
-        layout = self.algebra.POINT if role == "point" else self._direction_layout
-        if given.value.layout == layout:
+        layout = self._point_layout if role == "point" else self._direction_layout
+        if given.value.layout is layout or given.value.layout == layout:
             return given.value
         if role == "point":
             return self.point(self.coordinates(given.value))
@@ -279,6 +258,8 @@ class Rigid(Poses, Space):
         """Convert a translation to a direction."""
         if len(coordinates) == 1 and isinstance(coordinates[0], MultivectorArray):
             return coordinates[0]
+        if all(type(x) is float or type(x) is int for x in coordinates) and len(coordinates) == self._d:
+            return self.direction(*coordinates)
         return self.direction(stacked(name, self._names, coordinates))
 
     def _flat(self, name: str, *parts: Any) -> Any:
@@ -286,18 +267,27 @@ class Rigid(Poses, Space):
         made = self._spanned(*parts)
         if all(self._kind(each) == "point" for each in parts):
             return self._independent(name, made, parts)
+        if not made.shape:
+            return refuse(
+                name, made, not any(parts[-1].values.tolist()), "a direction of length 0", "a nonzero direction"
+            )
         is_zero = np.broadcast_to(np.all(parts[-1].values == 0, axis=-1), made.shape)
         return refuse(name, made, is_zero, "a direction of length 0", "a nonzero direction")
 
     def _independent(self, name: str, made: Any, points: Sequence[Any]) -> Any:
         """Return an object spanned by points, unless the points are degenerate."""
-        bad = _is_degenerate(points, 8 * float(np.finfo(made.values.dtype).eps))
+        is_double = made.values.dtype == np.float64
+        bad = _is_degenerate(points, 8 * (_EPSILON if is_double else float(np.finfo(made.values.dtype).eps)))
         words = ("coincide", "are on one line", "are in one plane")[len(points) - 2]
         return refuse(name, made, bad, f"points that {words}", f"points that span a {name.replace('_', ' ')}")
 
     def _axis(self, name: str, line: Any) -> Any:
         """Check that a line can be an axis, a blade that is not at infinity, and scale its direction to about 1."""
         require_blade(name, line)
+        if not line.shape and line.values.dtype == np.float64:
+            found, size = max(abs(getattr(line, each)) for each in self._along_names), largest(line.values)
+            if 8 * _EPSILON * size < found < math.inf:
+                return of_floats(line, [x / found for x in line.values.tolist()])
         weight = np.abs(self._along(line)).max(axis=-1)
         rounding = 8 * np.finfo(line.values.dtype).eps
         bad = weight <= rounding * np.abs(line.values).max(axis=-1, initial=0.0)

@@ -58,7 +58,7 @@ class Definition:
         """Return the function of a kernel for this operation."""
         package = import_module(__name__.partition(".")[0])
         source = f"lambda {', '.join(self.parameters)}: {self.expression('algebra')}"
-        return eval(source, {"ga": package, "algebra": algebra})  # type: ignore[no-any-return]
+        return eval(source, {"ga": package, "algebra": algebra})
 
 
 class Applied(Protocol):

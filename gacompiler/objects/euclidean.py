@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -14,7 +14,10 @@ from ..errors import LayoutError
 from .arrays import MultivectorArray, wrap
 from .checks import require_finite
 from .poses import Poses
-from .spaces import Space, define, stacked, unit
+from .spaces import Argument, M, Space, define, stacked, unit
+
+if TYPE_CHECKING:
+    from .names import QuaternionSpace, StaSpace, Vga2Space, Vga3Space
 
 _ROTOR2 = define("rotor", "angle", "ga.exp(-angle / 2 * {A}.pseudoscalar)", unit=True)
 _ROTOR3 = define("rotor", "axis angle", "ga.exp(-angle / 2 * axis * {A}.pseudoscalar)", unit=True)
@@ -25,14 +28,14 @@ _BETWEEN = define(
 _REFLECTION = define("reflection", "mirror x", "-mirror * x * ga.inverse(mirror)")
 
 
-class Plane(Poses, Space):
+class Plane(Poses[M], Space[M]):
     """The plane, G(2)."""
 
-    def rotor(self, angle: Any) -> Any:
+    def rotor(self, angle: Argument[M]) -> M:
         """Create the rotor by an angle in radians, from e1 towards e2."""
         return self._make(_ROTOR2, angle)
 
-    def rotor_between(self, a: Any, b: Any) -> Any:
+    def rotor_between(self, a: Argument[M], b: Argument[M]) -> M:
         """Create the rotor by the smaller angle from the direction of `a` to that of `b`.
 
         Raises
@@ -44,14 +47,14 @@ class Plane(Poses, Space):
         return require_finite("rotor_between", self._make(_BETWEEN, a, b), (a, b), "opposite vectors, or a zero one")
 
 
-class Room(Poses, Space):
+class Room(Poses[M], Space[M]):
     """Space, G(3)."""
 
-    def rotor(self, axis: Any, angle: Any) -> Any:
+    def rotor(self, axis: Argument[M], angle: Argument[M]) -> M:
         """Create the rotor by an angle in radians about an axis of any nonzero length, by the right-hand rule."""
         return self._make(_ROTOR3, unit("rotor", self._directions("axis", "e1 e2 e3", (axis,))), angle)
 
-    def rotor_between(self, a: Any, b: Any) -> Any:
+    def rotor_between(self, a: Argument[M], b: Argument[M]) -> M:
         """Create the rotor by the smaller angle from the direction of `a` to that of `b`.
 
         Raises
@@ -62,7 +65,7 @@ class Room(Poses, Space):
         a, b = (self._directions(name, "e1 e2 e3", (x,)) for name, x in (("a", a), ("b", b)))
         return require_finite("rotor_between", self._make(_BETWEEN, a, b), (a, b), "opposite vectors, or a zero one")
 
-    def reflect(self, mirror: Any, x: Any) -> Any:
+    def reflect(self, mirror: Argument[M], x: Argument[M]) -> M:
         """Reflect the vectors `x` in planes with the normals `mirror`."""
         mirror, x = (self._directions(name, "e1 e2 e3", (v,)) for name, v in (("mirror", mirror), ("x", x)))
         return self._make(_REFLECTION, mirror, x)
@@ -72,31 +75,31 @@ _TURN = define("rotation", "axis angle", "ga.exp(angle / 2 * axis)")
 _ROTATE = define("rotate", "q v", "q * v * ~q")
 
 
-class Quaternions(Poses, Space):
+class Quaternions(Poses[M], Space[M]):
     """Hamilton's numbers: i, j and k are e1, e2 and e12, and ``~q`` is the conjugate."""
 
     @property
-    def i(self) -> Any:
+    def i(self) -> M:
         """The imaginary unit ``i``."""
         return self.imaginary(1, 0, 0)
 
     @property
-    def j(self) -> Any:
+    def j(self) -> M:
         """The imaginary unit ``j``."""
         return self.imaginary(0, 1, 0)
 
     @property
-    def k(self) -> Any:
+    def k(self) -> M:
         """The imaginary unit ``k``, ``i j``."""
         return self.imaginary(0, 0, 1)
 
-    def quaternion(self, *coefficients: Any) -> Any:
+    def quaternion(self, *coefficients: Argument[M]) -> M:
         """Create quaternions from w, x, y, z, or an array with these along its last axis."""
         if len(coefficients) == 4:
             return self.of(_QUATERNIONS.QUATERNION, *coefficients)
         return wrap(_QUATERNIONS.QUATERNION, stacked("quaternion", ("w", "x", "y", "z"), coefficients))
 
-    def rotation(self, axis: Any, angle: Any) -> Any:
+    def rotation(self, axis: Argument[M], angle: Argument[M]) -> M:
         """Create the unit quaternion of a rotation by an angle in radians about an axis, by the right-hand rule.
 
         The axis may have any nonzero length.
@@ -104,11 +107,11 @@ class Quaternions(Poses, Space):
         made = self._make(_TURN, unit("rotation", self._imaginary("axis", (axis,))), angle)
         return wrap(_QUATERNIONS.UNIT_QUATERNION, made.values)
 
-    def imaginary(self, *coordinates: Any) -> Any:
+    def imaginary(self, *coordinates: Argument[M]) -> M:
         """Create imaginary quaternions from x, y, z, which represent vectors in `rotate`."""
         return self._imaginary("imaginary", coordinates)
 
-    def rotate(self, q: Any, v: Any) -> Any:
+    def rotate(self, q: Argument[M], v: Argument[M]) -> M:
         """Rotate the imaginary quaternions `v` by the unit quaternions `q`."""
         q = q if isinstance(q, MultivectorArray) else self.quaternion(q)
         return self._make(_ROTATE, q, self._imaginary("v", (v,)))
@@ -125,14 +128,14 @@ _SPATIAL_ROTOR = define(
 )  # fmt: skip
 
 
-class Spacetime(Space):
+class Spacetime(Space[M]):
     """Spacetime, G(1, 3), with c = 1."""
 
-    def rotor(self, axis: Any, angle: Any) -> Any:
+    def rotor(self, axis: Argument[M], angle: Argument[M]) -> M:
         """Create the rotor by an angle in radians about a spatial axis (g1, g2, g3), by the right-hand rule."""
         return self._make(_SPATIAL_ROTOR, unit("rotor", self._directions("axis", "g1 g2 g3", (axis,))), angle)
 
-    def boost(self, *velocity: Any) -> Any:
+    def boost(self, *velocity: Argument[M]) -> M:
         """Create the boost that maps g0 to the velocity of an observer with (x, y, z) below 1, the speed of light."""
         v = stacked("boost", ("x", "y", "z"), velocity)
         speed = np.sqrt(np.sum(v * v, axis=-1))
@@ -144,7 +147,7 @@ class Spacetime(Space):
         return self._make(_EXP_HALF, generator)
 
 
-VGA2 = Plane(_VGA2)
-VGA3 = Room(_VGA3)
-QUATERNIONS = Quaternions(_QUATERNIONS)
-STA = Spacetime(_STA)
+VGA2 = cast("Vga2Space", Plane(_VGA2))
+VGA3 = cast("Vga3Space", Room(_VGA3))
+QUATERNIONS = cast("QuaternionSpace", Quaternions(_QUATERNIONS))
+STA = cast("StaSpace", Spacetime(_STA))

@@ -145,7 +145,7 @@ def to_clifford(x: MultivectorArray, layout: Any) -> Any:
     return found[()]
 
 
-def from_clifford(algebra: Algebra | Space, found: Any) -> Any:
+def from_clifford(algebra: Algebra | Space[Any], found: Any) -> Any:
     """Convert multivectors of clifford to an algebra with the same signature.
 
     Parameters
@@ -190,7 +190,7 @@ def to_kingdon(x: MultivectorArray, algebra: Any) -> Any:
     return algebra.multivector(keys=tuple(keys), values=[values[..., k][()] for k in keys])
 
 
-def from_kingdon(algebra: Algebra | Space, found: Any) -> Any:
+def from_kingdon(algebra: Algebra | Space[Any], found: Any) -> Any:
     """Convert a multivector of kingdon to an algebra with the same signature; see `from_clifford`."""
     owner = algebra_of(algebra)
     parts = np.broadcast_arrays(*(np.asarray(value, float) for value in found.values()))
@@ -200,7 +200,7 @@ def from_kingdon(algebra: Algebra | Space, found: Any) -> Any:
     return of_dense(owner, values @ change_of_basis(owner, _signature(found.algebra.signature), False))
 
 
-def algebra_of(algebra: Algebra | Space) -> Algebra:
+def algebra_of(algebra: Algebra | Space[Any]) -> Algebra:
     """Return the algebra of a space; an algebra is returned unchanged."""
     return algebra.algebra if isinstance(algebra, Space) else algebra
 

@@ -37,7 +37,7 @@ _NULL = 1e-9
 """Vectors are points if their square is at most this fraction of the sum of its terms' absolute values."""
 
 
-def ganja_basis(algebra: Algebra | Space) -> tuple[str, ...]:
+def ganja_basis(algebra: Algebra | Space[Any]) -> tuple[str, ...]:
     """Return the names of coefficients in ganja.js, in order.
 
     Parameters
@@ -73,7 +73,7 @@ def to_ganja(x: MultivectorArray, basis: str | Sequence[str] | None = None) -> M
     )
 
 
-def from_ganja(algebra: Algebra | Space, coefficients: Any, basis: str | Sequence[str] | None = None) -> Any:
+def from_ganja(algebra: Algebra | Space[Any], coefficients: Any, basis: str | Sequence[str] | None = None) -> Any:
     """Create multivectors from coefficients of ganja.js, ``(..., 2**n)``; they store the blades that occur.
 
     Raises

@@ -7,12 +7,14 @@ such as the radius of an imaginary sphere, give NaN.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
+from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, LayoutError
-from . import blades, explaining, motions, relations, shapes
+from ..gac_runtime.annotations import Array, Real
+from . import blades, explaining, motions, quick, relations, shapes
 from .checks import require_blade
 from .definitions import BINARY
 from .methods import applied
@@ -27,7 +29,7 @@ class Geometry:
 
     __slots__ = ()
 
-    def project(self, onto: Any) -> Any:
+    def project(self, onto: Self | Multivector) -> Self:
         """Return the projection onto a blade, ``(x . b) b**-1``; for points of conformal space, the nearest point.
 
         Raises
@@ -43,7 +45,7 @@ class Geometry:
                 return self._points("project", relations.nearest_to(own, shapes.shape_of("project", onto)))
         return _projected(self, onto)
 
-    def reject(self, onto: Any) -> Any:
+    def reject(self, onto: Self | Multivector) -> Self:
         """Return the rest of the projection onto a blade, ``x - (x . b) b**-1``; errors as in `project`.
 
         For vectors it is orthogonal to the blade.
@@ -51,7 +53,7 @@ class Geometry:
         require_blade("reject", onto)
         return applied(BINARY["subtract"], self, _projected(self, onto))
 
-    def distance(self, other: Any) -> Any:
+    def distance(self, other: Self) -> Real:
         """Return the minimum distance to another element, 0 if they intersect.
 
         Parameters
@@ -70,10 +72,13 @@ class Geometry:
         AlgebraError
             If the distance is not defined, or has no closed form, as that of two circles in space.
         """
+        found = quick.distance(self, other)
+        if found is not None:
+            return found
         self._require_same("distance", other)
         return _number(relations.distance_of(self._shape("distance"), shapes.shape_of("distance", other)))
 
-    def angle(self, other: Any = None) -> Any:
+    def angle(self, other: Self | None = None) -> Real:
         """Return the angle to another element in radians; without one, the angle by which a rotor or motor turns.
 
         The angle between two directions or two normals is in [0, pi]. That of a line with a plane is in [-pi/2, pi/2],
@@ -98,7 +103,7 @@ class Geometry:
         self._require_same("angle", other)
         return _number(relations.angle_of(self._shape("angle"), shapes.shape_of("angle", other)))
 
-    def center(self) -> Any:
+    def center(self) -> Array:
         """Return the coordinates of the centre: of a point pair, circle or sphere; of a point, the point itself.
 
         The centre of a motor of the plane is the point that it does not move.
@@ -114,7 +119,7 @@ class Geometry:
         self._require("center", found, ("point", *shapes.ROUNDS, "vector"))
         return self._defined("center", found.place, "coordinates that are not finite", "a point or round")
 
-    def radius(self) -> Any:
+    def radius(self) -> Real:
         """Return the radius of a circle or sphere, and half of the distance of the points of a pair.
 
         Raises
@@ -126,7 +131,7 @@ class Geometry:
         self._require("radius", found, shapes.ROUNDS)
         return self._defined("radius", found.radius, f"an imaginary {found.kind}", "a real one", axes=0)
 
-    def direction(self) -> Any:
+    def direction(self) -> Array:
         """Return the unit vector along a line, point pair, direction or vector, as coordinates.
 
         That of a pair ``p ^ q`` points from p to q.
@@ -135,14 +140,14 @@ class Geometry:
         self._require("direction", found, _WITH_DIRECTION)
         return self._defined("direction", found.along, f"a {found.kind} of length 0", "a nonzero one")
 
-    def normal(self) -> Any:
+    def normal(self) -> Array:
         """Return the unit normal of a plane or circle of space, or of a line of the plane, as coordinates."""
         found = self._shape("normal")
         planar = ("line",) if found.dimension == 2 else _WITH_NORMAL
         self._require("normal", found, planar)
         return self._defined("normal", found.normal, f"a {found.kind} of weight 0", "a nonzero one")
 
-    def axis(self) -> Any:
+    def axis(self) -> Self:
         """Return the axis about which a rotor, motor or unit quaternion turns by `angle`, by the right-hand rule.
 
         It is a line of unit weight in PGA3 and CGA3, and an array with the coordinates of a unit vector in VGA3 and
@@ -153,13 +158,16 @@ class Geometry:
         LayoutError
             If a single motor does not turn; in arrays such axes are NaN.
         """
+        found = quick.axis(self._elements)
+        if found is not None:
+            return found
         moved = self._moved_in_space("axis")
         turns = np.isfinite(moved.direction[..., 0])
         if not moved.angle.shape and not turns:
             raise LayoutError("axis", "a motion that does not turn", "a rotation", "translation() is what it moves by")
         return motions.axis_of(self, moved)
 
-    def pitch(self) -> Any:
+    def pitch(self) -> Real:
         """Return the translation of a motor along its axis per radian, infinite for translations."""
         moved = self._moved_in_space("pitch")
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -168,14 +176,14 @@ class Geometry:
         still = np.where(shift > 0, np.inf, 0.0)
         return _number(np.where(moved.angle == 0, still, turning))
 
-    def translation(self) -> Any:
+    def translation(self) -> Array:
         """Return the coordinates of the translation of a motor, which follows its rotation."""
         moved = motions.motion_of("translation", self)
         if not moved.translates:
             raise AlgebraError("translation", f"a {self._layout}", "a motor of PGA2, PGA3, CGA2 or CGA3")
         return moved.translation
 
-    def points(self) -> tuple[Any, Any]:
+    def points(self) -> tuple[Self, Self]:
         """Return the two points of a point pair; those of ``p ^ q`` are p and q.
 
         Raises
@@ -200,7 +208,7 @@ class Geometry:
         """Return the grades whose coefficients are not all 0 up to the rounding error of one product."""
         return shapes.grades_in(self)
 
-    def factorize(self) -> tuple[Any, tuple[Any, ...]]:
+    def factorize(self) -> tuple[Real, tuple[Self, ...]]:
         """Return a weight and orthogonal vectors whose outer product, times the weight, is this blade.
 
         Returns
@@ -216,7 +224,7 @@ class Geometry:
         """
         return blades.factors_of(self)
 
-    def to_matrix(self) -> Any:
+    def to_matrix(self) -> Array:
         """Return the matrix of a rotor, motor or unit quaternion; `from_matrix` of the space is the inverse.
 
         Returns
@@ -227,14 +235,14 @@ class Geometry:
         """
         return motions.matrix_of(motions.motion_of("to_matrix", self))
 
-    def quaternion(self) -> Any:
+    def quaternion(self) -> Array:
         """Return the rotation of a rotor or motor as quaternions w, x, y, z, (..., 4), with the scalar first.
 
         `from_quaternion` of the space is the inverse for rotors.
         """
         return motions.motion_of("quaternion", self).quaternion
 
-    def dual_quaternion(self) -> Any:
+    def dual_quaternion(self) -> Array:
         """Return a motor of space as dual quaternions, (..., 8): q of its rotation, then ``t q / 2``.
 
         Both quaternions have their scalar first, and t is the translation after the rotation, a quaternion without

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..algebra import methods
 from ..algebra.operations import Operation
 from .definitions import BINARY, UNARY, Definition
 from .native import extension, extension_is_settled
+
+__all__ = ["Engine", "Operations", "applied", "curried", "run_by"]
 
 
 class Engine(NamedTuple):
@@ -77,13 +79,16 @@ def _binary(operation: str) -> Callable[[Any, Any], Any]:
     return methods.named(method, operation)
 
 
-class Operations(methods.Methods):
-    """The operations of the algebra as methods; those with options or checks are defined by each class."""
+if TYPE_CHECKING:
+    from .signatures import Operations
+else:
 
-    __slots__ = ()
+    class Operations(methods.Methods):
+        """The operations of the algebra as methods; those with options or checks are defined by each class."""
 
-    negate = _unary(Operation.NEGATE)
+        __slots__ = ()
 
+        negate = _unary(Operation.NEGATE)
 
-for _name in vars(methods.Methods).keys() & {*UNARY, *BINARY}:
-    setattr(Operations, _name, (_unary if _name in UNARY else _binary)(_name))
+    for _name in vars(methods.Methods).keys() & {*UNARY, *BINARY}:
+        setattr(Operations, _name, (_unary if _name in UNARY else _binary)(_name))

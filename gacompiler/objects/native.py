@@ -64,6 +64,8 @@ class Native(NamedTuple):
     """As `element`, with an unused pointer as additional first parameter."""
     left: int
     """Function that copies the first operand; its first parameter is an unused pointer."""
+    packed: int
+    """Function on one element whose operands follow each other in memory; its first parameter is an unused pointer."""
     loop: Callable[..., None]
     """Loop; takes a number of elements, then a pointer and a step in bytes for each argument and for the result."""
     library: Any
@@ -162,8 +164,8 @@ def _loaded(program: Program, path: Path) -> Native:
     pair: list[Any] = [ctypes.c_void_p, ctypes.c_ssize_t]
     loop.argtypes = [ctypes.c_ssize_t, *(pair * (len(program.arguments) + 1))]
     loop.restype = None
-    element, marked, left = (_address(library, name) for name in ("element", "marked", "left"))
-    return Native(element, marked, left, loop, library)
+    element, marked, left, packed = (_address(library, name) for name in ("element", "marked", "left", "packed"))
+    return Native(element, marked, left, packed, loop, library)
 
 
 def _address(library: Any, name: str) -> int:
@@ -178,7 +180,8 @@ def c_text(program: Program) -> str:
     steps = ", ".join(f"const char *p{k}, ptrdiff_t s{k}" for k in range(n))
     reads = ", ".join(f"(const double *)p{k}" for k in range(n))
     moves = ", ".join(f"p{k} += s{k}" for k in range(n))
-    size = len(program.arguments[0].components)
+    sizes = [len(argument.components) for argument in program.arguments]
+    places = ", ".join(f"all + {sum(sizes[:k])}" for k in range(n))
     lines = [
         _HEAD,
         *kernel_text(program),
@@ -188,7 +191,8 @@ def c_text(program: Program) -> str:
         f"void marked(const double *unused, {pointers}, double *out)",
         f"{{ (void)unused; one({', '.join(f'a{k}' for k in range(n))}, out); }}",
         "void left(const double *unused, const double *a, double *out)",
-        f"{{ (void)unused; for (int k = 0; k < {size}; k++) out[k] = a[k]; }}",
+        f"{{ (void)unused; for (int k = 0; k < {sizes[0]}; k++) out[k] = a[k]; }}",
+        f"void packed(const double *unused, const double *all, double *out) {{ (void)unused; one({places}, out); }}",
         "",
         f"void loop(ptrdiff_t n, {steps}, char *out, ptrdiff_t step)",
         "{",

@@ -334,10 +334,10 @@ def _layout_of(algebra: Any, blades: frozenset[int]) -> Layout:
         return SCALAR
     for each in (*algebra.layouts.values(), algebra.even, algebra.full):
         if {s.blade for s in each.stored} == blades and not (each.fixed or each.implied or each.has_relations):
-            return each  # type: ignore[no-any-return]
+            return each
     order = sorted(blades, key=lambda blade: (blade.bit_count(), blade))
     names = " ".join(algebra.spelling(blade)[1] for blade in order)
-    return algebra.layout(f"({names})", names)  # type: ignore[no-any-return]
+    return algebra.layout(f"({names})", names)
 
 
 def layout_of(algebra: Any, blades: Iterable[int]) -> Layout:

@@ -5,24 +5,25 @@ They are the inverses of `to_matrix`, `quaternion` and `dual_quaternion` of elem
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Generic
 
 import numpy as np
 
 from ..algebra.algebra import Algebra
 from ..algebra.catalog import CGA2, PGA2, QUATERNIONS, VGA2
 from ..errors import LayoutError
+from ..gac_runtime.annotations import Numbers
 from .motions import IN_SPACE, TRANSLATING
 from .shapes import Reals
-from .spaces import numbers, stacked
+from .spaces import M, numbers, stacked
 
 
-class Poses:
+class Poses(Generic[M]):
     """Constructors of spaces from matrices and quaternions."""
 
     algebra: Algebra
 
-    def from_matrix(self, matrix: Any) -> Any:
+    def from_matrix(self, matrix: Numbers) -> M:
         """Create the motors or rotors of rigid motions from matrices.
 
         Parameters
@@ -49,7 +50,7 @@ class Poses:
         rotor = self._rotor_of(_quaternion_of_matrix(r))
         return self.translator(m[..., :d, d]) * rotor if translates else rotor  # type: ignore[attr-defined]
 
-    def from_quaternion(self, *quaternion: Any) -> Any:
+    def from_quaternion(self, *quaternion: Numbers) -> M:
         """Create the rotors of unit quaternions w, x, y, z, or of an array with these along its last axis.
 
         Raises
@@ -59,7 +60,7 @@ class Poses:
         """
         return self._rotor_of(stacked("from_quaternion", ("w", "x", "y", "z"), quaternion))
 
-    def from_dual_quaternion(self, dual_quaternion: Any) -> Any:
+    def from_dual_quaternion(self, dual_quaternion: Numbers) -> M:
         """Create the motors of unit dual quaternions, (..., 8): q, then ``t q / 2`` for a translation t after q.
 
         Raises

@@ -6,8 +6,7 @@ Planes of space and lines of the plane are vectors; points are pseudovectors. ``
 from __future__ import annotations
 
 import warnings
-from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -15,23 +14,27 @@ from ..algebra.catalog import PGA2 as _PGA2
 from ..algebra.catalog import PGA3 as _PGA3
 from ..algebra.layout import Layout
 from ..errors import LayoutError
-from .arrays import MultivectorArray
+from ..gac_runtime.annotations import Array
+from .caches import cached_by_name
 from .checks import refuse, require_blade
 from .constructors import Rigid, given_of
 from .definitions import normalize_of
-from .spaces import define, unit
+from .spaces import Argument, M, define, unit
+
+if TYPE_CHECKING:
+    from .names import Pga2Space, Pga3Space
 
 
-class Projective(Rigid):
+class Projective(Rigid[M]):
     """Common base of the projective plane and projective space."""
 
     _weight: str
 
-    def direction(self, *coordinates: Any) -> Any:
+    def direction(self, *coordinates: Argument[M]) -> M:
         """Create directions (points at infinity) from coordinates, or an array with these along its last axis."""
         return self.of(self.algebra.DIRECTION, *coordinates)
 
-    def coordinates(self, points: MultivectorArray) -> Any:
+    def coordinates(self, points: M) -> Array:
         """Return the coordinates of points with nonzero weight, along the last axis."""
         w = np.asarray(points[self._weight])
         if np.any(w == 0):
@@ -43,7 +46,7 @@ class Projective(Rigid):
 
     def _kind(self, x: Any) -> str:
         kind = _kind_of(x.layout)
-        if kind != "point" or x.layout == self.algebra.POINT:
+        if kind != "point" or x.layout is self._point_layout or x.layout == self._point_layout:
             return kind
         weight = np.asarray(x[self._weight])
         return "direction" if np.all(weight == 0) else "point" if np.all(weight != 0) else "mixed points and directions"
@@ -55,7 +58,10 @@ class Projective(Rigid):
         return joined
 
 
-@cache
+_normalize_of = cached_by_name(normalize_of)
+
+
+@cached_by_name
 def _kind_of(layout: Layout) -> str:
     """Return the geometric kind of elements of a layout; points may be at infinity."""
     n, grades = layout.algebra.dimension, {blade.bit_count() for blade in layout.support}
@@ -64,16 +70,16 @@ def _kind_of(layout: Layout) -> str:
     return names[grade] if grade < n else "multivector"
 
 
-class PlaneProjective(Projective):
+class PlaneProjective(Projective[M]):
     """The plane, G(2, 0, 1): lines are vectors, points are bivectors."""
 
     _names, _weight, _direction_layout = ("e20", "e01"), "e12", _PGA2.DIRECTION
 
-    def rotor(self, angle: Any, centre: Any = None) -> Any:
+    def rotor(self, angle: Argument[M], centre: Argument[M] | None = None) -> M:
         """Create the rotor by an angle in radians, counterclockwise, about a point, by default the origin."""
         return self._construct("rotor", (angle,) if centre is None else (angle, centre))
 
-    def motor(self, angle: Any, *translation: Any) -> Any:
+    def motor(self, angle: Argument[M], *translation: Argument[M]) -> M:
         """Create the motor that rotates about the origin by an angle in radians, and then translates by x and y."""
         return self._construct("motor", (angle, self._shift("motor", translation)) if translation else (angle,))
 
@@ -88,12 +94,13 @@ class PlaneProjective(Projective):
         return self._make(_ROTATE2, self._origin if centre is None else centre, angle)
 
 
-class SpaceProjective(Projective):
+class SpaceProjective(Projective[M]):
     """Space, G(3, 0, 1): planes are vectors, lines bivectors, points trivectors."""
 
     _names, _weight, _direction_layout = ("e032", "e013", "e021"), "e123", _PGA3.DIRECTION
+    _along_names = ("e23", "e13", "e12")
 
-    def plane(self, normal: Any, distance: Any = None, *others: Any) -> Any:
+    def plane(self, normal: Argument[M], distance: Argument[M] | None = None, *others: Argument[M]) -> M:
         """Create a plane from a normal and a distance, through three points, or through a line and a point.
 
         The normal may have any nonzero length; the distance from the origin is measured along it. The four coefficients
@@ -106,7 +113,7 @@ class SpaceProjective(Projective):
         warnings.warn("PGA3.motor_from_matrix is now from_matrix", DeprecationWarning, stacklevel=2)
         return self.from_matrix(matrix)
 
-    def rotor(self, axis: Any, angle: Any, centre: Any = None) -> Any:
+    def rotor(self, axis: Argument[M], angle: Argument[M], centre: Argument[M] | None = None) -> M:
         """Create the motor that rotates about a line by an angle in radians, by the right-hand rule.
 
         The line may have any nonzero weight. Alternatively, `axis` is a direction of any nonzero length, and the axis
@@ -114,7 +121,14 @@ class SpaceProjective(Projective):
         """
         return self._construct("rotor", given_of(axis, angle, centre))
 
-    def motor(self, axis: Any, angle: Any, *shift: Any, distance: Any = None, translation: Any = None) -> Any:
+    def motor(
+        self,
+        axis: Argument[M],
+        angle: Argument[M],
+        *shift: Argument[M],
+        distance: Argument[M] | None = None,
+        translation: Argument[M] | None = None,
+    ) -> M:
         """Create the screw motion about a line by an angle, and along the line by a distance, by default 0.
 
         Parameters
@@ -142,7 +156,9 @@ class SpaceProjective(Projective):
 
     def _plane_at(self, name: str, normal: Any, distance: Any) -> Any:
         n = unit(name, normal).values
-        d = np.broadcast_to(-distance, np.broadcast_shapes(n.shape[:-1], distance.shape))[..., None]
+        if n.ndim == 1 and type(distance) is float:
+            return self.of(_PGA3.PLANE, *n.tolist(), -distance)
+        d = np.broadcast_to(-distance, np.broadcast_shapes(n.shape[:-1], np.shape(distance)))[..., None]
         return self.of(_PGA3.PLANE, np.concatenate([np.broadcast_to(n, (*d.shape[:-1], 3)), d], -1))
 
     def _plane_with(self, name: str, line: Any, point: Any) -> Any:
@@ -156,7 +172,7 @@ class SpaceProjective(Projective):
 
     def _rotate(self, name: str, axis: Any, angle: Any, centre: Any = None) -> Any:
         line = (self._origin if centre is None else centre) & unit(name, axis)
-        return self._make(_ROTATE3, self._make(normalize_of(line.layout), line), angle)
+        return self._make(_ROTATE3, self._make(_normalize_of(line.layout), line), angle)
 
     def _rotate_about(self, name: str, line: Any, angle: Any) -> Any:
         return self._make(_ROTATE3, self._unit_line(name, line), angle)
@@ -165,10 +181,10 @@ class SpaceProjective(Projective):
         return self._make(_SCREW, self._unit_line(name, line), angle, distance)
 
     def _unit_line(self, name: str, line: Any) -> Any:
-        return self._make(normalize_of(line.layout), self._axis(name, line))
+        return self._make(_normalize_of(line.layout), self._axis(name, line))
 
     def _along(self, line: Any) -> Any:
-        return np.stack(np.broadcast_arrays(*(np.asarray(line[name]) for name in ("e23", "e13", "e12"))), -1)
+        return np.stack(np.broadcast_arrays(*(np.asarray(line[name]) for name in self._along_names)), -1)
 
 
 # A translator is 1 plus a bivector at infinity that is orthogonal to the direction and has half its length.
@@ -191,5 +207,5 @@ _SCREW = define(
     'ga.exp(-angle / 2 * axis) * (1 + distance / 2 * (axis * {A}.multivector({"e0123": 1})))', unit=True,
 )  # fmt: skip
 
-PGA2 = PlaneProjective(_PGA2)
-PGA3 = SpaceProjective(_PGA3)
+PGA2 = cast("Pga2Space", PlaneProjective(_PGA2))
+PGA3 = cast("Pga3Space", SpaceProjective(_PGA3))

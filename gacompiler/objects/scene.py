@@ -15,7 +15,6 @@ from .arrays import MultivectorArray
 from .checks import require_blade
 from .conformal import CGA2 as _PLANE
 from .conformal import CGA3 as _ROOM
-from .conformal import Conformal
 
 Vectors = Any
 """Arrays of coordinates along the last axis."""
@@ -216,7 +215,7 @@ def _point_or_direction(coordinates: Vectors, weight: float) -> Shape:
 
 def _conformal(x: Any, grade: int) -> Shape:
     d = _DIMENSIONS[x.algebra]
-    space: Conformal = _ROOM if d == 3 else _PLANE
+    space: Any = _ROOM if d == 3 else _PLANE
     names = "e1 e2 e3" if d == 3 else "e1 e2"
     if grade == 1:
         return _conformal(x.polarity(), d + 1)  # a vector represents the round or flat that is its dual

@@ -6,14 +6,16 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
 import numpy as np
 
 from ..algebra.algebra import Algebra
 from ..algebra.immutable import Immutable
 from ..algebra.layout import Layout
+from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, LayoutError
+from ..gac_runtime.annotations import Numbers, Stored
 from ..gac_runtime.arrays import plain
 from .arrays import MultivectorArray, apply, of_rows, plain_layout, single_type, wrap
 from .caches import cached_by_name
@@ -21,8 +23,16 @@ from .checks import check_relations, refuse
 from .definitions import Definition
 from .operators import layout_of
 
+if TYPE_CHECKING:
+    from .names import AnySpace
 
-class Space(Immutable):
+M = TypeVar("M", bound=MultivectorArray)
+"""The elements of a space, whose coefficients have the names of its blades."""
+Argument: TypeAlias = Numbers | Multivector | M
+"""An argument of a constructor: coordinates or numbers, an exact element, or elements."""
+
+
+class Space(Immutable, Generic[M]):
     """An algebra with constructors of multivectors.
 
     Basis blades in any spelling (``space.e12``) and the layouts of the algebra (``space.MOTOR``) are attributes, so
@@ -41,15 +51,33 @@ class Space(Immutable):
     G.even(1 - 2 ab)
     """
 
-    def __init__(self, algebra: Algebra | int, q: int = 0, r: int = 0) -> None:
-        self.algebra = Algebra(algebra, q, r) if isinstance(algebra, int) else algebra
-        if not isinstance(self.algebra, Algebra):
-            raise AlgebraError(
-                "Space()",
-                f"{algebra!r}",
-                "an algebra, or the numbers of squares 1, -1 and 0",
-                "as in Space(3, 0, 1)",
-            )
+    if TYPE_CHECKING:
+        # The spaces of the catalog have attributes with the names of their blades and layouts, others have any.
+        algebra: Algebra
+
+        def __new__(cls, algebra: Algebra | int, q: int = 0, r: int = 0) -> AnySpace: ...
+
+    else:
+
+        def __init__(self, algebra: Algebra | int, q: int = 0, r: int = 0) -> None:
+            self.algebra = Algebra(algebra, q, r) if isinstance(algebra, int) else algebra
+            if not isinstance(self.algebra, Algebra):
+                raise AlgebraError(
+                    "Space()",
+                    f"{algebra!r}",
+                    "an algebra, or the numbers of squares 1, -1 and 0",
+                    "as in Space(3, 0, 1)",
+                )
+
+        def __getattr__(self, name: str) -> Any:
+            if name.startswith("_") or name == "algebra":
+                raise AttributeError(name)
+            try:
+                sign, blade = self.algebra.blade(name)
+            except AlgebraError:
+                return getattr(self.algebra, name)
+            layout = layout_of(self.algebra, {blade})
+            return wrap(layout, np.array([float(sign * layout.stored[0].sign)]))
 
     def __eq__(self, other: object) -> bool:
         """Whether two spaces have the same constructors in the same algebra."""
@@ -61,16 +89,6 @@ class Space(Immutable):
     def __repr__(self) -> str:
         return f"Space({self.algebra!r})"
 
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("_") or name == "algebra":
-            raise AttributeError(name)
-        try:
-            sign, blade = self.algebra.blade(name)
-        except AlgebraError:
-            return getattr(self.algebra, name)
-        layout = layout_of(self.algebra, {blade})
-        return wrap(layout, np.array([float(sign * layout.stored[0].sign)]))
-
     def __iter__(self) -> Iterator[Any]:
         raise AlgebraError(
             "a space", "it cannot be unpacked or iterated", "one name", "as in G = Cl(3), where G.e12 is a basis blade"
@@ -79,7 +97,7 @@ class Space(Immutable):
     def __dir__(self) -> list[str]:
         return sorted({*object.__dir__(self), *self.algebra.layouts, *self.algebra.full.blades[1:]})
 
-    def of(self, layout: Layout, *coefficients: Any) -> Any:
+    def of(self, layout: Layout, *coefficients: Argument[M] | Stored) -> M:
         """Create multivectors of a layout from its stored coefficients, or from multivectors of another layout.
 
         Parameters
@@ -102,14 +120,15 @@ class Space(Immutable):
         if single is not None:
             return single
         if len(coefficients) == 1 and isinstance(coefficients[0], MultivectorArray):
-            return coefficients[0].as_layout(layout)
+            element: Any = coefficients[0]
+            return element.as_layout(layout)
         given = tuple(plain(str(layout), each, plain_layout(layout)) for each in coefficients)
         values = stacked(str(layout), layout.blades, given)
         if layout.has_relations:
             check_relations(str(layout), layout, values)
         return of_rows(layout, values)
 
-    def multivector(self, coefficients: Mapping[str, Any]) -> Any:
+    def multivector(self, coefficients: Mapping[str, Numbers | complex]) -> M:
         """Create multivectors from numbers or arrays by blade, ``{"1": 2, "e12": [0, 1]}``; arrays broadcast."""
         if not coefficients:
             raise LayoutError("multivector", "no coefficients", 'coefficients by blade, as in {"1": 2}')
@@ -121,7 +140,7 @@ class Space(Immutable):
         values = _broadcast("multivector", [np.asarray(parts[slot.blade] * slot.sign) for slot in layout.stored])
         return of_rows(layout, values)
 
-    def parse(self, text: str, layout: Layout | None = None) -> Any:
+    def parse(self, text: str, layout: Layout | None = None) -> M:
         """Create multivectors from text: a sum of blades in any spelling, or printed multivectors.
 
         Parameters
@@ -154,26 +173,26 @@ class Space(Immutable):
 
         return parse(self.algebra, text, layout)
 
-    def vector(self, *coordinates: Any) -> Any:
+    def vector(self, *coordinates: Argument[M]) -> M:
         """Create vectors from one coordinate per basis vector, or an array with the coordinates along its last axis."""
         return self.of(layout_of(self.algebra, self.algebra.blades(1)), *coordinates)
 
-    def bivector(self, *coordinates: Any) -> Any:
+    def bivector(self, *coordinates: Argument[M]) -> M:
         """Create bivectors from one coordinate per basis bivector, in the order of their bitmaps: e12 e13 e23 ..."""
         return self.of(layout_of(self.algebra, self.algebra.blades(2)), *coordinates)
 
-    def basis(self) -> tuple[Any, ...]:
+    def basis(self) -> tuple[M, ...]:
         """Return the basis vectors."""
         return tuple(getattr(self, name) for name in self.algebra.vectors)
 
     @property
-    def pseudoscalar(self) -> Any:
+    def pseudoscalar(self) -> M:
         """The unit pseudoscalar, with the orientation of its name."""
         return getattr(self, self.algebra.spelling(self.algebra.everything)[1])
 
     def _make(self, definition: Definition, *operands: Any) -> Any:
         """Apply a definition in this algebra, also to operands that are all numbers."""
-        return apply(_in_algebra(definition, self.algebra), *operands)
+        return apply(in_algebra(definition, self.algebra), *operands)
 
     def _directions(self, what: str, names: str, coordinates: tuple[Any, ...]) -> Any:
         """Create multivectors with these blades from coordinates; multivectors are returned unchanged."""
@@ -185,7 +204,12 @@ class Space(Immutable):
 
 def _single_of_numbers(layout: Layout, coefficients: tuple[Any, ...]) -> Any:
     """Return a single multivector from numbers, without the arrays that take most of the time; None for all else."""
-    if len(coefficients) != layout.size or layout.has_relations or layout.is_scalar:
+    if layout.has_relations or layout.is_scalar:
+        return None
+    if len(coefficients) == 1 and type(array := coefficients[0]) is np.ndarray:
+        single = single_type(layout) if array.shape == (layout.size,) and array.dtype == np.float64 else None
+        return None if single is None else single(array)
+    if len(coefficients) != layout.size:
         return None
     for each in coefficients:
         if type(each) is not float and type(each) is not int:
@@ -205,7 +229,8 @@ def _defined(name: str, parameters: tuple[str, ...], text: str, unit: bool) -> D
 
 
 @cached_by_name
-def _in_algebra(definition: Definition, algebra: Algebra) -> Definition:
+def in_algebra(definition: Definition, algebra: Algebra) -> Definition:
+    """Return a definition for operands of an algebra, also where all of them are numbers."""
     return replace(definition, algebra=algebra)
 
 
@@ -219,11 +244,17 @@ def unit(where: str, direction: Any) -> Any:
     if v.dtype.kind == "c":
         return direction
     if not direction.shape and (length := math.hypot(*v.tolist())):
-        return wrap(direction.layout, v / length)
+        return of_floats(direction, [x / length for x in v.tolist()])
     with np.errstate(all="ignore"):
         scaled = v / np.max(np.abs(v), axis=-1, keepdims=True, initial=0.0)
         made = wrap(direction.layout, scaled / np.sqrt(np.sum(scaled * scaled, axis=-1, keepdims=True)))
     return refuse(where, made, np.all(v == 0, axis=-1), "an axis or normal of length 0", "a nonzero one")
+
+
+def of_floats(like: Any, coefficients: list[float]) -> Any:
+    """Return a single element of the layout of another one."""
+    single = single_type(like.layout)
+    return wrap(like.layout, np.array(coefficients, like.values.dtype)) if single is None else single(*coefficients)
 
 
 def numbers(what: str, value: Any) -> np.ndarray[Any, Any]:

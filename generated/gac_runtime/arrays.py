@@ -55,7 +55,7 @@ def plain(where: str, value: Any, layout: Layout | None) -> Any:
         return value
     values, own = stored
     if layout.unit and not own.unit:
-        getattr(value, "require_unit", lambda where: None)(where)
+        value.require_unit(where)
     return converted(where, values, own, layout)
 
 

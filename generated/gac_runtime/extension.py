@@ -2,16 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .extension_file import find_extension
 
 extension: Any = find_extension()
 """The extension; None if it is not built."""
-Call: Any = object if extension is None else extension.Call
-"""Base class of kernels."""
-LoopCall: Any = object if extension is None else extension.LoopCall
-"""Base class of kernels with loops."""
+if TYPE_CHECKING:
+
+    class Call:
+        """Base class of kernels, of which the stubs of modules declare calls with their arguments."""
+
+        _bind: Any
+        _bind_results: Any
+
+        def __call__(self, *arguments: Any, **options: Any) -> Any: ...
+        @classmethod
+        def _adopt(cls) -> None: ...
+
+    LoopCall = Call
+else:
+    Call = object if extension is None else extension.Call
+    LoopCall = object if extension is None else extension.LoopCall
 
 
 class Signature:

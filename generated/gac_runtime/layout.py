@@ -111,6 +111,19 @@ def converted(where: str, values: Any, own: Layout, wanted: Layout) -> Any:
     return np.stack([*stored.values()], -1)
 
 
+UNIT = 1e-9
+"""How far ``x ~x`` of unit elements may be from 1, relative to the square of the largest coefficient above 1.
+
+Products of unit elements drift by about one rounding error each: a million of them stay within it."""
+
+
+def check_unit(where: str, name: str, off: Any, values: Any) -> None:
+    """Raise TypeError if ``off = x ~x - 1`` of elements with these coefficients is not 0 within `UNIT`."""
+    worst = np.abs(np.asarray(off)).max(initial=0.0)
+    if not worst <= UNIT * max(1.0, float(np.abs(values).max(initial=0.0)) ** 2):
+        raise TypeError(f"{where} is {name} with x ~x = 1 up to {worst:.3g}; expected unit elements; normalize them")
+
+
 def coefficients(values: Any, layout: Layout) -> dict[str, Any]:
     """Return all coefficients by blade, including those that are fixed or implied."""
     found = {blade: values[..., k] for k, blade in enumerate(layout.blades)}

@@ -70,7 +70,7 @@ class Rows(NamedTuple):
     """A reference that keeps the machine code loaded."""
 
 
-class LoopKernel(LoopCall):  # type: ignore[misc]
+class LoopKernel(LoopCall):
     """A generated function of arrays whose lengths are inferred from the arguments of a call.
 
     Leading axes broadcast; the last axes are those of `signature`, in which axes of the same name have the same length.
@@ -355,7 +355,7 @@ class LoopKernel(LoopCall):  # type: ignore[misc]
         return Rows(compiled.call, compiled.address, self.definition.work, compiled)
 
 
-class BoundLoops(LoopCall):  # type: ignore[misc]
+class BoundLoops(LoopCall):
     """A kernel with loops some of whose arguments are fixed, see `LoopKernel.bind`.
 
     Attributes

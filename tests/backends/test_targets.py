@@ -473,7 +473,7 @@ def test_command_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert sorted(path.name for path in Path("out").iterdir()) == ["mine.cl", "mine.rs"]
     assert "mine.cl: 1 kernels" in run.output and "unchanged" not in run.output
     run = CliRunner().invoke(main, ["generate", "mine.py", "--target", "rust", "--target", "c", "--no-build"])
-    names = ["gac_runtime", "mine.c", "mine.cl", "mine.h", "mine.py", "mine.rs"]
+    names = ["gac_runtime", "mine.c", "mine.cl", "mine.h", "mine.py", "mine.pyi", "mine.rs"]
     assert sorted(path.name for path in Path("out").iterdir()) == names
     assert "mine.rs: 1 kernels, unchanged" in run.output
     module = compile_spec(load_spec(Path("mine.py")))

@@ -11,7 +11,7 @@ import pytest
 
 from gacompiler.errors import LayoutError
 from gacompiler.objects import CGA3, PGA3, VGA3
-from generated import cga3, pga3, robots, vga3
+from generated import arms, cga3, pga3, robots, vga3
 
 ANGLE = 1.0
 TURN = np.array([[np.cos(ANGLE), -np.sin(ANGLE), 0], [np.sin(ANGLE), np.cos(ANGLE), 0], [0, 0, 1]])
@@ -78,8 +78,26 @@ def test_elements_that_are_not_of_unit_norm_are_refused_where_they_have_to_be() 
         assert pga3.move_point(even, point).isclose(MOTOR >> point)
         assert pga3.move_point(PGA3.line([0, 0, 0], [0, 0, 1]), point).isclose(PGA3.point(-1, -2, 3))
         for wrong in (2 * even, even + 1, 2 * PGA3.line([0, 0, 0], [0, 0, 1]), np.stack([even, 2 * even])):
-            with pytest.raises(TypeError, match=r"argument m is PGA3\.\w+ with x ~x = 1 up to .*; call normalize"):
+            with pytest.raises(TypeError, match=r"argument m is PGA3\.\w+ with x ~x = 1 up to .*; normalize"):
                 pga3.move_point(wrong, point)
+
+
+def test_values_that_are_not_of_unit_norm_are_refused_where_they_have_to_be() -> None:
+    point, motor = pga3.Point(1, 2, 3), np.asarray(MOTOR.values)
+    for _ in range(2):
+        moved = pga3.move_point(pga3.Even(motor), point)
+        assert isinstance(moved, pga3.Point) and tuple(moved) == pytest.approx(TURN @ [1, 2, 3])
+        assert tuple(pga3.move_point(pga3.Line(0, 0, 1, 0, 0, 0), point)) == pytest.approx([1, -2, -3])
+        wrong: object
+        for wrong in (pga3.Even(2 * motor), pga3.Line(0, 0, 2, 0, 0, 0), pga3.RotorSum(1, 0, 0, 1e-4)):
+            with pytest.raises(TypeError, match=r"argument m is PGA3\.\w+ with x ~x = 1 up to .*; normalize"):
+                pga3.move_point(wrong, point)
+        with pytest.raises(TypeError, match=r"argument plane is PGA3\.PLANE with x ~x = 1 up to 3"):
+            pga3.project_point_on_unit_plane(point, pga3.Plane(0, 0, 2, 1))
+        with pytest.raises(TypeError, match=r"argument r is VGA3\.EVEN"):
+            vga3.rotate_vector(vga3.Even(1, 0, 0, 1), vga3.Vector(1, 2, 3))
+        with pytest.raises(TypeError, match=r"whose norm generated\.arms cannot compute; expected a type of unit"):
+            arms.wrist_turns(*(3 * [arms.Line(1, 0, 0, 0, 0, 0)]), arms.Motor(motor))
 
 
 def test_results_of_arrays_are_arrays() -> None:

@@ -83,12 +83,12 @@ def test_error_of_a_missing_spec(tmp_path: Path) -> None:
 def test_write_reports_changes_and_keeps_other_files(tmp_path: Path, spec_file: Path) -> None:
     files = render(compile_spec(load_spec(spec_file)))
     folder = tmp_path / "out"
-    assert {path.name for path in write(files, folder)} == {"two.py", "two.c", "two.h"}
+    assert {path.name for path in write(files, folder)} == {"two.py", "two.pyi", "two.c", "two.h"}
     assert write(files, folder) == []
     changed = {**files, "two.h": files["two.h"] + "\n"}
     assert [path.name for path in write(changed, folder)] == ["two.h"]
     assert compare(files, folder)
-    assert sorted(path.name for path in folder.iterdir()) == ["two.c", "two.h", "two.py"]
+    assert sorted(path.name for path in folder.iterdir()) == ["two.c", "two.h", "two.py", "two.pyi"]
 
 
 def test_a_failed_write_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

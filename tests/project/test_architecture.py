@@ -62,6 +62,7 @@ ALLOWED: dict[str, set[str]] = {
         *("objects", "errors", "algebra", "rings", "ir", "frontend", "passes", "backends", "generation", "runtime"),
         *(
             "cache_folder",
+            "gac_runtime.annotations",
             "gac_runtime.arrays",
             "gac_runtime.extension_file",
             "gac_runtime.layout",

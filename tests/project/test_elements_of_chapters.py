@@ -75,6 +75,14 @@ def test_elements_give_elements(name: str) -> None:
     assert found.layout == expected.layout and angle_between(found, expected) < tolerance
 
 
+def test_jacobians_take_elements() -> None:
+    q, line, plane = SCATTER[0, 0] * np.ones(6), LINES[1], PGA3.plane([1, 2, 2], 0.5)
+    np.testing.assert_array_equal(ARM.jacobian_of_line(q, line), ARM.jacobian_of_line(q, line.values))
+    np.testing.assert_array_equal(ARM.jacobian_of_plane(q, plane), ARM.jacobian_of_plane(q, plane.values))
+    with pytest.raises(TypeError, match=r"^line is PGA3\.PLANE"):
+        ARM.jacobian_of_line(q, plane)
+
+
 def test_fits_are_elements_of_the_algebra_of_their_points() -> None:
     flat = SCATTER * [1, 1, 0] + [0, 0, 2]
     plane = geometry.fit_plane(PGA3.point(flat)).object

@@ -42,7 +42,7 @@ def test_a_tree_from_a_file(tmp_path: Path) -> None:
     path = tmp_path / "gripper.urdf"
     path.write_text(GRIPPER)
     printed = run(str(path), "-o", str(tmp_path / "out"), "--no-build", "--effort", "0")
-    assert "lift_and_grip.py .c .h: 5 kernels" in printed
+    assert "lift_and_grip.py .pyi .c .h: 5 kernels" in printed
     module = load_module(tmp_path / "out" / "lift_and_grip.py", "_lift_and_grip", "arrays")
     generic = Robot.from_urdf(path)
     folded = generic.with_module(module)

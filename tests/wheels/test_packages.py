@@ -54,7 +54,7 @@ def test_files_of_a_package(pure: Path) -> None:
     names = set(contents(pure))
     inside = {f"my_kernels/{name}" for name in runtime_files()}
     inside |= {f"my_kernels/{name}" for name in ("__init__.py", "py.typed")}
-    inside |= {f"my_kernels/my_kernels.{ending}" for ending in ("py", "c", "h")}
+    inside |= {f"my_kernels/my_kernels.{ending}" for ending in ("py", "pyi", "c", "h")}
     assert names == inside | {f"my_kernels-1.2.dist-info/{name}" for name in ("METADATA", "WHEEL", "RECORD")}
 
 

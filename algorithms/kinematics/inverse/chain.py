@@ -88,7 +88,7 @@ class Chain:
         first = _ONE if not most else most[0]
         for motion in most[1:]:
             first = pga3.motor_product(first, motion)
-        return arms.distance_to_goal(first, last, goals, self.size)  # type: ignore[no-any-return]
+        return arms.distance_to_goal(first, last, goals, self.size)
 
     def _groups(self, q: Reals) -> list[Reals]:
         """Return the motors of groups of three consecutive revolute joints, and of the other joints."""
@@ -96,7 +96,7 @@ class Chain:
         while j < len(self):
             three = slice(j, j + 3)
             if j + 3 <= len(self) and not any(self.slides[three]):
-                found.append(arms.motion_of_three_turns(*self.axes[three], q[..., three]))
+                found.append(arms.motion_of_three_turns(*self.axes[three], q[..., three]))  # type: ignore[call-overload]
                 j += 3
             else:
                 found.append(self.motion(j, q[..., j]))
@@ -134,7 +134,7 @@ def apart(a: Reals, b: Reals, slides: Reals) -> Reals:
 
 def direction(line: Reals) -> Reals:
     """Return the direction of a line."""
-    return pga3.line_to_direction_moment(line)[0]  # type: ignore[no-any-return]
+    return pga3.line_to_direction_moment(line)[0]
 
 
 def parallel(a: Reals, b: Reals) -> bool:

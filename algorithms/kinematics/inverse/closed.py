@@ -82,7 +82,7 @@ class SphericalWrist:
         """As in `Closed`."""
         q, gap = self.regional.solve(pga3.move_point(goals, self.regional.point))
         arm = self.regional.chain.motion_of_all(q)
-        wrist, gap_wrist = arms.wrist_turns(*self.chain.axes[3:], pga3.motor_relative(arm, goals[:, None]))
+        wrist, gap_wrist = arms.wrist_turns(*self.chain.axes[3:], pga3.motor_relative(arm, goals[:, None]))  # type: ignore[call-overload]
         return joined(q, gap, wrist, gap_wrist)
 
 
@@ -124,7 +124,7 @@ class ThreeParallel:
         q, gap = joined(one[..., None], gap[:, None], np.stack(wrist, -2), gap_wrist)
         rest = np.repeat(rest, 2, axis=1)
         tail = pga3.motor_product(self.chain.motion(4, q[..., 1]), self.chain.motion(5, q[..., 2]))
-        middle, gap_middle = arms.planar_turns(
+        middle, gap_middle = arms.planar_turns(  # type: ignore[call-overload]
             *(axes[1:4] * self.signs[:, None]), pga3.motor_between_frames(tail, rest)
         )
         ahead, gap = joined(q, gap, middle * self.signs, gap_middle)
@@ -165,7 +165,7 @@ class ParallelAxes:
         lines = axes[list(self.turns)]
         signs = np.sign(direction(lines) @ direction(lines[0]))
         if len(self.turns) == 3:
-            found, gap = arms.planar_turns(*(lines * signs[:, None]), goals)
+            found, gap = arms.planar_turns(*(lines * signs[:, None]), goals)  # type: ignore[call-overload]
             q[..., self.turns] = found * signs
             return q, np.repeat(gap[:, None], 2, axis=1)
         # Along e1 or e2, whichever the axes are farther from.

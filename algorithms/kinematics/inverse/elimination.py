@@ -205,9 +205,7 @@ def _sampled(chain: Chain, joint: int) -> Reals:
 def _entity(chain: Chain, motion: Reals) -> Reals:
     """Return the invariant of the last joint, moved by motors: (..., 8) to (..., 14)."""
     last = chain.axes[5]
-    return arms.point_and_tangent(  # type: ignore[no-any-return]
-        pga3.move_point(motion, pga3.line_support(last)), pga3.move_line(motion, last)
-    )
+    return arms.point_and_tangent(pga3.move_point(motion, pga3.line_support(last)), pga3.move_line(motion, last))
 
 
 def _matrix(six: Reals, factors: int) -> Reals:

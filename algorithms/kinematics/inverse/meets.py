@@ -84,7 +84,7 @@ class ConformalGeometry:
 
     def _line(self, axis: Reals, p: Reals) -> Reals:
         along = np.broadcast_to(direction(axis), p.shape)
-        return cga3.line_from_direction_moment(along, np.cross(p, along))  # type: ignore[no-any-return]
+        return cga3.line_from_direction_moment(along, np.cross(p, along))
 
     def _points(self, pair: Reals, radius: Reals) -> Pair:
         square = cga3.point_pair_radius_squared(pair)
@@ -126,7 +126,7 @@ class AffineGeometry:
 
     def _line(self, axis: Reals, p: Reals) -> Reals:
         along = np.broadcast_to(direction(axis), p.shape)
-        return pga3.line_from_direction_moment(along, np.cross(p, along))  # type: ignore[no-any-return]
+        return pga3.line_from_direction_moment(along, np.cross(p, along))
 
     def _along(self, line: Reals, centre: Reals, radius: Reals) -> Pair:
         """Return the points of a line at a distance from a centre."""
@@ -256,11 +256,11 @@ class Meets:
         before = direction(pga3.move_line(pga3.motor_inverse(rest), axes[1]))
         after = np.broadcast_to(along, before.shape)
         x, gap_wrist = self._circle_plane(sixth, before, after, np.broadcast_to(direction(axes[4]), after.shape))
-        six = arms.turn_between_points(sixth, before[..., None, :], x)
+        turned = arms.turn_between_points(sixth, before[..., None, :], x)
         # If the last axis is parallel to the three axes, its angle is free here, but only some values may be feasible
         # for the remaining joints.
         free = pga3.distance_point_line(before, sixth) <= _SMALL
-        six = np.where(free[..., None], np.array([0.0, np.pi]), six)
+        six = np.where(free[..., None], np.array([0.0, np.pi]), turned)
         five = arms.turn_between_points(fifth, x, after[..., None, :])
         q, gap = joined(one[..., None], gap[:, None].repeat(2, axis=1), np.stack([five, six], -1), gap_wrist)
         tail = pga3.motor_product(chain.motion(4, q[..., 1]), chain.motion(5, q[..., 2]))
@@ -286,7 +286,7 @@ def _shoulder(chain: Chain) -> Reals | None:
 
 def _through_origin(axis: Reals) -> Reals:
     """Return the line through the origin with the direction of another line."""
-    return pga3.line_from_direction_moment(direction(axis), np.zeros(3))  # type: ignore[no-any-return]
+    return pga3.line_from_direction_moment(direction(axis), np.zeros(3))
 
 
 def _amount(chain: Chain, joint: int, start: Reals, end: Reals) -> Reals:

@@ -51,9 +51,9 @@ class ElbowCircle:
         line, start, gap_start = self.reference(goal)
         after = pga3.motor_product(pga3.motor_from_line(line, elbow), arms.elbow_frame(shoulder, goal, start))
         upper = pga3.motor_between_frames(before, after[:, None])
-        ahead, gap_ahead = arms.wrist_turns(*axes[:3], upper)
+        ahead, gap_ahead = arms.wrist_turns(*axes[:3], upper)  # type: ignore[call-overload]
         rest = pga3.motor_relative(pga3.motor_product(upper, bend), goals[:, None])
-        behind, gap_behind = arms.wrist_turns(*axes[4:], rest)
+        behind, gap_behind = arms.wrist_turns(*axes[4:], rest)  # type: ignore[call-overload]
         gap = np.minimum(gap[:, None], gap_start[:, None])
         q, gap = joined(four[..., None], gap, ahead, gap_ahead)
         q = q[..., [1, 2, 3, 0]]

@@ -146,16 +146,16 @@ def _equations(chain: Chain, frame: tuple[Reals, Reals], joint: int, axis: Reals
     slides = chain.slides[joint]
     if chain.slides[1]:
         shadow = arms.segment_shadow if slides else arms.circle_shadow
-        return shadow(*frame, axis, points)  # type: ignore[no-any-return]
+        return shadow(*frame, axis, points)
     profile = arms.segment_profile if slides else arms.circle_profile
-    return profile(chain.axes[1], frame[0], axis, points)  # type: ignore[no-any-return]
+    return profile(chain.axes[1], frame[0], axis, points)
 
 
 def _moved(slides: bool, axis: Reals, points: Reals, q: Reals) -> Reals:
     """Return points moved by a joint."""
     if slides:
-        return pga3.move_point(pga3.motor_from_screw(axis, 0.0, q), points)  # type: ignore[no-any-return]
-    return arms.turned_point(axis, points, q)  # type: ignore[no-any-return]
+        return pga3.move_point(pga3.motor_from_screw(axis, 0.0, q), points)
+    return arms.turned_point(axis, points, q)
 
 
 def _in_turn(slides: tuple[bool, ...], known: Reals, wanted: Reals) -> tuple[Reals, Reals, Reals]:
@@ -169,7 +169,7 @@ def _in_turn(slides: tuple[bool, ...], known: Reals, wanted: Reals) -> tuple[Rea
 def _solved(slides: bool, row: Reals, value: Reals) -> tuple[Reals, Reals]:
     """Return both variables at which a side has a value, (..., 3) and (...) to (..., 2), and the discriminant."""
     if not slides:
-        return arms.turns_of_sum(row[..., 0], row[..., 1], value - row[..., 2])  # type: ignore[no-any-return]
+        return arms.turns_of_sum(row[..., 0], row[..., 1], value - row[..., 2])
     found, gap = arms.slides_of_quadratic(row[..., 0], row[..., 1], row[..., 2] - value)
     # A linear equation has one solution.
     linear = np.broadcast_to(row[..., 0] == 0, gap.shape)

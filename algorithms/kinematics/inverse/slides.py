@@ -52,7 +52,7 @@ class ThreeSlides:
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
         """As in `Closed`."""
         q = np.zeros((len(goals), 2, 6))
-        q[..., self.turns], gap = arms.wrist_turns(*_directions(self.chain, self.turns), _rotation(goals))
+        q[..., self.turns], gap = arms.wrist_turns(*_directions(self.chain, self.turns), _rotation(goals))  # type: ignore[call-overload]
         (a, b, c), rest = _remaining(self.chain, self.slides, q, goals[:, None])
         across = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], -2)
         volume = np.sum(a * across[..., 0, :], axis=-1)
@@ -152,7 +152,7 @@ class Scan:
         first, *others = _directions(self.chain, self.turns)
         rest_of_rotation = pga3.motor_relative(pga3.motor_from_line(first, angle), _rotation(goals))
         q[..., self.turns[0]] = angle[..., None]
-        q[..., self.turns[1:]], gap = arms.wrist_turns(*others, rest_of_rotation)
+        q[..., self.turns[1:]], gap = arms.wrist_turns(*others, rest_of_rotation)  # type: ignore[call-overload]
         (a, b), rest = _remaining(self.chain, self.slides, q, goals[..., None, :])
         across = np.cross(a, b)
         left = np.sum(across * rest, axis=-1)
@@ -182,7 +182,7 @@ def _directions(chain: Chain, turns: tuple[int, ...]) -> list[Reals]:
 def _rotation(goals: Reals) -> Reals:
     """Return motors without their translation."""
     rotor, _ = pga3.motor_to_rotor_translation(goals)
-    return pga3.motor_from_rotor_translation(rotor, _ORIGIN)  # type: ignore[no-any-return]
+    return pga3.motor_from_rotor_translation(rotor, _ORIGIN)
 
 
 def _remaining(chain: Chain, slides: tuple[int, ...], q: Reals, goals: Reals) -> tuple[list[Reals], Reals]:

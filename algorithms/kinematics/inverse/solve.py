@@ -184,9 +184,9 @@ def _motors(robot: Model, poses: ArrayLike) -> Reals:
         away = pga3.motor_to_matrix(found) - matrices
         away[..., :3, 3] = 0.0
         found[np.abs(away).max((-2, -1)) > _MOTION] = np.nan
-        return found  # type: ignore[no-any-return]
+        return found
     motors = real_array(array, f"{robot.name}: poses", (8,), "motors, or matrices (..., 4, 4)")
-    return pga3.normalize_motor(motors.astype(float))  # type: ignore[no-any-return]
+    return pga3.normalize_motor(motors.astype(float))
 
 
 def _per_pose(value: ArrayLike, name: str, shape: tuple[int, ...]) -> Reals:

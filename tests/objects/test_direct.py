@@ -1,0 +1,80 @@
+"""Constructors of single elements by one compiled call, beside those that look at their arguments."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gacompiler.errors import GacError, LayoutError
+from gacompiler.objects import CGA3, PGA3, build, constructors, direct
+
+RANDOM = np.random.default_rng(5)
+
+
+def three() -> list[float]:
+    return list(RANDOM.normal(size=3).tolist())
+
+
+CASES: dict[str, Callable[[], tuple[Callable[..., Any], tuple[Any, ...]]]] = {
+    "motor about a line": lambda: (PGA3.motor, (3 * PGA3.line(three(), three()), *three()[:2])),
+    "motor about an axis": lambda: (PGA3.motor, (three(), 0.7, 2)),
+    "motor with a translation": lambda: (PGA3.motor, (tuple(three()), *three(), 0.25)),
+    "rotor about a line": lambda: (PGA3.rotor, (PGA3.line(three(), three()), 2.5)),
+    "line through coordinates": lambda: (PGA3.line, (three(), three())),
+    "line through points": lambda: (PGA3.line, (PGA3.point(*three()), PGA3.point(*three()))),
+    "sphere": lambda: (CGA3.sphere, (three(), abs(three()[0]))),
+    "sphere about a point": lambda: (CGA3.sphere, (CGA3.point(*three()), 2)),
+}
+
+
+@pytest.fixture(autouse=True)
+def at_once(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Compile at the second call, and forget it afterwards."""
+    monkeypatch.setattr(constructors, "OFTEN", 2)
+    known = dict(constructors._DIRECT)
+    constructors._DIRECT.clear()
+    yield
+    constructors._DIRECT.clear()
+    constructors._DIRECT.update(known)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_compiled_constructors(name: str) -> None:
+    for _ in range(3):
+        construct, arguments = CASES[name]()
+        construct(*arguments)
+    build()
+    compiled = [each for each in constructors._DIRECT.values() if isinstance(each, tuple)]
+    for _ in range(20):
+        construct, arguments = CASES[name]()
+        made = construct(*arguments)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(constructors, "_DIRECT", {})
+            expected = construct(*arguments)
+        assert made.layout == expected.layout
+        np.testing.assert_allclose(made.values, expected.values, rtol=1e-13, atol=1e-14)
+    assert compiled or [each for each in constructors._DIRECT.values() if isinstance(each, tuple)]
+
+
+def test_invalid_arguments_raise_the_errors_of_constructors() -> None:
+    for _ in range(4):
+        PGA3.motor([0, 0, 1], 0.5), PGA3.motor(PGA3.line([0, 0, 0], [0, 0, 1]), 0.5)
+        PGA3.line([0, 0, 0], [0, 0, 1]), CGA3.sphere([0, 0, 0], 1.0)
+        build()
+    screw = PGA3.line([0, 0, 0], [0, 0, 1]) + 2 * PGA3.e03
+    for wrong in (
+        lambda: PGA3.motor([0, 0, 0], 0.5), lambda: PGA3.motor(screw, 0.5), lambda: PGA3.motor(["a", 0, 1], 0.5),
+        lambda: PGA3.line([1, 2, 3], [1, 2, 3]), lambda: CGA3.sphere([0, 0, 0], -1.0),
+        lambda: CGA3.sphere([[0, 0], 0, 0], 1.0), lambda: PGA3.motor([0, 0, 1, 2], 0.5),
+    ):  # fmt: skip
+        with pytest.raises(GacError):
+            wrong()
+    with pytest.raises(LayoutError, match="radius of -1"):
+        CGA3.sphere([0, 0, 0], -1.0)
+    assert np.isnan(PGA3.motor([0, 0, 1], float("nan")).values).any()
+    many = PGA3.motor([[0, 0, 1], [0, 0, 2], [0, 1, 0]], 0.5)
+    assert many.shape == (3,)
+    assert direct.form_of(PGA3.algebra, "motor", ([0, 0, 1], np.float64(1))) is None
