@@ -1506,12 +1506,12 @@ static inline Py_ssize_t table_axes(const Table *table, const Py_ssize_t *length
     return size;
 }
 
-/* Whether an object is a contiguous array of 64-bit integers. */
-static inline int is_index_array(PyObject *object)
+/* Whether an object is a contiguous array of 64-bit integers with the axes of a table. */
+static inline int is_index_array(PyObject *object, const Table *table)
 {
     const Array *array = (const Array *)object;
     const int usable = IN_C_ORDER | ALIGNED;
-    if (Py_TYPE(object) != array_type || array->n_axes != 1 || (array->flags & usable) != usable)
+    if (Py_TYPE(object) != array_type || array->n_axes != table->n_axes || (array->flags & usable) != usable)
         return 0;
     const DataType *type = (const DataType *)array->dtype;
     return type->order == '=' && type->kind == 'i' &&
@@ -1652,7 +1652,7 @@ static PyObject *loops_on_arrays(const LoopCall *call, PyObject *const *args, Py
         const Array *array = (const Array *)input;
         int before = 0;
         if (table->is_index) {
-            if (!is_index_array(input))
+            if (!is_index_array(input, table))
                 return NULL;
         } else if (Py_TYPE(input) == array_type) {
             const int usable = IN_C_ORDER | ALIGNED;

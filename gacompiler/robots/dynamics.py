@@ -13,7 +13,7 @@ from ..specs import robots as spec
 from .accelerations import accelerations
 from .chains import Chain, exact
 from .exact_tables import Tables, rows_of, tables_of_joints, tables_of_pairs
-from .folding import Rows, Scalars, folded, need, square
+from .folding import Rows, Scalars, folded, need
 from .frames import ZERO
 from .inertias import about_origins, base_parameters, carried_by_base
 from .mass_matrix import composite_bodies
@@ -148,7 +148,7 @@ def coriolis_matrix(chain: Chain, q: Scalars, qd: Scalars) -> Rows:
 
 def _coriolis_matrix(chain: Chain, q: Scalars, qd: Scalars) -> Any:
     tables = _heavy(chain) | tables_of_pairs(chain)
-    return square(chain, written_out(spec.coriolis_matrix, {"q": q, "qd": qd, **tables}))
+    return written_out(spec.coriolis_matrix, {"q": q, "qd": qd, **tables})
 
 
 def inverse_dynamics_derivatives(chain: Chain, q: Scalars, qd: Scalars, qdd: Scalars) -> tuple[Rows, Rows]:
@@ -169,8 +169,7 @@ def inverse_dynamics_derivatives(chain: Chain, q: Scalars, qd: Scalars, qdd: Sca
 
 def _inverse_dynamics_derivatives(chain: Chain, q: Scalars, qd: Scalars, qdd: Scalars) -> Any:
     given = {"q": q, "qd": qd, "qdd": qdd, "gravity": _gravity_of(chain)}
-    found = written_out(spec.inverse_dynamics_derivatives, {**given, **_heavy(chain), **tables_of_pairs(chain)})
-    return tuple(square(chain, each) for each in found)
+    return written_out(spec.inverse_dynamics_derivatives, {**given, **_heavy(chain), **tables_of_pairs(chain)})
 
 
 # Energies and momenta.

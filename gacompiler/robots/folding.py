@@ -30,21 +30,15 @@ def _traced(method: Callable[..., Any], chain: Chain, names: tuple[str, ...]) ->
 
 
 def _plain(value: Any) -> Any:
-    """Replace arrays in nested tuples by tuples."""
+    """Return a value with tuples in place of arrays."""
     if isinstance(value, Unrolled):
-        return value.elements
+        value = value.elements
     return tuple(map(_plain, value)) if isinstance(value, tuple) else value
 
 
 def folded(method: Callable[..., Any], chain: Chain, **given: Scalars) -> Any:
     """Evaluate a method for given arguments, which may be expressions, sympy symbols or numbers."""
     return _traced(method, chain, tuple(given))(*map(tuple, given.values()))
-
-
-def square(chain: Chain, numbers: Unrolled) -> Rows:
-    """Split the entries of a square matrix over the variables into rows."""
-    n = chain.n_variables
-    return tuple(tuple(numbers.elements[k * n : k * n + n]) for k in range(n))
 
 
 def need(chain: Chain, name: str) -> None:

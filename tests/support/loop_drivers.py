@@ -144,7 +144,7 @@ def _rust_call(call: LoopCall, real: str) -> list[str]:
     for k, table in enumerate(call.procedure.parameters):
         rows = call.rows(table)
         if table.storage is Storage.INDEX:
-            lines.append(f"    let a{k} = data.index({rows});")
+            lines.append(f"    let a{k} = data.index({rows} * {table.size});")
             passed.append(f"&a{k}")
             continue
         elements = call.count if call.varies(table) else 1
