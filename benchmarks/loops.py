@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ from gacompiler import (
     select,
     total,
     transpose,
-)  # fmt: skip
+)
 
 from . import pages
 from .machine import version
@@ -45,7 +46,7 @@ class Task:
     title: str
     ours: Callable[..., Any]
     by_hand: Callable[..., Any]
-    in_numpy: Callable[..., Any] | None
+    in_numpy: Callable[..., Any]
     arguments: tuple[Any, ...]
 
 
@@ -217,22 +218,20 @@ def measure(task: Task, effort: Effort) -> str:
         If the implementations give different results.
     """
     calls = {"ours": task.ours, "by hand": task.by_hand, "numpy": task.in_numpy}
-    given = {name: call for name, call in calls.items() if call is not None}
-    results = [np.concatenate([np.ravel(part) for part in np.atleast_1d(*_parts(c(*task.arguments)))])
-               for c in given.values()]  # fmt: skip
+    results = [_numbers(call(*task.arguments)) for call in calls.values()]
     for result in results[1:]:
         if not np.allclose(result, results[0], rtol=CLOSE, atol=CLOSE):
             raise RuntimeError(f"{task.title}: the implementations give different results")
-    times = median_times({name: lambda c=call: c(*task.arguments) for name, call in given.items()}, effort)  # type: ignore[misc]
-    cells = [f"{1e6 * times[name]:.2f}" for name in given]
+    times = median_times({name: partial(call, *task.arguments) for name, call in calls.items()}, effort)
+    cells = [f"{1e6 * times[name]:.2f}" for name in calls]
     ratios = [f"{times['ours'] / times[name]:.2f}" for name in ("by hand", "numpy")]
     return f"| {task.title} | {' | '.join(cells)} | {' | '.join(ratios)} |"
 
 
-def _parts(result: Any) -> list[Any]:
-    """Return the results of a call; two at least, so that `atleast_1d` returns a list."""
-    parts = list(result) if isinstance(result, tuple) else [result]
-    return parts if len(parts) > 1 else [*parts, 0]
+def _numbers(result: Any) -> Any:
+    """Return all numbers of the results of a call in one array."""
+    parts = result if isinstance(result, tuple) else (result,)
+    return np.concatenate([np.ravel(part) for part in parts])
 
 
 def page(rows: list[str]) -> str:

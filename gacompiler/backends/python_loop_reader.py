@@ -153,7 +153,6 @@ class _Reader:
             raise BackendError(where, f"a declaration that cannot be read ({error})", "@_module.loops(...)") from error
         self._loops: dict[str, bool] = {}
         self._may_miss = False
-        self._start = ""  # of the row that is read, while its number is read
 
     def _declared(self, signature: str, options: Mapping[str, Mapping[str, str]]) -> dict[str, Table]:
         """Return the tables by their names in the text; the lengths are determined at the same time."""
@@ -304,9 +303,7 @@ class _Reader:
                 first = self._table(node, start).name
                 match key:
                     case ast.Name() | ast.Tuple() | ast.Subscript(ast.Name(), ast.Tuple([])) if self._computed(key):
-                        self._start = first
-                        row: Row = self._row(key)
-                        self._start = ""
+                        row: Row = self._row(key, first)
                     case ast.BinOp():
                         counter, step = self._neighbour(key)
                         if step != (1 if self._loops[counter] else -1):
@@ -331,9 +328,10 @@ class _Reader:
             case _:
                 raise self._unreadable(node)
 
-    def _row(self, key: ast.expr) -> Row:
-        """Read the number of a row that exists."""
-        return row_at(tuple(map(self._along_axis, key.elts if isinstance(key, ast.Tuple) else [key])))
+    def _row(self, key: ast.expr, start: str = "") -> Row:
+        """Read the number of a row that exists, or whose number is computed, with the table `start` in its place."""
+        keys = key.elts if isinstance(key, ast.Tuple) else [key]
+        return row_at(tuple(self._along_axis(each, start) for each in keys))
 
     def _onto(self, key: ast.expr) -> Row:
         """Read the number of a row that may not exist."""
@@ -349,10 +347,10 @@ class _Reader:
         keys = key.elts if isinstance(key, ast.Tuple) else [key]
         return any(isinstance(each, ast.Name) and each.id in self._tables for each in keys)
 
-    def _along_axis(self, key: ast.expr) -> Counter | Through | Numbered:
+    def _along_axis(self, key: ast.expr, start: str = "") -> Counter | Through | Numbered:
         match key:
-            case ast.Name(name) if self._start and name in self._tables:
-                return Numbered(self._tables[name].name, self._start)
+            case ast.Name(name) if start and name in self._tables:
+                return Numbered(self._tables[name].name, start)
             case ast.Name(counter) if counter in self._loops:
                 return Counter(counter)
             case ast.Subscript(ast.Name(index), ast.Name(counter)) if counter in self._loops:

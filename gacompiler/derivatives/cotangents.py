@@ -16,9 +16,22 @@ from ..frontend.loop_trace import LoopTrace
 from ..frontend.recorded import Compute, Record
 from ..frontend.recorder import Recorder
 from ..frontend.rows import Leaf
-from ..ir.procedure import Add, Clear, Counter, Following, Loop, Parent, Place, Previous, Row, Storage, number_of
+from ..ir.procedure import (
+    Add,
+    Clear,
+    Counter,
+    Following,
+    Loop,
+    Parent,
+    Place,
+    Previous,
+    Row,
+    Storage,
+    number_of,
+    start_of,
+)
 from .forward import shape_of
-from .replay import Edges, Replay, flattened, reads_of, start_of, writes_of
+from .replay import Edges, Replay, flattened, reads_of, writes_of
 from .stored import only_added, set_once
 from .tangents import Key
 
@@ -67,7 +80,7 @@ class Cotangents(Replay):
         statements = list(flattened(traced.statements))
         self._set_once = set_once(traced.statements)
         self._reads = [place for statement in statements for place in reads_of(statement)]
-        self._read = {name for place in self._reads for name in (place.table, start_of(place))}
+        self._read = {name for place in self._reads for name in (place.table, start_of(place.row))}
         changed = {place.table for each in statements if not isinstance(each, Clear) for place in writes_of(each)}
         self._zeros = {record.name for record in traced.records if record.storage is Storage.WORK} - changed
         self._edges: list[tuple[str, Edges]] = []
@@ -111,7 +124,7 @@ class Cotangents(Replay):
         table = place.table
         if not isinstance(place.row, Counter) or table in self._seeds or self.old[table].lengths == ():
             return False
-        if [p for p in self._reads if table in (p.table, start_of(p))] != [place]:
+        if [p for p in self._reads if table in (p.table, start_of(p.row))] != [place]:
             return False
         reads = [s for s in flattened(self.traced.statements) if place in reads_of(s)]
         return all(isinstance(s, Compute) for s in reads) and any(
@@ -188,7 +201,7 @@ class Cotangents(Replay):
 
     def _add(self, source: Place, old: Place) -> None:
         """Add a row of cotangents to the cotangent of an old place."""
-        own, start = self._adjoints[old.table], start_of(old)
+        own, start = self._adjoints[old.table], start_of(old.row)
         to_start = self._adjoints.get(start) if start not in self._zeros else None
         match old.row:
             case Previous(loop, _):

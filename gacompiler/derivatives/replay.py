@@ -35,7 +35,6 @@ from ..ir.procedure import (
     number_of,
     with_tables,
 )
-from ..ir.procedure import start_of as start_of_row
 
 
 @dataclass(slots=True)
@@ -221,7 +220,7 @@ class Replay:
     def held(self, record: Record) -> list[Any]:
         """Return the arrays of rows, or the expressions, in a table."""
         if record.lengths:
-            return list(record.arrays)
+            return record.arrays
         return [self.recorder.symbol(record.name, Place(record.name), leaf) for leaf in record.leaves]
 
     def values(self) -> list[Any]:
@@ -250,8 +249,7 @@ def bound_argument(recorder: Recorder, parameter: Parameter, argument: Any) -> R
 def _bound_rows(recorder: Recorder, parameter: Parameter, given: Sequence[Rows], leaves: tuple[Leaf, ...]) -> Record:
     """Return the table that consists of given arrays of rows, or a copy if there is no such table."""
     record = recorder.records[recorder.check_rows(given[0]).table]
-    whole = [Rows.whole(record.name, record.lengths, leaf) for leaf in leaves]
-    if record.leaves == leaves and list(given) == whole:
+    if record.leaves == leaves and list(given) == record.arrays:
         return record
     if any(rows.leaf.layout != parameter.layout for rows in given):
         raise KernelError(
@@ -304,11 +302,6 @@ def writes_of(statement: Any) -> list[Place]:
             return [Place(until), Place(steps)]
         case _:
             return []
-
-
-def start_of(place: Place) -> str:
-    """Return the name of the table that a place refers to if its row does not exist, or an empty string."""
-    return start_of_row(place.row)
 
 
 def written(statements: Sequence[Any]) -> set[str]:

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..ir.procedure import Add, Clear, Counter, Loop, Parent, Place, Previous, loops_of, number_of, numbers_of
-from .replay import flattened, reads_of, start_of, writes_of, written
+from ..ir.procedure import Add, Clear, Counter, Loop, Parent, Place, Previous, loops_of, number_of, numbers_of, start_of
+from .replay import flattened, reads_of, writes_of, written
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,14 +33,14 @@ class Position:
 
     def changes(self, place: Place) -> bool:
         """Return whether a place that the statement reads may be overwritten or inaccessible in the reverse sweep."""
-        tables = {place.table, start_of(place), number_of(place.row)} - {""}
+        tables = {place.table, start_of(place.row), number_of(place.row)} - {""}
         if self.loop is None:
             return bool(tables & written(self.body[self.number :]))
         if isinstance(place.row, Previous) or tables & written(self.after):
             return True
         if not tables & written(self.body):
             return False
-        if isinstance(place.row, (Counter, Parent)) and start_of(place) not in written(self.body):
+        if isinstance(place.row, (Counter, Parent)) and start_of(place.row) not in written(self.body):
             return not self._is_written_once(place)
         return True
 
@@ -76,7 +76,7 @@ def carried(body: Sequence[Any]) -> dict[str, Place]:
     writes = written(body)
     for each in flattened(body):
         for place in reads_of(each):
-            start = start_of(place)
+            start = start_of(place.row)
             found = Place(start) if start else place  # The same loop has written the preceding rows.
             if found.table in writes:
                 seen.setdefault(found.table, found)

@@ -17,9 +17,9 @@ from ..frontend.loop_trace import LoopTrace
 from ..frontend.recorded import Compute, Record
 from ..frontend.recorder import Inference
 from ..frontend.traced import Traced
-from ..ir.procedure import Add, Copy
+from ..ir.procedure import Add, Copy, start_of
 from ..passes.decide import layout_of
-from .replay import flattened, reads_of, start_of, values_of
+from .replay import flattened, reads_of, values_of
 from .results import free
 from .rules import derivative, is_zero
 
@@ -58,8 +58,8 @@ class _Tangents:
                 elif isinstance(statement, (Add, Copy)):
                     self._connect(statement.source.table, statement.target.table, isinstance(statement, Copy))
                 for place in reads_of(statement):
-                    if start_of(place):
-                        self._connect(place.table, start_of(place), True)
+                    if start_of(place.row):
+                        self._connect(place.table, start_of(place.row), True)
             if self._found == before:
                 return self._found
 

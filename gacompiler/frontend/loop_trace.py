@@ -26,7 +26,7 @@ from .loop_results import loop_results
 from .recorded import Compute, Record, Recorded
 from .recorder import Inference, Recorder
 from .recording import recording
-from .rows import Index, IndexOf, Leaf, Rows, RowsOf, Unrolled, elements_of, leaves_of, like, nested
+from .rows import Index, IndexOf, Leaf, RowsOf, Unrolled, elements_of, leaves_of, like, nested
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,7 +182,7 @@ def _argument(recorder: Recorder, parameter: Parameter) -> Any:
     record = recorder.add(Record(name, lengths, leaves, Storage.ARGUMENT, shape, shared))
     places = list(product(*map(range, outer)))
     if lengths:
-        flat: list[Any] = [Rows.whole(name, lengths, leaf) for leaf in leaves]
+        flat: list[Any] = record.arrays
     else:
         stems = ["_".join([name, *map(str, place)]) for place in places]
         flat = [recorder.symbol(stem, Place(name), leaf) for stem, leaf in zip(stems, record.leaves, strict=True)]

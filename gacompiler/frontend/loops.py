@@ -11,7 +11,9 @@ what the loops compute. The functions share one file because most of it is their
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 from ..algebra.layout import SCALAR, Layout
@@ -226,7 +228,7 @@ def total(body: Callable[..., Any], *rows: Any) -> Any:
 
     def added(sum: Any, *row: Any) -> Any:
         found = with_structure("total()", terms, body(*row), arrays=True)
-        return like(terms, [_sum(a, b) for a, b in zip(leaves_of(sum), found, strict=True)])
+        return like(terms, [_by_element(operator.add, a, b) for a, b in zip(leaves_of(sum), found, strict=True)])
 
     zero = like(terms, [_zero(recorder, leaf, x) for leaf, x in zip(leaves_of(terms), layouts, strict=True)])
     return fold(named_like(body, added, ["sum"]), zero, *rows)
@@ -522,15 +524,8 @@ def _iterate_below(body: Callable[..., Any], start: Any, until: Callable[..., An
     state, _, _ = iterate(names, _Steps(start, 0, 0), is_over, _MOST_STEPS)
     is_run = bound >= 1
     pairs = zip(leaves_of(state.carry), leaves_of(start), strict=True)
-    carry = like(start, [_either(is_run, new, old) for new, old in pairs])
+    carry = like(start, [_by_element(partial(select, is_run), new, old) for new, old in pairs])
     return carry, select(is_run, state.converged, 0), select(is_run, state.steps, 0)
-
-
-def _either(condition: Any, new: Any, old: Any) -> Any:
-    """Return one of two multivectors or arrays."""
-    if isinstance(new, (Rows, Unrolled)):
-        return each(lambda a, b: _either(condition, a, b), new, old)
-    return select(condition, new, old)
 
 
 def _check_index(where: str, index: Any, length: str, into: str) -> None:
@@ -554,9 +549,9 @@ def _zero(recorder: Recorder, value: Any, layout: Layout) -> Any:
     return zeros
 
 
-def _sum(a: Any, b: Any) -> Any:
-    """Return the sum of two multivectors, or of two arrays row by row."""
-    return each(_sum, a, b) if isinstance(a, Rows) else a + b
+def _by_element(function: Callable[..., Any], a: Any, b: Any) -> Any:
+    """Apply a function to two multivectors, or to the elements of two arrays."""
+    return each(partial(_by_element, function), a, b) if isinstance(a, (Rows, Unrolled)) else function(a, b)
 
 
 def _scan_of_arrays(

@@ -145,7 +145,7 @@ class Recorder:
         shape = outer + (() if layouts[0].is_scalar else (layouts[0].size,))
         scope = self.scopes[-2 if outside else -1].number
         record = self.add(Record(self.unique(stem), lengths, leaves, Storage.WORK, shape, scope=scope))
-        return [Rows.whole(record.name, lengths, leaf) for leaf in leaves]
+        return record.arrays
 
     def shape_returned(self, lengths: tuple[str, ...], n: int) -> tuple[int, ...]:
         """Return the declared shape of a row of `n` multivectors in a result over several lengths, if any."""

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from .procedure import (
     Add,
+    Along,
     Apply,
-    At,
     Clear,
     Copy,
     Counter,
@@ -19,11 +19,11 @@ from .procedure import (
     Previous,
     Procedure,
     Repeat,
-    Row,
     Statement,
     Storage,
     Table,
     Through,
+    numbers_of,
 )
 
 
@@ -70,22 +70,21 @@ def _lines(body: Sequence[Statement], depth: int) -> list[str]:
 
 def place_text(place: Place) -> str:
     """Return the text of a row of a table, such as ``axes[i]``."""
-    row: Row = place.row
+    numbers = ", ".join(map(_number_text, numbers_of(place.row)))
+    return f"{place.table}[{numbers}]" if numbers else place.table
+
+
+def _number_text(row: Along) -> str:
     match row:
-        case None:
-            return place.table
         case Counter(loop):
-            return f"{place.table}[{loop}]"
+            return loop
         case Through(index, loop, column):
-            return f"{place.table}[{index}[{f'{loop}, {column}' if column else loop}]]"
-        case At(rows):
-            inner = [place_text(Place("", each))[1:-1] for each in rows]
-            return f"{place.table}[{', '.join(inner)}]"
+            return f"{index}[{loop}, {column}]" if column else f"{index}[{loop}]"
         case Previous(loop, start):
-            return f"{place.table}[before {loop}, else {start}]"
+            return f"before {loop}, else {start}"
         case Parent(index, loop, start):
-            return f"{place.table}[{index}[{loop}], else {start}]"
+            return f"{index}[{loop}], else {start}"
         case Numbered(number, start):
-            return f"{place.table}[{number}, else {start}]"
+            return f"{number}, else {start}"
         case Following(loop):
-            return f"{place.table}[after {loop}]"
+            return f"after {loop}"

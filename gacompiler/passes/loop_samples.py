@@ -17,7 +17,7 @@ from ..frontend.loop_trace import unrolled
 from ..frontend.rows import IndexOf, RowsOf
 from ..frontend.unrolled import steps_limited
 from ..ir.procedure import Procedure, Storage
-from .samples import SPREADS, meaning, sample
+from .samples import SPREADS, is_real, meaning, sample
 
 Rows = list[list[Any]]
 
@@ -81,7 +81,7 @@ class Case:
                 values = meaning(expressions, inputs)
             except (ZeroDivisionError, ValueError, mpmath.libmp.ComplexResult):
                 continue
-            if all(_is_real(value) for multivector in values for value in multivector.terms.values()):
+            if all(is_real(value) for multivector in values for value in multivector.terms.values()):
                 yield self.arguments(inputs), values
                 found += 1
                 if found == n:
@@ -90,10 +90,6 @@ class Case:
     def near_one(self, random: Random) -> dict[str, Rows]:
         """Return the rows of ordinary random elements, as exact numbers."""
         return self.arguments(sample(self.flat, random, near_one=True))
-
-
-def _is_real(value: Any) -> bool:
-    return not isinstance(value, mpmath.mpc) and (not isinstance(value, mpmath.mpf) or bool(mpmath.isfinite(value)))
 
 
 def index_tables(procedure: Procedure, lengths: Mapping[str, int], random: Random) -> dict[str, tuple[Any, ...]]:

@@ -60,14 +60,15 @@ def samples(
             values = meaning.at(inputs)
         except (ZeroDivisionError, ValueError, mpmath.libmp.ComplexResult):
             continue
-        if all(_is_real(value) for multivector in values for value in multivector.terms.values()):
+        if all(is_real(value) for multivector in values for value in multivector.terms.values()):
             yield inputs, values
             found += 1
             if found == n:
                 return
 
 
-def _is_real(value: Any) -> bool:
+def is_real(value: Any) -> bool:
+    """Return whether a number is real and finite."""
     return not isinstance(value, mpmath.mpc) and (not isinstance(value, mpmath.mpf) or bool(mpmath.isfinite(value)))
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from random import Random
-from typing import Any
 
 import mpmath
 
@@ -13,7 +12,7 @@ from ..errors import InexactError
 from ..frontend.expression import Expression, apply_operation, topological
 from ..frontend.kernel import Kernel
 from ..rings.decimals import digits, from_decimal, to_decimal
-from .samples import sample
+from .samples import is_real, sample
 
 LONGEST = 60
 """Longest text of an expression that is shown; a longer one fills more than a line of a terminal."""
@@ -37,18 +36,14 @@ def reason(kernel: Kernel, expressions: Sequence[Expression], random: Random) ->
             arguments = [values[argument] for argument in node.arguments]
             try:
                 values[node] = apply_operation(node, arguments, lifted, to_decimal)
-                is_real = all(_is_real(from_decimal(value)) for value in values[node].terms.values())
+                is_defined = all(is_real(from_decimal(value)) for value in values[node].terms.values())
             except (ArithmeticError, ValueError, InexactError, mpmath.libmp.ComplexResult):
-                is_real = False
-            if not is_real:
+                is_defined = False
+            if not is_defined:
                 pairs = zip(node.arguments, arguments, strict=True)
                 where = [f"{_short(each)} = {_number(value)}" for each, value in pairs if each.arguments]
                 return f"{_short(node)} is not defined where {' and '.join(where) or 'its arguments are ordinary'}"
     return ""
-
-
-def _is_real(value: Any) -> bool:
-    return not isinstance(value, mpmath.mpc) and (not isinstance(value, mpmath.mpf) or bool(mpmath.isfinite(value)))
 
 
 def _short(expression: Expression) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import reduce
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 
 import gacompiler
+from benchmarks.loops import kalman
 from gacompiler import (
     SCALAR,
     all_rows,
@@ -201,8 +203,6 @@ def test_random_kernels_equal_numpy(seed: int) -> None:
 
 
 def _signature(names: list[str]) -> Any:
-    import inspect
-
     return inspect.Signature([inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD) for name in names])
 
 
@@ -297,45 +297,6 @@ def test_the_bound_of_an_iteration_may_be_computed(bound: float) -> None:
         following = (value + 2 / value) / 2
         value, steps, found = following, steps + 1, following == value
     assert gacompiler.compile(root)(np.array([2.0]), bound) == (value, found, steps)
-
-
-def product(a: Any, b: Any) -> Any:
-    """The product of a matrix and the transpose of another one."""
-    return each(lambda row: each(lambda other: total(lambda x, y: x * y, row, other), b), a)
-
-
-def solved(a: Any, b: Any) -> Any:
-    """The solution of linear equations with a positive definite matrix, for every column of `b`."""
-    numbers = row_numbers(a)
-
-    def step(equations: Any, k: Any) -> Any:
-        matrix, right = equations
-        pivots, own = pick(matrix, k, 0), pick(right, k, 0)
-        pivot = pick(pivots, k, 0)
-
-        def eliminated(row: Any, values: Any, i: Any) -> Any:
-            factor = select(equal(i, k), 0, pick(row, k, 0) / pivot)
-
-            def reduced(x: Any, y: Any) -> Any:
-                return select(equal(i, k), x / pivot, x - factor * y)
-
-            return each(reduced, row, pivots), each(reduced, values, own)
-
-        return each(eliminated, matrix, right, numbers)
-
-    return fold(step, (a, b), numbers)[1]
-
-
-@kernel(x=N, p=array(SCALAR, "n", "n"), h=array(SCALAR, "m", "n"), r=array(SCALAR, "m", "m"), z=M)
-def kalman(x: Any, p: Any, h: Any, r: Any, z: Any) -> Any:
-    """The mean and the covariance after a measurement, for any number of states and measured numbers."""
-    moved = product(h, p)
-    innovation = each(lambda a, b: each(lambda u, v: u + v, a, b), product(moved, h), r)
-    gain = solved(innovation, moved)
-    residual = each(lambda row, value: value - total(lambda u, v: u * v, row, x), h, z)
-    mean = each(lambda column, a: a + total(lambda u, v: u * v, column, residual), transpose(gain), x)
-    change = product(transpose(moved), transpose(gain))
-    return mean, each(lambda a, b: each(lambda u, v: u - v, a, b), p, change)
 
 
 @pytest.mark.parametrize(("n", "m"), [(1, 1), (5, 2), (12, 6)])

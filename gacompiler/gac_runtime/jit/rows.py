@@ -162,12 +162,10 @@ def _typed_put(table: Any, k: Any, row: Any) -> Any:
         places = [f"table[{j}]" for j in range(len(row))]
     elif isinstance(k, types.BaseTuple) and not len(k):
         places = ["table[0]"]
-    elif isinstance(k, types.BaseTuple):
-        place = ", ".join(f"k[{j}]" for j in range(len(k)))
-        places = [f"table[{place}, {j}]" for j in range(len(row))] if isinstance(row, types.BaseTuple) else []
-        places = places or [f"table[{place}]"]
     else:
-        places = [f"table[k, {j}]" for j in range(len(row))] if isinstance(row, types.BaseTuple) else ["table[k]"]
+        _, place = _numbers_in(k)
+        is_tuple = isinstance(row, types.BaseTuple)
+        places = [f"table[{place}, {j}]" for j in range(len(row))] if is_tuple else [f"table[{place}]"]
     values = [f"row[{j}]" for j in range(len(row))] if isinstance(row, types.BaseTuple) else ["row"]
     lines = [f"    {place} = {value}" for place, value in zip(places, values, strict=True)]
     return _made("def run(table, k, row):", *lines)
