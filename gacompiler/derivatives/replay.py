@@ -257,7 +257,7 @@ def _bound_rows(recorder: Recorder, parameter: Parameter, given: Sequence[Rows],
             f"rows of {parameter.layout}", "return that layout from the loop that creates them",
         )  # fmt: skip
     copied = recorder.packed(parameter.name, given[0].lengths, [parameter.layout] * len(given), parameter.outer_shape)
-    recorder.store(given, copied, [parameter.name] * len(given))
+    recorder.store(given, copied, parameter.name)
     return recorder.records[copied[0].table]
 
 

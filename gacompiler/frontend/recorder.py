@@ -368,7 +368,7 @@ class Recorder:
     ) -> list[Rows]:
         """Create tables of one row or array each, and write values to them; see `tables`."""
         tables = self.tables(stems, (), layouts, structure)
-        self.store(values, tables, stems)
+        self.store(values, tables)
         return tables
 
     def selectable(self, rows: Rows) -> Rows:
@@ -377,8 +377,8 @@ class Recorder:
             return rows
         return self.stored([rows], ["gathered"], [rows.leaf.layout], (rows,))[0]
 
-    def store(self, values: Sequence[Any], onto: Sequence[Rows], stems: Sequence[str] | None = None) -> None:
-        """Write expressions to single rows, and arrays to arrays over the same lengths, as if all at once."""
+    def store(self, values: Sequence[Any], onto: Sequence[Rows], stem: str = "value") -> None:
+        """Write expressions to single rows, and arrays to arrays, as if at once; rows of arrays are named `stem`."""
         pairs = list(zip(values, onto, strict=True))
         single = [(value, rows) for value, rows in pairs if not rows.order]
         if single:
@@ -394,7 +394,6 @@ class Recorder:
         for lengths, together in by_lengths.items():
             counter = self.counter()
             with self.scope() as scope:
-                own = stems or ["value"] * len(pairs)
-                found = self.symbols(own[: len(together)], [value for value, _ in together], Counter(counter))
+                found = self.symbols([stem] * len(together), [value for value, _ in together], Counter(counter))
                 self.store(found, [rows.at(Counter(counter)) for _, rows in together])
             self.append(Loop(counter, lengths[0], False, tuple(scope.statements)))

@@ -133,6 +133,7 @@ if TYPE_CHECKING:
         ) -> None: ...
 
 else:
+    # The base class stands for `_Value[Kind]`, since the class in C takes no parameters of types.
     _Value = {Kind: _PythonValue if extension is None else extension.Value}
 
 

@@ -18,7 +18,7 @@ class Form(NamedTuple):
     """2 for the plane, 3 for space, None for both."""
 
     def text(self) -> str:
-        """Return the call as it is written in code."""
+        """Return the text of a call in this form."""
         return f"{self.constructor}({', '.join(self.takes)})"
 
 
