@@ -15,7 +15,6 @@ from .ir.cost import WEIGHTS
 from .ir.cost_models import COUNTS
 from .ir.program import Line, Operand
 from .ir.scalar import Op
-from .passes.compose import is_accurate
 from .passes.lower import Lowering, Reduction
 from .passes.minimal import proved_minimum
 from .passes.record import Compilation
@@ -139,7 +138,7 @@ class _Accurate:
         assert record.gate is not None
         if id(candidate) not in self._known:
             taken = candidate is record.best or candidate is record.candidates[0]
-            self._known[id(candidate)] = taken or is_accurate(candidate, record.gate)
+            self._known[id(candidate)] = taken or candidate.is_accurate(record.gate)
         return self._known[id(candidate)]
 
 

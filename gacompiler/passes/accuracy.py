@@ -4,6 +4,9 @@ Relations hold exactly for ideal elements, but only up to rounding for actual ar
 by ``1 - s**2`` is exact for unit rotors, but inaccurate close to the identity. Every candidate is therefore run in
 double precision on ordinary elements, on versors close to 1, on arguments close to each other, and on large multiples
 of small motions. The results are compared with those of the author's structure without rounding.
+
+Under a root, a difference of products that replaces a sum of squares loses half of the digits where it nearly vanishes,
+or becomes negative. Kernels with roots are therefore also run on arguments that are nearly on a line.
 """
 
 from __future__ import annotations
@@ -107,6 +110,7 @@ def _references(kernel: Kernel, tape: Tape) -> Iterator[list[Point]]:
         [sample(kernel, random, spread=CLOSE, near_one=True) for _ in range(n)],
         [_close_together(kernel, random) for _ in range(n)],
         [_many_times_a_little(kernel, random) for _ in range(n if _has_versor_and_scalar(kernel) else 0)],
+        [_nearly_on_a_line(kernel, random) for _ in range(n if _has_root(tape.program) else 0)],
     ):
         points: list[Point] = []
         for values in kind:
@@ -154,6 +158,26 @@ def _close_together(kernel: Kernel, random: Random) -> dict[str, Any]:
         for k, name in enumerate(parameter.components):
             values[name] = base[k % layout.size] + values[name]
     return values
+
+
+def _nearly_on_a_line(kernel: Kernel, random: Random) -> dict[str, Any]:
+    """Return inputs in which the free elements of each layout nearly lie on a line."""
+    lines: dict[Any, tuple[list[Any], list[Any]]] = {}
+    values = sample(kernel, random, spread=CLOSE, near_one=True)
+    for parameter in kernel.parameters:
+        layout = parameter.layout
+        if layout.has_relations:
+            continue
+        ends = lines.setdefault(layout, (point(layout, random, near_one=True), point(layout, random, near_one=True)))
+        for start in range(0, len(parameter.components), layout.size):
+            place = Fraction(random.randint(-64, 64), 64)
+            for name, a, b in zip(parameter.components[start : start + layout.size], *ends, strict=True):
+                values[name] += a + place * b
+    return values
+
+
+def _has_root(program: Program) -> bool:
+    return any(line.op is Op.SQRT for line in program.lines)
 
 
 def _has_versor_and_scalar(kernel: Kernel) -> bool:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 from ..algebra.layout import Layout
 from ..algebra.multivector import Multivector
@@ -23,13 +24,12 @@ from ..frontend.expression import Expression, apply_operation, topological
 from ..frontend.kernel import Kernel, Trace
 from ..ir.program import Program
 from ..ir.scalar import Graph, Scalar
-from .accuracy import Gate
 from .lower import PLAIN, pick, stages
 from .matrices import SMALLEST, has_huge_product
 from .parts import Optimise, Part, canonical, fits, layout_of_value, leaves_of, part_of_call, part_of_expression, stored
 from .prove import Truth, disagreement, program_reader, truths
 from .rewrite import EXPANDED
-from .search import Candidate, Search
+from .search import PARTS, Candidate, Search
 
 MOST_PARTS = 32
 """Expressions with more parts than this are composed of the results of calls only."""
@@ -38,11 +38,9 @@ MOST_MERGES = 8
 LARGEST_MERGED = 1_500
 """Compositions that cost more than this are not refined by merging: each merged part is a search of its own."""
 FORMS = 2
-"""Number of rewritten forms that are composed."""
+"""Number of rewritten forms whose parts are merged."""
 CHECKED = 2
 """Number of exact points at which a composition is compared with the definition before it can be selected."""
-WORSE_OF_PARTS = 2.0
-"""Maximum error of a composition, as a multiple of that of other candidates."""
 HOPELESS = 1.2
 """Compositions that cost more than this multiple of the best candidate are neither refined nor tried."""
 
@@ -100,7 +98,9 @@ class Composer:
                 found = self._composed((name,), expressions, roots, {})
                 if found is not None:
                     plans.append((found.candidate.cost.total, len(plans), name, found))
-        for total, _, name, found in sorted(plans, key=lambda plan: plan[:2])[:FORMS]:
+        ordered = sorted(plans, key=lambda plan: plan[:2])
+        accurate = (plan for plan in ordered if self._search.is_accurate(plan[3].candidate))
+        for total, _, name, found in islice(accurate, FORMS):
             if total <= HOPELESS * best:
                 is_small = total <= LARGEST_MERGED
                 yield (self._merged(name, forms[name], found) if is_small else found).candidate
@@ -155,7 +155,7 @@ class Composer:
             return None
         slots = tuple(slot for _, _, slots in self._search.results for slot in slots)
         scalars = pick([values[each] for each in expressions], slots, graph)
-        candidate = self._search.candidate((*steps, f"{n}{_PARTS}"), scalars)
+        candidate = self._search.candidate((*steps, f"{n}{PARTS}"), scalars)
         return _Composition(roots, layouts, candidate)
 
     def _evaluated(
@@ -252,7 +252,6 @@ _SUMS = (Operation.ADD, Operation.SUBTRACT)
 _DIRECT = (*PRODUCTS, Operation.DIVIDE)
 _LEAVES = (Operation.INPUT, Operation.CONSTANT)
 _AS_WRITTEN = "as written"
-_PARTS = " parts"
 
 
 def _is_function(expression: Expression) -> bool:
@@ -269,16 +268,3 @@ def named_results(expressions: Sequence[Expression]) -> frozenset[Expression]:
 def composable(variants: Mapping[str, tuple[Expression, ...]]) -> dict[str, tuple[Expression, ...]]:
     """Return the forms to compose: those in which sandwiches are not expanded, since parts choose their own form."""
     return {name: each for name, each in variants.items() if name not in EXPANDED}
-
-
-def is_accurate(candidate: Candidate, gate: Gate) -> bool:
-    """Return whether the error of a candidate is accepted.
-
-    Errors of parts that were accepted one by one add up, so compositions have a limit of their own.
-    """
-    return gate.accepts(candidate.program, WORSE_OF_PARTS if is_composed(candidate) else 1.0)
-
-
-def is_composed(candidate: Candidate) -> bool:
-    """Return whether a candidate is a composition, or was made from one."""
-    return any(step.endswith(_PARTS) for step in candidate.steps)

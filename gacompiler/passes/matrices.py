@@ -11,13 +11,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
+from ..algebra.algebra import Algebra
 from ..algebra.involutions import grade_involution, reverse
 from ..algebra.multivector import Multivector
 from ..algebra.operations import Operation
 from ..frontend.expression import Expression, apply_operation, topological
 from ..frontend.facts import is_unit_even_versor
 from ..structure.blocks import matrix_product
-from ..structure.levels import COMPLEX, HALVES, MATRIX, Level, plans
+from ..structure.frames import Frame, orthogonal_frame
+from ..structure.levels import COMPLEX, HALVES, MATRIX, NILPOTENT, Level, plans
 
 SMALLEST = 64
 """Products of fewer pairs of blades than this are not changed. For sandwiches the limit is half of this."""
@@ -31,12 +33,26 @@ def plan_choices(expressions: Sequence[Expression]) -> list[tuple[int, int]]:
     huge = has_huge_product(expressions)
     found: dict[tuple[int, int], None] = {}
     for expression in topological(expressions):
-        blades = _large(expression)
-        for number, plan in enumerate(plans(expression.algebra, *blades)[: 1 if huge else None] if blades else ()):
-            found.update(
-                ((number, depth), None) for depth in range(max(1, len(plan) - 1) if huge else 1, len(plan) + 1)
-            )
+        for number, plan in enumerate(_plans(expression)[: 1 if huge else None]):
+            least = max(1, len(plan) - 1) if huge else min(1, len(plan))
+            found.update(((number, depth), None) for depth in range(least, len(plan) + 1))
     return sorted(found)
+
+
+def _plans(expression: Expression) -> tuple[tuple[Level, ...], ...]:
+    """Return the plans for a large product. In an orthogonal frame, a product without levels is a plan, too."""
+    blades = _large(expression)
+    if not blades:
+        return ()
+    frame = orthogonal_frame(expression.algebra)
+    if frame is None:
+        return plans(expression.algebra, *blades)
+    return (*plans(frame.algebra, *(_of_same_grades(frame.algebra, each) for each in blades)), ())
+
+
+def _of_same_grades(algebra: Algebra, blades: Iterable[int]) -> frozenset[int]:
+    grades = {blade.bit_count() for blade in blades}
+    return frozenset(blade for blade in algebra.blades() if blade.bit_count() in grades)
 
 
 def evaluate_by_matrices(
@@ -51,17 +67,28 @@ def evaluate_by_matrices(
     texts: dict[str, None] = {}
     for expression in topological(expressions):
         values = [memory[argument] for argument in expression.arguments]
-        blades = _large(expression)
-        known = plans(expression.algebra, *blades) if blades else ()
+        known = _plans(expression)
         if known:
             plan = known[min(number, len(known) - 1)][:depth]
-            texts[_text(plan)] = None
+            frame = orthogonal_frame(expression.algebra)
+            texts[_text(plan, frame)] = None
             factors = [factor.terms for factor in _factors(expression.operation, values)]
-            terms = matrix_product(expression.algebra, factors, plan, _possible(expression))
+            terms = _product(expression, factors, plan, frame)
             memory[expression] = Multivector(expression.algebra, terms)
         else:
             memory[expression] = apply_operation(expression, values, inputs, lift)
     return [memory[expression] for expression in expressions], ", ".join(texts)
+
+
+def _product(
+    expression: Expression, factors: Sequence[Mapping[int, Any]], plan: Sequence[Level], frame: Frame | None
+) -> dict[int, Any]:
+    possible = frozenset(_possible(expression))
+    if frame is None:
+        return matrix_product(expression.algebra, factors, plan, possible)
+    inside = _of_same_grades(frame.algebra, possible)
+    terms = frame.from_frame(matrix_product(frame.algebra, list(map(frame.to_frame, factors)), plan, inside))
+    return {blade: terms[blade] for blade in sorted(possible & terms.keys())}
 
 
 def _possible(expression: Expression) -> Iterable[int]:
@@ -73,12 +100,14 @@ def _possible(expression: Expression) -> Iterable[int]:
     return [blade for blade in expression.blades if blade.bit_count() in grades]
 
 
-def _text(plan: Sequence[Level]) -> str:
+def _text(plan: Sequence[Level], frame: Frame | None) -> str:
     """Return a description of the levels of a plan."""
     kinds = [level.kind for level in plan]
     size = 2 ** sum(kind.products is MATRIX for kind in kinds)
-    parts = [f"{size} x {size} matrices"] if size > 1 else []
-    return " ".join(parts + ["in halves"] * (HALVES in kinds) + ["of complex numbers"] * (COMPLEX in kinds))
+    parts = ["in an orthogonal frame"] if frame else []
+    parts += [f"{size} x {size} matrices"] if size > 1 else []
+    further = ((HALVES, "in halves"), (COMPLEX, "of complex numbers"), (NILPOTENT, "with degenerate vectors apart"))
+    return " ".join(parts + [text for kind, text in further if kind in kinds])
 
 
 def _factors(operation: Operation, values: Sequence[Multivector]) -> list[Multivector]:
@@ -105,6 +134,6 @@ def has_huge_product(expressions: Sequence[Expression]) -> bool:
     return any(
         expression.operation is Operation.GEOMETRIC_PRODUCT
         and len(expression.arguments[0].blades) * len(expression.arguments[1].blades) > HUGE
-        and plans(expression.algebra, *_large(expression))
+        and _plans(expression)
         for expression in topological(expressions)
     )

@@ -14,8 +14,7 @@ from ..errors import GacError, KernelError, ProofError
 from ..frontend.kernel import Kernel, trace
 from ..ir.cost import Cost
 from ..ir.cost_models import COUNTS, cost_model
-from .accuracy import Gate
-from .compose import Composer, composable, is_accurate, is_composed
+from .compose import Composer, composable
 from .decide import decide
 from .effort import DEFAULT, LEVELS, effort_of
 from .interruption import is_interrupted
@@ -69,7 +68,7 @@ def _candidates(record: Compilation, is_part: bool) -> Compilation:
         search = Search(record.kernel, record.variants, results, effort)
         candidates = search.candidates()
         if not is_part and not is_interrupted():
-            best = min(candidate.cost.total for candidate in candidates)
+            best = min(each.cost.total for each in candidates if search.is_accurate(each))
             composer = Composer(record.trace, search, candidates[0].program, _optimiser_of_parts(effort.level))
             candidates += composer.candidates(composable(record.variants), best)
         candidates += search.divided_once(candidates)
@@ -81,7 +80,7 @@ def _candidates(record: Compilation, is_part: bool) -> Compilation:
             break
         if not limits:
             break  # A higher level would try the same candidates.
-    return replace(record, candidates=tuple(found.values()), limits=limits)
+    return replace(record, candidates=tuple(found.values()), limits=limits, gate=search.gate)
 
 
 NO_SEARCH = "effort 0: nothing but the author's structure; cheaper forms may exist"
@@ -106,12 +105,11 @@ def choose_program(record: Compilation) -> Compilation:
 
     Candidates that cost the same in another cost model than the default are compared by the default.
     """
-    if len(record.candidates) == 1 and record.effort.level == 0:
+    if record.gate is None:
         return replace(record, best=record.candidates[0])
-    gate = Gate(record.kernel, record.candidates[0].program)
     by_cost = sorted(record.candidates, key=lambda candidate: (record.value(candidate), candidate.cost.total))
-    best = next((candidate for candidate in by_cost if is_accurate(candidate, gate)), record.candidates[0])
-    return replace(record, gate=gate, best=best)
+    best = next((candidate for candidate in by_cost if candidate.is_accurate(record.gate)), record.candidates[0])
+    return replace(record, best=best)
 
 
 def split_uniform(record: Compilation) -> Compilation:
@@ -133,8 +131,8 @@ def prove_best(record: Compilation) -> Compilation:
     try:
         return prove_program(record)
     except ProofError:
-        others = tuple(candidate for candidate in record.candidates if not is_composed(candidate))
-        if record.best is None or not is_composed(record.best):
+        others = tuple(candidate for candidate in record.candidates if not candidate.is_composed)
+        if record.best is None or not record.best.is_composed:
             raise
     again = choose_program(replace(record, candidates=others))
     return prove_program(split_uniform(again) if record.uniform else again)

@@ -13,9 +13,18 @@ from collections.abc import Callable
 from ..algebra.operations import PRODUCTS, Operation
 from ..algebra.versors import SMALL_DIMENSION, conjugate_factors, n_vectors
 from ..frontend.expression import Expression, node, topological
-from ..frontend.facts import is_unit, is_unit_even_versor, is_unit_vector, is_vector, parity
+from ..frontend.facts import is_unit, is_unit_even_versor, is_unit_vector, parity
 from .associate import associate
-from .expand import expand_contraction, expand_meet, expand_square
+from .expand import (
+    expand_commutator,
+    expand_contraction,
+    expand_contraction_in_differences,
+    expand_meet,
+    expand_norm,
+    expand_square,
+    expand_square_in_differences,
+)
+from .sandwich_differences import reflection_as_difference, sandwich_as_difference
 
 Rule = Callable[[Expression], Expression | None]
 
@@ -157,86 +166,22 @@ def separate_invariant_grades(expression: Expression) -> Expression | None:
     return x.grade(*still) + node(Operation.SANDWICH, versor, x.grade(*others))
 
 
-def sandwich_as_difference(expression: Expression) -> Expression | None:
-    """Apply ``m x ~m = x m ~m + (m x - x m) ~m`` for even `m`, so that parts that commute with `x` are not expanded."""
-    if expression.operation is not Operation.SANDWICH:
-        return None
-    versor, x = expression.arguments
-    if parity(versor) != 0 or x in (versor, ~versor):  # For these the first term would be a sandwich again.
-        return None
-    rest = 2 * (node(Operation.COMMUTATOR, versor, x) * ~versor)
-    if is_unit_even_versor(versor):  # It preserves grades, so other grades of the product vanish.
-        rest = rest.grade(*sorted({blade.bit_count() for blade in x.blades}))
-    return (x if is_unit(versor) else x * (versor * ~versor)) + rest
-
-
-def sandwich_of_difference(expression: Expression) -> Expression | None:
-    """Return the sandwich that `sandwich_as_difference` rewrites to `expression`, or None."""
-    part = expression
-    if part.operation is Operation.ADD and part.arguments[1].operation is Operation.GRADE:
-        part = node(Operation.ADD, part.arguments[0], part.arguments[1].arguments[0])
-    for operation, place in (
-        (Operation.ADD, 1),
-        (Operation.GEOMETRIC_PRODUCT, 1),
-        (Operation.GEOMETRIC_PRODUCT, 0),
-        (Operation.COMMUTATOR, 0),
-    ):
-        if part.operation != operation:
-            return None
-        bracket, part = part, part.arguments[place]
-    sandwich = node(Operation.SANDWICH, *bracket.arguments)
-    return sandwich if sandwich_as_difference(sandwich) == expression else None
-
-
-def reflection_as_difference(expression: Expression) -> Expression | None:
-    """Apply ``v x^ v = v**2 x - 2 v ^ (v . x) = 2 v . (v ^ x) - v**2 x`` for a vector `v` and the involution ``x^``.
-
-    The geometric product with a vector is the sum of a contraction and an outer product, and each of these vanishes if
-    it is applied twice. The form with fewer blades is used. The identity holds in every metric, for all `v` and `x`.
-    """
-    reflection = _reflection(expression)
-    if reflection is None:
-        return None
-    v, x = reflection
-    scaled = x if is_unit(v) else node(Operation.SCALAR_PRODUCT, v, v) * x
-    lower, higher = node(Operation.LEFT_CONTRACTION, v, x), v ^ x
-    if len(lower.blades) <= len(higher.blades):
-        return scaled - 2 * (v ^ lower)
-    return 2 * node(Operation.LEFT_CONTRACTION, v, higher) - scaled
-
-
-def _reflection(expression: Expression) -> tuple[Expression, Expression] | None:
-    """Return `v` and `x` for ``sandwich(v, x)`` or ``v y v``, where `x` is the grade involution of `y`, or None."""
-    if expression.operation is Operation.SANDWICH and is_vector(expression.arguments[0]):
-        return expression.arguments[0], expression.arguments[1]
-    if expression.operation is not Operation.GEOMETRIC_PRODUCT:
-        return None
-    left, right = expression.arguments
-    if left.operation is Operation.GEOMETRIC_PRODUCT:
-        first, y, last = *left.arguments, right
-    elif right.operation is Operation.GEOMETRIC_PRODUCT:
-        first, y, last = left, *right.arguments
-    else:
-        return None
-    if not is_vector(first) or last not in (first, ~first):
-        return None
-    return first, y if parity(y) == 0 else -y if parity(y) == 1 else node(Operation.GRADE_INVOLUTION, y)
-
-
 RECOGNISE: tuple[Rule, ...] = (recognise_sandwich, divide_by_reversing)
 SPELL_OUT: tuple[Rule, ...] = (*RECOGNISE, spell_out_inverse)
 PULL_OUT: tuple[Rule, ...] = (*RECOGNISE, pull_out_versor, drop_versor, separate_invariant_grades)
 SPLIT: tuple[Rule, ...] = (*PULL_OUT, split_sandwich, split_conjugation)
 COMBINE: tuple[Rule, ...] = (*PULL_OUT, join_sandwich)
-
 DIFFERENCES: tuple[Rule, ...] = (sandwich_as_difference, reflection_as_difference)
+EXPAND: tuple[Rule, ...] = (*RECOGNISE, expand_meet, expand_contraction, expand_square, expand_norm, expand_commutator)
+SUBTRACT: tuple[Rule, ...] = (*RECOGNISE, expand_contraction_in_differences, expand_square_in_differences)
 
 STRATEGIES: dict[str, tuple[tuple[Rule, ...], ...]] = {
     "as written": (),
     "sandwiches recognised": (RECOGNISE,),
     "inverses spelled out": (SPELL_OUT,),
     "versors pulled out": (PULL_OUT,),
-    "products expanded": ((*RECOGNISE, expand_meet, expand_contraction, expand_square),),
+    "products expanded": (EXPAND,),
+    "products of differences expanded": (SUBTRACT,),
     "chains associated": (RECOGNISE, (associate,)),
     "sandwiches one by one": (SPLIT,),
     "sandwiches combined": (COMBINE,),

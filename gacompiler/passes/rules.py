@@ -11,7 +11,7 @@ from collections.abc import Callable
 from ..algebra.operations import Operation
 from ..frontend.expression import Expression, lift, node
 from ..frontend.facts import is_unit, is_unit_even_versor, is_unit_vector, parity
-from .expand import expand_contraction, expand_meet, expand_square
+from .expand import expand_commutator, expand_contraction, expand_meet, expand_norm, expand_square
 from .rewrite import (
     divide_by_reversing,
     drop_versor,
@@ -223,6 +223,6 @@ RULES: tuple[Rule, ...] = (
     associate_left, associate_right, halve_power,
     pull_out_versor, drop_versor, pull_out_scalar, dual_of_sandwich, norm_of_sandwich,
     split_sandwich, join_sandwich, split_conjugation, blend,
-    expand_meet, expand_contraction, expand_square,
+    expand_meet, expand_contraction, expand_square, expand_norm, expand_commutator,
 )  # fmt: skip
 """All rules. Their order has no influence on the result."""

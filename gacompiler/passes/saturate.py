@@ -21,8 +21,8 @@ from ..frontend.facts import is_unit, is_unit_even_versor
 from ..ir.scalar import Graph, Op, Scalar
 from .decide import layout_of
 from .parts import canonical, unit
-from .rewrite import reflection_as_difference, sandwich_as_difference
 from .rules import RULES, Rule
+from .sandwich_differences import reflection_as_difference, sandwich_as_difference
 
 LARGEST = 40
 """Expressions with more operations than this are not rewritten."""

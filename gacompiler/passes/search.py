@@ -13,9 +13,10 @@ The order of candidates is deterministic. The first of the cheapest candidates i
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from functools import cached_property, partial
+from itertools import chain, combinations, islice
 
 from ..algebra.operations import Operation
 from ..errors import TooLargeError
@@ -24,17 +25,17 @@ from ..frontend.kernel import Kernel
 from ..ir.cost import Cost, cost
 from ..ir.program import Argument, Program
 from ..ir.scalar import Graph, Scalar
-from ..rings.polynomial import Polynomial, total_terms
+from ..rings.polynomial import total_terms
+from .accuracy import Gate
 from .divide import divide_once
 from .effort import DEFAULT, LEVELS, Effort
 from .factor import Policy
+from .forms import Form, Steps, forms_as_products, forms_of, further_forms
 from .interruption import is_interrupted, progress
 from .lower import Lowering, Reduction, Slot, pick, stages
 from .matrices import evaluate_by_matrices, has_huge_product, plan_choices
-from .resubstitute import resubstitute
 from .schedule import schedule
 from .share import share
-from .shift import shift
 from .squares import square_of
 from .system import System
 
@@ -51,7 +52,10 @@ LONG = 150
 """Definitions with more operations than this are long: the number of their forms is limited by their total length."""
 DIVIDED = 3
 """Number of cheapest candidates for which fewer divisions are tried."""
-Steps = tuple[str, ...]
+PARTS = " parts"
+"""End of the step of a composition."""
+WORSE_OF_PARTS = 2.0
+"""Maximum error of a composition, as a multiple of that of other candidates."""
 Method = tuple[Reduction, bool, bool]
 """A lowering method: the reduction, whether implied coefficients are named, and whether squares are used."""
 
@@ -76,6 +80,18 @@ class Candidate:
     def origin(self) -> str:
         """The steps in one line."""
         return ", ".join(self.steps)
+
+    @property
+    def is_composed(self) -> bool:
+        """Whether the candidate is a composition of parts, or was made from one."""
+        return any(step.endswith(PARTS) for step in self.steps)
+
+    def is_accurate(self, gate: Gate) -> bool:
+        """Return whether the error of the program is accepted.
+
+        Errors of parts that were accepted one by one add up, so compositions have a limit of their own.
+        """
+        return gate.accepts(self.program, WORSE_OF_PARTS if self.is_composed else 1.0)
 
 
 ResultShape = tuple[str, tuple[int, ...], tuple[Slot, ...]]
@@ -111,10 +127,26 @@ class Search:
         self._lines = self._skipped = 0
         self._factorised: dict[object, Candidate] = {}
         self._compared: list[tuple[Steps, System]] = []
+        self._seen: set[tuple[object, ...]] = set()
         self._least: int | None = None
         self._is_long = len(topological(next(iter(variants.values())))) > LONG
         self._has_implied = any(parameter.layout.implied for parameter in kernel.parameters)
+        self._first: Candidate | None = None
+        self._accurate: dict[int, tuple[Program, bool]] = {}
         self._arguments = tuple(Argument(p.name, p.shape, p.components) for p in kernel.parameters)
+
+    @cached_property
+    def gate(self) -> Gate:
+        """The accuracy criterion, by the author's structure."""
+        assert self._first is not None
+        return Gate(self._kernel, self._first.program)
+
+    def is_accurate(self, candidate: Candidate) -> bool:
+        """Return whether the error of a candidate is accepted. It is measured once."""
+        key = id(candidate.program)
+        if key not in self._accurate:  # The program is kept, so that no other one has its identity.
+            self._accurate[key] = candidate.program, candidate.is_accurate(self.gate)
+        return self._accurate[key][1]
 
     def author(self) -> Candidate:
         """Return the author's structure with shared subexpressions; huge products are computed by matrices."""
@@ -133,38 +165,77 @@ class Search:
             if not has_huge_product(variant) and (not direct or self._has_lines_left()):
                 direct[name] = self.candidate((name,), self._direct(variant))
         found = [*direct.values(), *(by_matrices or self._by_matrices())]
+        self._first = found[0]
         least = min(candidate.cost.total for candidate in found)
         self._budget = min(max(self._effort.hopeless * least, SMALL), self._effort.largest)
-        first: list[tuple[Steps, System, Candidate]] = []
         names = sorted(direct, key=lambda name: direct[name].cost.total)
+        tried = self._compare(self._systems(names, partial(_choices_of_stages, limit=self._effort.stages)), least)
+        tried += self._compare(self._systems(names, _ends), least)
+        tried += self._compare(self._further_forms(tried), least)
+        found += [candidate for _, candidate in tried]
+        return found + self._refine(tried)
+
+    def _compare(self, forms: Iterable[Form], least: int) -> list[tuple[Form, Candidate]]:
+        """Factorise systems by one policy, as long as there is effort left and they can compete with the best."""
+        tried: list[tuple[Form, Candidate]] = []
+        systems = sorted(forms, key=lambda form: _effort(form.system))
         effort = 0
-        systems = sorted(self._systems(names), key=lambda pair: _effort(pair[1]))
-        for k, (steps, system) in enumerate(systems):
-            effort += _effort(system)
-            limit = self._effort.first if first else 2 * self._effort.first
-            if effort > limit or (first and _size(system) > self._effort.hopeless * least) or is_interrupted():
-                self._left = len(systems) - k
+        for k, form in enumerate(systems):
+            effort += _effort(form.system)
+            limit = self._effort.first if self._compared else 2 * self._effort.first
+            hopeless = self._compared and _size(form.system) > self._effort.hopeless * least
+            if effort > limit or hopeless or is_interrupted():
+                self._left += len(systems) - k
                 break
-            candidate = self._factorise(steps, system, Policy(split_numbers=True))
-            first.append((steps, system, candidate))
+            candidate = self._factorise(form.steps, form.system, Policy(split_numbers=True))
+            tried.append((form, candidate))
+            self._compared.append((form.steps, form.system))
             least = min(least, candidate.cost.total)
-        self._compared = [(steps, system) for steps, system, _ in first]
-        found += [candidate for _, _, candidate in first]
-        ranked = sorted(range(len(first)), key=lambda k: (first[k][2].cost.total, k))
+        return tried
+
+    def _further_forms(self, tried: Sequence[tuple[Form, Candidate]]) -> list[Form]:
+        """Return forms of the best systems with other differences, without common numbers and as products.
+
+        The best systems include inaccurate ones, which differences may make accurate. A polynomial that is a product
+        can become cheaper by any amount, so all systems are searched for products.
+        """
+        n = self._effort.refined
+        ranked = [*sorted(tried, key=lambda each: each[1].cost.total)[:n], *islice(self._ranked(tried), n)]
+        best = list(dict.fromkeys(form for form, _ in ranked))
+        further = chain.from_iterable(map(further_forms, best))
+        products = chain.from_iterable(forms_as_products(form) for form, _ in tried if form not in best)
+        return list(filter(self._is_new, chain(further, products)))
+
+    def _ranked(self, tried: Sequence[tuple[Form, Candidate]]) -> Iterator[tuple[Form, Candidate]]:
+        """Yield the systems whose candidates are accurate, the cheapest first."""
+        ordered = sorted(tried, key=lambda each: each[1].cost.total)
+        return (each for each in ordered if self.is_accurate(each[1]))
+
+    def _is_new(self, form: Form) -> bool:
+        """Return whether a system is small enough to compete with the best so far, and differs from those before."""
+        key = form.system.key
+        if key in self._seen or _size(form.system) > self._budget:
+            return False
+        self._seen.add(key)
+        return True
+
+    def _refine(self, tried: Sequence[tuple[Form, Candidate]]) -> list[Candidate]:
+        """Factorise the best systems by all policies."""
+        ranked = list(self._ranked(tried))
         best = ranked[: self._effort.refined - 1]
-        tried = {first[k][0][0] for k in best}
-        best += [k for k in ranked if first[k][0][0] not in tried][:1]
+        names = {form.steps[0] for form, _ in best}
+        best += [each for each in ranked if each[0].steps[0] not in names][:1]
         # Of systems that cost the same, some forms can be refined further than others.
-        forms = {_form_of(first[k][0]) for k in best}
-        ties = [k for k in ranked if first[k][2].cost.total == first[ranked[0]][2].cost.total]
-        best += [k for k in ties if _form_of(first[k][0]) not in forms][:1]
+        kinds = {_form_of(form.steps) for form, _ in best}
+        ties = [each for each in ranked if each[1].cost.total == ranked[0][1].cost.total]
+        best += [each for each in ties if _form_of(each[0].steps) not in kinds][:1]
+        found: list[Candidate] = []
         effort = 0
-        for k in best:
-            steps, system, _ = first[k]
+        for form, _ in best:
             for policy in POLICIES:
-                effort += _effort(system)
+                effort += _effort(form.system)
                 if effort <= self._effort.more and not is_interrupted():
-                    found.append(self._factorise(steps, system, policy))
+                    found.append(self._factorise(form.steps, form.system, policy))
         return found
 
     def divided_once(self, found: Sequence[Candidate]) -> list[Candidate]:
@@ -239,16 +310,17 @@ class Search:
         self._factorised[key] = self.candidate((*steps, *choices), share(system, policy))
         return self._factorised[key]
 
-    def _systems(self, names: Sequence[str]) -> Iterator[tuple[Steps, System]]:
-        """Yield distinct systems that are small enough to compete with the best so far, simplest rewriting first."""
-        seen: set[tuple[object, ...]] = set()
+    def _systems(
+        self, names: Sequence[str], choices: Callable[[list[Expression]], Iterable[frozenset[Expression]]]
+    ) -> Iterator[Form]:
+        """Yield the systems of all choices of named results and all lowering methods, simplest rewriting first."""
         left, most = self._effort.all_lowering, self._effort.lowering
         for name in names:
             expressions = self._variants[name]
             methods = self._methods(expressions)
             too_large: list[tuple[Method, frozenset[Expression]]] = []
             irreducible: set[tuple[frozenset[Expression], bool]] = set()
-            for cuts in _choices_of_stages(stages(expressions), self._effort.stages):
+            for cuts in choices(stages(expressions)):
                 for method in methods:
                     reduction, name_implied, _ = method
                     if reduction is not Reduction.NORMAL and (cuts, name_implied) in irreducible:
@@ -272,10 +344,7 @@ class Search:
                     if not _has_effect(method, lowering) or _size(system) > self._budget:
                         continue
                     steps = (name, f"{len(cuts)} stages", *_steps_of(method, lowering))
-                    for form, each in _forms(system):
-                        if _size(each) <= self._budget and each.key not in seen:
-                            seen.add(each.key)
-                            yield (*steps, *form), each
+                    yield from filter(self._is_new, forms_of(steps, system))
 
     def _methods(self, expressions: Sequence[Expression]) -> list[Method]:
         """Return the lowering methods: all reductions, with and without named implied coefficients and squares."""
@@ -300,30 +369,15 @@ def _steps_of(method: Method, lowering: Lowering) -> Steps:
 
 def _has_common_numbers(system: System) -> bool:
     """Return whether some terms of a sum have the same numeric factor, so that `Policy.split_numbers` has an effect."""
-    _, atoms = system.live()
-    arguments = [argument for atom in atoms for argument in system.ring.atom_of(atom).arguments]
-    for polynomial in (*_polynomials(system), *arguments):
+    for polynomial in system.polynomials():
         sizes = [abs(value) for value in polynomial.terms.values() if abs(value) != 1]
         if len(set(sizes)) < len(sizes):
             return True
     return False
 
 
-def _forms(system: System) -> Iterator[tuple[Steps, System]]:
-    """Yield a system and its equivalent forms."""
-    yield (), system
-    divided = resubstitute(system)
-    for how, each in (((), system), (("results by results",), divided)):
-        if each is not None:
-            if each is divided:
-                yield how, each
-            shifted = shift(each)
-            if shifted is not None:
-                yield (*how, "in differences"), shifted
-
-
 def _size(system: System) -> int:
-    return total_terms(_polynomials(system))
+    return total_terms(system.polynomials())
 
 
 def _form_of(steps: Steps) -> Steps:
@@ -332,13 +386,7 @@ def _form_of(steps: Steps) -> Steps:
 
 
 def _effort(system: System) -> int:
-    return sum(len(polynomial.terms) ** 2 for polynomial in _polynomials(system))
-
-
-def _polynomials(system: System) -> list[Polynomial]:
-    """Return all polynomials that have to be computed."""
-    definitions, _ = system.live()
-    return [*system.outputs, *(definition.polynomial for definition in definitions)]
+    return sum(len(polynomial.terms) ** 2 for polynomial in system.polynomials())
 
 
 def _choices_of_stages(found: list[Expression], limit: int) -> Iterable[frozenset[Expression]]:
@@ -352,3 +400,8 @@ def _choices_of_stages(found: list[Expression], limit: int) -> Iterable[frozense
     else:
         sizes = (len(found), len(found) - 1, 1, 0) if len(found) <= 6 else (len(found),)
     return [frozenset(chosen) for size in sizes for chosen in combinations(found, size)]
+
+
+def _ends(found: list[Expression]) -> Iterable[frozenset[Expression]]:
+    """Return the set of the multivectors and the scalars computed from them: polynomials of scalars are expanded."""
+    return [frozenset(each for each in found if not each.is_scalar or not all(a.is_scalar for a in each.arguments))]

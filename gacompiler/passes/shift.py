@@ -20,50 +20,64 @@ VARIABLE_LIMIT = 40
 
 
 def shift(system: System) -> System | None:
-    """Express as many polynomials of `system` as possible by differences of inputs. Return None if there are none."""
-    ring = system.ring
-    definitions, atoms = system.live()
-    arguments = [argument for atom in atoms for argument in ring.atom_of(atom).arguments]
-    polynomials = [*(definition.polynomial for definition in definitions), *system.outputs, *arguments]
-    group, used, directions = _invariant_group(polynomials, _depths(system, definitions))
+    """Express as many polynomials of `system` as possible by the same differences of inputs, or return None."""
+    polynomials = system.polynomials()
+    group, used, directions = _invariant_group(polynomials, _depths(system))
     if not directions:
         return None
-    values, added = _differences(system, used, directions)
-    changed = [p.substitute(values) if k in group else p for k, p in enumerate(polynomials)]
-    rest = iter(changed[len(definitions) + len(system.outputs) :])
-    renewed_atoms: dict[int, Polynomial] = {}
-    for variable in atoms:  # An atom comes after the atoms in its arguments.
-        atom = ring.atom_of(variable)
-        new = [next(rest).substitute(renewed_atoms) for _ in atom.arguments]
-        if any(a != b for a, b in zip(new, atom.arguments, strict=True)):
-            renewed_atoms[variable] = ring.atom(atom.op, *new)
-    changed = [polynomial.substitute(renewed_atoms) for polynomial in changed]
-    renewed = tuple(Definition(d.variable, p) for d, p in zip(definitions, changed, strict=False))
-    outputs = changed[len(definitions) : len(definitions) + len(system.outputs)]
-    return System(ring, system.n_inputs, (*added, *renewed), tuple(outputs))
+    differences = _Differences(system)
+    values = differences.along(used, directions)
+    return differences.system({polynomials[k]: values for k in group})
 
 
-def _differences(
-    system: System, used: list[int], directions: list[list[Fraction]]
-) -> tuple[dict[int, Polynomial], list[Definition]]:
-    """Set one variable of each direction to zero.
+def shift_each(system: System) -> System | None:
+    """Express every polynomial of `system` by differences of its own, such as those of several pairs of points.
 
-    Return the replacements of variables, and the definitions of the differences.
+    Return None if there are no such polynomials, or if all of them have the same inputs.
     """
-    ring = system.ring
-    values: dict[int, Polynomial] = {}
-    added: list[Definition] = []
-    for direction in directions:
-        moved = [k for k, step in enumerate(direction) if step]
-        base = moved[-1]
-        values[used[base]] = ring.constant(0)
-        for k in moved[:-1]:
-            ratio = direction[k] / direction[base]
-            old = values.get(used[k], Polynomial(ring, {(used[k],): 1}))
-            name = ring.variable(f"d_{ring.names[used[k]]}")
-            added.append(Definition(len(ring.names) - 1, old - Polynomial(ring, {(used[base],): ratio})))
-            values[used[k]] = name
-    return values, added
+    depths, differences = _depths(system), _Differences(system)
+    changes: dict[Polynomial, Mapping[int, Polynomial]] = {}
+    for polynomial in system.polynomials():
+        if polynomial.degree > 1 and _freedom(polynomial):
+            used = _in_order({variable for variable in polynomial.variables if variable >= 0}, depths)
+            changes[polynomial] = differences.along(used, _null_space(_jacobian([polynomial], used), len(used)))
+    if len({polynomial.variables for polynomial in changes}) < 2:
+        return None
+    return differences.system(changes)
+
+
+class _Differences:
+    """The differences of inputs of a system, each of which is defined once."""
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+        self._known: dict[Polynomial, Definition] = {}
+
+    def along(self, used: list[int], directions: list[list[Fraction]]) -> dict[int, Polynomial]:
+        """Return the replacements of variables that set one variable of each direction to zero."""
+        ring = self._system.ring
+        values: dict[int, Polynomial] = {}
+        for direction in directions:
+            moved = [k for k, step in enumerate(direction) if step]
+            base = moved[-1]
+            values[used[base]] = ring.constant(0)
+            for k in moved[:-1]:
+                ratio = direction[k] / direction[base]
+                old = values.get(used[k], Polynomial(ring, {(used[k],): 1}))
+                difference = old - Polynomial(ring, {(used[base],): ratio})
+                if difference not in self._known:
+                    ring.variable(f"d_{ring.names[used[k]]}")
+                    self._known[difference] = Definition(len(ring.names) - 1, difference)
+                values[used[k]] = Polynomial(ring, {(self._known[difference].variable,): 1})
+        return values
+
+    def system(self, changes: Mapping[Polynomial, Mapping[int, Polynomial]]) -> System:
+        """Return the system with variables replaced in some polynomials."""
+
+        def change(polynomial: Polynomial, _: int | None) -> Polynomial:
+            return polynomial.substitute(changes[polynomial]) if polynomial in changes else polynomial
+
+        return self._system.changed(change, self._known.values())
 
 
 def _invariant_group(
@@ -79,7 +93,7 @@ def _invariant_group(
     group = [k for k, directions in freedom.items() if directions]
     while group:
         occurring = {variable for k in group for variable in polynomials[k].variables if variable >= 0}
-        used = sorted(occurring, key=lambda variable: (-depth.get(variable, 0), variable))
+        used = _in_order(occurring, depth)
         if len(used) <= VARIABLE_LIMIT:
             directions = _null_space(_jacobian([polynomials[k] for k in group], used), len(used))
             if directions:
@@ -89,9 +103,13 @@ def _invariant_group(
     return set(), [], []
 
 
-def _depths(system: System, definitions: Iterable[Definition]) -> dict[int, int]:
+def _in_order(variables: Iterable[int], depth: Mapping[int, int]) -> list[int]:
+    return sorted(variables, key=lambda variable: (-depth.get(variable, 0), variable))
+
+
+def _depths(system: System) -> dict[int, int]:
     """Return the depth of each named result above the inputs; inputs have depth 0 and are not listed."""
-    polynomial_of = {definition.variable: definition.polynomial for definition in definitions}
+    polynomial_of = {definition.variable: definition.polynomial for definition in system.live()[0]}
     found: dict[int, int] = {}
 
     def depth(variable: int) -> int:

@@ -16,7 +16,7 @@ from ..algebra.operations import Operation
 from ..frontend.expression import Expression
 from ..frontend.facts import is_unit, is_vector
 from ..rings.polynomial import Polynomial, PolynomialRing
-from .rewrite import sandwich_of_difference
+from .sandwich_differences import sandwich_of_difference
 
 _KEEPS_SQUARE = (Operation.REVERSE, Operation.GRADE_INVOLUTION, Operation.CLIFFORD_CONJUGATE, Operation.NEGATE)
 

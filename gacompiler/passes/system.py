@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from ..rings.polynomial import Polynomial, PolynomialRing
@@ -49,6 +49,30 @@ class System:
                 todo.extend(polynomial.variables)
         kept = tuple(definition for definition in self.definitions if definition.variable in needed)
         return kept, tuple(sorted((v for v in needed if v < 0), reverse=True))
+
+    def polynomials(self) -> list[Polynomial]:
+        """Return all polynomials that have to be computed: of definitions, outputs and arguments of functions."""
+        definitions, atoms = self.live()
+        arguments = [argument for atom in atoms for argument in self.ring.atom_of(atom).arguments]
+        return [*(definition.polynomial for definition in definitions), *self.outputs, *arguments]
+
+    def changed(
+        self, change: Callable[[Polynomial, int | None], Polynomial], added: Iterable[Definition] = ()
+    ) -> System:
+        """Return the system with every polynomial changed, and definitions added before the others.
+
+        `change` takes a polynomial and the variable that it defines, if any.
+        """
+        definitions, atoms = self.live()
+        renewed: dict[int, Polynomial] = {}
+        for variable in atoms:  # An atom comes after the atoms in its arguments.
+            atom = self.ring.atom_of(variable)
+            new = tuple(change(argument, None).substitute(renewed) for argument in atom.arguments)
+            if new != atom.arguments:
+                renewed[variable] = self.ring.atom(atom.op, *new)
+        rest = (Definition(d.variable, change(d.polynomial, d.variable).substitute(renewed)) for d in definitions)
+        outputs = tuple(change(output, None).substitute(renewed) for output in self.outputs)
+        return System(self.ring, self.n_inputs, (*added, *rest), outputs)
 
     @property
     def key(self) -> tuple[object, ...]:

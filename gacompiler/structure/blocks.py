@@ -14,7 +14,7 @@ from ..algebra.algebra import Algebra
 from ..algebra.blades import Rational
 from ..algebra.coefficients import is_zero, scale
 from ..algebra.products import product
-from .levels import COMPLEX, Level
+from .levels import COMPLEX, NILPOTENT, Level
 
 Terms = Mapping[int, Any]
 Blocks = Any
@@ -89,6 +89,9 @@ def to_blocks(chosen: Sequence[Level], terms: Terms) -> Blocks:
     for blade, value in terms.items():
         z, j, factor = level.places[blade]
         parts[j][z] = scale(value, factor)
+    if level.kind is NILPOTENT:
+        parts.append({z: -value if z in level.opposite else value for z, value in parts[0].items()})
+        return tuple(to_blocks(chosen[1:], part) for part in parts)
     return tuple(to_blocks(chosen[1:], _combined(zip(parts, row, strict=True))) for row in level.kind.entries)
 
 
@@ -105,7 +108,7 @@ def _combined(parts: Iterable[tuple[Terms, Rational]]) -> dict[int, Any]:
 
 def _multiply(algebra: Algebra, chosen: Sequence[Level], a: Blocks, b: Blocks) -> Blocks:
     if not chosen:
-        return product(algebra, "geometric_product", a, b)
+        return _product(algebra, a, b)
     if chosen[0].kind is COMPLEX:
         return _three_products(lambda x, y: _multiply(algebra, chosen[1:], x, y), a, b)
     found = []
@@ -113,6 +116,23 @@ def _multiply(algebra: Algebra, chosen: Sequence[Level], a: Blocks, b: Blocks) -
         terms = [_multiply(algebra, chosen[1:], a[j], b[k]) for j, k in pairs]
         found.append(terms[0] if len(terms) == 1 else _sum(terms[0], terms[1]))
     return tuple(found)
+
+
+def _product(algebra: Algebra, a: Terms, b: Terms) -> dict[int, Any]:
+    """Return a product of sums of blades. Squares other than 1 and -1 multiply the second factor, once for each blade."""
+    squares = {abs(value) for row in algebra.gram for value in row}
+    if squares <= {0, 1}:
+        return product(algebra, "geometric_product", a, b)
+    total: dict[int, Any] = {}
+    for left, x in a.items():
+        for right, y in b.items():
+            for blade, factor in algebra.blade_product(left, right).items():
+                term = x * scale(y, abs(factor))
+                if blade in total:
+                    total[blade] = total[blade] + term if factor > 0 else total[blade] - term
+                else:
+                    total[blade] = term if factor > 0 else -term
+    return total
 
 
 def _three_products(multiply: Callable[[Blocks, Blocks], Blocks], a: Blocks, b: Blocks) -> Blocks:
@@ -139,7 +159,7 @@ def from_blocks(chosen: Sequence[Level], blocks: Blocks) -> tuple[dict[int, Any]
     if not chosen:
         return dict(blocks), _Ones()
     level = chosen[0]
-    inner = [from_blocks(chosen[1:], block) for block in blocks]
+    inner = [from_blocks(chosen[1:], block) for block in blocks[: len(level.kind.entries)]]
     inner_scales = inner[0][1]
     parts = [_combined(zip((terms for terms, _ in inner), row, strict=True)) for row in level.kind.duals]
     values: dict[int, Any] = {}

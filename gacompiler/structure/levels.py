@@ -17,9 +17,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
+from math import isqrt
 
 from ..algebra.algebra import Algebra
-from ..algebra.blades import Rational
+from ..algebra.blades import Rational, exact
 
 Row = tuple[Rational, ...]
 
@@ -59,10 +60,13 @@ class Level:
     places : mapping
         Blade -> (blade of C, number of the part, factor): ``X = factor * z * m``.
     kind : Kind
+    opposite : set of int
+        For `NILPOTENT`, the blades of C that anticommute with n.
     """
 
     places: Mapping[int, tuple[int, int, Rational]]
     kind: Kind
+    opposite: frozenset[int] = frozenset()
 
 
 _HALF = Fraction(1, 2)
@@ -76,6 +80,9 @@ INVOLUTIONS = Kind(
 """Parts of 1, a, b, ab, where a and b square to 1 and anticommute: a is diagonal."""
 HALVES = Kind(((1, 1), (1, -1)), (((0, 0),), ((1, 1),)), ((1, 1), (1, -1)), (_HALF,) * 2)
 """Parts of 1 and of a central z with z z = 1."""
+NILPOTENT = Kind(((1, 0), (0, 1)), (((0, 0),), ((0, 1), (1, 2))), ((1, 0), (0, 1)), (1, 1))
+"""Parts of 1 and of an n with n n = 0. In a second factor ``z + w n``, block 2 is the element ``z'`` with ``n z = z' n``:
+a product of two elements takes three products of half the size."""
 COMPLEX = Kind(((1, 0), (0, 1)), (), ((1, 0), (0, 1)), (1, 1))
 """Parts of 1 and of a central z with z z = -1; see `_three_products`."""
 
@@ -108,7 +115,8 @@ def plans(algebra: Algebra, *factors: frozenset[int]) -> tuple[tuple[Level, ...]
 
     Each plan applies one level after the other. The first plan is for the algebra that the factors generate; it is
     empty if products of blades are not blades, or if nothing is gained. Null pairs need the whole algebra. A central
-    blade that squares to -1 makes the numbers complex; they are multiplied with three products.
+    blade that squares to -1 makes the numbers complex; they are multiplied with three products. Degenerate vectors are
+    separated first in the last plans.
     """
     if algebra.dimension > LARGEST_DIMENSION:
         return ()
@@ -124,7 +132,25 @@ def plans(algebra: Algebra, *factors: frozenset[int]) -> tuple[tuple[Level, ...]
             (*split[:1], *_levels(algebra, given, split[1])) for split in _splits(algebra, space, imaginary, COMPLEX)
         ]
         found += sorted(rests, key=len)[-1:]
+    split, rest = _nilpotent_levels(algebra, space)
+    if split:
+        found += [split, (*split, *_levels(algebra, (rest,), rest))]
     return tuple(plan for k, plan in enumerate(found) if plan and plan not in found[:k])
+
+
+def _nilpotent_levels(algebra: Algebra, space: frozenset[int]) -> tuple[tuple[Level, ...], frozenset[int]]:
+    """Return levels that separate the blades with degenerate vectors, one after the other, and the remaining blades."""
+    found: list[Level] = []
+    for k in reversed([k for k, row in enumerate(algebra.gram) if not any(row)]):
+        inside = frozenset(blade for blade in space if not blade >> k & 1)
+        for n in sorted(space - inside, key=lambda blade: (blade.bit_count(), blade)):
+            level = _level(algebra, space, inside, ({0: 1}, {n: 1}), NILPOTENT)
+            if level is not None:
+                opposite = frozenset(z for z in inside if not _commute(algebra, z, n))
+                found.append(Level(level.places, NILPOTENT, opposite))
+                space = inside
+                break
+    return tuple(found), space
 
 
 @cache
@@ -178,14 +204,31 @@ def _next_level(
         return None
     a, b = pair
     inside = frozenset(z for z in space if _commute(algebra, z, a) and _commute(algebra, z, b))
-    level = _level(algebra, space, inside, ({0: 1}, {a: 1}, {b: 1}, algebra.blade_product(a, b)), INVOLUTIONS)
+    unit_a, unit_b = _unit(algebra, a), _unit(algebra, b)
+    both = {ab: x * unit_a[a] * unit_b[b] for ab, x in algebra.blade_product(a, b).items()}
+    level = _level(algebra, space, inside, ({0: 1}, unit_a, unit_b, both), INVOLUTIONS)
     return None if level is None else (level, inside)
 
 
 def _of_square(algebra: Algebra, space: frozenset[int], square: int) -> list[int]:
-    """Return the blades with a given square, except 1 itself, by grade."""
+    """Return the blades whose square has the given sign and a rational root, except 1 itself, by grade."""
     ordered = sorted(space, key=lambda blade: (blade.bit_count(), blade))
-    return [blade for blade in ordered if blade and algebra.blade_product(blade, blade) == {0: square}]
+    return [blade for blade in ordered if blade and _unit(algebra, blade, square)]
+
+
+def _unit(algebra: Algebra, blade: int, sign: int = 0) -> dict[int, Rational]:
+    """Return the multiple of a blade whose square is 1 or -1, or nothing if it is irrational or has another sign."""
+    square = algebra.blade_product(blade, blade)
+    if set(square) != {0} or sign * square[0] < 0:
+        return {}
+    size = root(abs(square[0]))
+    return {blade: exact(1 / size)} if size else {}
+
+
+def root(value: Rational) -> Fraction | None:
+    """Return the square root of a number that is not negative, or None if it is irrational."""
+    found = Fraction(isqrt(value.numerator), isqrt(value.denominator))
+    return found if found * found == value else None
 
 
 def _central(algebra: Algebra, blades: Iterable[int], space: frozenset[int]) -> int | None:
@@ -198,7 +241,7 @@ def _splits(algebra: Algebra, space: frozenset[int], centre: int, kind: Kind) ->
     for k in reversed(range(centre.bit_length())):
         if centre >> k & 1:
             inside = frozenset(blade for blade in space if not blade >> k & 1)
-            level = _level(algebra, space, inside, ({0: 1}, {centre: 1}), kind)
+            level = _level(algebra, space, inside, ({0: 1}, _unit(algebra, centre)), kind)
             if level is not None:
                 yield level, inside
 

@@ -45,15 +45,13 @@ from gacompiler.passes.kernel_extraction import best_divisor
 from gacompiler.passes.lower import Lowering, Reduction, Slot
 from gacompiler.passes.pipeline import compile_kernel
 from gacompiler.passes.resubstitute import resubstitute
-from gacompiler.passes.rewrite import (
+from gacompiler.passes.rewrite import rewrite, split_conjugation, split_sandwich
+from gacompiler.passes.samples import SPREADS, sample, samples
+from gacompiler.passes.sandwich_differences import (
     reflection_as_difference,
-    rewrite,
     sandwich_as_difference,
     sandwich_of_difference,
-    split_conjugation,
-    split_sandwich,
 )
-from gacompiler.passes.samples import SPREADS, sample, samples
 from gacompiler.passes.shift import shift
 from gacompiler.passes.squares import solvable, solve, square_of
 from gacompiler.passes.system import Definition, System

@@ -1,0 +1,67 @@
+"""Equivalent forms of a system of polynomials, before common parts are extracted (`gacompiler.passes.factor`)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from .common_factors import without_common_factors
+from .products import as_products
+from .resubstitute import resubstitute
+from .shift import shift, shift_each
+from .system import System
+
+Steps = tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Form:
+    """A form of a system.
+
+    Attributes
+    ----------
+    steps : tuple of str
+        The transformations that were applied.
+    system : System
+    plain : System
+        The system before inputs were replaced by their differences.
+    """
+
+    steps: Steps
+    system: System
+    plain: System
+
+
+def forms_of(steps: Steps, system: System) -> Iterator[Form]:
+    """Yield a system, with results divided by others and without, and in terms of differences of inputs."""
+    for how, each in (((), system), (("results by results",), resubstitute(system))):
+        if each is not None:
+            yield Form((*steps, *how), each, each)
+            shifted = shift(each)
+            if shifted is not None:
+                yield Form((*steps, *how, "in differences"), shifted, each)
+
+
+def further_forms(form: Form) -> Iterator[Form]:
+    """Yield forms that are tried for the best systems only."""
+    yield from _simplified(form)
+    if form.system is not form.plain:
+        apart = shift_each(form.plain)
+        if apart is not None:
+            each = Form((*form.steps[:-1], "each in differences"), apart, form.plain)
+            yield each
+            yield from _simplified(each)
+
+
+def forms_as_products(form: Form) -> Iterator[Form]:
+    """Yield the form with polynomials as products, if there are any."""
+    products = as_products(form.system)
+    if products is not None:
+        yield Form((*form.steps, "as products"), products, form.plain)
+
+
+def _simplified(form: Form) -> Iterator[Form]:
+    changed = without_common_factors(form.system)
+    if changed is not None:
+        yield Form((*form.steps, "without common numbers"), changed, form.plain)
+    yield from forms_as_products(form)

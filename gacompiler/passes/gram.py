@@ -1,0 +1,131 @@
+"""Determinants of inner products, by which products of blades are expanded instead of contracting coefficients.
+
+The inner product of outer products of vectors is the determinant of the inner products of the vectors, their *Gram
+matrix*. It takes few operations if the vectors are null, such as conformal points: the matrix then has a zero diagonal,
+and its other elements are squared distances.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import reduce
+from itertools import combinations
+
+from ..algebra.operations import Operation
+from ..frontend.expression import Expression, lift, node
+from ..frontend.facts import is_vector
+from .squares import square_of
+
+Row = Sequence[Expression | None]
+"""Elements of a matrix; None is zero."""
+
+LARGEST = 4
+"""Determinants of more rows have more products than the coefficients of blades."""
+
+
+def factors_of(blade: Expression) -> tuple[Expression, ...] | None:
+    """Return the factors of an outer product of at most `LARGEST` vectors, or None for any other expression."""
+    found: list[Expression] = []
+    stack = [blade]
+    while stack:
+        each = stack.pop()
+        if each.operation is Operation.OUTER_PRODUCT:
+            stack += reversed(each.arguments)
+        elif is_vector(each) and len(found) < LARGEST:
+            found.append(each)
+        else:
+            return None
+    return tuple(found)
+
+
+def in_differences(vectors: Sequence[Expression]) -> tuple[Expression, ...] | None:
+    """Subtract the first of some vectors from the others, which does not change their outer product.
+
+    The determinant of nearly equal vectors loses accuracy, that of one of them and of differences does not. Return None
+    if some vector is a sum, so that differences are not subtracted again, or has an implied coefficient.
+    """
+    if len(vectors) < 2 or any(each.operation is not Operation.INPUT or each.data.layout.implied for each in vectors):
+        return None
+    first, *others = vectors
+    return (first, *(each - first for each in others))
+
+
+def squared(vectors: Sequence[Expression]) -> Expression | None:
+    """Return the squared norm of an outer product; None is zero."""
+    rows: list[list[Expression | None]] = [[None] * len(vectors) for _ in vectors]
+    for i, a in enumerate(vectors):
+        for j, b in enumerate(vectors[: i + 1]):
+            rows[i][j] = rows[j][i] = _inner(a, b)
+    return _hollow(rows) if all(rows[k][k] is None for k in range(len(rows))) else _determinant(rows)
+
+
+def contracted(left: Sequence[Expression], right: Sequence[Expression]) -> Expression | None:
+    """Return the left contraction of an outer product on a second one with as many factors or more; None is zero.
+
+    It is the sum over the choices of factors of the second one, each replaced by a determinant (Laplace's expansion).
+    """
+    total: Expression | None = None
+    for chosen, rest, sign in _choices(len(right), len(left)):
+        value = _determinant([[_inner(a, right[k]) for k in chosen] for a in reversed(left)])
+        if value is not None:
+            total = _added(total, value * outer([right[k] for k in rest]) if rest else value, sign)
+    return total
+
+
+def outer(factors: Sequence[Expression]) -> Expression:
+    """Return the outer product of some factors."""
+    return reduce(lambda a, b: a ^ b, factors)
+
+
+def _choices(n: int, k: int) -> Iterator[tuple[tuple[int, ...], tuple[int, ...], int]]:
+    """Yield the choices of `k` of `n` places, the other places, and the sign of the permutation of both together."""
+    for chosen in combinations(range(n), k):
+        rest = tuple(place for place in range(n) if place not in chosen)
+        yield chosen, rest, (-1) ** (sum(chosen) - k * (k - 1) // 2)
+
+
+def _inner(a: Expression, b: Expression) -> Expression | None:
+    """Return the inner product of two vectors. Both orders give the same expression."""
+    square = square_of(a) if a == b else None
+    if square is not None:
+        return lift(square) if square else None
+    return node(Operation.SCALAR_PRODUCT, *sorted((a, b), key=str))
+
+
+def _determinant(rows: Sequence[Row]) -> Expression | None:
+    """Return a determinant by minors of the last columns, each of which is computed once."""
+    n = len(rows)
+    minors: dict[tuple[int, ...], Expression | None] = {(): lift(1)}
+    for column in reversed(range(n)):
+        last, minors = minors, {}
+        for chosen in combinations(range(n), n - column):
+            total: Expression | None = None
+            for k, i in enumerate(chosen):
+                element, minor = rows[i][column], last[chosen[:k] + chosen[k + 1 :]]
+                if element is not None and minor is not None:
+                    total = _added(total, element if column == n - 1 else element * minor, (-1) ** k)
+            minors[chosen] = total
+    return minors[tuple(range(n))]
+
+
+def _hollow(rows: Sequence[Row]) -> Expression | None:
+    """Return the determinant of a symmetric matrix whose diagonal is zero.
+
+    For three rows it is twice the product of the elements. For four rows it is ``(p + q - r)**2 - 4 p q`` with the
+    three products of opposite elements, which is Ptolemy's theorem if the elements are squared distances.
+    """
+    elements = [rows[i][j] for i, j in combinations(range(len(rows)), 2)]
+    if any(each is None for each in elements) or len(rows) not in (3, 4):
+        return _determinant(rows)
+    first, *others = (each for each in elements if each is not None)
+    if len(rows) == 3:
+        return 2 * first * others[0] * others[1]
+    p, q, r = first * others[4], others[0] * others[3], others[1] * others[2]
+    rest = p + q - r
+    return rest * rest - 4 * p * q
+
+
+def _added(total: Expression | None, term: Expression, sign: int) -> Expression:
+    if total is None:
+        return term if sign > 0 else -term
+    return total + term if sign > 0 else total - term
