@@ -15,10 +15,10 @@ from .ir.cost import WEIGHTS
 from .ir.cost_models import COUNTS
 from .ir.program import Line, Operand
 from .ir.scalar import Op
+from .passes.candidate import Candidate
 from .passes.lower import Lowering, Reduction
 from .passes.minimal import proved_minimum
 from .passes.record import Compilation
-from .passes.search import Candidate
 
 
 def traced(record: Compilation) -> str:

@@ -29,5 +29,5 @@ def difference_of_program(text: Program, program: Program, known: Sequence[Truth
         return difference
     reader = program_reader(printed)
     return disagreement(
-        program_reader(text), [replace(truth, results=(tuple(read(reader, truth)),)) for truth in known]
+        program_reader(text), [replace(truth, results=(tuple(read(reader, truth)),), again=None) for truth in known]
     )

@@ -18,15 +18,38 @@ from ..frontend.expression import Expression, lift, node, topological
 
 
 def derivative(expressions: Sequence[Expression], tangents: Mapping[Expression, Expression]) -> list[Expression]:
-    """Return the derivatives of expressions along `tangents`, by input node; other inputs are constant."""
+    """Return the derivatives of expressions along `tangents`, by input node; other inputs are constant.
+
+    The derivative of the square of a norm or of a root is that of its argument. It exists where that of the root does
+    not, at zero.
+    """
     zero = lift(0)
     found: dict[Expression, Expression] = {}
     for expression in topological(expressions):
         if expression.operation in (Operation.INPUT, Operation.CONSTANT):
             found[expression] = tangents.get(expression, zero)
-        else:
-            found[expression] = _rule(expression, [found[argument] for argument in expression.arguments])
+            continue
+        same = _without_root(expression)
+        for each in topological([same], found):
+            found[each] = _rule(each, [found[argument] for argument in each.arguments])
+        found[expression] = found[same]
     return [found[expression] for expression in expressions]
+
+
+def _without_root(expression: Expression) -> Expression:
+    """Return the argument of a root for the product of the root with itself, else the expression."""
+    if expression.operation is not Operation.GEOMETRIC_PRODUCT or len({*map(id, expression.arguments)}) > 1:
+        return expression
+    root = expression.arguments[0]
+    if root.operation is Operation.SQRT:
+        return root.arguments[0]
+    if root.operation is not Operation.NORM:
+        return expression
+    square = node(Operation.NORM_SQUARED, *root.arguments)
+    signs = norm_signs(root.arguments[0].algebra, root.arguments[0].blades)
+    if signs.both:
+        return node(Operation.ABS, square)
+    return -square if signs.negative else square
 
 
 def is_zero(expression: Expression) -> bool:

@@ -29,6 +29,7 @@ from ..ir.cost import cost
 from ..ir.program import Argument, Program
 from ..ir.scalar import Graph
 from ..passes.accuracy import Gate
+from ..passes.candidate import Candidate
 from ..passes.decide import Decision, decide
 from ..passes.lower import Slot, pick
 from ..passes.prove import prove_program
@@ -36,7 +37,6 @@ from ..passes.record import Compilation
 from ..passes.rewrite import rewrite
 from ..passes.samples import samples
 from ..passes.schedule import schedule
-from ..passes.search import Candidate
 from .background import QUEUE, Job
 from .caches import cached_by_name, key_of
 from .definitions import Definition

@@ -1,6 +1,6 @@
 """Expansion of products of outer products of vectors into inner products, instead of contracting coefficients.
 
-The rules are ``v . (a ^ b) = (v . a) b - (v . b) a`` and its generalisations by Gram matrices (`gacompiler.passes.gram`),
+The rules are ``v . (a ^ b) = (v . a) b - (v . b) a``, its generalisations by Gram matrices (`gacompiler.passes.gram`),
 its dual, and the product rule of commutators. They hold exactly. If the differences lose accuracy for nearly equal
 vectors, compared with the author's structure, the candidate is rejected.
 """
@@ -67,7 +67,10 @@ def expand_square_in_differences(expression: Expression) -> Expression | None:
 
 def expand_norm(expression: Expression) -> Expression | None:
     """Write the norm of an outer product of vectors as the root of its squared norm, which is expanded then."""
-    if expression.operation is not Operation.NORM or expand_square(square := node(Operation.NORM_SQUARED, *expression.arguments)) is None:
+    if expression.operation is not Operation.NORM:
+        return None
+    square = node(Operation.NORM_SQUARED, *expression.arguments)
+    if expand_square(square) is None:
         return None
     signs = norm_signs(expression.algebra, expression.arguments[0].blades)
     if signs.both:
@@ -76,7 +79,7 @@ def expand_norm(expression: Expression) -> Expression | None:
 
 
 def expand_commutator(expression: Expression) -> Expression | None:
-    """Apply ``b x v = -(v . b)`` for a bivector `b` and a vector `v`, and ``b x (v ^ w) = (b x v) ^ w + v ^ (b x w)``."""
+    """Apply ``b x v = -(v . b)`` and ``b x (v ^ w) = (b x v) ^ w + v ^ (b x w)`` for vectors and a bivector `b`."""
     if expression.operation is not Operation.COMMUTATOR:
         return None
     for (bivector, x), sign in ((expression.arguments, 1), (expression.arguments[::-1], -1)):

@@ -7,10 +7,11 @@ from collections.abc import Callable, Mapping, Sequence
 from ..ir.cost_models import COUNTS, CostModel
 from ..ir.program import Program
 from ..ir.scalar import Scalar
+from .candidate import Candidate
 from .divide import divide_each
 from .factor import Policy
 from .reassociate import balanced, plain_terms_first
-from .search import Candidate, Search
+from .search import Search
 
 LONGEST = 40_000
 """Maximum total number of lines of the programs that are changed for a model, the cheapest first."""

@@ -14,6 +14,7 @@ from ..errors import GacError, KernelError, ProofError
 from ..frontend.kernel import Kernel, trace
 from ..ir.cost import Cost
 from ..ir.cost_models import COUNTS, cost_model
+from .candidate import Candidate
 from .compose import Composer, composable
 from .decide import decide
 from .effort import DEFAULT, LEVELS, effort_of
@@ -23,7 +24,7 @@ from .prove import prove_program
 from .record import Compilation
 from .rewrite import rewrite
 from .saturate import saturate
-from .search import Candidate, Search
+from .search import Search
 from .uniform import uniform_forms
 
 
@@ -68,7 +69,8 @@ def _candidates(record: Compilation, is_part: bool) -> Compilation:
         search = Search(record.kernel, record.variants, results, effort)
         candidates = search.candidates()
         if not is_part and not is_interrupted():
-            best = min(each.cost.total for each in candidates if search.is_accurate(each))
+            by_cost = sorted(candidates, key=lambda candidate: candidate.cost.total)
+            best = next(filter(search.is_accurate, by_cost), candidates[0]).cost.total
             composer = Composer(record.trace, search, candidates[0].program, _optimiser_of_parts(effort.level))
             candidates += composer.candidates(composable(record.variants), best)
         candidates += search.divided_once(candidates)

@@ -11,9 +11,9 @@ from ..ir.cost_models import COUNTS, CostModel
 from ..ir.program import Program
 from ..ir.uniform import Uniform
 from .accuracy import Gate
+from .candidate import Candidate
 from .decide import Decision
 from .effort import DEFAULT, LEVELS, Effort
-from .search import Candidate
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ from ..errors import InexactError, TooLargeError
 from ..frontend.expression import Expression, apply_operation, evaluate, topological
 from ..frontend.kernel import Kernel
 from ..rings.decimals import digits, from_decimal, to_decimal
-from ..rings.points import point
+from ..rings.points import point, wide_point
 from ..rings.residues import residue
 
 SPREADS = (Fraction(1), Fraction(1, 256), Fraction(1), Fraction(1, 2**30))
@@ -42,6 +42,19 @@ def sample(
             names = parameter.components[start : start + step]
             found = point(parameter.layout, random, spread=spread, near_one=near_one, whole=whole, taken=taken)
             values.update(zip(names, found, strict=True))
+    return values
+
+
+def wide_sample(kernel: Kernel, random: Random) -> dict[str, Any] | None:
+    """Return values of all input components modulo a large prime, or None if a layout has no such points."""
+    values: dict[str, Any] = {}
+    for parameter in kernel.parameters:
+        step = parameter.layout.size
+        for start in range(0, len(parameter.components), step):
+            found = wide_point(parameter.layout, random)
+            if found is None:
+                return None
+            values.update(zip(parameter.components[start : start + step], found, strict=True))
     return values
 
 
@@ -78,17 +91,19 @@ def meaning(expressions: Sequence[Expression], inputs: Mapping[str, Any]) -> lis
 
 
 class Meaning:
-    """The author's definition, evaluated exactly if possible, else to `WORKING_DIGITS` digits.
+    """The author's definition, evaluated exactly if possible, else to a number of digits.
 
     Exact values are rational numbers, or their residues modulo a prime if the rational numbers are too long.
 
     Parameters
     ----------
     expressions : sequence of Expression
+    n_digits : int
     """
 
-    def __init__(self, expressions: Sequence[Expression]) -> None:
+    def __init__(self, expressions: Sequence[Expression], n_digits: int = WORKING_DIGITS) -> None:
         self._expressions = expressions
+        self._n_digits = n_digits
         self._order = topological(expressions)
         self._longest = LONGEST
         self._has_residues = True
@@ -119,7 +134,7 @@ class Meaning:
                         self._has_residues, self._longest = False, SHORT
             except InexactError:
                 pass
-        with digits(WORKING_DIGITS):
+        with digits(self._n_digits):
             known = {each: value.map(to_decimal) for each, value in memory.items()}
             lifted = {name: to_decimal(value) for name, value in inputs.items()}
             try:

@@ -14,7 +14,7 @@ The order of candidates is deterministic. The first of the cheapest candidates i
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property, partial
 from itertools import chain, combinations, islice
 
@@ -22,11 +22,12 @@ from ..algebra.operations import Operation
 from ..errors import TooLargeError
 from ..frontend.expression import Expression, evaluate, topological
 from ..frontend.kernel import Kernel
-from ..ir.cost import Cost, cost
+from ..ir.cost import cost
 from ..ir.program import Argument, Program
 from ..ir.scalar import Graph, Scalar
 from ..rings.polynomial import total_terms
 from .accuracy import Gate
+from .candidate import Candidate
 from .divide import divide_once
 from .effort import DEFAULT, LEVELS, Effort
 from .factor import Policy
@@ -52,48 +53,12 @@ LONG = 150
 """Definitions with more operations than this are long: the number of their forms is limited by their total length."""
 DIVIDED = 3
 """Number of cheapest candidates for which fewer divisions are tried."""
-PARTS = " parts"
-"""End of the step of a composition."""
-WORSE_OF_PARTS = 2.0
-"""Maximum error of a composition, as a multiple of that of other candidates."""
 Method = tuple[Reduction, bool, bool]
 """A lowering method: the reduction, whether implied coefficients are named, and whether squares are used."""
 
 
-@dataclass(frozen=True, slots=True)
-class Candidate:
-    """A candidate program for a kernel.
-
-    Attributes
-    ----------
-    steps : tuple of str
-        The transformations that were applied, starting with the rewriting.
-    program : Program
-    cost : Cost
-    """
-
-    steps: tuple[str, ...]
-    program: Program
-    cost: Cost
-
-    @property
-    def origin(self) -> str:
-        """The steps in one line."""
-        return ", ".join(self.steps)
-
-    @property
-    def is_composed(self) -> bool:
-        """Whether the candidate is a composition of parts, or was made from one."""
-        return any(step.endswith(PARTS) for step in self.steps)
-
-    def is_accurate(self, gate: Gate) -> bool:
-        """Return whether the error of the program is accepted.
-
-        Errors of parts that were accepted one by one add up, so compositions have a limit of their own.
-        """
-        return gate.accepts(self.program, WORSE_OF_PARTS if self.is_composed else 1.0)
-
-
+Tried = tuple[Form, Candidate]
+"""A system and its program by one policy."""
 ResultShape = tuple[str, tuple[int, ...], tuple[Slot, ...]]
 
 
@@ -170,14 +135,14 @@ class Search:
         self._budget = min(max(self._effort.hopeless * least, SMALL), self._effort.largest)
         names = sorted(direct, key=lambda name: direct[name].cost.total)
         tried = self._compare(self._systems(names, partial(_choices_of_stages, limit=self._effort.stages)), least)
-        tried += self._compare(self._systems(names, _ends), least)
+        tried += self._compare(self._systems(names, partial(_ends, limit=self._effort.stages)), least)
         tried += self._compare(self._further_forms(tried), least)
         found += [candidate for _, candidate in tried]
         return found + self._refine(tried)
 
-    def _compare(self, forms: Iterable[Form], least: int) -> list[tuple[Form, Candidate]]:
+    def _compare(self, forms: Iterable[Form], least: int) -> list[Tried]:
         """Factorise systems by one policy, as long as there is effort left and they can compete with the best."""
-        tried: list[tuple[Form, Candidate]] = []
+        tried: list[Tried] = []
         systems = sorted(forms, key=lambda form: _effort(form.system))
         effort = 0
         for k, form in enumerate(systems):
@@ -193,23 +158,23 @@ class Search:
             least = min(least, candidate.cost.total)
         return tried
 
-    def _further_forms(self, tried: Sequence[tuple[Form, Candidate]]) -> list[Form]:
+    def _further_forms(self, tried: Sequence[Tried]) -> list[Form]:
         """Return forms of the best systems with other differences, without common numbers and as products.
 
         The best systems include inaccurate ones, which differences may make accurate. A polynomial that is a product
         can become cheaper by any amount, so all systems are searched for products.
         """
         n = self._effort.refined
-        ranked = [*sorted(tried, key=lambda each: each[1].cost.total)[:n], *islice(self._ranked(tried), n)]
+        ordered = _by_cost(tried)
+        ranked = [*ordered[:n], *self._accurate_ones(ordered, n)]
         best = list(dict.fromkeys(form for form, _ in ranked))
         further = chain.from_iterable(map(further_forms, best))
         products = chain.from_iterable(forms_as_products(form) for form, _ in tried if form not in best)
         return list(filter(self._is_new, chain(further, products)))
 
-    def _ranked(self, tried: Sequence[tuple[Form, Candidate]]) -> Iterator[tuple[Form, Candidate]]:
-        """Yield the systems whose candidates are accurate, the cheapest first."""
-        ordered = sorted(tried, key=lambda each: each[1].cost.total)
-        return (each for each in ordered if self.is_accurate(each[1]))
+    def _accurate_ones(self, ordered: Sequence[Tried], n: int) -> list[Tried]:
+        """Return the first `n` systems whose candidates are accurate."""
+        return list(islice((each for each in ordered if self.is_accurate(each[1])), n))
 
     def _is_new(self, form: Form) -> bool:
         """Return whether a system is small enough to compete with the best so far, and differs from those before."""
@@ -219,16 +184,17 @@ class Search:
         self._seen.add(key)
         return True
 
-    def _refine(self, tried: Sequence[tuple[Form, Candidate]]) -> list[Candidate]:
+    def _refine(self, tried: Sequence[Tried]) -> list[Candidate]:
         """Factorise the best systems by all policies."""
-        ranked = list(self._ranked(tried))
-        best = ranked[: self._effort.refined - 1]
+        ordered = _by_cost(tried)
+        best = self._accurate_ones(ordered, self._effort.refined - 1)
         names = {form.steps[0] for form, _ in best}
-        best += [each for each in ranked if each[0].steps[0] not in names][:1]
+        best += self._accurate_ones([each for each in ordered if each[0].steps[0] not in names], 1)
         # Of systems that cost the same, some forms can be refined further than others.
         kinds = {_form_of(form.steps) for form, _ in best}
-        ties = [each for each in ranked if each[1].cost.total == ranked[0][1].cost.total]
-        best += [each for each in ties if _form_of(each[0].steps) not in kinds][:1]
+        least = best[0][1].cost.total if best else None
+        ties = [each for each in ordered if each[1].cost.total == least and _form_of(each[0].steps) not in kinds]
+        best += self._accurate_ones(ties, 1)
         found: list[Candidate] = []
         effort = 0
         for form, _ in best:
@@ -376,6 +342,10 @@ def _has_common_numbers(system: System) -> bool:
     return False
 
 
+def _by_cost(tried: Sequence[Tried]) -> list[Tried]:
+    return sorted(tried, key=lambda each: each[1].cost.total)
+
+
 def _size(system: System) -> int:
     return total_terms(system.polynomials())
 
@@ -389,7 +359,7 @@ def _effort(system: System) -> int:
     return sum(len(polynomial.terms) ** 2 for polynomial in system.polynomials())
 
 
-def _choices_of_stages(found: list[Expression], limit: int) -> Iterable[frozenset[Expression]]:
+def _choices_of_stages(found: list[Expression], limit: int) -> list[frozenset[Expression]]:
     """Return sets of named results. Large sets come first, because their systems are small.
 
     Up to `limit` stages, these are all subsets. For up to six stages, they are the sets of all, all but one, single and
@@ -402,6 +372,10 @@ def _choices_of_stages(found: list[Expression], limit: int) -> Iterable[frozense
     return [frozenset(chosen) for size in sizes for chosen in combinations(found, size)]
 
 
-def _ends(found: list[Expression]) -> Iterable[frozenset[Expression]]:
-    """Return the set of the multivectors and the scalars computed from them: polynomials of scalars are expanded."""
-    return [frozenset(each for each in found if not each.is_scalar or not all(a.is_scalar for a in each.arguments))]
+def _ends(found: list[Expression], limit: int) -> Iterable[frozenset[Expression]]:
+    """Return the set of the multivectors and the scalars computed from them, unless it is one of the other choices.
+
+    Polynomials of scalars are then expanded, and factorised as a whole.
+    """
+    ends = frozenset(each for each in found if not each.is_scalar or not all(a.is_scalar for a in each.arguments))
+    return [] if ends in _choices_of_stages(found, limit) else [ends]

@@ -8,16 +8,20 @@ all lines, the polynomial is irreducible. SymPy factorises the others.
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import lru_cache
 from math import gcd, lcm
 from random import Random
 
 from ..algebra.blades import exact
-from .polynomial import Monomial, Polynomial, quotient
+from .polynomial import Key, Polynomial, quotient
 
 TERM_LIMIT = 200
 """Polynomials with more terms than this are not factorised, which may take seconds."""
 PRIMES = (101, 103, 107, 109, 113, 127, 131, 137, 139, 149, 151, 157)
 """One line is tried modulo each of them. All polynomials with few terms have a small degree, compared with these."""
+
+KEPT = 4_096
+"""Number of polynomials that are known to be irreducible, or not: systems of one kernel share most of them."""
 
 Row = list[int]
 """Coefficients of a polynomial in one variable modulo a prime, the constant first, and the last one not zero."""
@@ -30,30 +34,40 @@ def factors(polynomial: Polynomial) -> list[tuple[Polynomial, int]]:
     without a common divisor, and the first one is positive.
     """
     rest = _primitive(_without_monomial(polynomial))
-    if not 2 < len(rest.terms) <= TERM_LIMIT or is_irreducible(rest):
+    if not 2 < len(rest.terms) <= TERM_LIMIT or is_irreducible(rest.key):
         return [(rest, 1)]
-    from sympy import ZZ
-    from sympy.polys.rings import PolyRing
-
-    variables = rest.variables
-    ring = PolyRing([f"x{k}" for k in range(len(variables))], ZZ)
-    given = ring.from_dict({tuple(map(m.count, variables)): int(value) for m, value in rest.terms.items()})
-    found = []
-    for factor, exponent in given.factor_list()[1]:
-        terms: dict[Monomial, int] = {}
-        for powers, value in factor.items():
-            monomial = (v for v, power in zip(variables, powers, strict=True) for _ in range(power))
-            terms[tuple(monomial)] = int(value)
-        found.append((_primitive(Polynomial(polynomial.ring, terms)), exponent))
+    found = [
+        (_primitive(Polynomial(polynomial.ring, dict(terms))), exponent) for terms, exponent in _factor_list(rest.key)
+    ]
     return sorted(found, key=lambda pair: (pair[0].degree, pair[0].key))
 
 
-def is_irreducible(polynomial: Polynomial) -> bool:
+@lru_cache(maxsize=KEPT)
+def _factor_list(terms: Key) -> list[tuple[Key, int]]:
+    """Return the terms of the factors that SymPy finds, and their exponents."""
+    from sympy import ZZ
+    from sympy.polys.rings import PolyRing
+
+    variables = sorted({variable for monomial, _ in terms for variable in monomial})
+    ring = PolyRing([f"x{k}" for k in range(len(variables))], ZZ)
+    given = ring.from_dict({tuple(map(monomial.count, variables)): int(value) for monomial, value in terms})
+    found: list[tuple[Key, int]] = []
+    for factor, exponent in given.factor_list()[1]:
+        rows = [
+            (tuple(v for v, power in zip(variables, powers, strict=True) for _ in range(power)), int(value))
+            for powers, value in factor.items()
+        ]
+        found.append((tuple(rows), exponent))
+    return found
+
+
+@lru_cache(maxsize=KEPT)
+def is_irreducible(terms: Key) -> bool:
     """Return whether a proof was found that a polynomial with whole coefficients has no factor of a lower degree."""
-    degree, random = polynomial.degree, Random(1)
+    degree, random = len(terms[0][0]), Random(1)
     possible = set(range(1, degree))
     for prime in PRIMES:
-        line = _on_line(polynomial, prime, random)
+        line = _on_line(terms, prime, random)
         if len(line) == degree + 1:
             sums = {0}
             for part in _degrees_of_factors(line, prime):
@@ -75,18 +89,17 @@ def _primitive(polynomial: Polynomial) -> Polynomial:
 def _without_monomial(polynomial: Polynomial) -> Polynomial:
     """Return a polynomial divided by the monomial that all its terms have in common."""
     first, *others = polynomial.terms
-    common = tuple(
-        v for v in dict.fromkeys(first) for _ in range(min(m.count(v) for m in (first, *others)))
-    )
+    common = tuple(v for v in dict.fromkeys(first) for _ in range(min(m.count(v) for m in (first, *others))))
     terms = {quotient(m, common) or (): value for m, value in polynomial.terms.items()} if common else polynomial.terms
     return Polynomial(polynomial.ring, terms)
 
 
-def _on_line(polynomial: Polynomial, prime: int, random: Random) -> Row:
+def _on_line(terms: Key, prime: int, random: Random) -> Row:
     """Return a polynomial on a random line, modulo a prime."""
-    points = {v: (random.randrange(prime), random.randrange(1, prime)) for v in polynomial.variables}
-    total = [0] * (polynomial.degree + 1)
-    for monomial, value in polynomial.terms.items():
+    variables = sorted({variable for monomial, _ in terms for variable in monomial})
+    points = {v: (random.randrange(prime), random.randrange(1, prime)) for v in variables}
+    total = [0] * (len(terms[0][0]) + 1)
+    for monomial, value in terms:
         row = [int(value) % prime]
         for variable in monomial:
             start, step = points[variable]

@@ -25,6 +25,7 @@ from ..algebra.multivector import Multivector
 from ..algebra.versors import norm_squared
 from ..errors import InexactError, LayoutError
 from .polynomial import Polynomial, PolynomialRing
+from .residues import PRIME, Residue
 
 POOL = 128
 """Number of points of a layout with relations, for each spread."""
@@ -62,16 +63,33 @@ def point(
     return list(_from_pool(layout, spread, number))
 
 
+def wide_point(layout: Layout, random: Random) -> list[Any] | None:
+    """Return stored coefficients modulo a large prime, or None if the elements have no rational parametrisation.
+
+    They are rational functions of parameters that are uniformly distributed. A rational function of the coefficients
+    that is not zero on the elements of the layout is therefore zero at the point with a probability of at most its
+    degree in the parameters divided by the prime.
+    """
+    if not layout.has_relations:
+        return [_residue(random) for _ in layout.stored]
+    make = _best_maker(layout)
+    return make(layout, random, Fraction(1), _residue) if make else None
+
+
 @cache
 def _from_pool(layout: Layout, spread: Fraction, number: int) -> tuple[Any, ...]:
     """Return a point of a layout with relations. Points are expensive to construct, and are shared by all kernels."""
     random, make = Random(number), _best_maker(layout)
-    found = make(layout, random, spread) if make else None
+    found = make(layout, random, spread, None) if make else None
     return tuple(_newton(layout, random) if found is None else found)
 
 
 def _small(random: Random) -> Fraction:
     return Fraction(random.choice((-1, 1)) * random.randint(1, 6), random.randint(1, 3))
+
+
+def _residue(random: Random) -> Residue:
+    return Residue(random.randrange(1, PRIME))
 
 
 def _coefficient(random: Random, near_one: bool) -> Fraction:
@@ -112,7 +130,10 @@ def _recipes(layout: Layout) -> Iterator[Recipe]:
                 return
 
 
-Maker = Callable[[Layout, Random, Fraction], "list[Any] | None"]
+Draw = Callable[[Random], Any]
+"""Draws a parameter."""
+Maker = Callable[[Layout, Random, Fraction, "Draw | None"], "list[Any] | None"]
+"""Makes an element from parameters; they are small rational numbers if no other ones are drawn."""
 
 
 @cache
@@ -126,7 +147,7 @@ def _best_maker(layout: Layout) -> Maker | None:
     if 0 in layout.support:
         makers += [partial(_by_recipe, recipe) for recipe in _recipes(layout)]
     for make in (*makers, _blade, _number):
-        found = make(layout, Random(1), Fraction(1))
+        found = make(layout, Random(1), Fraction(1), None)
         filled = sum(value != 0 for value in found or ())
         if found is not None and (best is None or filled > best[0]):
             best = filled, make
@@ -135,25 +156,26 @@ def _best_maker(layout: Layout) -> Maker | None:
     return best[1] if best else None
 
 
-def _free(layout: Layout, random: Random, spread: Fraction) -> list[Any] | None:
+def _free(layout: Layout, random: Random, spread: Fraction, draw: Draw | None) -> list[Any] | None:
     """Return random coefficients, if the relations hold for all coefficients, as for translators; else None."""
-    return _accepted(layout, layout.element([spread * random_fraction(random) for _ in layout.stored]))
+    draw = draw or random_fraction
+    return _accepted(layout, layout.element([spread * draw(random) for _ in layout.stored]))
 
 
-def _by_recipe(recipe: Recipe, layout: Layout, random: Random, spread: Fraction) -> list[Any] | None:
+def _by_recipe(recipe: Recipe, layout: Layout, random: Random, spread: Fraction, draw: Draw | None) -> list[Any] | None:
     for _ in range(4):
-        found = _accepted(layout, _unit_versor(layout, recipe, random, spread))
+        found = _accepted(layout, _unit_versor(layout, recipe, random, spread, draw or _small))
         if found is not None:
             return found
     return None
 
 
-def _unit_versor(layout: Layout, recipe: Recipe, random: Random, spread: Fraction) -> Multivector | None:
+def _unit_versor(layout: Layout, recipe: Recipe, random: Random, spread: Fraction, draw: Draw) -> Multivector | None:
     algebra = layout.algebra
     product = algebra.scalar(1)
 
     def vector(size: Fraction) -> Multivector:
-        return Multivector(algebra, {1 << k: size * _small(random) for k in recipe.vectors})
+        return Multivector(algebra, {1 << k: size * draw(random) for k in recipe.vectors})
 
     for _ in range(recipe.n_pairs):
         first = vector(Fraction(1)) if recipe.fixed is None else Multivector(algebra, {1 << recipe.fixed: 1})
@@ -162,14 +184,15 @@ def _unit_versor(layout: Layout, recipe: Recipe, random: Random, spread: Fractio
     return None if norm == 0 else (product * product).map(lambda value: divide(value, norm))
 
 
-def _number(layout: Layout, random: Random, spread: Fraction) -> list[Any] | None:
+def _number(layout: Layout, random: Random, spread: Fraction, draw: Draw | None) -> list[Any] | None:
     """Return ``x x / (x times its Clifford conjugate)``, for complex numbers, quaternions and similar layouts."""
-    x = layout.element([random_fraction(random) * (spread if slot.blade else 1) for slot in layout.stored])
+    draw = draw or random_fraction
+    x = layout.element([draw(random) * (spread if slot.blade else 1) for slot in layout.stored])
     norm = x * clifford_conjugate(x)
     return _accepted(layout, (x * x).map(lambda value: divide(value, norm.scalar))) if norm.scalar else None
 
 
-def _blade(layout: Layout, random: Random, spread: Fraction) -> list[Any] | None:
+def _blade(layout: Layout, random: Random, spread: Fraction, draw: Draw | None) -> list[Any] | None:
     algebra = layout.algebra
     for slot in layout.stored:
         seed = Multivector(algebra, {slot.blade: 1})
@@ -177,7 +200,7 @@ def _blade(layout: Layout, random: Random, spread: Fraction) -> list[Any] | None
             continue
         for size in range(algebra.dimension, 1, -1):
             for vectors in combinations(range(algebra.dimension), size):
-                versor = _unit_versor(layout, Recipe(vectors, (size + 1) // 2), random, spread)
+                versor = _unit_versor(layout, Recipe(vectors, (size + 1) // 2), random, spread, draw or _small)
                 if versor is None:
                     continue
                 found = _accepted(layout, versor * seed * ~versor)

@@ -119,15 +119,16 @@ def _multiply(algebra: Algebra, chosen: Sequence[Level], a: Blocks, b: Blocks) -
 
 
 def _product(algebra: Algebra, a: Terms, b: Terms) -> dict[int, Any]:
-    """Return a product of sums of blades. Squares other than 1 and -1 multiply the second factor, once for each blade."""
+    """Return a product of sums of blades. Squares other than 1 and -1 multiply blades of the second factor once."""
     squares = {abs(value) for row in algebra.gram for value in row}
     if squares <= {0, 1}:
         return product(algebra, "geometric_product", a, b)
     total: dict[int, Any] = {}
     for left, x in a.items():
         for right, y in b.items():
-            for blade, factor in algebra.blade_product(left, right).items():
-                term = x * scale(y, abs(factor))
+            terms: Mapping[int, Rational] = algebra.blade_product(left, right)
+            for blade, factor in terms.items():
+                term = x * scale(y, factor if factor > 0 else -factor)
                 if blade in total:
                     total[blade] = total[blade] + term if factor > 0 else total[blade] - term
                 else:

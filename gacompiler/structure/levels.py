@@ -81,8 +81,8 @@ INVOLUTIONS = Kind(
 HALVES = Kind(((1, 1), (1, -1)), (((0, 0),), ((1, 1),)), ((1, 1), (1, -1)), (_HALF,) * 2)
 """Parts of 1 and of a central z with z z = 1."""
 NILPOTENT = Kind(((1, 0), (0, 1)), (((0, 0),), ((0, 1), (1, 2))), ((1, 0), (0, 1)), (1, 1))
-"""Parts of 1 and of an n with n n = 0. In a second factor ``z + w n``, block 2 is the element ``z'`` with ``n z = z' n``:
-a product of two elements takes three products of half the size."""
+"""Parts of 1 and of an n with n n = 0. In a second factor ``z + w n``, block 2 is the ``z'`` with ``n z = z' n``: a
+product of two elements takes three products of half the size."""
 COMPLEX = Kind(((1, 0), (0, 1)), (), ((1, 0), (0, 1)), (1, 1))
 """Parts of 1 and of a central z with z z = -1; see `_three_products`."""
 
@@ -133,8 +133,9 @@ def plans(algebra: Algebra, *factors: frozenset[int]) -> tuple[tuple[Level, ...]
         ]
         found += sorted(rests, key=len)[-1:]
     split, rest = _nilpotent_levels(algebra, space)
-    if split:
-        found += [split, (*split, *_levels(algebra, (rest,), rest))]
+    inner = _levels(algebra, (rest,), rest) if split else ()
+    if inner:
+        found.append((*split, *inner))
     return tuple(plan for k, plan in enumerate(found) if plan and plan not in found[:k])
 
 
@@ -218,10 +219,10 @@ def _of_square(algebra: Algebra, space: frozenset[int], square: int) -> list[int
 
 def _unit(algebra: Algebra, blade: int, sign: int = 0) -> dict[int, Rational]:
     """Return the multiple of a blade whose square is 1 or -1, or nothing if it is irrational or has another sign."""
-    square = algebra.blade_product(blade, blade)
+    square: Mapping[int, Rational] = algebra.blade_product(blade, blade)
     if set(square) != {0} or sign * square[0] < 0:
         return {}
-    size = root(abs(square[0]))
+    size = root(square[0] if square[0] > 0 else -square[0])
     return {blade: exact(1 / size)} if size else {}
 
 

@@ -14,9 +14,9 @@ from gacompiler.cli import main
 from gacompiler.generation.spec_files import load_spec
 from gacompiler.inspect import stage_text, why
 from gacompiler.ir.cost import Cost
+from gacompiler.passes.candidate import Candidate
 from gacompiler.passes.pipeline import compile_kernel
 from gacompiler.passes.record import Compilation
-from gacompiler.passes.search import Candidate
 
 EXAMPLE = Path(__file__).parents[1] / "support" / "example_kernels.py"
 

@@ -1,0 +1,239 @@
+"""Products of blades by inner products, factors of polynomials, and what both save at the default level."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from random import Random
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from exact_elements import GRASSMANN, OBLIQUE, name_of
+from expressions import element, outputs_at, same_value
+
+import gacompiler
+from gacompiler import (
+    SCALAR,
+    Algebra,
+    commutator,
+    hestenes_product,
+    inner_product,
+    jacobian,
+    kernel,
+    left_contraction,
+    norm,
+    norm_squared,
+    right_contraction,
+    scalar_product,
+)
+from gacompiler.algebra.catalog import CGA2, CGA3, PGA3, STA, VGA3, null_pairs, orthogonal
+from gacompiler.frontend.expression import Expression
+from gacompiler.passes.common_factors import without_common_factors
+from gacompiler.passes.expand import (
+    expand_commutator,
+    expand_contraction,
+    expand_contraction_in_differences,
+    expand_norm,
+    expand_square,
+    expand_square_in_differences,
+)
+from gacompiler.passes.pipeline import compile_kernel
+from gacompiler.passes.products import as_products
+from gacompiler.passes.shift import shift_each
+from gacompiler.passes.system import Definition, System
+from gacompiler.rings.polynomial import PolynomialRing
+
+CONTRACTIONS = (inner_product, hestenes_product, left_contraction, right_contraction, scalar_product)
+PLANE_POINT, POINT = CGA2.POINT, CGA3.POINT
+
+
+def products_of_blades(algebra: Algebra) -> list[tuple[Expression, Callable[[Expression], Expression | None]]]:
+    """Products of outer products of vectors with the rule for each; factors may be repeated."""
+    a, b, c, d, e = (element(name, algebra, 1) for name in "abcde")
+    pairs = ((a, b ^ c), (a ^ b, c), (a ^ b, c ^ d), (a ^ b, a ^ c), (a ^ b, c ^ d ^ e), (a ^ b ^ c, d ^ e))
+    contracted = [contract(*pair) for contract in CONTRACTIONS for pair in (*pairs, (a ^ b ^ c, a ^ d ^ e))]
+    commuted = [commutator(*pair) for pair in (*pairs[:5], (c ^ d ^ e, a ^ b))]
+    squared = [norm_squared(x) for x in (a ^ b, a ^ b ^ c, a ^ b ^ c ^ d)]
+    return [
+        *((x, rule) for x in contracted for rule in (expand_contraction, expand_contraction_in_differences)),
+        *((x, expand_commutator) for x in commuted),
+        *((x, rule) for x in squared for rule in (expand_square, expand_square_in_differences)),
+    ]
+
+
+@pytest.mark.parametrize("algebra", [VGA3, PGA3, CGA3, STA, null_pairs(2), OBLIQUE, GRASSMANN], ids=name_of)
+def test_products_of_blades_by_inner_products(algebra: Algebra) -> None:
+    random, n = Random(algebra.name), 0
+    for product, rule in products_of_blades(algebra):
+        expanded = rule(product)
+        if expanded is not None:
+            n += 1
+            assert same_value(expanded, product, random), product
+    assert n == 66
+
+
+def test_norms_of_outer_products() -> None:
+    """The absolute value is needed where squares of both signs occur, and the sign is that of the metric."""
+    for algebra, text in (
+        (VGA3, "sqrt(norm_squared((p ^ q)))"),
+        (orthogonal(0, 3), "sqrt(norm_squared((p ^ q)))"),
+        (CGA3, "sqrt(abs(norm_squared((p ^ q))))"),
+    ):
+        p, q = (element(name, algebra, 1) for name in "pq")
+        assert str(expand_norm(norm(p ^ q))) == text and expand_norm(norm(p * q)) is None
+    p, q, r = (element(name, orthogonal(0, 3), 1) for name in "pqr")
+    assert str(expand_norm(norm(p ^ q ^ r))) == "sqrt(-norm_squared(((p ^ q) ^ r)))"
+
+
+def system(*polynomials: str, names: str = "x y z u v w") -> tuple[System, Random]:
+    """A system of polynomials in six variables, each of which is an output."""
+    ring = PolynomialRing()
+    variables = {name: ring.variable(name) for name in names.split()}
+    outputs = tuple(eval(each, {}, variables) for each in polynomials)
+    return System(ring, len(variables), (), outputs), Random(5)
+
+
+def test_expanded_products_are_found() -> None:
+    given, random = system(
+        "(x - y) * (x - y) * (x - y)", "(x*x + y*y) * (u*u + v*v) * 3", "(x - y) * (u + 2*v) * z * z / 5", "x*y + z*u"
+    )
+    found = as_products(given)
+    assert found is not None
+    assert [len(each.terms) for each in found.outputs] == [1, 1, 1, 2]
+    assert len(found.definitions) == 4  # x - y occurs in two of them
+    at = [Fraction(random.randint(-9, 9)) for _ in range(6)]
+    assert outputs_at(found, at) == outputs_at(given, at)
+    assert as_products(system("x*x + y*y + z*z", "x*u + y*v")[0]) is None
+
+
+def test_common_numbers_are_multiplied_where_they_are_used() -> None:
+    """A definition and an output may be the same polynomial; only the definition is divided."""
+    given, random = system("x*x/2 - x*y/2")
+    (same,) = given.outputs
+    half = given.ring.variable("half")
+    given = System(given.ring, 6, (Definition(6, same),), (half * half, same))
+    found = without_common_factors(given)
+    assert found is not None and str(found.definitions[0].polynomial) == "x**2 - x*y"
+    at = [Fraction(random.randint(-9, 9)) for _ in range(6)]
+    assert outputs_at(found, at) == outputs_at(given, at)
+
+
+def test_every_polynomial_has_its_own_differences() -> None:
+    given, random = system("(x-y)*(x-y)", "(y-z)*(y-z)", "(z-x)*(z-x)", "x*y")
+    found = shift_each(given)
+    assert found is not None and [len(each.terms) for each in found.outputs] == [1, 1, 1, 1]
+    assert len(found.definitions) == 3
+    at = [Fraction(random.randint(-9, 9)) for _ in range(6)]
+    assert outputs_at(found, at) == outputs_at(given, at)
+    assert shift_each(system("(x-y)*(x-y)")[0]) is None
+
+
+@kernel(a=PLANE_POINT, b=PLANE_POINT, c=PLANE_POINT)
+def squared_circle(a, b, c):  # type: ignore[no-untyped-def]
+    return norm_squared(a ^ b ^ c)
+
+
+@kernel(a=POINT, b=POINT, c=POINT, d=POINT)
+def squared_sphere(a, b, c, d):  # type: ignore[no-untyped-def]
+    return norm_squared(a ^ b ^ c ^ d)
+
+
+@kernel(a=POINT, b=POINT, x=POINT)
+def bracket(a, b, x):  # type: ignore[no-untyped-def]
+    return commutator(a ^ b, x)
+
+
+@kernel(x=SCALAR, y=SCALAR)
+def fourth_power(x, y):  # type: ignore[no-untyped-def]
+    return x**4 - 4 * x**3 * y + 6 * x**2 * y**2 - 4 * x * y**3 + y**4
+
+
+@kernel(x=SCALAR, y=SCALAR, z=SCALAR)
+def vandermonde(x, y, z):  # type: ignore[no-untyped-def]
+    return x * x * y - x * x * z - x * y * y + x * z * z + y * y * z - y * z * z
+
+
+@kernel(x=SCALAR, y=SCALAR, u=SCALAR, v=SCALAR)
+def product_of_squares(x, y, u, v):  # type: ignore[no-untyped-def]
+    return x * x * u * u + x * x * v * v + y * y * u * u + y * y * v * v
+
+
+@kernel(x=SCALAR, y=SCALAR, z=SCALAR)
+def sum_of_cubes(x, y, z):  # type: ignore[no-untyped-def]
+    return x**3 + y**3 + z**3 - 3 * x * y * z
+
+
+FOUR = orthogonal(4, 0, 1)
+
+
+@kernel(a=FOUR.even, b=FOUR.even)
+def motors_of_four_dimensions(a, b):  # type: ignore[no-untyped-def]
+    return a * b
+
+
+DENSE = Algebra("dense", "e1 e2 e3 e4", [[2 if i == j else 1 for j in range(4)] for i in range(4)])
+
+
+@kernel(a=DENSE.full, b=DENSE.full)
+def dense_product(a, b):  # type: ignore[no-untyped-def]
+    return a * b
+
+
+@pytest.mark.parametrize(
+    ("definition", "mul", "add"),
+    [
+        (squared_circle, 9, 9),
+        (squared_sphere, 25, 33),
+        (bracket, 22, 19),
+        (fourth_power, 2, 1),
+        (vandermonde, 2, 3),
+        (product_of_squares, 5, 2),
+        (sum_of_cubes, 4, 6),
+        (motors_of_four_dimensions, 112, 128),
+        (dense_product, 214, 244),
+    ],
+    ids=lambda x: getattr(x, "name", ""),
+)
+def test_counts_of_expressions_that_a_person_simplifies(definition: Any, mul: int, add: int) -> None:
+    cost = compile_kernel(definition, forms=False).cost
+    assert (cost.mul, cost.add) == (mul, add)
+
+
+@kernel(a=POINT, b=POINT, c=POINT, d=POINT)
+def radius_of_sphere(a, b, c, d):  # type: ignore[no-untyped-def]
+    return norm(a ^ b ^ c ^ d)
+
+
+def test_roots_keep_their_digits_where_the_square_vanishes() -> None:
+    """Four points that are nearly on a line: the determinant of squared distances has no digit left there."""
+    compute, random = gacompiler.compile(radius_of_sphere), np.random.default_rng(1)
+    for _ in range(20):
+        start, step = random.normal(size=(2, 3))
+        points = start + random.normal(size=(4, 1)) * step + 1e-7 * random.normal(size=(4, 3))
+        with mpmath.workdps(60):
+            rows = [[1, *map(mpmath.mpf, p), mpmath.fdot(p, p) / 2] for p in points.tolist()]
+            exact = mpmath.sqrt(abs(_square_of_minors(rows)))
+        assert abs(compute(*points) - float(exact)) <= 1e-7 * float(exact)
+
+
+def _square_of_minors(rows: list[list[Any]]) -> Any:
+    """The squared norm of the outer product of points ``e0 + x + x.x/2 einf``: the determinant of their products."""
+
+    def inner(p: list[Any], q: list[Any]) -> Any:
+        return mpmath.fdot(p[1:4], q[1:4]) - p[0] * q[4] - p[4] * q[0]
+
+    return mpmath.det(mpmath.matrix([[inner(p, q) for q in rows] for p in rows]))
+
+
+def test_gradient_of_a_squared_norm_is_zero_where_the_norm_is() -> None:
+    @kernel(x=VGA3.VECTOR, y=VGA3.VECTOR)
+    def energy(x, y):  # type: ignore[no-untyped-def]
+        return norm(x - y) ** 2 / 2
+
+    compute = gacompiler.compile(jacobian(energy, "x"))
+    _, gradient = compute(np.ones(3), np.ones(3))
+    assert np.array_equal(gradient[0], np.zeros(3))
+    _, gradient = compute(np.array([1.0, 2.0, 3.0]), np.ones(3))
+    assert np.array_equal(gradient[0], [0.0, 1.0, 2.0])
