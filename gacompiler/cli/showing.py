@@ -24,6 +24,7 @@ from ..inspect_loops import LOOP_STAGES, SHOWN_OF_LOOPS, loop_stage_text, refuse
 from ..inspect_loops import why as why_of_loops
 from ..ir.cost_models import COUNTS, MODELS
 from ..ir.procedure_cost import costs_as_dict, costs_text
+from ..passes.bounds import lower_bound
 from ..passes.loops import compile_loops
 from ..passes.pipeline import compile_kernel
 from .arguments import compiled_kernels, find_kernel, find_spec
@@ -88,6 +89,7 @@ def _explain(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     "gac cost my_kernels.py --json",
     "gac cost pga3            a module under generated/",
     "gac cost pga3 --cost latency",
+    "gac cost pga3 --bound    with lower bounds for every program",
     "gac cost --explain       list the cost models",
 )
 @click.argument("spec")
@@ -99,10 +101,15 @@ def _explain(context: click.Context, _: click.Parameter, wanted: bool) -> None:
 @click.option(
     "--explain", is_flag=True, is_eager=True, expose_value=False, callback=_explain, help="List the cost models."
 )
-def cost(spec: str, as_json: bool, cache: Cache | None, algebra: str | None, effort: int, model: str) -> None:
+@click.option("--bound", is_flag=True, help="Add lower bounds for the products and for all operations.")
+def cost(
+    spec: str, as_json: bool, cache: Cache | None, algebra: str | None, effort: int, model: str, bound: bool
+) -> None:
     """Count the operations of each kernel by type (mul, add, div, sqrt, call, choice, fma).
 
     With another cost model than the default, its number is in the last column. Kernels with loops have only counts.
+    With --bound, no program can have fewer products (with divisions and functions) and fewer operations than the last
+    two columns. There are no bounds for kernels with functions.
     """
     found = compiled_kernels(find_spec(spec, algebra), cache, effort, model, keep_best=True)
     chosen = MODELS[model]
@@ -111,16 +118,22 @@ def cost(spec: str, as_json: bool, cache: Cache | None, algebra: str | None, eff
         for each in found:
             if isinstance(each, Compiled):
                 counts[each.kernel.name]["cost"] = chosen.of(each.source.program)
+    if bound:
+        for each in found:
+            if isinstance(each, Compiled):
+                least = lower_bound(each.kernel, each.source.program)
+                counts[each.kernel.name] |= (
+                    {"mul at least": least.products, "all at least": least.operations} if least else {}
+                )
     loops = {each.kernel.name: each.source.costs for each in found if isinstance(each, CompiledLoops)}
     if as_json:
         click.echo(json.dumps(counts | {name: costs_as_dict(costs) for name, costs in loops.items()}, indent=2))
         return
     if counts:
-        header = [] if chosen is COUNTS else [f"{model} ({chosen.unit})"]
-        print_table(
-            ["kernel", "mul", "add", "div", "sqrt", "call", "choice", "fma", *header],
-            [[n, *map(str, c.values())] for n, c in counts.items()],
-        )
+        names = list(dict.fromkeys(name for each in counts.values() for name in each))
+        header = [f"{model} ({chosen.unit})" if name == "cost" else name for name in names]
+        rows = [[n, *(str(c.get(name, "–")) for name in names)] for n, c in counts.items()]
+        print_table(["kernel", *header], rows)
     if loops:
         print_table(["kernel with loops", "operations"], [[name, costs_text(costs)] for name, costs in loops.items()])
 
