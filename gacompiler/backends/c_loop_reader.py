@@ -25,8 +25,8 @@ from ..ir.procedure import (
 )
 from ..ir.program import Program
 from .c_loop_rows import RowReader
-from .c_rounds import KEPT
 from .c_loop_tokens import Entry, Tree, factors_of, listed, tokens_of
+from .c_rounds import KEPT
 from .nesting import Shape
 
 START = "#define TABLES_"
