@@ -4,8 +4,7 @@ Equations are solved by the null vector of their coefficients (module `matrices`
 mean square d, their number of coordinates (Hartley, *In Defense of the Eight-Point Algorithm*, 1997).
 """
 
-from gacompiler import SCALAR, absolute, array, each, equal, fold, kernel, maximum, select, sqrt, total
-from gacompiler.matrices import three_singular_vectors
+from gacompiler import SCALAR, absolute, array, each, equal, fold, kernel, matrices, maximum, select, sqrt, total
 from gacompiler.specs.projective2 import homography_equations
 from gacompiler.specs.projective3 import epipolar_equation
 
@@ -83,7 +82,7 @@ def fundamental_of_entries(entries, left, right):
     The nearest matrix of rank 2 is subtracted before the normalisation is undone.
     """
     matrix = tuple(tuple(entries[3 * i : 3 * i + 3]) for i in range(3))
-    _, vectors = three_singular_vectors(matrix)
+    _, vectors = matrices.three_singular_vectors(matrix)
     null = tuple(row[2] for row in vectors)
     rank_two = tuple(tuple(x - _dot(row, null) * v for x, v in zip(row, null, strict=True)) for row in matrix)
     return _unit(_times(tuple(zip(*right, strict=True)), _times(rank_two, left)))
@@ -140,7 +139,7 @@ def camera_of_entries(entries, left, right):
 
 def _nearest_rotation(matrix):
     """Return the rotation nearest to a matrix, and the mean of the singular values."""
-    values, vectors = three_singular_vectors(matrix)
+    values, vectors = matrices.three_singular_vectors(matrix)
     first, second, _ = zip(*vectors, strict=True)
     u = tuple(_dot(row, first) for row in matrix)
     u = _scaled(u)
