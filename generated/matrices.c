@@ -2,7 +2,7 @@
 // command: gac generate --all matrices
 // spec: ec48a3cca52b283e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 54f6b418dcefae3cc60315820302f9adeda47890c5f6737e394d113e1e87d59c
+// body: db4ed4b919a03c3b7d90517f276e513811d72c4f087f9b9ff7b552fc63845f85
 
 #ifndef REAL
 #include "matrices.h"
@@ -564,6 +564,13 @@ static INLINE void NAME(eigenvectors_58)(REAL number, REAL *number_5)
 #define PARTS_eigenvectors_58(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
 GAC_IN_LANES(eigenvectors_58, PLAIN)
 
+static INLINE void NAME(eigenvectors_65)(REAL *sum_11)
+{
+    sum_11[0] = (REAL)0;
+}
+#define PARTS_eigenvectors_65(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(eigenvectors_65, PLAIN)
+
 static INLINE void NAME(eigenvectors_59)(REAL *sum_9)
 {
     sum_9[0] = (REAL)0;
@@ -608,6 +615,20 @@ static INLINE void NAME(eigenvectors_64)(REAL i, REAL sum, REAL x, REAL place, R
     AND NUMBER(3, 0) AND OUT(4, 1)
 GAC_IN_LANES(eigenvectors_64, PLAIN)
 
+static INLINE void NAME(eigenvectors_66)(REAL sum, REAL a, REAL *sum_11)
+{
+    sum_11[0] = sum + ABS(a);
+}
+#define PARTS_eigenvectors_66(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(eigenvectors_66, PLAIN)
+
+static INLINE void NAME(eigenvectors_67)(REAL converged, REAL sum, REAL *out_2)
+{
+    out_2[0] = SELECT(LESS(sum, (REAL)1e+36), converged, (REAL)0);
+}
+#define PARTS_eigenvectors_67(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(eigenvectors_67, PLAIN)
+
 #if PRECISION(1, 0)
 intptr_t matrices_eigenvectors_work(intptr_t n)
 {
@@ -636,7 +657,7 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
     *const passed = following_3 + n, *const of_row = passed + n, sum_7, number_start_4,
     *const number_4 = of_row + n * n, sum_8, *const place = number_4 + n, *const mapped_15 = place + n,
     number_start_5, *const number_5 = mapped_15 + n, sum_9, number_start_6, *const number_6 = number_5 + n, sum_10,
-    mapped_17;
+    mapped_17, sum_11;
     NAME(eigenvectors_1)(&m);
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, &m, &m_2);
@@ -780,6 +801,7 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
         NAME(eigenvectors_56)(common, diagonal[i], mapped_15 + i);
         NAME(eigenvectors_58)(i > 0 ? number_5[i - 1] : number_start_5, number_5 + i);
     }
+    NAME(eigenvectors_65)(&sum_11);
     for (intptr_t i = 0; i < n; i++) {
         NAME(eigenvectors_59)(&sum_9);
         for (intptr_t j = 0; j < n; j++)
@@ -794,8 +816,9 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
             COPY(1, &sum_10, &mapped_17);
             COPY(1, &mapped_17, out_1 + (i * n + j));
         }
+        NAME(eigenvectors_66)(sum_11, diagonal[i], &sum_11);
     }
-    COPY(1, &converged, out_2);
+    NAME(eigenvectors_67)(converged, sum_11, out_2);
 }
 
 static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1, REAL *out_2,
@@ -819,7 +842,7 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
     cosine_start_2[NLANES], sine_start_2[NLANES], common_7[NLANES], number_start_3[NLANES], own_start_4[NLANES],
     following_start_3[NLANES], found_start[NLANES], passed_start[NLANES], found[NLANES], sum_7[NLANES],
     number_start_4[NLANES], sum_8[NLANES], number_start_5[NLANES], sum_9[NLANES], number_start_6[NLANES],
-    sum_10[NLANES], mapped_17[NLANES], gac_kept_3[NLANES];
+    sum_10[NLANES], mapped_17[NLANES], sum_11[NLANES], gac_kept_3[NLANES];
     NAME(eigenvectors_1_lanes)(m);
     for (intptr_t i = 0; i < n; i++) {
         COPY(NLANES, m, m_2);
@@ -1007,6 +1030,7 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
         NAME(eigenvectors_56_lanes)(common, diagonal + NLANES * i, mapped_15 + NLANES * i);
         NAME(eigenvectors_58_lanes)(i > 0 ? number_5 + NLANES * (i - 1) : number_start_5, number_5 + NLANES * i);
     }
+    NAME(eigenvectors_65_lanes)(sum_11);
     for (intptr_t i = 0; i < n; i++) {
         NAME(eigenvectors_59_lanes)(sum_9);
         for (intptr_t j = 0; j < n; j++)
@@ -1024,8 +1048,9 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
             COPY(NLANES, sum_10, mapped_17);
             COPY(NLANES, mapped_17, out_1 + NLANES * (i * n + j));
         }
+        NAME(eigenvectors_66_lanes)(sum_11, diagonal + NLANES * i, sum_11);
     }
-    COPY(NLANES, converged, out_2);
+    NAME(eigenvectors_67_lanes)(converged, sum_11, out_2);
     return 0;
 }
 
@@ -1568,48 +1593,62 @@ static INLINE void NAME(singular_vectors_61)(REAL diagonal, REAL own, REAL acros
     const REAL t0 = SELECT(is_first, own_2, own);
     const REAL t1 = t0 - common / SELECT(EQUAL((REAL)0, t0), (REAL)1, t0);
     const REAL t2 = SELECT(is_gap, t1, across);
-    const REAL t3 = sine * beside;
-    const REAL t4 = SELECT(is_gap, beside, t3);
-    const REAL t5 = t2 * t2 + t4 * t4;
-    const REAL t6 = LESS(t5, (REAL)1e-36);
-    const REAL t7 = EQUAL(beside, (REAL)0);
-    const REAL t8 = SELECT(t7, (REAL)1, t6);
-    const REAL t9 = SQRT(SELECT(t8, (REAL)1, t5));
-    const REAL t10 = (REAL)1 / t9;
-    const REAL t11 = t2 * t10;
-    const REAL t12 = SELECT(t8, (REAL)1, t11);
-    const REAL t13 = t4 * t10;
-    const REAL t14 = SELECT(t8, (REAL)0, t13);
-    const REAL t15 = cosine * beside;
-    const REAL t16 = SELECT(is_gap, beside, t15);
-    const REAL t17 = t0 * t12 + t16 * t14;
-    const REAL t18 = after * t14;
-    const REAL t19 = t17 * t17 + t18 * t18;
-    const REAL t20 = LESS(t19, (REAL)1e-36);
-    const REAL t21 = SELECT(t7, (REAL)1, t20);
-    const REAL t22 = SQRT(SELECT(t21, (REAL)1, t19));
-    const REAL t23 = SELECT(t21, t17, t22);
-    const REAL t24 = ABS(t23) + ABS(diagonal);
-    const REAL t25 = SELECT(t8, t2, t9);
-    const REAL t26 = SELECT(is_gap, (REAL)0, t25);
-    const REAL t27 = LESS(t26 * t26, (REAL)1e-36);
-    const REAL t28 = (REAL)1 / t22;
-    const REAL t29 = t17 * t28;
-    const REAL t30 = SELECT(t21, (REAL)1, t29);
-    const REAL t31 = after * t12;
-    const REAL t32 = t18 * t28;
-    const REAL t33 = SELECT(t21, (REAL)0, t32);
-    const REAL t34 = t12 * t16 - t0 * t14;
-    diagonal_2[0] = t23;
-    beside_2[0] = SELECT(SELECT(EQUAL(t24, ABS(t26) + t24), (REAL)1, t27), (REAL)0, t26);
-    own_4[0] = t30 * t31 - t33 * t34;
-    across_out[0] = t30 * t34 + t31 * t33;
-    cosine_out[0] = t30;
-    sine_out[0] = t33;
-    is_gap_out[0] = t7;
+    const REAL t3 = ABS(t2);
+    const REAL t4 = sine * beside;
+    const REAL t5 = SELECT(is_gap, beside, t4);
+    const REAL t6 = ABS(t5);
+    const REAL t7 = MAXIMUM(t3, t6);
+    const REAL t8 = SELECT(LESS((REAL)0, t7), t7, (REAL)1);
+    const REAL t9 = (REAL)1 / t8;
+    const REAL t10 = t2 * t9;
+    const REAL t11 = t5 * t9;
+    const REAL t12 = t10 * t10 + t11 * t11;
+    const REAL t13 = LESS(t12, (REAL)1e-36);
+    const REAL t14 = EQUAL(beside, (REAL)0);
+    const REAL t15 = SELECT(t14, (REAL)1, t13);
+    const REAL t16 = SQRT(SELECT(t15, (REAL)1, t12));
+    const REAL t17 = (REAL)1 / t16;
+    const REAL t18 = t10 * t17;
+    const REAL t19 = SELECT(t15, (REAL)1, t18);
+    const REAL t20 = t11 * t17;
+    const REAL t21 = SELECT(t15, (REAL)0, t20);
+    const REAL t22 = cosine * beside;
+    const REAL t23 = SELECT(is_gap, beside, t22);
+    const REAL t24 = t0 * t19 + t23 * t21;
+    const REAL t25 = ABS(t24);
+    const REAL t26 = after * t21;
+    const REAL t27 = ABS(t26);
+    const REAL t28 = MAXIMUM(t25, t27);
+    const REAL t29 = SELECT(LESS((REAL)0, t28), t28, (REAL)1);
+    const REAL t30 = (REAL)1 / t29;
+    const REAL t31 = t24 * t30;
+    const REAL t32 = t26 * t30;
+    const REAL t33 = t31 * t31 + t32 * t32;
+    const REAL t34 = LESS(t33, (REAL)1e-36);
+    const REAL t35 = SELECT(t14, (REAL)1, t34);
+    const REAL t36 = SQRT(SELECT(t35, (REAL)1, t33));
+    const REAL t37 = t29 * SELECT(t35, t31, t36);
+    const REAL t38 = ABS(t37) + ABS(diagonal);
+    const REAL t39 = t8 * SELECT(t15, t10, t16);
+    const REAL t40 = SELECT(is_gap, (REAL)0, t39);
+    const REAL t41 = LESS(t40 * t40, (REAL)1e-36);
+    const REAL t42 = (REAL)1 / t36;
+    const REAL t43 = t31 * t42;
+    const REAL t44 = SELECT(t35, (REAL)1, t43);
+    const REAL t45 = after * t19;
+    const REAL t46 = t32 * t42;
+    const REAL t47 = SELECT(t35, (REAL)0, t46);
+    const REAL t48 = t19 * t23 - t0 * t21;
+    diagonal_2[0] = t37;
+    beside_2[0] = SELECT(SELECT(EQUAL(t38, ABS(t40) * (REAL)0.25 + t38), (REAL)1, t41), (REAL)0, t40);
+    own_4[0] = t44 * t45 - t47 * t48;
+    across_out[0] = t44 * t48 + t45 * t47;
+    cosine_out[0] = t44;
+    sine_out[0] = t47;
+    is_gap_out[0] = t14;
     is_first_out[0] = (REAL)0;
-    cosine_2[0] = t12;
-    sine_2[0] = t14;
+    cosine_2[0] = t19;
+    sine_2[0] = t21;
 }
 #define PARTS_singular_vectors_61(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
@@ -1686,12 +1725,19 @@ static INLINE void NAME(singular_vectors_71)(REAL sum, REAL *converged)
 #define PARTS_singular_vectors_71(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
 GAC_IN_LANES(singular_vectors_71, PLAIN)
 
-static INLINE void NAME(singular_vectors_74)(REAL *number_start_5)
+static INLINE void NAME(singular_vectors_73)(REAL *sum_11)
+{
+    sum_11[0] = (REAL)0;
+}
+#define PARTS_singular_vectors_73(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(singular_vectors_73, PLAIN)
+
+static INLINE void NAME(singular_vectors_76)(REAL *number_start_5)
 {
     number_start_5[0] = (REAL)-1;
 }
-#define PARTS_singular_vectors_74(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(singular_vectors_74, PLAIN)
+#define PARTS_singular_vectors_76(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(singular_vectors_76, PLAIN)
 
 static INLINE void NAME(singular_vectors_72)(REAL common, REAL d, REAL *mapped_19)
 {
@@ -1700,94 +1746,108 @@ static INLINE void NAME(singular_vectors_72)(REAL common, REAL d, REAL *mapped_1
 #define PARTS_singular_vectors_72(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(singular_vectors_72, PLAIN)
 
-static INLINE void NAME(singular_vectors_73)(REAL d, REAL *mapped_20)
+static INLINE void NAME(singular_vectors_74)(REAL sum, REAL a, REAL *sum_11)
+{
+    sum_11[0] = sum + ABS(a);
+}
+#define PARTS_singular_vectors_74(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(singular_vectors_74, PLAIN)
+
+static INLINE void NAME(singular_vectors_75)(REAL d, REAL *mapped_20)
 {
     mapped_20[0] = -ABS(d);
-}
-#define PARTS_singular_vectors_73(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_73, PLAIN)
-
-static INLINE void NAME(singular_vectors_75)(REAL number, REAL *number_5)
-{
-    number_5[0] = number + (REAL)1;
 }
 #define PARTS_singular_vectors_75(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
 GAC_IN_LANES(singular_vectors_75, PLAIN)
 
-static INLINE void NAME(singular_vectors_78)(REAL *number_start_6)
+static INLINE void NAME(singular_vectors_77)(REAL number, REAL *number_5)
 {
-    number_start_6[0] = (REAL)-1;
+    number_5[0] = number + (REAL)1;
 }
-#define PARTS_singular_vectors_78(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(singular_vectors_78, PLAIN)
-
-static INLINE void NAME(singular_vectors_76)(REAL *sum_11)
-{
-    sum_11[0] = (REAL)0;
-}
-#define PARTS_singular_vectors_76(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(singular_vectors_76, PLAIN)
-
-static INLINE void NAME(singular_vectors_77)(REAL x, REAL i, REAL sum, REAL y, REAL j, REAL *sum_11)
-{
-    const REAL t0 = SELECT(LESS(j, i), (REAL)1, (REAL)0);
-    const REAL t1 = LESS(y, x);
-    sum_11[0] = sum + SELECT(EQUAL(x, y), t0, t1);
-}
-#define PARTS_singular_vectors_77(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1)
+#define PARTS_singular_vectors_77(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
 GAC_IN_LANES(singular_vectors_77, PLAIN)
 
-static INLINE void NAME(singular_vectors_79)(REAL number, REAL *number_6)
+static INLINE void NAME(singular_vectors_80)(REAL *number_start_6)
 {
-    number_6[0] = number + (REAL)1;
-}
-#define PARTS_singular_vectors_79(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_79, PLAIN)
-
-static INLINE void NAME(singular_vectors_80)(REAL *sum_12)
-{
-    sum_12[0] = (REAL)0;
+    number_start_6[0] = (REAL)-1;
 }
 #define PARTS_singular_vectors_80(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
 GAC_IN_LANES(singular_vectors_80, PLAIN)
 
-static INLINE void NAME(singular_vectors_81)(REAL i, REAL sum, REAL x, REAL place, REAL *sum_12)
+static INLINE void NAME(singular_vectors_78)(REAL *sum_12)
 {
-    sum_12[0] = sum + SELECT(EQUAL(i, place), x, (REAL)0);
+    sum_12[0] = (REAL)0;
 }
-#define PARTS_singular_vectors_81(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1)
+#define PARTS_singular_vectors_78(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(singular_vectors_78, PLAIN)
+
+static INLINE void NAME(singular_vectors_79)(REAL x, REAL i, REAL sum, REAL y, REAL j, REAL *sum_12)
+{
+    const REAL t0 = SELECT(LESS(j, i), (REAL)1, (REAL)0);
+    const REAL t1 = LESS(y, x);
+    sum_12[0] = sum + SELECT(EQUAL(x, y), t0, t1);
+}
+#define PARTS_singular_vectors_79(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1)
+GAC_IN_LANES(singular_vectors_79, PLAIN)
+
+static INLINE void NAME(singular_vectors_81)(REAL number, REAL *number_6)
+{
+    number_6[0] = number + (REAL)1;
+}
+#define PARTS_singular_vectors_81(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
 GAC_IN_LANES(singular_vectors_81, PLAIN)
 
-static INLINE void NAME(singular_vectors_82)(REAL *number_start_7)
+static INLINE void NAME(singular_vectors_82)(REAL *sum_13)
 {
-    number_start_7[0] = (REAL)-1;
+    sum_13[0] = (REAL)0;
 }
 #define PARTS_singular_vectors_82(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
 GAC_IN_LANES(singular_vectors_82, PLAIN)
 
-static INLINE void NAME(singular_vectors_83)(REAL number, REAL *number_7)
+static INLINE void NAME(singular_vectors_83)(REAL i, REAL sum, REAL x, REAL place, REAL *sum_13)
 {
-    number_7[0] = number + (REAL)1;
+    sum_13[0] = sum + SELECT(EQUAL(i, place), x, (REAL)0);
 }
-#define PARTS_singular_vectors_83(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+#define PARTS_singular_vectors_83(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND OUT(4, 1)
 GAC_IN_LANES(singular_vectors_83, PLAIN)
 
-static INLINE void NAME(singular_vectors_84)(REAL *sum_13)
+static INLINE void NAME(singular_vectors_84)(REAL *number_start_7)
 {
-    sum_13[0] = (REAL)0;
+    number_start_7[0] = (REAL)-1;
 }
 #define PARTS_singular_vectors_84(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
 GAC_IN_LANES(singular_vectors_84, PLAIN)
 
-static INLINE void NAME(singular_vectors_85)(REAL i, REAL sum, REAL x, REAL place, REAL *sum_13)
+static INLINE void NAME(singular_vectors_85)(REAL number, REAL *number_7)
 {
-    sum_13[0] = sum + SELECT(EQUAL(i, place), x, (REAL)0);
+    number_7[0] = number + (REAL)1;
 }
-#define PARTS_singular_vectors_85(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1)
+#define PARTS_singular_vectors_85(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
 GAC_IN_LANES(singular_vectors_85, PLAIN)
+
+static INLINE void NAME(singular_vectors_86)(REAL *sum_14)
+{
+    sum_14[0] = (REAL)0;
+}
+#define PARTS_singular_vectors_86(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(singular_vectors_86, PLAIN)
+
+static INLINE void NAME(singular_vectors_87)(REAL i, REAL sum, REAL x, REAL place, REAL *sum_14)
+{
+    sum_14[0] = sum + SELECT(EQUAL(i, place), x, (REAL)0);
+}
+#define PARTS_singular_vectors_87(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND OUT(4, 1)
+GAC_IN_LANES(singular_vectors_87, PLAIN)
+
+static INLINE void NAME(singular_vectors_88)(REAL converged, REAL sum, REAL *out_2)
+{
+    out_2[0] = SELECT(LESS(sum, (REAL)1e+36), converged, (REAL)0);
+}
+#define PARTS_singular_vectors_88(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(singular_vectors_88, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t matrices_singular_vectors_work(intptr_t n, intptr_t m)
@@ -1821,10 +1881,10 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
     *const is_first = is_gap + m, *const cosine_2 = is_first + m, *const sine_2 = cosine_2 + m, common_13,
     number_start_4, *const number_4 = sine_2 + m, *const mapped_18 = number_4 + m, own_start_5, following_start_4,
     *const own_5 = mapped_18 + m, *const following_4 = own_5 + m, found_start, passed_start, found,
-    *const passed = following_4 + m, *const of_row = passed + m, sum_10, *const mapped_19 = of_row + m * m,
-    *const mapped_20 = mapped_19 + m, number_start_5, *const number_5 = mapped_20 + m, sum_11,
-    *const place = number_5 + m, number_start_6, *const number_6 = place + m, sum_12, number_start_7,
-    *const number_7 = number_6 + m, sum_13, mapped_22;
+    *const passed = following_4 + m, *const of_row = passed + m, sum_10, *const mapped_19 = of_row + m * m, sum_11,
+    *const mapped_20 = mapped_19 + m, number_start_5, *const number_5 = mapped_20 + m, sum_12,
+    *const place = number_5 + m, number_start_6, *const number_6 = place + m, sum_13, number_start_7,
+    *const number_7 = number_6 + m, sum_14, mapped_22;
     NAME(singular_vectors_1)(&m_2);
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, &m_2, &m_3);
@@ -2008,36 +2068,38 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
         if (converged != 0)
             break;
     }
-    NAME(singular_vectors_74)(&number_start_5);
+    NAME(singular_vectors_73)(&sum_11);
+    NAME(singular_vectors_76)(&number_start_5);
     for (intptr_t i = 0; i < m; i++) {
         NAME(singular_vectors_72)(common, diagonal[i], mapped_19 + i);
-        NAME(singular_vectors_73)(mapped_19[i], mapped_20 + i);
-        NAME(singular_vectors_75)(i > 0 ? number_5[i - 1] : number_start_5, number_5 + i);
+        NAME(singular_vectors_74)(sum_11, diagonal[i], &sum_11);
+        NAME(singular_vectors_75)(mapped_19[i], mapped_20 + i);
+        NAME(singular_vectors_77)(i > 0 ? number_5[i - 1] : number_start_5, number_5 + i);
     }
-    NAME(singular_vectors_78)(&number_start_6);
+    NAME(singular_vectors_80)(&number_start_6);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(singular_vectors_76)(&sum_11);
+        NAME(singular_vectors_78)(&sum_12);
         for (intptr_t j = 0; j < m; j++)
-            NAME(singular_vectors_77)(mapped_20[i], number_5[i], sum_11, mapped_20[j], number_5[j], &sum_11);
-        COPY(1, &sum_11, place + i);
-        NAME(singular_vectors_79)(i > 0 ? number_6[i - 1] : number_start_6, number_6 + i);
+            NAME(singular_vectors_79)(mapped_20[i], number_5[i], sum_12, mapped_20[j], number_5[j], &sum_12);
+        COPY(1, &sum_12, place + i);
+        NAME(singular_vectors_81)(i > 0 ? number_6[i - 1] : number_start_6, number_6 + i);
     }
     for (intptr_t i = 0; i < m; i++) {
-        NAME(singular_vectors_80)(&sum_12);
+        NAME(singular_vectors_82)(&sum_13);
         for (intptr_t j = 0; j < m; j++)
-            NAME(singular_vectors_81)(number_6[i], sum_12, mapped_19[j], place[j], &sum_12);
-        COPY(1, &sum_12, out_0 + i);
-        NAME(singular_vectors_82)(&number_start_7);
+            NAME(singular_vectors_83)(number_6[i], sum_13, mapped_19[j], place[j], &sum_13);
+        COPY(1, &sum_13, out_0 + i);
+        NAME(singular_vectors_84)(&number_start_7);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(singular_vectors_83)(j > 0 ? number_7[j - 1] : number_start_7, number_7 + j);
-            NAME(singular_vectors_84)(&sum_13);
+            NAME(singular_vectors_85)(j > 0 ? number_7[j - 1] : number_start_7, number_7 + j);
+            NAME(singular_vectors_86)(&sum_14);
             for (intptr_t k = 0; k < m; k++)
-                NAME(singular_vectors_85)(number_7[j], sum_13, state_1_2[i * m + k], place[k], &sum_13);
-            COPY(1, &sum_13, &mapped_22);
+                NAME(singular_vectors_87)(number_7[j], sum_14, state_1_2[i * m + k], place[k], &sum_14);
+            COPY(1, &sum_14, &mapped_22);
             COPY(1, &mapped_22, out_1 + (i * m + j));
         }
     }
-    COPY(1, &converged, out_2);
+    NAME(singular_vectors_88)(converged, sum_11, out_2);
 }
 
 static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0,
@@ -2065,8 +2127,8 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
     across_start[NLANES], cosine_start[NLANES], sine_start[NLANES], is_gap_start[NLANES], is_first_start[NLANES],
     cosine_start_2[NLANES], sine_start_2[NLANES], common_13[NLANES], number_start_4[NLANES], own_start_5[NLANES],
     following_start_4[NLANES], found_start[NLANES], passed_start[NLANES], found[NLANES], sum_10[NLANES],
-    number_start_5[NLANES], sum_11[NLANES], number_start_6[NLANES], sum_12[NLANES], number_start_7[NLANES],
-    sum_13[NLANES], mapped_22[NLANES], gac_kept_3[NLANES];
+    sum_11[NLANES], number_start_5[NLANES], sum_12[NLANES], number_start_6[NLANES], sum_13[NLANES],
+    number_start_7[NLANES], sum_14[NLANES], mapped_22[NLANES], gac_kept_3[NLANES];
     NAME(singular_vectors_1_lanes)(m_2);
     for (intptr_t i = 0; i < n; i++) {
         COPY(NLANES, m_2, m_3);
@@ -2303,42 +2365,44 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
         if (ALL_ENDED(rounds, converged))
             break;
     }
-    NAME(singular_vectors_74_lanes)(number_start_5);
+    NAME(singular_vectors_73_lanes)(sum_11);
+    NAME(singular_vectors_76_lanes)(number_start_5);
     for (intptr_t i = 0; i < m; i++) {
         NAME(singular_vectors_72_lanes)(common, diagonal + NLANES * i, mapped_19 + NLANES * i);
-        NAME(singular_vectors_73_lanes)(mapped_19 + NLANES * i, mapped_20 + NLANES * i);
-        NAME(singular_vectors_75_lanes)(i > 0 ? number_5 + NLANES * (i - 1) : number_start_5,
+        NAME(singular_vectors_74_lanes)(sum_11, diagonal + NLANES * i, sum_11);
+        NAME(singular_vectors_75_lanes)(mapped_19 + NLANES * i, mapped_20 + NLANES * i);
+        NAME(singular_vectors_77_lanes)(i > 0 ? number_5 + NLANES * (i - 1) : number_start_5,
     number_5 + NLANES * i);
     }
-    NAME(singular_vectors_78_lanes)(number_start_6);
+    NAME(singular_vectors_80_lanes)(number_start_6);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(singular_vectors_76_lanes)(sum_11);
+        NAME(singular_vectors_78_lanes)(sum_12);
         for (intptr_t j = 0; j < m; j++)
-            NAME(singular_vectors_77_lanes)(mapped_20 + NLANES * i, number_5 + NLANES * i, sum_11,
-    mapped_20 + NLANES * j, number_5 + NLANES * j, sum_11);
-        COPY(NLANES, sum_11, place + NLANES * i);
-        NAME(singular_vectors_79_lanes)(i > 0 ? number_6 + NLANES * (i - 1) : number_start_6,
+            NAME(singular_vectors_79_lanes)(mapped_20 + NLANES * i, number_5 + NLANES * i, sum_12,
+    mapped_20 + NLANES * j, number_5 + NLANES * j, sum_12);
+        COPY(NLANES, sum_12, place + NLANES * i);
+        NAME(singular_vectors_81_lanes)(i > 0 ? number_6 + NLANES * (i - 1) : number_start_6,
     number_6 + NLANES * i);
     }
     for (intptr_t i = 0; i < m; i++) {
-        NAME(singular_vectors_80_lanes)(sum_12);
+        NAME(singular_vectors_82_lanes)(sum_13);
         for (intptr_t j = 0; j < m; j++)
-            NAME(singular_vectors_81_lanes)(number_6 + NLANES * i, sum_12, mapped_19 + NLANES * j,
-    place + NLANES * j, sum_12);
-        COPY(NLANES, sum_12, out_0 + NLANES * i);
-        NAME(singular_vectors_82_lanes)(number_start_7);
+            NAME(singular_vectors_83_lanes)(number_6 + NLANES * i, sum_13, mapped_19 + NLANES * j,
+    place + NLANES * j, sum_13);
+        COPY(NLANES, sum_13, out_0 + NLANES * i);
+        NAME(singular_vectors_84_lanes)(number_start_7);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(singular_vectors_83_lanes)(j > 0 ? number_7 + NLANES * (j - 1) : number_start_7,
+            NAME(singular_vectors_85_lanes)(j > 0 ? number_7 + NLANES * (j - 1) : number_start_7,
     number_7 + NLANES * j);
-            NAME(singular_vectors_84_lanes)(sum_13);
+            NAME(singular_vectors_86_lanes)(sum_14);
             for (intptr_t k = 0; k < m; k++)
-                NAME(singular_vectors_85_lanes)(number_7 + NLANES * j, sum_13, state_1_2 + NLANES * (i * m + k),
-    place + NLANES * k, sum_13);
-            COPY(NLANES, sum_13, mapped_22);
+                NAME(singular_vectors_87_lanes)(number_7 + NLANES * j, sum_14, state_1_2 + NLANES * (i * m + k),
+    place + NLANES * k, sum_14);
+            COPY(NLANES, sum_14, mapped_22);
             COPY(NLANES, mapped_22, out_1 + NLANES * (i * m + j));
         }
     }
-    COPY(NLANES, converged, out_2);
+    NAME(singular_vectors_88_lanes)(converged, sum_11, out_2);
     return 0;
 }
 
@@ -2880,48 +2944,62 @@ static INLINE void NAME(null_vector_61)(REAL diagonal, REAL own, REAL across, RE
     const REAL t0 = SELECT(is_first, own_2, own);
     const REAL t1 = t0 - common / SELECT(EQUAL((REAL)0, t0), (REAL)1, t0);
     const REAL t2 = SELECT(is_gap, t1, across);
-    const REAL t3 = sine * beside;
-    const REAL t4 = SELECT(is_gap, beside, t3);
-    const REAL t5 = t2 * t2 + t4 * t4;
-    const REAL t6 = LESS(t5, (REAL)1e-36);
-    const REAL t7 = EQUAL(beside, (REAL)0);
-    const REAL t8 = SELECT(t7, (REAL)1, t6);
-    const REAL t9 = SQRT(SELECT(t8, (REAL)1, t5));
-    const REAL t10 = (REAL)1 / t9;
-    const REAL t11 = t2 * t10;
-    const REAL t12 = SELECT(t8, (REAL)1, t11);
-    const REAL t13 = t4 * t10;
-    const REAL t14 = SELECT(t8, (REAL)0, t13);
-    const REAL t15 = cosine * beside;
-    const REAL t16 = SELECT(is_gap, beside, t15);
-    const REAL t17 = t0 * t12 + t16 * t14;
-    const REAL t18 = after * t14;
-    const REAL t19 = t17 * t17 + t18 * t18;
-    const REAL t20 = LESS(t19, (REAL)1e-36);
-    const REAL t21 = SELECT(t7, (REAL)1, t20);
-    const REAL t22 = SQRT(SELECT(t21, (REAL)1, t19));
-    const REAL t23 = SELECT(t21, t17, t22);
-    const REAL t24 = ABS(t23) + ABS(diagonal);
-    const REAL t25 = SELECT(t8, t2, t9);
-    const REAL t26 = SELECT(is_gap, (REAL)0, t25);
-    const REAL t27 = LESS(t26 * t26, (REAL)1e-36);
-    const REAL t28 = (REAL)1 / t22;
-    const REAL t29 = t17 * t28;
-    const REAL t30 = SELECT(t21, (REAL)1, t29);
-    const REAL t31 = after * t12;
-    const REAL t32 = t18 * t28;
-    const REAL t33 = SELECT(t21, (REAL)0, t32);
-    const REAL t34 = t12 * t16 - t0 * t14;
-    diagonal_2[0] = t23;
-    beside_2[0] = SELECT(SELECT(EQUAL(t24, ABS(t26) + t24), (REAL)1, t27), (REAL)0, t26);
-    own_4[0] = t30 * t31 - t33 * t34;
-    across_out[0] = t30 * t34 + t31 * t33;
-    cosine_out[0] = t30;
-    sine_out[0] = t33;
-    is_gap_out[0] = t7;
+    const REAL t3 = ABS(t2);
+    const REAL t4 = sine * beside;
+    const REAL t5 = SELECT(is_gap, beside, t4);
+    const REAL t6 = ABS(t5);
+    const REAL t7 = MAXIMUM(t3, t6);
+    const REAL t8 = SELECT(LESS((REAL)0, t7), t7, (REAL)1);
+    const REAL t9 = (REAL)1 / t8;
+    const REAL t10 = t2 * t9;
+    const REAL t11 = t5 * t9;
+    const REAL t12 = t10 * t10 + t11 * t11;
+    const REAL t13 = LESS(t12, (REAL)1e-36);
+    const REAL t14 = EQUAL(beside, (REAL)0);
+    const REAL t15 = SELECT(t14, (REAL)1, t13);
+    const REAL t16 = SQRT(SELECT(t15, (REAL)1, t12));
+    const REAL t17 = (REAL)1 / t16;
+    const REAL t18 = t10 * t17;
+    const REAL t19 = SELECT(t15, (REAL)1, t18);
+    const REAL t20 = t11 * t17;
+    const REAL t21 = SELECT(t15, (REAL)0, t20);
+    const REAL t22 = cosine * beside;
+    const REAL t23 = SELECT(is_gap, beside, t22);
+    const REAL t24 = t0 * t19 + t23 * t21;
+    const REAL t25 = ABS(t24);
+    const REAL t26 = after * t21;
+    const REAL t27 = ABS(t26);
+    const REAL t28 = MAXIMUM(t25, t27);
+    const REAL t29 = SELECT(LESS((REAL)0, t28), t28, (REAL)1);
+    const REAL t30 = (REAL)1 / t29;
+    const REAL t31 = t24 * t30;
+    const REAL t32 = t26 * t30;
+    const REAL t33 = t31 * t31 + t32 * t32;
+    const REAL t34 = LESS(t33, (REAL)1e-36);
+    const REAL t35 = SELECT(t14, (REAL)1, t34);
+    const REAL t36 = SQRT(SELECT(t35, (REAL)1, t33));
+    const REAL t37 = t29 * SELECT(t35, t31, t36);
+    const REAL t38 = ABS(t37) + ABS(diagonal);
+    const REAL t39 = t8 * SELECT(t15, t10, t16);
+    const REAL t40 = SELECT(is_gap, (REAL)0, t39);
+    const REAL t41 = LESS(t40 * t40, (REAL)1e-36);
+    const REAL t42 = (REAL)1 / t36;
+    const REAL t43 = t31 * t42;
+    const REAL t44 = SELECT(t35, (REAL)1, t43);
+    const REAL t45 = after * t19;
+    const REAL t46 = t32 * t42;
+    const REAL t47 = SELECT(t35, (REAL)0, t46);
+    const REAL t48 = t19 * t23 - t0 * t21;
+    diagonal_2[0] = t37;
+    beside_2[0] = SELECT(SELECT(EQUAL(t38, ABS(t40) * (REAL)0.25 + t38), (REAL)1, t41), (REAL)0, t40);
+    own_4[0] = t44 * t45 - t47 * t48;
+    across_out[0] = t44 * t48 + t45 * t47;
+    cosine_out[0] = t44;
+    sine_out[0] = t47;
+    is_gap_out[0] = t14;
     is_first_out[0] = (REAL)0;
-    cosine_2[0] = t12;
-    sine_2[0] = t14;
+    cosine_2[0] = t19;
+    sine_2[0] = t21;
 }
 #define PARTS_null_vector_61(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
@@ -2998,12 +3076,19 @@ static INLINE void NAME(null_vector_71)(REAL sum, REAL *converged)
 #define PARTS_null_vector_71(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
 GAC_IN_LANES(null_vector_71, PLAIN)
 
-static INLINE void NAME(null_vector_73)(REAL *a)
+static INLINE void NAME(null_vector_73)(REAL *sum_11)
 {
-    a[0] = (REAL)0;
+    sum_11[0] = (REAL)0;
 }
 #define PARTS_null_vector_73(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
 GAC_IN_LANES(null_vector_73, PLAIN)
+
+static INLINE void NAME(null_vector_75)(REAL *a)
+{
+    a[0] = (REAL)0;
+}
+#define PARTS_null_vector_75(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(null_vector_75, PLAIN)
 
 static INLINE void NAME(null_vector_72)(REAL common, REAL d, REAL *mapped_19)
 {
@@ -3012,14 +3097,21 @@ static INLINE void NAME(null_vector_72)(REAL common, REAL d, REAL *mapped_19)
 #define PARTS_null_vector_72(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(null_vector_72, PLAIN)
 
-static INLINE void NAME(null_vector_74)(REAL a, REAL b, REAL *a_out)
+static INLINE void NAME(null_vector_74)(REAL sum, REAL a, REAL *sum_11)
 {
-    a_out[0] = MAXIMUM(a, b);
+    sum_11[0] = sum + ABS(a);
 }
 #define PARTS_null_vector_74(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(null_vector_74, PLAIN)
 
-static INLINE void NAME(null_vector_75)(REAL a, REAL *carry_2)
+static INLINE void NAME(null_vector_76)(REAL a, REAL b, REAL *a_out)
+{
+    a_out[0] = MAXIMUM(a, b);
+}
+#define PARTS_null_vector_76(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(null_vector_76, PLAIN)
+
+static INLINE void NAME(null_vector_77)(REAL a, REAL *carry_2)
 {
     carry_2[0] = (REAL)0;
     carry_2[1] = (REAL)-1;
@@ -3027,17 +3119,17 @@ static INLINE void NAME(null_vector_75)(REAL a, REAL *carry_2)
     carry_2[3] = (REAL)0;
     carry_2[4] = (REAL)0;
 }
-#define PARTS_null_vector_75(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 5)
-GAC_IN_LANES(null_vector_75, PLAIN)
+#define PARTS_null_vector_77(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 5)
+GAC_IN_LANES(null_vector_77, PLAIN)
 
-static INLINE void NAME(null_vector_77)(REAL *number_start_5)
+static INLINE void NAME(null_vector_79)(REAL *number_start_5)
 {
     number_start_5[0] = (REAL)-1;
 }
-#define PARTS_null_vector_77(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(null_vector_77, PLAIN)
+#define PARTS_null_vector_79(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(null_vector_79, PLAIN)
 
-static INLINE void NAME(null_vector_76)(const REAL *carry_2, REAL x, REAL *carry_2_out)
+static INLINE void NAME(null_vector_78)(const REAL *carry_2, REAL x, REAL *carry_2_out)
 {
     const REAL carry_2_0 = carry_2[0], carry_2_1 = carry_2[1], carry_2_2 = carry_2[2], carry_2_3 = carry_2[3],
         carry_2_4 = carry_2[4];
@@ -3052,41 +3144,46 @@ static INLINE void NAME(null_vector_76)(const REAL *carry_2, REAL x, REAL *carry
     carry_2_out[3] = MAXIMUM(carry_2_3, x);
     carry_2_out[4] = carry_2_4 + (REAL)1;
 }
-#define PARTS_null_vector_76(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND NUMBER(1, 0) AND OUT(2, 5)
-GAC_IN_LANES(null_vector_76, PLAIN)
+#define PARTS_null_vector_78(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND NUMBER(1, 0) AND OUT(2, 5)
+GAC_IN_LANES(null_vector_78, PLAIN)
 
-static INLINE void NAME(null_vector_78)(REAL number, REAL *number_5)
+static INLINE void NAME(null_vector_80)(REAL number, REAL *number_5)
 {
     number_5[0] = number + (REAL)1;
 }
-#define PARTS_null_vector_78(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_78, PLAIN)
-
-static INLINE void NAME(null_vector_79)(REAL *sum_11)
-{
-    sum_11[0] = (REAL)0;
-}
-#define PARTS_null_vector_79(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(null_vector_79, PLAIN)
-
-static INLINE void NAME(null_vector_80)(const REAL *carry_1, REAL sum, REAL x, REAL i, REAL *sum_11)
-{
-    const REAL carry_1_1 = carry_1[1];
-    sum_11[0] = sum + SELECT(EQUAL(carry_1_1, i), x, (REAL)0);
-}
-#define PARTS_null_vector_80(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND NUMBER(1, 0) AND NUMBER(2, 0) AND NUMBER(3, 0) \
-    AND OUT(4, 1)
+#define PARTS_null_vector_80(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
 GAC_IN_LANES(null_vector_80, PLAIN)
 
-static INLINE void NAME(null_vector_81)(REAL a, const REAL *carry_2, REAL *out_1, REAL *out_2)
+static INLINE void NAME(null_vector_81)(REAL *sum_12)
+{
+    sum_12[0] = (REAL)0;
+}
+#define PARTS_null_vector_81(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(null_vector_81, PLAIN)
+
+static INLINE void NAME(null_vector_82)(const REAL *carry_1, REAL sum, REAL x, REAL i, REAL *sum_12)
+{
+    const REAL carry_1_1 = carry_1[1];
+    sum_12[0] = sum + SELECT(EQUAL(carry_1_1, i), x, (REAL)0);
+}
+#define PARTS_null_vector_82(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND NUMBER(1, 0) AND NUMBER(2, 0) AND NUMBER(3, 0) \
+    AND OUT(4, 1)
+GAC_IN_LANES(null_vector_82, PLAIN)
+
+static INLINE void NAME(null_vector_83)(REAL converged, REAL sum, REAL a, const REAL *carry_2, REAL *out_1, REAL
+    *out_2)
 {
     const REAL carry_2_0 = carry_2[0], carry_2_2 = carry_2[2];
     const REAL t0 = (REAL)1 / SELECT(EQUAL(a, (REAL)0), (REAL)1, a);
-    out_1[0] = carry_2_2 * t0;
-    out_2[0] = carry_2_0 * t0;
+    const REAL t1 = carry_2_2 * t0;
+    const REAL t2 = SELECT(LESS(sum, (REAL)1e+36), converged, (REAL)0);
+    const REAL t3 = carry_2_0 * t0;
+    out_1[0] = SELECT(t2, t1, (REAL)0);
+    out_2[0] = SELECT(t2, t3, (REAL)0);
 }
-#define PARTS_null_vector_81(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 5) AND OUT(2, 1) AND OUT(3, 1)
-GAC_IN_LANES(null_vector_81, PLAIN)
+#define PARTS_null_vector_83(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 5) \
+    AND OUT(4, 1) AND OUT(5, 1)
+GAC_IN_LANES(null_vector_83, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t matrices_null_vector_work(intptr_t n, intptr_t m)
@@ -3120,8 +3217,8 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
     *const is_first = is_gap + m, *const cosine_2 = is_first + m, *const sine_2 = cosine_2 + m, common_13,
     number_start_4, *const number_4 = sine_2 + m, *const mapped_18 = number_4 + m, own_start_5, following_start_4,
     *const own_5 = mapped_18 + m, *const following_4 = own_5 + m, found_start, passed_start, found,
-    *const passed = following_4 + m, *const of_row = passed + m, sum_10, *const mapped_19 = of_row + m * m, a,
-    carry_2[5], number_start_5, *const number_5 = mapped_19 + m, sum_11;
+    *const passed = following_4 + m, *const of_row = passed + m, sum_10, *const mapped_19 = of_row + m * m, sum_11,
+    a, carry_2[5], number_start_5, *const number_5 = mapped_19 + m, sum_12;
     NAME(null_vector_1)(&m_2);
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, &m_2, &m_3);
@@ -3304,24 +3401,26 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
         if (converged != 0)
             break;
     }
-    NAME(null_vector_73)(&a);
+    NAME(null_vector_73)(&sum_11);
+    NAME(null_vector_75)(&a);
     for (intptr_t i = 0; i < m; i++) {
         NAME(null_vector_72)(common, diagonal[i], mapped_19 + i);
-        NAME(null_vector_74)(a, mapped_19[i], &a);
+        NAME(null_vector_74)(sum_11, diagonal[i], &sum_11);
+        NAME(null_vector_76)(a, mapped_19[i], &a);
     }
-    NAME(null_vector_75)(a, carry_2);
-    NAME(null_vector_77)(&number_start_5);
+    NAME(null_vector_77)(a, carry_2);
+    NAME(null_vector_79)(&number_start_5);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(null_vector_76)(carry_2, mapped_19[i], carry_2);
-        NAME(null_vector_78)(i > 0 ? number_5[i - 1] : number_start_5, number_5 + i);
+        NAME(null_vector_78)(carry_2, mapped_19[i], carry_2);
+        NAME(null_vector_80)(i > 0 ? number_5[i - 1] : number_start_5, number_5 + i);
     }
     for (intptr_t i = 0; i < m; i++) {
-        NAME(null_vector_79)(&sum_11);
+        NAME(null_vector_81)(&sum_12);
         for (intptr_t j = 0; j < m; j++)
-            NAME(null_vector_80)(carry_2, sum_11, state_1_2[i * m + j], number_5[j], &sum_11);
-        COPY(1, &sum_11, out_0 + i);
+            NAME(null_vector_82)(carry_2, sum_12, state_1_2[i * m + j], number_5[j], &sum_12);
+        COPY(1, &sum_12, out_0 + i);
     }
-    NAME(null_vector_81)(a, carry_2, out_1, out_2);
+    NAME(null_vector_83)(converged, sum_11, a, carry_2, out_1, out_2);
 }
 
 static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, REAL *out_1,
@@ -3347,8 +3446,8 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
     following_start_3[NLANES], diagonal_start[NLANES], beside_start[NLANES], own_start_4[NLANES],
     across_start[NLANES], cosine_start[NLANES], sine_start[NLANES], is_gap_start[NLANES], is_first_start[NLANES],
     cosine_start_2[NLANES], sine_start_2[NLANES], common_13[NLANES], number_start_4[NLANES], own_start_5[NLANES],
-    following_start_4[NLANES], found_start[NLANES], passed_start[NLANES], found[NLANES], sum_10[NLANES], a[NLANES],
-    carry_2[5 * NLANES], number_start_5[NLANES], sum_11[NLANES], gac_kept_3[NLANES];
+    following_start_4[NLANES], found_start[NLANES], passed_start[NLANES], found[NLANES], sum_10[NLANES],
+    sum_11[NLANES], a[NLANES], carry_2[5 * NLANES], number_start_5[NLANES], sum_12[NLANES], gac_kept_3[NLANES];
     NAME(null_vector_1_lanes)(m_2);
     for (intptr_t i = 0; i < n; i++) {
         COPY(NLANES, m_2, m_3);
@@ -3579,25 +3678,27 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
         if (ALL_ENDED(rounds, converged))
             break;
     }
-    NAME(null_vector_73_lanes)(a);
+    NAME(null_vector_73_lanes)(sum_11);
+    NAME(null_vector_75_lanes)(a);
     for (intptr_t i = 0; i < m; i++) {
         NAME(null_vector_72_lanes)(common, diagonal + NLANES * i, mapped_19 + NLANES * i);
-        NAME(null_vector_74_lanes)(a, mapped_19 + NLANES * i, a);
+        NAME(null_vector_74_lanes)(sum_11, diagonal + NLANES * i, sum_11);
+        NAME(null_vector_76_lanes)(a, mapped_19 + NLANES * i, a);
     }
-    NAME(null_vector_75_lanes)(a, carry_2);
-    NAME(null_vector_77_lanes)(number_start_5);
+    NAME(null_vector_77_lanes)(a, carry_2);
+    NAME(null_vector_79_lanes)(number_start_5);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(null_vector_76_lanes)(carry_2, mapped_19 + NLANES * i, carry_2);
-        NAME(null_vector_78_lanes)(i > 0 ? number_5 + NLANES * (i - 1) : number_start_5, number_5 + NLANES * i);
+        NAME(null_vector_78_lanes)(carry_2, mapped_19 + NLANES * i, carry_2);
+        NAME(null_vector_80_lanes)(i > 0 ? number_5 + NLANES * (i - 1) : number_start_5, number_5 + NLANES * i);
     }
     for (intptr_t i = 0; i < m; i++) {
-        NAME(null_vector_79_lanes)(sum_11);
+        NAME(null_vector_81_lanes)(sum_12);
         for (intptr_t j = 0; j < m; j++)
-            NAME(null_vector_80_lanes)(carry_2, sum_11, state_1_2 + NLANES * (i * m + j), number_5 + NLANES * j,
-    sum_11);
-        COPY(NLANES, sum_11, out_0 + NLANES * i);
+            NAME(null_vector_82_lanes)(carry_2, sum_12, state_1_2 + NLANES * (i * m + j), number_5 + NLANES * j,
+    sum_12);
+        COPY(NLANES, sum_12, out_0 + NLANES * i);
     }
-    NAME(null_vector_81_lanes)(a, carry_2, out_1, out_2);
+    NAME(null_vector_83_lanes)(converged, sum_11, a, carry_2, out_1, out_2);
     return 0;
 }
 

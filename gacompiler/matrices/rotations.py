@@ -55,11 +55,16 @@ def rotation(x: Any, y: Any, is_left_out: Any) -> tuple[Any, Any, Any]:
     return select(is_zero, 1, x / length), select(is_zero, 0, y / length), select(is_zero, x, length)
 
 
-def without_rounding(beside: Any, a: Any, b: Any) -> Any:
-    """Return an entry beside the diagonal, or 0 if it is rounding compared with its neighbours on the diagonal."""
+def without_rounding(beside: Any, a: Any, b: Any, roundings: int = 1) -> Any:
+    """Return an entry beside the diagonal, or 0 if it is at most so many roundings of its neighbours there."""
     size = absolute(a) + absolute(b)
-    is_rounding = select(equal(size + absolute(beside), size), 1, beside * beside < LEAST)
+    is_rounding = select(equal(size + absolute(beside) / roundings, size), 1, beside * beside < LEAST)
     return select(is_rounding, 0, beside)
+
+
+def is_valid(converged: Any, diagonal: Any) -> Any:
+    """Return whether the steps have converged to numbers, which are at most the size of the scaled matrix."""
+    return select(total(absolute, diagonal) < 1 / LEAST, converged, 0)
 
 
 def is_diagonal(beside: Any) -> Any:

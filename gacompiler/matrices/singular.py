@@ -15,6 +15,7 @@ from .rotations import (
     Turns,
     following,
     is_diagonal,
+    is_valid,
     ordered,
     places,
     rotation,
@@ -23,6 +24,9 @@ from .rotations import (
     turned,
     without_rounding,
 )
+
+ROUNDINGS = 4
+"""Roundings that two rotations can leave of an entry that they remove: for fewer, equal values might not converge."""
 
 
 class _Bidiagonal(NamedTuple):
@@ -43,7 +47,7 @@ def singular_values(matrix: Any) -> tuple[Any, Any]:
     -------
     values : array of scalars, (m)
     converged : scalar
-        1, or 0 if the result is not valid, which has not been observed for finite matrices.
+        1 if the result is valid. It is 0 if a number of the matrix is not finite.
 
     Notes
     -----
@@ -52,7 +56,8 @@ def singular_values(matrix: Any) -> tuple[Any, Any]:
     small, size = scaled(matrix)
     start, _ = _bidiagonal(small, None)
     found, converged, _ = iterate(lambda t: _step(t)[0], start, lambda _, new: is_diagonal(new.beside), MOST_STEPS)
-    return ordered(each(lambda d: size * absolute(d), found.diagonal), _descending(found.diagonal)), converged
+    values = ordered(each(lambda d: size * absolute(d), found.diagonal), _descending(found.diagonal))
+    return values, is_valid(converged, found.diagonal)
 
 
 def singular_vectors(matrix: Any) -> tuple[Any, Any, Any]:
@@ -69,7 +74,7 @@ def singular_vectors(matrix: Any) -> tuple[Any, Any, Any]:
         Right singular vectors as columns. Their signs are arbitrary. The left ones are the columns of
         ``matrix vectors``, divided by the values.
     converged : scalar
-        1, or 0 if the results are not valid, which has not been observed for finite matrices.
+        1 if the results are valid. It is 0 if a number of the matrix is not finite.
 
     Notes
     -----
@@ -97,14 +102,15 @@ def null_vector(matrix: Any) -> tuple[Any, Any, Any]:
         Its sign is arbitrary.
     second, last : scalars
         The second smallest and the smallest singular value, divided by the largest. The vector is well determined if
-        the first is much larger than both rounding and the second. For a single column, both are 1.
+        the first is much larger than both rounding and the second. For a single column, both are 1. Both are 0 if a
+        number of the matrix is not finite.
 
     Notes
     -----
     The method is that of `singular_vectors`. The norm of ``matrix x`` exceeds the smallest possible by at most 1e-15
     times the norm of the matrix, for m up to 12.
     """
-    values, basis, _ = _diagonal(matrix)
+    values, basis, is_found = _diagonal(matrix)
 
     def smallest(carry: Any, x: Any) -> Any:
         least, where, second, most, i = carry
@@ -120,7 +126,7 @@ def null_vector(matrix: Any) -> tuple[Any, Any, Any]:
     unit = select(equal(largest, 0), 1, largest)
     numbers = row_numbers(values)
     vector = each(lambda row: total(lambda x, i: select(equal(i, where), x, 0), row, numbers), basis)
-    return vector, second / unit, least / unit
+    return vector, select(is_found, second / unit, 0), select(is_found, least / unit, 0)
 
 
 def _diagonal(matrix: Any) -> tuple[Any, Any, Any]:
@@ -134,7 +140,7 @@ def _diagonal(matrix: Any) -> tuple[Any, Any, Any]:
 
     start = _bidiagonal(small, identity(transpose(matrix)))
     (found, basis), converged, _ = iterate(step, start, lambda _, new: is_diagonal(new[0].beside), MOST_STEPS)
-    return each(lambda d: size * absolute(d), found.diagonal), basis, converged
+    return each(lambda d: size * absolute(d), found.diagonal), basis, is_valid(converged, found.diagonal)
 
 
 def _descending(values: Any) -> Any:
@@ -184,12 +190,12 @@ def _step(t: _Bidiagonal) -> tuple[_Bidiagonal, Turns]:
         x = select(c.is_gap, a - shift / select(equal(a, 0), 1, a), c.across)
         y = select(c.is_gap, beside, c.sine * beside)
         mixed = select(c.is_gap, beside, c.cosine * beside)
-        cosine, sine, length = rotation(x, y, is_gap)
+        cosine, sine, length = _rotation(x, y, is_gap)
         upper, lower = cosine * mixed - sine * a, cosine * after
-        left, right, diagonal = rotation(cosine * a + sine * mixed, sine * after, is_gap)
+        left, right, diagonal = _rotation(cosine * a + sine * mixed, sine * after, is_gap)
         joined = select(c.is_gap, 0, length)
         found = _Chase(
-            diagonal, without_rounding(joined, c.diagonal, diagonal), left * lower - right * upper,
+            diagonal, without_rounding(joined, c.diagonal, diagonal, ROUNDINGS), left * lower - right * upper,
             left * upper + right * lower, left, right, is_gap, 0,
         )  # fmt: skip
         return found, Turns(cosine, sine)
@@ -197,6 +203,14 @@ def _step(t: _Bidiagonal) -> tuple[_Bidiagonal, Turns]:
     start = _Chase(0, 0, 0, 0, 1, 0, 1, 1), Turns(1, 0)
     found, turns = scan(rotated, start, t.diagonal, following(t.diagonal), following(t.beside))
     return _Bidiagonal(found.diagonal, found.beside), turns
+
+
+def _rotation(x: Any, y: Any, is_left_out: Any) -> tuple[Any, Any, Any]:
+    """Return what `rotation` returns, for any size of x and y: values far below the first must converge, too."""
+    longest = maximum(absolute(x), absolute(y))
+    unit = select(longest > 0, longest, 1)
+    cosine, sine, length = rotation(x / unit, y / unit, is_left_out)
+    return cosine, sine, unit * length
 
 
 def _shift(t: _Bidiagonal) -> Any:

@@ -15,6 +15,7 @@ from .rotations import (
     Turns,
     following,
     is_diagonal,
+    is_valid,
     ordered,
     places,
     rotation,
@@ -43,7 +44,7 @@ def eigenvalues(matrix: Any) -> tuple[Any, Any]:
     -------
     values : array of scalars, (n)
     converged : scalar
-        1, or 0 if the result is not valid, which has not been observed for finite matrices.
+        1 if the result is valid. It is 0 if a number of the matrix is not finite.
 
     Notes
     -----
@@ -54,7 +55,8 @@ def eigenvalues(matrix: Any) -> tuple[Any, Any]:
     found, converged, _ = iterate(
         lambda t: _step(t)[0], start, lambda _, new: is_diagonal(new.beside), at_most=MOST_STEPS
     )
-    return ordered(each(lambda x: x * size, found.diagonal), places(found.diagonal)), converged
+    values = ordered(each(lambda x: x * size, found.diagonal), places(found.diagonal))
+    return values, is_valid(converged, found.diagonal)
 
 
 def eigenvectors(matrix: Any) -> tuple[Any, Any, Any]:
@@ -71,7 +73,7 @@ def eigenvectors(matrix: Any) -> tuple[Any, Any, Any]:
         Eigenvectors as columns, so that ``matrix = vectors diag(values) vectors^T``. Their signs are arbitrary, and so
         is the basis of the eigenspace of a repeated eigenvalue.
     converged : scalar
-        1, or 0 if the results are not valid, which has not been observed for finite matrices.
+        1 if the results are valid. It is 0 if a number of the matrix is not finite.
 
     Notes
     -----
@@ -92,7 +94,7 @@ def eigenvectors(matrix: Any) -> tuple[Any, Any, Any]:
     (found, basis), converged, _ = iterate(step, start, lambda _, new: is_diagonal(new[0].beside), MOST_STEPS)
     order = places(found.diagonal)
     values = ordered(each(lambda x: x * size, found.diagonal), order)
-    return values, each(lambda row: ordered(row, order), basis), converged
+    return values, each(lambda row: ordered(row, order), basis), is_valid(converged, found.diagonal)
 
 
 def _tridiagonal(matrix: Any, basis: Any) -> tuple[_Tridiagonal, Any]:
