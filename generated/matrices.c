@@ -2,7 +2,7 @@
 // command: gac generate --all matrices
 // spec: ec48a3cca52b283e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: db4ed4b919a03c3b7d90517f276e513811d72c4f087f9b9ff7b552fc63845f85
+// body: b7af7dfbe856d78e9cf9bb7a7cc08ab6c36af00473b6cf74be7f3c0ee7d49662
 
 #ifndef REAL
 #include "matrices.h"
@@ -42,21 +42,20 @@ GAC_AXIS(6, 8)
     WORK(6, mapped_4, scalar, 1, n * n) WORK(7, number_2, scalar, 1, n) WORK(8, state_0, scalar, 1, n * n) \
     WORK(9, state_1, scalar, 1, n * n) WORK(10, mapped_5, scalar, 1, n) WORK(11, mapped_6, scalar, 1, n) \
     WORK(12, mapped_7, scalar, 1, n) WORK(13, mapped_9, scalar, 1, n * n) WORK(14, mapped_11, scalar, 1, n * n) \
-    WORK(15, diagonal, scalar, 1, n) WORK(16, beside, scalar, 1, n) WORK(17, state_1_2, scalar, 1, n * n) \
-    WORK(18, own, scalar, 1, n) WORK(19, following, scalar, 1, n) WORK(20, own_2, scalar, 1, n) \
-    WORK(21, following_2, scalar, 1, n) WORK(22, diagonal_2, scalar, 1, n) WORK(23, beside_2, scalar, 1, n) \
-    WORK(24, own_3, scalar, 1, n) WORK(25, across, scalar, 1, n) WORK(26, cosine, scalar, 1, n) \
-    WORK(27, sine, scalar, 1, n) WORK(28, is_gap, scalar, 1, n) WORK(29, is_first, scalar, 1, n) \
-    WORK(30, cosine_2, scalar, 1, n) WORK(31, sine_2, scalar, 1, n) WORK(32, number_3, scalar, 1, n) \
-    WORK(33, mapped_14, scalar, 1, n) WORK(34, own_4, scalar, 1, n) WORK(35, following_3, scalar, 1, n) \
-    WORK(36, passed, scalar, 1, n) WORK(37, of_row, scalar, 1, n * n) WORK(38, number_4, scalar, 1, n) \
-    WORK(39, place, scalar, 1, n) WORK(40, mapped_15, scalar, 1, n) WORK(41, number_5, scalar, 1, n) \
-    WORK(42, number_6, scalar, 1, n) WORK(43, gac_kept_0, scalar, 1, n) WORK(44, gac_kept_1, scalar, 1, n) \
-    WORK(45, gac_kept_2, scalar, 1, n * n) WORK(46, gac_kept_4, scalar, 1, n) WORK(47, gac_kept_5, scalar, 1, n) \
-    WORK(48, gac_kept_6, scalar, 1, n) WORK(49, gac_kept_7, scalar, 1, n) WORK(50, gac_kept_8, scalar, 1, n) \
-    WORK(51, gac_kept_9, scalar, 1, n) WORK(52, gac_kept_10, scalar, 1, n) WORK(53, gac_kept_11, scalar, 1, n) \
-    WORK(54, gac_kept_12, scalar, 1, n) WORK(55, gac_kept_13, scalar, 1, n) WORK(56, gac_kept_14, scalar, 1, n) \
-    WORK(57, gac_kept_15, scalar, 1, n)
+    WORK(15, number_3, scalar, 1, n) WORK(16, mapped_14, scalar, 1, n) WORK(17, diagonal, scalar, 1, n) \
+    WORK(18, beside, scalar, 1, n) WORK(19, state_1_2, scalar, 1, n * n) WORK(20, own, scalar, 1, n) \
+    WORK(21, following, scalar, 1, n) WORK(22, own_2, scalar, 1, n) WORK(23, following_2, scalar, 1, n) \
+    WORK(24, diagonal_2, scalar, 1, n) WORK(25, beside_2, scalar, 1, n) WORK(26, own_3, scalar, 1, n) \
+    WORK(27, across, scalar, 1, n) WORK(28, cosine, scalar, 1, n) WORK(29, sine, scalar, 1, n) \
+    WORK(30, is_gap, scalar, 1, n) WORK(31, cosine_2, scalar, 1, n) WORK(32, sine_2, scalar, 1, n) \
+    WORK(33, own_4, scalar, 1, n) WORK(34, following_3, scalar, 1, n) WORK(35, passed, scalar, 1, n) \
+    WORK(36, of_row, scalar, 1, n * n) WORK(37, number_4, scalar, 1, n) WORK(38, place, scalar, 1, n) \
+    WORK(39, mapped_15, scalar, 1, n) WORK(40, number_5, scalar, 1, n) WORK(41, number_6, scalar, 1, n) \
+    WORK(42, gac_kept_0, scalar, 1, n) WORK(43, gac_kept_1, scalar, 1, n) WORK(44, gac_kept_2, scalar, 1, n * n) \
+    WORK(45, gac_kept_4, scalar, 1, n) WORK(46, gac_kept_5, scalar, 1, n) WORK(47, gac_kept_6, scalar, 1, n) \
+    WORK(48, gac_kept_7, scalar, 1, n) WORK(49, gac_kept_8, scalar, 1, n) WORK(50, gac_kept_9, scalar, 1, n) \
+    WORK(51, gac_kept_10, scalar, 1, n) WORK(52, gac_kept_11, scalar, 1, n) WORK(53, gac_kept_12, scalar, 1, n) \
+    WORK(54, gac_kept_13, scalar, 1, n)
 
 static INLINE void NAME(eigenvectors_1)(REAL *m)
 {
@@ -162,9 +161,10 @@ GAC_IN_LANES(eigenvectors_14, PLAIN)
 
 static INLINE void NAME(eigenvectors_15)(REAL sum, REAL sum_2, REAL *common_3)
 {
-    const REAL t0 = SQRT(sum + sum_2 * sum_2);
-    const REAL t1 = -t0;
-    common_3[0] = sum_2 + SELECT(LESS(sum_2, (REAL)0), t1, t0);
+    const REAL t0 = sum + sum_2 * sum_2;
+    const REAL t1 = SQRT(SELECT(LESS_EQUAL(sum, (REAL)1e-36), (REAL)1, t0));
+    const REAL t2 = -t1;
+    common_3[0] = sum_2 + SELECT(LESS(sum_2, (REAL)0), t2, t1);
 }
 #define PARTS_eigenvectors_15(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(eigenvectors_15, PLAIN)
@@ -180,11 +180,11 @@ GAC_IN_LANES(eigenvectors_16, PLAIN)
 
 static INLINE void NAME(eigenvectors_17)(REAL sum, REAL sum_2, REAL *common_4)
 {
-    const REAL t0 = SQRT(sum + sum_2 * sum_2);
-    const REAL t1 = t0 * (t0 + ABS(sum_2));
-    const REAL t2 = LESS_EQUAL(sum, (REAL)1e-36);
-    const REAL t3 = (REAL)1 / SELECT(t2, (REAL)1, t1);
-    common_4[0] = SELECT(t2, (REAL)0, t3);
+    const REAL t0 = sum + sum_2 * sum_2;
+    const REAL t1 = LESS_EQUAL(sum, (REAL)1e-36);
+    const REAL t2 = SQRT(SELECT(t1, (REAL)1, t0));
+    const REAL t3 = (REAL)1 / (t2 * (t2 + ABS(sum_2)));
+    common_4[0] = SELECT(t1, (REAL)0, t3);
 }
 #define PARTS_eigenvectors_17(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(eigenvectors_17, PLAIN)
@@ -228,11 +228,11 @@ GAC_IN_LANES(eigenvectors_22, PLAIN)
 
 static INLINE void NAME(eigenvectors_23)(REAL sum, REAL sum_2, REAL sum_3, REAL *common_5)
 {
-    const REAL t0 = SQRT(sum + sum_2 * sum_2);
-    const REAL t1 = t0 * (t0 + ABS(sum_2));
-    const REAL t2 = LESS_EQUAL(sum, (REAL)1e-36);
-    const REAL t3 = (REAL)1 / SELECT(t2, (REAL)1, t1);
-    common_5[0] = sum_3 * SELECT(t2, (REAL)0, t3) * (REAL)0.5;
+    const REAL t0 = sum + sum_2 * sum_2;
+    const REAL t1 = LESS_EQUAL(sum, (REAL)1e-36);
+    const REAL t2 = SQRT(SELECT(t1, (REAL)1, t0));
+    const REAL t3 = (REAL)1 / (t2 * (t2 + ABS(sum_2)));
+    common_5[0] = sum_3 * SELECT(t1, (REAL)0, t3) * (REAL)0.5;
 }
 #define PARTS_eigenvectors_23(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND OUT(3, 1)
@@ -284,6 +284,13 @@ static INLINE void NAME(eigenvectors_29)(REAL x, REAL y, REAL common, REAL *mapp
     AND OUT(3, 1)
 GAC_IN_LANES(eigenvectors_29, PLAIN)
 
+static INLINE void NAME(eigenvectors_32)(REAL *number_start_3)
+{
+    number_start_3[0] = (REAL)-1;
+}
+#define PARTS_eigenvectors_32(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(eigenvectors_32, PLAIN)
+
 static INLINE void NAME(eigenvectors_52)(REAL *number_start_4)
 {
     number_start_4[0] = (REAL)-1;
@@ -306,6 +313,20 @@ static INLINE void NAME(eigenvectors_31)(REAL i, REAL sum, REAL x, REAL j, REAL 
     AND NUMBER(3, 0) AND OUT(4, 1)
 GAC_IN_LANES(eigenvectors_31, PLAIN)
 
+static INLINE void NAME(eigenvectors_33)(REAL number, REAL *number_3)
+{
+    number_3[0] = number + (REAL)1;
+}
+#define PARTS_eigenvectors_33(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(eigenvectors_33, PLAIN)
+
+static INLINE void NAME(eigenvectors_34)(REAL i, REAL *mapped_14)
+{
+    mapped_14[0] = SELECT(LESS((REAL)0, i), (REAL)0, (REAL)1);
+}
+#define PARTS_eigenvectors_34(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(eigenvectors_34, PLAIN)
+
 static INLINE void NAME(eigenvectors_53)(REAL number, REAL *number_4)
 {
     number_4[0] = number + (REAL)1;
@@ -313,25 +334,25 @@ static INLINE void NAME(eigenvectors_53)(REAL number, REAL *number_4)
 #define PARTS_eigenvectors_53(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
 GAC_IN_LANES(eigenvectors_53, PLAIN)
 
-static INLINE void NAME(eigenvectors_32)(REAL *converged, REAL *steps)
+static INLINE void NAME(eigenvectors_35)(REAL *converged, REAL *steps)
 {
     converged[0] = (REAL)0;
     steps[0] = (REAL)0;
 }
-#define PARTS_eigenvectors_32(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_32, PLAIN)
+#define PARTS_eigenvectors_35(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(eigenvectors_35, PLAIN)
 
-static INLINE void NAME(eigenvectors_33)(REAL *carry)
+static INLINE void NAME(eigenvectors_36)(REAL *carry)
 {
     carry[0] = (REAL)0;
     carry[1] = (REAL)0;
     carry[2] = (REAL)0;
     carry[3] = (REAL)0;
 }
-#define PARTS_eigenvectors_33(IN, SAME, NUMBER, OUT, AND) OUT(0, 4)
-GAC_IN_LANES(eigenvectors_33, PLAIN)
+#define PARTS_eigenvectors_36(IN, SAME, NUMBER, OUT, AND) OUT(0, 4)
+GAC_IN_LANES(eigenvectors_36, PLAIN)
 
-static INLINE void NAME(eigenvectors_34)(const REAL *carry, REAL d, REAL b, REAL *carry_out)
+static INLINE void NAME(eigenvectors_37)(const REAL *carry, REAL d, REAL b, REAL *carry_out)
 {
     const REAL carry_0 = carry[0], carry_1 = carry[1], carry_2 = carry[2], carry_3 = carry[3];
     const REAL t0 = EQUAL(b, (REAL)0);
@@ -340,42 +361,42 @@ static INLINE void NAME(eigenvectors_34)(const REAL *carry, REAL d, REAL b, REAL
     carry_out[2] = SELECT(t0, carry_2, b);
     carry_out[3] = SELECT(t0, carry_3, d);
 }
-#define PARTS_eigenvectors_34(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND NUMBER(2, 0) AND OUT(3, 4)
-GAC_IN_LANES(eigenvectors_34, PLAIN)
+#define PARTS_eigenvectors_37(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND NUMBER(2, 0) AND OUT(3, 4)
+GAC_IN_LANES(eigenvectors_37, PLAIN)
 
-static INLINE void NAME(eigenvectors_35)(REAL *own_start, REAL *following_start)
+static INLINE void NAME(eigenvectors_38)(REAL *own_start, REAL *following_start)
 {
     own_start[0] = (REAL)0;
     following_start[0] = (REAL)0;
 }
-#define PARTS_eigenvectors_35(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_35, PLAIN)
+#define PARTS_eigenvectors_38(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(eigenvectors_38, PLAIN)
 
-static INLINE void NAME(eigenvectors_37)(REAL *own_start_2, REAL *following_start_2)
+static INLINE void NAME(eigenvectors_40)(REAL *own_start_2, REAL *following_start_2)
 {
     own_start_2[0] = (REAL)0;
     following_start_2[0] = (REAL)0;
 }
-#define PARTS_eigenvectors_37(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_37, PLAIN)
+#define PARTS_eigenvectors_40(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(eigenvectors_40, PLAIN)
 
-static INLINE void NAME(eigenvectors_36)(REAL own, REAL *following)
+static INLINE void NAME(eigenvectors_39)(REAL own, REAL *following)
 {
     following[0] = own;
 }
-#define PARTS_eigenvectors_36(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_36, PLAIN)
+#define PARTS_eigenvectors_39(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(eigenvectors_39, PLAIN)
 
-static INLINE void NAME(eigenvectors_38)(REAL own, REAL *following_2)
+static INLINE void NAME(eigenvectors_41)(REAL own, REAL *following_2)
 {
     following_2[0] = own;
 }
-#define PARTS_eigenvectors_38(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_38, PLAIN)
+#define PARTS_eigenvectors_41(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(eigenvectors_41, PLAIN)
 
-static INLINE void NAME(eigenvectors_39)(REAL *diagonal_start, REAL *beside_start, REAL *own_start_3, REAL
-    *across_start, REAL *cosine_start, REAL *sine_start, REAL *is_gap_start, REAL *is_first_start, REAL
-    *cosine_start_2, REAL *sine_start_2)
+static INLINE void NAME(eigenvectors_42)(REAL *diagonal_start, REAL *beside_start, REAL *own_start_3, REAL
+    *across_start, REAL *cosine_start, REAL *sine_start, REAL *is_gap_start, REAL *cosine_start_2, REAL
+    *sine_start_2)
 {
     diagonal_start[0] = (REAL)0;
     beside_start[0] = (REAL)0;
@@ -384,37 +405,28 @@ static INLINE void NAME(eigenvectors_39)(REAL *diagonal_start, REAL *beside_star
     cosine_start[0] = (REAL)1;
     sine_start[0] = (REAL)0;
     is_gap_start[0] = (REAL)1;
-    is_first_start[0] = (REAL)1;
     cosine_start_2[0] = (REAL)1;
     sine_start_2[0] = (REAL)0;
 }
-#define PARTS_eigenvectors_39(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
-    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1)
-GAC_IN_LANES(eigenvectors_39, PLAIN)
+#define PARTS_eigenvectors_42(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
+    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1)
+GAC_IN_LANES(eigenvectors_42, PLAIN)
 
-static INLINE void NAME(eigenvectors_40)(const REAL *carry, REAL *common_7)
+static INLINE void NAME(eigenvectors_43)(const REAL *carry, REAL *common_7)
 {
     const REAL carry_1 = carry[1], carry_2 = carry[2], carry_3 = carry[3];
     const REAL t0 = (carry_1 - carry_3) * (REAL)0.5;
-    const REAL t1 = SQRT(t0 * t0 + carry_2 * carry_2);
-    const REAL t2 = -t1;
-    const REAL t3 = t0 + SELECT(LESS(t0, (REAL)0), t2, t1);
-    common_7[0] = carry_3 - carry_2 * (carry_2 / SELECT(EQUAL((REAL)0, t3), (REAL)1, t3));
+    const REAL t1 = t0 * t0 + carry_2 * carry_2;
+    const REAL t2 = SQRT(SELECT(EQUAL((REAL)0, t1), (REAL)1, t1));
+    const REAL t3 = -t2;
+    common_7[0] = carry_3 - carry_2 * (carry_2 / (t0 + SELECT(LESS(t0, (REAL)0), t3, t2)));
 }
-#define PARTS_eigenvectors_40(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_40, PLAIN)
+#define PARTS_eigenvectors_43(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND OUT(1, 1)
+GAC_IN_LANES(eigenvectors_43, PLAIN)
 
-static INLINE void NAME(eigenvectors_42)(REAL *number_start_3)
-{
-    number_start_3[0] = (REAL)-1;
-}
-#define PARTS_eigenvectors_42(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(eigenvectors_42, PLAIN)
-
-static INLINE void NAME(eigenvectors_41)(REAL diagonal, REAL own, REAL across, REAL cosine, REAL sine, REAL is_gap,
-    REAL is_first, REAL own_2, REAL after, REAL beside, REAL common, REAL *diagonal_2, REAL *beside_2, REAL *own_3,
-    REAL *across_out, REAL *cosine_out, REAL *sine_out, REAL *is_gap_out, REAL *is_first_out, REAL *cosine_2, REAL
-    *sine_2)
+static INLINE void NAME(eigenvectors_44)(REAL diagonal, REAL own, REAL across, REAL cosine, REAL sine, REAL is_gap,
+    REAL own_2, REAL after, REAL beside, REAL is_first, REAL common, REAL *diagonal_2, REAL *beside_2, REAL *own_3,
+    REAL *across_out, REAL *cosine_out, REAL *sine_out, REAL *is_gap_out, REAL *cosine_2, REAL *sine_2)
 {
     const REAL t0 = SELECT(is_first, own_2, own);
     const REAL t1 = t0 - common;
@@ -447,28 +459,13 @@ static INLINE void NAME(eigenvectors_41)(REAL diagonal, REAL own, REAL across, R
     cosine_out[0] = t12;
     sine_out[0] = t16;
     is_gap_out[0] = t7;
-    is_first_out[0] = (REAL)0;
     cosine_2[0] = t12;
     sine_2[0] = t16;
 }
-#define PARTS_eigenvectors_41(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_eigenvectors_44(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
     AND NUMBER(9, 0) AND NUMBER(10, 0) AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) \
-    AND OUT(16, 1) AND OUT(17, 1) AND OUT(18, 1) AND OUT(19, 1) AND OUT(20, 1)
-GAC_IN_LANES(eigenvectors_41, PLAIN)
-
-static INLINE void NAME(eigenvectors_43)(REAL number, REAL *number_3)
-{
-    number_3[0] = number + (REAL)1;
-}
-#define PARTS_eigenvectors_43(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_43, PLAIN)
-
-static INLINE void NAME(eigenvectors_44)(REAL i, REAL *mapped_14)
-{
-    mapped_14[0] = SELECT(LESS((REAL)0, i), (REAL)0, (REAL)1);
-}
-#define PARTS_eigenvectors_44(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+    AND OUT(16, 1) AND OUT(17, 1) AND OUT(18, 1) AND OUT(19, 1)
 GAC_IN_LANES(eigenvectors_44, PLAIN)
 
 static INLINE void NAME(eigenvectors_49)(REAL *sum_7)
@@ -632,8 +629,8 @@ GAC_IN_LANES(eigenvectors_67, PLAIN)
 #if PRECISION(1, 0)
 intptr_t matrices_eigenvectors_work(intptr_t n)
 {
-    return n * n + n + n * n + n + n * n + n * n + n + n + n + n * n + n * n + n + n + n * n + n + n + n + n + n + n
-        + n + n + n + n + n + n + n + n + n + n + n + n + n + n * n + n + n + n + n + n;
+    return n * n + n + n * n + n + n * n + n * n + n + n + n + n * n + n * n + n + n + n + n + n * n + n + n + n + n
+        + n + n + n + n + n + n + n + n + n + n + n + n + n * n + n + n + n + n + n;
 }
 #endif
 
@@ -644,16 +641,15 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
     *const state_1 = state_0 + n * n, sum, common_2, sum_2, *const mapped_5 = state_1 + n * n, common_3, sum_3,
     *const mapped_6 = mapped_5 + n, common_4, sum_4, *const mapped_7 = mapped_6 + n, common_5, mapped_8,
     *const mapped_9 = mapped_7 + n, sum_5, mapped_10, common_6, *const mapped_11 = mapped_9 + n * n, mapped_12,
-    sum_6, mapped_13, *const diagonal = mapped_11 + n * n, *const beside = diagonal + n,
-    *const state_1_2 = beside + n, converged, steps, carry[4], own_start, following_start,
-    *const own = state_1_2 + n * n, *const following = own + n, own_start_2, following_start_2,
-    *const own_2 = following + n, *const following_2 = own_2 + n, diagonal_start, beside_start, own_start_3,
-    across_start, cosine_start, sine_start, is_gap_start, is_first_start, cosine_start_2, sine_start_2,
+    sum_6, mapped_13, number_start_3, *const number_3 = mapped_11 + n * n, *const mapped_14 = number_3 + n,
+    *const diagonal = mapped_14 + n, *const beside = diagonal + n, *const state_1_2 = beside + n, converged, steps,
+    carry[4], own_start, following_start, *const own = state_1_2 + n * n, *const following = own + n, own_start_2,
+    following_start_2, *const own_2 = following + n, *const following_2 = own_2 + n, diagonal_start, beside_start,
+    own_start_3, across_start, cosine_start, sine_start, is_gap_start, cosine_start_2, sine_start_2,
     *const diagonal_2 = following_2 + n, *const beside_2 = diagonal_2 + n, *const own_3 = beside_2 + n,
     *const across = own_3 + n, *const cosine = across + n, *const sine = cosine + n, *const is_gap = sine + n,
-    *const is_first = is_gap + n, *const cosine_2 = is_first + n, *const sine_2 = cosine_2 + n, common_7,
-    number_start_3, *const number_3 = sine_2 + n, *const mapped_14 = number_3 + n, own_start_4, following_start_3,
-    *const own_4 = mapped_14 + n, *const following_3 = own_4 + n, found_start, passed_start, found,
+    *const cosine_2 = is_gap + n, *const sine_2 = cosine_2 + n, common_7, own_start_4, following_start_3,
+    *const own_4 = sine_2 + n, *const following_3 = own_4 + n, found_start, passed_start, found,
     *const passed = following_3 + n, *const of_row = passed + n, sum_7, number_start_4,
     *const number_4 = of_row + n * n, sum_8, *const place = number_4 + n, *const mapped_15 = place + n,
     number_start_5, *const number_5 = mapped_15 + n, sum_9, number_start_6, *const number_6 = number_5 + n, sum_10,
@@ -729,6 +725,7 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
             }
         }
     }
+    NAME(eigenvectors_32)(&number_start_3);
     NAME(eigenvectors_52)(&number_start_4);
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, state_0 + (i * n + i), &mapped_12);
@@ -736,38 +733,36 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
         for (intptr_t j = 0; j < n; j++)
             NAME(eigenvectors_31)(number_2[i], sum_6, state_0[i * n + j], number_2[j], &sum_6);
         COPY(1, &sum_6, &mapped_13);
+        NAME(eigenvectors_33)(i > 0 ? number_3[i - 1] : number_start_3, number_3 + i);
+        NAME(eigenvectors_34)(number_3[i], mapped_14 + i);
         COPY(1, &mapped_12, diagonal + i);
         COPY(1, &mapped_13, beside + i);
         for (intptr_t j = 0; j < n; j++)
             COPY(1, state_1 + (i * n + j), state_1_2 + (i * n + j));
         NAME(eigenvectors_53)(i > 0 ? number_4[i - 1] : number_start_4, number_4 + i);
     }
-    NAME(eigenvectors_32)(&converged, &steps);
+    NAME(eigenvectors_35)(&converged, &steps);
     for (int repeats = 0; repeats < 1000; repeats++) {
-        NAME(eigenvectors_33)(carry);
+        NAME(eigenvectors_36)(carry);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_34)(carry, diagonal[j], beside[j], carry);
-        NAME(eigenvectors_35)(&own_start, &following_start);
-        NAME(eigenvectors_37)(&own_start_2, &following_start_2);
+            NAME(eigenvectors_37)(carry, diagonal[j], beside[j], carry);
+        NAME(eigenvectors_38)(&own_start, &following_start);
+        NAME(eigenvectors_40)(&own_start_2, &following_start_2);
         for (intptr_t j = n; j-- > 0;) {
-            NAME(eigenvectors_36)(j + 1 < n ? own[j + 1] : own_start, following + j);
+            NAME(eigenvectors_39)(j + 1 < n ? own[j + 1] : own_start, following + j);
             COPY(1, diagonal + j, own + j);
-            NAME(eigenvectors_38)(j + 1 < n ? own_2[j + 1] : own_start_2, following_2 + j);
+            NAME(eigenvectors_41)(j + 1 < n ? own_2[j + 1] : own_start_2, following_2 + j);
             COPY(1, beside + j, own_2 + j);
         }
-        NAME(eigenvectors_39)(&diagonal_start, &beside_start, &own_start_3, &across_start, &cosine_start,
-    &sine_start, &is_gap_start, &is_first_start, &cosine_start_2, &sine_start_2);
-        NAME(eigenvectors_40)(carry, &common_7);
-        NAME(eigenvectors_42)(&number_start_3);
-        for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_41)(j > 0 ? diagonal_2[j - 1] : diagonal_start, j > 0 ? own_3[j - 1] : own_start_3,
+        NAME(eigenvectors_42)(&diagonal_start, &beside_start, &own_start_3, &across_start, &cosine_start,
+    &sine_start, &is_gap_start, &cosine_start_2, &sine_start_2);
+        NAME(eigenvectors_43)(carry, &common_7);
+        for (intptr_t j = 0; j < n; j++)
+            NAME(eigenvectors_44)(j > 0 ? diagonal_2[j - 1] : diagonal_start, j > 0 ? own_3[j - 1] : own_start_3,
     j > 0 ? across[j - 1] : across_start, j > 0 ? cosine[j - 1] : cosine_start, j > 0 ? sine[j - 1] : sine_start,
-    j > 0 ? is_gap[j - 1] : is_gap_start, j > 0 ? is_first[j - 1] : is_first_start, diagonal[j], following[j],
-    following_2[j], common_7, diagonal_2 + j, beside_2 + j, own_3 + j, across + j, cosine + j, sine + j, is_gap + j,
-    is_first + j, cosine_2 + j, sine_2 + j);
-            NAME(eigenvectors_43)(j > 0 ? number_3[j - 1] : number_start_3, number_3 + j);
-            NAME(eigenvectors_44)(number_3[j], mapped_14 + j);
-        }
+    j > 0 ? is_gap[j - 1] : is_gap_start, diagonal[j], following[j], following_2[j], mapped_14[j], common_7,
+    diagonal_2 + j, beside_2 + j, own_3 + j, across + j, cosine + j, sine + j, is_gap + j, cosine_2 + j,
+    sine_2 + j);
         NAME(eigenvectors_49)(&sum_7);
         for (intptr_t j = 0; j < n; j++) {
             NAME(eigenvectors_45)(&own_start_4, &following_start_3);
@@ -823,23 +818,22 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
 
 static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1, REAL *out_2,
     REAL *mapped_2, REAL *number, REAL *mapped_4, REAL *number_2, REAL *state_0, REAL *state_1, REAL *mapped_5,
-    REAL *mapped_6, REAL *mapped_7, REAL *mapped_9, REAL *mapped_11, REAL *diagonal, REAL *beside, REAL *state_1_2,
-    REAL *own, REAL *following, REAL *own_2, REAL *following_2, REAL *diagonal_2, REAL *beside_2, REAL *own_3,
-    REAL *across, REAL *cosine, REAL *sine, REAL *is_gap, REAL *is_first, REAL *cosine_2, REAL *sine_2,
-    REAL *number_3, REAL *mapped_14, REAL *own_4, REAL *following_3, REAL *passed, REAL *of_row, REAL *number_4,
+    REAL *mapped_6, REAL *mapped_7, REAL *mapped_9, REAL *mapped_11, REAL *number_3, REAL *mapped_14,
+    REAL *diagonal, REAL *beside, REAL *state_1_2, REAL *own, REAL *following, REAL *own_2, REAL *following_2,
+    REAL *diagonal_2, REAL *beside_2, REAL *own_3, REAL *across, REAL *cosine, REAL *sine, REAL *is_gap,
+    REAL *cosine_2, REAL *sine_2, REAL *own_4, REAL *following_3, REAL *passed, REAL *of_row, REAL *number_4,
     REAL *place, REAL *mapped_15, REAL *number_5, REAL *number_6, REAL *gac_kept_0, REAL *gac_kept_1,
     REAL *gac_kept_2, REAL *gac_kept_4, REAL *gac_kept_5, REAL *gac_kept_6, REAL *gac_kept_7, REAL *gac_kept_8,
-    REAL *gac_kept_9, REAL *gac_kept_10, REAL *gac_kept_11, REAL *gac_kept_12, REAL *gac_kept_13, REAL *gac_kept_14,
-    REAL *gac_kept_15)
+    REAL *gac_kept_9, REAL *gac_kept_10, REAL *gac_kept_11, REAL *gac_kept_12, REAL *gac_kept_13)
 {
     _Alignas(64) REAL m[NLANES], m_2[NLANES], mapped[NLANES], common[NLANES], number_start[NLANES],
     mapped_3[NLANES], number_start_2[NLANES], sum[NLANES], common_2[NLANES], sum_2[NLANES], common_3[NLANES],
     sum_3[NLANES], common_4[NLANES], sum_4[NLANES], common_5[NLANES], mapped_8[NLANES], sum_5[NLANES],
-    mapped_10[NLANES], common_6[NLANES], mapped_12[NLANES], sum_6[NLANES], mapped_13[NLANES], converged[NLANES],
-    steps[NLANES], carry[4 * NLANES], own_start[NLANES], following_start[NLANES], own_start_2[NLANES],
-    following_start_2[NLANES], diagonal_start[NLANES], beside_start[NLANES], own_start_3[NLANES],
-    across_start[NLANES], cosine_start[NLANES], sine_start[NLANES], is_gap_start[NLANES], is_first_start[NLANES],
-    cosine_start_2[NLANES], sine_start_2[NLANES], common_7[NLANES], number_start_3[NLANES], own_start_4[NLANES],
+    mapped_10[NLANES], common_6[NLANES], mapped_12[NLANES], sum_6[NLANES], mapped_13[NLANES],
+    number_start_3[NLANES], converged[NLANES], steps[NLANES], carry[4 * NLANES], own_start[NLANES],
+    following_start[NLANES], own_start_2[NLANES], following_start_2[NLANES], diagonal_start[NLANES],
+    beside_start[NLANES], own_start_3[NLANES], across_start[NLANES], cosine_start[NLANES], sine_start[NLANES],
+    is_gap_start[NLANES], cosine_start_2[NLANES], sine_start_2[NLANES], common_7[NLANES], own_start_4[NLANES],
     following_start_3[NLANES], found_start[NLANES], passed_start[NLANES], found[NLANES], sum_7[NLANES],
     number_start_4[NLANES], sum_8[NLANES], number_start_5[NLANES], sum_9[NLANES], number_start_6[NLANES],
     sum_10[NLANES], mapped_17[NLANES], sum_11[NLANES], gac_kept_3[NLANES];
@@ -918,6 +912,7 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
             }
         }
     }
+    NAME(eigenvectors_32_lanes)(number_start_3);
     NAME(eigenvectors_52_lanes)(number_start_4);
     for (intptr_t i = 0; i < n; i++) {
         COPY(NLANES, state_0 + NLANES * (i * n + i), mapped_12);
@@ -926,13 +921,15 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
             NAME(eigenvectors_31_lanes)(number_2 + NLANES * i, sum_6, state_0 + NLANES * (i * n + j),
     number_2 + NLANES * j, sum_6);
         COPY(NLANES, sum_6, mapped_13);
+        NAME(eigenvectors_33_lanes)(i > 0 ? number_3 + NLANES * (i - 1) : number_start_3, number_3 + NLANES * i);
+        NAME(eigenvectors_34_lanes)(number_3 + NLANES * i, mapped_14 + NLANES * i);
         COPY(NLANES, mapped_12, diagonal + NLANES * i);
         COPY(NLANES, mapped_13, beside + NLANES * i);
         for (intptr_t j = 0; j < n; j++)
             COPY(NLANES, state_1 + NLANES * (i * n + j), state_1_2 + NLANES * (i * n + j));
         NAME(eigenvectors_53_lanes)(i > 0 ? number_4 + NLANES * (i - 1) : number_start_4, number_4 + NLANES * i);
     }
-    NAME(eigenvectors_32_lanes)(converged, steps);
+    NAME(eigenvectors_35_lanes)(converged, steps);
     ROUNDS(rounds, 1000) {
         KEEP(rounds, NLANES * n, diagonal, gac_kept_0);
         KEEP(rounds, NLANES * n, beside, gac_kept_1);
@@ -946,38 +943,31 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
         KEEP(rounds, NLANES * n, cosine, gac_kept_9);
         KEEP(rounds, NLANES * n, sine, gac_kept_10);
         KEEP(rounds, NLANES * n, is_gap, gac_kept_11);
-        KEEP(rounds, NLANES * n, is_first, gac_kept_12);
-        KEEP(rounds, NLANES * n, number_3, gac_kept_13);
-        KEEP(rounds, NLANES * n, own_4, gac_kept_14);
-        KEEP(rounds, NLANES * n, passed, gac_kept_15);
-        NAME(eigenvectors_33_lanes)(carry);
+        KEEP(rounds, NLANES * n, own_4, gac_kept_12);
+        KEEP(rounds, NLANES * n, passed, gac_kept_13);
+        NAME(eigenvectors_36_lanes)(carry);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_34_lanes)(carry, diagonal + NLANES * j, beside + NLANES * j, carry);
-        NAME(eigenvectors_35_lanes)(own_start, following_start);
-        NAME(eigenvectors_37_lanes)(own_start_2, following_start_2);
+            NAME(eigenvectors_37_lanes)(carry, diagonal + NLANES * j, beside + NLANES * j, carry);
+        NAME(eigenvectors_38_lanes)(own_start, following_start);
+        NAME(eigenvectors_40_lanes)(own_start_2, following_start_2);
         for (intptr_t j = n; j-- > 0;) {
-            NAME(eigenvectors_36_lanes)(j + 1 < n ? own + NLANES * (j + 1) : own_start, following + NLANES * j);
+            NAME(eigenvectors_39_lanes)(j + 1 < n ? own + NLANES * (j + 1) : own_start, following + NLANES * j);
             COPY(NLANES, diagonal + NLANES * j, own + NLANES * j);
-            NAME(eigenvectors_38_lanes)(j + 1 < n ? own_2 + NLANES * (j + 1) : own_start_2,
+            NAME(eigenvectors_41_lanes)(j + 1 < n ? own_2 + NLANES * (j + 1) : own_start_2,
     following_2 + NLANES * j);
             COPY(NLANES, beside + NLANES * j, own_2 + NLANES * j);
         }
-        NAME(eigenvectors_39_lanes)(diagonal_start, beside_start, own_start_3, across_start, cosine_start,
-    sine_start, is_gap_start, is_first_start, cosine_start_2, sine_start_2);
-        NAME(eigenvectors_40_lanes)(carry, common_7);
-        NAME(eigenvectors_42_lanes)(number_start_3);
-        for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_41_lanes)(j > 0 ? diagonal_2 + NLANES * (j - 1) : diagonal_start,
+        NAME(eigenvectors_42_lanes)(diagonal_start, beside_start, own_start_3, across_start, cosine_start,
+    sine_start, is_gap_start, cosine_start_2, sine_start_2);
+        NAME(eigenvectors_43_lanes)(carry, common_7);
+        for (intptr_t j = 0; j < n; j++)
+            NAME(eigenvectors_44_lanes)(j > 0 ? diagonal_2 + NLANES * (j - 1) : diagonal_start,
     j > 0 ? own_3 + NLANES * (j - 1) : own_start_3, j > 0 ? across + NLANES * (j - 1) : across_start,
     j > 0 ? cosine + NLANES * (j - 1) : cosine_start, j > 0 ? sine + NLANES * (j - 1) : sine_start,
-    j > 0 ? is_gap + NLANES * (j - 1) : is_gap_start, j > 0 ? is_first + NLANES * (j - 1) : is_first_start,
-    diagonal + NLANES * j, following + NLANES * j, following_2 + NLANES * j, common_7, diagonal_2 + NLANES * j,
-    beside_2 + NLANES * j, own_3 + NLANES * j, across + NLANES * j, cosine + NLANES * j, sine + NLANES * j,
-    is_gap + NLANES * j, is_first + NLANES * j, cosine_2 + NLANES * j, sine_2 + NLANES * j);
-            NAME(eigenvectors_43_lanes)(j > 0 ? number_3 + NLANES * (j - 1) : number_start_3,
-    number_3 + NLANES * j);
-            NAME(eigenvectors_44_lanes)(number_3 + NLANES * j, mapped_14 + NLANES * j);
-        }
+    j > 0 ? is_gap + NLANES * (j - 1) : is_gap_start, diagonal + NLANES * j, following + NLANES * j,
+    following_2 + NLANES * j, mapped_14 + NLANES * j, common_7, diagonal_2 + NLANES * j, beside_2 + NLANES * j,
+    own_3 + NLANES * j, across + NLANES * j, cosine + NLANES * j, sine + NLANES * j, is_gap + NLANES * j,
+    cosine_2 + NLANES * j, sine_2 + NLANES * j);
         NAME(eigenvectors_49_lanes)(sum_7);
         for (intptr_t j = 0; j < n; j++) {
             NAME(eigenvectors_45_lanes)(own_start_4, following_start_3);
@@ -1012,10 +1002,8 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
         RESTORE(rounds, NLANES * n, gac_kept_9, cosine);
         RESTORE(rounds, NLANES * n, gac_kept_10, sine);
         RESTORE(rounds, NLANES * n, gac_kept_11, is_gap);
-        RESTORE(rounds, NLANES * n, gac_kept_12, is_first);
-        RESTORE(rounds, NLANES * n, gac_kept_13, number_3);
-        RESTORE(rounds, NLANES * n, gac_kept_14, own_4);
-        RESTORE(rounds, NLANES * n, gac_kept_15, passed);
+        RESTORE(rounds, NLANES * n, gac_kept_12, own_4);
+        RESTORE(rounds, NLANES * n, gac_kept_13, passed);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;
@@ -1066,22 +1054,21 @@ GAC_PROCEDURE(eigenvectors, LANES)
     WORK(15, mapped_9, scalar, 1, n * m) WORK(16, zeros_2, scalar, 1, m) WORK(17, sum_4, scalar, 1, m) \
     WORK(18, mapped_11, scalar, 1, m) WORK(19, mapped_13, scalar, 1, n * m) WORK(20, mapped_15, scalar, 1, m * m) \
     WORK(21, zeros_3, scalar, 1, m) WORK(22, zeros_4, scalar, 1, m) WORK(23, sum_0, scalar, 1, m) \
-    WORK(24, sum_1, scalar, 1, m) WORK(25, diagonal, scalar, 1, m) WORK(26, beside, scalar, 1, m) \
-    WORK(27, state_1_2, scalar, 1, m * m) WORK(28, own, scalar, 1, m) WORK(29, following, scalar, 1, m) \
-    WORK(30, own_2, scalar, 1, m) WORK(31, following_2, scalar, 1, m) WORK(32, own_3, scalar, 1, m) \
-    WORK(33, following_3, scalar, 1, m) WORK(34, diagonal_2, scalar, 1, m) WORK(35, beside_2, scalar, 1, m) \
-    WORK(36, own_4, scalar, 1, m) WORK(37, across, scalar, 1, m) WORK(38, cosine, scalar, 1, m) \
-    WORK(39, sine, scalar, 1, m) WORK(40, is_gap, scalar, 1, m) WORK(41, is_first, scalar, 1, m) \
-    WORK(42, cosine_2, scalar, 1, m) WORK(43, sine_2, scalar, 1, m) WORK(44, number_4, scalar, 1, m) \
-    WORK(45, mapped_18, scalar, 1, m) WORK(46, own_5, scalar, 1, m) WORK(47, following_4, scalar, 1, m) \
-    WORK(48, passed, scalar, 1, m) WORK(49, of_row, scalar, 1, m * m) WORK(50, mapped_19, scalar, 1, m) \
-    WORK(51, mapped_20, scalar, 1, m) WORK(52, number_5, scalar, 1, m) WORK(53, place, scalar, 1, m) \
-    WORK(54, number_6, scalar, 1, m) WORK(55, number_7, scalar, 1, m) WORK(56, gac_kept_0, scalar, 1, m) \
-    WORK(57, gac_kept_1, scalar, 1, m) WORK(58, gac_kept_2, scalar, 1, m * m) WORK(59, gac_kept_4, scalar, 1, m) \
-    WORK(60, gac_kept_5, scalar, 1, m) WORK(61, gac_kept_6, scalar, 1, m) WORK(62, gac_kept_7, scalar, 1, m) \
-    WORK(63, gac_kept_8, scalar, 1, m) WORK(64, gac_kept_9, scalar, 1, m) WORK(65, gac_kept_10, scalar, 1, m) \
-    WORK(66, gac_kept_11, scalar, 1, m) WORK(67, gac_kept_12, scalar, 1, m) WORK(68, gac_kept_13, scalar, 1, m) \
-    WORK(69, gac_kept_14, scalar, 1, m) WORK(70, gac_kept_15, scalar, 1, m) WORK(71, gac_kept_16, scalar, 1, m)
+    WORK(24, sum_1, scalar, 1, m) WORK(25, number_4, scalar, 1, m) WORK(26, mapped_18, scalar, 1, m) \
+    WORK(27, diagonal, scalar, 1, m) WORK(28, beside, scalar, 1, m) WORK(29, state_1_2, scalar, 1, m * m) \
+    WORK(30, own, scalar, 1, m) WORK(31, following, scalar, 1, m) WORK(32, own_2, scalar, 1, m) \
+    WORK(33, following_2, scalar, 1, m) WORK(34, own_3, scalar, 1, m) WORK(35, following_3, scalar, 1, m) \
+    WORK(36, diagonal_2, scalar, 1, m) WORK(37, beside_2, scalar, 1, m) WORK(38, own_4, scalar, 1, m) \
+    WORK(39, across, scalar, 1, m) WORK(40, cosine, scalar, 1, m) WORK(41, sine, scalar, 1, m) \
+    WORK(42, is_gap, scalar, 1, m) WORK(43, cosine_2, scalar, 1, m) WORK(44, sine_2, scalar, 1, m) \
+    WORK(45, own_5, scalar, 1, m) WORK(46, following_4, scalar, 1, m) WORK(47, passed, scalar, 1, m) \
+    WORK(48, of_row, scalar, 1, m * m) WORK(49, mapped_19, scalar, 1, m) WORK(50, mapped_20, scalar, 1, m) \
+    WORK(51, number_5, scalar, 1, m) WORK(52, place, scalar, 1, m) WORK(53, number_6, scalar, 1, m) \
+    WORK(54, number_7, scalar, 1, m) WORK(55, gac_kept_0, scalar, 1, m) WORK(56, gac_kept_1, scalar, 1, m) \
+    WORK(57, gac_kept_2, scalar, 1, m * m) WORK(58, gac_kept_4, scalar, 1, m) WORK(59, gac_kept_5, scalar, 1, m) \
+    WORK(60, gac_kept_6, scalar, 1, m) WORK(61, gac_kept_7, scalar, 1, m) WORK(62, gac_kept_8, scalar, 1, m) \
+    WORK(63, gac_kept_9, scalar, 1, m) WORK(64, gac_kept_10, scalar, 1, m) WORK(65, gac_kept_11, scalar, 1, m) \
+    WORK(66, gac_kept_12, scalar, 1, m) WORK(67, gac_kept_13, scalar, 1, m) WORK(68, gac_kept_14, scalar, 1, m)
 
 static INLINE void NAME(singular_vectors_1)(REAL *m_2)
 {
@@ -1161,6 +1148,13 @@ static INLINE void NAME(singular_vectors_11)(REAL number, REAL *number_3)
 #define PARTS_singular_vectors_11(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
 GAC_IN_LANES(singular_vectors_11, PLAIN)
 
+static INLINE void NAME(singular_vectors_48)(REAL *number_start_4)
+{
+    number_start_4[0] = (REAL)-1;
+}
+#define PARTS_singular_vectors_48(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(singular_vectors_48, PLAIN)
+
 static INLINE void NAME(singular_vectors_12)(REAL *sum)
 {
     sum[0] = (REAL)0;
@@ -1194,20 +1188,21 @@ GAC_IN_LANES(singular_vectors_15, PLAIN)
 
 static INLINE void NAME(singular_vectors_16)(REAL sum, REAL sum_2, REAL *common_2)
 {
-    const REAL t0 = SQRT(sum + sum_2 * sum_2);
-    const REAL t1 = -t0;
-    common_2[0] = sum_2 + SELECT(LESS(sum_2, (REAL)0), t1, t0);
+    const REAL t0 = sum + sum_2 * sum_2;
+    const REAL t1 = SQRT(SELECT(LESS_EQUAL(sum, (REAL)1e-36), (REAL)1, t0));
+    const REAL t2 = -t1;
+    common_2[0] = sum_2 + SELECT(LESS(sum_2, (REAL)0), t2, t1);
 }
 #define PARTS_singular_vectors_16(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(singular_vectors_16, PLAIN)
 
 static INLINE void NAME(singular_vectors_18)(REAL sum, REAL sum_2, REAL *common_4)
 {
-    const REAL t0 = SQRT(sum + sum_2 * sum_2);
-    const REAL t1 = t0 * (t0 + ABS(sum_2));
-    const REAL t2 = LESS_EQUAL(sum, (REAL)1e-36);
-    const REAL t3 = (REAL)1 / SELECT(t2, (REAL)1, t1);
-    common_4[0] = SELECT(t2, (REAL)0, t3);
+    const REAL t0 = sum + sum_2 * sum_2;
+    const REAL t1 = LESS_EQUAL(sum, (REAL)1e-36);
+    const REAL t2 = SQRT(SELECT(t1, (REAL)1, t0));
+    const REAL t3 = (REAL)1 / (t2 * (t2 + ABS(sum_2)));
+    common_4[0] = SELECT(t1, (REAL)0, t3);
 }
 #define PARTS_singular_vectors_18(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(singular_vectors_18, PLAIN)
@@ -1311,9 +1306,10 @@ GAC_IN_LANES(singular_vectors_30, PLAIN)
 
 static INLINE void NAME(singular_vectors_31)(REAL sum, REAL sum_2, REAL *common_7)
 {
-    const REAL t0 = SQRT(sum + sum_2 * sum_2);
-    const REAL t1 = -t0;
-    common_7[0] = sum_2 + SELECT(LESS(sum_2, (REAL)0), t1, t0);
+    const REAL t0 = sum + sum_2 * sum_2;
+    const REAL t1 = SQRT(SELECT(LESS_EQUAL(sum, (REAL)1e-36), (REAL)1, t0));
+    const REAL t2 = -t1;
+    common_7[0] = sum_2 + SELECT(LESS(sum_2, (REAL)0), t2, t1);
 }
 #define PARTS_singular_vectors_31(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(singular_vectors_31, PLAIN)
@@ -1329,11 +1325,11 @@ GAC_IN_LANES(singular_vectors_32, PLAIN)
 
 static INLINE void NAME(singular_vectors_33)(REAL sum, REAL sum_2, REAL *common_9)
 {
-    const REAL t0 = SQRT(sum + sum_2 * sum_2);
-    const REAL t1 = t0 * (t0 + ABS(sum_2));
-    const REAL t2 = LESS_EQUAL(sum, (REAL)1e-36);
-    const REAL t3 = (REAL)1 / SELECT(t2, (REAL)1, t1);
-    common_9[0] = SELECT(t2, (REAL)0, t3);
+    const REAL t0 = sum + sum_2 * sum_2;
+    const REAL t1 = LESS_EQUAL(sum, (REAL)1e-36);
+    const REAL t2 = SQRT(SELECT(t1, (REAL)1, t0));
+    const REAL t3 = (REAL)1 / (t2 * (t2 + ABS(sum_2)));
+    common_9[0] = SELECT(t1, (REAL)0, t3);
 }
 #define PARTS_singular_vectors_33(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(singular_vectors_33, PLAIN)
@@ -1398,6 +1394,20 @@ static INLINE void NAME(singular_vectors_41)(REAL x, REAL y, REAL common, REAL *
     AND OUT(3, 1)
 GAC_IN_LANES(singular_vectors_41, PLAIN)
 
+static INLINE void NAME(singular_vectors_49)(REAL number, REAL *number_4)
+{
+    number_4[0] = number + (REAL)1;
+}
+#define PARTS_singular_vectors_49(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(singular_vectors_49, PLAIN)
+
+static INLINE void NAME(singular_vectors_50)(REAL i, REAL *mapped_18)
+{
+    mapped_18[0] = SELECT(LESS((REAL)0, i), (REAL)0, (REAL)1);
+}
+#define PARTS_singular_vectors_50(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(singular_vectors_50, PLAIN)
+
 static INLINE void NAME(singular_vectors_42)(REAL i, REAL *common_11)
 {
     common_11[0] = i;
@@ -1442,74 +1452,74 @@ static INLINE void NAME(singular_vectors_47)(REAL a, REAL b, REAL *by_element_4)
 #define PARTS_singular_vectors_47(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(singular_vectors_47, PLAIN)
 
-static INLINE void NAME(singular_vectors_48)(REAL *converged, REAL *steps)
+static INLINE void NAME(singular_vectors_51)(REAL *converged, REAL *steps)
 {
     converged[0] = (REAL)0;
     steps[0] = (REAL)0;
 }
-#define PARTS_singular_vectors_48(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_48, PLAIN)
+#define PARTS_singular_vectors_51(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(singular_vectors_51, PLAIN)
 
-static INLINE void NAME(singular_vectors_49)(REAL *sum_9)
+static INLINE void NAME(singular_vectors_52)(REAL *sum_9)
 {
     sum_9[0] = (REAL)0;
 }
-#define PARTS_singular_vectors_49(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(singular_vectors_49, PLAIN)
+#define PARTS_singular_vectors_52(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(singular_vectors_52, PLAIN)
 
-static INLINE void NAME(singular_vectors_50)(REAL sum, REAL a, REAL *sum_9)
+static INLINE void NAME(singular_vectors_53)(REAL sum, REAL a, REAL *sum_9)
 {
     sum_9[0] = sum + ABS(a);
 }
-#define PARTS_singular_vectors_50(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_50, PLAIN)
+#define PARTS_singular_vectors_53(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(singular_vectors_53, PLAIN)
 
-static INLINE void NAME(singular_vectors_51)(REAL *own_start, REAL *following_start)
+static INLINE void NAME(singular_vectors_54)(REAL *own_start, REAL *following_start)
 {
     own_start[0] = (REAL)0;
     following_start[0] = (REAL)0;
 }
-#define PARTS_singular_vectors_51(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_51, PLAIN)
+#define PARTS_singular_vectors_54(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(singular_vectors_54, PLAIN)
 
-static INLINE void NAME(singular_vectors_55)(REAL *own_start_2, REAL *following_start_2)
+static INLINE void NAME(singular_vectors_58)(REAL *own_start_2, REAL *following_start_2)
 {
     own_start_2[0] = (REAL)0;
     following_start_2[0] = (REAL)0;
 }
-#define PARTS_singular_vectors_55(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_55, PLAIN)
+#define PARTS_singular_vectors_58(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(singular_vectors_58, PLAIN)
 
-static INLINE void NAME(singular_vectors_57)(REAL *own_start_3, REAL *following_start_3)
+static INLINE void NAME(singular_vectors_60)(REAL *own_start_3, REAL *following_start_3)
 {
     own_start_3[0] = (REAL)0;
     following_start_3[0] = (REAL)0;
 }
-#define PARTS_singular_vectors_57(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_57, PLAIN)
+#define PARTS_singular_vectors_60(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(singular_vectors_60, PLAIN)
 
-static INLINE void NAME(singular_vectors_52)(REAL own, REAL *following)
+static INLINE void NAME(singular_vectors_55)(REAL own, REAL *following)
 {
     following[0] = own;
 }
-#define PARTS_singular_vectors_52(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_52, PLAIN)
+#define PARTS_singular_vectors_55(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(singular_vectors_55, PLAIN)
 
-static INLINE void NAME(singular_vectors_56)(REAL own, REAL *following_2)
+static INLINE void NAME(singular_vectors_59)(REAL own, REAL *following_2)
 {
     following_2[0] = own;
 }
-#define PARTS_singular_vectors_56(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_56, PLAIN)
+#define PARTS_singular_vectors_59(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(singular_vectors_59, PLAIN)
 
-static INLINE void NAME(singular_vectors_58)(REAL own, REAL *following_3)
+static INLINE void NAME(singular_vectors_61)(REAL own, REAL *following_3)
 {
     following_3[0] = own;
 }
-#define PARTS_singular_vectors_58(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_58, PLAIN)
+#define PARTS_singular_vectors_61(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(singular_vectors_61, PLAIN)
 
-static INLINE void NAME(singular_vectors_53)(REAL sum, REAL *carry)
+static INLINE void NAME(singular_vectors_56)(REAL sum, REAL *carry)
 {
     carry[0] = (REAL)0;
     carry[1] = sum + (REAL)1;
@@ -1518,10 +1528,10 @@ static INLINE void NAME(singular_vectors_53)(REAL sum, REAL *carry)
     carry[4] = (REAL)0;
     carry[5] = (REAL)0;
 }
-#define PARTS_singular_vectors_53(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 6)
-GAC_IN_LANES(singular_vectors_53, PLAIN)
+#define PARTS_singular_vectors_56(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 6)
+GAC_IN_LANES(singular_vectors_56, PLAIN)
 
-static INLINE void NAME(singular_vectors_54)(const REAL *carry, REAL d, REAL b, REAL after, REAL *carry_out)
+static INLINE void NAME(singular_vectors_57)(const REAL *carry, REAL d, REAL b, REAL after, REAL *carry_out)
 {
     const REAL carry_0 = carry[0], carry_1 = carry[1], carry_2 = carry[2], carry_3 = carry[3], carry_4 = carry[4],
         carry_5 = carry[5];
@@ -1539,13 +1549,13 @@ static INLINE void NAME(singular_vectors_54)(const REAL *carry, REAL d, REAL b, 
     carry_out[4] = SELECT(t1, carry_4, b);
     carry_out[5] = SELECT(t1, carry_5, d);
 }
-#define PARTS_singular_vectors_54(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_singular_vectors_57(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 6)
-GAC_IN_LANES(singular_vectors_54, PLAIN)
+GAC_IN_LANES(singular_vectors_57, PLAIN)
 
-static INLINE void NAME(singular_vectors_59)(REAL *diagonal_start, REAL *beside_start, REAL *own_start_4, REAL
-    *across_start, REAL *cosine_start, REAL *sine_start, REAL *is_gap_start, REAL *is_first_start, REAL
-    *cosine_start_2, REAL *sine_start_2)
+static INLINE void NAME(singular_vectors_62)(REAL *diagonal_start, REAL *beside_start, REAL *own_start_4, REAL
+    *across_start, REAL *cosine_start, REAL *sine_start, REAL *is_gap_start, REAL *cosine_start_2, REAL
+    *sine_start_2)
 {
     diagonal_start[0] = (REAL)0;
     beside_start[0] = (REAL)0;
@@ -1554,41 +1564,32 @@ static INLINE void NAME(singular_vectors_59)(REAL *diagonal_start, REAL *beside_
     cosine_start[0] = (REAL)1;
     sine_start[0] = (REAL)0;
     is_gap_start[0] = (REAL)1;
-    is_first_start[0] = (REAL)1;
     cosine_start_2[0] = (REAL)1;
     sine_start_2[0] = (REAL)0;
 }
-#define PARTS_singular_vectors_59(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
-    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1)
-GAC_IN_LANES(singular_vectors_59, PLAIN)
+#define PARTS_singular_vectors_62(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
+    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1)
+GAC_IN_LANES(singular_vectors_62, PLAIN)
 
-static INLINE void NAME(singular_vectors_60)(const REAL *carry, REAL *common_13)
+static INLINE void NAME(singular_vectors_63)(const REAL *carry, REAL *common_13)
 {
     const REAL carry_1 = carry[1], carry_2 = carry[2], carry_3 = carry[3], carry_4 = carry[4], carry_5 = carry[5];
     const REAL t0 = carry_4 * carry_4 + carry_5 * carry_5;
     const REAL t1 = (carry_3 * carry_3 - t0) * (REAL)0.5;
     const REAL t2 = carry_3 * carry_4;
-    const REAL t3 = SQRT(t1 * t1 + t2 * t2);
-    const REAL t4 = -t3;
-    const REAL t5 = t1 + SELECT(LESS(t1, (REAL)0), t4, t3);
-    const REAL t6 = t0 - t2 * (t2 / SELECT(EQUAL((REAL)0, t5), (REAL)1, t5));
+    const REAL t3 = t1 * t1 + t2 * t2;
+    const REAL t4 = SQRT(SELECT(EQUAL((REAL)0, t3), (REAL)1, t3));
+    const REAL t5 = -t4;
+    const REAL t6 = t0 - t2 * (t2 / (t1 + SELECT(LESS(t1, (REAL)0), t5, t4)));
     const REAL t7 = MAXIMUM((REAL)0, t6);
     common_13[0] = SELECT(EQUAL(carry_2, carry_1 + carry_2), (REAL)0, t7);
 }
-#define PARTS_singular_vectors_60(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_60, PLAIN)
+#define PARTS_singular_vectors_63(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 1)
+GAC_IN_LANES(singular_vectors_63, PLAIN)
 
-static INLINE void NAME(singular_vectors_62)(REAL *number_start_4)
-{
-    number_start_4[0] = (REAL)-1;
-}
-#define PARTS_singular_vectors_62(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(singular_vectors_62, PLAIN)
-
-static INLINE void NAME(singular_vectors_61)(REAL diagonal, REAL own, REAL across, REAL cosine, REAL sine, REAL
-    is_gap, REAL is_first, REAL own_2, REAL after, REAL beside, REAL common, REAL *diagonal_2, REAL *beside_2, REAL
-    *own_4, REAL *across_out, REAL *cosine_out, REAL *sine_out, REAL *is_gap_out, REAL *is_first_out, REAL
-    *cosine_2, REAL *sine_2)
+static INLINE void NAME(singular_vectors_64)(REAL diagonal, REAL own, REAL across, REAL cosine, REAL sine, REAL
+    is_gap, REAL own_2, REAL after, REAL beside, REAL is_first, REAL common, REAL *diagonal_2, REAL *beside_2, REAL
+    *own_4, REAL *across_out, REAL *cosine_out, REAL *sine_out, REAL *is_gap_out, REAL *cosine_2, REAL *sine_2)
 {
     const REAL t0 = SELECT(is_first, own_2, own);
     const REAL t1 = t0 - common / SELECT(EQUAL((REAL)0, t0), (REAL)1, t0);
@@ -1646,28 +1647,13 @@ static INLINE void NAME(singular_vectors_61)(REAL diagonal, REAL own, REAL acros
     cosine_out[0] = t44;
     sine_out[0] = t47;
     is_gap_out[0] = t14;
-    is_first_out[0] = (REAL)0;
     cosine_2[0] = t19;
     sine_2[0] = t21;
 }
-#define PARTS_singular_vectors_61(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_singular_vectors_64(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
     AND NUMBER(9, 0) AND NUMBER(10, 0) AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) \
-    AND OUT(16, 1) AND OUT(17, 1) AND OUT(18, 1) AND OUT(19, 1) AND OUT(20, 1)
-GAC_IN_LANES(singular_vectors_61, PLAIN)
-
-static INLINE void NAME(singular_vectors_63)(REAL number, REAL *number_4)
-{
-    number_4[0] = number + (REAL)1;
-}
-#define PARTS_singular_vectors_63(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_63, PLAIN)
-
-static INLINE void NAME(singular_vectors_64)(REAL i, REAL *mapped_18)
-{
-    mapped_18[0] = SELECT(LESS((REAL)0, i), (REAL)0, (REAL)1);
-}
-#define PARTS_singular_vectors_64(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+    AND OUT(16, 1) AND OUT(17, 1) AND OUT(18, 1) AND OUT(19, 1)
 GAC_IN_LANES(singular_vectors_64, PLAIN)
 
 static INLINE void NAME(singular_vectors_69)(REAL *sum_10)
@@ -1853,8 +1839,8 @@ GAC_IN_LANES(singular_vectors_88, PLAIN)
 intptr_t matrices_singular_vectors_work(intptr_t n, intptr_t m)
 {
     return n * m + m + m * m + n + m + n * m + m * m + n + n + m + m + n * m + m + m + m + n * m + m * m + m + m + m
-        + m + m + m + m * m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m
-        * m + m + m + m + m + m + m;
+        + m + m + m + m + m + m * m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m * m
+        + m + m + m + m + m + m;
 }
 #endif
 
@@ -1871,16 +1857,16 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
     common_9, *const mapped_13 = mapped_11 + m, sum_8, mapped_14, common_10, *const mapped_15 = mapped_13 + n * m,
     *const zeros_3 = mapped_15 + m * m, *const zeros_4 = zeros_3 + m, *const sum_0 = zeros_4 + m,
     *const sum_1 = sum_0 + m, mapped_16, common_11, mapped_17, common_12, by_element_3, by_element_4,
-    *const diagonal = sum_1 + m, *const beside = diagonal + m, *const state_1_2 = beside + m, converged, steps,
-    sum_9, own_start, following_start, *const own = state_1_2 + m * m, *const following = own + m, carry[6],
-    own_start_2, following_start_2, *const own_2 = following + m, *const following_2 = own_2 + m, own_start_3,
-    following_start_3, *const own_3 = following_2 + m, *const following_3 = own_3 + m, diagonal_start, beside_start,
-    own_start_4, across_start, cosine_start, sine_start, is_gap_start, is_first_start, cosine_start_2, sine_start_2,
+    number_start_4, *const number_4 = sum_1 + m, *const mapped_18 = number_4 + m, *const diagonal = mapped_18 + m,
+    *const beside = diagonal + m, *const state_1_2 = beside + m, converged, steps, sum_9, own_start,
+    following_start, *const own = state_1_2 + m * m, *const following = own + m, carry[6], own_start_2,
+    following_start_2, *const own_2 = following + m, *const following_2 = own_2 + m, own_start_3, following_start_3,
+    *const own_3 = following_2 + m, *const following_3 = own_3 + m, diagonal_start, beside_start, own_start_4,
+    across_start, cosine_start, sine_start, is_gap_start, cosine_start_2, sine_start_2,
     *const diagonal_2 = following_3 + m, *const beside_2 = diagonal_2 + m, *const own_4 = beside_2 + m,
     *const across = own_4 + m, *const cosine = across + m, *const sine = cosine + m, *const is_gap = sine + m,
-    *const is_first = is_gap + m, *const cosine_2 = is_first + m, *const sine_2 = cosine_2 + m, common_13,
-    number_start_4, *const number_4 = sine_2 + m, *const mapped_18 = number_4 + m, own_start_5, following_start_4,
-    *const own_5 = mapped_18 + m, *const following_4 = own_5 + m, found_start, passed_start, found,
+    *const cosine_2 = is_gap + m, *const sine_2 = cosine_2 + m, common_13, own_start_5, following_start_4,
+    *const own_5 = sine_2 + m, *const following_4 = own_5 + m, found_start, passed_start, found,
     *const passed = following_4 + m, *const of_row = passed + m, sum_10, *const mapped_19 = of_row + m * m, sum_11,
     *const mapped_20 = mapped_19 + m, number_start_5, *const number_5 = mapped_20 + m, sum_12,
     *const place = number_5 + m, number_start_6, *const number_6 = place + m, sum_13, number_start_7,
@@ -1918,6 +1904,7 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
     }
     CLEAR(m, zeros_3);
     CLEAR(m, zeros_4);
+    NAME(singular_vectors_48)(&number_start_4);
     for (intptr_t i = 0; i < m; i++) {
         NAME(singular_vectors_12)(&sum);
         NAME(singular_vectors_14)(&sum_2);
@@ -1992,6 +1979,8 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
         }
         COPY(1, zeros_3 + i, sum_0 + i);
         COPY(1, zeros_4 + i, sum_1 + i);
+        NAME(singular_vectors_49)(i > 0 ? number_4[i - 1] : number_start_4, number_4 + i);
+        NAME(singular_vectors_50)(number_4[i], mapped_18 + i);
     }
     for (intptr_t i = 0; i < n; i++) {
         NAME(singular_vectors_42)(number_2[i], &common_11);
@@ -2005,7 +1994,7 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
             COPY(1, &by_element_4, sum_1 + j);
         }
     }
-    NAME(singular_vectors_48)(&converged, &steps);
+    NAME(singular_vectors_51)(&converged, &steps);
     for (intptr_t i = 0; i < m; i++) {
         COPY(1, sum_0 + i, diagonal + i);
         COPY(1, sum_1 + i, beside + i);
@@ -2013,37 +2002,32 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
             COPY(1, state_1 + (i * m + j), state_1_2 + (i * m + j));
     }
     for (int repeats = 0; repeats < 1000; repeats++) {
-        NAME(singular_vectors_49)(&sum_9);
+        NAME(singular_vectors_52)(&sum_9);
         for (intptr_t j = 0; j < m; j++)
-            NAME(singular_vectors_50)(sum_9, diagonal[j], &sum_9);
-        NAME(singular_vectors_51)(&own_start, &following_start);
-        NAME(singular_vectors_55)(&own_start_2, &following_start_2);
-        NAME(singular_vectors_57)(&own_start_3, &following_start_3);
+            NAME(singular_vectors_53)(sum_9, diagonal[j], &sum_9);
+        NAME(singular_vectors_54)(&own_start, &following_start);
+        NAME(singular_vectors_58)(&own_start_2, &following_start_2);
+        NAME(singular_vectors_60)(&own_start_3, &following_start_3);
         for (intptr_t j = m; j-- > 0;) {
-            NAME(singular_vectors_52)(j + 1 < m ? own[j + 1] : own_start, following + j);
+            NAME(singular_vectors_55)(j + 1 < m ? own[j + 1] : own_start, following + j);
             COPY(1, beside + j, own + j);
-            NAME(singular_vectors_56)(j + 1 < m ? own_2[j + 1] : own_start_2, following_2 + j);
+            NAME(singular_vectors_59)(j + 1 < m ? own_2[j + 1] : own_start_2, following_2 + j);
             COPY(1, diagonal + j, own_2 + j);
-            NAME(singular_vectors_58)(j + 1 < m ? own_3[j + 1] : own_start_3, following_3 + j);
+            NAME(singular_vectors_61)(j + 1 < m ? own_3[j + 1] : own_start_3, following_3 + j);
             COPY(1, beside + j, own_3 + j);
         }
-        NAME(singular_vectors_53)(sum_9, carry);
+        NAME(singular_vectors_56)(sum_9, carry);
         for (intptr_t j = 0; j < m; j++)
-            NAME(singular_vectors_54)(carry, diagonal[j], beside[j], following[j], carry);
-        NAME(singular_vectors_59)(&diagonal_start, &beside_start, &own_start_4, &across_start, &cosine_start,
-    &sine_start, &is_gap_start, &is_first_start, &cosine_start_2, &sine_start_2);
-        NAME(singular_vectors_60)(carry, &common_13);
-        NAME(singular_vectors_62)(&number_start_4);
-        for (intptr_t j = 0; j < m; j++) {
-            NAME(singular_vectors_61)(j > 0 ? diagonal_2[j - 1] : diagonal_start,
+            NAME(singular_vectors_57)(carry, diagonal[j], beside[j], following[j], carry);
+        NAME(singular_vectors_62)(&diagonal_start, &beside_start, &own_start_4, &across_start, &cosine_start,
+    &sine_start, &is_gap_start, &cosine_start_2, &sine_start_2);
+        NAME(singular_vectors_63)(carry, &common_13);
+        for (intptr_t j = 0; j < m; j++)
+            NAME(singular_vectors_64)(j > 0 ? diagonal_2[j - 1] : diagonal_start,
     j > 0 ? own_4[j - 1] : own_start_4, j > 0 ? across[j - 1] : across_start, j > 0 ? cosine[j - 1] : cosine_start,
-    j > 0 ? sine[j - 1] : sine_start, j > 0 ? is_gap[j - 1] : is_gap_start,
-    j > 0 ? is_first[j - 1] : is_first_start, diagonal[j], following_2[j], following_3[j], common_13,
-    diagonal_2 + j, beside_2 + j, own_4 + j, across + j, cosine + j, sine + j, is_gap + j, is_first + j,
-    cosine_2 + j, sine_2 + j);
-            NAME(singular_vectors_63)(j > 0 ? number_4[j - 1] : number_start_4, number_4 + j);
-            NAME(singular_vectors_64)(number_4[j], mapped_18 + j);
-        }
+    j > 0 ? sine[j - 1] : sine_start, j > 0 ? is_gap[j - 1] : is_gap_start, diagonal[j], following_2[j],
+    following_3[j], mapped_18[j], common_13, diagonal_2 + j, beside_2 + j, own_4 + j, across + j, cosine + j,
+    sine + j, is_gap + j, cosine_2 + j, sine_2 + j);
         NAME(singular_vectors_69)(&sum_10);
         for (intptr_t j = 0; j < m; j++) {
             NAME(singular_vectors_65)(&own_start_5, &following_start_4);
@@ -2106,14 +2090,13 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
     REAL *out_1, REAL *out_2, REAL *mapped_2, REAL *number, REAL *mapped_4, REAL *number_2, REAL *number_3,
     REAL *state_0, REAL *state_1, REAL *mapped_5, REAL *mapped_6, REAL *zeros, REAL *sum_3, REAL *mapped_9,
     REAL *zeros_2, REAL *sum_4, REAL *mapped_11, REAL *mapped_13, REAL *mapped_15, REAL *zeros_3, REAL *zeros_4,
-    REAL *sum_0, REAL *sum_1, REAL *diagonal, REAL *beside, REAL *state_1_2, REAL *own, REAL *following,
-    REAL *own_2, REAL *following_2, REAL *own_3, REAL *following_3, REAL *diagonal_2, REAL *beside_2, REAL *own_4,
-    REAL *across, REAL *cosine, REAL *sine, REAL *is_gap, REAL *is_first, REAL *cosine_2, REAL *sine_2,
-    REAL *number_4, REAL *mapped_18, REAL *own_5, REAL *following_4, REAL *passed, REAL *of_row, REAL *mapped_19,
-    REAL *mapped_20, REAL *number_5, REAL *place, REAL *number_6, REAL *number_7, REAL *gac_kept_0,
-    REAL *gac_kept_1, REAL *gac_kept_2, REAL *gac_kept_4, REAL *gac_kept_5, REAL *gac_kept_6, REAL *gac_kept_7,
-    REAL *gac_kept_8, REAL *gac_kept_9, REAL *gac_kept_10, REAL *gac_kept_11, REAL *gac_kept_12, REAL *gac_kept_13,
-    REAL *gac_kept_14, REAL *gac_kept_15, REAL *gac_kept_16)
+    REAL *sum_0, REAL *sum_1, REAL *number_4, REAL *mapped_18, REAL *diagonal, REAL *beside, REAL *state_1_2,
+    REAL *own, REAL *following, REAL *own_2, REAL *following_2, REAL *own_3, REAL *following_3, REAL *diagonal_2,
+    REAL *beside_2, REAL *own_4, REAL *across, REAL *cosine, REAL *sine, REAL *is_gap, REAL *cosine_2, REAL *sine_2,
+    REAL *own_5, REAL *following_4, REAL *passed, REAL *of_row, REAL *mapped_19, REAL *mapped_20, REAL *number_5,
+    REAL *place, REAL *number_6, REAL *number_7, REAL *gac_kept_0, REAL *gac_kept_1, REAL *gac_kept_2,
+    REAL *gac_kept_4, REAL *gac_kept_5, REAL *gac_kept_6, REAL *gac_kept_7, REAL *gac_kept_8, REAL *gac_kept_9,
+    REAL *gac_kept_10, REAL *gac_kept_11, REAL *gac_kept_12, REAL *gac_kept_13, REAL *gac_kept_14)
 {
     _Alignas(64) REAL m_2[NLANES], m_3[NLANES], mapped[NLANES], common[NLANES], number_start[NLANES],
     mapped_3[NLANES], number_start_2[NLANES], number_start_3[NLANES], sum[NLANES], sum_2[NLANES], common_2[NLANES],
@@ -2121,11 +2104,11 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
     common_5[NLANES], by_element_2[NLANES], sum_5[NLANES], common_6[NLANES], sum_6[NLANES], common_7[NLANES],
     sum_7[NLANES], mapped_12[NLANES], common_8[NLANES], common_9[NLANES], sum_8[NLANES], mapped_14[NLANES],
     common_10[NLANES], mapped_16[NLANES], common_11[NLANES], mapped_17[NLANES], common_12[NLANES],
-    by_element_3[NLANES], by_element_4[NLANES], converged[NLANES], steps[NLANES], sum_9[NLANES], own_start[NLANES],
-    following_start[NLANES], carry[6 * NLANES], own_start_2[NLANES], following_start_2[NLANES], own_start_3[NLANES],
-    following_start_3[NLANES], diagonal_start[NLANES], beside_start[NLANES], own_start_4[NLANES],
-    across_start[NLANES], cosine_start[NLANES], sine_start[NLANES], is_gap_start[NLANES], is_first_start[NLANES],
-    cosine_start_2[NLANES], sine_start_2[NLANES], common_13[NLANES], number_start_4[NLANES], own_start_5[NLANES],
+    by_element_3[NLANES], by_element_4[NLANES], number_start_4[NLANES], converged[NLANES], steps[NLANES],
+    sum_9[NLANES], own_start[NLANES], following_start[NLANES], carry[6 * NLANES], own_start_2[NLANES],
+    following_start_2[NLANES], own_start_3[NLANES], following_start_3[NLANES], diagonal_start[NLANES],
+    beside_start[NLANES], own_start_4[NLANES], across_start[NLANES], cosine_start[NLANES], sine_start[NLANES],
+    is_gap_start[NLANES], cosine_start_2[NLANES], sine_start_2[NLANES], common_13[NLANES], own_start_5[NLANES],
     following_start_4[NLANES], found_start[NLANES], passed_start[NLANES], found[NLANES], sum_10[NLANES],
     sum_11[NLANES], number_start_5[NLANES], sum_12[NLANES], number_start_6[NLANES], sum_13[NLANES],
     number_start_7[NLANES], sum_14[NLANES], mapped_22[NLANES], gac_kept_3[NLANES];
@@ -2163,6 +2146,7 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
     }
     CLEAR(NLANES * m, zeros_3);
     CLEAR(NLANES * m, zeros_4);
+    NAME(singular_vectors_48_lanes)(number_start_4);
     for (intptr_t i = 0; i < m; i++) {
         NAME(singular_vectors_12_lanes)(sum);
         NAME(singular_vectors_14_lanes)(sum_2);
@@ -2246,6 +2230,9 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
         }
         COPY(NLANES, zeros_3 + NLANES * i, sum_0 + NLANES * i);
         COPY(NLANES, zeros_4 + NLANES * i, sum_1 + NLANES * i);
+        NAME(singular_vectors_49_lanes)(i > 0 ? number_4 + NLANES * (i - 1) : number_start_4,
+    number_4 + NLANES * i);
+        NAME(singular_vectors_50_lanes)(number_4 + NLANES * i, mapped_18 + NLANES * i);
     }
     for (intptr_t i = 0; i < n; i++) {
         NAME(singular_vectors_42_lanes)(number_2 + NLANES * i, common_11);
@@ -2261,7 +2248,7 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
             COPY(NLANES, by_element_4, sum_1 + NLANES * j);
         }
     }
-    NAME(singular_vectors_48_lanes)(converged, steps);
+    NAME(singular_vectors_51_lanes)(converged, steps);
     for (intptr_t i = 0; i < m; i++) {
         COPY(NLANES, sum_0 + NLANES * i, diagonal + NLANES * i);
         COPY(NLANES, sum_1 + NLANES * i, beside + NLANES * i);
@@ -2282,46 +2269,39 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
         KEEP(rounds, NLANES * m, cosine, gac_kept_10);
         KEEP(rounds, NLANES * m, sine, gac_kept_11);
         KEEP(rounds, NLANES * m, is_gap, gac_kept_12);
-        KEEP(rounds, NLANES * m, is_first, gac_kept_13);
-        KEEP(rounds, NLANES * m, number_4, gac_kept_14);
-        KEEP(rounds, NLANES * m, own_5, gac_kept_15);
-        KEEP(rounds, NLANES * m, passed, gac_kept_16);
-        NAME(singular_vectors_49_lanes)(sum_9);
+        KEEP(rounds, NLANES * m, own_5, gac_kept_13);
+        KEEP(rounds, NLANES * m, passed, gac_kept_14);
+        NAME(singular_vectors_52_lanes)(sum_9);
         for (intptr_t j = 0; j < m; j++)
-            NAME(singular_vectors_50_lanes)(sum_9, diagonal + NLANES * j, sum_9);
-        NAME(singular_vectors_51_lanes)(own_start, following_start);
-        NAME(singular_vectors_55_lanes)(own_start_2, following_start_2);
-        NAME(singular_vectors_57_lanes)(own_start_3, following_start_3);
+            NAME(singular_vectors_53_lanes)(sum_9, diagonal + NLANES * j, sum_9);
+        NAME(singular_vectors_54_lanes)(own_start, following_start);
+        NAME(singular_vectors_58_lanes)(own_start_2, following_start_2);
+        NAME(singular_vectors_60_lanes)(own_start_3, following_start_3);
         for (intptr_t j = m; j-- > 0;) {
-            NAME(singular_vectors_52_lanes)(j + 1 < m ? own + NLANES * (j + 1) : own_start, following + NLANES * j);
+            NAME(singular_vectors_55_lanes)(j + 1 < m ? own + NLANES * (j + 1) : own_start, following + NLANES * j);
             COPY(NLANES, beside + NLANES * j, own + NLANES * j);
-            NAME(singular_vectors_56_lanes)(j + 1 < m ? own_2 + NLANES * (j + 1) : own_start_2,
+            NAME(singular_vectors_59_lanes)(j + 1 < m ? own_2 + NLANES * (j + 1) : own_start_2,
     following_2 + NLANES * j);
             COPY(NLANES, diagonal + NLANES * j, own_2 + NLANES * j);
-            NAME(singular_vectors_58_lanes)(j + 1 < m ? own_3 + NLANES * (j + 1) : own_start_3,
+            NAME(singular_vectors_61_lanes)(j + 1 < m ? own_3 + NLANES * (j + 1) : own_start_3,
     following_3 + NLANES * j);
             COPY(NLANES, beside + NLANES * j, own_3 + NLANES * j);
         }
-        NAME(singular_vectors_53_lanes)(sum_9, carry);
+        NAME(singular_vectors_56_lanes)(sum_9, carry);
         for (intptr_t j = 0; j < m; j++)
-            NAME(singular_vectors_54_lanes)(carry, diagonal + NLANES * j, beside + NLANES * j,
+            NAME(singular_vectors_57_lanes)(carry, diagonal + NLANES * j, beside + NLANES * j,
     following + NLANES * j, carry);
-        NAME(singular_vectors_59_lanes)(diagonal_start, beside_start, own_start_4, across_start, cosine_start,
-    sine_start, is_gap_start, is_first_start, cosine_start_2, sine_start_2);
-        NAME(singular_vectors_60_lanes)(carry, common_13);
-        NAME(singular_vectors_62_lanes)(number_start_4);
-        for (intptr_t j = 0; j < m; j++) {
-            NAME(singular_vectors_61_lanes)(j > 0 ? diagonal_2 + NLANES * (j - 1) : diagonal_start,
+        NAME(singular_vectors_62_lanes)(diagonal_start, beside_start, own_start_4, across_start, cosine_start,
+    sine_start, is_gap_start, cosine_start_2, sine_start_2);
+        NAME(singular_vectors_63_lanes)(carry, common_13);
+        for (intptr_t j = 0; j < m; j++)
+            NAME(singular_vectors_64_lanes)(j > 0 ? diagonal_2 + NLANES * (j - 1) : diagonal_start,
     j > 0 ? own_4 + NLANES * (j - 1) : own_start_4, j > 0 ? across + NLANES * (j - 1) : across_start,
     j > 0 ? cosine + NLANES * (j - 1) : cosine_start, j > 0 ? sine + NLANES * (j - 1) : sine_start,
-    j > 0 ? is_gap + NLANES * (j - 1) : is_gap_start, j > 0 ? is_first + NLANES * (j - 1) : is_first_start,
-    diagonal + NLANES * j, following_2 + NLANES * j, following_3 + NLANES * j, common_13, diagonal_2 + NLANES * j,
-    beside_2 + NLANES * j, own_4 + NLANES * j, across + NLANES * j, cosine + NLANES * j, sine + NLANES * j,
-    is_gap + NLANES * j, is_first + NLANES * j, cosine_2 + NLANES * j, sine_2 + NLANES * j);
-            NAME(singular_vectors_63_lanes)(j > 0 ? number_4 + NLANES * (j - 1) : number_start_4,
-    number_4 + NLANES * j);
-            NAME(singular_vectors_64_lanes)(number_4 + NLANES * j, mapped_18 + NLANES * j);
-        }
+    j > 0 ? is_gap + NLANES * (j - 1) : is_gap_start, diagonal + NLANES * j, following_2 + NLANES * j,
+    following_3 + NLANES * j, mapped_18 + NLANES * j, common_13, diagonal_2 + NLANES * j, beside_2 + NLANES * j,
+    own_4 + NLANES * j, across + NLANES * j, cosine + NLANES * j, sine + NLANES * j, is_gap + NLANES * j,
+    cosine_2 + NLANES * j, sine_2 + NLANES * j);
         NAME(singular_vectors_69_lanes)(sum_10);
         for (intptr_t j = 0; j < m; j++) {
             NAME(singular_vectors_65_lanes)(own_start_5, following_start_4);
@@ -2357,10 +2337,8 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
         RESTORE(rounds, NLANES * m, gac_kept_10, cosine);
         RESTORE(rounds, NLANES * m, gac_kept_11, sine);
         RESTORE(rounds, NLANES * m, gac_kept_12, is_gap);
-        RESTORE(rounds, NLANES * m, gac_kept_13, is_first);
-        RESTORE(rounds, NLANES * m, gac_kept_14, number_4);
-        RESTORE(rounds, NLANES * m, gac_kept_15, own_5);
-        RESTORE(rounds, NLANES * m, gac_kept_16, passed);
+        RESTORE(rounds, NLANES * m, gac_kept_13, own_5);
+        RESTORE(rounds, NLANES * m, gac_kept_14, passed);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;
@@ -2418,21 +2396,20 @@ GAC_PROCEDURE(singular_vectors, LANES)
     WORK(15, mapped_9, scalar, 1, n * m) WORK(16, zeros_2, scalar, 1, m) WORK(17, sum_4, scalar, 1, m) \
     WORK(18, mapped_11, scalar, 1, m) WORK(19, mapped_13, scalar, 1, n * m) WORK(20, mapped_15, scalar, 1, m * m) \
     WORK(21, zeros_3, scalar, 1, m) WORK(22, zeros_4, scalar, 1, m) WORK(23, sum_0, scalar, 1, m) \
-    WORK(24, sum_1, scalar, 1, m) WORK(25, diagonal, scalar, 1, m) WORK(26, beside, scalar, 1, m) \
-    WORK(27, state_1_2, scalar, 1, m * m) WORK(28, own, scalar, 1, m) WORK(29, following, scalar, 1, m) \
-    WORK(30, own_2, scalar, 1, m) WORK(31, following_2, scalar, 1, m) WORK(32, own_3, scalar, 1, m) \
-    WORK(33, following_3, scalar, 1, m) WORK(34, diagonal_2, scalar, 1, m) WORK(35, beside_2, scalar, 1, m) \
-    WORK(36, own_4, scalar, 1, m) WORK(37, across, scalar, 1, m) WORK(38, cosine, scalar, 1, m) \
-    WORK(39, sine, scalar, 1, m) WORK(40, is_gap, scalar, 1, m) WORK(41, is_first, scalar, 1, m) \
-    WORK(42, cosine_2, scalar, 1, m) WORK(43, sine_2, scalar, 1, m) WORK(44, number_4, scalar, 1, m) \
-    WORK(45, mapped_18, scalar, 1, m) WORK(46, own_5, scalar, 1, m) WORK(47, following_4, scalar, 1, m) \
-    WORK(48, passed, scalar, 1, m) WORK(49, of_row, scalar, 1, m * m) WORK(50, mapped_19, scalar, 1, m) \
-    WORK(51, number_5, scalar, 1, m) WORK(52, gac_kept_0, scalar, 1, m) WORK(53, gac_kept_1, scalar, 1, m) \
-    WORK(54, gac_kept_2, scalar, 1, m * m) WORK(55, gac_kept_4, scalar, 1, m) WORK(56, gac_kept_5, scalar, 1, m) \
-    WORK(57, gac_kept_6, scalar, 1, m) WORK(58, gac_kept_7, scalar, 1, m) WORK(59, gac_kept_8, scalar, 1, m) \
-    WORK(60, gac_kept_9, scalar, 1, m) WORK(61, gac_kept_10, scalar, 1, m) WORK(62, gac_kept_11, scalar, 1, m) \
-    WORK(63, gac_kept_12, scalar, 1, m) WORK(64, gac_kept_13, scalar, 1, m) WORK(65, gac_kept_14, scalar, 1, m) \
-    WORK(66, gac_kept_15, scalar, 1, m) WORK(67, gac_kept_16, scalar, 1, m)
+    WORK(24, sum_1, scalar, 1, m) WORK(25, number_4, scalar, 1, m) WORK(26, mapped_18, scalar, 1, m) \
+    WORK(27, diagonal, scalar, 1, m) WORK(28, beside, scalar, 1, m) WORK(29, state_1_2, scalar, 1, m * m) \
+    WORK(30, own, scalar, 1, m) WORK(31, following, scalar, 1, m) WORK(32, own_2, scalar, 1, m) \
+    WORK(33, following_2, scalar, 1, m) WORK(34, own_3, scalar, 1, m) WORK(35, following_3, scalar, 1, m) \
+    WORK(36, diagonal_2, scalar, 1, m) WORK(37, beside_2, scalar, 1, m) WORK(38, own_4, scalar, 1, m) \
+    WORK(39, across, scalar, 1, m) WORK(40, cosine, scalar, 1, m) WORK(41, sine, scalar, 1, m) \
+    WORK(42, is_gap, scalar, 1, m) WORK(43, cosine_2, scalar, 1, m) WORK(44, sine_2, scalar, 1, m) \
+    WORK(45, own_5, scalar, 1, m) WORK(46, following_4, scalar, 1, m) WORK(47, passed, scalar, 1, m) \
+    WORK(48, of_row, scalar, 1, m * m) WORK(49, mapped_19, scalar, 1, m) WORK(50, number_5, scalar, 1, m) \
+    WORK(51, gac_kept_0, scalar, 1, m) WORK(52, gac_kept_1, scalar, 1, m) WORK(53, gac_kept_2, scalar, 1, m * m) \
+    WORK(54, gac_kept_4, scalar, 1, m) WORK(55, gac_kept_5, scalar, 1, m) WORK(56, gac_kept_6, scalar, 1, m) \
+    WORK(57, gac_kept_7, scalar, 1, m) WORK(58, gac_kept_8, scalar, 1, m) WORK(59, gac_kept_9, scalar, 1, m) \
+    WORK(60, gac_kept_10, scalar, 1, m) WORK(61, gac_kept_11, scalar, 1, m) WORK(62, gac_kept_12, scalar, 1, m) \
+    WORK(63, gac_kept_13, scalar, 1, m) WORK(64, gac_kept_14, scalar, 1, m)
 
 static INLINE void NAME(null_vector_1)(REAL *m_2)
 {
@@ -2512,6 +2489,13 @@ static INLINE void NAME(null_vector_11)(REAL number, REAL *number_3)
 #define PARTS_null_vector_11(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
 GAC_IN_LANES(null_vector_11, PLAIN)
 
+static INLINE void NAME(null_vector_48)(REAL *number_start_4)
+{
+    number_start_4[0] = (REAL)-1;
+}
+#define PARTS_null_vector_48(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(null_vector_48, PLAIN)
+
 static INLINE void NAME(null_vector_12)(REAL *sum)
 {
     sum[0] = (REAL)0;
@@ -2545,20 +2529,21 @@ GAC_IN_LANES(null_vector_15, PLAIN)
 
 static INLINE void NAME(null_vector_16)(REAL sum, REAL sum_2, REAL *common_2)
 {
-    const REAL t0 = SQRT(sum + sum_2 * sum_2);
-    const REAL t1 = -t0;
-    common_2[0] = sum_2 + SELECT(LESS(sum_2, (REAL)0), t1, t0);
+    const REAL t0 = sum + sum_2 * sum_2;
+    const REAL t1 = SQRT(SELECT(LESS_EQUAL(sum, (REAL)1e-36), (REAL)1, t0));
+    const REAL t2 = -t1;
+    common_2[0] = sum_2 + SELECT(LESS(sum_2, (REAL)0), t2, t1);
 }
 #define PARTS_null_vector_16(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(null_vector_16, PLAIN)
 
 static INLINE void NAME(null_vector_18)(REAL sum, REAL sum_2, REAL *common_4)
 {
-    const REAL t0 = SQRT(sum + sum_2 * sum_2);
-    const REAL t1 = t0 * (t0 + ABS(sum_2));
-    const REAL t2 = LESS_EQUAL(sum, (REAL)1e-36);
-    const REAL t3 = (REAL)1 / SELECT(t2, (REAL)1, t1);
-    common_4[0] = SELECT(t2, (REAL)0, t3);
+    const REAL t0 = sum + sum_2 * sum_2;
+    const REAL t1 = LESS_EQUAL(sum, (REAL)1e-36);
+    const REAL t2 = SQRT(SELECT(t1, (REAL)1, t0));
+    const REAL t3 = (REAL)1 / (t2 * (t2 + ABS(sum_2)));
+    common_4[0] = SELECT(t1, (REAL)0, t3);
 }
 #define PARTS_null_vector_18(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(null_vector_18, PLAIN)
@@ -2662,9 +2647,10 @@ GAC_IN_LANES(null_vector_30, PLAIN)
 
 static INLINE void NAME(null_vector_31)(REAL sum, REAL sum_2, REAL *common_7)
 {
-    const REAL t0 = SQRT(sum + sum_2 * sum_2);
-    const REAL t1 = -t0;
-    common_7[0] = sum_2 + SELECT(LESS(sum_2, (REAL)0), t1, t0);
+    const REAL t0 = sum + sum_2 * sum_2;
+    const REAL t1 = SQRT(SELECT(LESS_EQUAL(sum, (REAL)1e-36), (REAL)1, t0));
+    const REAL t2 = -t1;
+    common_7[0] = sum_2 + SELECT(LESS(sum_2, (REAL)0), t2, t1);
 }
 #define PARTS_null_vector_31(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(null_vector_31, PLAIN)
@@ -2680,11 +2666,11 @@ GAC_IN_LANES(null_vector_32, PLAIN)
 
 static INLINE void NAME(null_vector_33)(REAL sum, REAL sum_2, REAL *common_9)
 {
-    const REAL t0 = SQRT(sum + sum_2 * sum_2);
-    const REAL t1 = t0 * (t0 + ABS(sum_2));
-    const REAL t2 = LESS_EQUAL(sum, (REAL)1e-36);
-    const REAL t3 = (REAL)1 / SELECT(t2, (REAL)1, t1);
-    common_9[0] = SELECT(t2, (REAL)0, t3);
+    const REAL t0 = sum + sum_2 * sum_2;
+    const REAL t1 = LESS_EQUAL(sum, (REAL)1e-36);
+    const REAL t2 = SQRT(SELECT(t1, (REAL)1, t0));
+    const REAL t3 = (REAL)1 / (t2 * (t2 + ABS(sum_2)));
+    common_9[0] = SELECT(t1, (REAL)0, t3);
 }
 #define PARTS_null_vector_33(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(null_vector_33, PLAIN)
@@ -2749,6 +2735,20 @@ static INLINE void NAME(null_vector_41)(REAL x, REAL y, REAL common, REAL *mappe
     AND OUT(3, 1)
 GAC_IN_LANES(null_vector_41, PLAIN)
 
+static INLINE void NAME(null_vector_49)(REAL number, REAL *number_4)
+{
+    number_4[0] = number + (REAL)1;
+}
+#define PARTS_null_vector_49(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(null_vector_49, PLAIN)
+
+static INLINE void NAME(null_vector_50)(REAL i, REAL *mapped_18)
+{
+    mapped_18[0] = SELECT(LESS((REAL)0, i), (REAL)0, (REAL)1);
+}
+#define PARTS_null_vector_50(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(null_vector_50, PLAIN)
+
 static INLINE void NAME(null_vector_42)(REAL i, REAL *common_11)
 {
     common_11[0] = i;
@@ -2793,74 +2793,74 @@ static INLINE void NAME(null_vector_47)(REAL a, REAL b, REAL *by_element_4)
 #define PARTS_null_vector_47(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(null_vector_47, PLAIN)
 
-static INLINE void NAME(null_vector_48)(REAL *converged, REAL *steps)
+static INLINE void NAME(null_vector_51)(REAL *converged, REAL *steps)
 {
     converged[0] = (REAL)0;
     steps[0] = (REAL)0;
 }
-#define PARTS_null_vector_48(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_48, PLAIN)
+#define PARTS_null_vector_51(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(null_vector_51, PLAIN)
 
-static INLINE void NAME(null_vector_49)(REAL *sum_9)
+static INLINE void NAME(null_vector_52)(REAL *sum_9)
 {
     sum_9[0] = (REAL)0;
 }
-#define PARTS_null_vector_49(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(null_vector_49, PLAIN)
+#define PARTS_null_vector_52(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(null_vector_52, PLAIN)
 
-static INLINE void NAME(null_vector_50)(REAL sum, REAL a, REAL *sum_9)
+static INLINE void NAME(null_vector_53)(REAL sum, REAL a, REAL *sum_9)
 {
     sum_9[0] = sum + ABS(a);
 }
-#define PARTS_null_vector_50(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(null_vector_50, PLAIN)
+#define PARTS_null_vector_53(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(null_vector_53, PLAIN)
 
-static INLINE void NAME(null_vector_51)(REAL *own_start, REAL *following_start)
+static INLINE void NAME(null_vector_54)(REAL *own_start, REAL *following_start)
 {
     own_start[0] = (REAL)0;
     following_start[0] = (REAL)0;
 }
-#define PARTS_null_vector_51(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_51, PLAIN)
+#define PARTS_null_vector_54(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(null_vector_54, PLAIN)
 
-static INLINE void NAME(null_vector_55)(REAL *own_start_2, REAL *following_start_2)
+static INLINE void NAME(null_vector_58)(REAL *own_start_2, REAL *following_start_2)
 {
     own_start_2[0] = (REAL)0;
     following_start_2[0] = (REAL)0;
 }
-#define PARTS_null_vector_55(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_55, PLAIN)
+#define PARTS_null_vector_58(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(null_vector_58, PLAIN)
 
-static INLINE void NAME(null_vector_57)(REAL *own_start_3, REAL *following_start_3)
+static INLINE void NAME(null_vector_60)(REAL *own_start_3, REAL *following_start_3)
 {
     own_start_3[0] = (REAL)0;
     following_start_3[0] = (REAL)0;
 }
-#define PARTS_null_vector_57(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_57, PLAIN)
+#define PARTS_null_vector_60(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(null_vector_60, PLAIN)
 
-static INLINE void NAME(null_vector_52)(REAL own, REAL *following)
+static INLINE void NAME(null_vector_55)(REAL own, REAL *following)
 {
     following[0] = own;
 }
-#define PARTS_null_vector_52(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_52, PLAIN)
+#define PARTS_null_vector_55(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(null_vector_55, PLAIN)
 
-static INLINE void NAME(null_vector_56)(REAL own, REAL *following_2)
+static INLINE void NAME(null_vector_59)(REAL own, REAL *following_2)
 {
     following_2[0] = own;
 }
-#define PARTS_null_vector_56(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_56, PLAIN)
+#define PARTS_null_vector_59(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(null_vector_59, PLAIN)
 
-static INLINE void NAME(null_vector_58)(REAL own, REAL *following_3)
+static INLINE void NAME(null_vector_61)(REAL own, REAL *following_3)
 {
     following_3[0] = own;
 }
-#define PARTS_null_vector_58(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_58, PLAIN)
+#define PARTS_null_vector_61(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(null_vector_61, PLAIN)
 
-static INLINE void NAME(null_vector_53)(REAL sum, REAL *carry)
+static INLINE void NAME(null_vector_56)(REAL sum, REAL *carry)
 {
     carry[0] = (REAL)0;
     carry[1] = sum + (REAL)1;
@@ -2869,10 +2869,10 @@ static INLINE void NAME(null_vector_53)(REAL sum, REAL *carry)
     carry[4] = (REAL)0;
     carry[5] = (REAL)0;
 }
-#define PARTS_null_vector_53(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 6)
-GAC_IN_LANES(null_vector_53, PLAIN)
+#define PARTS_null_vector_56(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 6)
+GAC_IN_LANES(null_vector_56, PLAIN)
 
-static INLINE void NAME(null_vector_54)(const REAL *carry, REAL d, REAL b, REAL after, REAL *carry_out)
+static INLINE void NAME(null_vector_57)(const REAL *carry, REAL d, REAL b, REAL after, REAL *carry_out)
 {
     const REAL carry_0 = carry[0], carry_1 = carry[1], carry_2 = carry[2], carry_3 = carry[3], carry_4 = carry[4],
         carry_5 = carry[5];
@@ -2890,13 +2890,13 @@ static INLINE void NAME(null_vector_54)(const REAL *carry, REAL d, REAL b, REAL 
     carry_out[4] = SELECT(t1, carry_4, b);
     carry_out[5] = SELECT(t1, carry_5, d);
 }
-#define PARTS_null_vector_54(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND NUMBER(2, 0) AND NUMBER(3, 0) \
+#define PARTS_null_vector_57(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND NUMBER(2, 0) AND NUMBER(3, 0) \
     AND OUT(4, 6)
-GAC_IN_LANES(null_vector_54, PLAIN)
+GAC_IN_LANES(null_vector_57, PLAIN)
 
-static INLINE void NAME(null_vector_59)(REAL *diagonal_start, REAL *beside_start, REAL *own_start_4, REAL
-    *across_start, REAL *cosine_start, REAL *sine_start, REAL *is_gap_start, REAL *is_first_start, REAL
-    *cosine_start_2, REAL *sine_start_2)
+static INLINE void NAME(null_vector_62)(REAL *diagonal_start, REAL *beside_start, REAL *own_start_4, REAL
+    *across_start, REAL *cosine_start, REAL *sine_start, REAL *is_gap_start, REAL *cosine_start_2, REAL
+    *sine_start_2)
 {
     diagonal_start[0] = (REAL)0;
     beside_start[0] = (REAL)0;
@@ -2905,41 +2905,32 @@ static INLINE void NAME(null_vector_59)(REAL *diagonal_start, REAL *beside_start
     cosine_start[0] = (REAL)1;
     sine_start[0] = (REAL)0;
     is_gap_start[0] = (REAL)1;
-    is_first_start[0] = (REAL)1;
     cosine_start_2[0] = (REAL)1;
     sine_start_2[0] = (REAL)0;
 }
-#define PARTS_null_vector_59(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
-    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1)
-GAC_IN_LANES(null_vector_59, PLAIN)
+#define PARTS_null_vector_62(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
+    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1)
+GAC_IN_LANES(null_vector_62, PLAIN)
 
-static INLINE void NAME(null_vector_60)(const REAL *carry, REAL *common_13)
+static INLINE void NAME(null_vector_63)(const REAL *carry, REAL *common_13)
 {
     const REAL carry_1 = carry[1], carry_2 = carry[2], carry_3 = carry[3], carry_4 = carry[4], carry_5 = carry[5];
     const REAL t0 = carry_4 * carry_4 + carry_5 * carry_5;
     const REAL t1 = (carry_3 * carry_3 - t0) * (REAL)0.5;
     const REAL t2 = carry_3 * carry_4;
-    const REAL t3 = SQRT(t1 * t1 + t2 * t2);
-    const REAL t4 = -t3;
-    const REAL t5 = t1 + SELECT(LESS(t1, (REAL)0), t4, t3);
-    const REAL t6 = t0 - t2 * (t2 / SELECT(EQUAL((REAL)0, t5), (REAL)1, t5));
+    const REAL t3 = t1 * t1 + t2 * t2;
+    const REAL t4 = SQRT(SELECT(EQUAL((REAL)0, t3), (REAL)1, t3));
+    const REAL t5 = -t4;
+    const REAL t6 = t0 - t2 * (t2 / (t1 + SELECT(LESS(t1, (REAL)0), t5, t4)));
     const REAL t7 = MAXIMUM((REAL)0, t6);
     common_13[0] = SELECT(EQUAL(carry_2, carry_1 + carry_2), (REAL)0, t7);
 }
-#define PARTS_null_vector_60(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_60, PLAIN)
+#define PARTS_null_vector_63(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 1)
+GAC_IN_LANES(null_vector_63, PLAIN)
 
-static INLINE void NAME(null_vector_62)(REAL *number_start_4)
-{
-    number_start_4[0] = (REAL)-1;
-}
-#define PARTS_null_vector_62(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(null_vector_62, PLAIN)
-
-static INLINE void NAME(null_vector_61)(REAL diagonal, REAL own, REAL across, REAL cosine, REAL sine, REAL is_gap,
-    REAL is_first, REAL own_2, REAL after, REAL beside, REAL common, REAL *diagonal_2, REAL *beside_2, REAL *own_4,
-    REAL *across_out, REAL *cosine_out, REAL *sine_out, REAL *is_gap_out, REAL *is_first_out, REAL *cosine_2, REAL
-    *sine_2)
+static INLINE void NAME(null_vector_64)(REAL diagonal, REAL own, REAL across, REAL cosine, REAL sine, REAL is_gap,
+    REAL own_2, REAL after, REAL beside, REAL is_first, REAL common, REAL *diagonal_2, REAL *beside_2, REAL *own_4,
+    REAL *across_out, REAL *cosine_out, REAL *sine_out, REAL *is_gap_out, REAL *cosine_2, REAL *sine_2)
 {
     const REAL t0 = SELECT(is_first, own_2, own);
     const REAL t1 = t0 - common / SELECT(EQUAL((REAL)0, t0), (REAL)1, t0);
@@ -2997,28 +2988,13 @@ static INLINE void NAME(null_vector_61)(REAL diagonal, REAL own, REAL across, RE
     cosine_out[0] = t44;
     sine_out[0] = t47;
     is_gap_out[0] = t14;
-    is_first_out[0] = (REAL)0;
     cosine_2[0] = t19;
     sine_2[0] = t21;
 }
-#define PARTS_null_vector_61(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_null_vector_64(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
     AND NUMBER(9, 0) AND NUMBER(10, 0) AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) \
-    AND OUT(16, 1) AND OUT(17, 1) AND OUT(18, 1) AND OUT(19, 1) AND OUT(20, 1)
-GAC_IN_LANES(null_vector_61, PLAIN)
-
-static INLINE void NAME(null_vector_63)(REAL number, REAL *number_4)
-{
-    number_4[0] = number + (REAL)1;
-}
-#define PARTS_null_vector_63(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_63, PLAIN)
-
-static INLINE void NAME(null_vector_64)(REAL i, REAL *mapped_18)
-{
-    mapped_18[0] = SELECT(LESS((REAL)0, i), (REAL)0, (REAL)1);
-}
-#define PARTS_null_vector_64(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+    AND OUT(16, 1) AND OUT(17, 1) AND OUT(18, 1) AND OUT(19, 1)
 GAC_IN_LANES(null_vector_64, PLAIN)
 
 static INLINE void NAME(null_vector_69)(REAL *sum_10)
@@ -3189,8 +3165,8 @@ GAC_IN_LANES(null_vector_83, PLAIN)
 intptr_t matrices_null_vector_work(intptr_t n, intptr_t m)
 {
     return n * m + m + m * m + n + m + n * m + m * m + n + n + m + m + n * m + m + m + m + n * m + m * m + m + m + m
-        + m + m + m + m * m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m
-        * m + m + m;
+        + m + m + m + m + m + m * m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m * m
+        + m + m;
 }
 #endif
 
@@ -3207,16 +3183,16 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
     common_9, *const mapped_13 = mapped_11 + m, sum_8, mapped_14, common_10, *const mapped_15 = mapped_13 + n * m,
     *const zeros_3 = mapped_15 + m * m, *const zeros_4 = zeros_3 + m, *const sum_0 = zeros_4 + m,
     *const sum_1 = sum_0 + m, mapped_16, common_11, mapped_17, common_12, by_element_3, by_element_4,
-    *const diagonal = sum_1 + m, *const beside = diagonal + m, *const state_1_2 = beside + m, converged, steps,
-    sum_9, own_start, following_start, *const own = state_1_2 + m * m, *const following = own + m, carry[6],
-    own_start_2, following_start_2, *const own_2 = following + m, *const following_2 = own_2 + m, own_start_3,
-    following_start_3, *const own_3 = following_2 + m, *const following_3 = own_3 + m, diagonal_start, beside_start,
-    own_start_4, across_start, cosine_start, sine_start, is_gap_start, is_first_start, cosine_start_2, sine_start_2,
+    number_start_4, *const number_4 = sum_1 + m, *const mapped_18 = number_4 + m, *const diagonal = mapped_18 + m,
+    *const beside = diagonal + m, *const state_1_2 = beside + m, converged, steps, sum_9, own_start,
+    following_start, *const own = state_1_2 + m * m, *const following = own + m, carry[6], own_start_2,
+    following_start_2, *const own_2 = following + m, *const following_2 = own_2 + m, own_start_3, following_start_3,
+    *const own_3 = following_2 + m, *const following_3 = own_3 + m, diagonal_start, beside_start, own_start_4,
+    across_start, cosine_start, sine_start, is_gap_start, cosine_start_2, sine_start_2,
     *const diagonal_2 = following_3 + m, *const beside_2 = diagonal_2 + m, *const own_4 = beside_2 + m,
     *const across = own_4 + m, *const cosine = across + m, *const sine = cosine + m, *const is_gap = sine + m,
-    *const is_first = is_gap + m, *const cosine_2 = is_first + m, *const sine_2 = cosine_2 + m, common_13,
-    number_start_4, *const number_4 = sine_2 + m, *const mapped_18 = number_4 + m, own_start_5, following_start_4,
-    *const own_5 = mapped_18 + m, *const following_4 = own_5 + m, found_start, passed_start, found,
+    *const cosine_2 = is_gap + m, *const sine_2 = cosine_2 + m, common_13, own_start_5, following_start_4,
+    *const own_5 = sine_2 + m, *const following_4 = own_5 + m, found_start, passed_start, found,
     *const passed = following_4 + m, *const of_row = passed + m, sum_10, *const mapped_19 = of_row + m * m, sum_11,
     a, carry_2[5], number_start_5, *const number_5 = mapped_19 + m, sum_12;
     NAME(null_vector_1)(&m_2);
@@ -3252,6 +3228,7 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
     }
     CLEAR(m, zeros_3);
     CLEAR(m, zeros_4);
+    NAME(null_vector_48)(&number_start_4);
     for (intptr_t i = 0; i < m; i++) {
         NAME(null_vector_12)(&sum);
         NAME(null_vector_14)(&sum_2);
@@ -3326,6 +3303,8 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
         }
         COPY(1, zeros_3 + i, sum_0 + i);
         COPY(1, zeros_4 + i, sum_1 + i);
+        NAME(null_vector_49)(i > 0 ? number_4[i - 1] : number_start_4, number_4 + i);
+        NAME(null_vector_50)(number_4[i], mapped_18 + i);
     }
     for (intptr_t i = 0; i < n; i++) {
         NAME(null_vector_42)(number_2[i], &common_11);
@@ -3339,7 +3318,7 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
             COPY(1, &by_element_4, sum_1 + j);
         }
     }
-    NAME(null_vector_48)(&converged, &steps);
+    NAME(null_vector_51)(&converged, &steps);
     for (intptr_t i = 0; i < m; i++) {
         COPY(1, sum_0 + i, diagonal + i);
         COPY(1, sum_1 + i, beside + i);
@@ -3347,36 +3326,32 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
             COPY(1, state_1 + (i * m + j), state_1_2 + (i * m + j));
     }
     for (int repeats = 0; repeats < 1000; repeats++) {
-        NAME(null_vector_49)(&sum_9);
+        NAME(null_vector_52)(&sum_9);
         for (intptr_t j = 0; j < m; j++)
-            NAME(null_vector_50)(sum_9, diagonal[j], &sum_9);
-        NAME(null_vector_51)(&own_start, &following_start);
-        NAME(null_vector_55)(&own_start_2, &following_start_2);
-        NAME(null_vector_57)(&own_start_3, &following_start_3);
+            NAME(null_vector_53)(sum_9, diagonal[j], &sum_9);
+        NAME(null_vector_54)(&own_start, &following_start);
+        NAME(null_vector_58)(&own_start_2, &following_start_2);
+        NAME(null_vector_60)(&own_start_3, &following_start_3);
         for (intptr_t j = m; j-- > 0;) {
-            NAME(null_vector_52)(j + 1 < m ? own[j + 1] : own_start, following + j);
+            NAME(null_vector_55)(j + 1 < m ? own[j + 1] : own_start, following + j);
             COPY(1, beside + j, own + j);
-            NAME(null_vector_56)(j + 1 < m ? own_2[j + 1] : own_start_2, following_2 + j);
+            NAME(null_vector_59)(j + 1 < m ? own_2[j + 1] : own_start_2, following_2 + j);
             COPY(1, diagonal + j, own_2 + j);
-            NAME(null_vector_58)(j + 1 < m ? own_3[j + 1] : own_start_3, following_3 + j);
+            NAME(null_vector_61)(j + 1 < m ? own_3[j + 1] : own_start_3, following_3 + j);
             COPY(1, beside + j, own_3 + j);
         }
-        NAME(null_vector_53)(sum_9, carry);
+        NAME(null_vector_56)(sum_9, carry);
         for (intptr_t j = 0; j < m; j++)
-            NAME(null_vector_54)(carry, diagonal[j], beside[j], following[j], carry);
-        NAME(null_vector_59)(&diagonal_start, &beside_start, &own_start_4, &across_start, &cosine_start,
-    &sine_start, &is_gap_start, &is_first_start, &cosine_start_2, &sine_start_2);
-        NAME(null_vector_60)(carry, &common_13);
-        NAME(null_vector_62)(&number_start_4);
-        for (intptr_t j = 0; j < m; j++) {
-            NAME(null_vector_61)(j > 0 ? diagonal_2[j - 1] : diagonal_start, j > 0 ? own_4[j - 1] : own_start_4,
+            NAME(null_vector_57)(carry, diagonal[j], beside[j], following[j], carry);
+        NAME(null_vector_62)(&diagonal_start, &beside_start, &own_start_4, &across_start, &cosine_start,
+    &sine_start, &is_gap_start, &cosine_start_2, &sine_start_2);
+        NAME(null_vector_63)(carry, &common_13);
+        for (intptr_t j = 0; j < m; j++)
+            NAME(null_vector_64)(j > 0 ? diagonal_2[j - 1] : diagonal_start, j > 0 ? own_4[j - 1] : own_start_4,
     j > 0 ? across[j - 1] : across_start, j > 0 ? cosine[j - 1] : cosine_start, j > 0 ? sine[j - 1] : sine_start,
-    j > 0 ? is_gap[j - 1] : is_gap_start, j > 0 ? is_first[j - 1] : is_first_start, diagonal[j], following_2[j],
-    following_3[j], common_13, diagonal_2 + j, beside_2 + j, own_4 + j, across + j, cosine + j, sine + j,
-    is_gap + j, is_first + j, cosine_2 + j, sine_2 + j);
-            NAME(null_vector_63)(j > 0 ? number_4[j - 1] : number_start_4, number_4 + j);
-            NAME(null_vector_64)(number_4[j], mapped_18 + j);
-        }
+    j > 0 ? is_gap[j - 1] : is_gap_start, diagonal[j], following_2[j], following_3[j], mapped_18[j], common_13,
+    diagonal_2 + j, beside_2 + j, own_4 + j, across + j, cosine + j, sine + j, is_gap + j, cosine_2 + j,
+    sine_2 + j);
         NAME(null_vector_69)(&sum_10);
         for (intptr_t j = 0; j < m; j++) {
             NAME(null_vector_65)(&own_start_5, &following_start_4);
@@ -3427,13 +3402,13 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
     REAL *out_2, REAL *mapped_2, REAL *number, REAL *mapped_4, REAL *number_2, REAL *number_3, REAL *state_0,
     REAL *state_1, REAL *mapped_5, REAL *mapped_6, REAL *zeros, REAL *sum_3, REAL *mapped_9, REAL *zeros_2,
     REAL *sum_4, REAL *mapped_11, REAL *mapped_13, REAL *mapped_15, REAL *zeros_3, REAL *zeros_4, REAL *sum_0,
-    REAL *sum_1, REAL *diagonal, REAL *beside, REAL *state_1_2, REAL *own, REAL *following, REAL *own_2,
-    REAL *following_2, REAL *own_3, REAL *following_3, REAL *diagonal_2, REAL *beside_2, REAL *own_4, REAL *across,
-    REAL *cosine, REAL *sine, REAL *is_gap, REAL *is_first, REAL *cosine_2, REAL *sine_2, REAL *number_4,
-    REAL *mapped_18, REAL *own_5, REAL *following_4, REAL *passed, REAL *of_row, REAL *mapped_19, REAL *number_5,
-    REAL *gac_kept_0, REAL *gac_kept_1, REAL *gac_kept_2, REAL *gac_kept_4, REAL *gac_kept_5, REAL *gac_kept_6,
-    REAL *gac_kept_7, REAL *gac_kept_8, REAL *gac_kept_9, REAL *gac_kept_10, REAL *gac_kept_11, REAL *gac_kept_12,
-    REAL *gac_kept_13, REAL *gac_kept_14, REAL *gac_kept_15, REAL *gac_kept_16)
+    REAL *sum_1, REAL *number_4, REAL *mapped_18, REAL *diagonal, REAL *beside, REAL *state_1_2, REAL *own,
+    REAL *following, REAL *own_2, REAL *following_2, REAL *own_3, REAL *following_3, REAL *diagonal_2,
+    REAL *beside_2, REAL *own_4, REAL *across, REAL *cosine, REAL *sine, REAL *is_gap, REAL *cosine_2, REAL *sine_2,
+    REAL *own_5, REAL *following_4, REAL *passed, REAL *of_row, REAL *mapped_19, REAL *number_5, REAL *gac_kept_0,
+    REAL *gac_kept_1, REAL *gac_kept_2, REAL *gac_kept_4, REAL *gac_kept_5, REAL *gac_kept_6, REAL *gac_kept_7,
+    REAL *gac_kept_8, REAL *gac_kept_9, REAL *gac_kept_10, REAL *gac_kept_11, REAL *gac_kept_12, REAL *gac_kept_13,
+    REAL *gac_kept_14)
 {
     _Alignas(64) REAL m_2[NLANES], m_3[NLANES], mapped[NLANES], common[NLANES], number_start[NLANES],
     mapped_3[NLANES], number_start_2[NLANES], number_start_3[NLANES], sum[NLANES], sum_2[NLANES], common_2[NLANES],
@@ -3441,11 +3416,11 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
     common_5[NLANES], by_element_2[NLANES], sum_5[NLANES], common_6[NLANES], sum_6[NLANES], common_7[NLANES],
     sum_7[NLANES], mapped_12[NLANES], common_8[NLANES], common_9[NLANES], sum_8[NLANES], mapped_14[NLANES],
     common_10[NLANES], mapped_16[NLANES], common_11[NLANES], mapped_17[NLANES], common_12[NLANES],
-    by_element_3[NLANES], by_element_4[NLANES], converged[NLANES], steps[NLANES], sum_9[NLANES], own_start[NLANES],
-    following_start[NLANES], carry[6 * NLANES], own_start_2[NLANES], following_start_2[NLANES], own_start_3[NLANES],
-    following_start_3[NLANES], diagonal_start[NLANES], beside_start[NLANES], own_start_4[NLANES],
-    across_start[NLANES], cosine_start[NLANES], sine_start[NLANES], is_gap_start[NLANES], is_first_start[NLANES],
-    cosine_start_2[NLANES], sine_start_2[NLANES], common_13[NLANES], number_start_4[NLANES], own_start_5[NLANES],
+    by_element_3[NLANES], by_element_4[NLANES], number_start_4[NLANES], converged[NLANES], steps[NLANES],
+    sum_9[NLANES], own_start[NLANES], following_start[NLANES], carry[6 * NLANES], own_start_2[NLANES],
+    following_start_2[NLANES], own_start_3[NLANES], following_start_3[NLANES], diagonal_start[NLANES],
+    beside_start[NLANES], own_start_4[NLANES], across_start[NLANES], cosine_start[NLANES], sine_start[NLANES],
+    is_gap_start[NLANES], cosine_start_2[NLANES], sine_start_2[NLANES], common_13[NLANES], own_start_5[NLANES],
     following_start_4[NLANES], found_start[NLANES], passed_start[NLANES], found[NLANES], sum_10[NLANES],
     sum_11[NLANES], a[NLANES], carry_2[5 * NLANES], number_start_5[NLANES], sum_12[NLANES], gac_kept_3[NLANES];
     NAME(null_vector_1_lanes)(m_2);
@@ -3481,6 +3456,7 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
     }
     CLEAR(NLANES * m, zeros_3);
     CLEAR(NLANES * m, zeros_4);
+    NAME(null_vector_48_lanes)(number_start_4);
     for (intptr_t i = 0; i < m; i++) {
         NAME(null_vector_12_lanes)(sum);
         NAME(null_vector_14_lanes)(sum_2);
@@ -3562,6 +3538,8 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
         }
         COPY(NLANES, zeros_3 + NLANES * i, sum_0 + NLANES * i);
         COPY(NLANES, zeros_4 + NLANES * i, sum_1 + NLANES * i);
+        NAME(null_vector_49_lanes)(i > 0 ? number_4 + NLANES * (i - 1) : number_start_4, number_4 + NLANES * i);
+        NAME(null_vector_50_lanes)(number_4 + NLANES * i, mapped_18 + NLANES * i);
     }
     for (intptr_t i = 0; i < n; i++) {
         NAME(null_vector_42_lanes)(number_2 + NLANES * i, common_11);
@@ -3575,7 +3553,7 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
             COPY(NLANES, by_element_4, sum_1 + NLANES * j);
         }
     }
-    NAME(null_vector_48_lanes)(converged, steps);
+    NAME(null_vector_51_lanes)(converged, steps);
     for (intptr_t i = 0; i < m; i++) {
         COPY(NLANES, sum_0 + NLANES * i, diagonal + NLANES * i);
         COPY(NLANES, sum_1 + NLANES * i, beside + NLANES * i);
@@ -3596,45 +3574,39 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
         KEEP(rounds, NLANES * m, cosine, gac_kept_10);
         KEEP(rounds, NLANES * m, sine, gac_kept_11);
         KEEP(rounds, NLANES * m, is_gap, gac_kept_12);
-        KEEP(rounds, NLANES * m, is_first, gac_kept_13);
-        KEEP(rounds, NLANES * m, number_4, gac_kept_14);
-        KEEP(rounds, NLANES * m, own_5, gac_kept_15);
-        KEEP(rounds, NLANES * m, passed, gac_kept_16);
-        NAME(null_vector_49_lanes)(sum_9);
+        KEEP(rounds, NLANES * m, own_5, gac_kept_13);
+        KEEP(rounds, NLANES * m, passed, gac_kept_14);
+        NAME(null_vector_52_lanes)(sum_9);
         for (intptr_t j = 0; j < m; j++)
-            NAME(null_vector_50_lanes)(sum_9, diagonal + NLANES * j, sum_9);
-        NAME(null_vector_51_lanes)(own_start, following_start);
-        NAME(null_vector_55_lanes)(own_start_2, following_start_2);
-        NAME(null_vector_57_lanes)(own_start_3, following_start_3);
+            NAME(null_vector_53_lanes)(sum_9, diagonal + NLANES * j, sum_9);
+        NAME(null_vector_54_lanes)(own_start, following_start);
+        NAME(null_vector_58_lanes)(own_start_2, following_start_2);
+        NAME(null_vector_60_lanes)(own_start_3, following_start_3);
         for (intptr_t j = m; j-- > 0;) {
-            NAME(null_vector_52_lanes)(j + 1 < m ? own + NLANES * (j + 1) : own_start, following + NLANES * j);
+            NAME(null_vector_55_lanes)(j + 1 < m ? own + NLANES * (j + 1) : own_start, following + NLANES * j);
             COPY(NLANES, beside + NLANES * j, own + NLANES * j);
-            NAME(null_vector_56_lanes)(j + 1 < m ? own_2 + NLANES * (j + 1) : own_start_2,
+            NAME(null_vector_59_lanes)(j + 1 < m ? own_2 + NLANES * (j + 1) : own_start_2,
     following_2 + NLANES * j);
             COPY(NLANES, diagonal + NLANES * j, own_2 + NLANES * j);
-            NAME(null_vector_58_lanes)(j + 1 < m ? own_3 + NLANES * (j + 1) : own_start_3,
+            NAME(null_vector_61_lanes)(j + 1 < m ? own_3 + NLANES * (j + 1) : own_start_3,
     following_3 + NLANES * j);
             COPY(NLANES, beside + NLANES * j, own_3 + NLANES * j);
         }
-        NAME(null_vector_53_lanes)(sum_9, carry);
+        NAME(null_vector_56_lanes)(sum_9, carry);
         for (intptr_t j = 0; j < m; j++)
-            NAME(null_vector_54_lanes)(carry, diagonal + NLANES * j, beside + NLANES * j, following + NLANES * j,
+            NAME(null_vector_57_lanes)(carry, diagonal + NLANES * j, beside + NLANES * j, following + NLANES * j,
     carry);
-        NAME(null_vector_59_lanes)(diagonal_start, beside_start, own_start_4, across_start, cosine_start,
-    sine_start, is_gap_start, is_first_start, cosine_start_2, sine_start_2);
-        NAME(null_vector_60_lanes)(carry, common_13);
-        NAME(null_vector_62_lanes)(number_start_4);
-        for (intptr_t j = 0; j < m; j++) {
-            NAME(null_vector_61_lanes)(j > 0 ? diagonal_2 + NLANES * (j - 1) : diagonal_start,
+        NAME(null_vector_62_lanes)(diagonal_start, beside_start, own_start_4, across_start, cosine_start,
+    sine_start, is_gap_start, cosine_start_2, sine_start_2);
+        NAME(null_vector_63_lanes)(carry, common_13);
+        for (intptr_t j = 0; j < m; j++)
+            NAME(null_vector_64_lanes)(j > 0 ? diagonal_2 + NLANES * (j - 1) : diagonal_start,
     j > 0 ? own_4 + NLANES * (j - 1) : own_start_4, j > 0 ? across + NLANES * (j - 1) : across_start,
     j > 0 ? cosine + NLANES * (j - 1) : cosine_start, j > 0 ? sine + NLANES * (j - 1) : sine_start,
-    j > 0 ? is_gap + NLANES * (j - 1) : is_gap_start, j > 0 ? is_first + NLANES * (j - 1) : is_first_start,
-    diagonal + NLANES * j, following_2 + NLANES * j, following_3 + NLANES * j, common_13, diagonal_2 + NLANES * j,
-    beside_2 + NLANES * j, own_4 + NLANES * j, across + NLANES * j, cosine + NLANES * j, sine + NLANES * j,
-    is_gap + NLANES * j, is_first + NLANES * j, cosine_2 + NLANES * j, sine_2 + NLANES * j);
-            NAME(null_vector_63_lanes)(j > 0 ? number_4 + NLANES * (j - 1) : number_start_4, number_4 + NLANES * j);
-            NAME(null_vector_64_lanes)(number_4 + NLANES * j, mapped_18 + NLANES * j);
-        }
+    j > 0 ? is_gap + NLANES * (j - 1) : is_gap_start, diagonal + NLANES * j, following_2 + NLANES * j,
+    following_3 + NLANES * j, mapped_18 + NLANES * j, common_13, diagonal_2 + NLANES * j, beside_2 + NLANES * j,
+    own_4 + NLANES * j, across + NLANES * j, cosine + NLANES * j, sine + NLANES * j, is_gap + NLANES * j,
+    cosine_2 + NLANES * j, sine_2 + NLANES * j);
         NAME(null_vector_69_lanes)(sum_10);
         for (intptr_t j = 0; j < m; j++) {
             NAME(null_vector_65_lanes)(own_start_5, following_start_4);
@@ -3670,10 +3642,8 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
         RESTORE(rounds, NLANES * m, gac_kept_10, cosine);
         RESTORE(rounds, NLANES * m, gac_kept_11, sine);
         RESTORE(rounds, NLANES * m, gac_kept_12, is_gap);
-        RESTORE(rounds, NLANES * m, gac_kept_13, is_first);
-        RESTORE(rounds, NLANES * m, gac_kept_14, number_4);
-        RESTORE(rounds, NLANES * m, gac_kept_15, own_5);
-        RESTORE(rounds, NLANES * m, gac_kept_16, passed);
+        RESTORE(rounds, NLANES * m, gac_kept_13, own_5);
+        RESTORE(rounds, NLANES * m, gac_kept_14, passed);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;

@@ -29,9 +29,9 @@ def reflector(x: Any, numbers: Any, k: Any, least: Any = 0) -> tuple[Any, Any]:
     """
     rest = total(lambda e, i: select(i > k, e * e, 0), x, numbers)
     lead = total(lambda e, i: select(equal(i, k), e, 0), x, numbers)
-    size = sqrt(lead * lead + rest)
     is_done = rest <= least
-    factor = select(is_done, 0, 1 / select(is_done, 1, size * (size + absolute(lead))))
+    size = sqrt(select(is_done, 1, lead * lead + rest))
+    factor = select(is_done, 0, 1 / (size * (size + absolute(lead))))
     first = lead + select(lead < 0, -size, size)
     return each(lambda e, i: select(i > k, e, select(equal(i, k), first, 0)), x, numbers), factor
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from ..frontend.equations import nonzero
 from ..frontend.functions import sqrt
 from ..frontend.loops import each, fold, scan, total
 from ..frontend.operations import absolute, equal, maximum, select
@@ -75,9 +76,8 @@ def is_diagonal(beside: Any) -> Any:
 def shift_of_block(a: Any, b: Any, d: Any) -> Any:
     """Return the eigenvalue of ``[[a, b], [b, d]]`` that is nearer to d (Wilkinson)."""
     half = (a - d) / 2
-    length = sqrt(half * half + b * b)
-    divisor = half + select(half < 0, -length, length)
-    return d - b * (b / select(equal(divisor, 0), 1, divisor))
+    length = sqrt(nonzero(half * half + b * b))
+    return d - b * (b / (half + select(half < 0, -length, length)))
 
 
 class _Moved(NamedTuple):
@@ -85,9 +85,13 @@ class _Moved(NamedTuple):
     passed: Any
 
 
-def turned(matrix: Any, turns: Turns) -> Any:
-    """Return a matrix after rotations of its columns, each with the next."""
-    firsts = each(lambda i: select(i > 0, 0, 1), row_numbers(turns.cosine))
+def first_of(rows: Any) -> Any:
+    """Return an array with a 1 for the first row and zeros for the others."""
+    return each(lambda i: select(i > 0, 0, 1), row_numbers(rows))
+
+
+def turned(matrix: Any, turns: Turns, firsts: Any) -> Any:
+    """Return a matrix after rotations of its columns, each with the next. The last argument is that of `first_of`."""
 
     def moved(c: Any, own: Any, after: Any, cosine: Any, sine: Any, is_first: Any) -> Any:
         passed = select(is_first, own, c.passed)

@@ -13,6 +13,7 @@ from .rotations import (
     LEAST,
     MOST_STEPS,
     Turns,
+    first_of,
     following,
     is_diagonal,
     is_valid,
@@ -55,7 +56,10 @@ def singular_values(matrix: Any) -> tuple[Any, Any]:
     """
     small, size = scaled(matrix)
     start, _ = _bidiagonal(small, None)
-    found, converged, _ = iterate(lambda t: _step(t)[0], start, lambda _, new: is_diagonal(new.beside), MOST_STEPS)
+    firsts = first_of(start.diagonal)
+    found, converged, _ = iterate(
+        lambda t: _step(t, firsts)[0], start, lambda _, new: is_diagonal(new.beside), MOST_STEPS
+    )
     values = ordered(each(lambda d: size * absolute(d), found.diagonal), _descending(found.diagonal))
     return values, is_valid(converged, found.diagonal)
 
@@ -135,10 +139,11 @@ def _diagonal(matrix: Any) -> tuple[Any, Any, Any]:
 
     def step(state: Any) -> Any:
         t, basis = state
-        t, turns = _step(t)
-        return t, turned(basis, turns)
+        t, turns = _step(t, firsts)
+        return t, turned(basis, turns, firsts)
 
     start = _bidiagonal(small, identity(transpose(matrix)))
+    firsts = first_of(start[0].diagonal)
     (found, basis), converged, _ = iterate(step, start, lambda _, new: is_diagonal(new[0].beside), MOST_STEPS)
     return each(lambda d: size * absolute(d), found.diagonal), basis, is_valid(converged, found.diagonal)
 
@@ -177,16 +182,15 @@ class _Chase(NamedTuple):
     cosine: Any
     sine: Any
     is_gap: Any
-    is_first: Any
 
 
-def _step(t: _Bidiagonal) -> tuple[_Bidiagonal, Turns]:
+def _step(t: _Bidiagonal, firsts: Any) -> tuple[_Bidiagonal, Turns]:
     """Return a bidiagonal matrix after a step of the QR algorithm in every block, and the rotations of the columns."""
     shift = _shift(t)
 
-    def rotated(carry: Any, own: Any, after: Any, beside: Any) -> Any:
+    def rotated(carry: Any, own: Any, after: Any, beside: Any, is_first: Any) -> Any:
         c, _ = carry
-        a, is_gap = select(c.is_first, own, c.own), equal(beside, 0)
+        a, is_gap = select(is_first, own, c.own), equal(beside, 0)
         x = select(c.is_gap, a - shift / select(equal(a, 0), 1, a), c.across)
         y = select(c.is_gap, beside, c.sine * beside)
         mixed = select(c.is_gap, beside, c.cosine * beside)
@@ -196,12 +200,12 @@ def _step(t: _Bidiagonal) -> tuple[_Bidiagonal, Turns]:
         joined = select(c.is_gap, 0, length)
         found = _Chase(
             diagonal, without_rounding(joined, c.diagonal, diagonal, ROUNDINGS), left * lower - right * upper,
-            left * upper + right * lower, left, right, is_gap, 0,
+            left * upper + right * lower, left, right, is_gap,
         )  # fmt: skip
         return found, Turns(cosine, sine)
 
-    start = _Chase(0, 0, 0, 0, 1, 0, 1, 1), Turns(1, 0)
-    found, turns = scan(rotated, start, t.diagonal, following(t.diagonal), following(t.beside))
+    start = _Chase(0, 0, 0, 0, 1, 0, 1), Turns(1, 0)
+    found, turns = scan(rotated, start, t.diagonal, following(t.diagonal), following(t.beside), firsts)
     return _Bidiagonal(found.diagonal, found.beside), turns
 
 

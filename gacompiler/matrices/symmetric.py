@@ -13,6 +13,7 @@ from .rotations import (
     LEAST,
     MOST_STEPS,
     Turns,
+    first_of,
     following,
     is_diagonal,
     is_valid,
@@ -52,8 +53,9 @@ def eigenvalues(matrix: Any) -> tuple[Any, Any]:
     """
     small, size = scaled(matrix)
     start, _ = _tridiagonal(small, None)
+    firsts = first_of(start.diagonal)
     found, converged, _ = iterate(
-        lambda t: _step(t)[0], start, lambda _, new: is_diagonal(new.beside), at_most=MOST_STEPS
+        lambda t: _step(t, firsts)[0], start, lambda _, new: is_diagonal(new.beside), at_most=MOST_STEPS
     )
     values = ordered(each(lambda x: x * size, found.diagonal), places(found.diagonal))
     return values, is_valid(converged, found.diagonal)
@@ -87,10 +89,11 @@ def eigenvectors(matrix: Any) -> tuple[Any, Any, Any]:
 
     def step(state: Any) -> Any:
         t, basis = state
-        t, turns = _step(t)
-        return t, turned(basis, turns)
+        t, turns = _step(t, firsts)
+        return t, turned(basis, turns, firsts)
 
     start = _tridiagonal(small, identity(matrix))
+    firsts = first_of(start[0].diagonal)
     (found, basis), converged, _ = iterate(step, start, lambda _, new: is_diagonal(new[0].beside), MOST_STEPS)
     order = places(found.diagonal)
     values = ordered(each(lambda x: x * size, found.diagonal), order)
@@ -126,16 +129,15 @@ class _Chase(NamedTuple):
     cosine: Any
     sine: Any
     is_gap: Any
-    is_first: Any
 
 
-def _step(t: _Tridiagonal) -> tuple[_Tridiagonal, Turns]:
+def _step(t: _Tridiagonal, firsts: Any) -> tuple[_Tridiagonal, Turns]:
     """Return a tridiagonal matrix after a step of the QR algorithm in every block, and the rotations."""
     shift = _shift(t)
 
-    def rotated(carry: Any, own: Any, after: Any, beside: Any) -> Any:
+    def rotated(carry: Any, own: Any, after: Any, beside: Any, is_first: Any) -> Any:
         c, _ = carry
-        a, is_gap = select(c.is_first, own, c.own), equal(beside, 0)
+        a, is_gap = select(is_first, own, c.own), equal(beside, 0)
         x, y = select(c.is_gap, a - shift, c.across), select(c.is_gap, beside, c.sine * beside)
         mixed = select(c.is_gap, beside, c.cosine * beside)
         cosine, sine, length = rotation(x, y, is_gap)
@@ -143,12 +145,12 @@ def _step(t: _Tridiagonal) -> tuple[_Tridiagonal, Turns]:
         diagonal, joined = a + sine * change, select(c.is_gap, 0, length)
         found = _Chase(
             diagonal, without_rounding(joined, c.diagonal, diagonal), after - sine * change, cosine * change - mixed,
-            cosine, sine, is_gap, 0,
+            cosine, sine, is_gap,
         )  # fmt: skip
         return found, Turns(cosine, sine)
 
-    start = _Chase(0, 0, 0, 0, 1, 0, 1, 1), Turns(1, 0)
-    found, turns = scan(rotated, start, t.diagonal, following(t.diagonal), following(t.beside))
+    start = _Chase(0, 0, 0, 0, 1, 0, 1), Turns(1, 0)
+    found, turns = scan(rotated, start, t.diagonal, following(t.diagonal), following(t.beside), firsts)
     return _Tridiagonal(found.diagonal, found.beside), turns
 
 
