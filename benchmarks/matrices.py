@@ -76,7 +76,7 @@ def tasks(count: int) -> list[Task]:
         Task("eigenvectors, 3 x 3", compiled(three), np.linalg.eigh, symmetric(3), _of_eigenvectors),
         Task("eigenvectors, 4 x 4", compiled(four), np.linalg.eigh, symmetric(4), _of_eigenvectors),
         Task("eigenvectors, 9 x 9", matrices.eigenvectors, np.linalg.eigh, symmetric(9), _of_eigenvectors),
-        Task("null vector, 9 x 9", _null_vector, lambda a: np.linalg.svd(a)[2][..., -1, :], square(9), _of_null_vectors),
+        Task("null vector, 9 x 9", _null_vector, _last_vector, square(9), _of_null_vectors),
         Task("singular values, 3 x 3", compiled(three_values), singular, square(3), _of_values),
         Task("singular vectors, 9 x 9", matrices.singular_vectors, np.linalg.svd, square(9), _of_singular),
     ]  # fmt: skip
@@ -84,6 +84,10 @@ def tasks(count: int) -> list[Task]:
 
 def _null_vector(a: Numbers) -> Any:
     return matrices.null_vector(a)[0]
+
+
+def _last_vector(a: Numbers) -> Any:
+    return np.linalg.svd(a)[2][..., -1, :]
 
 
 def _size(a: Numbers) -> Any:
@@ -138,7 +142,7 @@ def measure(task: Task, effort: Effort) -> str:
 def views(effort: Effort) -> list[str]:
     """Return the rows of linear equations of two views of 50 points, compared with OpenCV."""
     rng = np.random.default_rng(1)
-    places = rng.normal(size=(50, 3)) + [0, 0, 6]
+    places = rng.normal([0, 0, 6], 1, (50, 3))
     first = 800 * places[:, :2] / places[:, 2:] + 320
     moved = places + np.array([1, 0.1, 0.2])
     second = 800 * moved[:, :2] / moved[:, 2:] + 320 + rng.normal(0, 0.5, (50, 2))
