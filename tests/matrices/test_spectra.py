@@ -10,8 +10,8 @@ import pytest
 import scipy
 
 import gacompiler
-from gacompiler import SCALAR, array, kernel
-from gacompiler.matrices import three_singular_vectors
+from gacompiler import SCALAR, array, jvp, kernel
+from gacompiler.matrices import eigenvalues, three_singular_vectors
 from generated import matrices
 
 Reals = np.ndarray[Any, Any]
@@ -211,3 +211,20 @@ def test_roots_are_as_accurate_as_their_condition_allows() -> None:
             condition = (np.abs([1, *c[k]]) * powers).sum() / slope
             assert np.abs(own - z).min() <= 2e-15 * 9 * condition
         assert n_real[k] == sum(abs(z.imag) < 1e-12 * abs(z) for z in wanted)
+
+
+@kernel(matrix=array(SCALAR, "n", "n"))
+def spectrum(matrix: Any) -> Any:
+    """The eigenvalues only."""
+    return eigenvalues(matrix)[0]
+
+
+@pytest.mark.slow
+def test_derivatives_of_eigenvalues() -> None:
+    rng = np.random.default_rng(6)
+    a, change = rng.normal(size=(2, 4, 4))
+    a, change = a + a.T, change + change.T
+    values, derivatives = gacompiler.compile(jvp(spectrum, "matrix"), backend="arrays")(a, change)
+    wanted, vectors = np.linalg.eigh(a)
+    assert np.abs(values - wanted).max() < 4e-15
+    assert np.abs(derivatives - (vectors * (change @ vectors)).sum(0)).max() < 1e-13
