@@ -24,6 +24,7 @@ PAGES = {
     "learning-speed": "learning",
     "loop-speed": "loops",
     "mapping-speed": "mapping",
+    "matrix-speed": "matrices",
     "numba": "chain",
     "operation-counts": "counts",
     "registration-speed": "registration",

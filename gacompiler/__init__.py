@@ -21,7 +21,7 @@ _HOMES = {"Cl": "objects", "Space": "objects", "compile": "runtime", "read_clusc
 
 def __getattr__(name: str) -> Any:
     """Load a public name on first access, since ``gac --help`` and packages such as `wheels` need no vocabulary."""
-    if name in ("symbolic", "calculus", "robots"):
+    if name in ("symbolic", "calculus", "robots", "matrices"):
         return import_module(f"{__name__}.{name}")
     if name == "__all__" or not name.startswith("__"):
         home = import_module(f"{__name__}.{_HOMES.get(name, 'vocabulary')}")

@@ -20,7 +20,7 @@ from .degeneracy import degenerate
 from .fundamental import eight_points
 from .localization import checked_intrinsics
 from .normalization import three_on_a_line
-from .planes import homographies_of_four, linear_homography
+from .planes import linear_homography
 from .pose_refinement import best_poses, camera_motors, pose_status
 from .status import VisionStatus
 
@@ -92,11 +92,8 @@ def homographies(first: ArrayLike, second: ArrayLike) -> BatchEstimate:
     one, two, leading = _sets(first, second, "first", "second", (2, 2))
 
     def solve(a: Reals, b: Reals) -> tuple[Reals, Reals]:
-        if a.shape[1] == 4:
-            matrix, open_ = homographies_of_four(a, b), three_on_a_line(a, _THIN) | three_on_a_line(b, _THIN)
-        else:
-            matrix, gap = linear_homography(a, b)
-            open_ = gap <= _RANK
+        matrix, gap = linear_homography(a, b)
+        open_ = three_on_a_line(a, _THIN) | three_on_a_line(b, _THIN) if a.shape[1] == 4 else gap <= _RANK
         return matrix, np.where(open_, VisionStatus.DEGENERATE, VisionStatus.OK)
 
     return _all(solve, one, two, leading, 4, (3, 3))

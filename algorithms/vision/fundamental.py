@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from generated import pga3, projective3
+from generated import linear_views, matrices, pga3, projective3
 
 from ..arguments import Reals
-from .normalization import normalized, null_vectors
+from .normalization import normalized
 from .rank_two import directions, factors, of_factors
 
 _STEPS = 30
@@ -15,13 +15,9 @@ _STEPS = 30
 
 def eight_points(first: Reals, second: Reals) -> Reals:
     """Return F of point sets (..., n, 2) by the normalised eight-point algorithm, with rank 2 and norm 1 (Hartley)."""
-    one, left = normalized(first)
-    two, right = normalized(second)
-    rows = projective3.epipolar_equation(one, two)
-    null = null_vectors(rows, 1)[..., 0, :]
-    u, s, v = np.linalg.svd(null.reshape(*null.shape[:-1], 3, 3))
-    s[..., 2] = 0
-    return _unit(np.swapaxes(right, -1, -2) @ (u * s[..., None, :]) @ v @ left)
+    equations, left, right = linear_views.epipolar_equations(first, second)
+    entries, _, _ = matrices.null_vector(equations)
+    return np.asarray(linear_views.fundamental_of_entries(entries, left, right))
 
 
 def seven_points(first: Reals, second: Reals) -> Reals:
@@ -29,11 +25,10 @@ def seven_points(first: Reals, second: Reals) -> Reals:
 
     They are the real roots of the cubic ``det(x A + y B) = 0`` in the null space of the seven equations.
     """
-    one, left = normalized(first)
-    two, right = normalized(second)
-    rows = projective3.epipolar_equation(one, two)
-    null = null_vectors(rows, 2)
-    a, b = (null[..., k, :].reshape(*null.shape[:-2], 3, 3) for k in (0, 1))
+    equations, left, right = linear_views.epipolar_equations(first, second)
+    # The orthogonal complement of the seven equations.
+    null = np.linalg.qr(np.swapaxes(equations, -1, -2), mode="complete")[0][..., 7:]
+    a, b = (null[..., k].reshape(*null.shape[:-2], 3, 3) for k in (0, 1))
     # det(x A + y B) is a cubic form, determined by its values at (1, 0), (0, 1), (1, 1) and (1, -1).
     c3, c0, plus, minus = (np.linalg.det(m) for m in (a, b, a + b, a - b))
     c1, c2 = (plus + minus) / 2 - c3, (plus - minus) / 2 - c0

@@ -83,26 +83,3 @@ def three_on_a_line(quads: Reals, least: float = 1e-3) -> Reals:
 def homogeneous(points: Reals) -> Reals:
     """Return points (..., d) with an additional last coordinate 1."""
     return np.concatenate([points, np.ones((*points.shape[:-1], 1), points.dtype)], -1)
-
-
-def null_vectors(rows: Reals, count: int) -> Reals:
-    """Return the right singular vectors (..., count, n) of matrices (..., m, n) for the last singular values."""
-    if rows.shape[-2] + count == rows.shape[-1]:
-        # The orthogonal complement of all rows: the last columns of Q, at a sixth of the cost of singular values.
-        return np.asarray(
-            np.swapaxes(np.linalg.qr(np.swapaxes(rows, -1, -2), mode="complete")[0], -1, -2)[..., -count:, :]
-        )
-    return null_vectors_and_values(rows, count)[0]
-
-
-def null_vectors_and_values(rows: Reals, count: int) -> tuple[Reals, Reals]:
-    """Return `null_vectors` and all singular values, descending.
-
-    For batches they come from normal equations and are accurate to 1e-8 of the first.
-    """
-    if rows.ndim > 2 and len(rows) > 1 and rows.shape[-2] >= rows.shape[-1]:
-        squares, vectors = np.linalg.eigh(np.swapaxes(rows, -1, -2) @ rows)
-        last = np.swapaxes(vectors[..., :count], -1, -2)[..., ::-1, :]
-        return np.asarray(last), np.sqrt(np.maximum(squares[..., ::-1], 0))
-    _, values, found = np.linalg.svd(rows, full_matrices=rows.shape[-2] < rows.shape[-1])
-    return np.asarray(found[..., found.shape[-2] - count :, :]), np.asarray(values)

@@ -7,11 +7,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from generated import projective2
+from generated import linear_views, matrices, projective2
 
 from ..arguments import Reals, real_array
 from .chance import Freedom
-from .normalization import normalized, null_vectors, null_vectors_and_values, three_on_a_line, undone
+from .normalization import three_on_a_line
 from .robust import Problem, RobustEstimate, check_sampling, consensus, no_estimate
 from .status import VisionStatus, check_points, refuse
 
@@ -56,26 +56,10 @@ def linear_homography(first: Reals, second: Reals) -> tuple[Reals, Reals]:
 
     The ratio is 0 if the eighth singular value is due to noise, as for noisy points on a line, or few repeated points.
     """
-    one, scale = normalized(first)
-    two, other = normalized(second)
-    rows = projective2.homography_equations(one, two)
-    rows = rows.reshape(*rows.shape[:-3], -1, 9)
-    null, values = null_vectors_and_values(rows, 1)
-    matrix = undone(other) @ null[..., 0, :].reshape(*rows.shape[:-2], 3, 3) @ scale
-    gap = values[..., 7] / values[..., 0]
-    if values.shape[-1] > 8:
-        gap = np.where(values[..., 7] <= _NOISE * values[..., 8], 0.0, gap)
-    return matrix / np.linalg.norm(matrix, axis=(-1, -2), keepdims=True), gap
-
-
-def homographies_of_four(first: Reals, second: Reals) -> Reals:
-    """Return homographies of sets of four points (..., 4, 2), of norm 1."""
-    one, scale = normalized(first)
-    two, other = normalized(second)
-    rows = projective2.homography_equations(one, two)
-    null = null_vectors(rows.reshape(*rows.shape[:-3], 8, 9), 1)
-    matrix = undone(other) @ null.reshape(*rows.shape[:-3], 3, 3) @ scale
-    return np.asarray(matrix / np.linalg.norm(matrix, axis=(-1, -2), keepdims=True))
+    equations, left, right = linear_views.plane_equations(first, second)
+    entries, gap, noise = matrices.null_vector(equations.reshape(*equations.shape[:-3], -1, 9))
+    matrix = linear_views.homography_of_entries(entries, left, right)
+    return np.asarray(matrix), np.where(gap <= _NOISE * noise, 0.0, gap)
 
 
 def homography_distance(matrix: Reals, first: Reals, second: Reals) -> Reals:
@@ -147,7 +131,7 @@ def homography_problem(first: Reals, second: Reals, distances: Callable[[Reals, 
 
     def solve(sets: Reals) -> Reals:
         good = ~(three_on_a_line(first[sets]) | three_on_a_line(second[sets]))
-        return homographies_of_four(first[sets[good]], second[sets[good]]) if good.any() else np.empty((0, 3, 3))
+        return linear_homography(first[sets[good]], second[sets[good]])[0] if good.any() else np.empty((0, 3, 3))
 
     def improve(_: Reals, inliers: Reals) -> Reals | None:
         return linear_homography(first[inliers], second[inliers])[0] if inliers.sum() > 4 else None

@@ -10,8 +10,10 @@ from itertools import combinations
 
 import numpy as np
 
+from generated import linear_views, matrices
+
 from ..arguments import Reals
-from .normalization import homogeneous, normalized, null_vectors, undone
+from .normalization import homogeneous
 from .planes import linear_homography
 
 _FEW = 7
@@ -67,39 +69,27 @@ def three_points(places: Reals, seen: Reals) -> Reals:
 
 def linear_camera_and_gap(places: Reals, pixels: Reals) -> tuple[Reals, float]:
     """Return the camera matrix of one set of points, and the ratio of the eleventh to the first singular value."""
-    rows, maps = _camera_equations(places, pixels)
-    _, values, right = np.linalg.svd(rows)
-    return _camera_of(right[-1], maps), float(values[10] / values[0])
+    matrix, gap = _camera(places, pixels)
+    return matrix, float(gap)
+
+
+def _camera(places: Reals, pixels: Reals) -> tuple[Reals, Reals]:
+    equations, left, right = linear_views.camera_equations(places, pixels)
+    entries, gap, _ = matrices.null_vector(equations.reshape(*equations.shape[:-3], -1, 12))
+    return np.asarray(linear_views.camera_of_entries(entries, left, right)), np.asarray(gap)
 
 
 def _from_space(places: Reals, seen: Reals) -> Reals:
-    rows, maps = _camera_equations(places, seen)
-    matrix = _camera_of(null_vectors(rows, 1)[..., 0, :], maps)
-    # Choose the sign with the centroid in front of the camera: the determinant is unreliable for thin scenes.
-    matrix = np.where(np.isfinite(matrix), matrix, 0) * np.where(matrix[..., 2, 3] < 0, -1, 1)[..., None, None]
-    rotation, size = _nearest_rotation(matrix[..., :3])
-    return np.concatenate([rotation, (matrix[..., 3] / np.maximum(size, 1e-300)[..., None])[..., None]], -1)
+    matrix, _ = _camera(places, seen)
+    return np.asarray(linear_views.pose_of_camera(np.where(np.isfinite(matrix), matrix, 0)))
 
 
 def _from_plane(places: Reals, seen: Reals) -> tuple[Reals, Reals]:
-    """Return the pose by the homography of the plane of largest extent, and its mirror image.
-
-    The plane mirrored in the plane perpendicular to the line of sight to the centroid has the same image under parallel
-    projection (Necker reversal): the other minimum of the distances in the image is near it.
-    """
-    axes = np.linalg.svd(places, full_matrices=False)[2]
-    axes = np.concatenate([axes[..., :2, :], np.cross(axes[..., 0, :], axes[..., 1, :])[..., None, :]], -2)
-    matrix, _ = linear_homography(places @ np.swapaxes(axes[..., :2, :], -1, -2), seen)
-    matrix = np.where(np.isfinite(matrix), matrix, 0)
-    size = np.sqrt(np.linalg.norm(matrix[..., 0], axis=-1) * np.linalg.norm(matrix[..., 1], axis=-1))
-    # Place the centroid in front of the camera.
-    matrix = matrix * (np.where(matrix[..., 2, 2] < 0, -1, 1) / np.maximum(size, 1e-300))[..., None, None]
-    rotation, _ = _nearest_rotation(
-        np.concatenate([matrix[..., :2], np.cross(matrix[..., 0], matrix[..., 1])[..., None]], -1)
-    )
-    shift = matrix[..., 2:]
-    mirrored = _mirror(shift[..., 0]) @ rotation * [1, 1, -1]
-    return np.concatenate([rotation @ axes, shift], -1), np.concatenate([mirrored @ axes, shift], -1)
+    """Return the pose by the homography of the plane of largest extent, and its mirror image."""
+    axes = matrices.singular_vectors(places)[1]
+    matrix, _ = linear_homography(places @ axes[..., :2], seen)
+    poses = linear_views.poses_of_plane(np.where(np.isfinite(matrix), matrix, 0), np.swapaxes(axes, -1, -2))
+    return np.asarray(poses[0]), np.asarray(poses[1])
 
 
 def _from_triples(places: Reals, seen: Reals) -> Reals:
@@ -114,40 +104,6 @@ def _from_triples(places: Reals, seen: Reals) -> Reals:
     off = np.where((in_camera[..., 2] > 0).all(-1), off, np.inf)
     best = np.argsort(off, axis=-1)[..., :4]
     return np.moveaxis(np.take_along_axis(found, best[..., None, None], -3), -3, 0)
-
-
-def _camera_equations(places: Reals, pixels: Reals) -> tuple[Reals, tuple[Reals, Reals]]:
-    """Return equations for the twelve entries of cameras of normalised points and pixels, and the similarities."""
-    one, scale = normalized(places)
-    two, other = normalized(pixels)
-    x = homogeneous(one)
-    nothing = np.zeros_like(x)
-    rows = np.concatenate(
-        [
-            np.concatenate([x, nothing, -two[..., :1] * x], -1),
-            np.concatenate([nothing, x, -two[..., 1:] * x], -1),
-        ],
-        -2,
-    )
-    return rows, (scale, other)
-
-
-def _camera_of(vector: Reals, maps: tuple[Reals, Reals]) -> Reals:
-    matrix = undone(maps[1]) @ vector.reshape(*vector.shape[:-1], 3, 4) @ maps[0]
-    return np.asarray(matrix / np.linalg.norm(matrix, axis=(-1, -2), keepdims=True))
-
-
-def _nearest_rotation(matrix: Reals) -> tuple[Reals, Reals]:
-    """Return the rotations nearest to matrices (..., 3, 3), and the mean of their singular values."""
-    u, s, v = np.linalg.svd(matrix)
-    u[..., 2] *= np.where(np.linalg.det(u @ v) < 0, -1, 1)[..., None]
-    return u @ v, s.mean(-1)
-
-
-def _mirror(normal: Reals) -> Reals:
-    """Return the reflections in the planes orthogonal to vectors (..., 3)."""
-    unit = normal / np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-300)
-    return np.asarray(np.eye(3) - 2 * unit[..., :, None] * unit[..., None, :])
 
 
 def _frame(triangle: Reals) -> Reals:
@@ -176,9 +132,6 @@ def _at(polynomial: Reals, x: Reals) -> Reals:
 
 def _roots(quartic: Reals) -> Reals:
     """Return the real parts of the four roots, NaN if the leading coefficient is 0 or NaN."""
-    rows = -quartic[..., 3::-1] / quartic[..., 4:]
-    usable = np.asarray(np.isfinite(rows).all(-1))
-    companion = np.zeros((*rows.shape[:-1], 4, 4))
-    companion[..., 0, :] = np.where(usable[..., None], rows, 0)
-    companion[..., range(1, 4), range(3)] = 1
-    return np.where(usable[..., None], np.linalg.eigvals(companion).real, np.nan)
+    rest = quartic[..., 3::-1] / quartic[..., 4:]
+    usable = np.isfinite(rest).all(-1, keepdims=True)
+    return np.where(usable, matrices.polynomial_roots(np.where(usable, rest, 0))[0], np.nan)

@@ -26,6 +26,7 @@ from ..ir.procedure import (
 from ..ir.program import Program
 from .c_loop_rows import RowReader
 from .c_loop_tokens import Entry, Tree, factors_of, listed, tokens_of
+from .c_rounds import KEPT
 from .nesting import Shape
 
 START = "#define TABLES_"
@@ -112,7 +113,8 @@ class _Reader(RowReader):
         self._read_part, self._n_inputs = read_part, n_inputs
         self._lengths = [entry.fields[0] for entry in outer if entry.kind == "LENGTH"]
         self._outer = [self._table(entry) for entry in outer if entry.kind != "LENGTH"]
-        self._long = {table.name: table for table in map(self._table, work)}
+        own = [table for table in map(self._table, work) if not table.name.startswith(KEPT)]
+        self._long = {table.name: table for table in own}
         self._tables = {table.name: table for table in (*self._outer, *self._long.values())}
 
     def procedure(self, tokens: list[str]) -> Procedure:
@@ -163,6 +165,7 @@ class _Reader(RowReader):
                     found.append(self._defined())
                     self._at += 1
             self._at = end + 1
+        found = [table for table in found if not table.name.startswith(KEPT)]
         for table in found:
             self._tables[table.name] = table
         return found
@@ -202,6 +205,8 @@ class _Reader(RowReader):
         match self._next():
             case "for":
                 return self._loop()
+            case "ROUNDS":
+                return self._rounds()
             case "if":
                 self._expect("if", "(")
                 condition = self._expression()
@@ -278,6 +283,32 @@ class _Reader(RowReader):
         if not isinstance(limit, int):
             raise self._wrong("the limit of an iteration")
         return Repeat(limit, until, steps.table, tuple(body))
+
+    def _rounds(self) -> Repeat:
+        """Read the steps that are repeated by NLANES elements, without the copies for those that have ended."""
+        self._expect("ROUNDS", "(")
+        self._take()
+        self._expect(",")
+        limit = self._expression()
+        self._expect(")", "{")
+        body: list[Statement] = []
+        while self._next() != "COUNT":
+            if self._next() in ("KEEP", "RESTORE"):
+                self._at = self._end() + 1
+            else:
+                body.append(self._statement())
+        self._expect("COUNT", "(")
+        self._take()
+        self._expect(",")
+        steps = self._place(self._expression())
+        self._expect(")", ";", "if", "(", "ALL_ENDED", "(")
+        self._take()
+        self._expect(",")
+        until = self._place(self._expression())
+        self._expect(")", ")", "break", ";", "}")
+        if not isinstance(limit, int):
+            raise self._wrong("the limit of an iteration")
+        return Repeat(limit, until.table, steps.table, tuple(body))
 
     def _apply(self) -> Apply:
         if self._next() == "far":

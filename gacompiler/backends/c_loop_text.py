@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from ..errors import BackendError
-from ..ir.procedure import Apply, Place, Procedure, Storage, Table, start_of
+from ..ir.procedure import Apply, Place, Procedure, Repeat, Storage, Table, start_of
 from ..ir.program import Program
+from .c_rounds import kept_by_rounds
 from .loop_statements import LoopWords, StatementText
 from .loop_statements import is_number as is_number
 from .loop_statements import product as product
+from .printers import Names
 from .transcendental import has_trigonometric
 
 C_WORDS = LoopWords(
@@ -102,6 +104,22 @@ class LaneText(PlainText):
     """The statements of the function of NLANES elements."""
 
     lanes = "NLANES"
+
+    def __init__(self, named: Procedure, names: Names) -> None:
+        super().__init__(named, names)
+        self._kept = iter(kept_by_rounds(named))
+
+    def _repeat(self, statement: Repeat) -> list[str]:
+        rounds = self._names.fresh("rounds")
+        pairs = [
+            (product(table.size, self.lanes, *table.lengths), table.name, copy.name) for table, copy in next(self._kept)
+        ]
+        inner = [f"KEEP({rounds}, {size}, {name}, {copy});" for size, name, copy in pairs]
+        inner += self.lines(statement.body)
+        inner += [f"RESTORE({rounds}, {size}, {copy}, {name});" for size, name, copy in pairs]
+        inner += [f"COUNT({rounds}, {self._value(Place(statement.steps))});"]
+        inner += [f"if (ALL_ENDED({rounds}, {self._value(Place(statement.until))}))", "    break;"]
+        return self._block(f"ROUNDS({rounds}, {statement.limit})", inner)
 
     def _call(self, program: Program, passed: list[str]) -> str:
         return f"{'far |= ' if has_trigonometric(program) else ''}NAME({program.name}_lanes)({', '.join(passed)});"

@@ -5,9 +5,9 @@ The plain function takes the tables of one element, with contiguous rows. Work t
 variables, which the compiler keeps in registers; other work tables are in the work space passed by the caller.
 
 In the function for NLANES elements (``gac_runtime.h``), every number is an array of NLANES numbers, and each part is a
-vectorised loop. Tables shared by all elements are stored once. Procedures that repeat until a condition holds have no
-such version, since elements may need different numbers of iterations. Blocks with an argument too large for the
-vectorised sines are computed by the plain function.
+vectorised loop. Tables shared by all elements are stored once. Steps that are repeated until a condition holds are
+repeated until it holds for all of them (``c_rounds.py``). Procedures in which elements read different rows have no such
+version. Blocks with an argument too large for the vectorised sines are computed by the plain function.
 """
 
 from __future__ import annotations
@@ -36,6 +36,7 @@ from ..ir.program import Program
 from .c_batch import parts
 from .c_loop_names import named_in_c
 from .c_loop_text import LaneText, PlainText, is_number, is_shared, product
+from .c_rounds import kept_tables
 from .transcendental import has_trigonometric, is_transcendental
 
 LOOP_ENDINGS = ("_within", "_v3", "_lanes", "_tables", "_call", "_rows", "_work")
@@ -61,8 +62,8 @@ def loop_parts(procedure: Procedure) -> tuple[Program, ...]:
 
 
 def has_lanes(procedure: Procedure) -> bool:
-    """Whether all elements execute the same statements, so that NLANES elements can be computed at a time."""
-    return not procedure.repeats
+    """Whether all elements read the same rows, so that NLANES elements can be computed at a time."""
+    return not procedure.selects
 
 
 def lane_sizes(procedure: Procedure) -> set[int]:
@@ -105,9 +106,8 @@ def list_lines(procedure: Procedure) -> list[str]:
     entries = [f"LENGTH({k}, {length})" for k, length in enumerate(named.lengths)]
     outer = [*named.parameters, *named.results]
     entries += [_entry(k, table) for k, table in enumerate(outer)]
-    work = [
-        f"WORK({k}, {table.name}, {_described(table)})" for k, table in enumerate(_long_work(named), start=len(outer))
-    ]
+    own = [*_long_work(named), *(table for table in kept_tables(named) if table.lengths)]
+    work = [f"WORK({k}, {table.name}, {_described(table)})" for k, table in enumerate(own, start=len(outer))]
     return [
         f"#define TABLES_{named.name}(LENGTH, IN, NUMBER, SAME, INDEX, OUT, AND) {' AND '.join(entries)}",
         f"#define WORK_{named.name}(WORK) {' '.join(work)}".rstrip(),
@@ -140,14 +140,16 @@ def lane_lines(procedure: Procedure) -> list[str]:
         return []
     named, names = named_in_c(procedure)
     parameters = [*_lengths(named), *_declared(named, "REAL", True)]
-    parameters += [f"REAL *{table.name}" for table in _long_work(named)]
+    kept = kept_tables(named)
+    parameters += [f"REAL *{table.name}" for table in (*_long_work(named), *kept) if table.lengths]
     body = LaneText(named, names).lines(named.body)
     has_sines = any(map(has_trigonometric, loop_parts(procedure)))
     lines = [f"static INLINE WORD NAME({named.name}_lanes)({', '.join(parameters)})", "{"]
     lines += _unread(
         [*named.lengths, *(t.name for t in (*named.parameters, *named.results, *_long_work(named)))], named
     )
-    declared = [f"{table.name}[{product(table.size, 'NLANES')}]" for table in _short_work(named)]
+    declared = [f"{table.name}[{product(table.size, 'NLANES')}]"
+                for table in (*_short_work(named), *kept) if not table.lengths]  # fmt: skip
     lines += [f"    _Alignas(64) REAL {', '.join(declared)};"] if declared else []
     lines += ["    WORD far = 0;"] if has_sines else []
     return [*lines, *(f"    {line}" for line in body), f"    return {'far' if has_sines else '0'};", "}"]

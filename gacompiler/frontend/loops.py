@@ -483,11 +483,20 @@ def iterate(body: Callable[..., Any], start: Any, until: Callable[..., Any], at_
     with recorder.scope() as scope:
         new = recorder.tables([f"next_{stem}" for stem in stems], (), layouts, start)
         carry = like(start, recorder.symbols(stems, old))
-        recorder.store(with_structure("iterate()", start, body(carry), arrays=True), new)
+        results = with_structure("iterate()", start, body(carry), arrays=True)
+        held = {rows.table for rows in old}
+        # An array that the body has made needs no copy for the comparison.
+        made = [isinstance(x, Rows) and x.is_whole and x.table not in held for x in results]
+        others = [pair for pair, is_made in zip(zip(results, new, strict=True), made, strict=True) if not is_made]
+        recorder.store([x for x, _ in others], [rows for _, rows in others])
+        new = [x if is_made else rows for x, rows, is_made in zip(results, new, made, strict=True)]
         following = like(start, recorder.symbols([f"next_{stem}" for stem in stems], new))
         (condition,) = lifted("iterate()", condition_of("iterate()", until(carry, following)))
         recorder.compute([condition], targets_in([done]))
-        for found, before in {a.table: (a, b) for a, b in zip(new, old, strict=True)}.values():
+        arrays = [pair for pair, is_made in zip(zip(new, old, strict=True), made, strict=True) if is_made]
+        recorder.store([x for x, _ in arrays], [before for _, before in arrays])
+        pairs = [pair for pair, is_made in zip(zip(new, old, strict=True), made, strict=True) if not is_made]
+        for found, before in {a.table: (a, b) for a, b in pairs}.values():
             if before.order:
                 recorder.store([found], [before])
             else:

@@ -329,10 +329,13 @@ class Procedure:
     @property
     def repeats(self) -> bool:
         """Whether the number of iterations, or the rows that are read, depend on computed values."""
+        return self.selects or any(isinstance(s, Repeat) for s in statements(self.body))
+
+    @property
+    def selects(self) -> bool:
+        """Whether the rows that are read depend on computed values."""
         return any(
-            isinstance(s, Repeat)
-            or (isinstance(s, Loop) and bool(s.until))
-            or any(number_of(place.row) for place in _sources(s))
+            (isinstance(s, Loop) and bool(s.until)) or any(number_of(place.row) for place in _sources(s))
             for s in statements(self.body)
         )
 

@@ -717,6 +717,14 @@ static INLINE float gac_asin_polynomial_f32(float z)
 #define ADD_SPREAD(n, from, to) GAC(add_spread)(n, from, to)
 #define CLEAR(n, to) GAC(clear)(n, to)
 
+/* Steps that are repeated until a condition holds for all of NLANES elements. While some elements have ended, tables
+   that the steps change are copied before a step and copied back for these elements after it. */
+#define ROUNDS(name, limit) for (struct GAC(rounds) name = {0}; name.count < (limit); ++name.count)
+#define KEEP(rounds, n, from, to) if (rounds.some) COPY(n, from, to)
+#define RESTORE(rounds, n, from, to) if (rounds.some) GAC(restore)(rounds.ended, n, from, to)
+#define COUNT(rounds, steps) GAC(count)(rounds.ended, steps)
+#define ALL_ENDED(rounds, until) GAC(all_ended)(&rounds, until)
+
 /* GAC_PROCEDURE(kernel, kind): the function that runs a kernel with loops over a batch, by its loops over NLANES
    elements or ALONE; BUSY kernels compute transcendental functions. It is generated from the lists of lengths and
    tables,
@@ -1149,6 +1157,39 @@ static INLINE void GAC(clear)(intptr_t n, REAL *to)
 {
     for (intptr_t i = 0; i < n; ++i)
         to[i] = 0;
+}
+
+struct GAC(rounds) {
+    int count;
+    WORD some, ended[NLANES];
+};
+
+static INLINE void GAC(restore)(const WORD *ended, intptr_t n, const REAL *from, REAL *to)
+{
+    for (intptr_t k = 0; k < n; k += NLANES) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < NLANES; ++i)
+            to[k + i] = ended[i] ? from[k + i] : to[k + i];
+    }
+}
+
+static INLINE void GAC(count)(const WORD *ended, REAL *steps)
+{
+    for (intptr_t i = 0; i < NLANES; ++i)
+        steps[i] += ended[i] ? 0 : 1;
+}
+
+static INLINE int GAC(all_ended)(struct GAC(rounds) *rounds, const REAL *until)
+{
+    WORD all = 1, some = 0;
+    for (intptr_t i = 0; i < NLANES; ++i) {
+        const WORD is_over = until[i] != 0;
+        rounds->ended[i] = is_over;
+        all &= is_over;
+        some |= is_over;
+    }
+    rounds->some = some;
+    return all != 0;
 }
 
 static INLINE void GAC(spread)(intptr_t n, const REAL *from, REAL *to)

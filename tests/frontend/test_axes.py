@@ -325,3 +325,25 @@ def test_arrays_that_are_iterated() -> None:
     found, converged, _ = gacompiler.compile(dominant)(a, np.ones(6))
     wanted = np.linalg.eigh(a)[1][:, -1]
     assert converged and np.abs(found * np.sign(found[0]) - wanted * np.sign(wanted[0])).max() < 1e-12
+
+
+def test_arrays_that_are_exchanged_or_shared_by_a_step() -> None:
+    @kernel(x=N, y=N)
+    def exchanged(x: Any, y: Any) -> Any:
+        def step(carry: Any) -> Any:
+            a, b, _, _ = carry
+            sums = each(lambda p, q: p + q, a, b)
+            return b, sums, sums, a
+
+        carry, converged, steps = iterate(step, (x, y, x, x), lambda _, new: total(lambda p: p, new[2]) > 300, 20)
+        return *carry, converged, steps
+
+    x, y = integers(1, 4) + 5, integers(2, 4) + 5
+    wanted, steps = (x, y, x, x), 0
+    while wanted[2].sum() <= 300 or not steps:
+        a, b, _, _ = wanted
+        wanted, steps = (b, a + b, a + b, a), steps + 1
+    *found, converged, n_steps = exact(exchanged, x=x, y=y)
+    assert converged and n_steps == steps > 2
+    for one, other in zip(found, wanted, strict=True):
+        assert np.array_equal(one, other)

@@ -29,6 +29,7 @@ ALLOWED: dict[str, set[str]] = {
     "symbolic": {"symbolic", "errors", "algebra", "rings", "frontend", "ir.interpret", "passes.pipeline", "sympy"},
     "calculus": {"calculus", "symbolic", "errors", "algebra", "rings", "sympy"},
     "frontend": {"frontend", "errors", "algebra", "rings", "ir.scalar", "ir.procedure", "ir.reserved"},
+    "matrices": {"matrices", "errors", "algebra", "frontend"},
     "structure": {"structure", "errors", "algebra", "numpy"},
     "passes": {
         *("passes", "errors", "algebra", "rings", "frontend", "ir", "mpmath"),

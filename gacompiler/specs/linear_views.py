@@ -1,0 +1,204 @@
+"""Fundamental matrices, homographies and cameras by linear equations between normalised coordinates.
+
+Equations are solved by the null vector of their coefficients (module `matrices`). Points are normalised to mean 0 and
+mean square d, their number of coordinates (Hartley, *In Defense of the Eight-Point Algorithm*, 1997).
+"""
+
+from gacompiler import SCALAR, absolute, array, each, equal, fold, kernel, matrices, maximum, select, sqrt, total
+from gacompiler.specs.projective2 import homography_equations
+from gacompiler.specs.projective3 import epipolar_equation
+
+PIXELS, PLACES = array(SCALAR, "n", 2), array(SCALAR, "n", 3)
+THREE, FOUR, CAMERA = array(SCALAR, 3, 3), array(SCALAR, 4, 4), array(SCALAR, 3, 4)
+
+
+def _dot(a, b):
+    return sum(x * y for x, y in zip(a[1:], b[1:], strict=True)) + a[0] * b[0]
+
+
+def _cross(a, b):
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def _times(a, b):
+    columns = tuple(zip(*b, strict=True))
+    return tuple(tuple(_dot(row, column) for column in columns) for row in a)
+
+
+def _unit(matrix):
+    size = sqrt(sum(x * x for row in matrix for x in row))
+    return tuple(tuple(x / size for x in row) for row in matrix)
+
+
+def _normalized(points, dimension):
+    """Return points of mean 0 and mean square norm `dimension`, and the similarity that maps the points to them.
+
+    A spread of at most eight roundings of the largest coordinate is not scaled up.
+    """
+    sums, count = total(lambda p: (tuple(p), 1), points)
+    mean = tuple(x / count for x in sums)
+    square = total(lambda p: sum((x - m) * (x - m) for x, m in zip(p, mean, strict=True)), points)
+    largest = fold(lambda m, p: _largest(m, p), 0, points)
+    spread = sqrt(square / (count * dimension))
+    is_rounding = equal(largest + spread / 16, largest)
+    scale = 1 / select(is_rounding, _largest(1, mean), spread)
+    shift = tuple(-scale * m for m in mean)
+    moved = each(lambda p: tuple(x * scale + s for x, s in zip(p, shift, strict=True)), points)
+    rows = [(*(scale if j == i else 0 for j in range(dimension)), shift[i]) for i in range(dimension)]
+    return moved, (*rows, (*(0 for _ in range(dimension)), 1))
+
+
+def _largest(start, numbers):
+    for x in numbers:
+        start = maximum(start, absolute(x))
+    return start
+
+
+def _undone(similarity):
+    """Return the inverse of a similarity of the plane."""
+    (scale, _, x), (_, _, y), _ = similarity
+    return (1 / scale, 0, -x / scale), (0, 1 / scale, -y / scale), (0, 0, 1)
+
+
+@kernel(first=PIXELS, second=PIXELS, returns=(array(SCALAR, "n", 9), THREE, THREE))
+def epipolar_equations(first, second):
+    """Compute the equations ``x' F x = 0`` of normalised pixels, and the two similarities of pixels.
+
+    Returns
+    -------
+    equations
+        For each pair, the coefficients of the entries of F, row by row.
+    left, right
+        The similarities that normalise the first and the second pixels.
+    """
+    (one, left), (two, right) = _normalized(first, 2), _normalized(second, 2)
+    return each(epipolar_equation, one, two), left, right
+
+
+@kernel(entries=array(SCALAR, 9), left=THREE, right=THREE, returns=THREE)
+def fundamental_of_entries(entries, left, right):
+    """Compute the fundamental matrix of rank 2 and norm 1 from the solution of `epipolar_equations`.
+
+    The nearest matrix of rank 2 is subtracted before the normalisation is undone.
+    """
+    matrix = tuple(tuple(entries[3 * i : 3 * i + 3]) for i in range(3))
+    _, vectors = matrices.three_singular_vectors(matrix)
+    null = tuple(row[2] for row in vectors)
+    rank_two = tuple(tuple(x - _dot(row, null) * v for x, v in zip(row, null, strict=True)) for row in matrix)
+    return _unit(_times(tuple(zip(*right, strict=True)), _times(rank_two, left)))
+
+
+@kernel(first=PIXELS, second=PIXELS, returns=(array(SCALAR, "n", 2, 9), THREE, THREE))
+def plane_equations(first, second):
+    """Compute two equations of ``x' x H x = 0`` for each pair of normalised pixels, and the similarities of pixels.
+
+    Returns
+    -------
+    equations
+        For each pair, the coefficients of the entries of H, row by row, in two equations.
+    left, right
+        The similarities that normalise the first and the second pixels.
+    """
+    (one, left), (two, right) = _normalized(first, 2), _normalized(second, 2)
+    return each(homography_equations, one, two), left, right
+
+
+@kernel(entries=array(SCALAR, 9), left=THREE, right=THREE, returns=THREE)
+def homography_of_entries(entries, left, right):
+    """Compute the homography of norm 1 from the solution of `plane_equations`."""
+    matrix = tuple(tuple(entries[3 * i : 3 * i + 3]) for i in range(3))
+    return _unit(_times(_undone(right), _times(matrix, left)))
+
+
+@kernel(places=PLACES, pixels=PIXELS, returns=(array(SCALAR, "n", 2, 12), FOUR, THREE))
+def camera_equations(places, pixels):
+    """Compute two equations of ``x P X = 0`` for each pair of a normalised point and pixel, and the similarities.
+
+    Returns
+    -------
+    equations
+        For each pair, the coefficients of the entries of P, row by row, in two equations.
+    left, right
+        The similarities that normalise points and pixels.
+    """
+    (one, left), (two, right) = _normalized(places, 3), _normalized(pixels, 2)
+
+    def equations(place, pixel):
+        x, nothing = (*place, 1), (0, 0, 0, 0)
+        return (*x, *nothing, *(-pixel[0] * a for a in x)), (*nothing, *x, *(-pixel[1] * a for a in x))
+
+    return each(equations, one, two), left, right
+
+
+@kernel(entries=array(SCALAR, 12), left=FOUR, right=THREE, returns=CAMERA)
+def camera_of_entries(entries, left, right):
+    """Compute the camera matrix of norm 1 from the solution of `camera_equations`."""
+    matrix = tuple(tuple(entries[4 * i : 4 * i + 4]) for i in range(3))
+    return _unit(_times(_undone(right), _times(matrix, left)))
+
+
+def _nearest_rotation(matrix):
+    """Return the rotation nearest to a matrix, and the mean of the singular values."""
+    values, vectors = matrices.three_singular_vectors(matrix)
+    first, second, _ = zip(*vectors, strict=True)
+    u = tuple(_dot(row, first) for row in matrix)
+    u = _scaled(u)
+    v = tuple(_dot(row, second) for row in matrix)
+    along = _dot(u, v)
+    v = _scaled(tuple(a - along * b for a, b in zip(v, u, strict=True)))
+    images, axes = (u, v, _cross(u, v)), (first, second, _cross(first, second))
+    rotation = _times(tuple(zip(*images, strict=True)), axes)
+    return rotation, (values[0] + values[1] + values[2]) / 3
+
+
+def _scaled(vector):
+    """Return a vector of length 1, or 0 for the zero vector."""
+    size = sqrt(_dot(vector, vector))
+    return tuple(x / select(size > 0, size, 1) for x in vector)
+
+
+def _or_one(x):
+    return select(x > 0, x, 1)
+
+
+@kernel(camera=CAMERA, returns=CAMERA)
+def pose_of_camera(camera):
+    """Compute the pose [R | t] nearest to a camera matrix of points around the origin, which is in front of it.
+
+    The sign is determined by the depth of the origin: the determinant is unreliable for thin scenes.
+    """
+    sign = select(camera[2][3] < 0, -1, 1)
+    rotation, size = _nearest_rotation(tuple(tuple(sign * x for x in row[:3]) for row in camera))
+    return tuple((*row, sign * own[3] / _or_one(size)) for row, own in zip(rotation, camera, strict=True))
+
+
+@kernel(homography=THREE, axes=THREE, returns=(CAMERA, CAMERA))
+def poses_of_plane(homography, axes):
+    """Compute the pose [R | t] from the homography of a plane through the origin, and its mirror image.
+
+    The plane mirrored in the plane perpendicular to the line of sight to the origin has the same image under parallel
+    projection (Necker reversal): another minimum of the distances in the image is near it.
+
+    Parameters
+    ----------
+    homography
+        It maps coordinates in the plane to the image.
+    axes
+        The first two rows are the axes of the coordinates.
+    """
+    columns = tuple(zip(*homography, strict=True))
+    size = sqrt(sqrt(_dot(columns[0], columns[0]) * _dot(columns[1], columns[1])))
+    factor = select(homography[2][2] < 0, -1, 1) / _or_one(size)
+    x, y, shift = (tuple(factor * a for a in column) for column in columns)
+    rotation, _ = _nearest_rotation(tuple(zip(x, y, _cross(x, y), strict=True)))
+    frame = (axes[0], axes[1], _cross(axes[0], axes[1]))
+    normal = _scaled(shift)
+    turned = tuple(zip(*rotation, strict=True))
+    mirrored = [
+        tuple(a - 2 * _dot(normal, column) * n for a, n in zip(column, normal, strict=True)) for column in turned
+    ]
+    mirrored[2] = tuple(-a for a in mirrored[2])
+    poses = []
+    for found in (rotation, tuple(zip(*mirrored, strict=True))):
+        poses.append(tuple((*row, s) for row, s in zip(_times(found, frame), shift, strict=True)))
+    return tuple(poses)
