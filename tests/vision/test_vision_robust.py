@@ -17,7 +17,7 @@ from algorithms.vision import (
     robust_fundamental_matrix,
     robust_homography,
 )
-from algorithms.vision.chance import Freedom, by_chance
+from algorithms.evidence.chance import Freedom, by_chance
 
 Array = np.ndarray[Any, Any]
 K = np.array([[800.0, 0, 320], [0, 800, 240], [0, 0, 1]])
