@@ -61,7 +61,10 @@ def by_chance(distances: Reals, wrong: Reals, threshold: float, freedom: Freedom
             within = np.searchsorted(nearest, base, side="right") / len(wrong)
             share = within * (limit / base) ** freedom.codimension
         count = int((distances <= limit).sum())
-        bounds.append((level + 1) * np.log(2) + float(log_false_alarms(len(distances), count, share, freedom)))
+        bounds.append(
+            (level + 1) * np.log(2)
+            + float(log_false_alarms(len(distances), np.asarray(count), np.asarray(share), freedom))
+        )
     return bool(min(bounds) > np.log(freedom.false_alarms))
 
 

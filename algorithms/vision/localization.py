@@ -132,7 +132,7 @@ def localize(
     known = pixel_noise(k, noise)
     seen = np.asarray(projective2.transform_point(np.linalg.inv(k), image))
     scene = _Scene(places - centroid, image, seen, k, known)
-    inliers: Reals | None = np.ones(len(places), bool)
+    inliers: Reals = np.ones(len(places), bool)
     if threshold is not None:
         estimate = robust_estimate(_problem(scene), threshold, seed, confidence, max_samples)
         if estimate.status != VisionStatus.OK:
@@ -140,10 +140,10 @@ def localize(
         inliers = estimate.inliers
     found = scene.minima(inliers)
     if threshold is None and len(places) >= _FEWEST and scene.suspicious(found):
-        inliers = _without_wrong_pixels(scene)
-        if inliers is None:
+        agreed = _without_wrong_pixels(scene)
+        if agreed is None:
             return _nothing(VisionStatus.NO_CONSENSUS, len(places))
-        found = scene.minima(inliers)
+        inliers, found = agreed, scene.minima(agreed)
     states, likely = pose_status(found, scene.places[None, inliers], image[None, inliers], k, known)
     status = VisionStatus(int(states[0]))
     if status not in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
@@ -174,8 +174,8 @@ class _Scene:
 
     def minima(self, inliers: Reals) -> Poses:
         """Return all minima (1, s) of the distances of some of the points."""
-        parts = (each[None, inliers] for each in (self.places, self.image, self.seen))
-        return all_poses(*parts, self.k, _STEPS)
+        places, image, seen = (each[None, inliers] for each in (self.places, self.image, self.seen))
+        return all_poses(places, image, seen, self.k, _STEPS)
 
     def squares(self, pose: Reals) -> Reals:
         """Return the squared distances (n,) of all pixels in a pose (3, 4)."""

@@ -108,7 +108,7 @@ def deviations(pose: Poses, n_points: int, noise: Noise) -> Reals:
     variance = noise.raised(pose.cost, 2 * n_points - _PARAMETERS)
     spread = variance * np.linalg.inv(pose.normal)
     largest = [np.linalg.eigvalsh(part)[-1] for part in (spread[:3, :3], spread[3:, 3:])]
-    return np.sqrt(np.maximum(largest, 0)) * [1, _depth(pose.matrix)]
+    return np.asarray(np.sqrt(np.maximum(largest, 0)) * [1, _depth(pose.matrix)])
 
 
 def _offsets(found: Poses) -> Reals:
