@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-
 BOUND = 4.03
 """Standard deviations that the largest of three errors exceeds with a probability of a thousandth."""
 
