@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from algorithms.estimation import MotorFilter, RotorFilter
+from algorithms.estimation import MotorFilter, RotorFilter, body_eye, stereo_information, track_end_effector
+from algorithms.kinematics import Robot
 from generated import pga3
 
 from .evidence_scenes import BOUND, Trial, rotation, row
@@ -134,3 +135,95 @@ def motor_nearby(rng: np.random.Generator) -> Trial:
 @row("`MotorFilter(gate=)`", "noise of 0.01, 30 to 180 degrees off, deviations stated as 1 degree and 2 cm")
 def motor_of_wrong_start(rng: np.random.Generator) -> Trial:
     return _motor_filtered(rng, 0.01, 0.0, rng.uniform(30, 180), rng.uniform(0, 8), (0.02, 0.02), 4)
+
+
+def _tracked(rng: np.random.Generator, far: float, wrong_design: float, informed: bool) -> Trial:
+    """A head whose axes do not meet, and points that a stereo camera tracks from random places."""
+    focal, baseline, pixel = 640.0, 0.1, 0.25
+    directions = np.array([[0, 0, 1.0], [0, 1.0, 0]]) + rng.normal(0, 0.05, (2, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    axes = np.asarray(pga3.join_point_direction(np.array([[0, 0, 0], [0.05, 0, 0.12]]), directions))
+    eye = pga3.motor_product(
+        pga3.motor_from_rotor_translation(np.eye(4)[0], rng.normal([0.05, 0, 0.2], 0.1)),
+        pga3.motor_from_rotor_translation(_rotor(_AHEAD @ rotation(rng, 0.2)), np.zeros(3)),
+    )
+    n, sweeps = 16, []
+    depth = np.where(rng.random(n) < far, 10.0, rng.uniform(0.8, 1.8, n))
+    seen = np.stack([rng.uniform(-0.4, 0.4, n) * depth, rng.uniform(-0.3, 0.3, n) * depth, depth], -1)
+    points = pga3.move_point(eye, seen)
+    for joint, most in ((0, 0.5), (1, 0.35)):
+        turns = pga3.motor_from_line(axes[joint], np.linspace(-most, most, 16))
+        there = pga3.move_point_back(pga3.motor_product(turns, eye)[:, None], points)
+        x, y, z = np.moveaxis(there, -1, 0)
+        noise = rng.normal(0, pixel, (3, *x.shape))
+        left, right = focal * x / z + noise[0], focal * (x - baseline) / z + noise[1]
+        row_of, z = focal * y / z + noise[2] / np.sqrt(2), focal * baseline / (left - right)
+        left = np.stack([left, row_of], -1)
+        sweeps.append(np.concatenate([left * z[..., None] / focal, z[..., None]], -1))
+    if far:
+        for each in sweeps:
+            lost = rng.random(each.shape[:2]) < 0.2
+            each[lost] *= 10 / each[lost][:, 2:]
+    if wrong_design:
+        tilted = np.cross(np.eye(3), np.cross(directions[0], directions[1]) * wrong_design) + np.eye(3)
+        axes[1] = pga3.normalize_line(pga3.join_point_direction(np.array([0.05, 0, 0.12]), tilted @ directions[1]))
+    information = [stereo_information(each, focal, baseline, pixel) if informed else None for each in sweeps]
+    found = body_eye(*sweeps, axes, pan_information=information[0], tilt_information=information[1])
+    error = pga3.motor_product(eye, pga3.motor_inverse(found.motor))
+    off = np.degrees(2 * np.arccos(min(abs(error[0]), 1)))
+    stated = np.degrees(BOUND * np.hypot(found.pan.deviation[0], found.tilt.deviation[0]))
+    return Trial(found.status == 0, off < max(stated, 0.2))
+
+
+_AHEAD = np.array([[0, 0, 1.0], [-1, 0, 0], [0, -1, 0]])
+"""The frame of a camera that looks along x, with y down."""
+
+
+@row("`body_eye`", "16 tracks, noise of 0.25 pixels, a fifth of the points at 10 m, no threshold")
+def points_far_away(rng: np.random.Generator) -> Trial:
+    return _tracked(rng, 0.2, 0.0, True)
+
+
+@row("`body_eye`", "16 tracks, noise of 0.25 pixels, a design whose angle is wrong by 2 to 6 degrees")
+def wrong_design(rng: np.random.Generator) -> Trial:
+    return _tracked(rng, 0.0, rng.uniform(0.035, 0.1), True)
+
+
+@row("`body_eye`", "16 tracks, noise of 0.25 pixels", good=True)
+def right_tracks(rng: np.random.Generator) -> Trial:
+    return _tracked(rng, 0.0, 0.0, True)
+
+
+@row(
+    "`track_end_effector`",
+    "UR5, tool 6 degrees and 4 cm off, three lines, a fifth of them wrong",
+)
+def end_effector(rng: np.random.Generator) -> Trial:
+    return _end_effector(rng, 0.2)
+
+
+@row("`track_end_effector`", "the same without wrong lines", good=True)
+def end_effector_of_right_lines(rng: np.random.Generator) -> Trial:
+    return _end_effector(rng, 0.0)
+
+
+def _end_effector(rng: np.random.Generator, share: float) -> Trial:
+    robot, t, noise = _ROBOT, 20, 0.004
+    q = rng.uniform(-1, 1, robot.n_joints) + np.linspace(0, 0.8, t)[:, None] * rng.uniform(-1, 1, robot.n_joints)
+    poses = robot.forward(q)
+    spread = np.array([0.1] * 3 + [0.04] * 3)
+    begin = pga3.motor_product(pga3.motor_exponential(-spread * rng.normal(size=6) / 2), poses[0])
+    truth = pga3.motor_product(pga3.motor_product(poses, pga3.motor_inverse(poses[0])), begin)
+    near, aside = rng.normal(0, 0.15, (2, 3, 3))
+    model = np.asarray(pga3.normalize_line(pga3.join_points(near, near + aside)))
+    seen = np.stack([_disturbed(rng, pga3.move_line(m, model), noise) for m in truth])
+    for k, j in np.argwhere(rng.random((t, 3)) < share):
+        seen[k, j] = _disturbed(rng, pga3.move_line(truth[k], _lines(rng, 1)), noise)[0]
+    found = track_end_effector(robot, q, model, seen, noise, covariance=spread**2)
+    error = pga3.motor_product(truth[-1], pga3.motor_inverse(found.motors[-1]))
+    off = 2 * np.arccos(min(abs(error[0]), 1))
+    bound = BOUND * np.sqrt(np.linalg.eigvalsh(found.covariances[-1][:3, :3])[-1])
+    return Trial(found.status[-1] == 0, off < bound)
+
+
+_ROBOT = Robot.named("ur5")

@@ -127,7 +127,7 @@ def test_steps_of_lists_and_batches(rng: np.random.Generator, p: Problem) -> Non
     single.predict(other, 0 * other)
     assert np.array_equal(single.state, listed.state) and np.array_equal(single.covariance, listed.covariance)
     column = np.ones((2, *np.shape(measurements[0])))
-    with pytest.raises(ValueError, match="measurement: shape .*; expected"):
+    with pytest.raises(ValueError, match=r"measurement: shape .*; expected"):
         KalmanFilter(*p).update(column)
 
 
