@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from algorithms.vision import localize
+from algorithms import vision
+from algorithms.vision import Camera, calibrate_endoscope, localize
 from generated import pga3
 
 from .evidence_scenes import BOUND, Trial, rotation, row
@@ -79,3 +82,74 @@ def boards(rng: np.random.Generator) -> Trial:
     points = np.stack([*np.meshgrid(np.arange(5) - 2.0, np.arange(4) - 1.5), np.zeros((4, 5))], -1).reshape(-1, 3)
     pixels, turn, _ = _view(rng, points, rng.uniform(8, 20), np.radians(60), rng.uniform(0.2, 1))
     return _localized(points, pixels, turn, 10)
+
+
+def _triangulated(rng: np.random.Generator, place: np.ndarray, baseline: float) -> Trial:
+    """A point at a place in the frame of the first of two cameras, which are turned a little."""
+    shift = pga3.motor_from_rotor_translation(np.eye(4)[0], np.array([baseline, 0, 0]))
+    turn = pga3.motor_from_rotor_translation(pga3.rotor_from_matrix(rotation(rng, 0.1)), np.zeros(3))
+    cameras = Camera(_K, np.eye(8)[0]), Camera(_K, pga3.motor_product(shift, turn))
+    pixels = []
+    for camera in cameras:
+        there = camera.matrix @ np.append(place, 1)
+        pixels.append(there[:2] / there[2] + rng.normal(0, 0.3, 2))
+    call: Any = getattr(vision, "triangulation", None)
+    if call is None:
+        found = vision.triangulate(cameras, pixels)
+        return Trial(bool(np.isfinite(found).all()), bool(np.linalg.norm(found - place) < 0.3 * np.linalg.norm(place)))
+    result = call(cameras, pixels, 0.3)
+    distance = float(np.linalg.norm(result.points))
+    off = abs(1 / distance - 1 / np.linalg.norm(place)) * distance**2
+    return Trial(bool(result.status == 0), bool(off < max(BOUND * float(result.deviation), 1e-3)) and place[2] > 0)
+
+
+@row("`triangulate`", "points behind the cameras, or 500 to 5,000 baselines away; wrong: beyond the bound, or behind")
+def undetermined_points(rng: np.random.Generator) -> Trial:
+    depth = rng.choice([-1, 1]) * rng.uniform(2, 8) if rng.random() < 0.5 else rng.uniform(50, 500)
+    return _triangulated(rng, depth * np.array([*rng.uniform(-0.3, 0.3, 2), 1]), 0.1)
+
+
+@row("`triangulate`", "points 5 to 30 baselines away, noise of 0.3 pixels", good=True)
+def near_points(rng: np.random.Generator) -> Trial:
+    return _triangulated(rng, rng.uniform(1, 6) * np.array([*rng.uniform(-0.3, 0.3, 2), 1]), 0.2)
+
+
+def _motor(rng: np.random.Generator, angle: float, length: float) -> np.ndarray:
+    """A random motion by angles and lengths of these deviations."""
+    turn = pga3.rotor_from_rotation_vector(rng.normal(0, angle, 3))
+    return np.asarray(pga3.motor_from_rotor_translation(turn, rng.normal(0, length, 3)))
+
+
+def _endoscope(rng: np.random.Generator, angle: float, lost: bool) -> Trial:
+    """Twenty images of a pattern of 7 x 5 points of 4 mm, by a camera on a tracked body; lengths in mm."""
+    x, z, n = _motor(rng, 1.0, 30), _motor(rng, 1.0, 300), 20
+    board = 4.0 * np.stack([*np.meshgrid(np.arange(7) - 3.0, np.arange(5) - 2.0), np.zeros((5, 7))], -1).reshape(-1, 3)
+    ahead = pga3.motor_from_rotor_translation(pga3.rotor_from_matrix(np.diag([1.0, -1, -1])), np.array([0, 0, 70.0]))
+    eyes = np.array([pga3.motor_product(ahead, _motor(rng, angle, 6)) for _ in range(n)])
+    there = pga3.move_point_back(eyes[:, None], board) @ _K.T
+    views = there[..., :2] / there[..., 2:] + rng.normal(0, 0.3, (n, len(board), 2))
+    bodies = pga3.motor_product(pga3.motor_product(z, eyes), pga3.motor_inverse(x))
+    bodies = np.array([pga3.motor_product(body, _motor(rng, 0.0025, 0.25)) for body in bodies])
+    if lost:
+        views[3], views[5, :4], bodies[8] = np.nan, np.nan, np.nan
+    found = calibrate_endoscope(bodies, board, views, _K)
+    off = np.linalg.norm((pga3.motor_to_matrix(found.motor) - pga3.motor_to_matrix(x))[:3, 3])
+    stated = getattr(found, "deviation", np.zeros(2))[1]
+    return Trial(bool(found.status == 0), bool(off < max(BOUND * stated, 2.0)))
+
+
+@row("`calibrate_endoscope`", "20 images with rotations of 0.02 to 0.05; wrong: more than 2 mm and the bound off")
+def small_rotations(rng: np.random.Generator) -> Trial:
+    return _endoscope(rng, rng.uniform(0.02, 0.05), False)
+
+
+@row(
+    "`calibrate_endoscope`", "20 images, one and four points of another not seen, one pose of the body lost", good=True
+)
+def lost_images(rng: np.random.Generator) -> Trial:
+    return _endoscope(rng, 0.3, True)
+
+
+@row("`calibrate_endoscope`", "20 images", good=True)
+def complete_images(rng: np.random.Generator) -> Trial:
+    return _endoscope(rng, 0.3, False)

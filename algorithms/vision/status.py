@@ -24,6 +24,8 @@ class VisionStatus(Status):
     """The iterations or samples ended early, or at a result that contradicts the data, which is not reliable."""
     AMBIGUOUS = 6
     """Several results agree with the data, which cannot separate them."""
+    BEHIND = 7
+    """A point is behind a camera that sees it."""
 
 
 class DegenerateError(ValueError):
