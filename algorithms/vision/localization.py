@@ -139,12 +139,14 @@ def localize(
             return _nothing(estimate.status, len(places))
         inliers = estimate.inliers
     found = scene.minima(inliers)
-    if threshold is None and len(places) >= _FEWEST and scene.suspicious(found):
+    states, likely = scene.status(found, inliers)
+    undetermined = states[0] in (VisionStatus.TOO_FEW, VisionStatus.DEGENERATE)
+    if threshold is None and len(places) >= _FEWEST and not undetermined and scene.suspicious(found):
         agreed = _without_wrong_pixels(scene)
         if agreed is None:
             return _nothing(VisionStatus.NO_CONSENSUS, len(places))
         inliers, found = agreed, scene.minima(agreed)
-    states, likely = pose_status(found, scene.places[None, inliers], image[None, inliers], k, known)
+        states, likely = scene.status(found, inliers)
     status = VisionStatus(int(states[0]))
     if status not in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
         return _nothing(status, len(places))
@@ -176,6 +178,10 @@ class _Scene:
         """Return all minima (1, s) of the distances of some of the points."""
         places, image, seen = (each[None, inliers] for each in (self.places, self.image, self.seen))
         return all_poses(places, image, seen, self.k, _STEPS)
+
+    def status(self, found: Poses, inliers: Reals) -> tuple[Reals, Reals]:
+        """Return the status (1,) of the best of the minima, and which of them are likely (1, s)."""
+        return pose_status(found, self.places[None, inliers], self.image[None, inliers], self.k, self.noise)
 
     def squares(self, pose: Reals) -> Reals:
         """Return the squared distances (n,) of all pixels in a pose (3, 4)."""

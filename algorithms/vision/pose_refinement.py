@@ -24,6 +24,8 @@ _WEIGHT = 4.0
 """and the number of residuals that this is worth: a noise of a seventh to five times as much is not a contradiction."""
 _ROUNDING = 1e-26
 """From floating point: squared residuals below this part of squared pixels are rounding errors."""
+_SOON = 25
+"""A limit on work: the number of iterations from starts that have not converged when another one has."""
 _PARAMETERS = 6
 
 
@@ -61,7 +63,14 @@ def all_poses(places: Reals, image: Reals, seen: Reals, k: Reals, n_steps: int) 
     """
     starts = pose_starts(places, seen)
     b, s = starts.shape[:2]
-    found = refined_poses(starts.reshape(-1, 3, 4), np.repeat(places, s, 0), np.repeat(image, s, 0), k, n_steps)
+    starts, places, image = starts.reshape(-1, 3, 4), np.repeat(places, s, 0), np.repeat(image, s, 0)
+    found = refined_poses(starts, places, image, k, min(n_steps, _SOON))
+    reached = (found.converged & found.in_front).reshape(b, s).any(1)
+    rest = np.repeat(~reached, s)
+    if n_steps > _SOON and rest.any():
+        more = refined_poses(starts[rest], places[rest], image[rest], k, n_steps)
+        for field in fields(Poses):
+            getattr(found, field.name)[rest] = getattr(more, field.name)
     cost = np.where(np.isfinite(found.cost), found.cost, np.inf).reshape(b, s)
     order = np.lexsort((cost, ~found.in_front.reshape(b, s)), axis=1)
     return found.at(order + s * np.arange(b)[:, None])
