@@ -4,9 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from algorithms.estimation import MotorFilter, RotorFilter, body_eye, stereo_information, track_end_effector
+from algorithms.estimation import (
+    MotorFilter,
+    RotorFilter,
+    body_eye,
+    estimate_orientation,
+    stereo_information,
+    track_end_effector,
+)
 from algorithms.kinematics import Robot
-from generated import pga3
+from generated import pga3, vga3
 
 from .evidence_scenes import BOUND, Trial, rotation, row
 
@@ -227,3 +234,67 @@ def _end_effector(rng: np.random.Generator, share: float) -> Trial:
 
 
 _ROBOT = Robot.named("ur5")
+
+
+def _inertial(rng: np.random.Generator, spoil: str) -> Trial:
+    """Twenty seconds of a sensor that is turned and moved about by sums of sines, from rest; no magnetometer."""
+    rate, n = 100.0, 2000
+    t = np.arange(1, n + 1) / rate
+    start = np.clip((t - 2) / 2, 0, 1)[:, None]
+
+    def sines(size: float, low: float, high: float) -> np.ndarray:
+        f, phase, a = rng.uniform(low, high, (4, 1, 3)), rng.uniform(0, 6.3, (4, 1, 3)), rng.normal(0, size, (4, 1, 3))
+        return np.asarray((a * np.sin(2 * np.pi * f * t[:, None] + phase)).sum(0))
+
+    rates, pushed = start * sines(0.7, 0.1, 0.8), start * sines(0.5, 0.3, 1.2)
+    steps = pga3.rotor_from_rotation_vector(rates / rate)
+    turns = [np.asarray(pga3.rotor_from_matrix(rotation(rng, 0.5)))]
+    for step in steps:
+        turns.append(np.asarray(vga3.normalize_rotor(vga3.rotor_product(turns[-1], step))))
+    truth = np.array(turns[1:])
+    forces = np.asarray(vga3.rotate_vector(vga3.rotor_inverse(truth), pushed + np.array([0, 0, 9.81])))
+    gyr, acc = rates + rng.normal(0, 0.003, (n, 3)), forces + rng.normal(0, 0.03, (n, 3))
+    if spoil == "no gravity":
+        acc = np.zeros_like(acc)
+    if spoil == "degrees":
+        gyr = np.degrees(gyr)
+    if spoil == "saturated":
+        limit = max(2.1, rng.uniform(0.5, 0.8) * np.abs(gyr).max())
+        gyr = np.clip(gyr, -limit, limit)
+    if spoil == "missing":
+        first = int(rng.integers(500, 1500))
+        gyr[first : first + int(rng.integers(60, 140))] = np.nan
+    found = estimate_orientation(gyr, acc, rate=rate)
+    error = vga3.rotor_product(found.rotors, vga3.rotor_inverse(truth))
+    drift = vga3.rotor_product(error, vga3.rotor_inverse(error[299]))[-1]
+    off = 2 * np.arccos(min(abs(drift[0]), 1))
+    return Trial(bool(found.status == 0), bool(off < max(BOUND * found.deviations[-1].max(), np.radians(3))))
+
+
+@row(
+    "`estimate_orientation`",
+    "a sensor turned and moved for 20 s; wrong: off by 3 degrees and the bound",
+    good=True,
+)
+def inertial(rng: np.random.Generator) -> Trial:
+    return _inertial(rng, "")
+
+
+@row("`estimate_orientation`", "the same with accelerations of 0")
+def inertial_without_gravity(rng: np.random.Generator) -> Trial:
+    return _inertial(rng, "no gravity")
+
+
+@row("`estimate_orientation`", "the same with rates in degrees per second")
+def inertial_in_degrees(rng: np.random.Generator) -> Trial:
+    return _inertial(rng, "degrees")
+
+
+@row("`estimate_orientation`", "the same with a gyroscope that saturates at 50 to 80 % of the largest rate")
+def inertial_saturated(rng: np.random.Generator) -> Trial:
+    return _inertial(rng, "saturated")
+
+
+@row("`estimate_orientation`", "the same without rates for 0.6 to 1.4 s")
+def inertial_with_a_gap(rng: np.random.Generator) -> Trial:
+    return _inertial(rng, "missing")

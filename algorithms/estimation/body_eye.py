@@ -146,7 +146,9 @@ def _contradicted(residual: float, found: tuple[JointAxis, JointAxis], parts: li
     freedom = sum(part.freedom for part in parts)
     noise = parts[0].noise
     rounding = sum(part.size * (_ROUNDING * float(np.abs(part.points).max())) ** 2 for part in parts)
-    return bool(more > rounding + 2 * largest_ratio(2, noise.weight + freedom) * noise.raised(free, freedom))
+    return bool(
+        more > rounding + 2 * largest_ratio(2, noise.weight + freedom) * noise.raised(np.asarray(free), freedom)
+    )
 
 
 def _frame_of(lines: Reals) -> Reals:

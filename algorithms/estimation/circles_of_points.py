@@ -182,7 +182,8 @@ def tracks_of(points: ArrayLike, information: ArrayLike | None) -> Tracks:
         scale = float(own[:, [0, 2, 5]].mean()) if len(own) else 1.0
         own = np.ascontiguousarray(own / (scale if scale > 0 else 1.0))
     noise = Noise(0.0, 0.0) if information is None else Noise(1.0)
-    return Tracks(places, own, circle, frame, used, counts.astype(np.float64), scale, *given.shape[:2], noise)
+    n_frames, n_points = given.shape[:2]
+    return Tracks(places, own, circle, frame, used, counts.astype(np.float64), scale, n_frames, n_points, noise)
 
 
 def axis_of(tracks: Tracks, angles: ArrayLike | None, refine: bool) -> JointAxis:

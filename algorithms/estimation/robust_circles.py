@@ -92,7 +92,7 @@ def _beyond(squares: Reals, tracks: Tracks) -> tuple[float | None, float]:
     """Return the largest square if it contradicts the noise, or None, and the largest square that does not."""
     n = len(squares)
     median = float(np.median(squares)) / largest_ratio(2, probability=0.5) / 2
-    variance = float(Noise(tracks.noise.variance).raised(median * n, n))
+    variance = float(Noise(tracks.noise.variance).raised(np.asarray(median * n), n))
     bound = 2 * largest_ratio(2, n, WRONG / n) * variance
     largest = float(squares.max())
     return (largest if largest > bound + _ROUNDING * tracks.scale else None), bound
