@@ -5,7 +5,7 @@ from .chance import Freedom, by_chance, least_by_chance, log_false_alarms
 from .consensus import Consensus, Hypothesis, Problem, check_sampling, consensus, explained_by_chance, polished
 from .gates import gate_of, is_lost
 from .least_squares import Minima, minima
-from .noise import Noise, largest_ratio
+from .noise import Noise, explains, largest_ratio
 from .observability import rank, spectrum, undetermined
 from .sampling import all_or_some_sets, random_sets, random_subsets
 from .status import WRONG, Status
@@ -25,6 +25,7 @@ __all__ = [
     "consensus",
     "differ",
     "explained_by_chance",
+    "explains",
     "gate_of",
     "is_lost",
     "largest_ratio",

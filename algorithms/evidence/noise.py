@@ -86,3 +86,14 @@ class Noise:
         """
         ratio = largest_ratio(codimension, self.weight + max(freedom, 0), WRONG / max(np.shape(squares)[-1], 1))
         return np.asarray(~(squares <= codimension * ratio * self.raised(cost, freedom)))
+
+
+def explains(found: Reals, truth: Reals) -> bool:
+    """Return whether numbers (n,) explain more of the variance of others (n,) than they leave, up to a linear map.
+
+    Unrelated images that are moved to resemble each other have correlations of up to a half; those of one scene exceed
+    the limit unless their noise is as large as their contrast. Constant numbers explain nothing.
+    """
+    one, two = found - found.mean(dtype=float), truth - truth.mean(dtype=float)
+    common, squares = float((one * two).sum(dtype=float)), (one**2).sum(dtype=float) * (two**2).sum(dtype=float)
+    return bool(common > 0 and 2 * common**2 > squares)
