@@ -36,9 +36,7 @@ def unrelated_pairs(rng: np.random.Generator) -> Trial:
     return Trial(bool((found.confidence > 0.1).mean() > 0.05), False)
 
 
-@row(
-    "`disparity`", "textures moved by four pixels, noise of a fifth of the contrast; OK: 80 % of the pixels", good=True
-)
+@row("`disparity`", "textures moved by four pixels, noise of a fifth of the contrast; OK: 80 %", good=True)
 def stereo_pairs(rng: np.random.Generator) -> Trial:
     found = disparity(*_pair(rng, True), 10)
     sure = found.confidence > 0.1
@@ -52,7 +50,7 @@ def unrelated_images(rng: np.random.Generator) -> Trial:
 
 @row(
     "`optical_flow`",
-    "textures moved by four pixels, noise of a fifth of the contrast; OK: 80 % of the pixels",
+    "textures moved by four pixels, noise of a fifth of the contrast; OK: 80 %",
     good=True,
 )
 def moved_images(rng: np.random.Generator) -> Trial:

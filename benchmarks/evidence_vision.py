@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from algorithms import vision
-from algorithms.vision import Camera, calibrate_endoscope, localize
+from algorithms.vision import Camera, calibrate_endoscope, calibrate_from_planes, localize
 from generated import pga3
 
 from .evidence_scenes import BOUND, Trial, rotation, row
@@ -153,3 +153,27 @@ def lost_images(rng: np.random.Generator) -> Trial:
 @row("`calibrate_endoscope`", "20 images", good=True)
 def complete_images(rng: np.random.Generator) -> Trial:
     return _endoscope(rng, 0.3, False)
+
+
+def _boards(rng: np.random.Generator, distortion: float) -> Trial:
+    """Eight views of a board of 8 x 6 points by a camera whose lens has a radial distortion."""
+    board = np.stack([*np.meshgrid(np.arange(8) - 3.5, np.arange(6) - 2.5), np.zeros((6, 8))], -1).reshape(-1, 3)
+    views = []
+    for _ in range(8):
+        turn = rotation(rng, 0.7)
+        there = board @ turn.T + [*rng.uniform(-1.5, 1.5, 2), rng.uniform(9, 14)]
+        ray = there[:, :2] / there[:, 2:]
+        ray = ray * (1 + distortion * (ray**2).sum(1, keepdims=True))
+        views.append(ray @ _K[:2, :2].T + _K[:2, 2] + rng.normal(0, 0.3, ray.shape))
+    found = calibrate_from_planes(board[:, :2], views)
+    return Trial(bool(found.status == 0), bool(abs(found.intrinsics[0, 0] / _K[0, 0] - 1) < 0.02))
+
+
+@row("`calibrate_from_planes`", "eight boards, lens with k1 from -0.4 to -0.1; wrong: focal length off by 2 %")
+def bent_lens(rng: np.random.Generator) -> Trial:
+    return _boards(rng, rng.uniform(-0.4, -0.1))
+
+
+@row("`calibrate_from_planes`", "eight boards without distortion, noise of 0.3 pixels", good=True)
+def straight_lens(rng: np.random.Generator) -> Trial:
+    return _boards(rng, 0.0)

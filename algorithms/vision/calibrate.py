@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 from generated import projective2
 
 from ..arguments import Reals, real_array
-from .normalization import flatness, similarity
+from ..evidence import Noise, largest_ratio
+from .normalization import flatness, homogeneous, similarity
 from .planes import linear_homography
 from .status import VisionStatus, check_points
 
@@ -21,6 +22,9 @@ _RANK = 1e-9
 _OPEN = 1e-6
 """Equations are underdetermined if their last but one singular value is below this fraction of the first."""
 _FLAT = 1e-6
+"""From floating point: points are on a line if their extent across it is below this fraction of that along it."""
+_ROUNDING = 1e-9
+"""From floating point: distances below this fraction of pixels are rounding errors."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,13 +32,17 @@ class PlaneCalibration:
     """Intrinsic parameters estimated from views of planes."""
 
     intrinsics: Reals
-    """(3, 3) as in `Camera`; NaN if the status is not OK."""
+    """(3, 3) as in `Camera`; NaN if the status is neither OK nor NOT_CONVERGED."""
     status: VisionStatus
     homographies: Reals
     """(v, 3, 3) from each plane to its view, of norm 1."""
     singular_values: Reals
     """Singular values of the equations, descending. The last is due to noise; the one before measures how much the
     views differ."""
+    residual: float = np.nan
+    """The root mean square distance of pixels from the images of the points by the homographies, in pixels."""
+    distortion: float = np.nan
+    """The coefficient of the square of the radius, in focal lengths, of the radial distortion that residuals show."""
 
 
 def calibrate_from_planes(
@@ -59,6 +67,9 @@ def calibrate_from_planes(
     -------
     PlaneCalibration
         DEGENERATE if points of a plane are on a line, if planes are parallel, or if the conic is not that of a camera.
+        NOT_CONVERGED if the residuals contradict a camera without distortion: if radial distortion explains more of
+        them than it leaves, and than noise would with a probability of a thousandth. `intrinsics` are then those
+        without distortion.
 
     Raises
     ------
@@ -80,8 +91,7 @@ def calibrate_from_planes(
         return PlaneCalibration(nothing, VisionStatus.DEGENERATE, matrices, values)
     conic = right[-1] if skew else np.insert(right[-1], 1, 0.0)
     intrinsics = _intrinsics(conic[None], scale)[0]
-    good = bool(np.isfinite(intrinsics).all())
-    return PlaneCalibration(intrinsics, VisionStatus.OK if good else VisionStatus.DEGENERATE, matrices, values)
+    return _calibration(intrinsics, matrices, values, places, pixels)
 
 
 def calibrate_by_pascal(
@@ -103,7 +113,8 @@ def calibrate_by_pascal(
     -------
     PlaneCalibration
         The skew is estimated. The singular values are the magnitudes of Pascal's bracket for all triples of views,
-        ascending, for points of norm 1: 0 without noise. The status is DEGENERATE if no triple gives a camera.
+        ascending, for points of norm 1: 0 without noise. The status is DEGENERATE if no triple gives a camera, and
+        NOT_CONVERGED as for `calibrate_from_planes`.
 
     Raises
     ------
@@ -111,7 +122,7 @@ def calibrate_by_pascal(
         If the numbers of points and pixels differ.
     """
     nothing = np.full((3, 3), np.nan)
-    matrices, _, pixels, status = _homographies(planes, views, 3)
+    matrices, places, pixels, status = _homographies(planes, views, 3)
     if status != VisionStatus.OK:
         return PlaneCalibration(nothing, status, matrices, np.empty(0))
     scale = similarity(np.concatenate(pixels))
@@ -133,7 +144,46 @@ def calibrate_by_pascal(
     found = found[np.isfinite(found).all((1, 2))]
     if not len(found):
         return PlaneCalibration(nothing, VisionStatus.DEGENERATE, matrices, defects)
-    return PlaneCalibration(np.median(found, axis=0), VisionStatus.OK, matrices, defects)
+    return _calibration(np.median(found, axis=0), matrices, defects, places, pixels)
+
+
+def _calibration(
+    intrinsics: Reals, matrices: Reals, values: Reals, places: list[Reals], pixels: list[Reals]
+) -> PlaneCalibration:
+    """Return the result with its residual, and whether radial distortion explains that better than noise.
+
+    Residuals and their derivative by the distortion are compared across the derivatives by the homographies, which
+    would follow them. Their ratio has Fisher's distribution with one degree of freedom (a test of nested models).
+    """
+    if not np.isfinite(intrinsics).all():
+        return PlaneCalibration(intrinsics, VisionStatus.DEGENERATE, matrices, values)
+    inverse, cost, own, common, freedom, rounding = np.linalg.inv(intrinsics), 0.0, 0.0, 0.0, -1, 0.0
+    for matrix, place, image in zip(matrices, places, pixels, strict=True):
+        there = homogeneous(place) @ matrix.T
+        seen = there[:, :2] / there[:, 2:]
+        off = (image - seen).ravel()
+        ray = homogeneous(seen) @ inverse.T
+        outward = (ray[:, :2] @ intrinsics[:2, :2].T * (ray[:, :2] ** 2).sum(1, keepdims=True)).ravel()
+        across, nothing = homogeneous(place) / there[:, 2:], np.zeros((len(place), 3))
+        rows = np.stack(
+            [
+                np.concatenate([across, nothing, -seen[:, :1] * across], 1),
+                np.concatenate([nothing, across, -seen[:, 1:] * across], 1),
+            ],
+            1,
+        ).reshape(-1, 9)
+        basis = np.linalg.svd(rows / np.linalg.norm(rows, axis=0), full_matrices=False)[0][:, :8]
+        off, outward = (each - basis @ (basis.T @ each) for each in (off, outward))
+        cost, own, common = cost + off @ off, own + outward @ outward, common + off @ outward
+        freedom, rounding = freedom + len(off) - 8, rounding + (_ROUNDING**2 * image**2).sum()
+    coefficient = common / own if own > 0 else 0.0
+    explained = common * coefficient
+    noise = Noise(0.0, 0.0).raised(np.asarray(cost - explained), freedom)
+    # A distortion that leaves more than it explains is hidden in the noise, and moves the parameters as little.
+    bent = freedom > 0 and explained > max(largest_ratio(1, freedom) * noise, cost - explained) + rounding
+    status = VisionStatus.NOT_CONVERGED if bent else VisionStatus.OK
+    residual = float(np.sqrt(cost / sum(map(len, pixels))))
+    return PlaneCalibration(intrinsics, status, matrices, values, residual, float(coefficient))
 
 
 def _intrinsics(conics: Reals, scale: Reals) -> Reals:

@@ -35,8 +35,8 @@ class Disparity(NamedTuple):
         In pixels: the point at column x of the left image is at ``x - disparity`` in the right image.
     confidence : array
         Between 0 and 1. It is 0 where the disparity of the right image differs by more than a pixel, for example where
-        a point is visible in one image only, and everywhere if the images are constant or unrelated: if the right image,
-        moved by the disparities, explains less than half of the variance of the left one.
+        a point is visible in one image only. It is 0 everywhere if the images are constant or unrelated: if the right
+        image, moved by the disparities, explains less than half of the variance of the left one.
     """
 
     disparity: Reals
