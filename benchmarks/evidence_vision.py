@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
 
 from algorithms import vision
-from algorithms.vision import Camera, calibrate_endoscope, calibrate_from_planes, localize
+from algorithms.vision import (
+    Camera,
+    LandmarkMap,
+    OmnidirectionalCamera,
+    calibrate_endoscope,
+    calibrate_from_planes,
+    localize,
+    localize_by_landmarks,
+)
 from generated import pga3
 
 from .evidence_scenes import BOUND, Trial, rotation, row
@@ -177,3 +186,83 @@ def bent_lens(rng: np.random.Generator) -> Trial:
 @row("`calibrate_from_planes`", "eight boards without distortion, noise of 0.3 pixels", good=True)
 def straight_lens(rng: np.random.Generator) -> Trial:
     return _boards(rng, 0.0)
+
+
+_OMNI = OmnidirectionalCamera.from_intrinsics(420.0, (640, 480), 1.0)
+
+
+def _shape(rng: np.random.Generator) -> np.ndarray:
+    """Ten points of a plane, 1.4 wide, of which no two are close to each other."""
+    while True:
+        points = rng.uniform(-0.7, 0.7, (10, 2))
+        if (np.linalg.norm(points[:, None] - points, axis=-1) + np.eye(10)).min() > 0.2:
+            return points
+
+
+def _rays(rng: np.random.Generator, points: np.ndarray) -> np.ndarray:
+    """Directions of points of a plane that approximately faces an omnidirectional camera, with noise of a pixel."""
+    turn = rng.uniform(0, 2 * np.pi)
+    centre = rng.uniform(1.4, 2.8) * np.array([np.cos(turn), np.sin(turn), rng.uniform(-0.1, 0.5)])
+    normal = -centre / np.linalg.norm(centre) + rng.normal(0, 0.3, 3)
+    one = np.cross(normal, [0, 0, 1])
+    axes = np.stack([one / np.linalg.norm(one), (two := np.cross(normal, one)) / np.linalg.norm(two)])
+    pixels = _OMNI.project(centre + points @ axes)
+    return np.asarray(_OMNI.directions(pixels + rng.normal(size=pixels.shape)))
+
+
+@cache
+def _landmarks() -> tuple[list[np.ndarray], LandmarkMap]:
+    """Forty landmarks, learned from five views each."""
+    rng = np.random.default_rng(77)
+    shapes = [_shape(rng) for _ in range(40)]
+    return shapes, LandmarkMap.learn([np.stack([_rays(rng, shape) for _ in range(5)]) for shape in shapes])
+
+
+def _recognized(rng: np.random.Generator, known: int, others: int) -> Trial:
+    shapes, learned = _landmarks()
+    k = int(rng.integers(len(shapes)))
+    points = np.concatenate([rng.permutation(shapes[k])[:known], rng.uniform(-0.7, 0.7, (others, 2))])
+    found = learned.recognize(_rays(rng, rng.permutation(points)), 1 / 420)
+    return Trial(found.status == 0, found.landmark == k)
+
+
+@row("`LandmarkMap.recognize`", "eight to ten points of one of 40 landmarks among three others, noise of a pixel")
+def points_among_others(rng: np.random.Generator) -> Trial:
+    return _recognized(rng, int(rng.integers(8, 11)), 3)
+
+
+@row("`LandmarkMap.recognize`", "nine or ten points of one of 40 landmarks, noise of a pixel", good=True)
+def whole_landmarks(rng: np.random.Generator) -> Trial:
+    return _recognized(rng, int(rng.integers(9, 11)), 0)
+
+
+def _corridor(rng: np.random.Generator, hidden: int, others: int) -> Trial:
+    """A camera between 16 landmarks on two walls, of which it sees the four nearest ones; wrong: off by 0.5 degrees."""
+    shapes, learned = _landmarks()
+    places = []
+    for k, shape in enumerate(shapes):
+        side = 1 if k % 2 else -1
+        places.append(np.stack([side * shape[:, 0] + 2 * (k // 2), np.full(10, 1.4 * side), 1.1 + shape[:, 1]], 1))
+    turn = rotation(rng, 0.15)
+    centre = np.array([rng.uniform(4, 32), rng.uniform(-0.4, 0.4), 1.0])
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = turn, centre
+    camera = OmnidirectionalCamera(Camera(_OMNI.camera.intrinsics, pga3.motor_from_matrix(matrix)), _OMNI.mirror)
+    groups = []
+    for k in np.argsort([np.linalg.norm(place.mean(0) - centre) for place in places])[:4]:
+        kept = rng.permutation(10)[hidden:]
+        aside = places[k].mean(0) + rng.uniform(-0.6, 0.6, (others, 3)) * [1, 0, 1]
+        pixels = camera.project(rng.permutation(np.concatenate([places[k][kept], aside])))
+        groups.append(_OMNI.directions(pixels + rng.normal(size=pixels.shape)))
+    found = localize_by_landmarks(learned, places, groups, 1 / 420)
+    return Trial(found.status == 0, found.status == 0 and _angle(found.pose, turn.T) < 1.0)
+
+
+@row("`localize_by_landmarks`", "the four nearest of 40 landmarks, noise of a pixel", good=True)
+def four_landmarks(rng: np.random.Generator) -> Trial:
+    return _corridor(rng, 0, 0)
+
+
+@row("`localize_by_landmarks`", "the same, one of ten points hidden and two others; wrong: more than 1 degree off")
+def four_landmarks_among_others(rng: np.random.Generator) -> Trial:
+    return _corridor(rng, 1, 2)

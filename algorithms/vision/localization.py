@@ -144,7 +144,8 @@ def localize(
     if threshold is None and len(places) >= _FEWEST and not undetermined and scene.suspicious(found):
         agreed = _without_wrong_pixels(scene)
         if agreed is None:
-            return _nothing(VisionStatus.NO_CONSENSUS, len(places))
+            reason = VisionStatus.NO_CONSENSUS if states[0] == VisionStatus.OK else VisionStatus(int(states[0]))
+            return _nothing(reason, len(places))
         inliers, found = agreed, scene.minima(agreed)
         states, likely = scene.status(found, inliers)
     status = VisionStatus(int(states[0]))
