@@ -16,6 +16,7 @@ from algorithms.vision import (
     calibrate_from_planes,
     localize,
     localize_by_landmarks,
+    robust_fundamental_matrix,
 )
 from generated import pga3
 
@@ -266,3 +267,38 @@ def four_landmarks(rng: np.random.Generator) -> Trial:
 @row("`localize_by_landmarks`", "the same, one of ten points hidden and two others; wrong: more than 1 degree off")
 def four_landmarks_among_others(rng: np.random.Generator) -> Trial:
     return _corridor(rng, 1, 2)
+
+
+def _two_views(rng: np.random.Generator, points: np.ndarray, share: float, near: float) -> Trial:
+    """Two views of points; a share of partners are the first pixel and noise. Wrong: 2 pixels off in space."""
+    shift = np.array([*rng.normal(0, 0.7, 2), rng.normal(0, 0.4)])
+    turn = pga3.rotor_to_matrix(pga3.rotor_from_rotation_vector(rng.normal(0, 0.08, 3)))
+    images = []
+    for r, t in ((np.eye(3), np.zeros(3)), (turn, shift)):
+        there = (points @ r.T + t) @ _K.T
+        images.append(there[:, :2] / there[:, 2:])
+    one, two = (image + rng.normal(0, 0.4, image.shape) for image in images)
+    wrong = rng.random(len(points)) < share
+    two[wrong] = one[wrong] + rng.normal(0, near, (int(wrong.sum()), 2))
+    found = robust_fundamental_matrix(one, two, threshold=1.0, seed=1)
+    if found.status != 0:
+        return Trial(False, False)
+    space = np.stack([*rng.uniform(-2, 2, (2, 100)), rng.uniform(5, 12, 100)], -1)
+    first = space @ _K.T
+    second = (space @ turn.T + shift) @ _K.T
+    first, second = first[:, :2] / first[:, 2:], second[:, :2] / second[:, 2:]
+    return Trial(True, bool(np.median(np.abs(vision.epipolar_distance(found.model, first, second))) < 2))
+
+
+@row("`robust_fundamental_matrix`", "a plane; 10 to 40 % of the partners are the first pixel and 8 or 20 pixels off")
+def plane_with_near_partners(rng: np.random.Generator) -> Trial:
+    normal = np.array([*rng.normal(0, 0.4, 2), 1])
+    points = np.stack([*rng.uniform(-3, 3, (2, 120)), np.zeros(120)], -1)
+    points[:, 2] = 8 - points[:, :2] @ normal[:2]
+    return _two_views(rng, points, rng.uniform(0.1, 0.4), rng.choice([8, 20]))
+
+
+@row("`robust_fundamental_matrix`", "120 points in space, a fifth of the partners wrong in this way", good=True)
+def space_with_near_partners(rng: np.random.Generator) -> Trial:
+    points = np.stack([*rng.uniform(-3, 3, (2, 120)), rng.uniform(5, 12, 120)], -1)
+    return _two_views(rng, points, 0.2, rng.choice([8, 20]))

@@ -127,19 +127,23 @@ def _in_space(problem: Problem, found: RobustEstimate, threshold: float, seed: i
 
 
 def _displaced_by_chance(problem: Problem, model: Reals, expected: Reals, threshold: float, seed: int) -> bool:
-    """Return whether partners as far from their `expected` places, but in random directions, agree with F as well.
+    """Return whether partners displaced as far, but in random directions, agree with F as well.
 
-    Pairs that were searched only near each other agree more often than shuffled pairs.
+    Pairs that were searched only near each other agree more often than shuffled pairs. Partners are displaced from
+    their `expected` places, and from the places of the points in the first image.
     """
     rng = np.random.default_rng(seed)
-    size = np.linalg.norm(problem.second - expected, axis=1)
-    angles = rng.uniform(0, 2 * np.pi, (-(-N_WRONG // len(size)), len(size)))
-    wrong = [
-        problem.distances(model[None], problem.first, expected + size[:, None] * np.stack([c, s], -1))[0]
-        for c, s in zip(np.cos(angles), np.sin(angles), strict=True)
-    ]
-    distances = problem.distances(model[None], problem.first, problem.second)[0]
-    return by_chance(np.nan_to_num(distances, nan=np.inf), np.concatenate(wrong), threshold, problem.freedom)
+    distances = np.nan_to_num(problem.distances(model[None], problem.first, problem.second)[0], nan=np.inf)
+    for place in (expected, problem.first):
+        size = np.linalg.norm(problem.second - place, axis=1)
+        angles = rng.uniform(0, 2 * np.pi, (-(-N_WRONG // len(size)), len(size)))
+        wrong = [
+            problem.distances(model[None], problem.first, place + size[:, None] * np.stack([c, s], -1))[0]
+            for c, s in zip(np.cos(angles), np.sin(angles), strict=True)
+        ]
+        if by_chance(distances, np.concatenate(wrong), threshold, problem.freedom):
+            return True
+    return False
 
 
 def _beyond_a_plane(
