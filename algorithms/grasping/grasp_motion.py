@@ -9,8 +9,8 @@ import numpy as np
 
 from generated import pga3
 
+from .. import evidence
 from ..arguments import Reals
-from ..evidence import Status
 from ..kinematics import Robot, Status
 from ..kinematics.denavit_hartenberg import Joint
 from .arm_capsules import ArmCapsules
@@ -32,7 +32,7 @@ _TOUCH = -0.002
 """The least clearance from the object that is to be held, in metres: the skin of the hand yields."""
 
 
-class PathStatus(Status):
+class PathStatus(evidence.Status):
     """Whether there is a motion to a grasp."""
 
     OK = 0
