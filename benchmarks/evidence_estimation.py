@@ -175,7 +175,7 @@ def _tracked(rng: np.random.Generator, far: float, wrong_design: float, informed
         tilted = np.cross(np.eye(3), np.cross(directions[0], directions[1]) * wrong_design) + np.eye(3)
         axes[1] = pga3.normalize_line(pga3.join_point_direction(np.array([0.05, 0, 0.12]), tilted @ directions[1]))
     information = [stereo_information(each, focal, baseline, pixel) if informed else None for each in sweeps]
-    found = body_eye(*sweeps, axes, pan_information=information[0], tilt_information=information[1])
+    found = body_eye(sweeps[0], sweeps[1], axes, pan_information=information[0], tilt_information=information[1])
     error = pga3.motor_product(eye, pga3.motor_inverse(found.motor))
     off = np.degrees(2 * np.arccos(min(abs(error[0]), 1)))
     stated = np.degrees(BOUND * np.hypot(found.pan.deviation[0], found.tilt.deviation[0]))
@@ -186,7 +186,7 @@ _AHEAD = np.array([[0, 0, 1.0], [-1, 0, 0], [0, -1, 0]])
 """The frame of a camera that looks along x, with y down."""
 
 
-@row("`body_eye`", "16 tracks, noise of 0.25 pixels, a fifth of the points at 10 m, no threshold")
+@row("`body_eye`", "16 tracks, noise of 0.25 pixels, a fifth of the points at 10 m, no threshold", slow=True)
 def points_far_away(rng: np.random.Generator) -> Trial:
     return _tracked(rng, 0.2, 0.0, True)
 

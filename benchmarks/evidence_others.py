@@ -43,15 +43,13 @@ def stereo_pairs(rng: np.random.Generator) -> Trial:
     return Trial(bool(sure.mean() > 0.8), bool(np.median(np.abs(found.disparity[sure] - 4)) < 1))
 
 
-@row("`optical_flow`", "unrelated or constant images; OK: more than 5 % of the pixels visible")
+@row("`optical_flow`", "unrelated or constant images; OK: more than 5 % of the pixels visible", slow=True)
 def unrelated_images(rng: np.random.Generator) -> Trial:
     return Trial(bool(optical_flow(*_pair(rng, False)).visible.mean() > 0.05), False)
 
 
 @row(
-    "`optical_flow`",
-    "textures moved by four pixels, noise of a fifth of the contrast; OK: 80 %",
-    good=True,
+    "`optical_flow`", "textures moved by four pixels, noise of a fifth of the contrast; OK: 80 %", good=True, slow=True
 )
 def moved_images(rng: np.random.Generator) -> Trial:
     found = optical_flow(*_pair(rng, True))

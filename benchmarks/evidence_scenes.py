@@ -29,6 +29,8 @@ class Row:
     scene: str
     good: bool
     """Whether the data are good: they should not be refused."""
+    slow: bool
+    """Whether a trial takes more than a twentieth of a second."""
     trial: Callable[[np.random.Generator], Trial]
 
     @property
@@ -40,11 +42,13 @@ class Row:
 ROWS: list[Row] = []
 
 
-def row(estimator: str, scene: str, *, good: bool = False) -> Callable[..., Callable[[np.random.Generator], Trial]]:
+def row(
+    estimator: str, scene: str, *, good: bool = False, slow: bool = False
+) -> Callable[..., Callable[[np.random.Generator], Trial]]:
     """Register a function as a row of the page."""
 
     def registered(trial: Callable[[np.random.Generator], Trial]) -> Callable[[np.random.Generator], Trial]:
-        ROWS.append(Row(estimator, scene, good, trial))
+        ROWS.append(Row(estimator, scene, good, slow, trial))
         return trial
 
     return registered

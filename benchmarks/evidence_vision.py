@@ -26,7 +26,9 @@ _K = np.array([[1100.0, 0, 700], [0, 1080.0, 520], [0, 0, 1]])
 """A camera that no test uses."""
 
 
-def _view(rng: np.random.Generator, points: np.ndarray, distance: float, tilt: float, noise: float) -> tuple:
+def _view(
+    rng: np.random.Generator, points: np.ndarray, distance: float, tilt: float, noise: float
+) -> tuple[np.ndarray, ...]:
     """Pixels of points about the origin from a camera at a distance, and its rotation and centre."""
     turn = rotation(rng, tilt)
     shift = np.array([*rng.uniform(-0.2, 0.2, 2) * distance, distance])
@@ -148,19 +150,26 @@ def _endoscope(rng: np.random.Generator, angle: float, lost: bool) -> Trial:
     return Trial(bool(found.status == 0), bool(off < max(BOUND * stated, 2.0)))
 
 
-@row("`calibrate_endoscope`", "20 images with rotations of 0.02 to 0.05; wrong: more than 2 mm and the bound off")
+@row(
+    "`calibrate_endoscope`",
+    "20 images with rotations of 0.02 to 0.05; wrong: 2 mm and the bound off",
+    slow=True,
+)
 def small_rotations(rng: np.random.Generator) -> Trial:
     return _endoscope(rng, rng.uniform(0.02, 0.05), False)
 
 
 @row(
-    "`calibrate_endoscope`", "20 images, one and four points of another not seen, one pose of the body lost", good=True
+    "`calibrate_endoscope`",
+    "20 images, one and four points of another not seen, one pose lost",
+    good=True,
+    slow=True,
 )
 def lost_images(rng: np.random.Generator) -> Trial:
     return _endoscope(rng, 0.3, True)
 
 
-@row("`calibrate_endoscope`", "20 images", good=True)
+@row("`calibrate_endoscope`", "20 images", good=True, slow=True)
 def complete_images(rng: np.random.Generator) -> Trial:
     return _endoscope(rng, 0.3, False)
 
@@ -259,12 +268,16 @@ def _corridor(rng: np.random.Generator, hidden: int, others: int) -> Trial:
     return Trial(found.status == 0, found.status == 0 and _angle(found.pose, turn.T) < 1.0)
 
 
-@row("`localize_by_landmarks`", "the four nearest of 40 landmarks, noise of a pixel", good=True)
+@row("`localize_by_landmarks`", "the four nearest of 40 landmarks, noise of a pixel", good=True, slow=True)
 def four_landmarks(rng: np.random.Generator) -> Trial:
     return _corridor(rng, 0, 0)
 
 
-@row("`localize_by_landmarks`", "the same, one of ten points hidden and two others; wrong: more than 1 degree off")
+@row(
+    "`localize_by_landmarks`",
+    "the same, one of ten points hidden and two others; wrong: 1 degree off",
+    slow=True,
+)
 def four_landmarks_among_others(rng: np.random.Generator) -> Trial:
     return _corridor(rng, 1, 2)
 
@@ -290,7 +303,11 @@ def _two_views(rng: np.random.Generator, points: np.ndarray, share: float, near:
     return Trial(True, bool(np.median(np.abs(vision.epipolar_distance(found.model, first, second))) < 2))
 
 
-@row("`robust_fundamental_matrix`", "a plane; 10 to 40 % of the partners are the first pixel and 8 or 20 pixels off")
+@row(
+    "`robust_fundamental_matrix`",
+    "a plane; 10 to 40 % of the partners are 8 or 20 pixels from the first pixel",
+    slow=True,
+)
 def plane_with_near_partners(rng: np.random.Generator) -> Trial:
     normal = np.array([*rng.normal(0, 0.4, 2), 1])
     points = np.stack([*rng.uniform(-3, 3, (2, 120)), np.zeros(120)], -1)
@@ -298,7 +315,12 @@ def plane_with_near_partners(rng: np.random.Generator) -> Trial:
     return _two_views(rng, points, rng.uniform(0.1, 0.4), rng.choice([8, 20]))
 
 
-@row("`robust_fundamental_matrix`", "120 points in space, a fifth of the partners wrong in this way", good=True)
+@row(
+    "`robust_fundamental_matrix`",
+    "120 points in space, a fifth of the partners wrong",
+    good=True,
+    slow=True,
+)
 def space_with_near_partners(rng: np.random.Generator) -> Trial:
     points = np.stack([*rng.uniform(-3, 3, (2, 120)), rng.uniform(5, 12, 120)], -1)
     return _two_views(rng, points, 0.2, rng.choice([8, 20]))

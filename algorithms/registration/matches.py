@@ -226,7 +226,7 @@ def _log_chance(off: Reals, y: Reals, tolerance: float | None) -> tuple[float, f
     floor = _LEAST_RESIDUAL * np.cbrt(room)
 
     def share(radii: Reals) -> Reals:
-        return np.minimum(4 / 3 * np.pi * np.maximum(radii, floor) ** 3 / room, 1)
+        return np.asarray(np.minimum(4 / 3 * np.pi * np.maximum(radii, floor) ** 3 / room, 1))
 
     distances = off if tolerance is None else np.where(off <= tolerance, off, np.inf)
     logarithm, radius = least_by_chance(distances, share, _FREEDOM)

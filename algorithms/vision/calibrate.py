@@ -180,7 +180,7 @@ def _calibration(
     explained = common * coefficient
     noise = Noise(0.0, 0.0).raised(np.asarray(cost - explained), freedom)
     # A distortion that leaves more than it explains is hidden in the noise, and moves the parameters as little.
-    bent = freedom > 0 and explained > max(largest_ratio(1, freedom) * noise, cost - explained) + rounding
+    bent = freedom > 0 and explained > max(largest_ratio(1, freedom) * float(noise), cost - explained) + rounding
     status = VisionStatus.NOT_CONVERGED if bent else VisionStatus.OK
     residual = float(np.sqrt(cost / sum(map(len, pixels))))
     return PlaneCalibration(intrinsics, status, matrices, values, residual, float(coefficient))

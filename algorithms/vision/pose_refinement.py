@@ -147,7 +147,7 @@ def refined_poses(start: Reals, places: Reals, image: Reals, k: Reals, n_steps: 
 
 def _depth(matrix: Reals) -> Reals:
     """Return the distances of the centroids of points from cameras (..., 3, 4): the unit of translations."""
-    return np.maximum(np.sqrt((matrix[..., 3] ** 2).sum(-1)), 1e-300)
+    return np.asarray(np.maximum(np.sqrt((matrix[..., 3] ** 2).sum(-1)), 1e-300))
 
 
 def _residual(matrix: Reals, places: Reals, image: Reals, k: Reals) -> tuple[Reals, Reals]:
