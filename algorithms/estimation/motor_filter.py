@@ -14,22 +14,17 @@ from generated import pga3
 
 from ..arguments import Reals, finite, finite_number, real_array
 from ..elements import MOTOR, restorer
-from ..evidence import gate_of, is_lost, rank
+from ..evidence import rank
+from ..evidence.gates import FEWEST, OPEN, SETTLED, UNLIKELY, WIDE, gate_of, is_lost
 from .matrices import as_definite, from_triangle, to_triangle
 from .motor_objects import LINES, PLANES, POINTS, Kind, covariance_matrix, unit_motor, variances_of
-from .motor_starts import WIDE, Beginning, Fit, Update
+from .motor_starts import Beginning, Fit, Update
 from .status import EstimationStatus
 
 Model = Literal["random walk", "constant twist"]
 
-_UNLIKELY = 1e-9
-"""A probability: an update is examined if its innovations are less probable than this, so that none of a million is
-without a reason."""
 _LATELY = 20
 """A limit on work: the number of last objects of which most must be used, or else the filter is inconsistent."""
-_SETTLED, _FEWEST = 0.1, 3
-"""Objects are kept, and used again with those measured next, until the rotation is known to this standard deviation in
-rad and at least this many were used."""
 _ONES, _IDENTITY = np.ones(2), np.eye(8)[0]
 
 
@@ -93,7 +88,7 @@ class MotorFilter:
         self._twist_covariance = as_definite(covariance_matrix(twist_covariance, "twist_covariance"))[0]
         self._cross = np.zeros((6, 6))
         self._twist_noise = to_triangle(as_definite(covariance_matrix(twist_noise, "twist_noise"))[0])
-        self._gate = min(float(gate), 1e300)
+        self._gate = min(float(gate), OPEN)
         self._information = np.zeros((6, 6))
         self._rank = 0
         self._observed = EstimationStatus.UNOBSERVED
@@ -267,7 +262,7 @@ class MotorFilter:
             self._information = np.zeros((6, 6))
             self._rank = 0
             self._accept(kind, motor, triangle, first.model[fit.used])
-        is_known = self._rank == 6 and used >= _FEWEST and self._variance < _SETTLED**2
+        is_known = self._rank == 6 and used >= FEWEST and self._variance < SETTLED**2
         self._beginning = None if is_known and not lost else first
         self._innovation = (float(numbers[1]), kind.n_numbers * used)
         contradicts = lost or numbers[1] > _limit(kind.n_numbers * used) or is_lost(*self._lately)
@@ -372,4 +367,4 @@ def _seconds(dt: object) -> float:
 
 @lru_cache(maxsize=1000)
 def _limit(freedom: int) -> float:
-    return gate_of(freedom, _UNLIKELY)
+    return gate_of(freedom, UNLIKELY)

@@ -12,12 +12,10 @@ from generated import pga3
 
 from ..arguments import Reals
 from ..evidence import all_or_some_sets
+from ..evidence.gates import OPEN, WIDE
 from ..motors.recovery import motor_from_objects
 from .motor_objects import Kind
 
-WIDE = 0.3
-"""rad. A prediction that is less certain than this is not the only start of an update: sines differ from angles by
-more than a percent, so that linear updates are not exact."""
 _ANGLES = 0.5, -0.5, 1.0, -1.0, 1.5, -1.5
 """A limit on work: angles of starts about the axes of the covariance, in standard deviations of at most 2 rad."""
 _SAMPLES = 40
@@ -25,8 +23,6 @@ _SAMPLES = 40
 11 sets of three contain no wrong one."""
 _ROUNDS = 8
 """A limit on work: the number of selections of objects within the gate."""
-_OPEN = 1e300
-"""From floating point: a gate that everything passes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,7 +99,7 @@ class Update:
         before = used
         for _ in range(_ROUNDS):
             used = good
-            if self.gate < _OPEN and np.isfinite(found[0]).all():
+            if self.gate < OPEN and np.isfinite(found[0]).all():
                 used = good & (self.kind.squares(found[0], self.model, self.seen, self.variances) <= self.gate)
             if not used.any() or (before is not None and np.array_equal(used, before)):
                 break
@@ -115,7 +111,7 @@ class Update:
     def _of(self, used: Reals, start: Reals) -> tuple[Reals, Reals, Reals]:
         """Return the update by some of the objects, without a gate."""
         found: tuple[Reals, Reals, Reals] = self.kind.update(
-            self.motor, self.triangle, self.model[used], self.seen[used], self.variances, _OPEN, start
+            self.motor, self.triangle, self.model[used], self.seen[used], self.variances, OPEN, start
         )
         return found
 
@@ -125,7 +121,7 @@ class Update:
         rows, size = np.flatnonzero(good), self.kind.sample_size
         if len(rows):
             yield self._solved(rows)
-        if self.gate < _OPEN and len(rows) > size:
+        if self.gate < OPEN and len(rows) > size:
             for some in all_or_some_sets(len(rows), size, _SAMPLES):
                 yield self._solved(rows[some])
         values, vectors = np.linalg.eigh(covariance[:3, :3])

@@ -13,22 +13,10 @@ from generated import vga3
 
 from ..arguments import Reals, finite, finite_number, real_array
 from ..elements import ROTOR, plain, restorer
-from ..evidence import gate_of, is_lost
+from ..evidence.gates import FEWEST, OPEN, SETTLED, UNLIKELY, WIDE, gate_of, is_lost
 from .matrices import as_definite, from_triangle, to_triangle
 from .rotor_starts import Beginning
 from .status import EstimationStatus
-
-_WIDE = 0.3
-"""rad. A prediction that is less certain than this is not the only start of an update: sines differ from angles by
-more than a percent, so that linear updates are not exact."""
-_SETTLED, _FEWEST = 0.1, 3
-"""Vectors are kept, and used again with those measured next, until the rotation is known to this standard deviation in
-rad, at which linear updates are exact, and at least this many were used."""
-_OPEN = 1e300
-"""From floating point: a gate that everything passes."""
-_UNLIKELY = 1e-9
-"""A probability: an update is examined if its innovations are less probable than this, so that none of a million is
-without a reason."""
 
 
 class RotorFilter:
@@ -56,7 +44,7 @@ class RotorFilter:
     def __init__(self, rotor: ArrayLike, covariance: ArrayLike, *, gate: float = np.inf) -> None:
         self._rotor, self._restored = _unit_rotor(rotor), restorer(rotor, ROTOR)
         self._covariance, definite = as_definite(finite(real_array(covariance, "covariance", (3, 3)), "covariance"))
-        self._gate = min(float(gate), _OPEN)
+        self._gate = min(float(gate), OPEN)
         self._innovation = (0.0, 0)
         self._beginning: Beginning | None = None
         self._contradicted = False
@@ -108,8 +96,8 @@ class RotorFilter:
         if not seen:
             self._innovation, self._status = (0.0, 0), EstimationStatus.SKIPPED
             return self._status
-        wide = self._beginning is not None or float(np.trace(self._covariance)) > _WIDE**2
-        unlikely = used < seen or numbers[0] > gate_of(3 * used, _UNLIKELY)
+        wide = self._beginning is not None or float(np.trace(self._covariance)) > WIDE**2
+        unlikely = used < seen or numbers[0] > gate_of(3 * used, UNLIKELY)
         if wide or unlikely:
             return self._updated_from_several_starts(one, two, float(np.sqrt(variance)), seen, wide)
         self._contradicted = False
@@ -127,7 +115,7 @@ class RotorFilter:
         first = first.with_vectors(one, two, sigma)
         fit = first.best(self._gate)
         unlikely = _is_unlikely(fit.square, fit.used)
-        if unlikely and (self._contradicted or self._gate == _OPEN):
+        if unlikely and (self._contradicted or self._gate == OPEN):
             # The prediction is given up if most vectors agree on another rotor.
             again = replace(first, covariance=np.pi**2 * np.eye(3))
             other = again.best(self._gate)
@@ -140,7 +128,7 @@ class RotorFilter:
             self._innovation, self._status = (0.0, 0), EstimationStatus.REJECTED
             return self._status
         self._rotor, self._covariance = fit.rotor, fit.covariance
-        known = fit.used.sum() >= _FEWEST and np.trace(fit.covariance) < _SETTLED**2 and not fit.ambiguous
+        known = fit.used.sum() >= FEWEST and np.trace(fit.covariance) < SETTLED**2 and not fit.ambiguous
         self._beginning = first if wide and not (known and not unlikely) else None
         self._status = _observed(first.vectors[fit.used])
         if self._status == EstimationStatus.OK and fit.ambiguous:
@@ -153,7 +141,7 @@ class RotorFilter:
 def _is_unlikely(square: float, used: Reals) -> bool:
     """Return whether vectors contradict a rotor, or most of them are left out."""
     count = int(used.sum())
-    return is_lost(count, len(used)) or square > gate_of(3 * max(count, 1), _UNLIKELY)
+    return is_lost(count, len(used)) or square > gate_of(3 * max(count, 1), UNLIKELY)
 
 
 def _observed(vectors: Reals) -> EstimationStatus:

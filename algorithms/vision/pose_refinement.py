@@ -64,6 +64,7 @@ def all_poses(places: Reals, image: Reals, seen: Reals, k: Reals, n_steps: int) 
     starts = pose_starts(places, seen)
     b, s = starts.shape[:2]
     starts, places, image = starts.reshape(-1, 3, 4), np.repeat(places, s, 0), np.repeat(image, s, 0)
+    starts = np.where(_hopeless(starts, places, image, k, s)[:, None, None], np.nan, starts)
     found = refined_poses(starts, places, image, k, min(n_steps, _SOON))
     reached = (found.converged & found.in_front).reshape(b, s).any(1)
     rest = np.repeat(~reached, s)
@@ -74,6 +75,14 @@ def all_poses(places: Reals, image: Reals, seen: Reals, k: Reals, n_steps: int) 
     cost = np.where(np.isfinite(found.cost), found.cost, np.inf).reshape(b, s)
     order = np.lexsort((cost, ~found.in_front.reshape(b, s)), axis=1)
     return found.at(order + s * np.arange(b)[:, None])
+
+
+def _hopeless(starts: Reals, places: Reals, image: Reals, k: Reals, n_starts: int) -> Reals:
+    """Return which starts (b s,) explain nothing of the pixels, if another one of the same points is valid."""
+    cost = pixel_squares(starts, places, image, k).sum(-1)
+    spread = ((image - image.mean(1, keepdims=True)) ** 2).sum((1, 2))
+    valid = (cost <= _EXPLAINED * spread).reshape(-1, n_starts).any(1)
+    return np.asarray(np.repeat(valid, n_starts) & ~(cost <= spread))
 
 
 def pose_status(found: Poses, places: Reals, image: Reals, k: Reals, noise: Noise) -> tuple[Reals, Reals]:

@@ -136,7 +136,7 @@ def _displaced_by_chance(problem: Problem, model: Reals, expected: Reals, thresh
     distances = np.nan_to_num(problem.distances(model[None], problem.first, problem.second)[0], nan=np.inf)
     for place in (expected, problem.first):
         size = np.linalg.norm(problem.second - place, axis=1)
-        angles = rng.uniform(0, 2 * np.pi, (-(-N_WRONG // len(size)), len(size)))
+        angles = rng.uniform(0, 2 * np.pi, (-(-N_WRONG // (2 * len(size))), len(size)))
         wrong = [
             problem.distances(model[None], problem.first, place + size[:, None] * np.stack([c, s], -1))[0]
             for c, s in zip(np.cos(angles), np.sin(angles), strict=True)
