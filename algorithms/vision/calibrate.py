@@ -23,6 +23,8 @@ _OPEN = 1e-6
 """Equations are underdetermined if their last but one singular value is below this fraction of the first."""
 _FLAT = 1e-6
 """From floating point: points are on a line if their extent across it is below this fraction of that along it."""
+_BENDINGS = 4
+"""Number of terms of `_bending`."""
 _ROUNDING = 1e-9
 """From floating point: distances below this fraction of pixels are rounding errors."""
 
@@ -152,18 +154,18 @@ def _calibration(
 ) -> PlaneCalibration:
     """Return the result with its residual, and whether radial distortion explains that better than noise.
 
-    Residuals and their derivative by the distortion are compared across the derivatives by the homographies, which
-    would follow them. Their ratio has Fisher's distribution with one degree of freedom (a test of nested models).
+    Residuals and their derivatives by terms of distortion are compared across the derivatives by the homographies,
+    which would follow them. Their ratio has Fisher's distribution, with as many degrees of freedom as there are terms.
     """
     if not np.isfinite(intrinsics).all():
         return PlaneCalibration(intrinsics, VisionStatus.DEGENERATE, matrices, values)
-    inverse, cost, own, common, freedom, rounding = np.linalg.inv(intrinsics), 0.0, 0.0, 0.0, -1, 0.0
+    inverse, normal, freedom, rounding = np.linalg.inv(intrinsics), np.zeros((_BENDINGS + 1,) * 2), -_BENDINGS, 0.0
     for matrix, place, image in zip(matrices, places, pixels, strict=True):
         there = homogeneous(place) @ matrix.T
         seen = there[:, :2] / there[:, 2:]
         off = (image - seen).ravel()
         ray = homogeneous(seen) @ inverse.T
-        outward = (ray[:, :2] @ intrinsics[:2, :2].T * (ray[:, :2] ** 2).sum(1, keepdims=True)).ravel()
+        bent = (_bending(ray[:, :2]) @ intrinsics[:2, :2].T).reshape(_BENDINGS, -1)
         across, nothing = homogeneous(place) / there[:, 2:], np.zeros((len(place), 3))
         rows = np.stack(
             [
@@ -173,17 +175,30 @@ def _calibration(
             1,
         ).reshape(-1, 9)
         basis = np.linalg.svd(rows / np.linalg.norm(rows, axis=0), full_matrices=False)[0][:, :8]
-        off, outward = (each - basis @ (basis.T @ each) for each in (off, outward))
-        cost, own, common = cost + off @ off, own + outward @ outward, common + off @ outward
+        columns = np.stack([*bent, off], 1)
+        columns = columns - basis @ (basis.T @ columns)
+        normal += columns.T @ columns
         freedom, rounding = freedom + len(off) - 8, rounding + (_ROUNDING**2 * image**2).sum()
-    coefficient = common / own if own > 0 else 0.0
-    explained = common * coefficient
+    cost = float(normal[-1, -1])
+    coefficients = np.linalg.lstsq(normal[:-1, :-1], normal[:-1, -1], rcond=None)[0]
+    explained = float(normal[:-1, -1] @ coefficients)
     noise = Noise(0.0, 0.0).raised(np.asarray(cost - explained), freedom)
     # A distortion that leaves more than it explains is hidden in the noise, and moves the parameters as little.
-    bent = freedom > 0 and explained > max(largest_ratio(1, freedom) * float(noise), cost - explained) + rounding
-    status = VisionStatus.NOT_CONVERGED if bent else VisionStatus.OK
+    is_bent = (
+        freedom > 0
+        and explained > max(_BENDINGS * largest_ratio(_BENDINGS, freedom) * float(noise), cost - explained) + rounding
+    )
+    status = VisionStatus.NOT_CONVERGED if is_bent else VisionStatus.OK
     residual = float(np.sqrt(cost / sum(map(len, pixels))))
-    return PlaneCalibration(intrinsics, status, matrices, values, residual, float(coefficient))
+    return PlaneCalibration(intrinsics, status, matrices, values, residual, float(coefficients[0]))
+
+
+def _bending(ray: Reals) -> Reals:
+    """Return displacements (4, n, 2) of directions by two radial terms, and by those of another centre (Brown 1971)."""
+    x, y = ray.T
+    square = x * x + y * y
+    terms = [x * square, y * square], [x * square**2, y * square**2]
+    return np.moveaxis(np.array([*terms, [square + 2 * x * x, 2 * x * y], [2 * x * y, square + 2 * y * y]]), 1, 2)
 
 
 def _intrinsics(conics: Reals, scale: Reals) -> Reals:
