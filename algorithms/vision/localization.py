@@ -98,14 +98,14 @@ def localize(
     Returns
     -------
     Localization
-        The status OK guarantees that a minimum was reached, that all inliers are in front of the camera, that they
-        determine the pose, that no other pose is likely, and that the residual is that of an image of them: of random
+        The status OK guarantees that a minimum was reached, that all inliers are in front of the camera, and that they
+        determine the pose. No other pose is then likely, and the residual is that of an image of them. Of random
         pixels, one set in a thousand passes, and never one that leaves more than 3 % of the squares of pixels about
         their centroid. AMBIGUOUS means that another pose, as the mirror image of a small or distant plane, has a
         likelihood of more than a thousandth of the best one; both are in `poses`. TOO_FEW is returned for fewer than
-        four distinct points, DEGENERATE for points on a line and others that do not determine the pose, NOT_CONVERGED
-        if the best pose violates one of the other conditions, and NO_CONSENSUS if no pose has more inliers than
-        expected by chance.
+        four distinct points, and DEGENERATE for points on a line and others that do not determine the pose. The status
+        is NOT_CONVERGED if the best pose violates one of the other conditions, and NO_CONSENSUS if no pose has more
+        inliers than expected by chance.
 
     Raises
     ------
