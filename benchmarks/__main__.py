@@ -18,6 +18,7 @@ PAGES = {
     "clifford-svm-speed": "clifford_svm",
     "cost-model-times": "cost_models",
     "estimation-speed": "estimation",
+    "evidence": "evidence",
     "grasping-loop-speed": "grasping_loop",
     "grasping-speed": "grasping",
     "growth": "growth",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 from math import comb
 from typing import Any, overload
 
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import real_array
+from ..evidence import Status
 from ..subspaces.blade import Blade, FactoredBlade, flat
 from ..subspaces.gram import gram_matrix, is_degenerate
 from . import minors
@@ -20,7 +20,7 @@ _EXPANDED = 8
 """Number of vectors above which determinants are computed by elimination: expansion takes n 2**n products."""
 
 
-class LinearStatus(IntEnum):
+class LinearStatus(Status):
     """Status of a linear function."""
 
     OK = 0

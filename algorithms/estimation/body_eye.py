@@ -10,13 +10,16 @@ from numpy.typing import ArrayLike
 from generated import pga3, vga3
 
 from ..arguments import Reals, real_array
-from .circles_of_points import BodyEyeStatus, JointAxis, refined
+from ..evidence import largest_ratio
+from .circles_of_points import BodyEyeStatus, JointAxis, Tracks, refined
 from .joint_axes import axis_and_tracks
 
 _PARALLEL = 1e-6
 """Axes are parallel if the sine of their angle is below this,"""
 _UNCERTAIN = 3.0
 """or below this multiple of its standard deviation."""
+_ROUNDING = 1e-11
+"""From floating point: distances below this fraction of the coordinates of points and axes are rounding errors."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,6 +99,7 @@ def body_eye(
     Returns
     -------
     BodyEye
+        The status is INCONSISTENT if the given axes have another angle or distance than the measured ones.
 
     Raises
     ------
@@ -129,8 +133,22 @@ def body_eye(
     fit = refined(parts, design, np.asarray(to_eye), refine)
     if worst == BodyEyeStatus.OK:
         worst = fit.status
+    if worst == BodyEyeStatus.OK and _contradicted(fit.residual, found, parts):
+        worst = BodyEyeStatus.INCONSISTENT
     motor = np.asarray(pga3.motor_inverse(fit.motor))
     return BodyEye(motor, worst, first, second, design, fit.residual, distance, angle)
+
+
+def _contradicted(residual: float, found: tuple[JointAxis, JointAxis], parts: list[Tracks]) -> bool:
+    """Return whether axes with the angle and the distance of the design leave more than free ones, by their noise."""
+    free = sum(axis.residual**2 * part.size for axis, part in zip(found, parts, strict=True))
+    more = residual**2 * sum(part.size for part in parts) - free
+    freedom = sum(part.freedom for part in parts)
+    noise = parts[0].noise
+    rounding = sum(part.size * (_ROUNDING * float(np.abs(part.points).max())) ** 2 for part in parts)
+    return bool(
+        more > rounding + 2 * largest_ratio(2, noise.weight + freedom) * noise.raised(np.asarray(free), freedom)
+    )
 
 
 def _frame_of(lines: Reals) -> Reals:

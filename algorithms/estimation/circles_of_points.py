@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +12,7 @@ from generated import body_eye as kernels
 from generated import pga3
 
 from ..arguments import Reals, real_array
+from ..evidence import Noise, Status
 
 _FEWEST = 3
 """Points of a circle that is used."""
@@ -33,7 +33,7 @@ _NULL = 1e-10
 """Eigenvalues of the normal matrix below this part of the largest vanish."""
 
 
-class BodyEyeStatus(IntEnum):
+class BodyEyeStatus(Status):
     """Whether tracked points determine an axis, or the pose of an eye on a body."""
 
     OK = 0
@@ -48,6 +48,8 @@ class BodyEyeStatus(IntEnum):
     """The refinement ended before it was stationary."""
     PARALLEL_AXES = 5
     """The axes are parallel: the eye can be anywhere along them."""
+    INCONSISTENT = 6
+    """The measured axes contradict the angle or the distance of the given ones by more than their noise."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,6 +85,18 @@ class Tracks(NamedTuple):
     """The mean information, by which `information` is divided."""
     n_frames: int
     n_points: int
+    noise: Noise
+    """The variance that divides `information`: 1 if the caller stated it, otherwise unknown."""
+
+    @property
+    def size(self) -> float:
+        """The number of points times their mean information: the sum of squares of a residual of 1."""
+        return float(self.information[:, [0, 2, 5]].sum() / 3 * self.scale)
+
+    @property
+    def freedom(self) -> int:
+        """The number of residuals that are left for an axis."""
+        return max(2 * len(self.points) - 2 * len(self.counts) - 4, 1)
 
     @property
     def is_used(self) -> NDArray[np.bool_]:
@@ -167,7 +181,9 @@ def tracks_of(points: ArrayLike, information: ArrayLike | None) -> Tracks:
         own = weights[used][seen]
         scale = float(own[:, [0, 2, 5]].mean()) if len(own) else 1.0
         own = np.ascontiguousarray(own / (scale if scale > 0 else 1.0))
-    return Tracks(places, own, circle, frame, used, counts.astype(np.float64), scale, *given.shape[:2])
+    noise = Noise(0.0, 0.0) if information is None else Noise(1.0)
+    n_frames, n_points = given.shape[:2]
+    return Tracks(places, own, circle, frame, used, counts.astype(np.float64), scale, n_frames, n_points, noise)
 
 
 def axis_of(tracks: Tracks, angles: ArrayLike | None, refine: bool) -> JointAxis:
@@ -199,14 +215,14 @@ def first_axis(tracks: Tracks) -> tuple[BodyEyeStatus, Reals]:
 
 def refined(parts: list[Tracks], lines: Reals, start: Reals, refine: bool = True) -> Fit:
     """Move one line (6,) for each part, all by the same motor, to the axes of the circles of the parts."""
+    scale = max(part.scale for part in parts)
+    """One common unit of information for all parts."""
     if len(parts) == 1:
         joined, information, circle = parts[0].points, parts[0].information, parts[0].circle
         each_line = np.repeat(lines, len(parts[0].used), 0)
     else:
         joined = np.concatenate([part.points for part in parts])
-        # One common unit of information for all parts.
-        common = max(part.scale for part in parts)
-        information = np.concatenate([part.information * (part.scale / common) for part in parts])
+        information = np.concatenate([part.information * (part.scale / scale) for part in parts])
         shifts = np.cumsum([0, *(len(part.used) for part in parts)])
         circle = np.concatenate([part.circle + shift for part, shift in zip(parts, shifts, strict=False)])
         each_line = np.repeat(lines, [len(part.used) for part in parts], 0)
@@ -219,7 +235,7 @@ def refined(parts: list[Tracks], lines: Reals, start: Reals, refine: bool = True
     count = len(joined)
     residual = float(np.sqrt(max(float(cost), 0.0) / (information[:, [0, 2, 5]].mean() * count)))
     freedom = max(2 * count - 2 * len(radii) - (4 if len(parts) == 1 else 6), 1)
-    variance = max(float(cost) / freedom, 1e-300)
+    variance = max(float(parts[0].noise.raised(cost * scale, freedom)) / scale, 1e-300)
     status = BodyEyeStatus.OK if converged > 0 else BodyEyeStatus.NOT_CONVERGED
     if not np.isfinite(motor).all() or not residual <= _ROUND * float(np.sqrt(np.mean(np.square(radii)))):
         status = BodyEyeStatus.NOT_CIRCLES

@@ -7,7 +7,6 @@ at which their correlation is largest, for the best rotation: the sum of the sin
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 
 import numpy as np
 import scipy
@@ -16,6 +15,7 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, real_array
+from ..evidence import Status
 
 _FEWEST = 8
 """The smallest number of usable poses of a stream."""
@@ -31,7 +31,7 @@ _GAP = 5.0
 """Gaps longer than the window, and than this multiple of the usual step, are not interpolated."""
 
 
-class ClockStatus(IntEnum):
+class ClockStatus(Status):
     """Whether two streams of poses determine the offset of their clocks."""
 
     OK = 0

@@ -10,8 +10,10 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, real_array
+from ..evidence import gate_of
 from ..kinematics import Robot
 from .motor_filter import MotorFilter
+from .motor_objects import LINES
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,6 +37,7 @@ def track_end_effector(
     *,
     covariance: ArrayLike,
     noise: ArrayLike = 0.0,
+    gate: float | None = None,
 ) -> EndEffectorTrack:
     """Estimate the poses of an end effector from lines that it carries and that are measured in the base frame.
 
@@ -58,6 +61,8 @@ def track_end_effector(
         Of the error of the first pose.
     noise : array_like, (6, 6) or (6,)
         Covariance of the error of the motion of each step.
+    gate : float, optional
+        As for `MotorFilter`: lines that are farther off are left out. By default one right line in a thousand is.
 
     Returns
     -------
@@ -69,7 +74,8 @@ def track_end_effector(
     poses = robot.forward(positions)
     motions = pga3.motor_product(poses[1:], pga3.motor_inverse(poses[:-1]))
     spread = np.asarray(covariance, float)
-    follower = MotorFilter(poses[0], spread if spread.ndim == 2 else np.diag(spread))
+    limit = gate_of(LINES.n_numbers) if gate is None else gate
+    follower = MotorFilter(poses[0], spread if spread.ndim == 2 else np.diag(spread), gate=limit)
     motors, covariances, status = [], [], []
     for k, now in enumerate(seen):
         if k:

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..arguments import finite_number
 from .circles_of_points import BodyEyeStatus, JointAxis, Tracks, axis_of, tracks_of
-from .robust_circles import without_wrong_points
+from .robust_circles import noise_threshold, without_wrong_points
 
 _LEAST_SHARE = 0.5
 """If fewer points agree with an axis, they are not on circles about it."""
@@ -42,7 +42,8 @@ def joint_axis(
         Whether to refine the line nearest to the bisector planes.
     threshold : float, optional
         Points that are farther than this from their circles are rejected, and tracks of which most points are: in the
-        unit of length, or in standard deviations if `information` is given. By default no point is rejected.
+        unit of length, or in standard deviations if `information` is given. By default points are rejected if their
+        distances contradict the noise: the stated one, or that of most of the points.
     seed : int, optional
         Of the random samples by which wrong points are found.
 
@@ -69,8 +70,11 @@ def axis_and_tracks(
     """Return the result of `joint_axis`, and the points that were used."""
     tracks = tracks_of(points, information)
     if threshold is None:
-        return axis_of(tracks, angles, refine), tracks
-    if not finite_number(threshold, "threshold") > 0:
+        found = axis_of(tracks, angles, refine)
+        threshold = noise_threshold(found.line, tracks, seed)
+        if threshold is None:
+            return found, tracks
+    elif not finite_number(threshold, "threshold") > 0:
         raise ValueError(f"threshold: {threshold}; expected a positive number")
     kept = without_wrong_points(tracks, threshold, seed)
     found = axis_of(kept, angles, refine)

@@ -173,11 +173,15 @@ class KalmanFilter:
     def update(self, measurement: ArrayLike, *, in_sequence: bool = False) -> None:
         """Update the state by a measurement (..., m).
 
-        With `in_sequence`, the numbers are taken one after the other, and the gate applies to each of them.
+        With `in_sequence`, the numbers are taken one after the other, and the gate applies to each of them. Leading
+        axes are those of the filter, or 1.
         """
         z, system, m = measurement, self._system, self._shape[0]
         if type(z) is not np.ndarray or z.dtype is not _FLOAT64 or z.shape != self._shape:
             z = real_array(measurement, "measurement", (m,)).astype(float)
+            whole = (*self._state.shape[:-1], m)
+            if z.ndim > len(whole) or any(a not in (1, b) for a, b in zip(z.shape, whole[-z.ndim :], strict=True)):
+                raise ValueError(f"measurement: shape {z.shape}; expected {whole}, the numbers of each filter")
         innovation = self._innovation = z - self._state @ system.columns
         if system.wide and not in_sequence:
             self._state, self._triangle, self._numbers = system.update(

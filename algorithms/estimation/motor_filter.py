@@ -7,7 +7,6 @@ from math import inf, isfinite, nan
 from typing import Any, Literal
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike
 
 from generated import motor_filters as kernels
@@ -15,18 +14,17 @@ from generated import pga3
 
 from ..arguments import Reals, finite, finite_number, real_array
 from ..elements import MOTOR, restorer
+from ..evidence import rank
+from ..evidence.gates import FEWEST, OPEN, SETTLED, UNLIKELY, WIDE, gate_of, is_lost
 from .matrices import as_definite, from_triangle, to_triangle
-from .motor_objects import LINES, PLANES, POINTS, Kind, covariance_matrix, rank_of, unit_motor, variances_of
-from .motor_starts import WIDE, Beginning, Update
+from .motor_objects import LINES, PLANES, POINTS, Kind, covariance_matrix, unit_motor, variances_of
+from .motor_starts import Beginning, Fit, Update
 from .status import EstimationStatus
 
 Model = Literal["random walk", "constant twist"]
 
-_UNLIKELY = 1e-9
-"""An update is examined if its innovations are less probable than this."""
-_SETTLED, _FEWEST = 0.1, 3
-"""Objects are kept, and used again with those measured next, until the rotation is known to this standard deviation in
-rad and at least this many were used."""
+_LATELY = 20
+"""A limit on work: the number of last objects of which most must be used, or else the filter is inconsistent."""
 _ONES, _IDENTITY = np.ones(2), np.eye(8)[0]
 
 
@@ -53,7 +51,9 @@ class MotorFilter:
         For a constant twist: the twist v (6,) of ``exp(-dt/2 v)`` in the frame of reference, its covariance, by default
         1, and its growth per second, by default 0.
     gate : float
-        Objects are left out if their sum of squared innovations, divided by their variances, exceeds this.
+        Objects are left out if their sum of squared innovations, divided by their variances, exceeds this. A filter
+        that leaves out most of what it sees is INCONSISTENT. If this happens again, and the objects of an update
+        determine another motor with which most of them agree, it starts again from this one.
 
     Raises
     ------
@@ -88,13 +88,14 @@ class MotorFilter:
         self._twist_covariance = as_definite(covariance_matrix(twist_covariance, "twist_covariance"))[0]
         self._cross = np.zeros((6, 6))
         self._twist_noise = to_triangle(as_definite(covariance_matrix(twist_noise, "twist_noise"))[0])
-        self._gate = min(float(gate), 1e300)
+        self._gate = min(float(gate), OPEN)
         self._information = np.zeros((6, 6))
         self._rank = 0
         self._observed = EstimationStatus.UNOBSERVED
         self._status = EstimationStatus.UNOBSERVED if definite else EstimationStatus.NOT_DEFINITE
         self._innovation = (0.0, 0)
         self._skipped = 0
+        self._lately = 0, 0
         self._beginning: Beginning | None = None
         self._sigma = 1.0
         self._variances = variances_of(self._sigma)
@@ -225,29 +226,67 @@ class MotorFilter:
             if first is None
             else Update(kind, first.motor, first.triangle, first.model, first.seen, variances, self._gate)
         )
-        found = update.started_at(self._motor)
-        used = int(found[2][2])
-        if not used:
+        first_found = update.started_at(self._motor)
+        usable = kind.usable(update.model, update.seen)
+        n_new = int(kind.usable(one, two).sum())
+        if not n_new:
             self._skipped += len(one)
-            self._status = EstimationStatus.REJECTED if np.isfinite(two).all(1).any() else EstimationStatus.SKIPPED
+            self._status, self._innovation = EstimationStatus.SKIPPED, (0.0, 0)
+            return self._status
+        used = int(first_found[2][2])
+        settled = first_found[2][3] and first_found[2][1] <= _limit(max(kind.n_numbers * used, 1))
+        if first is None and used == usable.sum() and settled:
+            fit = Fit(0.0, first_found, usable)
+        else:
+            fit = update.best(first_found, self._motor, self.covariance)
+        lost = is_lost(int(fit.used.sum()), int(usable.sum()))
+        again = self._lately[1] > 0
+        if lost and again and first is None:
+            first, fit = self._restarted(kind, one[usable], two[usable], variances) or (first, fit)
+        (motor, triangle, numbers), used = fit.found, int(fit.used.sum())
+        known = 0 if self._beginning is None else len(self._beginning.model)
+        n_used = int(fit.used[known:].sum())
+        self._lately = (0, 0) if used == usable.sum() else self._later(n_used, n_new)
+        self._skipped += len(one) - n_used
+        if not (used and np.isfinite(update.triangle).all()):
+            unused = again and is_lost(*self._lately)
+            self._status = EstimationStatus.INCONSISTENT if unused else EstimationStatus.REJECTED
             self._innovation = (0.0, 0)
             return self._status
-        if first is not None or not (found[2][3] and found[2][1] <= _limit(kind.n_numbers * used)):
-            found = update.best(found, self._motor, self.covariance)
-        motor, triangle, numbers = found
         if not (numbers[3] and np.isfinite(motor).all() and np.isfinite(triangle).all()):
             self._status = EstimationStatus.NOT_CONVERGED
             return self._status
-        used = int(numbers[2])
-        known = 0 if self._beginning is None else len(self._beginning.model)
-        self._skipped += max(len(one) - max(used - known, 0), 0)
-        self._accept(kind, motor, triangle, one[np.isfinite(one).all(1) & np.isfinite(two).all(1)])
-        is_known = self._rank == 6 and used >= _FEWEST and self._variance < _SETTLED**2
-        self._beginning = None if is_known else first
+        if first is None:
+            self._accept(kind, motor, triangle, one[fit.used])
+        else:
+            self._information = np.zeros((6, 6))
+            self._rank = 0
+            self._accept(kind, motor, triangle, first.model[fit.used])
+        is_known = self._rank == 6 and used >= FEWEST and self._variance < SETTLED**2
+        self._beginning = None if is_known and not lost else first
         self._innovation = (float(numbers[1]), kind.n_numbers * used)
-        exceeds = numbers[1] > _limit(max(kind.n_numbers * used, 1))
-        self._status = EstimationStatus.INCONSISTENT if exceeds else self._observed
+        contradicts = lost or numbers[1] > _limit(kind.n_numbers * used) or is_lost(*self._lately)
+        self._status = EstimationStatus.INCONSISTENT if contradicts else self._observed
         return self._status
+
+    def _restarted(self, kind: Kind, model: Reals, seen: Reals, variances: Reals) -> tuple[Beginning, Fit] | None:
+        """Return a beginning without a prediction, and the motor of most of the objects, if these determine one."""
+        reach = 1.0 + max(float(np.abs(each).max()) for each in (model, seen))
+        wide = to_triangle(np.diag([np.pi**2] * 3 + [(2 * reach) ** 2] * 3))
+        first = Beginning(self._motor, wide, kind, variances, model, seen)
+        update = Update(kind, self._motor, wide, model, seen, variances, self._gate)
+        fit = update.best(update.started_at(self._motor), self._motor, from_triangle(wide, 6))
+        if is_lost(int(fit.used.sum()), len(model)):
+            return None
+        information = from_triangle(kind.information(_IDENTITY, model[fit.used], _ONES), 6)
+        return (first, fit) if rank(information) == 6 else None
+
+    def _later(self, n_used: int, n_seen: int) -> tuple[int, int]:
+        """Return how many of the objects since all of an update were used, or of the last ones, were used."""
+        used, seen = self._lately
+        if seen > _LATELY:
+            used, seen = used // 2, seen // 2
+        return used + n_used, seen + n_seen
 
     def _attempted(self, kind: Kind, model: ArrayLike, measured: ArrayLike, sigma: ArrayLike) -> bool:
         """Update by arrays that the kernel takes without checks, if it uses all objects and they agree with the motor.
@@ -276,6 +315,7 @@ class MotorFilter:
         else:
             self._accept(kind, motor, triangle, model)
         self._innovation = (square, freedom)
+        self._lately = (0, 0)
         self._status = self._observed
         return True
 
@@ -304,7 +344,7 @@ class MotorFilter:
         if self._rank < 6:
             # In the frame of the model, errors of the estimate do not turn what remains undetermined.
             self._information += from_triangle(kind.information(_IDENTITY, model, _ONES), 6)
-            self._rank = rank_of(self._information)
+            self._rank = rank(self._information)
             self._observed = EstimationStatus.OK if self._rank == 6 else EstimationStatus.UNOBSERVED
 
     def _set_covariance(self, triangle: Reals) -> None:
@@ -327,4 +367,4 @@ def _seconds(dt: object) -> float:
 
 @lru_cache(maxsize=1000)
 def _limit(freedom: int) -> float:
-    return float(scipy.special.chdtri(freedom, _UNLIKELY))
+    return gate_of(freedom, UNLIKELY)

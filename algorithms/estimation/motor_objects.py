@@ -13,10 +13,8 @@ from generated import pga3
 
 from ..arguments import Reals, finite, real_array
 from ..elements import LINE, MOTOR, PLANE, POINT, Layouts, plain
+from ..evidence import rank, undetermined
 from .matrices import from_triangle
-
-_UNDETERMINED = 1e-9
-"""Eigenvalues of the scaled information below this count as zero."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +26,12 @@ class Kind:
     """The number of coefficients."""
     n_numbers: int
     """The number of residuals."""
+    n_directions: int
+    """The number of those that are angles."""
+    sample_size: int
+    """The number of objects that determine a motor."""
     update: Any
+    equations: Any
     information: Any
     layouts: Layouts
     """The layouts of objects that are elements."""
@@ -37,10 +40,29 @@ class Kind:
         """Return objects as an array, one in each row."""
         return real_array(plain(value, name, self.layouts), name, (-1, self.length))
 
+    def usable(self, model: Reals, seen: Reals) -> Reals:
+        """Return which pairs of objects (n,) are finite and have directions."""
+        good = np.isfinite(model).all(1) & np.isfinite(seen).all(1)
+        if self.n_directions:
+            good &= (np.abs(model[:, :3]).sum(1) > 0) & (np.abs(seen[:, :3]).sum(1) > 0)
+        return np.asarray(good)
 
-LINES = Kind("lines", 6, 4, kernels.update_by_lines.bind(), kernels.information_of_lines, LINE)
-POINTS = Kind("points", 3, 3, kernels.update_by_points.bind(), kernels.information_of_points, POINT)
-PLANES = Kind("planes", 4, 3, kernels.update_by_planes.bind(), kernels.information_of_planes, PLANE)
+    def squares(self, motor: Reals, model: Reals, seen: Reals, variances: Reals) -> Reals:
+        """Return the sums of squared residuals (n,), each divided by its variance."""
+        residuals = self.equations(motor, model, seen)[0]
+        parts = residuals[:, : self.n_directions], residuals[:, self.n_directions :]
+        return np.asarray(sum((part**2).sum(1) / variance for part, variance in zip(parts, variances, strict=True)))
+
+
+LINES = Kind(
+    "lines", 6, 4, 2, 2, kernels.update_by_lines.bind(), kernels.line_equations, kernels.information_of_lines, LINE
+)
+POINTS = Kind(
+    "points", 3, 3, 0, 3, kernels.update_by_points.bind(), kernels.point_equations, kernels.information_of_points, POINT
+)
+PLANES = Kind(
+    "planes", 4, 3, 2, 3, kernels.update_by_planes.bind(), kernels.plane_equations, kernels.information_of_planes, PLANE
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,10 +106,7 @@ def observability(
         if objects is not None:
             rows = kind.rows(objects, kind.name).astype(float)
             information += from_triangle(kind.information(at, rows, variances_of(sigma)), 6)
-    values, vectors, scale = _spectrum(information)
-    rank = int((values > _UNDETERMINED).sum())
-    free = vectors[:, : 6 - rank].T * scale
-    return Observability(rank, information, free / np.linalg.norm(free, axis=1, keepdims=True))
+    return Observability(rank(information), information, undetermined(information))
 
 
 def unit_motor(value: ArrayLike) -> Reals:
@@ -118,16 +137,3 @@ def variances_of(sigma: ArrayLike) -> Reals:
     if pair.size not in (1, 2) or (pair <= 0).any():
         raise ValueError(f"sigma: {pair.tolist()}; expected a positive number, or two")
     return np.array(np.broadcast_to(pair.ravel() ** 2, (2,)))
-
-
-def _spectrum(information: Reals) -> tuple[Reals, Reals, Reals]:
-    """Return eigenvalues and vectors of the information scaled to ones on its diagonal, and the scale."""
-    diagonal = np.diag(information)
-    scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1))
-    values, vectors = np.linalg.eigh(information * np.outer(scale, scale))
-    return values, vectors, scale
-
-
-def rank_of(information: Reals) -> int:
-    """Return how many directions an information (6, 6) determines."""
-    return int((_spectrum(information)[0] > _UNDETERMINED).sum())

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from generated import pga3
 
 from ..arguments import Reals
+from ..evidence import all_or_some_sets
+from ..evidence.gates import OPEN, WIDE
 from ..motors.recovery import motor_from_objects
-from .motor_objects import POINTS, Kind
+from .motor_objects import Kind
 
-WIDE = 0.3
-"""rad. A prediction that is less certain than this is not the only start of an update."""
 _ANGLES = 0.5, -0.5, 1.0, -1.0, 1.5, -1.5
-"""Angles of starts about the axes of the covariance, in standard deviations of at most 2 rad."""
+"""A limit on work: angles of starts about the axes of the covariance, in standard deviations of at most 2 rad."""
+_SAMPLES = 40
+"""A limit on work: the number of sets of objects from which motors are computed. If a third of many objects is wrong,
+11 sets of three contain no wrong one."""
+_ROUNDS = 8
+"""A limit on work: the number of selections of objects within the gate."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,6 +50,17 @@ class Beginning:
         return replace(self, triangle=self.triangle + noise)
 
 
+class Fit(NamedTuple):
+    """The result of an update from some start."""
+
+    cost: float
+    """The sum of squares, with the gate for each object outside it."""
+    found: tuple[Reals, Reals, Reals]
+    """The motor, the triangle of its covariance, and the numbers of the kernel."""
+    used: Reals
+    """(n,) bool. The objects within the gate."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Update:
     """The arguments of an update, except for the motor of the first linearisation."""
@@ -63,26 +80,50 @@ class Update:
         )
         return found
 
-    def best(self, first: tuple[Reals, Reals, Reals], now: Reals, covariance: Reals) -> tuple[Reals, Reals, Reals]:
-        """Return the best of the updates from several starts: that with the smallest sum of squares."""
-        best, cost = first, _cost(first[2])
-        for start in self._starts(now, covariance):
-            found = self.started_at(start)
-            if _cost(found[2]) < cost:
-                best, cost = found, _cost(found[2])
-            if cost <= self.kind.n_numbers * found[2][2]:
+    def best(self, first: tuple[Reals, Reals, Reals], now: Reals, covariance: Reals) -> Fit:
+        """Return the best of the updates from several starts.
+
+        Objects outside the gate cost as much as the gate, so that leaving out right ones is no way to a small sum.
+        """
+        good = self.kind.usable(self.model, self.seen)
+        best = self._selected(first, good)
+        for start in self._starts(now, covariance, good):
+            if best.cost <= self.kind.n_numbers * good.sum():
                 break
+            found = self._selected((start, self.triangle, first[2]), good)
+            best = found if found.cost < best.cost else best
         return best
 
-    def _starts(self, now: Reals, covariance: Reals) -> list[Reals]:
-        """Return the least-squares solution of the objects, and motions of a motor along the axes of its covariance."""
-        good = np.isfinite(self.model).all(1) & np.isfinite(self.seen).all(1)
-        if self.kind is not POINTS:
-            good &= (np.abs(self.model[:, :3]).sum(1) > 0) & (np.abs(self.seen[:, :3]).sum(1) > 0)
-        starts = []
-        if good.any():
-            fit = motor_from_objects(**{self.kind.name: (self.model[good], self.seen[good])})
-            starts.append(np.asarray(fit.motor, float))
+    def _selected(self, found: tuple[Reals, Reals, Reals], good: Reals, used: Reals | None = None) -> Fit:
+        """Return the result of an update with the objects within the gate, which are selected until they stay."""
+        before = used
+        for _ in range(_ROUNDS):
+            used = good
+            if self.gate < OPEN and np.isfinite(found[0]).all():
+                used = good & (self.kind.squares(found[0], self.model, self.seen, self.variances) <= self.gate)
+            if not used.any() or (before is not None and np.array_equal(used, before)):
+                break
+            before, found = used, self._of(used, found[0])
+        if used is None or not used.any():
+            return Fit(np.inf, (self.motor, self.triangle, np.zeros(5)), np.zeros(len(good), bool))
+        return Fit(_cost(found[2]) + float(good.sum() - used.sum()) * self.gate, found, used)
+
+    def _of(self, used: Reals, start: Reals) -> tuple[Reals, Reals, Reals]:
+        """Return the update by some of the objects, without a gate."""
+        found: tuple[Reals, Reals, Reals] = self.kind.update(
+            self.motor, self.triangle, self.model[used], self.seen[used], self.variances, OPEN, start
+        )
+        return found
+
+    def _starts(self, now: Reals, covariance: Reals, good: Reals) -> Iterator[Reals]:
+        """Yield the least-squares solutions of all objects, and of small sets of them if there is a gate, and motions
+        of a motor along the axes of its covariance."""
+        rows, size = np.flatnonzero(good), self.kind.sample_size
+        if len(rows):
+            yield self._solved(rows)
+        if self.gate < OPEN and len(rows) > size:
+            for some in all_or_some_sets(len(rows), size, _SAMPLES):
+                yield self._solved(rows[some])
         values, vectors = np.linalg.eigh(covariance[:3, :3])
         for value, axis in zip(values[::-1], vectors.T[::-1], strict=True):
             if value < WIDE**2:
@@ -90,8 +131,11 @@ class Update:
             follow = covariance[3:, :3] @ axis / value
             for angle in _ANGLES:
                 error = angle * min(2.0, np.sqrt(value)) * np.concatenate([axis, follow])
-                starts.append(pga3.motor_product(pga3.motor_exponential(-error / 2), now))
-        return starts
+                yield pga3.motor_product(pga3.motor_exponential(-error / 2), now)
+
+    def _solved(self, rows: Reals) -> Reals:
+        fit = motor_from_objects(**{self.kind.name: (self.model[rows], self.seen[rows])})
+        return np.asarray(fit.motor, float)
 
 
 def _cost(numbers: Any) -> float:

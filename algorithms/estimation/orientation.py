@@ -11,6 +11,7 @@ from generated import estimation as kernels
 from generated import vga3
 
 from ..arguments import Reals, finite, finite_number, real_array
+from .orientation_evidence import gaps, is_too_fast
 from .status import EstimationStatus
 
 _STATES = 8
@@ -48,6 +49,8 @@ class OrientationSettings:
     """The same in relation to the relative change of the field."""
     field_time: float = 20.0
     """s. Time after which a changed field counts as undisturbed."""
+    speed: float = 5.0
+    """m/s. The largest speed: accelerations that lead to more contradict the orientation."""
     rest_rate: float = 0.035
     """rad/s. At rest, rates differ by less than this from their mean, and the mean is less than twice this."""
     rest_acceleration: float = 0.5
@@ -67,7 +70,8 @@ class Orientation:
     biases: Reals
     """(..., n, 3) rad/s. The bias of the gyroscope."""
     deviations: Reals
-    """(..., n, 3) rad. Standard deviations of the rotation about the axes of the earth, according to the settings."""
+    """(..., n, 3) rad. Standard deviations of the rotation about the axes of the earth, according to the settings. They
+    grow where rates are missing or saturated, by the rotation that may have been missed, and remain so."""
     at_rest: Reals
     """(..., n) bool. Whether the sensor is at rest."""
     disturbance: Reals
@@ -78,7 +82,8 @@ class Orientation:
     """(..., 3) int. The numbers of samples of the gyroscope, the accelerometer and the magnetometer that were skipped
     because they are not finite or their time is not after that of the previous sample."""
     status: Reals
-    """(...) int, an `EstimationStatus` each: SKIPPED if no rate or no acceleration is finite, otherwise OK."""
+    """(...) int, an `EstimationStatus` each: SKIPPED if no rate or no acceleration is finite, INCONSISTENT if rates are
+    at the limit of their range or accelerations lead to impossible speeds, as without gravity or in wrong units."""
 
 
 def orientation(
@@ -183,10 +188,13 @@ def estimate_orientation(
     rotors, biases, spreads, conditions = kernels.orientation_filter(
         rates, forces, fields, steps, first, np.zeros(3), upwards, triangle, np.zeros(3), numbers
     )
+    missed = gaps(rates, steps)
+    contradicted = is_too_fast(rotors, forces, steps, s.gravity, s.speed) | missed.saturated.any(-1)
+    status = np.where((status == EstimationStatus.OK) & contradicted, EstimationStatus.INCONSISTENT, status)
     return Orientation(
         rotors,
         biases,
-        np.sqrt(np.maximum(spreads, 0)),
+        np.sqrt(np.maximum(spreads, 0) + missed.variances[..., None]),
         conditions[..., 0] > 0,
         np.sqrt(conditions[..., 2]),
         conditions[..., 1],

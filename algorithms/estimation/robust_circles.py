@@ -14,6 +14,7 @@ from generated import body_eye as kernels
 from generated import pga3
 
 from ..arguments import Reals
+from ..evidence import WRONG, Noise, largest_ratio
 from .circles_of_points import BodyEyeStatus, Tracks, first_axis, refined
 
 _CANDIDATES, _REFINED = 400, 8
@@ -22,6 +23,10 @@ _STEPS = 10
 """Maximum number of refinements of a candidate."""
 _REWEIGHTED = 5
 """How often the circle of a track is computed with weights."""
+_ENOUGH = 12
+"""From a probability: fewer points have no reliable median."""
+_ROUNDING = 1e-20
+"""From floating point: squared distances below this, in units of length, are rounding."""
 _AT_ONCE = 200_000
 """The number of distances that are computed at once."""
 _LEAST_SHARE = 0.5
@@ -49,6 +54,48 @@ def without_wrong_points(tracks: Tracks, threshold: float, seed: int) -> Tracks:
         if own < cost:
             best, cost = within, own
     return tracks.subset(best)
+
+
+def noise_threshold(line: Reals, tracks: Tracks, seed: int) -> float | None:
+    """Return the distance from which points contradict the noise of most others, or None if no point does.
+
+    The noise follows from the median of the distances from the circles about an axis: the given one if no point
+    contradicts it, or else that of a candidate with the least median, after refinement.
+    """
+    if len(tracks.points) < _ENOUGH:
+        return None
+    if line.any() and _beyond(_squares(line[None], tracks)[0], tracks)[0] is None:
+        return None
+    lines = _candidates(tracks, np.random.default_rng(seed))
+    if not len(lines):
+        return None
+    best = lines[int(np.argmin(np.median(_squares(lines, tracks), axis=1)))]
+    squares = _squares(best[None], tracks)[0]
+    least = np.inf
+    for _ in range(_STEPS):
+        bound = _beyond(squares, tracks)[1]
+        if not 0 < bound < least:
+            break
+        least = bound
+        part = tracks.subset(_agreeing(squares, tracks, bound))
+        status, start = first_axis(part)
+        if status != BodyEyeStatus.OK:
+            break
+        fit = refined([part], start[None], np.eye(8)[0])
+        if not np.isfinite(fit.motor).all():
+            break
+        squares = _squares_of_means(np.asarray(pga3.move_line(fit.motor, start)), tracks, bound)
+    return float(np.sqrt(least)) if 0 < least < np.inf else None
+
+
+def _beyond(squares: Reals, tracks: Tracks) -> tuple[float | None, float]:
+    """Return the largest square if it contradicts the noise, or None, and the largest square that does not."""
+    n = len(squares)
+    median = float(np.median(squares)) / largest_ratio(2, probability=0.5) / 2
+    variance = float(Noise(tracks.noise.variance).raised(np.asarray(median * n), n))
+    bound = 2 * largest_ratio(2, n, WRONG / n) * variance
+    largest = float(squares.max())
+    return (largest if largest > bound + _ROUNDING * tracks.scale else None), bound
 
 
 def _candidates(tracks: Tracks, rng: np.random.Generator) -> Reals:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,14 +13,18 @@ from generated import vga3
 
 from ..arguments import Reals, finite, finite_number, real_array
 from ..elements import ROTOR, plain, restorer
+from ..evidence.gates import FEWEST, OPEN, SETTLED, UNLIKELY, WIDE, gate_of, is_lost
 from .matrices import as_definite, from_triangle, to_triangle
+from .rotor_starts import Beginning
 from .status import EstimationStatus
 
 
 class RotorFilter:
     """Error-state Kalman filter for a rotor R: vectors measured are ``R v ~R`` for vectors v of a model.
 
-    The true rotor is ``exp(-b/2) R`` with the bivector b of a rotation about the axes of the frame of reference.
+    The true rotor is ``exp(-b/2) R`` with the bivector b of a rotation about the axes of the frame of reference. While
+    the rotation is uncertain, all vectors since the beginning are used together, from several starts. If the vectors
+    contradict the prediction, the status is INCONSISTENT; if they agree on another rotor, the filter starts from it.
 
     Parameters
     ----------
@@ -29,13 +34,20 @@ class RotorFilter:
         Of the rotation about x, y, z, in rad.
     gate : float
         Vectors are left out if the square of their innovation, divided by its covariance, exceeds this.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument has a wrong shape or type, or is not finite, or the rotor is not a unit rotor.
     """
 
     def __init__(self, rotor: ArrayLike, covariance: ArrayLike, *, gate: float = np.inf) -> None:
         self._rotor, self._restored = _unit_rotor(rotor), restorer(rotor, ROTOR)
         self._covariance, definite = as_definite(finite(real_array(covariance, "covariance", (3, 3)), "covariance"))
-        self._gate = min(float(gate), 1e300)
+        self._gate = min(float(gate), OPEN)
         self._innovation = (0.0, 0)
+        self._beginning: Beginning | None = None
+        self._contradicted = False
         self._status = EstimationStatus.UNOBSERVED if definite else EstimationStatus.NOT_DEFINITE
 
     @property
@@ -66,7 +78,10 @@ class RotorFilter:
             return self._status
         step = vga3.rotor_from_rotation_vector(dt * turn)
         self._rotor = np.asarray(vga3.normalize_rotor(vga3.rotor_product(self._rotor, step)))
-        self._covariance = self._covariance + dt * finite_number(noise, "noise") * np.eye(3)
+        more = dt * finite_number(noise, "noise") * np.eye(3)
+        self._covariance = self._covariance + more
+        if self._beginning is not None:
+            self._beginning = self._beginning.moved(step, more)
         self._status = EstimationStatus.OK
         return self._status
 
@@ -77,18 +92,63 @@ class RotorFilter:
         rotor, triangle, numbers = kernels.update_by_vectors(
             self._rotor, to_triangle(self._covariance), one, two, variance, self._gate
         )
-        self._innovation = float(numbers[0]), int(numbers[1])
-        if not numbers[1]:
-            is_there = np.isfinite(two).all(1).any() if len(two) else False
-            self._status = EstimationStatus.REJECTED if is_there else EstimationStatus.SKIPPED
+        seen, used = int(np.isfinite(two).all(1).sum()), int(numbers[1])
+        if not seen:
+            self._innovation, self._status = (0.0, 0), EstimationStatus.SKIPPED
             return self._status
+        wide = self._beginning is not None or float(np.trace(self._covariance)) > WIDE**2
+        unlikely = used < seen or numbers[0] > gate_of(3 * used, UNLIKELY)
+        if wide or unlikely:
+            return self._updated_from_several_starts(one, two, float(np.sqrt(variance)), seen, wide)
+        self._contradicted = False
+        self._innovation = float(numbers[0]), used
         self._rotor, self._covariance = rotor, from_triangle(triangle, 3)
-        good = one[np.isfinite(two).all(1)]
-        values = np.linalg.eigvalsh(good.T @ good)
-        # Parallel vectors leave the rotation about themselves; the others of the past may have determined it.
-        is_full = values[1] > 1e-12 * values[2]
-        self._status = EstimationStatus.OK if is_full else EstimationStatus.UNOBSERVED
+        self._status = _observed(one[np.isfinite(two).all(1)])
         return self._status
+
+    def _updated_from_several_starts(
+        self, one: Reals, two: Reals, sigma: float, n_seen: int, wide: bool
+    ) -> EstimationStatus:
+        """Update by the best rotor of the prediction and the vectors, or by that of the vectors alone."""
+        empty = np.empty((0, 3))
+        first = self._beginning or Beginning(self._rotor, self._covariance, empty, empty, np.empty(0))
+        first = first.with_vectors(one, two, sigma)
+        fit = first.best(self._gate)
+        unlikely = _is_unlikely(fit.square, fit.used)
+        if unlikely and (self._contradicted or self._gate == OPEN):
+            # The prediction is given up if most vectors agree on another rotor.
+            again = replace(first, covariance=np.pi**2 * np.eye(3))
+            other = again.best(self._gate)
+            if not (_is_unlikely(other.square, other.used) or other.ambiguous) and len(first.vectors) > 1:
+                first, fit, wide = again, other, True
+        self._contradicted = unlikely
+        new = fit.used[len(first.vectors) - n_seen :]
+        self._innovation = fit.square, int(new.sum())
+        if not new.any():
+            self._innovation, self._status = (0.0, 0), EstimationStatus.REJECTED
+            return self._status
+        self._rotor, self._covariance = fit.rotor, fit.covariance
+        known = fit.used.sum() >= FEWEST and np.trace(fit.covariance) < SETTLED**2 and not fit.ambiguous
+        self._beginning = first if wide and not (known and not unlikely) else None
+        self._status = _observed(first.vectors[fit.used])
+        if self._status == EstimationStatus.OK and fit.ambiguous:
+            self._status = EstimationStatus.AMBIGUOUS
+        if unlikely:
+            self._status = EstimationStatus.INCONSISTENT
+        return self._status
+
+
+def _is_unlikely(square: float, used: Reals) -> bool:
+    """Return whether vectors contradict a rotor, or most of them are left out."""
+    count = int(used.sum())
+    return is_lost(count, len(used)) or square > gate_of(3 * max(count, 1), UNLIKELY)
+
+
+def _observed(vectors: Reals) -> EstimationStatus:
+    """Return OK, or UNOBSERVED if vectors (n, 3) are parallel and leave the rotation about themselves."""
+    values = np.linalg.eigvalsh(vectors.T @ vectors)
+    # The vectors of the past may have determined it.
+    return EstimationStatus.OK if values[1] > 1e-12 * values[2] else EstimationStatus.UNOBSERVED
 
 
 class LinearRotorFilter:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import InitVar, dataclass, field
-from enum import IntEnum
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,6 +11,7 @@ from numpy.typing import ArrayLike
 from generated import tracking as kernels
 
 from ..arguments import Reals, real_array
+from ..evidence import Status
 from ..kinematics import Robot
 from .image_jacobians import Chain, chain_of
 
@@ -22,7 +22,7 @@ for _default in (_NO_TWIST, _PAIR, _TRIPLE):
     _default.flags.writeable = False
 
 
-class TrackingStatus(IntEnum):
+class TrackingStatus(Status):
     """Whether a step of control has the designed dynamics of the error."""
 
     OK = 0

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
+from ..evidence import Status
 
 
-class FuzzyStatus(IntEnum):
+class FuzzyStatus(Status):
     """Whether a rule base determines an output, or whether a rule can contribute to it."""
 
     OK = 0

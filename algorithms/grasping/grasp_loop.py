@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from enum import IntEnum
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +12,7 @@ from generated import pga3
 
 from ..arguments import Reals, finite, finite_number, real_array
 from ..elements import MOTOR, elements
+from ..evidence import Status
 from ..kinematics import Robot
 from .arm_capsules import ArmCapsules, default_capsules
 from .closing import APPROACH
@@ -28,7 +28,7 @@ from .scene import Scene
 from .status import GraspStatus
 
 
-class LoopStatus(IntEnum):
+class LoopStatus(Status):
     """Whether an object was grasped, or why the hand did not move."""
 
     OK = 0

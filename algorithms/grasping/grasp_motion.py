@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from enum import IntEnum
 
 import numpy as np
 
 from generated import pga3
 
+from .. import evidence
 from ..arguments import Reals
 from ..kinematics import Robot, Status
 from ..kinematics.denavit_hartenberg import Joint
@@ -32,7 +32,7 @@ _TOUCH = -0.002
 """The least clearance from the object that is to be held, in metres: the skin of the hand yields."""
 
 
-class PathStatus(IntEnum):
+class PathStatus(evidence.Status):
     """Whether there is a motion to a grasp."""
 
     OK = 0

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
+from ..evidence import Status
 
 
-class ImageStatus(IntEnum):
+class ImageStatus(Status):
     """Whether an object was measured in an image, or why not."""
 
     OK = 0

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from enum import IntEnum
 from math import radians
 
 import numpy as np
@@ -14,6 +13,7 @@ from generated import pga3
 
 from ..arguments import Reals, finite_number
 from ..elements import MOTOR, elements
+from ..evidence import Status
 from .edge_measurement import MeasuredEdges, edges_near
 from .image_arguments import check_outline, checked_mesh, checked_start, real_image
 from .image_status import ImageStatus
@@ -44,7 +44,7 @@ _ESTIMATED = (*_FOUND, PoseStatus.UNCERTAIN)
 _USABLE = (*_ESTIMATED, PoseStatus.AMBIGUOUS)
 
 
-class TrackStatus(IntEnum):
+class TrackStatus(Status):
     """Whether a pose was measured in the images of one time, or why not."""
 
     OK = 0

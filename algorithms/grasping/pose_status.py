@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
+from ..evidence import Status
 
 
-class PoseStatus(IntEnum):
+class PoseStatus(Status):
     """Whether images determine the pose of an object, or why not."""
 
     OK = 0

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
+from ..evidence import Status
 
 
-class GraspStatus(IntEnum):
+class GraspStatus(Status):
     """Whether a hand can hold an object, and if not, why."""
 
     OK = 0

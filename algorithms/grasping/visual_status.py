@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from enum import IntEnum
 
+from ..evidence import Status
+
 
 class GraspStage(IntEnum):
     """What the next motions of a guided grasp are for."""
@@ -21,7 +23,7 @@ class GraspStage(IntEnum):
     DONE = 5
 
 
-class VisualStatus(IntEnum):
+class VisualStatus(Status):
     """Whether the images allow a step. With any other status than OK, the hand does not move."""
 
     OK = 0

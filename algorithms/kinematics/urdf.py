@@ -18,7 +18,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from generated import pga3
+from generated import pga3, vga3
 
 from .bodies import is_tensor
 from .constants import Floats
@@ -375,13 +375,13 @@ _FREE = (
 
 
 def _in_plane(axis: Floats) -> list[tuple[str, Joint, Floats]]:
-    first = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
-    first /= _length(first)
-    return [
-        ("x", Joint.PRISMATIC, first),
-        ("y", Joint.PRISMATIC, np.cross(axis, first)),
-        ("turn", Joint.REVOLUTE, axis),
-    ]
+    """Return the joints of a plane: x, y and the turn about the axis, which is z turned by the shortest way.
+
+    For the axis z these are the coordinates of Pinocchio, which has no other axes.
+    """
+    turn = vga3.rotor_between_vectors(_Z, axis)
+    first, second = (np.asarray(vga3.rotate_vector(turn, each)) for each in (_X, _Y))
+    return [("x", Joint.PRISMATIC, first), ("y", Joint.PRISMATIC, second), ("turn", Joint.REVOLUTE, axis)]
 
 
 def _coupling(found: _Found, where: str) -> tuple[Floats, Floats]:

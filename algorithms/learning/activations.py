@@ -74,7 +74,10 @@ class Bounded(Layer):
 
 @dataclass(frozen=True)
 class Gate(Layer):
-    """The part of each grade times the logistic function of ``slope |part|**2 + offset``, an equivariant activation."""
+    """The part of each grade times the logistic function of ``slope |part|**2 + offset``, an equivariant activation.
+
+    The square of the norm is that of the metric, which all rotations of the algebra preserve.
+    """
 
     def initial(self, algebra: Algebra, channels: int, random: np.random.Generator) -> list[Array]:
         """Return random parameters."""
@@ -82,6 +85,8 @@ class Gate(Layer):
 
     def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
         """Compute the result."""
+        if not algebra.is_definite:
+            return np.asarray(x * self._open(algebra, x, parameters)[..., algebra.grades])
         zero = np.zeros(algebra.n + 1, x.dtype)
         return np.asarray(kernels.gated(x, *parameters, algebra.grades, zero))  # type: ignore[call-overload]
 
@@ -89,10 +94,23 @@ class Gate(Layer):
         self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
     ) -> tuple[Array, list[Array]]:
         """Compute the gradients of ``d . y`` with respect to x and the parameters."""
+        if not algebra.is_definite:
+            opened = self._open(algebra, x, parameters)
+            starts = np.searchsorted(algebra.grades, np.arange(algebra.n + 1))
+            by_number = np.add.reduceat(d * x, starts, axis=-1) * opened * (1 - opened)
+            of_squares = (by_number * parameters[0])[..., algebra.grades] * 2 * algebra.metric.astype(x.dtype)
+            slopes = summed(by_number * algebra.square_norms(x))
+            return d * opened[..., algebra.grades] + of_squares * x, [slopes, summed(by_number)]
         given = (x, *parameters, algebra.grades, np.zeros(algebra.n + 1, x.dtype), d)
         pulls = kernels.gated_vjp_x, kernels.gated_vjp_slope, kernels.gated_vjp_offset
         dx, *others = (np.asarray(pull(*given)[1]) for pull in pulls)
         return dx, [summed(one) for one in others]
+
+    @staticmethod
+    def _open(algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
+        """Return the logistic function of each grade, which does not overflow in this form."""
+        slope, offset = parameters
+        return np.asarray(0.5 + 0.5 * np.tanh(0.5 * (slope * algebra.square_norms(x) + offset)))
 
 
 @dataclass(frozen=True)

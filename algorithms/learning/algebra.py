@@ -100,6 +100,28 @@ class Algebra:
 
         return np.array([[sign(int(a), int(b)) for b in self.bitmaps] for a in self.bitmaps], float)
 
+    @property
+    def is_definite(self) -> bool:
+        """Whether rotations preserve the sums of squares of the coefficients of each grade."""
+        return self.n in (self.p, self.q)
+
+    @cached_property
+    def metric(self) -> Array:
+        """(size,) The scalar products of basis blades with their reverses, 1, -1 or 0; 1 if it is definite.
+
+        Rotations preserve the sum of squares of the coefficients of each grade with these signs.
+        """
+        if self.is_definite:
+            return np.ones(self.size)
+        squares = np.array([1.0] * self.p + [-1.0] * self.q + [0.0] * self.r)
+        inside = self.bitmaps[:, None] >> np.arange(self.n) & 1
+        return np.asarray(np.where(inside, squares, 1.0).prod(1))
+
+    def square_norms(self, x: Array) -> Array:
+        """Return the squared norms (..., n + 1) of the parts of each grade, by the metric; they may be negative."""
+        starts = np.searchsorted(self.grades, np.arange(self.n + 1))
+        return np.asarray(np.add.reduceat(x * x * self.metric.astype(x.dtype), starts, axis=-1))
+
     @cached_property
     def reversal(self) -> Array:
         """(size,) The signs of the reverse."""

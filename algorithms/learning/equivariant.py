@@ -75,9 +75,10 @@ class GradeProduct(Layer):
 
 @dataclass(frozen=True)
 class Invariants(Layer):
-    """The logarithms of 1 + the squared norms of coefficients of all grades, as real channels.
+    """The logarithms of 1 + the squared norms of all grades, as real channels.
 
-    Invariant under rotations of an algebra G(n).
+    They are invariant under the rotations of any algebra: the square of the norm is that of the metric. Where squares
+    can be negative, their inverse hyperbolic sines take the place of the logarithms.
 
     Parameters
     ----------
@@ -95,14 +96,15 @@ class Invariants(Layer):
 
     def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
         """Compute the result."""
-        starts = np.searchsorted(algebra.grades, np.arange(algebra.n + 1))
-        squares = np.add.reduceat(x * x, starts, axis=-1)
-        groups = squares.reshape(len(x), x.shape[1] // self.pool, self.pool, algebra.n + 1).sum(2)
-        return np.asarray(np.log1p(groups).reshape(len(x), groups.shape[1] * groups.shape[2], 1))
+        groups = algebra.square_norms(x).reshape(len(x), x.shape[1] // self.pool, self.pool, algebra.n + 1).sum(2)
+        numbers = np.log1p(groups) if algebra.is_definite else np.arcsinh(groups)
+        return np.asarray(numbers.reshape(len(x), groups.shape[1] * groups.shape[2], 1))
 
     def pull(
         self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
     ) -> tuple[Array, list[Array]]:
         """Compute the gradients of ``d . y`` with respect to x and the parameters."""
-        slope = (d * np.exp(-y)).reshape(len(x), x.shape[1] // self.pool, algebra.n + 1)
-        return 2 * x * np.repeat(slope, self.pool, axis=1)[..., algebra.grades], []
+        slope = (d * (np.exp(-y) if algebra.is_definite else 1 / np.cosh(y))).reshape(
+            len(x), x.shape[1] // self.pool, algebra.n + 1
+        )
+        return 2 * x * algebra.metric.astype(x.dtype) * np.repeat(slope, self.pool, axis=1)[..., algebra.grades], []

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
+from ..evidence import Status
 
 
-class TrainingStatus(IntEnum):
+class TrainingStatus(Status):
     """How a training ended."""
 
     OK = 0

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from enum import IntEnum
 
 import numpy as np
 
+from ..evidence import Status
 from .smo import Problem, State, gaps, intercepts, minimise
 from .svm_kernels import Floats
 from .svm_polish import descend, polish
@@ -20,7 +20,7 @@ _FEWEST = 60
 _UNLIMITED = 10_000_000
 
 
-class MachineStatus(IntEnum):
+class MachineStatus(Status):
     """Whether a support vector machine has been found."""
 
     OK = 0

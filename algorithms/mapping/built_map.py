@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from enum import IntEnum
 
 import numpy as np
 
 from generated import pga2
 
 from ..arguments import Reals
+from ..evidence import Status
 from .carmen import Problem
 from .line_map import LineMap
 
 
-class ScanStatus(IntEnum):
+class ScanStatus(Status):
     """What was done with a scan."""
 
     ADDED = 0

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
+from ..evidence import Status
 
 
-class PlanStatus(IntEnum):
+class PlanStatus(Status):
     """Whether a pose in a floor plan can be simulated."""
 
     OK = 0
@@ -17,7 +17,7 @@ class PlanStatus(IntEnum):
     """The pose is not finite; nothing was measured."""
 
 
-class LocalizationStatus(IntEnum):
+class LocalizationStatus(Status):
     """Whether the pose of a robot in a map is known."""
 
     OK = 0
@@ -35,7 +35,7 @@ class LocalizationStatus(IntEnum):
     """The motion or its covariance is not finite; nothing was predicted."""
 
 
-class FitStatus(IntEnum):
+class FitStatus(Status):
     """Whether points determine an object."""
 
     OK = 0
@@ -46,7 +46,7 @@ class FitStatus(IntEnum):
     NOT_CONVERGED = 3
 
 
-class PathStatus(IntEnum):
+class PathStatus(Status):
     """Whether pieces are a path."""
 
     OK = 0
@@ -57,7 +57,7 @@ class PathStatus(IntEnum):
     NOT_FINITE = 3
 
 
-class FollowStatus(IntEnum):
+class FollowStatus(Status):
     """What a robot that follows a path does."""
 
     OK = 0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 
 import numpy as np
 import scipy
@@ -12,6 +11,7 @@ from numpy.typing import ArrayLike
 from generated import line_maps, pga2
 
 from ..arguments import Reals, finite, real_array
+from ..evidence import Status
 
 _STEPS = 50
 _SETTLED = 1e-10
@@ -22,7 +22,7 @@ _LOWERED = 16.0
 """The factor by which the bound of robust edges is lowered in each of the first steps."""
 
 
-class GraphStatus(IntEnum):
+class GraphStatus(Status):
     """Result of an optimisation of a graph of poses."""
 
     OK = 0

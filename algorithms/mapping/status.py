@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
+from ..evidence import Status
 
 
-class MappingStatus(IntEnum):
+class MappingStatus(Status):
     """Whether scans determine a motion, and whether they agree with it."""
 
     OK = 0

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike
 
 from generated import pga3
@@ -14,6 +13,7 @@ from generated import registration as kernels
 
 from ..arguments import Reals, finite_number, moderate, real_array
 from ..elements import MOTOR, POINT, elements
+from ..evidence import Freedom, least_by_chance
 from .rigid import between_places
 from .rigid_status import RegistrationStatus
 from .weighted_matches import form_about_means
@@ -24,9 +24,8 @@ _SEEDS, _BEST = 300, 12
 _TOLERANCES = (0.001, 0.004, 0.015, 0.05)
 """Differences of lengths, relative to the size of the target, up to which a pair may be of one rigid motion."""
 _REPEATS = 4
+_FREEDOM = Freedom(sample_size=3, parameters=6, codimension=3, solutions=1, false_alarms=1e-4)
 _LEAST_RESIDUAL = 1e-6
-_SIGNIFICANT = -4.0
-"""Decimal logarithm of the expected number of motions by chance, below which a motion is significant."""
 _ROOM = 15.0
 """Volume by the product of standard deviations in which wrong matches are assumed to be."""
 _CERTAIN = -30.0
@@ -189,7 +188,7 @@ def _one_motion(x: Reals, y: Reals, tolerance: float | None) -> MatchRegistratio
         best = min(best, fitted, key=lambda motion: motion.log_chance)
         if best.log_chance < _CERTAIN and best.residual < 0.1 * limit * size:
             break
-    if best.log_chance > _SIGNIFICANT:
+    if best.log_chance > np.log10(_FREEDOM.false_alarms):
         return _none(RegistrationStatus.NO_SUPPORT, len(x), best.log_chance)
     motor = between_places(best.motor, middle_x, middle_y)
     return replace(best, motor=motor)
@@ -221,23 +220,17 @@ def _fitted(x: Reals, y: Reals, weights: Reals, reach: float, tolerance: float |
 
 def _log_chance(off: Reals, y: Reals, tolerance: float | None) -> tuple[float, float]:
     """Return the least expected number of chance motions over the radius of inliers, as a logarithm, and the radius."""
-    n = len(off)
-    radii = np.sort(off)
     # The volume of a normal distribution of this spread; that of a uniform one is larger.
     spread = y.std(0)
     room = float(_ROOM * np.prod(np.maximum(spread, 1e-3 * spread.max())))
     floor = _LEAST_RESIDUAL * np.cbrt(room)
-    count = np.arange(1, n + 1)
-    share = np.minimum(4 / 3 * np.pi * np.maximum(radii, floor) ** 3 / room, 1)
-    log_ways = scipy.special.gammaln(n + 1) - scipy.special.gammaln(count + 1) - scipy.special.gammaln(n - count + 1)
-    # Three matches determine a motion: they agree with it in any case, and there are so many choices of them.
-    log_choices = np.log(n) + scipy.special.gammaln(n + 1) - scipy.special.gammaln(n - 2) - np.log(6) if n >= 3 else 0.0
-    logs = (log_choices + log_ways + (count - 3) * np.log(share)) / np.log(10)
-    logs[count <= 3] = np.inf
-    if tolerance is not None:
-        logs[radii > tolerance] = np.inf
-    k = int(np.argmin(logs))
-    return float(logs[k]), float(max(radii[k], floor))
+
+    def share(radii: Reals) -> Reals:
+        return np.asarray(np.minimum(4 / 3 * np.pi * np.maximum(radii, floor) ** 3 / room, 1))
+
+    distances = off if tolerance is None else np.where(off <= tolerance, off, np.inf)
+    logarithm, radius = least_by_chance(distances, share, _FREEDOM)
+    return logarithm / np.log(10), max(radius, floor)
 
 
 def _likely_scales(x: Reals, y: Reals) -> list[float]:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
+from ..evidence import Status
 
 
-class RegistrationStatus(IntEnum):
+class RegistrationStatus(Status):
     """Whether clouds or matches determine a rigid motion."""
 
     OK = 0

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
+from ..evidence import Status
 
 
-class VoteStatus(IntEnum):
+class VoteStatus(Status):
     """Whether the votes at a place determine a direction."""
 
     OK = 0
@@ -17,7 +17,7 @@ class VoteStatus(IntEnum):
     """A coordinate is infinite or NaN: the token neither votes nor receives votes."""
 
 
-class DeformStatus(IntEnum):
+class DeformStatus(Status):
     """Whether a deformation was found."""
 
     OK = 0

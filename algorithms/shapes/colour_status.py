@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
+from ..evidence import Status
 
 
-class ColourStatus(IntEnum):
+class ColourStatus(Status):
     """Whether one object of a colour was found in an image."""
 
     OK = 0

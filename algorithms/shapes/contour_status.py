@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
+from ..evidence import Status
 
 
-class ContourStatus(IntEnum):
+class ContourStatus(Status):
     """Whether a contour agrees with the boundary in the image."""
 
     OK = 0

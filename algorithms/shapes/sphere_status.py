@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
+from ..evidence import Status
 
 
-class BallStatus(IntEnum):
+class BallStatus(Status):
     """Whether balls reach the requested overlap."""
 
     OK = 0
@@ -13,7 +13,7 @@ class BallStatus(IntEnum):
     """The largest number of balls was reached first, or no further ball is of use."""
 
 
-class SphereMatchStatus(IntEnum):
+class SphereMatchStatus(Status):
     """Whether two models of spheres match."""
 
     OK = 0

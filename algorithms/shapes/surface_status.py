@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
+from ..evidence import Status
 
 
-class SurfaceStatus(IntEnum):
+class SurfaceStatus(Status):
     """Whether a triangulated graph is a closed surface near the samples in both directions."""
 
     OK = 0

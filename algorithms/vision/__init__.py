@@ -27,13 +27,13 @@ from .tensors import (
     transfer_point,
     trifocal_tensor,
 )
+from .triangulation import Triangulation, triangulate, triangulation
 from .two_views import (
     epipolar_distance,
     epipolar_lines,
     epipoles,
     fundamental_matrix,
     sampson_distance,
-    triangulate,
 )
 
 __all__ = [
@@ -54,6 +54,7 @@ __all__ = [
     "Recognition",
     "RectifiedPair",
     "RobustEstimate",
+    "Triangulation",
     "VisionStatus",
     "calibrate_by_pascal",
     "calibrate_endoscope",
@@ -89,5 +90,6 @@ __all__ = [
     "transfer_line",
     "transfer_point",
     "triangulate",
+    "triangulation",
     "trifocal_tensor",
 ]

@@ -21,7 +21,7 @@ from .fundamental import eight_points
 from .localization import checked_intrinsics
 from .normalization import three_on_a_line
 from .planes import linear_homography
-from .pose_refinement import best_poses, camera_motors, pose_status
+from .pose_refinement import all_poses, camera_motors, pixel_noise, pose_status
 from .status import VisionStatus
 
 _BLOCK = 256
@@ -131,8 +131,8 @@ def localizations(points: ArrayLike, pixels: ArrayLike, intrinsics: ArrayLike, n
     def solve(a: Reals, b: Reals) -> tuple[Reals, Reals]:
         centroid = a.mean(1)
         about = a - centroid[:, None]
-        found = best_poses(about, b, np.asarray(projective2.transform_point(inverse, b)), k, n_steps)
-        return camera_motors(found.matrix, centroid), pose_status(found, about, b)
+        found = all_poses(about, b, np.asarray(projective2.transform_point(inverse, b)), k, n_steps)
+        return camera_motors(found.matrix[:, 0], centroid), pose_status(found, about, b, k, pixel_noise(k))[0]
 
     return _all(solve, places, image, leading, 4, (8,))
 

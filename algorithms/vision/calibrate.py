@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 from generated import projective2
 
 from ..arguments import Reals, real_array
-from .normalization import flatness, similarity
+from ..evidence import Noise, largest_ratio
+from .normalization import flatness, homogeneous, similarity
 from .planes import linear_homography
 from .status import VisionStatus, check_points
 
@@ -21,6 +22,11 @@ _RANK = 1e-9
 _OPEN = 1e-6
 """Equations are underdetermined if their last but one singular value is below this fraction of the first."""
 _FLAT = 1e-6
+"""From floating point: points are on a line if their extent across it is below this fraction of that along it."""
+_BENDINGS = 4
+"""Number of terms of `_bending`."""
+_ROUNDING = 1e-9
+"""From floating point: distances below this fraction of pixels are rounding errors."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,13 +34,17 @@ class PlaneCalibration:
     """Intrinsic parameters estimated from views of planes."""
 
     intrinsics: Reals
-    """(3, 3) as in `Camera`; NaN if the status is not OK."""
+    """(3, 3) as in `Camera`; NaN if the status is neither OK nor NOT_CONVERGED."""
     status: VisionStatus
     homographies: Reals
     """(v, 3, 3) from each plane to its view, of norm 1."""
     singular_values: Reals
     """Singular values of the equations, descending. The last is due to noise; the one before measures how much the
     views differ."""
+    residual: float = np.nan
+    """The root mean square distance of pixels from the images of the points by the homographies, in pixels."""
+    distortion: float = np.nan
+    """The coefficient of the square of the radius, in focal lengths, of the radial distortion that residuals show."""
 
 
 def calibrate_from_planes(
@@ -59,6 +69,9 @@ def calibrate_from_planes(
     -------
     PlaneCalibration
         DEGENERATE if points of a plane are on a line, if planes are parallel, or if the conic is not that of a camera.
+        NOT_CONVERGED if the residuals contradict a camera without distortion: if radial distortion explains more of
+        them than it leaves, and than noise would with a probability of a thousandth. `intrinsics` are then those
+        without distortion.
 
     Raises
     ------
@@ -80,8 +93,7 @@ def calibrate_from_planes(
         return PlaneCalibration(nothing, VisionStatus.DEGENERATE, matrices, values)
     conic = right[-1] if skew else np.insert(right[-1], 1, 0.0)
     intrinsics = _intrinsics(conic[None], scale)[0]
-    good = bool(np.isfinite(intrinsics).all())
-    return PlaneCalibration(intrinsics, VisionStatus.OK if good else VisionStatus.DEGENERATE, matrices, values)
+    return _calibration(intrinsics, matrices, values, places, pixels)
 
 
 def calibrate_by_pascal(
@@ -103,7 +115,8 @@ def calibrate_by_pascal(
     -------
     PlaneCalibration
         The skew is estimated. The singular values are the magnitudes of Pascal's bracket for all triples of views,
-        ascending, for points of norm 1: 0 without noise. The status is DEGENERATE if no triple gives a camera.
+        ascending, for points of norm 1: 0 without noise. The status is DEGENERATE if no triple gives a camera, and
+        NOT_CONVERGED as for `calibrate_from_planes`.
 
     Raises
     ------
@@ -111,7 +124,7 @@ def calibrate_by_pascal(
         If the numbers of points and pixels differ.
     """
     nothing = np.full((3, 3), np.nan)
-    matrices, _, pixels, status = _homographies(planes, views, 3)
+    matrices, places, pixels, status = _homographies(planes, views, 3)
     if status != VisionStatus.OK:
         return PlaneCalibration(nothing, status, matrices, np.empty(0))
     scale = similarity(np.concatenate(pixels))
@@ -133,7 +146,59 @@ def calibrate_by_pascal(
     found = found[np.isfinite(found).all((1, 2))]
     if not len(found):
         return PlaneCalibration(nothing, VisionStatus.DEGENERATE, matrices, defects)
-    return PlaneCalibration(np.median(found, axis=0), VisionStatus.OK, matrices, defects)
+    return _calibration(np.median(found, axis=0), matrices, defects, places, pixels)
+
+
+def _calibration(
+    intrinsics: Reals, matrices: Reals, values: Reals, places: list[Reals], pixels: list[Reals]
+) -> PlaneCalibration:
+    """Return the result with its residual, and whether radial distortion explains that better than noise.
+
+    Residuals and their derivatives by terms of distortion are compared across the derivatives by the homographies,
+    which would follow them. Their ratio has Fisher's distribution, with as many degrees of freedom as there are terms.
+    """
+    if not np.isfinite(intrinsics).all():
+        return PlaneCalibration(intrinsics, VisionStatus.DEGENERATE, matrices, values)
+    inverse, normal, freedom, rounding = np.linalg.inv(intrinsics), np.zeros((_BENDINGS + 1,) * 2), -_BENDINGS, 0.0
+    for matrix, place, image in zip(matrices, places, pixels, strict=True):
+        there = homogeneous(place) @ matrix.T
+        seen = there[:, :2] / there[:, 2:]
+        off = (image - seen).ravel()
+        ray = homogeneous(seen) @ inverse.T
+        bent = (_bending(ray[:, :2]) @ intrinsics[:2, :2].T).reshape(_BENDINGS, -1)
+        across, nothing = homogeneous(place) / there[:, 2:], np.zeros((len(place), 3))
+        rows = np.stack(
+            [
+                np.concatenate([across, nothing, -seen[:, :1] * across], 1),
+                np.concatenate([nothing, across, -seen[:, 1:] * across], 1),
+            ],
+            1,
+        ).reshape(-1, 9)
+        basis = np.linalg.svd(rows / np.linalg.norm(rows, axis=0), full_matrices=False)[0][:, :8]
+        columns = np.stack([*bent, off], 1)
+        columns = columns - basis @ (basis.T @ columns)
+        normal += columns.T @ columns
+        freedom, rounding = freedom + len(off) - 8, rounding + (_ROUNDING**2 * image**2).sum()
+    cost = float(normal[-1, -1])
+    coefficients = np.linalg.lstsq(normal[:-1, :-1], normal[:-1, -1], rcond=None)[0]
+    explained = float(normal[:-1, -1] @ coefficients)
+    noise = Noise(0.0, 0.0).raised(np.asarray(cost - explained), freedom)
+    # A distortion that leaves more than it explains is hidden in the noise, and moves the parameters as little.
+    is_bent = (
+        freedom > 0
+        and explained > max(_BENDINGS * largest_ratio(_BENDINGS, freedom) * float(noise), cost - explained) + rounding
+    )
+    status = VisionStatus.NOT_CONVERGED if is_bent else VisionStatus.OK
+    residual = float(np.sqrt(cost / sum(map(len, pixels))))
+    return PlaneCalibration(intrinsics, status, matrices, values, residual, float(coefficients[0]))
+
+
+def _bending(ray: Reals) -> Reals:
+    """Return displacements (4, n, 2) of directions by two radial terms, and by those of another centre (Brown 1971)."""
+    x, y = ray.T
+    square = x * x + y * y
+    terms = [x * square, y * square], [x * square**2, y * square**2]
+    return np.moveaxis(np.array([*terms, [square + 2 * x * x, 2 * x * y], [2 * x * y, square + 2 * y * y]]), 1, 2)
 
 
 def _intrinsics(conics: Reals, scale: Reals) -> Reals:

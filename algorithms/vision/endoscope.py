@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -10,6 +12,9 @@ from .hand_eye import hand_eye_from_poses
 from .hand_eye_results import HandEyeOfPoses
 from .localization import localize
 from .status import VisionStatus
+
+_FEWEST = 3
+"""Number of poses that determine the result."""
 
 
 def calibrate_endoscope(
@@ -33,8 +38,9 @@ def calibrate_endoscope(
     Returns
     -------
     HandEyeOfPoses
-        X from the camera to the body, and Z from the pattern to the tracker. The status is NOT_FINITE if an image does
-        not determine the pose of the camera.
+        X from the camera to the body, and Z from the pattern to the tracker. Points that were not seen, which are not
+        finite, are left out, and so are images that do not determine the pose of the camera, and those without a pose
+        of the body; `inliers` says which images were used. The status is NOT_FINITE if fewer than three are left.
 
     Raises
     ------
@@ -45,6 +51,14 @@ def calibrate_endoscope(
     motors = real_array(bodies, "bodies", (-1, 8), "motors")
     if images.ndim != 3 or motors.ndim != 2 or len(images) != len(motors):
         raise ValueError(f"views: shape {images.shape}; expected ({len(motors)}, m, 2), one image for each body")
-    found = [localize(points, image, intrinsics) for image in images]
-    poses = [each.pose if each.status == VisionStatus.OK else np.full(8, np.nan) for each in found]
-    return hand_eye_from_poses(motors, np.reshape(poses, (len(found), 8)), noise="hand")
+    places = real_array(points, "points", (images.shape[1], 3), "x y z")
+    seen = np.asarray(np.isfinite(images).all(-1) & np.isfinite(places).all(-1))
+    found = [localize(places[some], image[some], intrinsics) for image, some in zip(images, seen, strict=True)]
+    poses = np.reshape([each.pose for each in found], (len(found), 8))
+    used = np.array([each.status == VisionStatus.OK for each in found], bool) & np.isfinite(motors).all(1)
+    if used.sum() < _FEWEST:
+        used[:] = True  # The status then says that a pose is missing.
+    result = hand_eye_from_poses(motors[used], poses[used], noise="hand")
+    inliers = np.zeros(len(used), np.bool_)
+    inliers[used] = result.inliers
+    return replace(result, inliers=inliers)

@@ -134,7 +134,7 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
     if n_poses < 3 or not len(one):
         none = _nothing(one, two, leading, dtype)
         parts = none.motor, none.status, none.singular_values, none.residual, none.inliers
-        return HandEyeOfPoses(*parts, none.motor.copy())
+        return HandEyeOfPoses(*parts, none.motor.copy(), np.full((*leading, 2), np.inf))
     hands, eyes = solver.between(one), solver.between(two)
     screws = _screws(hands, eyes, still_below)
     still = screws.still
@@ -151,7 +151,8 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
             for whole, left in zip(found, part, strict=True):
                 whole[p] = left[0]
     found[1] = _tested(found[1], found[3], screws.reach, agreed, still)
-    return HandEyeOfPoses(*(_shaped(each, leading, dtype) for each in (*found[:4], inliers, found[4])))
+    deviation = noises.deviations(one, two, found[0], found[4], inliers)
+    return HandEyeOfPoses(*(_shaped(each, leading, dtype) for each in (*found[:4], inliers, found[4], deviation)))
 
 
 class _Screws(NamedTuple):

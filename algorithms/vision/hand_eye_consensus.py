@@ -9,15 +9,13 @@ solutions for small samples (least median of squares: Rousseeuw and Leroy, *Robu
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import combinations
-from math import comb
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
 from ..arguments import Reals
-from .sampling import random_sets
+from ..evidence import all_or_some_sets
 
 Flags = NDArray[np.bool_]
 
@@ -92,7 +90,7 @@ def agreeing(
     """Index of the median; one more item than this is the majority."""
     median = float(scipy.special.chdtri(3, 0.5))
     """Of the sum of the squares of three standard normal variables."""
-    found = np.nan_to_num(squares(place(_samples(n_items, sample_size))), nan=np.inf)
+    found = np.nan_to_num(squares(place(all_or_some_sets(n_items, sample_size, _SAMPLES))), nan=np.inf)
     medians = np.partition(found, most, axis=1)[:, most]
     best = found[int(np.argmin(np.log(medians + 1e-300).sum(-1)))]
     variance = np.maximum(np.median(best, axis=0) / median, 1e-30)
@@ -112,10 +110,3 @@ def agreeing(
         if inliers.sum() <= sample_size or (round_ and np.array_equal(inliers, before)):
             break
     return inliers
-
-
-def _samples(n_items: int, size: int) -> Reals:
-    """Return different sets of items: all, or some that depend only on these numbers."""
-    if comb(n_items, size) <= _SAMPLES:
-        return np.array(list(combinations(range(n_items), size)))
-    return random_sets(n_items, size, _SAMPLES)

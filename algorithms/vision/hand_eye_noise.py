@@ -13,6 +13,7 @@ import numpy as np
 from generated import hand_eye as kernels
 
 from ..arguments import Reals
+from ..evidence import rank
 
 _DAMPING = np.full(12, 1e-14)
 """Relative increase of the pivot of each unknown, as a fraction of the trace."""
@@ -85,3 +86,25 @@ def increased(
     worse = moving & ~(now <= cost)
     moving &= ~worse
     return np.asarray(worse)
+
+
+def deviations(one: Reals, two: Reals, x: Reals, z: Reals, inliers: Reals) -> Reals:
+    """Return the deviations (p, 2) of the rotations and translations of motors X (p, 8), in any direction.
+
+    Rotations and translations of the residuals of poses (p, n, 8) have a variance each, that of the inliers.
+    """
+    parts = kernels.misfit_of_poses_equations(one, two, x[:, None], z[:, None], np.eye(8)[0])
+    information, freedom = np.zeros((len(one), 12, 12)), np.maximum(3 * inliers.sum(1) - 6, 0)
+    for part in parts:
+        rows = np.where(inliers[..., None, None], part, 0).reshape(len(one), -1, 13)
+        cost = (rows[..., 12] ** 2).sum(1)
+        rows = rows[..., :12]
+        variance = np.maximum(cost, 1e-300) / np.maximum(freedom, 1)
+        information += np.swapaxes(rows, 1, 2) @ rows / variance[:, None, None]
+    found = np.full((len(one), 2), np.inf)
+    for p in np.flatnonzero(np.isfinite(information).all((1, 2)) & (freedom > 0)):
+        if rank(information[p]) == 12:
+            spread = np.linalg.inv(information[p])
+            # A bivector turns and moves by twice its size.
+            found[p] = [2 * np.sqrt(np.linalg.eigvalsh(spread[k : k + 3, k : k + 3])[-1]) for k in (0, 3)]
+    return found

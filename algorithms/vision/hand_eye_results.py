@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 
 import numpy as np
 
 from ..arguments import Reals
+from ..evidence import Status
 
 
-class HandEyeStatus(IntEnum):
+class HandEyeStatus(Status):
     """Whether motions determine the pose of the camera on the hand."""
 
     OK = 0
@@ -67,3 +67,7 @@ class HandEyeOfPoses(HandEye):
     residual: Reals
     """(..., 2) Root mean squares over the inliers of the residual ``~(Z B) A X``: of its rotation, as
     ``2 sin(angle / 2)``, and of the displacement of the camera's origin, in the unit of length."""
+    deviation: Reals
+    """(..., 2) Standard deviations of the rotation of X, in radians, and of its translation, each in its least certain
+    direction, from the residuals of the inliers; infinite where these do not determine it. Small rotations give large
+    deviations of the translation."""

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from generated import projective2
 
 from ..arguments import Reals, finite_number, real_array
+from ..evidence import WRONG, Noise, likely
 from .invariants import each_pencil
 from .normalization import extents, flatness, homogeneous, normalized, undone
 from .planes import linear_homography
@@ -26,8 +27,6 @@ _LEAST = 8
 """Minimum number of points. Any four points can be mapped to any other four: fewer points match too often by chance."""
 _LIMIT, _FAR = 2.5, 4.0
 """Landmarks fit up to the first multiple of the noise; single points up to the root of the second multiple of that."""
-_CHANCE = 1e-3
-"""Expected number of unrelated maps, among all pairs of sets, that match as many points as closely by chance."""
 _FLAT = 1e-3
 _ALIKE, _DAMPING = 1e-12, 1e-12
 """Contribution of rounding to variances of invariants, and to sums of squares of equations."""
@@ -42,7 +41,7 @@ class Recognition:
     landmark: int
     """Index of the landmark in the map; -1 if the status is not OK."""
     status: VisionStatus
-    """NO_CONSENSUS if no landmark fits."""
+    """NO_CONSENSUS if no landmark fits, AMBIGUOUS if the data do not separate two of them."""
     distance: float
     """The root mean square of the angles between points that are seen and those of the landmark, in radians."""
     matches: Reals
@@ -173,22 +172,32 @@ class LandmarkMap:
         if not fitting:
             return Recognition(-1, VisionStatus.NO_CONSENSUS, np.nan, unmatched)
         best_fit = min(fitting, key=lambda result: result.cost)
+        if self._is_ambiguous(best_fit, fitting):
+            return Recognition(-1, VisionStatus.AMBIGUOUS, np.nan, unmatched)
         return Recognition(best_fit.landmark, VisionStatus.OK, best_fit.distance, best_fit.matches)
+
+    def _is_ambiguous(self, best: _Fit, fitting: list[_Fit]) -> bool:
+        """Return whether another landmark is likely, too: costs are mean squares in units of squared limits."""
+        known = np.isfinite(self.points[..., 0]).sum(1)
+        others = [each for each in fitting if each.landmark != best.landmark]
+        squares = np.array([each.cost * known[each.landmark] * _LIMIT**2 for each in (best, *others)])
+        return bool(likely(squares, 0, 0, Noise(1.0))[1:].any())
 
     def _fits(self, result: _Fit, limit: float, seen: Reals, n_tried: int) -> bool:
         """Return whether enough points of a landmark match, and more closely than expected by chance.
 
         Any four points can be matched exactly by some homography. Each further point is within an angle r by chance
         with probability ``k r^2 / R^2``, for k points spread over a disc of radius R. The product of these
-        probabilities, times the number of pairs of sets and of choices of points, bounds the expected number of such
-        maps (Moisan and Stival, *IJCV* 57:201, 2004).
+        probabilities, times the number of pairs of sets and of choices of points, bounds the expected
+        number of such maps (Moisan and Stival, *IJCV* 57:201, 2004).
         """
         known = int(np.isfinite(self.points[result.landmark, :, 0]).sum())
         n_matched = int((result.matches >= 0).sum())
         if n_matched < max(0.75 * known, _LEAST) or not result.distance <= limit:
             return False
         chance = min(float(known * result.farthest**2 / (2 * _spread(seen) ** 2)), 1.0)
-        return bool(n_tried * comb(len(seen), n_matched) * chance ** (n_matched - 4) <= _CHANCE)
+        choices = n_tried * comb(len(seen), n_matched)
+        return bool(choices * chance ** (n_matched - 4) <= WRONG)
 
     def _judged(self, who: Reals, maps: Reals, seen: Reals, limits: Reals) -> tuple[Reals, Reals]:
         """Return truncated mean squares of angles of points of landmarks from the nearest ones seen, and all squares.

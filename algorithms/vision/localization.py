@@ -9,15 +9,32 @@ from numpy.typing import ArrayLike
 
 from generated import projective2
 
-from ..arguments import Reals, real_array
-from .chance import Freedom
+from ..arguments import Reals, finite_number, real_array
+from ..evidence import WRONG, Freedom, Noise, Problem, all_or_some_sets, check_sampling, least_by_chance
 from .normalization import homogeneous
-from .pose_refinement import best_poses, camera_motors, pose_status, refined_poses
+from .pose_refinement import (
+    Poses,
+    all_poses,
+    camera_motors,
+    deviations,
+    pixel_noise,
+    pixel_squares,
+    pose_status,
+    refined_poses,
+)
 from .pose_starts import three_points
-from .robust import Problem, check_sampling, consensus
+from .robust import robust_estimate
 from .status import VisionStatus, check_points
 
 _STEPS = 200
+"""A limit on work: the number of iterations from each start."""
+_SETS = 400
+"""A limit on work: the number of samples of three points if some pixels seem wrong and no threshold is given: 12 points
+have 220 of them, and if half of many pixels are wrong, 50 of these are free of wrong ones."""
+_FEWEST = 6
+"""From a probability: of five points, one of which is wrong, chance explains the others."""
+_ROUNDS = 10
+"""A limit on work: the number of selections of inliers."""
 _FREEDOM = Freedom(sample_size=3, parameters=6, codimension=2, solutions=4, false_alarms=1e-2)
 
 
@@ -32,6 +49,12 @@ class Localization:
     """The root mean square distance of pixels over the inliers, in pixels."""
     inliers: Reals
     """(n,) bool"""
+    poses: Reals
+    """(m, 8) All poses that the data cannot separate, the most likely one first: one if the status is OK, two or more
+    if it is AMBIGUOUS, otherwise none."""
+    deviation: Reals
+    """(2,) Standard deviations of the rotation, in radians, and of the centre of the camera, each in its least certain
+    direction, for the most likely pose; infinite without one."""
 
 
 def localize(
@@ -42,6 +65,7 @@ def localize(
     seed: int = 0,
     confidence: float = 0.999,
     max_samples: int = 10000,
+    noise: float | None = None,
 ) -> Localization:
     """Estimate the pose of a camera from known points and their pixels, by least squares of distances in the image.
 
@@ -59,30 +83,35 @@ def localize(
         As in `Camera`.
     threshold : float, optional
         Distance in pixels from which a pixel counts as wrong. If given, inliers are found by random samples of three
-        points.
+        points. By default all pixels are used, unless the residuals of six or more points show that some are wrong:
+        inliers are then those that are least likely by chance, and noise explains the distances of these.
     seed : int
         Seed of the random samples.
     confidence : float
         Probability, between 0 and 1, that a sample without wrong points is drawn.
     max_samples : int
         Maximum number of samples, at least 1.
-        At least 1.
+    noise : float, optional
+        The standard deviation of pixels. By default it follows from the residuals and a prior: about a thousandth of
+        the focal length, as well known as by four residuals.
 
     Returns
     -------
     Localization
-        The status OK guarantees that a minimum was reached, that all inliers are in front of the camera, that they
-        determine the pose, and that the residual is that of an image of them: of random pixels, one set in a thousand
-        passes, and never one that leaves more than 3 % of the squares of pixels about their centroid. TOO_FEW is
-        returned for fewer than four distinct points, DEGENERATE for points on a line and others that do not determine
-        the pose, NOT_CONVERGED if the best pose violates one of the other conditions, and NO_CONSENSUS, with
-        `threshold`, if no pose has more inliers than expected by chance.
+        The status OK guarantees that a minimum was reached, that all inliers are in front of the camera, and that they
+        determine the pose. No other pose is then likely, and the residual is that of an image of them. Of random
+        pixels, one set in a thousand passes, and never one that leaves more than 3 % of the squares of pixels about
+        their centroid. AMBIGUOUS means that another pose, as the mirror image of a small or distant plane, has a
+        likelihood of more than a thousandth of the best one; both are in `poses`. TOO_FEW is returned for fewer than
+        four distinct points, and DEGENERATE for points on a line and others that do not determine the pose. The status
+        is NOT_CONVERGED if the best pose violates one of the other conditions, and NO_CONSENSUS if no pose has more
+        inliers than expected by chance.
 
     Raises
     ------
     TypeError, ValueError
         If the numbers of points and pixels differ, if `intrinsics` is not upper triangular and regular, if `threshold`
-        is not positive, if `confidence` is not between 0 and 1, or if `max_samples` is less than 1.
+        or `noise` is not positive, if `confidence` is not between 0 and 1, or if `max_samples` is less than 1.
 
     Notes
     -----
@@ -93,36 +122,118 @@ def localize(
     k = checked_intrinsics(intrinsics)
     if threshold is not None:
         check_sampling(threshold, confidence, max_samples)
+    if noise is not None and finite_number(noise, "noise") <= 0:
+        raise ValueError(f"noise: {noise}; expected more than 0 pixels, or None")
     status = check_points({"points": places, "pixels": image}, 4, "points")
     if status != VisionStatus.OK:
         return _nothing(status, len(places))
     places, image = places.astype(np.float64), image.astype(np.float64)
     centroid = places.mean(0)
-    about = places - centroid
+    known = pixel_noise(k, noise)
     seen = np.asarray(projective2.transform_point(np.linalg.inv(k), image))
-    if threshold is None:
-        inliers = np.ones(len(places), bool)
-        found = best_poses(about[None], image[None], seen[None], k, _STEPS)
-    else:
-        problem = _problem(about, image, seen, k)
-        estimate = consensus(problem, threshold, seed, confidence, max_samples)
+    scene = _Scene(places - centroid, image, seen, k, known)
+    inliers: Reals = np.ones(len(places), bool)
+    if threshold is not None:
+        estimate = robust_estimate(_problem(scene), threshold, seed, confidence, max_samples)
         if estimate.status != VisionStatus.OK:
             return _nothing(estimate.status, len(places))
         inliers = estimate.inliers
-        found = refined_poses(estimate.model[None], about[None, inliers], image[None, inliers], k, _STEPS)
-    status = VisionStatus(int(pose_status(found, about[None, inliers], image[None, inliers])[0]))
-    if status != VisionStatus.OK:
+    found = scene.minima(inliers)
+    states, likely = scene.status(found, inliers)
+    undetermined = states[0] in (VisionStatus.TOO_FEW, VisionStatus.DEGENERATE)
+    if threshold is None and len(places) >= _FEWEST and not undetermined and scene.suspicious(found):
+        agreed = _without_wrong_pixels(scene)
+        if agreed is None:
+            reason = VisionStatus.NO_CONSENSUS if states[0] == VisionStatus.OK else VisionStatus(int(states[0]))
+            return _nothing(reason, len(places))
+        inliers, found = agreed, scene.minima(agreed)
+        states, likely = scene.status(found, inliers)
+    status = VisionStatus(int(states[0]))
+    if status not in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
         return _nothing(status, len(places))
-    pose = camera_motors(found.matrix, centroid[None])[0]
-    return Localization(pose, status, float(np.sqrt(found.cost[0] / inliers.sum())), inliers)
+    rows = found.matrix[0, likely[0]]
+    poses = camera_motors(rows, np.broadcast_to(centroid, (len(rows), 3)))
+    pose = poses[0] if status == VisionStatus.OK else np.full(8, np.nan)
+    best, n_used = found.at((0, 0)), int(inliers.sum())
+    residual = float(np.sqrt(best.cost / n_used))
+    return Localization(pose, status, residual, inliers, poses, deviations(best, n_used, known))
 
 
 def _nothing(status: VisionStatus, n_points: int) -> Localization:
-    return Localization(np.full(8, np.nan), status, np.nan, np.zeros(n_points, bool))
+    return Localization(
+        np.full(8, np.nan), status, np.nan, np.zeros(n_points, bool), np.empty((0, 8)), np.full(2, np.inf)
+    )
 
 
-def _problem(places: Reals, image: Reals, seen: Reals, k: Reals) -> Problem:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Scene:
+    """The points (n, 3) about their centroid, their pixels and directions (n, 2), and the camera."""
+
+    places: Reals
+    image: Reals
+    seen: Reals
+    k: Reals
+    noise: Noise
+
+    def minima(self, inliers: Reals) -> Poses:
+        """Return all minima (1, s) of the distances of some of the points."""
+        places, image, seen = (each[None, inliers] for each in (self.places, self.image, self.seen))
+        return all_poses(places, image, seen, self.k, _STEPS)
+
+    def status(self, found: Poses, inliers: Reals) -> tuple[Reals, Reals]:
+        """Return the status (1,) of the best of the minima, and which of them are likely (1, s)."""
+        return pose_status(found, self.places[None, inliers], self.image[None, inliers], self.k, self.noise)
+
+    def squares(self, pose: Reals) -> Reals:
+        """Return the squared distances (n,) of all pixels in a pose (3, 4)."""
+        found = pixel_squares(pose[None], self.places[None], self.image[None], self.k)[0]
+        depths = self.places @ pose[2, :3] + pose[2, 3]
+        return np.where((depths > 0) & np.isfinite(found), found, np.inf)
+
+    def suspicious(self, found: Poses) -> bool:
+        """Return whether the residuals of the best of the minima exceed the usual noise."""
+        freedom = 2 * len(self.places) - 6
+        return bool(Noise(self.noise.variance).contradicted(found.cost[0, 0], freedom))
+
+
+def _without_wrong_pixels(scene: _Scene) -> Reals | None:
+    """Return which pixels agree with a pose, up to the noise of these, or None if chance explains their number.
+
+    The pose of three points is taken with which the others agree in the least likely way; unrelated pixels are anywhere
+    in the part of the image that the pixels cover.
+    """
+    area = float(np.prod(np.ptp(scene.image, axis=0)))
+
+    def by_chance(pose: Reals) -> tuple[float, float]:
+        distances = np.sqrt(scene.squares(pose))
+        share = np.pi * scene.noise.variance / area
+        return least_by_chance(distances, lambda r: np.clip(np.pi * r * r / area, min(share, 1), 1), _FREEDOM)
+
+    problem = _problem(scene)
+    poses = problem.solve(all_or_some_sets(len(scene.places), 3, _SETS))
+    poses = poses[np.isfinite(poses).all((1, 2))]
+    if not len(poses):
+        return None
+    distances = problem.distances(poses, scene.places, scene.image)
+    # The median prefers no number of inliers; the best tenth is compared by chance.
+    order = np.argsort(np.median(distances, axis=1), kind="stable")[: max(len(poses) // 10, 1)]
+    chances = [by_chance(pose) for pose in poses[order]]
+    best = int(np.argmin([each for each, _ in chances]))
+    inliers = np.sqrt(scene.squares(poses[order[best]])) <= chances[best][1]
+    for _ in range(_ROUNDS):
+        if inliers.sum() < 4:
+            return None
+        found = scene.minima(inliers).at((0, 0))
+        squares, before = scene.squares(found.matrix), inliers
+        inliers = ~scene.noise.outlying(squares, 2, found.cost[None], 2 * int(before.sum()) - 6)
+        if np.array_equal(inliers, before):
+            break
+    return inliers if by_chance(found.matrix)[0] <= np.log(WRONG) else None
+
+
+def _problem(scene: _Scene) -> Problem:
     """Return the problem of poses [R | t] from samples of three points, for points relative to their centroid."""
+    places, image, seen, k = scene.places, scene.image, scene.seen, scene.k
 
     def solve(sets: Reals) -> Reals:
         return three_points(places[sets], seen[sets]).reshape(-1, 3, 4)

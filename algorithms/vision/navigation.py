@@ -81,15 +81,19 @@ def localize_by_landmarks(
             matched = found.matches >= 0
             unit = directions[matched] / np.linalg.norm(directions[matched], axis=-1, keepdims=True)
             seen.append((g, found.landmark, points[found.landmark][found.matches[matched]], unit))
-    starts = [pose for _, _, place, unit in seen if (pose := _pose_of_one(place, unit)) is not None]
+    starts = [pose for _, _, place, unit in seen for pose in _poses_of_one(place, unit, size)]
     best: tuple[int, float, Reals, list[int]] | None = None
     for start in starts:
-        agreeing = _agreeing(start, seen, 2 * _AGREE * size)
-        if not agreeing:
-            continue
-        pose = _refined(start, [seen[k] for k in agreeing])
-        agreeing = _agreeing(pose, seen, _AGREE * size)
-        if agreeing:
+        # One landmark gives an uncertain pose: two of them say whether others agree.
+        for j in range(len(seen)):
+            pose = _refined(start, [seen[k] for k in sorted({*_agreeing(start, seen, _AGREE * size), j})])
+            agreeing = _agreeing(pose, seen, _AGREE * size)
+            if not agreeing:
+                continue
+            pose = _refined(pose, [seen[k] for k in agreeing])
+            agreeing = _agreeing(pose, seen, _AGREE * size)
+            if not agreeing:
+                continue
             residual = float(np.sqrt(np.mean(np.concatenate([_off(pose, *seen[k][2:]) for k in agreeing]) ** 2)))
             if best is None or (-len(agreeing), residual) < best[:2]:
                 best = -len(agreeing), residual, pose, agreeing
@@ -105,8 +109,8 @@ _Seen = tuple[int, int, Reals, Reals]
 """Group and index of a recognised landmark, places (n, 3) of its points and directions (n, 3) to them."""
 
 
-def _pose_of_one(place: Reals, unit: Reals) -> Reals | None:
-    """Return the pose from one landmark, by a virtual camera that looks at its centre."""
+def _poses_of_one(place: Reals, unit: Reals, noise: float) -> list[Reals]:
+    """Return the likely poses from one landmark, by a virtual camera that looks at its centre."""
     axis = unit.mean(0)
     frame = np.linalg.svd(axis[None])[2]
     frame[0] *= np.sign(frame[0] @ axis)
@@ -114,10 +118,8 @@ def _pose_of_one(place: Reals, unit: Reals) -> Reals | None:
     rotation = np.eye(4)
     rotation[:3, :3] = frame[[1, 2, 0]]
     there = unit @ rotation[:3, :3].T
-    found = localize(place, there[:, :2] / there[:, 2:], np.eye(3))
-    if found.status != VisionStatus.OK:
-        return None
-    return np.asarray(pga3.motor_product(found.pose, pga3.motor_from_matrix(rotation)))
+    found = localize(place, there[:, :2] / there[:, 2:], np.eye(3), noise=noise)
+    return [np.asarray(pga3.motor_product(pose, pga3.motor_from_matrix(rotation))) for pose in found.poses]
 
 
 def _off(pose: Reals, place: Reals, unit: Reals) -> Reals:

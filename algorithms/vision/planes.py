@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 from generated import linear_views, matrices, projective2
 
 from ..arguments import Reals, real_array
-from .chance import Freedom
+from ..evidence import Freedom, Problem, check_sampling
 from .normalization import three_on_a_line
-from .robust import Problem, RobustEstimate, check_sampling, consensus, no_estimate
+from .robust import RobustEstimate, no_estimate, robust_estimate
 from .status import VisionStatus, check_points, refuse
 
 _RANK = 1e-9
@@ -120,7 +120,7 @@ def robust_homography(
     if status != VisionStatus.OK:
         return no_estimate(status, len(one))
     problem = homography_problem(one, two, _transfer_distance)
-    found = consensus(problem, threshold, seed, confidence, max_samples)
+    found = robust_estimate(problem, threshold, seed, confidence, max_samples)
     if found.status == VisionStatus.OK and linear_homography(one[found.inliers], two[found.inliers])[1] <= _RANK:
         return no_estimate(VisionStatus.DEGENERATE, len(one), n_samples=found.n_samples)
     return found

@@ -2,115 +2,161 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from generated import pga3, projective3
 
 from ..arguments import Reals
+from ..evidence import WRONG, Noise, differ, likely, minima
 from .pose_starts import pose_starts
 from .status import VisionStatus
 
 _OPEN = 1e-7
-"""A motion is undetermined if it moves pixels by less than this fraction of what other motions do."""
-_CHANCE = 1e-3
-"""Fraction of sets of points without any relation to their pixels that pass."""
+"""From floating point: a motion is undetermined if it moves pixels by less than this fraction of what others do."""
 _EXPLAINED = 0.03
-"""Maximum fraction of the squares of pixels about their centroid that a valid pose leaves."""
+"""Maximum fraction of the squares of pixels about their centroid that a valid pose leaves. It was tuned on random
+pixels and points: an image of points that leaves more is as bad as none."""
+_USUAL = 1e-3
+"""The usual noise of pixels, in focal lengths: most points are located to half a pixel, by cameras of 500 pixels,"""
+_WEIGHT = 4.0
+"""and the number of residuals that this is worth: a noise of a seventh to five times as much is not a contradiction."""
+_ROUNDING = 1e-26
+"""From floating point: squared residuals below this part of squared pixels are rounding errors."""
+_SOON = 25
+"""A limit on work: the number of iterations from starts that have not converged when another one has."""
+_PARAMETERS = 6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Poses:
-    """Poses [R | t] of b sets of points, and their properties."""
+    """Poses [R | t] of sets of points, and their properties, over leading axes."""
 
     matrix: Reals
-    """(b, 3, 4)"""
+    """(..., 3, 4)"""
     cost: Reals
-    """(b) The sum of squared distances in the image, in pixels."""
+    """(...) The sum of squared distances in the image, in pixels."""
     normal: Reals
-    """(b, 6, 6) The normal equations at the pose, with translations in units of the depth."""
+    """(..., 6, 6) The normal equations at the pose, with translations in units of the depth."""
     converged: Reals
-    """(b) bool: whether no step decreases the cost any further."""
+    """(...) bool: whether no step decreases the cost any further."""
     in_front: Reals
-    """(b) bool: whether all points are in front of the camera."""
+    """(...) bool: whether all points are in front of the camera."""
+
+    def at(self, index: Reals | int | tuple[Reals | slice | int, ...]) -> Poses:
+        """Return the poses at an index of the leading axes."""
+        return Poses(*(getattr(self, field.name)[index] for field in fields(self)))
 
 
-def best_poses(places: Reals, image: Reals, seen: Reals, k: Reals, n_steps: int) -> Poses:
-    """Return the least minimum over all starts with all points in front of the camera, or else the least one.
+def pixel_noise(k: Reals, noise: float | None = None) -> Noise:
+    """Return what is known of the noise of pixels: the variance that the caller states, or the usual one."""
+    if noise is not None:
+        return Noise(noise * noise)
+    return Noise(_USUAL * _USUAL * abs(float(k[0, 0] * k[1, 1])), _WEIGHT)
+
+
+def all_poses(places: Reals, image: Reals, seen: Reals, k: Reals, n_steps: int) -> Poses:
+    """Return the minima (b, s) from all starts: first those with all points in front of the camera, the least first.
 
     `places` (b, n, 3) are relative to their centroids, `image` (b, n, 2) are pixels, `seen` their directions x/z, y/z.
     """
     starts = pose_starts(places, seen)
     b, s = starts.shape[:2]
-    found = refined_poses(starts.reshape(-1, 3, 4), np.repeat(places, s, 0), np.repeat(image, s, 0), k, n_steps)
+    starts, places, image = starts.reshape(-1, 3, 4), np.repeat(places, s, 0), np.repeat(image, s, 0)
+    starts = np.where(_hopeless(starts, places, image, k, s)[:, None, None], np.nan, starts)
+    found = refined_poses(starts, places, image, k, min(n_steps, _SOON))
+    reached = (found.converged & found.in_front).reshape(b, s).any(1)
+    rest = np.repeat(~reached, s)
+    if n_steps > _SOON and rest.any():
+        more = refined_poses(starts[rest], places[rest], image[rest], k, n_steps)
+        for field in fields(Poses):
+            getattr(found, field.name)[rest] = getattr(more, field.name)
     cost = np.where(np.isfinite(found.cost), found.cost, np.inf).reshape(b, s)
-    before = np.where(found.in_front.reshape(b, s), cost, np.inf)
-    best = np.where(np.isfinite(before).any(1), before.argmin(1), cost.argmin(1)) + s * np.arange(b)
-    return Poses(found.matrix[best], found.cost[best], found.normal[best], found.converged[best], found.in_front[best])
+    order = np.lexsort((cost, ~found.in_front.reshape(b, s)), axis=1)
+    return found.at(order + s * np.arange(b)[:, None])
 
 
-def pose_status(found: Poses, places: Reals, image: Reals) -> Reals:
-    """Return a `VisionStatus` for each pose of `best_poses`.
+def _hopeless(starts: Reals, places: Reals, image: Reals, k: Reals, n_starts: int) -> Reals:
+    """Return which starts (b s,) explain nothing of the pixels, if another one of the same points is valid."""
+    cost = pixel_squares(starts, places, image, k).sum(-1)
+    spread = ((image - image.mean(1, keepdims=True)) ** 2).sum((1, 2))
+    valid = (cost <= _EXPLAINED * spread).reshape(-1, n_starts).any(1)
+    return np.asarray(np.repeat(valid, n_starts) & ~(cost <= spread))
+
+
+def pose_status(found: Poses, places: Reals, image: Reals, k: Reals, noise: Noise) -> tuple[Reals, Reals]:
+    """Return a `VisionStatus` (b,) for the first of each set of minima (b, s), and which of these are likely (b, s).
 
     The status is TOO_FEW for fewer than four distinct points and DEGENERATE if they are on a line or if a motion is
-    undetermined. It is NOT_CONVERGED if iterations ended early, if points are behind the camera, or if the residual is
-    larger than for an image of the points: for random pixels the residual is below a fraction x of their squares with
-    a probability of about x^(n - 3).
+    undetermined. It is NOT_CONVERGED if iterations ended early, if points are behind the camera, if the residual of
+    all points or of one is more than noise, or if it is larger than for an image of the points: for random pixels the
+    residual is below a fraction x of their squares with a probability of about x^(n - 3). It is AMBIGUOUS if another
+    minimum, farther from the first than its bound, is likely as well.
     """
     n = places.shape[1]
+    best, freedom = found.at((slice(None), 0)), 2 * n - _PARAMETERS
     extent = np.linalg.svd(places, compute_uv=False)
-    values = np.linalg.eigvalsh(np.where(np.isfinite(found.normal), found.normal, 0))
+    values = np.linalg.eigvalsh(np.where(np.isfinite(best.normal), best.normal, 0))
     left_open = (extent[:, 1] <= _OPEN * extent[:, 0]) | ~(values[:, 0] > _OPEN**2 * values[:, -1])
     spread = ((image - image.mean(1, keepdims=True)) ** 2).sum((1, 2))
-    explained = found.cost <= min(_CHANCE ** (1 / (n - 3)), _EXPLAINED) * spread
-    status = np.where(found.converged & found.in_front & explained, VisionStatus.OK, VisionStatus.NOT_CONVERGED)
+    explained = best.cost <= min(WRONG ** (1 / (n - 3)), _EXPLAINED) * spread
+    explained &= ~noise.contradicted(best.cost, freedom)
+    squares = pixel_squares(best.matrix, places, image, k)
+    explained &= ~noise.outlying(squares, 2, best.cost[:, None] - squares, freedom - 2).any(1)
+    costs = np.where(found.in_front & found.converged, found.cost, np.inf)
+    rivals = likely(costs, 2 * n, freedom, noise)
+    known = np.where(np.isfinite(best.normal), best.normal, 0)[:, None]
+    rivals &= differ(_offsets(found), known, noise.raised(best.cost, freedom)[:, None])
+    status = np.where(rivals.any(1), VisionStatus.AMBIGUOUS, VisionStatus.OK)
+    status = np.where(best.converged & best.in_front & explained, status, VisionStatus.NOT_CONVERGED)
     status = np.where(left_open, VisionStatus.DEGENERATE, status)
-    return np.where(_n_distinct(places) < 4, VisionStatus.TOO_FEW, status)
+    rivals[:, 0] = True
+    return np.where(_n_distinct(places) < 4, VisionStatus.TOO_FEW, status), rivals
+
+
+def pixel_squares(matrix: Reals, places: Reals, image: Reals, k: Reals) -> Reals:
+    """Return squared distances (b, n) of pixels from the images of points in poses (b, 3, 4)."""
+    off = _residual(matrix, places, image, k)[0]
+    return np.asarray((off.reshape(len(off), -1, 2) ** 2).sum(-1))
+
+
+def deviations(pose: Poses, n_points: int, noise: Noise) -> Reals:
+    """Return the standard deviations (2,) of rotation and centre, in the least certain directions, of one pose."""
+    variance = noise.raised(pose.cost, 2 * n_points - _PARAMETERS)
+    spread = variance * np.linalg.inv(pose.normal)
+    largest = [np.linalg.eigvalsh(part)[-1] for part in (spread[:3, :3], spread[3:, 3:])]
+    return np.asarray(np.sqrt(np.maximum(largest, 0)) * [1, _depth(pose.matrix)])
+
+
+def _offsets(found: Poses) -> Reals:
+    """Return the motions (b, s, 6) from the first poses to all, as vectors of steps of `refined_poses`."""
+    matrix = np.where(np.isfinite(found.matrix), found.matrix, 0)
+    turn = matrix[..., :3] @ np.swapaxes(matrix[:, :1, :, :3], -1, -2)
+    rotation = pga3.rotor_to_rotation_vector(pga3.rotor_from_matrix(turn))
+    shift = matrix[..., 3] - (turn @ matrix[:, :1, :, 3:])[..., 0]
+    return np.concatenate([rotation, shift / _depth(matrix[:, :1])[..., None]], -1)
 
 
 def refined_poses(start: Reals, places: Reals, image: Reals, k: Reals, n_steps: int) -> Poses:
-    """Run Levenberg-Marquardt iterations on the manifold of motions from (b, 3, 4), each with its own damping."""
-    matrix = np.array(start)
-    damping, normal = np.full(len(matrix), 1e-4), np.tile(np.eye(6), (len(matrix), 1, 1))
-    residual, in_camera = _residual(matrix, places, image, k)
-    cost = (residual**2).sum(1)
-    converged = np.zeros(len(matrix), bool)
-    exact = 1e-26 * (image**2).sum((1, 2))
-    live = np.nonzero(np.isfinite(cost))[0]
-    for _ in range(n_steps):
-        if not len(live):
-            break
-        normal[live], step = _step(residual[live], in_camera[live], k, damping[live])
-        moved = _moved(step, matrix[live])
-        new, there = _residual(moved, places[live], image[live], k)
-        new_cost = (new**2).sum(1)
-        change = cost[live] - new_cost
-        better = change > 0
-        kept = live[better]
-        matrix[kept], residual[kept], in_camera[kept], cost[kept] = (
-            part[better] for part in (moved, new, there, new_cost)
-        )
-        damping[live] = np.where(better, np.maximum(damping[live] / 10, 1e-12), damping[live] * 10)
-        done = (np.abs(change) <= 1e-10 * cost[live]) | (cost[live] <= exact[live]) | (damping[live] > 1e8)
-        converged[live[done]] = True
-        live = live[~done]
-    return Poses(matrix, cost, normal, converged, np.asarray((in_camera[..., 2] > 0).all(1)))
+    """Return the minima near poses (b, 3, 4), with steps on the manifold of motions."""
+
+    def equations(matrix: Reals, which: Reals) -> tuple[Reals, Reals]:
+        residual, in_camera = _residual(matrix, places[which], image[which], k)
+        size = np.ones((len(matrix), 1, 6))
+        size[..., 3:] = _depth(matrix)[:, None, None]
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            rows = k[:2, :2] @ projective3.image_derivative(in_camera)
+        return residual, rows.reshape(len(matrix), -1, 6) * size
+
+    found = minima(start, equations, _moved, _ROUNDING * (image**2).sum((1, 2)), n_steps)
+    depths = (places @ found.state[:, 2, :3, None])[..., 0] + found.state[:, 2, 3:]
+    return Poses(found.state, found.cost, found.normal, found.converged, np.asarray((depths > 0).all(1)))
 
 
-def _step(residual: Reals, in_camera: Reals, k: Reals, damping: Reals) -> tuple[Reals, Reals]:
-    """Return the normal equations, with lengths relative to the depth, and their damped solution."""
-    size = np.ones((len(residual), 6))
-    size[:, 3:] = np.maximum(np.abs(in_camera).max((1, 2)), 1e-300)[:, None]
-    rows = (k[:2, :2] @ projective3.image_derivative(in_camera)).reshape(len(residual), -1, 6) * size[:, None]
-    transposed = np.swapaxes(rows, 1, 2)
-    normal = transposed @ rows
-    diagonal = np.einsum("bii->bi", normal)
-    damped = normal + (damping[:, None] * (diagonal + 1e-300))[..., None] * np.eye(6)
-    usable = np.isfinite(damped).all((1, 2)) & (diagonal > 0).all(1)
-    damped = np.where(usable[:, None, None], damped, np.eye(6))
-    step = -np.linalg.solve(damped, transposed @ residual[..., None])[..., 0] * size
-    return normal, np.where(usable[:, None], step, 0)
+def _depth(matrix: Reals) -> Reals:
+    """Return the distances of the centroids of points from cameras (..., 3, 4): the unit of translations."""
+    return np.asarray(np.maximum(np.sqrt((matrix[..., 3] ** 2).sum(-1)), 1e-300))
 
 
 def _residual(matrix: Reals, places: Reals, image: Reals, k: Reals) -> tuple[Reals, Reals]:
@@ -120,9 +166,9 @@ def _residual(matrix: Reals, places: Reals, image: Reals, k: Reals) -> tuple[Rea
     return off.reshape(len(matrix), -1), in_camera
 
 
-def _moved(step: Reals, matrix: Reals) -> Reals:
-    """Return the matrices composed with small motions."""
-    rotations, shifts = np.ascontiguousarray(step[:, :3]), np.ascontiguousarray(step[:, 3:])
+def _moved(step: Reals, matrix: Reals, _: Reals) -> Reals:
+    """Return the matrices composed with small motions, whose translations are in units of the depth."""
+    rotations, shifts = np.ascontiguousarray(step[:, :3]), step[:, 3:] * _depth(matrix)[:, None]
     motion = pga3.motor_to_matrix(pga3.motor_from_rotation_vector_translation(rotations, shifts))
     moved = np.asarray(motion[:, :3, :3] @ matrix)
     moved[..., 3] += motion[:, :3, 3]

@@ -10,23 +10,13 @@ from numpy.typing import ArrayLike
 from generated import projective2, projective3
 
 from ..arguments import Reals, real_array
-from .chance import Freedom, by_chance
+from ..evidence import Freedom, Problem, by_chance, check_sampling, explained_by_chance, polished
+from ..evidence.consensus import N_WRONG, Indices
 from .degeneracy import degenerate
 from .fundamental import refined, seven_points
 from .normalization import extents, homogeneous
 from .planes import homography_distance, homography_problem
-from .robust import (
-    N_WRONG,
-    Indices,
-    Problem,
-    RobustEstimate,
-    check_sampling,
-    consensus,
-    estimate,
-    explained_by_chance,
-    no_estimate,
-    polished,
-)
+from .robust import RobustEstimate, estimate, no_estimate, robust_estimate
 from .status import VisionStatus, check_points
 
 _FREEDOM = Freedom(sample_size=7, parameters=7, codimension=1, solutions=3, false_alarms=1.0)
@@ -106,7 +96,7 @@ def robust_fundamental_matrix(
     problem = Problem(one, two, _FREEDOM, solve, _distances, improve)
     if min(extents(one)[0], extents(two)[0]) <= threshold * np.sqrt(len(one)):
         return no_estimate(VisionStatus.DEGENERATE, len(one))  # all on one line
-    found = consensus(problem, threshold, seed, confidence, max_samples)
+    found = robust_estimate(problem, threshold, seed, confidence, max_samples)
     if found.status != VisionStatus.OK:
         return found
     found = _beyond_a_plane(problem, found, threshold, seed, confidence)
@@ -137,19 +127,23 @@ def _in_space(problem: Problem, found: RobustEstimate, threshold: float, seed: i
 
 
 def _displaced_by_chance(problem: Problem, model: Reals, expected: Reals, threshold: float, seed: int) -> bool:
-    """Return whether partners as far from their `expected` places, but in random directions, agree with F as well.
+    """Return whether partners displaced as far, but in random directions, agree with F as well.
 
-    Pairs that were searched only near each other agree more often than shuffled pairs.
+    Pairs that were searched only near each other agree more often than shuffled pairs. Partners are displaced from
+    their `expected` places, and from the places of the points in the first image.
     """
     rng = np.random.default_rng(seed)
-    size = np.linalg.norm(problem.second - expected, axis=1)
-    angles = rng.uniform(0, 2 * np.pi, (-(-N_WRONG // len(size)), len(size)))
-    wrong = [
-        problem.distances(model[None], problem.first, expected + size[:, None] * np.stack([c, s], -1))[0]
-        for c, s in zip(np.cos(angles), np.sin(angles), strict=True)
-    ]
-    distances = problem.distances(model[None], problem.first, problem.second)[0]
-    return by_chance(np.nan_to_num(distances, nan=np.inf), np.concatenate(wrong), threshold, problem.freedom)
+    distances = np.nan_to_num(problem.distances(model[None], problem.first, problem.second)[0], nan=np.inf)
+    for place in (expected, problem.first):
+        size = np.linalg.norm(problem.second - place, axis=1)
+        angles = rng.uniform(0, 2 * np.pi, (-(-N_WRONG // (2 * len(size))), len(size)))
+        wrong = [
+            problem.distances(model[None], problem.first, place + size[:, None] * np.stack([c, s], -1))[0]
+            for c, s in zip(np.cos(angles), np.sin(angles), strict=True)
+        ]
+        if by_chance(distances, np.concatenate(wrong), threshold, problem.freedom):
+            return True
+    return False
 
 
 def _beyond_a_plane(
@@ -158,7 +152,7 @@ def _beyond_a_plane(
     """Return the estimate, or a better one, if pairs off the plane with the most inliers determine it."""
     one, two = problem.first, problem.second
     planar = homography_problem(one[found.inliers], two[found.inliers], _plane_distances)
-    plane = consensus(planar, _WIDE * threshold, seed, confidence, _SAMPLES)
+    plane = robust_estimate(planar, _WIDE * threshold, seed, confidence, _SAMPLES)
     if plane.status != VisionStatus.OK:
         return _in_space(problem, found, threshold, seed)
     tolerance = max(_WIDE * threshold, _SIGMAS * plane.distance / np.sqrt(2))
@@ -168,7 +162,7 @@ def _beyond_a_plane(
     rest = replace(problem, first=one[off], second=two[off], freedom=_OFF_A_PLANE)
     expected = np.asarray(projective2.transform_point(plane.model, one[off]))
     if parallax.status == VisionStatus.OK and not _displaced_by_chance(rest, parallax.model, expected, threshold, seed):
-        models = np.array([found.model, parallax.model, polished(problem, parallax.model, threshold)[1]])
+        models = np.array([found.model, parallax.model, polished(problem, parallax.model, threshold).model])
         # Pairs off the plane decide: an F that is wrong there is freer to fit the noise of those on the plane.
         squares = np.nan_to_num(problem.distances(models, one[off], two[off]) ** 2, nan=np.inf)
         best = models[np.argmin(np.minimum(squares, threshold**2).sum(1))]
@@ -204,7 +198,7 @@ def _parallax(
         return refined(model, problem.first[used], problem.second[used]) if used.sum() >= 8 else None
 
     off = Problem(one, two, _OFF_A_PLANE, solve, problem.distances, improve)
-    return consensus(off, threshold, seed, confidence, len(one) ** 2 + 5000)
+    return robust_estimate(off, threshold, seed, confidence, len(one) ** 2 + 5000)
 
 
 def _hidden_by_a_line(problem: Problem, found: RobustEstimate, threshold: float, seed: int) -> bool:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
-
 import numpy as np
 
 from ..arguments import Reals
+from ..evidence import Status
 
 
-class VisionStatus(IntEnum):
+class VisionStatus(Status):
     """Whether points determine the result."""
 
     OK = 0
@@ -23,6 +22,10 @@ class VisionStatus(IntEnum):
     """No model agrees with more points than expected by chance."""
     NOT_CONVERGED = 5
     """The iterations or samples ended early, or at a result that contradicts the data, which is not reliable."""
+    AMBIGUOUS = 6
+    """Several results agree with the data, which cannot separate them."""
+    BEHIND = 7
+    """A point is behind a camera that sees it."""
 
 
 class DegenerateError(ValueError):

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from generated import projective3
 
 from ..arguments import Reals
+from ..evidence import random_sets
 from .fundamental import eight_points
 from .linear_cameras import camera_equations, unit_moments
 from .normalization import homogeneous
-from .sampling import random_sets
 
 Flags = NDArray[np.bool_]
 

@@ -1,8 +1,7 @@
-"""The geometry of two views: fundamental matrix, epipoles, epipolar lines, distances and triangulation."""
+"""The geometry of two views: fundamental matrix, epipoles, epipolar lines and distances."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
@@ -219,39 +218,6 @@ def epipolar_distance(fundamental: ArrayLike, pixels: ArrayLike, partners: Array
     matrix = real_array(fundamental, "fundamental", (3, 3), "a fundamental matrix")
     one, two = _pixels(pixels, "pixels"), _pixels(partners, "partners")
     return projective3.distance_to_epipolar_line(matrix, one, two)
-
-
-def triangulate(cameras: Sequence[Camera | ArrayLike], pixels: Sequence[ArrayLike]) -> Reals:
-    """Triangulate the points that two cameras see at the given pixels.
-
-    The line of sight in the first camera is intersected with the plane through the centre of the second camera and the
-    line in its image through the pixel and perpendicular to the epipolar line. For noisy pixels, the result is the
-    point on the first line of sight whose image is nearest to the second pixel.
-
-    Parameters
-    ----------
-    cameras : sequence of Camera or of array_like, (..., 3, 4)
-        Two cameras.
-    pixels : sequence of array_like, (..., 2)
-        One for each camera; leading axes broadcast.
-
-    Returns
-    -------
-    array, (..., 3)
-        World coordinates; not finite if the lines of sight are parallel.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If there are not two cameras and two arrays of pixels.
-    """
-    if len(cameras) != 2 or len(pixels) != 2:
-        raise ValueError(f"triangulate: {len(cameras)} cameras, {len(pixels)} arrays of pixels; expected 2 and 2")
-    one, two = (camera_matrix(camera, f"cameras[{k}]") for k, camera in enumerate(cameras))
-    first, second = (_pixels(part, f"pixels[{k}]") for k, part in enumerate(pixels))
-    homogeneous: Reals = projective3.triangulate(one, two, first, second)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(homogeneous[..., :3] / homogeneous[..., 3:])
 
 
 def _pixels(value: ArrayLike, name: str) -> Reals:

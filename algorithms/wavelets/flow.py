@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, finite_number
+from ..evidence import explains
 from .checks import single_image
 from .denoise import estimated_noise
 from .flow_boundaries import chosen, visible
-from .flow_equations import BANDS, Level
+from .flow_equations import BANDS, Level, outside
 from .flow_solver import filled, solved
 from .phase import gabor_taps
 from .separable import half_taps, median_rows, smooth_rows
@@ -43,7 +44,8 @@ class Flow(NamedTuple):
     visible : array of bool, (M, N)
         True where the backward motion from the second image confirms the motion, and the motion ends inside the image.
         Elsewhere, for example where a pixel of the first image is hidden in the second one, the motion is interpolated
-        from visible neighbours. The default is True everywhere.
+        from visible neighbours. It is False everywhere if the moved image explains less than half of the variance of
+        the other one, as for unrelated or constant images. The default is True everywhere.
     """
 
     uv: Reals
@@ -127,8 +129,12 @@ def optical_flow(
 
     in_threads(followed, ["forth", "back"], threads)
     (uv, confidence, level), (back, *_) = found["forth"], found["back"]
-    seen = visible(uv, back, normalized[0], level.moved(uv))
-    uv = filled(uv, seen, normalized[0], _CONTRAST)
+    here, inside = level.moved(uv), ~outside(uv)
+    if inside.any() and explains(here[inside], normalized[0][inside]):
+        seen = visible(uv, back, normalized[0], here)
+        uv = filled(uv, seen, normalized[0], _CONTRAST)
+    else:
+        seen = np.zeros(inside.shape, np.bool_)
     confidence = np.where(seen, confidence, 0)
     return Flow(np.ascontiguousarray(np.moveaxis(uv, 0, -1), dtype), confidence.astype(dtype), seen)
 

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import quaternion
 
 from ..arguments import Reals, real_array
+from ..evidence import explains
 from .checks import in_range, single_image
 from .discrete import check_finite
 from .phase import gabor_bank
@@ -34,7 +35,8 @@ class Disparity(NamedTuple):
         In pixels: the point at column x of the left image is at ``x - disparity`` in the right image.
     confidence : array
         Between 0 and 1. It is 0 where the disparity of the right image differs by more than a pixel, for example where
-        a point is visible in one image only.
+        a point is visible in one image only. It is 0 everywhere if the images are constant or unrelated: if the right
+        image, moved by the disparities, explains less than half of the variance of the left one.
     """
 
     disparity: Reals
@@ -152,6 +154,8 @@ def disparity(
     own = tried[opposite.argmin(0)]
     places = np.clip(np.arange(columns) - np.rint(result).astype(int), 0, columns - 1)
     agrees = np.abs(np.take_along_axis(own, places, 1) - result) <= 1
+    # A pair of which neither image explains the other is not of one scene, whatever fits best.
+    agrees &= explains(np.take_along_axis(images[1], places, 1), images[0])
     confidence = np.where(agrees, np.clip(1 - distances.min(0), 0, 1), 0)
     return Disparity(result.astype(dtype), confidence.astype(dtype))
 

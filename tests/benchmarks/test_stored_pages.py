@@ -12,6 +12,7 @@ from benchmarks import (
     chain,
     counts,
     estimation,
+    evidence,
     growth,
     report,
     robots,
@@ -31,6 +32,7 @@ TASK = tasks.Task("task", 1, {})
 PAGES = {
     "benchmarks": report.page(made_up((1e-6, 80e-9), (2e-6, None))),
     "numba": chain.page([chain.Row("kernel", ORDERS)], [], chain.SIZES),
+    "evidence": evidence.page([(evidence.ROWS[0], (1, 0, 0))], {}),
     "growth": growth.page([growth.Curve("full product", "orthonormal", {2: POINT}, {2: POINT})], 10, "growth.svg"),
     "operation-counts": "\n".join(counts._opening([], 20)),
     "robot-speed": robots._opening(25, 10_000),

@@ -126,9 +126,9 @@ def test_steps_of_lists_and_batches(rng: np.random.Generator, p: Problem) -> Non
     other = np.eye(len(p.state))
     single.predict(other, 0 * other)
     assert np.array_equal(single.state, listed.state) and np.array_equal(single.covariance, listed.covariance)
-    wide = KalmanFilter(*p)
-    wide.update(measurements)
-    assert wide.state.shape == (5, len(p.state))
+    column = np.ones((2, *np.shape(measurements[0])))
+    with pytest.raises(ValueError, match=r"measurement: shape .*; expected"):
+        KalmanFilter(*p).update(column)
 
 
 def test_singular_noise() -> None:

@@ -103,6 +103,22 @@ def test_equivariant_layers_commute_with_rotors() -> None:
     assert np.allclose(Invariants().value(algebra, x @ turn.T, ()), Invariants().value(algebra, x, ()), atol=1e-12)
 
 
+@pytest.mark.parametrize("name", ["G(1,3)", "G(4,1)", "G(3,0,1)", "G(0,2)"])
+def test_equivariant_layers_of_any_algebra(name: str) -> None:
+    """Rotations are series of exponentials of bivectors, with boosts and translations among them."""
+    algebra, random = Algebra.of(name), np.random.default_rng(7)
+    plane = np.where(algebra.grades == 2, 0.5 * random.normal(size=algebra.size), 0)
+    rotor, term = np.zeros(algebra.size), np.eye(algebra.size)[0]
+    for k in range(1, 40):
+        rotor, term = rotor + term, algebra.product(term, plane) / k
+    turn = left_matrix(algebra, rotor) @ right_matrix(algebra, rotor * algebra.reversal)
+    x = random.normal(size=(4, 3, algebra.size))
+    parameters = [p + random.normal(size=p.shape) for p in Gate().initial(algebra, 3, random)]
+    y, turned = (Gate().value(algebra, one, parameters) for one in (x, x @ turn.T))
+    assert np.allclose(y @ turn.T, turned, atol=1e-9)
+    assert np.allclose(Invariants().value(algebra, x @ turn.T, ()), Invariants().value(algebra, x, ()), atol=1e-9)
+
+
 def test_rotor_layer_keeps_norms() -> None:
     algebra, random = Algebra(3), np.random.default_rng(6)
     x = random.normal(size=(4, 1, 8))

@@ -340,7 +340,12 @@ def test_an_endoscope_with_a_tracker() -> None:
     assert found.status == HandEyeStatus.OK and np.linalg.norm((moved - x)[:3, 3]) < 1.0
     assert Rotation.from_matrix(moved[:3, :3].T @ x[:3, :3]).magnitude() < np.radians(0.3)
     views[3] = np.nan
-    assert calibrate_endoscope(motors[:4], grid, views[:4], camera.intrinsics).status == HandEyeStatus.NOT_FINITE
+    assert calibrate_endoscope(motors[1:4], grid, views[1:4], camera.intrinsics).status == HandEyeStatus.NOT_FINITE
+    views[0, 5], lost = np.nan, pga3.motor_from_matrix(bodies @ noise)
+    lost[1] = np.nan
+    rest = calibrate_endoscope(lost, grid, views, camera.intrinsics)
+    assert rest.status == HandEyeStatus.OK and not rest.inliers[[1, 3]].any() and rest.inliers[0]
+    assert np.linalg.norm((pga3.motor_to_matrix(rest.motor) - x)[:3, 3]) < 1.0
     with pytest.raises(ValueError, match="views: shape"):
         calibrate_endoscope(motors[1:], grid, views, camera.intrinsics)
 

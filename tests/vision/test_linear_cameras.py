@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from algorithms.evidence import random_sets
 from algorithms.vision.linear_cameras import camera_equations, linear_cameras_of, unit_moments
-from algorithms.vision.sampling import random_sets
 
 
 def scene() -> tuple[np.ndarray, np.ndarray, np.ndarray]:

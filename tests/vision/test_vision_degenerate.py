@@ -157,6 +157,8 @@ TABLE: list[tuple[str, Callable[[], Any], Result]] = [
     ("triangulate", lambda: vision.triangulate(MOTORCYCLE.cameras(), ([[0, 0]], [[31.086, 0]])), R.NAN),
     ("triangulate", lambda: vision.triangulate(CAMERAS[:2], (PIXELS[0], PIXELS[1][1:])), R.REFUSED),
     ("triangulate", lambda: vision.triangulate(CAMERAS[:1], PIXELS[:1]), R.REFUSED),
+    ("triangulation", lambda: vision.triangulation(CAMERAS[:1], PIXELS[:1]), R.REFUSED),
+    ("triangulation", lambda: vision.triangulation(CAMERAS[:2], PIXELS[:2], -1.0), R.REFUSED),
     # Depth, completion, pose
     ("projective_depths", lambda: vision.projective_depths(F, PIXELS[0], SPOILED[1]), R.UNDEFINED_THERE),
     ("projective_depths", lambda: vision.projective_depths(F, PIXELS[0], PIXELS[1][1:]), R.REFUSED),
@@ -280,6 +282,7 @@ TABLE: list[tuple[str, Callable[[], Any], Result]] = [
 ]
 
 NOT_APPLICABLE = {
+    "Triangulation": "a result",
     "MOTORCYCLE": "a constant",
     "BatchEstimate": "a result",
     "ConicThroughPoints": "a result",

@@ -10,6 +10,7 @@ from plane_scenes import error_on_fresh_points, seen_from_two_places
 from scipy.stats import binom
 from selection import some_slow
 
+from algorithms.evidence.chance import Freedom, by_chance
 from algorithms.vision import (
     VisionStatus,
     fundamental_matrix,
@@ -17,7 +18,6 @@ from algorithms.vision import (
     robust_fundamental_matrix,
     robust_homography,
 )
-from algorithms.vision.chance import Freedom, by_chance
 
 Array = np.ndarray[Any, Any]
 K = np.array([[800.0, 0, 320], [0, 800, 240], [0, 0, 1]])

@@ -5,6 +5,7 @@ Desolneux, Moisan and Morel, *From Gestalt Theory to Image Analysis*, 2008; Mois
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,9 +14,10 @@ import scipy
 from ..arguments import Reals
 
 _LEVELS = 24
-"""Number of distance levels: the threshold, half of it, a quarter, ... Fewer points suffice if they are exact."""
+"""A limit on work: number of distance levels, the threshold, half of it, a quarter, ...; exact points need more."""
 _NEAREST = 16
-"""Fractions of wrong pairs at small distances are extrapolated from this number of nearest ones."""
+"""From a probability, whose relative error is then a quarter: fractions of wrong pairs at small distances are
+extrapolated from this number of nearest ones."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,22 +61,49 @@ def by_chance(distances: Reals, wrong: Reals, threshold: float, freedom: Freedom
             within = np.searchsorted(nearest, base, side="right") / len(wrong)
             share = within * (limit / base) ** freedom.codimension
         count = int((distances <= limit).sum())
-        bounds.append((level + 1) * np.log(2) + _log_false_alarms(len(distances), count, share, freedom))
+        bounds.append(
+            (level + 1) * np.log(2)
+            + float(log_false_alarms(len(distances), np.asarray(count), np.asarray(share), freedom))
+        )
     return bool(min(bounds) > np.log(freedom.false_alarms))
 
 
-def _log_false_alarms(n: int, count: int, share: float, freedom: Freedom) -> float:
-    """Return the logarithm of the expected number of models with `count` inliers among n unrelated points."""
-    wider = min(share * (1 + freedom.sample_size) ** freedom.codimension, 1.0)
+def least_by_chance(distances: Reals, share: Callable[[Reals], Reals], freedom: Freedom) -> tuple[float, float]:
+    """Return the threshold with which the inliers of a model are least likely by chance.
+
+    Parameters
+    ----------
+    distances : array, (n,)
+        Of all points from the model.
+    share : callable
+        Function from distances to the probability that a wrong point is as near.
+    freedom : Freedom
+
+    Returns
+    -------
+    logarithm, threshold : float
+        The natural logarithm of the expected number of models by chance with as many inliers, and the largest distance
+        of an inlier.
+    """
+    limits = np.sort(distances)
+    logs = log_false_alarms(len(limits), np.arange(1, len(limits) + 1), share(limits), freedom) + np.log(len(limits))
+    k = int(np.argmin(logs))
+    return float(logs[k]), float(limits[k])
+
+
+def log_false_alarms(n: int, count: Reals, share: Reals, freedom: Freedom) -> Reals:
+    """Return logarithms of the expected numbers of models with `count` inliers or more among n unrelated points."""
+    wider = np.minimum(np.asarray(share) * (1 + freedom.sample_size) ** freedom.codimension, 1.0)
     moved = freedom.parameters * np.log(2) + _log_chosen(n, count, share, freedom.parameters)
     sampled = _log_chosen(n, count, wider, freedom.sample_size)
-    return float(np.log(freedom.solutions) + min(moved, sampled))
+    return np.asarray(np.log(freedom.solutions) + np.minimum(moved, sampled))
 
 
-def _log_chosen(n: int, count: int, share: float, chosen: int) -> float:
-    """Return the logarithm of the number of choices of points to fit, times the probability of the other inliers."""
-    if count <= chosen:
-        return np.inf
+def _log_chosen(n: int, count: Reals, share: Reals, chosen: int) -> Reals:
+    """Return logarithms of the number of choices of points to fit, times the probability of the other inliers."""
+    if n <= chosen:
+        return np.full(np.broadcast(count, share).shape, np.inf)
     choices = scipy.special.gammaln(n + 1) - scipy.special.gammaln(chosen + 1) - scipy.special.gammaln(n - chosen + 1)
-    with np.errstate(divide="ignore"):
-        return float(choices + np.log(scipy.special.bdtrc(count - chosen - 1, n - chosen, share)))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        logs = choices + np.log(scipy.special.bdtrc(np.asarray(count) - chosen - 1, n - chosen, share))
+    return np.where(np.asarray(count) <= chosen, np.inf, logs)

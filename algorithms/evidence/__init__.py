@@ -1,0 +1,42 @@
+"""One theory of evidence for all estimators: noise, chance, consensus, ambiguity, observability, gates and statuses."""
+
+from .ambiguity import differ, likely
+from .chance import Freedom, by_chance, least_by_chance, log_false_alarms
+from .consensus import Consensus, Hypothesis, Problem, check_sampling, consensus, explained_by_chance, polished
+from .gates import gate_of, is_lost
+from .least_squares import Minima, minima
+from .noise import Noise, explains, largest_ratio
+from .observability import rank, spectrum, undetermined
+from .sampling import all_or_some_sets, random_sets, random_subsets
+from .status import WRONG, Status
+
+__all__ = [
+    "WRONG",
+    "Consensus",
+    "Freedom",
+    "Hypothesis",
+    "Minima",
+    "Noise",
+    "Problem",
+    "Status",
+    "all_or_some_sets",
+    "by_chance",
+    "check_sampling",
+    "consensus",
+    "differ",
+    "explained_by_chance",
+    "explains",
+    "gate_of",
+    "is_lost",
+    "largest_ratio",
+    "least_by_chance",
+    "likely",
+    "log_false_alarms",
+    "minima",
+    "polished",
+    "random_sets",
+    "random_subsets",
+    "rank",
+    "spectrum",
+    "undetermined",
+]

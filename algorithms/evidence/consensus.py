@@ -1,0 +1,179 @@
+"""Consensus: models with which many items agree, from random samples whose best models are refined (LO-RANSAC)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arguments import Reals, finite_number
+from .chance import Freedom, by_chance
+from .sampling import random_subsets
+
+_BATCHES = (32, 64, 128, 256)
+"""A limit on work: numbers of samples that are solved and scored at once; the last one is used for further batches."""
+_SUBSET = 64
+"""A limit on work: if there are many items, models are first scored on this number of them,"""
+_KEPT = 32
+"""and this number of models is scored on all items."""
+_STEPS = 10
+"""A limit on work: the number of refinement steps of a model."""
+N_WRONG = 20000
+"""A limit on work: number of wrong pairs by which the distances of unrelated items are estimated."""
+_ROUNDING = 1e-9
+"""From floating point: a relative change of a cost below this is rounding."""
+
+Indices = NDArray[Any]
+"""Indices of items: integers, or bool."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Problem:
+    """Definition of a model for sampling."""
+
+    first: Reals
+    """(n, ...) One side of the pairs,"""
+    second: Reals
+    """(n, ...) and the other."""
+    freedom: Freedom
+    solve: Callable[[Indices], Reals]
+    """Function from index sets (b, sample_size) to models (m, ...); missing ones are NaN."""
+    distances: Callable[[Reals, Reals, Reals], Reals]
+    """Function from models (m, ...) and both sides (k, ...) of pairs to nonnegative distances (m, k)."""
+    improve: Callable[[Reals, Indices], Reals | None]
+    """Function from a model and its inliers to a better model, or None."""
+
+
+class Hypothesis(NamedTuple):
+    """A model and the items that agree with it."""
+
+    cost: float
+    """The sum of truncated squared distances."""
+    model: Reals
+    inliers: Indices
+    """(n,) bool"""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Consensus:
+    """Result of `consensus`."""
+
+    hypotheses: list[Hypothesis]
+    """The best model first; the others are those whose inliers it does not share for the most part."""
+    n_samples: int
+    reached: bool
+    """Whether a sample without wrong items was drawn with the given confidence."""
+    by_chance: bool
+    """Whether chance explains the inliers of the best model."""
+
+
+def check_sampling(threshold: float, confidence: float, max_samples: int) -> None:
+    """Raise ValueError or TypeError if one of these options is invalid."""
+    if finite_number(threshold, "threshold") <= 0:
+        raise ValueError(f"threshold: {threshold}; expected more than 0 pixels")
+    if not 0 < finite_number(confidence, "confidence") < 1:
+        raise ValueError(f"confidence: {confidence}; expected a probability between 0 and 1, both excluded")
+    if isinstance(max_samples, bool) or not isinstance(max_samples, (int, np.integer)):
+        raise TypeError(f"max_samples: {max_samples!r}; expected a whole number")
+    if max_samples < 1:
+        raise ValueError(f"max_samples: {max_samples}; expected at least 1")
+
+
+def consensus(problem: Problem, threshold: float, seed: int, confidence: float, max_samples: int) -> Consensus:
+    """Return the model with the least truncated squared distances (MSAC); every new best model is refined.
+
+    Samples are drawn until one of them is free of wrong items with the given confidence. Chum, Matas and Kittler,
+    *Locally optimized RANSAC*, DAGM 2003.
+    """
+    rng = np.random.default_rng(seed)
+    n, size = len(problem.first), problem.freedom.sample_size
+    found = list[Hypothesis]()
+    drawn, wanted, round_, least = 0, np.inf, 0, np.inf
+    while drawn < min(wanted, max_samples):
+        batch = min(_BATCHES[min(round_, len(_BATCHES) - 1)], max_samples - drawn)
+        drawn, round_ = drawn + batch, round_ + 1
+        models = problem.solve(random_subsets(rng, n, size, batch))
+        models = models[np.isfinite(models).reshape(len(models), -1).all(-1)] if len(models) else models
+        models = _promising(problem, models, threshold, rng)
+        if not len(models):
+            continue
+        costs, within = _scores(problem, models, threshold, slice(None))
+        k = int(np.argmin(costs))
+        if costs[k] >= least:
+            continue
+        # Refine each new best sample. If compared with refined models, few would be, and maybe not the right one.
+        least = costs[k]
+        found = _merged(found, _improved(problem, Hypothesis(float(costs[k]), models[k], within[k]), threshold))
+        share = float(found[0].inliers.mean())
+        wanted = np.log(1 - confidence) / min(np.log1p(-min(share**size, 1 - 1e-12)), -1e-300)
+    explained = not found or explained_by_chance(problem, found[0].model, threshold, rng)
+    return Consensus(found, drawn, bool(drawn >= wanted), explained)
+
+
+def _merged(found: list[Hypothesis], new: Hypothesis) -> list[Hypothesis]:
+    """Return hypotheses by cost, of which no two share most of their inliers."""
+    kept = list[Hypothesis]()
+    for each in sorted([*found, new], key=lambda one: one.cost):
+        if all(2 * (each.inliers & one.inliers).sum() <= each.inliers.sum() for one in kept):
+            kept.append(each)
+    return kept
+
+
+def polished(problem: Problem, model: Reals, threshold: float) -> Hypothesis:
+    """Return a model that is refined until its cost stops decreasing."""
+    costs, within = _scores(problem, model[None], threshold, slice(None))
+    return _improved(problem, Hypothesis(float(costs[0]), model, within[0]), threshold)
+
+
+def explained_by_chance(problem: Problem, model: Reals, threshold: float, rng: np.random.Generator) -> bool:
+    """Return whether shuffled partners could agree with a model as well. Repeated items count once."""
+    n = len(problem.first)
+    pairs = np.concatenate([problem.first.reshape(n, -1), problem.second.reshape(n, -1)], -1)
+    once = np.unique(pairs, axis=0, return_index=True)[1]
+    first, second = problem.first[once], problem.second[once]
+    distances = problem.distances(model[None], first, second)[0]
+    order = rng.permutation(len(once))
+    wrong = [
+        problem.distances(model[None], first[order], second[np.roll(order, shift)])[0]
+        for shift in range(1, min(len(once) - 1, -(-N_WRONG // len(once))) + 1)
+    ]
+    return len(once) <= problem.freedom.sample_size or by_chance(
+        np.nan_to_num(distances, nan=np.inf), np.concatenate(wrong), threshold, problem.freedom
+    )
+
+
+def _scores(problem: Problem, models: Reals, threshold: float, where: slice | Indices) -> tuple[Reals, Indices]:
+    squares = np.nan_to_num(problem.distances(models, problem.first[where], problem.second[where]) ** 2, nan=np.inf)
+    return np.minimum(squares, threshold * threshold).sum(-1), squares <= threshold * threshold
+
+
+def _promising(problem: Problem, models: Reals, threshold: float, rng: np.random.Generator) -> Reals:
+    """Return the models that are best for some of the items, if there are many models and items."""
+    n = len(problem.first)
+    if n <= 2 * _SUBSET or len(models) <= 2 * _KEPT:
+        return models
+    costs, _ = _scores(problem, models, threshold, rng.integers(0, n, _SUBSET))
+    return np.asarray(models[np.argpartition(costs, _KEPT)[:_KEPT]])
+
+
+def _improved(problem: Problem, best: Hypothesis, threshold: float) -> Hypothesis:
+    """Refine a model on the items within twice the threshold, which helps from farther away, then on the inliers."""
+    wide = _scores(problem, best.model[None], 2 * threshold, slice(None))[1][0]
+    best = _step(problem, best, wide, threshold) or best
+    for _ in range(_STEPS):
+        better = _step(problem, best, best.inliers, threshold)
+        if better is None:
+            break
+        best = better
+    return best
+
+
+def _step(problem: Problem, best: Hypothesis, used: Indices, threshold: float) -> Hypothesis | None:
+    model = problem.improve(best.model, used)
+    if model is None or not np.isfinite(model).all():
+        return None
+    costs, within = _scores(problem, model[None], threshold, slice(None))
+    return Hypothesis(float(costs[0]), model, within[0]) if costs[0] < best.cost * (1 - _ROUNDING) else None

@@ -1,0 +1,99 @@
+"""The variance of residuals: what is known before they are seen, what they say, and whether both agree.
+
+The variance has an inverse gamma distribution: it is as well known as by `weight` residuals seen before. An infinite
+weight is a variance that the caller states. Mean squares then have Fisher's distribution, or that of chi-square.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import scipy
+
+from ..arguments import Reals
+from .status import WRONG
+
+
+@lru_cache(maxsize=1000)
+def largest_ratio(n: int, freedom: float = np.inf, probability: float = WRONG) -> float:
+    """Return the ratio that the mean square of `n` residuals exceeds with a probability.
+
+    Parameters
+    ----------
+    n : int
+        Number of residuals.
+    freedom : float
+        Number of other residuals by which the variance is known.
+    probability : float
+    """
+    if np.isinf(freedom):
+        return float(scipy.special.chdtri(n, probability)) / n
+    # The lower quantile of the reciprocal is precise, also for small probabilities.
+    return 1 / float(scipy.special.fdtri(freedom, n, probability))
+
+
+@dataclass(frozen=True, slots=True)
+class Noise:
+    """The variance of residuals before they are seen."""
+
+    variance: float
+    weight: float = np.inf
+    """The number of residuals that this knowledge is worth; infinite if the caller states the variance."""
+
+    def raised(self, cost: Reals, freedom: int) -> Reals:
+        """Return the variance after residuals are seen, which these can only raise if it was stated.
+
+        Parameters
+        ----------
+        cost : array, (...)
+            Sums of squares.
+        freedom : int
+            Number of residuals minus number of parameters.
+
+        Returns
+        -------
+        array, (...)
+        """
+        if np.isinf(self.weight):
+            return np.maximum(self.variance, np.asarray(cost) / max(freedom, 1))
+        return np.asarray((self.weight * self.variance + cost) / (self.weight + max(freedom, 0)))
+
+    def contradicted(self, cost: Reals, freedom: int) -> Reals:
+        """Return whether sums of squares (...) are larger than noise would leave with the probability `WRONG`."""
+        if freedom <= 0:
+            return np.zeros(np.shape(cost), np.bool_)
+        return np.asarray(~(np.asarray(cost) <= freedom * largest_ratio(freedom, self.weight) * self.variance))
+
+    def outlying(self, squares: Reals, codimension: int, cost: Reals, freedom: int) -> Reals:
+        """Return which of n items are farther off than noise would place the farthest of them.
+
+        Parameters
+        ----------
+        squares : array, (..., n)
+            Squared distances of items that were not used, or whose influence is small.
+        codimension : int
+            Number of residuals of an item.
+        cost : array, (..., n) or (..., 1)
+            Sum of squares of the items that give the variance.
+        freedom : int
+            Its number of degrees of freedom.
+
+        Returns
+        -------
+        array of bool, (..., n)
+        """
+        ratio = largest_ratio(codimension, self.weight + max(freedom, 0), WRONG / max(np.shape(squares)[-1], 1))
+        return np.asarray(~(squares <= codimension * ratio * self.raised(cost, freedom)))
+
+
+def explains(found: Reals, truth: Reals) -> bool:
+    """Return whether numbers (n,) explain more of the variance of others (n,) than they leave, up to a linear map.
+
+    Unrelated images that are moved to resemble each other have correlations of up to a half; those of one scene exceed
+    the limit unless their noise is as large as their contrast. Constant numbers explain nothing.
+    """
+    one, two = found - found.mean(dtype=float), truth - truth.mean(dtype=float)
+    common, squares = float((one * two).sum(dtype=float)), (one**2).sum(dtype=float) * (two**2).sum(dtype=float)
+    return bool(common > 0 and 2 * common**2 > squares)

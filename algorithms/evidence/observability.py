@@ -1,0 +1,41 @@
+"""What data determine: eigenvalues of their information, in relation to rounding and to noise."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..arguments import Reals
+
+ROUNDING = 1e-9
+"""From floating point: eigenvalues of an information scaled to ones on its diagonal, below this, are 0. Information is
+a sum of squares, whose rounding errors are some 1e-16 times the number of data."""
+
+
+def spectrum(information: Reals) -> tuple[Reals, Reals, Reals]:
+    """Return eigenvalues and vectors of an information scaled to ones on its diagonal, and the scale.
+
+    Parameters
+    ----------
+    information : array, (p, p)
+
+    Returns
+    -------
+    values, vectors, scale : array, (p,), (p, p), (p,)
+        The rows of ``vectors.T * scale`` are directions of the parameters.
+    """
+    diagonal = np.diag(information)
+    scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1))
+    values, vectors = np.linalg.eigh(information * np.outer(scale, scale))
+    return values, vectors, scale
+
+
+def rank(information: Reals) -> int:
+    """Return how many directions of the parameters an information (p, p) determines."""
+    return int((spectrum(information)[0] > ROUNDING).sum())
+
+
+def undetermined(information: Reals) -> Reals:
+    """Return the directions (p - rank, p), of norm 1, that an information (p, p) leaves undetermined."""
+    values, vectors, scale = spectrum(information)
+    free = vectors[:, : int((values <= ROUNDING).sum())].T * scale
+    return np.asarray(free / np.linalg.norm(free, axis=1, keepdims=True))
