@@ -34,7 +34,7 @@ from .undefined import reason
 
 TOLERANCE_DIGITS = 40
 """Number of digits that must agree for irrational values, out of `WORKING_DIGITS` computed digits."""
-MOST_DIGITS = 64 * WORKING_DIGITS
+MOST_DIGITS = 16 * WORKING_DIGITS
 """Values that differ are computed again with four times as many digits, up to this number: cancellation of terms that
 are large, compared with the result, loses any number of digits."""
 EXACT_POINTS, FEW_POINTS, LONG = 5, 2, 5000

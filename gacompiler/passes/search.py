@@ -13,9 +13,9 @@ The order of candidates is deterministic. The first of the cheapest candidates i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import chain, combinations, islice
 
 from ..algebra.operations import Operation
@@ -134,8 +134,8 @@ class Search:
         least = min(candidate.cost.total for candidate in found)
         self._budget = min(max(self._effort.hopeless * least, SMALL), self._effort.largest)
         names = sorted(direct, key=lambda name: direct[name].cost.total)
-        tried = self._compare(self._systems(names, partial(_choices_of_stages, limit=self._effort.stages)), least)
-        tried += self._compare(self._systems(names, partial(_ends, limit=self._effort.stages)), least)
+        tried = self._compare(self._systems(names), least)
+        tried += self._compare(self._systems_of_scalars(names), least)
         tried += self._compare(self._further_forms(tried), least)
         found += [candidate for _, candidate in tried]
         return found + self._refine(tried)
@@ -276,9 +276,7 @@ class Search:
         self._factorised[key] = self.candidate((*steps, *choices), share(system, policy))
         return self._factorised[key]
 
-    def _systems(
-        self, names: Sequence[str], choices: Callable[[list[Expression]], Iterable[frozenset[Expression]]]
-    ) -> Iterator[Form]:
+    def _systems(self, names: Sequence[str]) -> Iterator[Form]:
         """Yield the systems of all choices of named results and all lowering methods, simplest rewriting first."""
         left, most = self._effort.all_lowering, self._effort.lowering
         for name in names:
@@ -286,7 +284,7 @@ class Search:
             methods = self._methods(expressions)
             too_large: list[tuple[Method, frozenset[Expression]]] = []
             irreducible: set[tuple[frozenset[Expression], bool]] = set()
-            for cuts in choices(stages(expressions)):
+            for cuts in _choices_of_stages(stages(expressions), self._effort.stages):
                 for method in methods:
                     reduction, name_implied, _ = method
                     if reduction is not Reduction.NORMAL and (cuts, name_implied) in irreducible:
@@ -310,6 +308,36 @@ class Search:
                     if not _has_effect(method, lowering) or _size(system) > self._budget:
                         continue
                     steps = (name, f"{len(cuts)} stages", *_steps_of(method, lowering))
+                    yield from filter(self._is_new, forms_of(steps, system))
+
+    def _systems_of_scalars(self, names: Sequence[str]) -> Iterator[Form]:
+        """Yield the systems in which polynomials of scalars are expanded, to be factorised as a whole.
+
+        Named are the multivectors and the scalars computed from them. Polynomials are not reduced, since a Groebner
+        basis for expanded ones may take any time.
+        """
+        left, most = self._effort.all_lowering, self._effort.lowering
+        for name in names:
+            expressions = self._variants[name]
+            found = stages(expressions)
+            ends = frozenset(e for e in found if not e.is_scalar or not all(a.is_scalar for a in e.arguments))
+            if ends in _choices_of_stages(found, self._effort.stages):
+                continue
+            for name_implied in (False, True) if self._has_implied else (False,):
+                if left < 0 or is_interrupted():
+                    self._too_large += 1
+                    continue
+                limits = self._budget, most
+                try:
+                    lowering = Lowering(self._kernel, expressions, ends, Reduction.NONE, *limits, name_implied)
+                    system = lowering.system(self._slots)
+                except TooLargeError:
+                    self._too_large += 1
+                    left -= most
+                    continue
+                left -= lowering.pairs
+                if _size(system) <= self._budget:
+                    steps = (name, f"{len(ends)} stages", *(("implied named",) if name_implied else ()))
                     yield from filter(self._is_new, forms_of(steps, system))
 
     def _methods(self, expressions: Sequence[Expression]) -> list[Method]:
@@ -370,12 +398,3 @@ def _choices_of_stages(found: list[Expression], limit: int) -> list[frozenset[Ex
     else:
         sizes = (len(found), len(found) - 1, 1, 0) if len(found) <= 6 else (len(found),)
     return [frozenset(chosen) for size in sizes for chosen in combinations(found, size)]
-
-
-def _ends(found: list[Expression], limit: int) -> Iterable[frozenset[Expression]]:
-    """Return the set of the multivectors and the scalars computed from them, unless it is one of the other choices.
-
-    Polynomials of scalars are then expanded, and factorised as a whole.
-    """
-    ends = frozenset(each for each in found if not each.is_scalar or not all(a.is_scalar for a in each.arguments))
-    return [] if ends in _choices_of_stages(found, limit) else [ends]
