@@ -2,7 +2,7 @@
 // command: gac generate --all body_eye
 // spec: 6157eab53fdc508f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 05870b5befee578bbe282bd13d72836068b03c1398fa4e86061063168f21ea3e
+// body: 691c7ed5b2f30b0b010db4895ef98cc806d117a5a0473d6fc7b78eb59f35188f
 
 #ifndef REAL
 #include "body_eye.h"
@@ -35,6 +35,11 @@ GAC_AXIS(3, 4)
 GAC_AXIS(4, 4)
 GAC_AXIS(5, 8)
 GAC_AXIS(6, 8)
+GAC_AXIS(8, 8)
+GAC_AXIS(14, 16)
+GAC_AXIS(17, 32)
+GAC_AXIS(28, 32)
+GAC_AXIS(56, 64)
 GAC_TILE(3)
 GAC_TILE(6)
 
@@ -1070,6 +1075,9 @@ static INLINE void NAME(refined_axes_1)(const REAL *start, REAL *out_0, REAL *co
     converged[0] = (REAL)0;
     steps[0] = (REAL)0;
 }
+#define PARTS_refined_axes_1(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8) AND OUT(2, 1) AND OUT(3, 1) \
+    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
+GAC_IN_LANES(refined_axes_1, PLAIN)
 
 static INLINE void NAME(refined_axes_2)(const REAL *free, REAL damping, REAL *common, REAL *common_2, REAL
     *common_3, REAL *common_4, REAL *common_5, REAL *common_6, REAL *common_7, REAL *common_8, REAL *common_9, REAL
@@ -1108,6 +1116,12 @@ static INLINE void NAME(refined_axes_2)(const REAL *free, REAL damping, REAL *co
     common_26[0] = free_5 * free_5;
     common_27[0] = (REAL)1 - free_5 * t0;
 }
+#define PARTS_refined_axes_2(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND OUT(2, 1) AND OUT(3, 1) \
+    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
+    AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 1) AND OUT(17, 1) \
+    AND OUT(18, 1) AND OUT(19, 1) AND OUT(20, 1) AND OUT(21, 1) AND OUT(22, 1) AND OUT(23, 1) AND OUT(24, 1) \
+    AND OUT(25, 1) AND OUT(26, 1) AND OUT(27, 1) AND OUT(28, 1)
+GAC_IN_LANES(refined_axes_2, PLAIN)
 
 static INLINE void NAME(refined_axes_3)(const REAL *motor, const REAL *line, REAL *mapped)
 {
@@ -1131,6 +1145,8 @@ static INLINE void NAME(refined_axes_3)(const REAL *motor, const REAL *line, REA
     mapped[4] = line_e02 - (REAL)2 * (t7 + motor_e23 * t6);
     mapped[5] = line_e03 - (REAL)2 * (t8 + motor_1 * t6);
 }
+#define PARTS_refined_axes_3(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND OUT(2, 6)
+GAC_IN_LANES(refined_axes_3, PLAIN)
 
 static INLINE void NAME(refined_axes_4)(const REAL *point, const REAL *line, const REAL *information, REAL
     *cylindric_0_0, REAL *cylindric_0_1, REAL *cylindric, REAL *cylindric_2, REAL *cylindric_3)
@@ -1179,6 +1195,9 @@ static INLINE void NAME(refined_axes_4)(const REAL *point, const REAL *line, con
     cylindric_3[1] = -line_e13;
     cylindric_3[2] = line_e12;
 }
+#define PARTS_refined_axes_4(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 6) AND IN(2, 6) AND OUT(3, 1) \
+    AND OUT(4, 1) AND OUT(5, 3) AND OUT(6, 3) AND OUT(7, 3)
+GAC_IN_LANES(refined_axes_4, PLAIN)
 
 static INLINE void NAME(refined_axes_5)(const REAL *point, REAL place_0, REAL place_1, const REAL *cylindric_2,
     const REAL *cylindric_3, REAL *rows)
@@ -1201,6 +1220,9 @@ static INLINE void NAME(refined_axes_5)(const REAL *point, REAL place_0, REAL pl
     rows[12] = -cylindric_3_2;
     rows[13] = place_1;
 }
+#define PARTS_refined_axes_5(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 3) \
+    AND IN(4, 3) AND OUT(5, 14)
+GAC_IN_LANES(refined_axes_5, PLAIN)
 
 static INLINE void NAME(refined_axes_6)(const REAL *rows, const REAL *cylindric, REAL *weighed)
 {
@@ -1226,6 +1248,8 @@ static INLINE void NAME(refined_axes_6)(const REAL *rows, const REAL *cylindric,
     weighed[15] = rows_0_5 * cylindric_1 + rows_1_5 * cylindric_2;
     weighed[16] = rows_0_6 * cylindric_1 + rows_1_6 * cylindric_2;
 }
+#define PARTS_refined_axes_6(IN, SAME, NUMBER, OUT, AND) IN(0, 14) AND IN(1, 3) AND OUT(2, 17)
+GAC_IN_LANES(refined_axes_6, PLAIN)
 
 static INLINE void NAME(refined_axes_7)(const REAL *scattered, REAL *centre)
 {
@@ -1251,6 +1275,8 @@ static INLINE void NAME(refined_axes_7)(const REAL *scattered, REAL *centre)
     centre[12] = t0 * (scattered_0 * scattered_15 - scattered_1 * scattered_8);
     centre[13] = t0 * (scattered_0 * scattered_16 - scattered_1 * scattered_9);
 }
+#define PARTS_refined_axes_7(IN, SAME, NUMBER, OUT, AND) IN(0, 17) AND OUT(1, 14)
+GAC_IN_LANES(refined_axes_7, PLAIN)
 
 static INLINE void NAME(refined_axes_8)(REAL *sum)
 {
@@ -1283,6 +1309,8 @@ static INLINE void NAME(refined_axes_8)(REAL *sum)
     sum[26] = (REAL)0;
     sum[27] = (REAL)0;
 }
+#define PARTS_refined_axes_8(IN, SAME, NUMBER, OUT, AND) OUT(0, 28)
+GAC_IN_LANES(refined_axes_8, PLAIN)
 
 static INLINE void NAME(refined_axes_10)(REAL *sum_2)
 {
@@ -1290,6 +1318,8 @@ static INLINE void NAME(refined_axes_10)(REAL *sum_2)
     sum_2[1] = (REAL)0;
     sum_2[2] = (REAL)0;
 }
+#define PARTS_refined_axes_10(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
+GAC_IN_LANES(refined_axes_10, PLAIN)
 
 static INLINE void NAME(refined_axes_9)(const REAL *sum, const REAL *rows, const REAL *cylindric, const REAL
     *centre, REAL *sum_out)
@@ -1363,6 +1393,9 @@ static INLINE void NAME(refined_axes_9)(const REAL *sum, const REAL *rows, const
     sum_out[26] = sum_26 + (t22 * t24 + t23 * t25);
     sum_out[27] = sum_27 + (t26 + t25 * (cylindric_1 * t24 + cylindric_2 * t25));
 }
+#define PARTS_refined_axes_9(IN, SAME, NUMBER, OUT, AND) IN(0, 28) AND IN(1, 14) AND IN(2, 3) AND IN(3, 14) \
+    AND OUT(4, 28)
+GAC_IN_LANES(refined_axes_9, PLAIN)
 
 static INLINE void NAME(refined_axes_11)(const REAL *sum_2, const REAL *rows, const REAL *cylindric, REAL
     *sum_2_out)
@@ -1382,6 +1415,8 @@ static INLINE void NAME(refined_axes_11)(const REAL *sum_2, const REAL *rows, co
     sum_2_out[1] = sum_2_1 + t5;
     sum_2_out[2] = sum_2_2 + (rows_0_6 * (rows_0_6 * cylindric_0) + rows_1_6 * (rows_1_6 * cylindric_2));
 }
+#define PARTS_refined_axes_11(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 14) AND IN(2, 3) AND OUT(3, 3)
+GAC_IN_LANES(refined_axes_11, PLAIN)
 
 static INLINE void NAME(refined_axes_12)(const REAL *free, REAL rounding, const REAL *motor, const REAL *sum, const
     REAL *sum_2_2, REAL common, REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL common_6, REAL
@@ -1505,12 +1540,23 @@ static INLINE void NAME(refined_axes_12)(const REAL *free, REAL rounding, const 
     next_less[0] = SELECT(t63, t62, (REAL)0);
     next_rounding[0] = rounding * sum_2_2_2;
 }
+#define PARTS_refined_axes_12(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND IN(2, 8) AND IN(3, 28) \
+    AND IN(4, 3) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) AND NUMBER(9, 0) \
+    AND NUMBER(10, 0) AND NUMBER(11, 0) AND NUMBER(12, 0) AND NUMBER(13, 0) AND NUMBER(14, 0) AND NUMBER(15, 0) \
+    AND NUMBER(16, 0) AND NUMBER(17, 0) AND NUMBER(18, 0) AND NUMBER(19, 0) AND NUMBER(20, 0) AND NUMBER(21, 0) \
+    AND NUMBER(22, 0) AND NUMBER(23, 0) AND NUMBER(24, 0) AND NUMBER(25, 0) AND NUMBER(26, 0) AND NUMBER(27, 0) \
+    AND NUMBER(28, 0) AND NUMBER(29, 0) AND NUMBER(30, 0) AND NUMBER(31, 0) AND OUT(32, 8) AND OUT(33, 1) \
+    AND OUT(34, 1) AND OUT(35, 1)
+GAC_IN_LANES(refined_axes_12, TURNS)
 
 static INLINE void NAME(refined_axes_13)(REAL least_change, REAL next_cost, REAL next_less, REAL next_rounding, REAL
     *converged)
 {
     converged[0] = LESS_EQUAL(next_less, next_rounding + least_change * next_cost);
 }
+#define PARTS_refined_axes_13(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND OUT(4, 1)
+GAC_IN_LANES(refined_axes_13, PLAIN)
 
 static INLINE void NAME(refined_axes_14)(const REAL *motor, const REAL *line, REAL *mapped_2)
 {
@@ -1534,6 +1580,8 @@ static INLINE void NAME(refined_axes_14)(const REAL *motor, const REAL *line, RE
     mapped_2[4] = line_e02 - (REAL)2 * (t7 + motor_e23 * t6);
     mapped_2[5] = line_e03 - (REAL)2 * (t8 + motor_1 * t6);
 }
+#define PARTS_refined_axes_14(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND OUT(2, 6)
+GAC_IN_LANES(refined_axes_14, PLAIN)
 
 static INLINE void NAME(refined_axes_15)(const REAL *point, const REAL *line, const REAL *information, REAL
     *cylindric_0_0_2, REAL *cylindric_0_1_2, REAL *cylindric_4, REAL *cylindric_5, REAL *cylindric_6)
@@ -1582,6 +1630,9 @@ static INLINE void NAME(refined_axes_15)(const REAL *point, const REAL *line, co
     cylindric_6[1] = -line_e13;
     cylindric_6[2] = line_e12;
 }
+#define PARTS_refined_axes_15(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 6) AND IN(2, 6) AND OUT(3, 1) \
+    AND OUT(4, 1) AND OUT(5, 3) AND OUT(6, 3) AND OUT(7, 3)
+GAC_IN_LANES(refined_axes_15, PLAIN)
 
 static INLINE void NAME(refined_axes_16)(const REAL *point, REAL place_0, REAL place_1, const REAL *cylindric_5,
     const REAL *cylindric_6, REAL *rows_2)
@@ -1604,6 +1655,9 @@ static INLINE void NAME(refined_axes_16)(const REAL *point, REAL place_0, REAL p
     rows_2[12] = -cylindric_6_2;
     rows_2[13] = place_1;
 }
+#define PARTS_refined_axes_16(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 3) \
+    AND IN(4, 3) AND OUT(5, 14)
+GAC_IN_LANES(refined_axes_16, PLAIN)
 
 static INLINE void NAME(refined_axes_17)(const REAL *rows_2, const REAL *cylindric_4, REAL *weighed_2)
 {
@@ -1630,6 +1684,8 @@ static INLINE void NAME(refined_axes_17)(const REAL *rows_2, const REAL *cylindr
     weighed_2[15] = rows_2_0_5 * cylindric_4_1 + rows_2_1_5 * cylindric_4_2;
     weighed_2[16] = rows_2_0_6 * cylindric_4_1 + rows_2_1_6 * cylindric_4_2;
 }
+#define PARTS_refined_axes_17(IN, SAME, NUMBER, OUT, AND) IN(0, 14) AND IN(1, 3) AND OUT(2, 17)
+GAC_IN_LANES(refined_axes_17, PLAIN)
 
 static INLINE void NAME(refined_axes_18)(const REAL *scattered_2, REAL *centre_2)
 {
@@ -1655,18 +1711,24 @@ static INLINE void NAME(refined_axes_18)(const REAL *scattered_2, REAL *centre_2
     centre_2[12] = t0 * (scattered_2_0 * scattered_2_15 - scattered_2_1 * scattered_2_8);
     centre_2[13] = t0 * (scattered_2_0 * scattered_2_16 - scattered_2_1 * scattered_2_9);
 }
+#define PARTS_refined_axes_18(IN, SAME, NUMBER, OUT, AND) IN(0, 17) AND OUT(1, 14)
+GAC_IN_LANES(refined_axes_18, PLAIN)
 
 static INLINE void NAME(refined_axes_23)(const REAL *mean_0_6, REAL *out_2)
 {
     const REAL mean_0_6_0_6 = mean_0_6[6];
     out_2[0] = mean_0_6_0_6;
 }
+#define PARTS_refined_axes_23(IN, SAME, NUMBER, OUT, AND) IN(0, 14) AND OUT(1, 1)
+GAC_IN_LANES(refined_axes_23, PLAIN)
 
 static INLINE void NAME(refined_axes_24)(const REAL *mean_1_6, REAL *out_3)
 {
     const REAL mean_1_6_1_6 = mean_1_6[13];
     out_3[0] = mean_1_6_1_6;
 }
+#define PARTS_refined_axes_24(IN, SAME, NUMBER, OUT, AND) IN(0, 14) AND OUT(1, 1)
+GAC_IN_LANES(refined_axes_24, PLAIN)
 
 static INLINE void NAME(refined_axes_19)(REAL *sum_3)
 {
@@ -1699,6 +1761,8 @@ static INLINE void NAME(refined_axes_19)(REAL *sum_3)
     sum_3[26] = (REAL)0;
     sum_3[27] = (REAL)0;
 }
+#define PARTS_refined_axes_19(IN, SAME, NUMBER, OUT, AND) OUT(0, 28)
+GAC_IN_LANES(refined_axes_19, PLAIN)
 
 static INLINE void NAME(refined_axes_21)(REAL *sum_4)
 {
@@ -1706,6 +1770,8 @@ static INLINE void NAME(refined_axes_21)(REAL *sum_4)
     sum_4[1] = (REAL)0;
     sum_4[2] = (REAL)0;
 }
+#define PARTS_refined_axes_21(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
+GAC_IN_LANES(refined_axes_21, PLAIN)
 
 static INLINE void NAME(refined_axes_20)(const REAL *sum_3, const REAL *rows_2, const REAL *cylindric_4, const REAL
     *centre_2, REAL *sum_3_out)
@@ -1783,6 +1849,9 @@ static INLINE void NAME(refined_axes_20)(const REAL *sum_3, const REAL *rows_2, 
     sum_3_out[26] = sum_3_26 + (t22 * t24 + t23 * t25);
     sum_3_out[27] = sum_3_27 + (t26 + t25 * (cylindric_4_1 * t24 + cylindric_4_2 * t25));
 }
+#define PARTS_refined_axes_20(IN, SAME, NUMBER, OUT, AND) IN(0, 28) AND IN(1, 14) AND IN(2, 3) AND IN(3, 14) \
+    AND OUT(4, 28)
+GAC_IN_LANES(refined_axes_20, PLAIN)
 
 static INLINE void NAME(refined_axes_22)(const REAL *sum_4, const REAL *rows_2, const REAL *cylindric_4, REAL
     *sum_4_out)
@@ -1804,6 +1873,8 @@ static INLINE void NAME(refined_axes_22)(const REAL *sum_4, const REAL *rows_2, 
     sum_4_out[1] = sum_4_1 + (t3 + t4 + t5);
     sum_4_out[2] = sum_4_2 + t6;
 }
+#define PARTS_refined_axes_22(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 14) AND IN(2, 3) AND OUT(3, 3)
+GAC_IN_LANES(refined_axes_22, PLAIN)
 
 static INLINE void NAME(refined_axes_25)(const REAL *sum_3, const REAL *sum_4, REAL *out_1)
 {
@@ -1872,6 +1943,8 @@ static INLINE void NAME(refined_axes_25)(const REAL *sum_3, const REAL *sum_4, R
     out_1[54] = (REAL)0;
     out_1[55] = (REAL)0;
 }
+#define PARTS_refined_axes_25(IN, SAME, NUMBER, OUT, AND) IN(0, 28) AND IN(1, 3) AND OUT(2, 56)
+GAC_IN_LANES(refined_axes_25, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t body_eye_refined_axes_work(intptr_t n, intptr_t k)
@@ -1973,5 +2046,103 @@ void NAME(refined_axes)(intptr_t n, intptr_t k, const REAL *points, const REAL *
     rounding, damping, out_0, out_1, out_2, out_3, out_4, work));
 }
 
-GAC_PROCEDURE(refined_axes, ALONE)
+static INLINE WORD NAME(refined_axes_lanes)(intptr_t n, intptr_t k, const REAL *points, const REAL *information,
+    const int64_t *circle, const REAL *lines, const REAL *start, const REAL *free, const REAL *least_change,
+    const REAL *rounding, const REAL *damping, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *out_4,
+    REAL *mapped, REAL *cylindric, REAL *rows, REAL *scattered, REAL *centre, REAL *mapped_2, REAL *cylindric_4,
+    REAL *rows_2, REAL *scattered_2, REAL *centre_2)
+{
+    _Alignas(64) REAL cost[NLANES], less_[NLANES], rounding_2[NLANES], converged[NLANES], steps[NLANES],
+    next_motor[8 * NLANES], next_cost[NLANES], next_less[NLANES], next_rounding[NLANES], cylindric_0_0[NLANES],
+    cylindric_0_1[NLANES], cylindric_2[3 * NLANES], cylindric_3[3 * NLANES], weighed[17 * NLANES], sum[28 * NLANES],
+    sum_2[3 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES], common_5[NLANES],
+    common_6[NLANES], common_7[NLANES], common_8[NLANES], common_9[NLANES], common_10[NLANES], common_11[NLANES],
+    common_12[NLANES], common_13[NLANES], common_14[NLANES], common_15[NLANES], common_16[NLANES],
+    common_17[NLANES], common_18[NLANES], common_19[NLANES], common_20[NLANES], common_21[NLANES],
+    common_22[NLANES], common_23[NLANES], common_24[NLANES], common_25[NLANES], common_26[NLANES],
+    common_27[NLANES], cylindric_0_0_2[NLANES], cylindric_0_1_2[NLANES], cylindric_5[3 * NLANES],
+    cylindric_6[3 * NLANES], weighed_2[17 * NLANES], sum_3[28 * NLANES], sum_4[3 * NLANES], gac_kept_0[8 * NLANES],
+    gac_kept_1[NLANES], gac_kept_2[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES];
+    WORD far = 0;
+    NAME(refined_axes_1_lanes)(start, out_0, cost, less_, rounding_2, converged, steps);
+    NAME(refined_axes_2_lanes)(free, damping, common, common_2, common_3, common_4, common_5, common_6, common_7,
+    common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15, common_16, common_17,
+    common_18, common_19, common_20, common_21, common_22, common_23, common_24, common_25, common_26, common_27);
+    ROUNDS(rounds, 20) {
+        KEEP(rounds, 8 * NLANES, out_0, gac_kept_0);
+        KEEP(rounds, NLANES, cost, gac_kept_1);
+        KEEP(rounds, NLANES, less_, gac_kept_2);
+        KEEP(rounds, NLANES, rounding_2, gac_kept_3);
+        KEEP(rounds, NLANES, converged, gac_kept_4);
+        for (intptr_t j = 0; j < k; j++)
+            NAME(refined_axes_3_lanes)(out_0, lines + 6 * NLANES * j, mapped + 6 * NLANES * j);
+        CLEAR(17 * NLANES * k, scattered);
+        for (intptr_t j = 0; j < n; j++) {
+            NAME(refined_axes_4_lanes)(points + 3 * NLANES * j, mapped + 6 * NLANES * circle[j],
+    information + 6 * NLANES * j, cylindric_0_0, cylindric_0_1, cylindric + 3 * NLANES * j, cylindric_2,
+    cylindric_3);
+            NAME(refined_axes_5_lanes)(points + 3 * NLANES * j, cylindric_0_0, cylindric_0_1, cylindric_2,
+    cylindric_3, rows + 14 * NLANES * j);
+            NAME(refined_axes_6_lanes)(rows + 14 * NLANES * j, cylindric + 3 * NLANES * j, weighed);
+            if (circle[j] >= 0)
+                ADD(17 * NLANES, weighed, scattered + 17 * NLANES * circle[j]);
+        }
+        for (intptr_t j = 0; j < k; j++)
+            NAME(refined_axes_7_lanes)(scattered + 17 * NLANES * j, centre + 14 * NLANES * j);
+        NAME(refined_axes_8_lanes)(sum);
+        NAME(refined_axes_10_lanes)(sum_2);
+        for (intptr_t j = 0; j < n; j++) {
+            NAME(refined_axes_9_lanes)(sum, rows + 14 * NLANES * j, cylindric + 3 * NLANES * j,
+    centre + 14 * NLANES * circle[j], sum);
+            NAME(refined_axes_11_lanes)(sum_2, rows + 14 * NLANES * j, cylindric + 3 * NLANES * j, sum_2);
+        }
+        far |= NAME(refined_axes_12_lanes)(free, rounding, out_0, sum, sum_2, common, common_2, common_3, common_4,
+    common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14,
+    common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24,
+    common_25, common_26, common_27, next_motor, next_cost, next_less, next_rounding);
+        NAME(refined_axes_13_lanes)(least_change, next_cost, next_less, next_rounding, converged);
+        COPY(8 * NLANES, next_motor, out_0);
+        COPY(NLANES, next_cost, cost);
+        COPY(NLANES, next_less, less_);
+        COPY(NLANES, next_rounding, rounding_2);
+        RESTORE(rounds, 8 * NLANES, gac_kept_0, out_0);
+        RESTORE(rounds, NLANES, gac_kept_1, cost);
+        RESTORE(rounds, NLANES, gac_kept_2, less_);
+        RESTORE(rounds, NLANES, gac_kept_3, rounding_2);
+        RESTORE(rounds, NLANES, gac_kept_4, converged);
+        COUNT(rounds, steps);
+        if (ALL_ENDED(rounds, converged))
+            break;
+    }
+    for (intptr_t i = 0; i < k; i++)
+        NAME(refined_axes_14_lanes)(out_0, lines + 6 * NLANES * i, mapped_2 + 6 * NLANES * i);
+    CLEAR(17 * NLANES * k, scattered_2);
+    for (intptr_t i = 0; i < n; i++) {
+        NAME(refined_axes_15_lanes)(points + 3 * NLANES * i, mapped_2 + 6 * NLANES * circle[i],
+    information + 6 * NLANES * i, cylindric_0_0_2, cylindric_0_1_2, cylindric_4 + 3 * NLANES * i, cylindric_5,
+    cylindric_6);
+        NAME(refined_axes_16_lanes)(points + 3 * NLANES * i, cylindric_0_0_2, cylindric_0_1_2, cylindric_5,
+    cylindric_6, rows_2 + 14 * NLANES * i);
+        NAME(refined_axes_17_lanes)(rows_2 + 14 * NLANES * i, cylindric_4 + 3 * NLANES * i, weighed_2);
+        if (circle[i] >= 0)
+            ADD(17 * NLANES, weighed_2, scattered_2 + 17 * NLANES * circle[i]);
+    }
+    for (intptr_t i = 0; i < k; i++) {
+        NAME(refined_axes_18_lanes)(scattered_2 + 17 * NLANES * i, centre_2 + 14 * NLANES * i);
+        NAME(refined_axes_23_lanes)(centre_2 + 14 * NLANES * i, out_2 + NLANES * i);
+        NAME(refined_axes_24_lanes)(centre_2 + 14 * NLANES * i, out_3 + NLANES * i);
+    }
+    NAME(refined_axes_19_lanes)(sum_3);
+    NAME(refined_axes_21_lanes)(sum_4);
+    for (intptr_t i = 0; i < n; i++) {
+        NAME(refined_axes_20_lanes)(sum_3, rows_2 + 14 * NLANES * i, cylindric_4 + 3 * NLANES * i,
+    centre_2 + 14 * NLANES * circle[i], sum_3);
+        NAME(refined_axes_22_lanes)(sum_4, rows_2 + 14 * NLANES * i, cylindric_4 + 3 * NLANES * i, sum_4);
+    }
+    NAME(refined_axes_25_lanes)(sum_3, sum_4, out_1);
+    COPY(NLANES, converged, out_4);
+    return far;
+}
+
+GAC_PROCEDURE(refined_axes, BUSY)
 #endif

@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: 304fccca89e1b33a
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: cedbba889708384b347c403230be37677ed36b48665bd814e3f53572d9e455b1
+// body: 2467b02743405625e327577ff21a321c049586c486c61cc6c3e54fb6ff659d6a
 
 #ifndef REAL
 #include "cga3.h"
@@ -9993,6 +9993,9 @@ static INLINE void NAME(least_distances_to_circle_1)(const REAL *curve, REAL rad
     converged[0] = (REAL)0;
     steps[0] = (REAL)0;
 }
+#define PARTS_least_distances_to_circle_1(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND OUT(3, 1) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1)
+GAC_IN_LANES(least_distances_to_circle_1, TURNS)
 
 static INLINE void NAME(least_distances_to_circle_2)(const REAL *curve, REAL radius, REAL angle, REAL value, REAL
     slope, REAL bend, REAL span, REAL *next_angle, REAL *next_value, REAL *next_slope, REAL *next_bend, REAL
@@ -10040,11 +10043,17 @@ static INLINE void NAME(least_distances_to_circle_2)(const REAL *curve, REAL rad
     next_span[0] = SELECT(t25, span, t31);
     next_done[0] = (REAL)1 - t26;
 }
+#define PARTS_least_distances_to_circle_2(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) \
+    AND OUT(10, 1) AND OUT(11, 1) AND OUT(12, 1)
+GAC_IN_LANES(least_distances_to_circle_2, TURNS)
 
 static INLINE void NAME(least_distances_to_circle_3)(REAL next_done, REAL *converged)
 {
     converged[0] = LESS((REAL)0, next_done);
 }
+#define PARTS_least_distances_to_circle_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(least_distances_to_circle_3, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t cga3_least_distances_to_circle_work(intptr_t n)
@@ -10093,5 +10102,52 @@ void NAME(least_distances_to_circle)(intptr_t n, const REAL *curve, REAL radius,
     span, out_0, out_1, work));
 }
 
-GAC_PROCEDURE(least_distances_to_circle, ALONE)
+static INLINE WORD NAME(least_distances_to_circle_lanes)(intptr_t n, const REAL *curve, const REAL *radius,
+    const REAL *angles, const REAL *span, REAL *out_0, REAL *out_1)
+{
+    _Alignas(64) REAL angle[NLANES], value[NLANES], slope[NLANES], bend[NLANES], span_2[NLANES], done[NLANES],
+    converged[NLANES], steps[NLANES], next_angle[NLANES], next_value[NLANES], next_slope[NLANES], next_bend[NLANES],
+    next_span[NLANES], next_done[NLANES], gac_kept_0[NLANES], gac_kept_1[NLANES], gac_kept_2[NLANES],
+    gac_kept_3[NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES];
+    WORD far = 0;
+    for (intptr_t i = 0; i < n; i++) {
+        far |= NAME(least_distances_to_circle_1_lanes)(curve, radius, angles + NLANES * i, value, slope, bend, done,
+    converged, steps);
+        COPY(NLANES, angles + NLANES * i, angle);
+        COPY(NLANES, span, span_2);
+        ROUNDS(rounds, 40) {
+            KEEP(rounds, NLANES, angle, gac_kept_0);
+            KEEP(rounds, NLANES, value, gac_kept_1);
+            KEEP(rounds, NLANES, slope, gac_kept_2);
+            KEEP(rounds, NLANES, bend, gac_kept_3);
+            KEEP(rounds, NLANES, span_2, gac_kept_4);
+            KEEP(rounds, NLANES, done, gac_kept_5);
+            KEEP(rounds, NLANES, converged, gac_kept_6);
+            far |= NAME(least_distances_to_circle_2_lanes)(curve, radius, angle, value, slope, bend, span_2,
+    next_angle, next_value, next_slope, next_bend, next_span, next_done);
+            NAME(least_distances_to_circle_3_lanes)(next_done, converged);
+            COPY(NLANES, next_angle, angle);
+            COPY(NLANES, next_value, value);
+            COPY(NLANES, next_slope, slope);
+            COPY(NLANES, next_bend, bend);
+            COPY(NLANES, next_span, span_2);
+            COPY(NLANES, next_done, done);
+            RESTORE(rounds, NLANES, gac_kept_0, angle);
+            RESTORE(rounds, NLANES, gac_kept_1, value);
+            RESTORE(rounds, NLANES, gac_kept_2, slope);
+            RESTORE(rounds, NLANES, gac_kept_3, bend);
+            RESTORE(rounds, NLANES, gac_kept_4, span_2);
+            RESTORE(rounds, NLANES, gac_kept_5, done);
+            RESTORE(rounds, NLANES, gac_kept_6, converged);
+            COUNT(rounds, steps);
+            if (ALL_ENDED(rounds, converged))
+                break;
+        }
+        COPY(NLANES, angle, out_0 + NLANES * i);
+        COPY(NLANES, value, out_1 + NLANES * i);
+    }
+    return far;
+}
+
+GAC_PROCEDURE(least_distances_to_circle, BUSY)
 #endif

@@ -2,7 +2,7 @@
 // command: gac generate --all hand_eye
 // spec: d645d839e49f6709
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 1099b32bc185d605e90da174d41b84772414f51308968c8f4df75f175e8fb616
+// body: 925e528bec4d77afb128cec12ad3bf1fb165a6953ae5e1e22f9c38042f0bf98e
 
 #ifndef REAL
 #include "hand_eye.h"
@@ -40,7 +40,9 @@ GAC_AXIS(8, 8)
 GAC_AXIS(9, 16)
 GAC_AXIS(12, 16)
 GAC_AXIS(13, 16)
+GAC_AXIS(28, 32)
 GAC_AXIS(39, 64)
+GAC_AXIS(42, 64)
 GAC_AXIS(64, 64)
 GAC_AXIS(78, 128)
 GAC_AXIS(91, 128)
@@ -3215,6 +3217,8 @@ static INLINE void NAME(fitted_to_motions_1)(REAL *sum)
 {
     sum[0] = (REAL)0;
 }
+#define PARTS_fitted_to_motions_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(fitted_to_motions_1, PLAIN)
 
 static INLINE void NAME(fitted_to_motions_3)(const REAL *first, const REAL *second, REAL *common)
 {
@@ -3257,17 +3261,23 @@ static INLINE void NAME(fitted_to_motions_3)(const REAL *first, const REAL *seco
     common[6] = -(t20 * (t18 * (t15 * t25 - t23)));
     common[7] = t20 * (t18 * (t21 + t14 * t25));
 }
+#define PARTS_fitted_to_motions_3(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND OUT(2, 8)
+GAC_IN_LANES(fitted_to_motions_3, PLAIN)
 
 static INLINE void NAME(fitted_to_motions_7)(REAL *sum_0, REAL *sum_1)
 {
     sum_0[0] = (REAL)0;
     sum_1[0] = (REAL)0;
 }
+#define PARTS_fitted_to_motions_7(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(fitted_to_motions_7, PLAIN)
 
 static INLINE void NAME(fitted_to_motions_2)(REAL sum, REAL *sum_out)
 {
     sum_out[0] = sum + (REAL)1;
 }
+#define PARTS_fitted_to_motions_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(fitted_to_motions_2, PLAIN)
 
 static INLINE void NAME(fitted_to_motions_4)(const REAL *m, const REAL *n, REAL used, const REAL *common, REAL
     *signed_)
@@ -3295,6 +3305,9 @@ static INLINE void NAME(fitted_to_motions_4)(const REAL *m, const REAL *n, REAL 
     signed_[6] = n_e03 * t9;
     signed_[7] = n_e0123 * t9;
 }
+#define PARTS_fitted_to_motions_4(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND NUMBER(2, 0) AND IN(3, 8) \
+    AND OUT(4, 8)
+GAC_IN_LANES(fitted_to_motions_4, PLAIN)
 
 static INLINE void NAME(fitted_to_motions_5)(const REAL *common, const REAL *m, const REAL *n, REAL *mapped)
 {
@@ -3341,6 +3354,8 @@ static INLINE void NAME(fitted_to_motions_5)(const REAL *common, const REAL *m, 
     mapped[4] = t28 - n_e12 * t27 - n_e01 * t3;
     mapped[5] = t29 - n_e02 * t4 - n_e0123 * t3;
 }
+#define PARTS_fitted_to_motions_5(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND IN(2, 8) AND OUT(3, 6)
+GAC_IN_LANES(fitted_to_motions_5, PLAIN)
 
 static INLINE void NAME(fitted_to_motions_6)(const REAL *n, const REAL *line, REAL *mapped_2)
 {
@@ -3364,6 +3379,8 @@ static INLINE void NAME(fitted_to_motions_6)(const REAL *n, const REAL *line, RE
     mapped_2[4] = line_e02 - (REAL)2 * t7;
     mapped_2[5] = line_e03 - (REAL)2 * t8;
 }
+#define PARTS_fitted_to_motions_6(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND OUT(2, 6)
+GAC_IN_LANES(fitted_to_motions_6, PLAIN)
 
 static INLINE void NAME(fitted_to_motions_8)(REAL sum_0, REAL sum_1, const REAL *p, const REAL *q, REAL *sum_0_out,
     REAL *sum_1_out)
@@ -3373,16 +3390,23 @@ static INLINE void NAME(fitted_to_motions_8)(REAL sum_0, REAL sum_1, const REAL 
     sum_0_out[0] = sum_0 + (p_e01 * p_e01 + p_e02 * p_e02 + p_e03 * p_e03);
     sum_1_out[0] = sum_1 + (q_e01 * q_e01 + q_e02 * q_e02 + q_e03 * q_e03);
 }
+#define PARTS_fitted_to_motions_8(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 6) \
+    AND IN(3, 6) AND OUT(4, 1) AND OUT(5, 1)
+GAC_IN_LANES(fitted_to_motions_8, PLAIN)
 
 static INLINE void NAME(fitted_to_motions_9)(REAL sum_0, REAL sum_1, REAL *common_2)
 {
     common_2[0] = LESS(sum_1, sum_0);
 }
+#define PARTS_fitted_to_motions_9(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(fitted_to_motions_9, PLAIN)
 
 static INLINE void NAME(fitted_to_motions_21)(REAL *most_2)
 {
     most_2[0] = (REAL)0;
 }
+#define PARTS_fitted_to_motions_21(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(fitted_to_motions_21, PLAIN)
 
 static INLINE void NAME(fitted_to_motions_10)(const REAL *m, const REAL *n, REAL common, REAL *mapped_0, REAL
     *mapped_1)
@@ -3420,6 +3444,9 @@ static INLINE void NAME(fitted_to_motions_10)(const REAL *m, const REAL *n, REAL
     mapped_1[6] = SELECT(common, t11, n_e03);
     mapped_1[7] = n_e0123;
 }
+#define PARTS_fitted_to_motions_10(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND NUMBER(2, 0) AND OUT(3, 8) \
+    AND OUT(4, 8)
+GAC_IN_LANES(fitted_to_motions_10, PLAIN)
 
 static INLINE void NAME(fitted_to_motions_22)(REAL most, const REAL *m, REAL *most_2)
 {
@@ -3427,6 +3454,8 @@ static INLINE void NAME(fitted_to_motions_22)(REAL most, const REAL *m, REAL *mo
     const REAL t0 = m_e12 * m_e12 + m_e13 * m_e13 + m_e23 * m_e23;
     most_2[0] = MAXIMUM(most, t0);
 }
+#define PARTS_fitted_to_motions_22(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 8) AND OUT(2, 1)
+GAC_IN_LANES(fitted_to_motions_22, PLAIN)
 
 static INLINE void NAME(fitted_to_motions_11)(const REAL *first, const REAL *second, REAL *motor, REAL *turn, REAL
     *shift, REAL *steps, REAL *done, REAL *converged, REAL *steps_2)
@@ -3476,6 +3505,9 @@ static INLINE void NAME(fitted_to_motions_11)(const REAL *first, const REAL *sec
     converged[0] = (REAL)0;
     steps_2[0] = (REAL)0;
 }
+#define PARTS_fitted_to_motions_11(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND OUT(2, 8) AND OUT(3, 1) \
+    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1)
+GAC_IN_LANES(fitted_to_motions_11, PLAIN)
 
 static INLINE void NAME(fitted_to_motions_12)(const REAL *axes, REAL rounding, REAL open_angle, REAL sum, REAL
     *common_9, REAL *common_10, REAL *common_11, REAL *common_12)
@@ -3488,6 +3520,9 @@ static INLINE void NAME(fitted_to_motions_12)(const REAL *axes, REAL rounding, R
     common_11[0] = LESS((REAL)2, sum);
     common_12[0] = rounding * sum;
 }
+#define PARTS_fitted_to_motions_12(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1)
+GAC_IN_LANES(fitted_to_motions_12, PLAIN)
 
 static INLINE void NAME(fitted_to_motions_13)(const REAL *motor, REAL *common_3, REAL *common_4, REAL *common_5,
     REAL *common_6, REAL *common_7, REAL *common_8)
@@ -3538,6 +3573,9 @@ static INLINE void NAME(fitted_to_motions_13)(const REAL *motor, REAL *common_3,
     common_8[2] = t6;
     common_8[3] = t0;
 }
+#define PARTS_fitted_to_motions_13(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8) AND OUT(2, 8) AND OUT(3, 8) \
+    AND OUT(4, 4) AND OUT(5, 4) AND OUT(6, 4)
+GAC_IN_LANES(fitted_to_motions_13, PLAIN)
 
 static INLINE void NAME(fitted_to_motions_15)(REAL *sum_2)
 {
@@ -3570,6 +3608,8 @@ static INLINE void NAME(fitted_to_motions_15)(REAL *sum_2)
     sum_2[26] = (REAL)0;
     sum_2[27] = (REAL)0;
 }
+#define PARTS_fitted_to_motions_15(IN, SAME, NUMBER, OUT, AND) OUT(0, 28)
+GAC_IN_LANES(fitted_to_motions_15, PLAIN)
 
 static INLINE void NAME(fitted_to_motions_17)(REAL *sum_3)
 {
@@ -3602,6 +3642,8 @@ static INLINE void NAME(fitted_to_motions_17)(REAL *sum_3)
     sum_3[26] = (REAL)0;
     sum_3[27] = (REAL)0;
 }
+#define PARTS_fitted_to_motions_17(IN, SAME, NUMBER, OUT, AND) OUT(0, 28)
+GAC_IN_LANES(fitted_to_motions_17, PLAIN)
 
 static INLINE void NAME(fitted_to_motions_14)(const REAL *motor, const REAL *m, const REAL *n, const REAL *common,
     const REAL *common_2, const REAL *common_3, const REAL *common_4, const REAL *common_5, const REAL *common_6,
@@ -3872,6 +3914,9 @@ static INLINE void NAME(fitted_to_motions_14)(const REAL *motor, const REAL *m, 
     mapped_3[40] = n_1 * t181 + n_e12 * t184 + n_e13 * t177 + n_e23 * t179;
     mapped_3[41] = -(t201 + n_e03 * t41 + n_e0123 * t40);
 }
+#define PARTS_fitted_to_motions_14(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND IN(2, 8) AND IN(3, 8) \
+    AND IN(4, 8) AND IN(5, 8) AND IN(6, 4) AND IN(7, 4) AND IN(8, 4) AND OUT(9, 42)
+GAC_IN_LANES(fitted_to_motions_14, PLAIN)
 
 static INLINE void NAME(fitted_to_motions_16)(const REAL *sum_2, const REAL *mapped_3, REAL *sum_2_out)
 {
@@ -3946,6 +3991,8 @@ static INLINE void NAME(fitted_to_motions_16)(const REAL *sum_2, const REAL *map
     sum_2_out[26] = sum_2_26 + (t26 + mapped_3_0_2_5 * mapped_3_0_2_6);
     sum_2_out[27] = sum_2_27 + (t27 + mapped_3_0_2_6 * mapped_3_0_2_6);
 }
+#define PARTS_fitted_to_motions_16(IN, SAME, NUMBER, OUT, AND) IN(0, 28) AND IN(1, 42) AND OUT(2, 28)
+GAC_IN_LANES(fitted_to_motions_16, PLAIN)
 
 static INLINE void NAME(fitted_to_motions_18)(const REAL *sum_3, const REAL *mapped_3, REAL *sum_3_out)
 {
@@ -4020,6 +4067,8 @@ static INLINE void NAME(fitted_to_motions_18)(const REAL *sum_3, const REAL *map
     sum_3_out[26] = sum_3_26 + (t26 + mapped_3_1_2_5 * mapped_3_1_2_6);
     sum_3_out[27] = sum_3_27 + (t27 + mapped_3_1_2_6 * mapped_3_1_2_6);
 }
+#define PARTS_fitted_to_motions_18(IN, SAME, NUMBER, OUT, AND) IN(0, 28) AND IN(1, 42) AND OUT(2, 28)
+GAC_IN_LANES(fitted_to_motions_18, PLAIN)
 
 static INLINE void NAME(fitted_to_motions_19)(REAL most, REAL least_change, const REAL *motor, REAL parallel, REAL
     steps, const REAL *sum_2, const REAL *sum_3, REAL common, REAL common_2, REAL common_3, REAL common_4, REAL
@@ -4162,11 +4211,17 @@ static INLINE void NAME(fitted_to_motions_19)(REAL most, REAL least_change, cons
     next_steps[0] = steps + (REAL)1;
     next_done[0] = MAXIMUM(t71, t105);
 }
+#define PARTS_fitted_to_motions_19(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 8) \
+    AND NUMBER(3, 0) AND NUMBER(4, 0) AND IN(5, 28) AND IN(6, 28) AND NUMBER(7, 0) AND NUMBER(8, 0) AND NUMBER(9, 0) \
+    AND NUMBER(10, 0) AND OUT(11, 8) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 1)
+GAC_IN_LANES(fitted_to_motions_19, TURNS)
 
 static INLINE void NAME(fitted_to_motions_20)(REAL next_done, REAL *converged)
 {
     converged[0] = LESS((REAL)0, next_done);
 }
+#define PARTS_fitted_to_motions_20(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(fitted_to_motions_20, PLAIN)
 
 static INLINE void NAME(fitted_to_motions_23)(REAL unit, REAL sum, const REAL *motor, REAL turn, REAL shift, REAL
     most, REAL *out_0, REAL *out_1, REAL *out_3)
@@ -4188,6 +4243,9 @@ static INLINE void NAME(fitted_to_motions_23)(REAL unit, REAL sum, const REAL *m
     out_1[1] = (REAL)2 * (unit * SQRT(shift * t2));
     out_3[0] = SQRT(most);
 }
+#define PARTS_fitted_to_motions_23(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 8) \
+    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 8) AND OUT(7, 2) AND OUT(8, 1)
+GAC_IN_LANES(fitted_to_motions_23, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t hand_eye_fitted_to_motions_work(intptr_t n)
@@ -4263,7 +4321,83 @@ void NAME(fitted_to_motions)(intptr_t n, const REAL *a, const REAL *b, const REA
     least_change, rounding, open_angle, out_0, out_1, out_2, out_3, work));
 }
 
-GAC_PROCEDURE(fitted_to_motions, ALONE)
+static INLINE WORD NAME(fitted_to_motions_lanes)(intptr_t n, const REAL *a, const REAL *b, const REAL *clear,
+    const REAL *first, const REAL *second, const REAL *unit, const REAL *axes, const REAL *parallel,
+    const REAL *most, const REAL *least_change, const REAL *rounding, const REAL *open_angle, REAL *out_0,
+    REAL *out_1, REAL *out_2, REAL *out_3, REAL *signed_, REAL *mapped_0, REAL *mapped_1)
+{
+    _Alignas(64) REAL sum[NLANES], common[8 * NLANES], mapped[6 * NLANES], mapped_2[6 * NLANES], sum_0[NLANES],
+    sum_1[NLANES], common_2[NLANES], motor[8 * NLANES], turn[NLANES], shift[NLANES], steps[NLANES], done[NLANES],
+    converged[NLANES], steps_2[NLANES], next_motor[8 * NLANES], next_turn[NLANES], next_shift[NLANES],
+    next_parallel[NLANES], next_steps[NLANES], next_done[NLANES], mapped_3[42 * NLANES], common_3[8 * NLANES],
+    common_4[8 * NLANES], common_5[8 * NLANES], common_6[4 * NLANES], common_7[4 * NLANES], common_8[4 * NLANES],
+    sum_2[28 * NLANES], sum_3[28 * NLANES], common_9[NLANES], common_10[NLANES], common_11[NLANES],
+    common_12[NLANES], most_2[NLANES], gac_kept_0[NLANES], gac_kept_1[8 * NLANES], gac_kept_2[NLANES],
+    gac_kept_3[NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES];
+    WORD far = 0;
+    NAME(fitted_to_motions_1_lanes)(sum);
+    NAME(fitted_to_motions_3_lanes)(first, second, common);
+    NAME(fitted_to_motions_7_lanes)(sum_0, sum_1);
+    for (intptr_t i = 0; i < n; i++) {
+        NAME(fitted_to_motions_2_lanes)(sum, sum);
+        NAME(fitted_to_motions_4_lanes)(a + 8 * NLANES * i, b + 8 * NLANES * i, clear + NLANES * i, common,
+    signed_ + 8 * NLANES * i);
+        NAME(fitted_to_motions_5_lanes)(common, a + 8 * NLANES * i, signed_ + 8 * NLANES * i, mapped);
+        NAME(fitted_to_motions_6_lanes)(signed_ + 8 * NLANES * i, mapped, mapped_2);
+        NAME(fitted_to_motions_8_lanes)(sum_0, sum_1, mapped, mapped_2, sum_0, sum_1);
+    }
+    NAME(fitted_to_motions_9_lanes)(sum_0, sum_1, common_2);
+    NAME(fitted_to_motions_21_lanes)(most_2);
+    for (intptr_t i = 0; i < n; i++) {
+        NAME(fitted_to_motions_10_lanes)(a + 8 * NLANES * i, signed_ + 8 * NLANES * i, common_2,
+    mapped_0 + 8 * NLANES * i, mapped_1 + 8 * NLANES * i);
+        NAME(fitted_to_motions_22_lanes)(most_2, a + 8 * NLANES * i, most_2);
+    }
+    NAME(fitted_to_motions_11_lanes)(first, second, motor, turn, shift, steps, done, converged, steps_2);
+    COPY(NLANES, parallel, out_2);
+    NAME(fitted_to_motions_12_lanes)(axes, rounding, open_angle, sum, common_9, common_10, common_11, common_12);
+    ROUNDS(rounds, 7) {
+        KEEP(rounds, NLANES, out_2, gac_kept_0);
+        KEEP(rounds, 8 * NLANES, motor, gac_kept_1);
+        KEEP(rounds, NLANES, turn, gac_kept_2);
+        KEEP(rounds, NLANES, shift, gac_kept_3);
+        KEEP(rounds, NLANES, steps, gac_kept_4);
+        KEEP(rounds, NLANES, done, gac_kept_5);
+        KEEP(rounds, NLANES, converged, gac_kept_6);
+        NAME(fitted_to_motions_13_lanes)(motor, common_3, common_4, common_5, common_6, common_7, common_8);
+        NAME(fitted_to_motions_15_lanes)(sum_2);
+        NAME(fitted_to_motions_17_lanes)(sum_3);
+        for (intptr_t j = 0; j < n; j++) {
+            NAME(fitted_to_motions_14_lanes)(motor, mapped_0 + 8 * NLANES * j, mapped_1 + 8 * NLANES * j, common_3,
+    common_4, common_5, common_6, common_7, common_8, mapped_3);
+            NAME(fitted_to_motions_16_lanes)(sum_2, mapped_3, sum_2);
+            NAME(fitted_to_motions_18_lanes)(sum_3, mapped_3, sum_3);
+        }
+        far |= NAME(fitted_to_motions_19_lanes)(most, least_change, motor, out_2, steps, sum_2, sum_3, common_9,
+    common_10, common_11, common_12, next_motor, next_turn, next_shift, next_parallel, next_steps, next_done);
+        NAME(fitted_to_motions_20_lanes)(next_done, converged);
+        COPY(8 * NLANES, next_motor, motor);
+        COPY(NLANES, next_turn, turn);
+        COPY(NLANES, next_shift, shift);
+        COPY(NLANES, next_parallel, out_2);
+        COPY(NLANES, next_steps, steps);
+        COPY(NLANES, next_done, done);
+        RESTORE(rounds, NLANES, gac_kept_0, out_2);
+        RESTORE(rounds, 8 * NLANES, gac_kept_1, motor);
+        RESTORE(rounds, NLANES, gac_kept_2, turn);
+        RESTORE(rounds, NLANES, gac_kept_3, shift);
+        RESTORE(rounds, NLANES, gac_kept_4, steps);
+        RESTORE(rounds, NLANES, gac_kept_5, done);
+        RESTORE(rounds, NLANES, gac_kept_6, converged);
+        COUNT(rounds, steps_2);
+        if (ALL_ENDED(rounds, converged))
+            break;
+    }
+    NAME(fitted_to_motions_23_lanes)(unit, sum, motor, turn, shift, most_2, out_0, out_1, out_3);
+    return far;
+}
+
+GAC_PROCEDURE(fitted_to_motions, BUSY)
 
 #define TABLES_start_of_poses(LENGTH, IN, NUMBER, SAME, INDEX, OUT, AND) LENGTH(0, n) AND IN(0, a, 8, 8, n) \
     AND IN(1, b, 8, 8, n) AND IN(2, x, 8, 8, 1) AND OUT(3, out_0, 8, 8, n) AND OUT(4, out_1, 8, 8, n) \

@@ -2,7 +2,7 @@
 // command: gac generate --all motor_filters
 // spec: 3dfd76bdacff3b34
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: f2d72f5bbe990026eead71cbfd7b4e18c126703b8f98867bb34ede1c23f3cb5a
+// body: 895bfcaecd81ac6c5a731e5e6f1b84fda4605a8233b0e9e004412a1a958b245e
 
 #ifndef REAL
 #include "motor_filters.h"
@@ -34,6 +34,7 @@ GAC_AXIS(1, 1)
 GAC_AXIS(2, 2)
 GAC_AXIS(3, 4)
 GAC_AXIS(4, 4)
+GAC_AXIS(5, 8)
 GAC_AXIS(6, 8)
 GAC_AXIS(8, 8)
 GAC_AXIS(18, 32)
@@ -1516,6 +1517,10 @@ static INLINE void NAME(update_by_lines_1)(const REAL *covariance, const REAL *s
     converged[0] = (REAL)0;
     steps[0] = (REAL)0;
 }
+#define PARTS_update_by_lines_1(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND IN(1, 8) AND OUT(2, 8) AND OUT(3, 6) \
+    AND OUT(4, 21) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
+    AND OUT(11, 1)
+GAC_IN_LANES(update_by_lines_1, PLAIN)
 
 static INLINE void NAME(update_by_lines_2)(const REAL *motor, const REAL *covariance, const REAL *now_motor, REAL
     *f_error, REAL *f_covariance, REAL *f_square, REAL *f_used, WORD *far)
@@ -1722,6 +1727,9 @@ static INLINE void NAME(update_by_lines_2)(const REAL *motor, const REAL *covari
     f_square[0] = (REAL)0;
     f_used[0] = (REAL)0;
 }
+#define PARTS_update_by_lines_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 21) AND IN(2, 8) AND OUT(3, 6) \
+    AND OUT(4, 21) AND OUT(5, 1) AND OUT(6, 1)
+GAC_IN_LANES(update_by_lines_2, TURNS)
 
 static INLINE void NAME(update_by_lines_3)(const REAL *variances, REAL gate, const REAL *now_motor, const REAL
     *f_error, const REAL *f_covariance, REAL f_square, REAL f_used, const REAL *a, const REAL *b, REAL *f_error_out,
@@ -2006,6 +2014,10 @@ static INLINE void NAME(update_by_lines_3)(const REAL *variances, REAL gate, con
     f_square_out[0] = SELECT(t198, t232, f_square);
     f_used_out[0] = SELECT(t198, t233, f_used);
 }
+#define PARTS_update_by_lines_3(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND IN(2, 8) AND IN(3, 6) \
+    AND IN(4, 21) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 6) AND IN(8, 6) AND OUT(9, 6) AND OUT(10, 21) \
+    AND OUT(11, 1) AND OUT(12, 1)
+GAC_IN_LANES(update_by_lines_3, PLAIN)
 
 static INLINE void NAME(update_by_lines_4)(const REAL *now_motor, REAL now_predicted_square, REAL now_first, const
     REAL *f_error, const REAL *f_covariance, REAL f_square, REAL *next_now_motor, REAL *next_now_last, REAL
@@ -2100,6 +2112,10 @@ static INLINE void NAME(update_by_lines_4)(const REAL *now_motor, REAL now_predi
     next_now_first[0] = (REAL)0;
     next_now_settled[0] = LESS(t0 * t0 * (REAL)100, f_covariance_11 + (f_covariance_0 + f_covariance_6));
 }
+#define PARTS_update_by_lines_4(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 6) \
+    AND IN(4, 21) AND NUMBER(5, 0) AND OUT(6, 8) AND OUT(7, 6) AND OUT(8, 21) AND OUT(9, 1) AND OUT(10, 1) \
+    AND OUT(11, 1)
+GAC_IN_LANES(update_by_lines_4, TURNS)
 
 static INLINE void NAME(update_by_lines_5)(const REAL *now_covariance, REAL now_predicted_square, REAL now_square,
     REAL now_used, REAL converged, REAL steps, REAL *out_1, REAL *out_2)
@@ -2142,6 +2158,9 @@ static INLINE void NAME(update_by_lines_5)(const REAL *now_covariance, REAL now_
     out_2[3] = converged;
     out_2[4] = steps;
 }
+#define PARTS_update_by_lines_5(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 21) AND OUT(7, 5)
+GAC_IN_LANES(update_by_lines_5, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t motor_filters_update_by_lines_work(intptr_t n)
@@ -2200,7 +2219,67 @@ void NAME(update_by_lines)(intptr_t n, const REAL *motor, const REAL *covariance
     motor, covariance, model, seen, variances, gate, start, out_0, out_1, out_2, work));
 }
 
-GAC_PROCEDURE(update_by_lines, ALONE)
+static INLINE WORD NAME(update_by_lines_lanes)(intptr_t n, const REAL *motor, const REAL *covariance,
+    const REAL *model, const REAL *seen, const REAL *variances, const REAL *gate, const REAL *start, REAL *out_0,
+    REAL *out_1, REAL *out_2)
+{
+    _Alignas(64) REAL now_last[6 * NLANES], now_covariance[21 * NLANES], now_predicted_square[NLANES],
+    now_square[NLANES], now_used[NLANES], now_first[NLANES], now_settled[NLANES], converged[NLANES], steps[NLANES],
+    next_now_motor[8 * NLANES], next_now_last[6 * NLANES], next_now_covariance[21 * NLANES],
+    next_now_predicted_square[NLANES], next_now_square[NLANES], next_now_used[NLANES], next_now_first[NLANES],
+    next_now_settled[NLANES], f_error[6 * NLANES], f_covariance[21 * NLANES], f_square[NLANES], f_used[NLANES],
+    gac_kept_0[8 * NLANES], gac_kept_1[6 * NLANES], gac_kept_2[21 * NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES],
+    gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
+    WORD far = 0;
+    NAME(update_by_lines_1_lanes)(covariance, start, out_0, now_last, now_covariance, now_predicted_square,
+    now_square, now_used, now_first, now_settled, converged, steps);
+    ROUNDS(rounds, 30) {
+        KEEP(rounds, 8 * NLANES, out_0, gac_kept_0);
+        KEEP(rounds, 6 * NLANES, now_last, gac_kept_1);
+        KEEP(rounds, 21 * NLANES, now_covariance, gac_kept_2);
+        KEEP(rounds, NLANES, now_predicted_square, gac_kept_3);
+        KEEP(rounds, NLANES, now_square, gac_kept_4);
+        KEEP(rounds, NLANES, now_used, gac_kept_5);
+        KEEP(rounds, NLANES, now_first, gac_kept_6);
+        KEEP(rounds, NLANES, now_settled, gac_kept_7);
+        KEEP(rounds, NLANES, converged, gac_kept_8);
+        far |= NAME(update_by_lines_2_lanes)(motor, covariance, out_0, f_error, f_covariance, f_square, f_used);
+        for (intptr_t j = 0; j < n; j++)
+            NAME(update_by_lines_3_lanes)(variances, gate, out_0, f_error, f_covariance, f_square, f_used,
+    model + 6 * NLANES * j, seen + 6 * NLANES * j, f_error, f_covariance, f_square, f_used);
+        far |= NAME(update_by_lines_4_lanes)(out_0, now_predicted_square, now_first, f_error, f_covariance,
+    f_square, next_now_motor, next_now_last, next_now_covariance, next_now_predicted_square, next_now_first,
+    next_now_settled);
+        COPY(NLANES, f_square, next_now_square);
+        COPY(NLANES, f_used, next_now_used);
+        COPY(NLANES, next_now_settled, converged);
+        COPY(8 * NLANES, next_now_motor, out_0);
+        COPY(6 * NLANES, next_now_last, now_last);
+        COPY(21 * NLANES, next_now_covariance, now_covariance);
+        COPY(NLANES, next_now_predicted_square, now_predicted_square);
+        COPY(NLANES, next_now_square, now_square);
+        COPY(NLANES, next_now_used, now_used);
+        COPY(NLANES, next_now_first, now_first);
+        COPY(NLANES, next_now_settled, now_settled);
+        RESTORE(rounds, 8 * NLANES, gac_kept_0, out_0);
+        RESTORE(rounds, 6 * NLANES, gac_kept_1, now_last);
+        RESTORE(rounds, 21 * NLANES, gac_kept_2, now_covariance);
+        RESTORE(rounds, NLANES, gac_kept_3, now_predicted_square);
+        RESTORE(rounds, NLANES, gac_kept_4, now_square);
+        RESTORE(rounds, NLANES, gac_kept_5, now_used);
+        RESTORE(rounds, NLANES, gac_kept_6, now_first);
+        RESTORE(rounds, NLANES, gac_kept_7, now_settled);
+        RESTORE(rounds, NLANES, gac_kept_8, converged);
+        COUNT(rounds, steps);
+        if (ALL_ENDED(rounds, converged))
+            break;
+    }
+    NAME(update_by_lines_5_lanes)(now_covariance, now_predicted_square, now_square, now_used, converged, steps,
+    out_1, out_2);
+    return far;
+}
+
+GAC_PROCEDURE(update_by_lines, BUSY)
 
 #define TABLES_update_by_points(LENGTH, IN, NUMBER, SAME, INDEX, OUT, AND) LENGTH(0, n) AND IN(0, motor, 8, 8, 1) \
     AND IN(1, covariance, 21, 21, 1) AND IN(2, model, 3, 3, n) AND IN(3, seen, 3, 3, n) \
@@ -2264,6 +2343,10 @@ static INLINE void NAME(update_by_points_1)(const REAL *covariance, const REAL *
     converged[0] = (REAL)0;
     steps[0] = (REAL)0;
 }
+#define PARTS_update_by_points_1(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND IN(1, 8) AND OUT(2, 8) AND OUT(3, 6) \
+    AND OUT(4, 21) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
+    AND OUT(11, 1)
+GAC_IN_LANES(update_by_points_1, PLAIN)
 
 static INLINE void NAME(update_by_points_2)(const REAL *motor, const REAL *covariance, const REAL *now_motor, REAL
     *f_error, REAL *f_covariance, REAL *f_square, REAL *f_used, WORD *far)
@@ -2470,6 +2553,9 @@ static INLINE void NAME(update_by_points_2)(const REAL *motor, const REAL *covar
     f_square[0] = (REAL)0;
     f_used[0] = (REAL)0;
 }
+#define PARTS_update_by_points_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 21) AND IN(2, 8) AND OUT(3, 6) \
+    AND OUT(4, 21) AND OUT(5, 1) AND OUT(6, 1)
+GAC_IN_LANES(update_by_points_2, TURNS)
 
 static INLINE void NAME(update_by_points_3)(const REAL *variances_1, REAL gate, const REAL *now_motor, const REAL
     *f_error, const REAL *f_covariance, REAL f_square, REAL f_used, const REAL *a, const REAL *b, REAL *f_error_out,
@@ -2644,6 +2730,10 @@ static INLINE void NAME(update_by_points_3)(const REAL *variances_1, REAL gate, 
     f_square_out[0] = SELECT(t68, t122, f_square);
     f_used_out[0] = SELECT(t68, t123, f_used);
 }
+#define PARTS_update_by_points_3(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND IN(2, 8) AND IN(3, 6) \
+    AND IN(4, 21) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 3) AND IN(8, 3) AND OUT(9, 6) AND OUT(10, 21) \
+    AND OUT(11, 1) AND OUT(12, 1)
+GAC_IN_LANES(update_by_points_3, PLAIN)
 
 static INLINE void NAME(update_by_points_4)(const REAL *now_motor, REAL now_predicted_square, REAL now_first, const
     REAL *f_error, const REAL *f_covariance, REAL f_square, REAL *next_now_motor, REAL *next_now_last, REAL
@@ -2738,6 +2828,10 @@ static INLINE void NAME(update_by_points_4)(const REAL *now_motor, REAL now_pred
     next_now_first[0] = (REAL)0;
     next_now_settled[0] = LESS(t0 * t0 * (REAL)100, f_covariance_11 + (f_covariance_0 + f_covariance_6));
 }
+#define PARTS_update_by_points_4(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 6) \
+    AND IN(4, 21) AND NUMBER(5, 0) AND OUT(6, 8) AND OUT(7, 6) AND OUT(8, 21) AND OUT(9, 1) AND OUT(10, 1) \
+    AND OUT(11, 1)
+GAC_IN_LANES(update_by_points_4, TURNS)
 
 static INLINE void NAME(update_by_points_5)(const REAL *now_covariance, REAL now_predicted_square, REAL now_square,
     REAL now_used, REAL converged, REAL steps, REAL *out_1, REAL *out_2)
@@ -2780,6 +2874,9 @@ static INLINE void NAME(update_by_points_5)(const REAL *now_covariance, REAL now
     out_2[3] = converged;
     out_2[4] = steps;
 }
+#define PARTS_update_by_points_5(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 21) AND OUT(7, 5)
+GAC_IN_LANES(update_by_points_5, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t motor_filters_update_by_points_work(intptr_t n)
@@ -2838,7 +2935,67 @@ void NAME(update_by_points)(intptr_t n, const REAL *motor, const REAL *covarianc
     (n, motor, covariance, model, seen, variances, gate, start, out_0, out_1, out_2, work));
 }
 
-GAC_PROCEDURE(update_by_points, ALONE)
+static INLINE WORD NAME(update_by_points_lanes)(intptr_t n, const REAL *motor, const REAL *covariance,
+    const REAL *model, const REAL *seen, const REAL *variances, const REAL *gate, const REAL *start, REAL *out_0,
+    REAL *out_1, REAL *out_2)
+{
+    _Alignas(64) REAL now_last[6 * NLANES], now_covariance[21 * NLANES], now_predicted_square[NLANES],
+    now_square[NLANES], now_used[NLANES], now_first[NLANES], now_settled[NLANES], converged[NLANES], steps[NLANES],
+    next_now_motor[8 * NLANES], next_now_last[6 * NLANES], next_now_covariance[21 * NLANES],
+    next_now_predicted_square[NLANES], next_now_square[NLANES], next_now_used[NLANES], next_now_first[NLANES],
+    next_now_settled[NLANES], f_error[6 * NLANES], f_covariance[21 * NLANES], f_square[NLANES], f_used[NLANES],
+    gac_kept_0[8 * NLANES], gac_kept_1[6 * NLANES], gac_kept_2[21 * NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES],
+    gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
+    WORD far = 0;
+    NAME(update_by_points_1_lanes)(covariance, start, out_0, now_last, now_covariance, now_predicted_square,
+    now_square, now_used, now_first, now_settled, converged, steps);
+    ROUNDS(rounds, 30) {
+        KEEP(rounds, 8 * NLANES, out_0, gac_kept_0);
+        KEEP(rounds, 6 * NLANES, now_last, gac_kept_1);
+        KEEP(rounds, 21 * NLANES, now_covariance, gac_kept_2);
+        KEEP(rounds, NLANES, now_predicted_square, gac_kept_3);
+        KEEP(rounds, NLANES, now_square, gac_kept_4);
+        KEEP(rounds, NLANES, now_used, gac_kept_5);
+        KEEP(rounds, NLANES, now_first, gac_kept_6);
+        KEEP(rounds, NLANES, now_settled, gac_kept_7);
+        KEEP(rounds, NLANES, converged, gac_kept_8);
+        far |= NAME(update_by_points_2_lanes)(motor, covariance, out_0, f_error, f_covariance, f_square, f_used);
+        for (intptr_t j = 0; j < n; j++)
+            NAME(update_by_points_3_lanes)(variances, gate, out_0, f_error, f_covariance, f_square, f_used,
+    model + 3 * NLANES * j, seen + 3 * NLANES * j, f_error, f_covariance, f_square, f_used);
+        far |= NAME(update_by_points_4_lanes)(out_0, now_predicted_square, now_first, f_error, f_covariance,
+    f_square, next_now_motor, next_now_last, next_now_covariance, next_now_predicted_square, next_now_first,
+    next_now_settled);
+        COPY(NLANES, f_square, next_now_square);
+        COPY(NLANES, f_used, next_now_used);
+        COPY(NLANES, next_now_settled, converged);
+        COPY(8 * NLANES, next_now_motor, out_0);
+        COPY(6 * NLANES, next_now_last, now_last);
+        COPY(21 * NLANES, next_now_covariance, now_covariance);
+        COPY(NLANES, next_now_predicted_square, now_predicted_square);
+        COPY(NLANES, next_now_square, now_square);
+        COPY(NLANES, next_now_used, now_used);
+        COPY(NLANES, next_now_first, now_first);
+        COPY(NLANES, next_now_settled, now_settled);
+        RESTORE(rounds, 8 * NLANES, gac_kept_0, out_0);
+        RESTORE(rounds, 6 * NLANES, gac_kept_1, now_last);
+        RESTORE(rounds, 21 * NLANES, gac_kept_2, now_covariance);
+        RESTORE(rounds, NLANES, gac_kept_3, now_predicted_square);
+        RESTORE(rounds, NLANES, gac_kept_4, now_square);
+        RESTORE(rounds, NLANES, gac_kept_5, now_used);
+        RESTORE(rounds, NLANES, gac_kept_6, now_first);
+        RESTORE(rounds, NLANES, gac_kept_7, now_settled);
+        RESTORE(rounds, NLANES, gac_kept_8, converged);
+        COUNT(rounds, steps);
+        if (ALL_ENDED(rounds, converged))
+            break;
+    }
+    NAME(update_by_points_5_lanes)(now_covariance, now_predicted_square, now_square, now_used, converged, steps,
+    out_1, out_2);
+    return far;
+}
+
+GAC_PROCEDURE(update_by_points, BUSY)
 
 #define TABLES_update_by_planes(LENGTH, IN, NUMBER, SAME, INDEX, OUT, AND) LENGTH(0, n) AND IN(0, motor, 8, 8, 1) \
     AND IN(1, covariance, 21, 21, 1) AND IN(2, model, 4, 4, n) AND IN(3, seen, 4, 4, n) \
@@ -2902,6 +3059,10 @@ static INLINE void NAME(update_by_planes_1)(const REAL *covariance, const REAL *
     converged[0] = (REAL)0;
     steps[0] = (REAL)0;
 }
+#define PARTS_update_by_planes_1(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND IN(1, 8) AND OUT(2, 8) AND OUT(3, 6) \
+    AND OUT(4, 21) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
+    AND OUT(11, 1)
+GAC_IN_LANES(update_by_planes_1, PLAIN)
 
 static INLINE void NAME(update_by_planes_2)(const REAL *motor, const REAL *covariance, const REAL *now_motor, REAL
     *f_error, REAL *f_covariance, REAL *f_square, REAL *f_used, WORD *far)
@@ -3108,6 +3269,9 @@ static INLINE void NAME(update_by_planes_2)(const REAL *motor, const REAL *covar
     f_square[0] = (REAL)0;
     f_used[0] = (REAL)0;
 }
+#define PARTS_update_by_planes_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 21) AND IN(2, 8) AND OUT(3, 6) \
+    AND OUT(4, 21) AND OUT(5, 1) AND OUT(6, 1)
+GAC_IN_LANES(update_by_planes_2, TURNS)
 
 static INLINE void NAME(update_by_planes_3)(const REAL *variances, REAL gate, const REAL *now_motor, const REAL
     *f_error, const REAL *f_covariance, REAL f_square, REAL f_used, const REAL *a, const REAL *b, REAL *f_error_out,
@@ -3315,6 +3479,10 @@ static INLINE void NAME(update_by_planes_3)(const REAL *variances, REAL gate, co
     f_square_out[0] = SELECT(t106, t155, f_square);
     f_used_out[0] = SELECT(t106, t156, f_used);
 }
+#define PARTS_update_by_planes_3(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND IN(2, 8) AND IN(3, 6) \
+    AND IN(4, 21) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 4) AND IN(8, 4) AND OUT(9, 6) AND OUT(10, 21) \
+    AND OUT(11, 1) AND OUT(12, 1)
+GAC_IN_LANES(update_by_planes_3, PLAIN)
 
 static INLINE void NAME(update_by_planes_4)(const REAL *now_motor, REAL now_predicted_square, REAL now_first, const
     REAL *f_error, const REAL *f_covariance, REAL f_square, REAL *next_now_motor, REAL *next_now_last, REAL
@@ -3409,6 +3577,10 @@ static INLINE void NAME(update_by_planes_4)(const REAL *now_motor, REAL now_pred
     next_now_first[0] = (REAL)0;
     next_now_settled[0] = LESS(t0 * t0 * (REAL)100, f_covariance_11 + (f_covariance_0 + f_covariance_6));
 }
+#define PARTS_update_by_planes_4(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 6) \
+    AND IN(4, 21) AND NUMBER(5, 0) AND OUT(6, 8) AND OUT(7, 6) AND OUT(8, 21) AND OUT(9, 1) AND OUT(10, 1) \
+    AND OUT(11, 1)
+GAC_IN_LANES(update_by_planes_4, TURNS)
 
 static INLINE void NAME(update_by_planes_5)(const REAL *now_covariance, REAL now_predicted_square, REAL now_square,
     REAL now_used, REAL converged, REAL steps, REAL *out_1, REAL *out_2)
@@ -3451,6 +3623,9 @@ static INLINE void NAME(update_by_planes_5)(const REAL *now_covariance, REAL now
     out_2[3] = converged;
     out_2[4] = steps;
 }
+#define PARTS_update_by_planes_5(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 21) AND OUT(7, 5)
+GAC_IN_LANES(update_by_planes_5, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t motor_filters_update_by_planes_work(intptr_t n)
@@ -3509,7 +3684,67 @@ void NAME(update_by_planes)(intptr_t n, const REAL *motor, const REAL *covarianc
     (n, motor, covariance, model, seen, variances, gate, start, out_0, out_1, out_2, work));
 }
 
-GAC_PROCEDURE(update_by_planes, ALONE)
+static INLINE WORD NAME(update_by_planes_lanes)(intptr_t n, const REAL *motor, const REAL *covariance,
+    const REAL *model, const REAL *seen, const REAL *variances, const REAL *gate, const REAL *start, REAL *out_0,
+    REAL *out_1, REAL *out_2)
+{
+    _Alignas(64) REAL now_last[6 * NLANES], now_covariance[21 * NLANES], now_predicted_square[NLANES],
+    now_square[NLANES], now_used[NLANES], now_first[NLANES], now_settled[NLANES], converged[NLANES], steps[NLANES],
+    next_now_motor[8 * NLANES], next_now_last[6 * NLANES], next_now_covariance[21 * NLANES],
+    next_now_predicted_square[NLANES], next_now_square[NLANES], next_now_used[NLANES], next_now_first[NLANES],
+    next_now_settled[NLANES], f_error[6 * NLANES], f_covariance[21 * NLANES], f_square[NLANES], f_used[NLANES],
+    gac_kept_0[8 * NLANES], gac_kept_1[6 * NLANES], gac_kept_2[21 * NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES],
+    gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
+    WORD far = 0;
+    NAME(update_by_planes_1_lanes)(covariance, start, out_0, now_last, now_covariance, now_predicted_square,
+    now_square, now_used, now_first, now_settled, converged, steps);
+    ROUNDS(rounds, 30) {
+        KEEP(rounds, 8 * NLANES, out_0, gac_kept_0);
+        KEEP(rounds, 6 * NLANES, now_last, gac_kept_1);
+        KEEP(rounds, 21 * NLANES, now_covariance, gac_kept_2);
+        KEEP(rounds, NLANES, now_predicted_square, gac_kept_3);
+        KEEP(rounds, NLANES, now_square, gac_kept_4);
+        KEEP(rounds, NLANES, now_used, gac_kept_5);
+        KEEP(rounds, NLANES, now_first, gac_kept_6);
+        KEEP(rounds, NLANES, now_settled, gac_kept_7);
+        KEEP(rounds, NLANES, converged, gac_kept_8);
+        far |= NAME(update_by_planes_2_lanes)(motor, covariance, out_0, f_error, f_covariance, f_square, f_used);
+        for (intptr_t j = 0; j < n; j++)
+            NAME(update_by_planes_3_lanes)(variances, gate, out_0, f_error, f_covariance, f_square, f_used,
+    model + 4 * NLANES * j, seen + 4 * NLANES * j, f_error, f_covariance, f_square, f_used);
+        far |= NAME(update_by_planes_4_lanes)(out_0, now_predicted_square, now_first, f_error, f_covariance,
+    f_square, next_now_motor, next_now_last, next_now_covariance, next_now_predicted_square, next_now_first,
+    next_now_settled);
+        COPY(NLANES, f_square, next_now_square);
+        COPY(NLANES, f_used, next_now_used);
+        COPY(NLANES, next_now_settled, converged);
+        COPY(8 * NLANES, next_now_motor, out_0);
+        COPY(6 * NLANES, next_now_last, now_last);
+        COPY(21 * NLANES, next_now_covariance, now_covariance);
+        COPY(NLANES, next_now_predicted_square, now_predicted_square);
+        COPY(NLANES, next_now_square, now_square);
+        COPY(NLANES, next_now_used, now_used);
+        COPY(NLANES, next_now_first, now_first);
+        COPY(NLANES, next_now_settled, now_settled);
+        RESTORE(rounds, 8 * NLANES, gac_kept_0, out_0);
+        RESTORE(rounds, 6 * NLANES, gac_kept_1, now_last);
+        RESTORE(rounds, 21 * NLANES, gac_kept_2, now_covariance);
+        RESTORE(rounds, NLANES, gac_kept_3, now_predicted_square);
+        RESTORE(rounds, NLANES, gac_kept_4, now_square);
+        RESTORE(rounds, NLANES, gac_kept_5, now_used);
+        RESTORE(rounds, NLANES, gac_kept_6, now_first);
+        RESTORE(rounds, NLANES, gac_kept_7, now_settled);
+        RESTORE(rounds, NLANES, gac_kept_8, converged);
+        COUNT(rounds, steps);
+        if (ALL_ENDED(rounds, converged))
+            break;
+    }
+    NAME(update_by_planes_5_lanes)(now_covariance, now_predicted_square, now_square, now_used, converged, steps,
+    out_1, out_2);
+    return far;
+}
+
+GAC_PROCEDURE(update_by_planes, BUSY)
 
 #define TABLES_information_of_lines(LENGTH, IN, NUMBER, SAME, INDEX, OUT, AND) LENGTH(0, n) \
     AND IN(0, motor, 8, 8, 1) AND IN(1, model, 6, 6, n) AND IN(2, variances, 2, 2, 1) AND OUT(3, out, 21, 21, 1)

@@ -2,7 +2,7 @@
 // command: gac generate --all navigation
 // spec: 455e2a2e9005c19a
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 4e8146db157984bdf329fe56a32933ab83a20ea77c4832ef7dfda08680eb5379
+// body: f0c5f851cb7ed47abf0b2d128ada69157a846bbf8373be3fd55fba5a58d5643e
 
 #ifndef REAL
 #include "navigation.h"
@@ -1199,6 +1199,9 @@ static INLINE void NAME(update_pose_1)(const REAL *motor, const REAL *covariance
     converged[0] = (REAL)0;
     steps[0] = (REAL)0;
 }
+#define PARTS_update_pose_1(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND OUT(2, 4) AND OUT(3, 6) \
+    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1)
+GAC_IN_LANES(update_pose_1, PLAIN)
 
 static INLINE void NAME(update_pose_2)(const REAL *motor, const REAL *covariance, const REAL *now_motor, REAL
     *carry, REAL *carry_2, REAL *carry_2_2, REAL *carry_3, WORD *far)
@@ -1261,6 +1264,9 @@ static INLINE void NAME(update_pose_2)(const REAL *motor, const REAL *covariance
     carry_2_2[0] = (REAL)0;
     carry_3[0] = (REAL)0;
 }
+#define PARTS_update_pose_2(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND IN(2, 4) AND OUT(3, 3) \
+    AND OUT(4, 6) AND OUT(5, 1) AND OUT(6, 1)
+GAC_IN_LANES(update_pose_2, TURNS)
 
 static INLINE void NAME(update_pose_3)(const REAL *now_motor, REAL *common)
 {
@@ -1269,6 +1275,8 @@ static INLINE void NAME(update_pose_3)(const REAL *now_motor, REAL *common)
     common[0] = (REAL)2 * (now_motor_e12 * now_motor_e20 - now_motor_1 * now_motor_e01);
     common[1] = (REAL)2 * (now_motor_1 * now_motor_e20 + now_motor_e12 * now_motor_e01);
 }
+#define PARTS_update_pose_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND OUT(1, 2)
+GAC_IN_LANES(update_pose_3, PLAIN)
 
 static INLINE void NAME(update_pose_4)(REAL gate, const REAL *now_motor, const REAL *carry, const REAL *carry_2_2,
     REAL carry_2_3, REAL carry_3, const REAL *line, const REAL *spread, const REAL *measured_line, const REAL
@@ -1366,6 +1374,10 @@ static INLINE void NAME(update_pose_4)(REAL gate, const REAL *now_motor, const R
     carry_2_2_out[0] = SELECT(t54, t67, carry_2_3);
     carry_3_out[0] = SELECT(t54, t68, carry_3);
 }
+#define PARTS_update_pose_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 4) AND IN(2, 3) AND IN(3, 6) \
+    AND NUMBER(4, 0) AND NUMBER(5, 0) AND IN(6, 3) AND IN(7, 3) AND IN(8, 3) AND IN(9, 3) AND IN(10, 2) \
+    AND OUT(11, 3) AND OUT(12, 6) AND OUT(13, 1) AND OUT(14, 1)
+GAC_IN_LANES(update_pose_4, PLAIN)
 
 static INLINE void NAME(update_pose_5)(const REAL *now_motor, REAL now_predicted_square, REAL now_first, const REAL
     *carry, const REAL *carry_2_2, REAL carry_2_3, REAL *next_now_motor, REAL *next_now_covariance, REAL
@@ -1406,6 +1418,10 @@ static INLINE void NAME(update_pose_5)(const REAL *now_motor, REAL now_predicted
     next_now_turned[0] = t0;
     next_now_moved[0] = carry_1 * carry_1 + carry_2 * carry_2;
 }
+#define PARTS_update_pose_5(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 3) \
+    AND IN(4, 6) AND NUMBER(5, 0) AND OUT(6, 4) AND OUT(7, 6) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
+    AND OUT(11, 1)
+GAC_IN_LANES(update_pose_5, TURNS)
 
 static INLINE void NAME(update_pose_6)(const REAL *next_now_covariance, REAL next_now_turned, REAL next_now_moved,
     REAL *converged)
@@ -1415,6 +1431,8 @@ static INLINE void NAME(update_pose_6)(const REAL *next_now_covariance, REAL nex
     const REAL t0 = LESS_EQUAL(next_now_moved * (REAL)1000, next_now_covariance_3 + next_now_covariance_5);
     converged[0] = LESS_EQUAL(next_now_turned * (REAL)1000, next_now_covariance_0) * t0;
 }
+#define PARTS_update_pose_6(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND NUMBER(2, 0) AND OUT(3, 1)
+GAC_IN_LANES(update_pose_6, PLAIN)
 
 static INLINE void NAME(update_pose_7)(const REAL *now_covariance, REAL now_predicted_square, REAL now_used, REAL
     converged, REAL *out_1, REAL *out_2)
@@ -1432,6 +1450,9 @@ static INLINE void NAME(update_pose_7)(const REAL *now_covariance, REAL now_pred
     out_2[1] = now_used;
     out_2[2] = converged;
 }
+#define PARTS_update_pose_7(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND NUMBER(2, 0) AND NUMBER(3, 0) \
+    AND OUT(4, 6) AND OUT(5, 3)
+GAC_IN_LANES(update_pose_7, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t navigation_update_pose_work(intptr_t n)
@@ -1485,7 +1506,64 @@ void NAME(update_pose)(intptr_t n, const REAL *motor, const REAL *covariance, co
     covariance, model, spread, seen, noise, gate, out_0, out_1, out_2, work));
 }
 
-GAC_PROCEDURE(update_pose, ALONE)
+static INLINE WORD NAME(update_pose_lanes)(intptr_t n, const REAL *motor, const REAL *covariance, const REAL *model,
+    const REAL *spread, const REAL *seen, const REAL *noise, const REAL *gate, REAL *out_0, REAL *out_1,
+    REAL *out_2)
+{
+    _Alignas(64) REAL now_covariance[6 * NLANES], now_predicted_square[NLANES], now_used[NLANES], now_first[NLANES],
+    now_turned[NLANES], now_moved[NLANES], converged[NLANES], steps[NLANES], next_now_motor[4 * NLANES],
+    next_now_covariance[6 * NLANES], next_now_predicted_square[NLANES], next_now_used[NLANES],
+    next_now_first[NLANES], next_now_turned[NLANES], next_now_moved[NLANES], carry[3 * NLANES], carry_2[6 * NLANES],
+    carry_2_2[NLANES], carry_3[NLANES], common[2 * NLANES], gac_kept_0[4 * NLANES], gac_kept_1[6 * NLANES],
+    gac_kept_2[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES],
+    gac_kept_7[NLANES];
+    WORD far = 0;
+    NAME(update_pose_1_lanes)(motor, covariance, out_0, now_covariance, now_predicted_square, now_used, now_first,
+    now_turned, now_moved, converged, steps);
+    ROUNDS(rounds, 20) {
+        KEEP(rounds, 4 * NLANES, out_0, gac_kept_0);
+        KEEP(rounds, 6 * NLANES, now_covariance, gac_kept_1);
+        KEEP(rounds, NLANES, now_predicted_square, gac_kept_2);
+        KEEP(rounds, NLANES, now_used, gac_kept_3);
+        KEEP(rounds, NLANES, now_first, gac_kept_4);
+        KEEP(rounds, NLANES, now_turned, gac_kept_5);
+        KEEP(rounds, NLANES, now_moved, gac_kept_6);
+        KEEP(rounds, NLANES, converged, gac_kept_7);
+        far |= NAME(update_pose_2_lanes)(motor, covariance, out_0, carry, carry_2, carry_2_2, carry_3);
+        NAME(update_pose_3_lanes)(out_0, common);
+        for (intptr_t j = 0; j < n; j++)
+            NAME(update_pose_4_lanes)(gate, out_0, carry, carry_2, carry_2_2, carry_3, model + 3 * NLANES * j,
+    spread + 3 * NLANES * j, seen + 3 * NLANES * j, noise + 3 * NLANES * j, common, carry, carry_2, carry_2_2,
+    carry_3);
+        far |= NAME(update_pose_5_lanes)(out_0, now_predicted_square, now_first, carry, carry_2, carry_2_2,
+    next_now_motor, next_now_covariance, next_now_predicted_square, next_now_first, next_now_turned,
+    next_now_moved);
+        COPY(NLANES, carry_3, next_now_used);
+        NAME(update_pose_6_lanes)(next_now_covariance, next_now_turned, next_now_moved, converged);
+        COPY(4 * NLANES, next_now_motor, out_0);
+        COPY(6 * NLANES, next_now_covariance, now_covariance);
+        COPY(NLANES, next_now_predicted_square, now_predicted_square);
+        COPY(NLANES, next_now_used, now_used);
+        COPY(NLANES, next_now_first, now_first);
+        COPY(NLANES, next_now_turned, now_turned);
+        COPY(NLANES, next_now_moved, now_moved);
+        RESTORE(rounds, 4 * NLANES, gac_kept_0, out_0);
+        RESTORE(rounds, 6 * NLANES, gac_kept_1, now_covariance);
+        RESTORE(rounds, NLANES, gac_kept_2, now_predicted_square);
+        RESTORE(rounds, NLANES, gac_kept_3, now_used);
+        RESTORE(rounds, NLANES, gac_kept_4, now_first);
+        RESTORE(rounds, NLANES, gac_kept_5, now_turned);
+        RESTORE(rounds, NLANES, gac_kept_6, now_moved);
+        RESTORE(rounds, NLANES, gac_kept_7, converged);
+        COUNT(rounds, steps);
+        if (ALL_ENDED(rounds, converged))
+            break;
+    }
+    NAME(update_pose_7_lanes)(now_covariance, now_predicted_square, now_used, converged, out_1, out_2);
+    return far;
+}
+
+GAC_PROCEDURE(update_pose, BUSY)
 
 #define TABLES_nearest_on_path(LENGTH, IN, NUMBER, SAME, INDEX, OUT, AND) LENGTH(0, n) AND IN(0, p, 2, 2, 1) \
     AND SAME(1, pieces, 4, 4, n) AND SAME(2, starts, 4, 4, n) AND SAME(3, spans, 2, 2, n) AND NUMBER(4, low) \

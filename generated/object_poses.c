@@ -2,7 +2,7 @@
 // command: gac generate --all object_poses
 // spec: 8bcaa39c4e930139
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 9999f917cf33c3c5b5509528c5c73b5edac2887df71424c82dd060ed1fe5fecf
+// body: cc0f17085b43fbbe2b669d12e2b0a09924268c3f235a08e9ba688aa7344e9f98
 
 #ifndef REAL
 #include "object_poses.h"
@@ -381,6 +381,9 @@ static INLINE void NAME(refine_pose_1)(const REAL *m, REAL *now_motor, REAL *now
     converged[0] = (REAL)0;
     steps[0] = (REAL)0;
 }
+#define PARTS_refine_pose_1(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8) AND OUT(2, 8) AND OUT(3, 21) \
+    AND OUT(4, 6) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1)
+GAC_IN_LANES(refine_pose_1, PLAIN)
 
 static INLINE void NAME(refine_pose_2)(const REAL *now_candidate, const REAL *cameras, REAL *turned)
 {
@@ -438,6 +441,8 @@ static INLINE void NAME(refine_pose_2)(const REAL *now_candidate, const REAL *ca
     turned[10] = cameras_2_0 * t24 + cameras_2_2 * t23 - cameras_2_1 * t25;
     turned[11] = cameras_2_1 * t27 + cameras_2_2 * t29 + cameras_2_3 * t30 - cameras_2_0 * t32;
 }
+#define PARTS_refine_pose_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 12) AND OUT(2, 12)
+GAC_IN_LANES(refine_pose_2, PLAIN)
 
 static INLINE void NAME(refine_pose_3)(REAL *sum, REAL *sum_2, REAL *sum_2_2)
 {
@@ -470,12 +475,16 @@ static INLINE void NAME(refine_pose_3)(REAL *sum, REAL *sum_2, REAL *sum_2_2)
     sum_2[5] = (REAL)0;
     sum_2_2[0] = (REAL)0;
 }
+#define PARTS_refine_pose_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 21) AND OUT(1, 6) AND OUT(2, 1)
+GAC_IN_LANES(refine_pose_3, PLAIN)
 
 static INLINE void NAME(refine_pose_4)(REAL scale, REAL wide, REAL now_stage, REAL *common)
 {
     const REAL t0 = SELECT(LESS(now_stage, (REAL)2), wide, scale);
     common[0] = t0 * t0;
 }
+#define PARTS_refine_pose_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) AND OUT(3, 1)
+GAC_IN_LANES(refine_pose_4, PLAIN)
 
 static INLINE void NAME(refine_pose_5)(REAL unit, const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, const REAL
     *points, const REAL *points_pixels, REAL weight, const REAL *turned, REAL common, REAL *sum_out, REAL
@@ -552,6 +561,10 @@ static INLINE void NAME(refine_pose_5)(REAL unit, const REAL *sum, const REAL *s
     sum_2_out[5] = sum_2_2_5 + t15 * (t11 * t29 + t12 * t30);
     sum_2_2_out[0] = sum_2_3 + t14 * (weight * t13);
 }
+#define PARTS_refine_pose_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 21) AND IN(2, 6) AND NUMBER(3, 0) \
+    AND IN(4, 3) AND IN(5, 2) AND NUMBER(6, 0) AND IN(7, 12) AND NUMBER(8, 0) AND OUT(9, 21) AND OUT(10, 6) \
+    AND OUT(11, 1)
+GAC_IN_LANES(refine_pose_5, PLAIN)
 
 static INLINE void NAME(refine_pose_6)(REAL *sum_3, REAL *sum_4, REAL *sum_2_3)
 {
@@ -584,6 +597,8 @@ static INLINE void NAME(refine_pose_6)(REAL *sum_3, REAL *sum_4, REAL *sum_2_3)
     sum_4[5] = (REAL)0;
     sum_2_3[0] = (REAL)0;
 }
+#define PARTS_refine_pose_6(IN, SAME, NUMBER, OUT, AND) OUT(0, 21) AND OUT(1, 6) AND OUT(2, 1)
+GAC_IN_LANES(refine_pose_6, PLAIN)
 
 static INLINE void NAME(refine_pose_7)(REAL unit, REAL common, const REAL *sum_3, const REAL *sum_4, REAL sum_2,
     const REAL *element, const REAL *edges_pixels, REAL weight, const REAL *turned, REAL *sum_3_out, REAL
@@ -672,6 +687,10 @@ static INLINE void NAME(refine_pose_7)(REAL unit, REAL common, const REAL *sum_3
     sum_4_out[5] = sum_4_5 + t31 * (t28 * t40);
     sum_2_3[0] = sum_2 + t30 * (weight * t29);
 }
+#define PARTS_refine_pose_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 21) AND IN(3, 6) \
+    AND NUMBER(4, 0) AND IN(5, 6) AND IN(6, 2) AND NUMBER(7, 0) AND IN(8, 12) AND OUT(9, 21) AND OUT(10, 6) \
+    AND OUT(11, 1)
+GAC_IN_LANES(refine_pose_7, PLAIN)
 
 static INLINE void NAME(refine_pose_8)(REAL *sum_5, REAL *sum_6, REAL *sum_2_4)
 {
@@ -704,6 +723,8 @@ static INLINE void NAME(refine_pose_8)(REAL *sum_5, REAL *sum_6, REAL *sum_2_4)
     sum_6[5] = (REAL)0;
     sum_2_4[0] = (REAL)0;
 }
+#define PARTS_refine_pose_8(IN, SAME, NUMBER, OUT, AND) OUT(0, 21) AND OUT(1, 6) AND OUT(2, 1)
+GAC_IN_LANES(refine_pose_8, PLAIN)
 
 static INLINE void NAME(refine_pose_9)(REAL metric, REAL now_stage, REAL *common_2, REAL *common_3)
 {
@@ -711,6 +732,8 @@ static INLINE void NAME(refine_pose_9)(REAL metric, REAL now_stage, REAL *common
     common_2[0] = LESS((REAL)0, t0);
     common_3[0] = (REAL)1 / (t0 + (REAL)1e-30);
 }
+#define PARTS_refine_pose_9(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1) AND OUT(3, 1)
+GAC_IN_LANES(refine_pose_9, PLAIN)
 
 static INLINE void NAME(refine_pose_10)(REAL unit, REAL common, const REAL *sum_5, const REAL *sum_6, REAL sum_2,
     const REAL *balls, const REAL *balls_pixels, REAL weight, const REAL *turned, REAL common_2, REAL common_3, REAL
@@ -810,6 +833,10 @@ static INLINE void NAME(refine_pose_10)(REAL unit, REAL common, const REAL *sum_
     sum_6_out[5] = sum_6_5 + t37 * (t34 * t52);
     sum_2_4[0] = sum_2 + t36 * (weight * t35);
 }
+#define PARTS_refine_pose_10(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 21) AND IN(3, 6) \
+    AND NUMBER(4, 0) AND IN(5, 4) AND IN(6, 2) AND NUMBER(7, 0) AND IN(8, 12) AND NUMBER(9, 0) AND NUMBER(10, 0) \
+    AND OUT(11, 21) AND OUT(12, 6) AND OUT(13, 1)
+GAC_IN_LANES(refine_pose_10, PLAIN)
 
 static INLINE void NAME(refine_pose_11)(REAL *sum_7, REAL *sum_8, REAL *sum_2_5)
 {
@@ -842,6 +869,8 @@ static INLINE void NAME(refine_pose_11)(REAL *sum_7, REAL *sum_8, REAL *sum_2_5)
     sum_8[5] = (REAL)0;
     sum_2_5[0] = (REAL)0;
 }
+#define PARTS_refine_pose_11(IN, SAME, NUMBER, OUT, AND) OUT(0, 21) AND OUT(1, 6) AND OUT(2, 1)
+GAC_IN_LANES(refine_pose_11, PLAIN)
 
 static INLINE void NAME(refine_pose_12)(REAL unit, REAL common, REAL common_2, REAL common_3, const REAL *sum_7,
     const REAL *sum_8, REAL sum_2, const REAL *tubes, const REAL *tubes_pixels, REAL weight, const REAL *turned,
@@ -969,6 +998,10 @@ static INLINE void NAME(refine_pose_12)(REAL unit, REAL common, REAL common_2, R
     sum_8_out[5] = sum_8_5 - t52 * (t49 * t79);
     sum_2_5[0] = sum_2 + t51 * (weight * t50);
 }
+#define PARTS_refine_pose_12(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND IN(4, 21) AND IN(5, 6) AND NUMBER(6, 0) AND IN(7, 7) AND IN(8, 2) AND NUMBER(9, 0) \
+    AND IN(10, 12) AND OUT(11, 21) AND OUT(12, 6) AND OUT(13, 1)
+GAC_IN_LANES(refine_pose_12, PLAIN)
 
 static INLINE void NAME(refine_pose_13)(REAL *sum_9, REAL *sum_10, REAL *sum_2_6)
 {
@@ -1001,6 +1034,8 @@ static INLINE void NAME(refine_pose_13)(REAL *sum_9, REAL *sum_10, REAL *sum_2_6
     sum_10[5] = (REAL)0;
     sum_2_6[0] = (REAL)0;
 }
+#define PARTS_refine_pose_13(IN, SAME, NUMBER, OUT, AND) OUT(0, 21) AND OUT(1, 6) AND OUT(2, 1)
+GAC_IN_LANES(refine_pose_13, PLAIN)
 
 static INLINE void NAME(refine_pose_14)(REAL unit, REAL common, REAL common_2, REAL common_3, const REAL *sum_9,
     const REAL *sum_10, REAL sum_2, const REAL *rims, const REAL *rims_pixels, REAL weight, const REAL *turned, REAL
@@ -1133,6 +1168,10 @@ static INLINE void NAME(refine_pose_14)(REAL unit, REAL common, REAL common_2, R
     sum_10_out[5] = sum_10_5 + t51 * (t48 * t84);
     sum_2_6[0] = sum_2 + t50 * (weight * t49);
 }
+#define PARTS_refine_pose_14(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND IN(4, 21) AND IN(5, 6) AND NUMBER(6, 0) AND IN(7, 7) AND IN(8, 2) AND NUMBER(9, 0) \
+    AND IN(10, 12) AND OUT(11, 21) AND OUT(12, 6) AND OUT(13, 1)
+GAC_IN_LANES(refine_pose_14, PLAIN)
 
 static INLINE void NAME(refine_pose_15)(REAL unit, REAL tolerance, const REAL *now_motor, const REAL *now_candidate,
     const REAL *now_table, const REAL *now_slope, REAL now_cost, REAL now_damping, REAL now_stage, const REAL *sum,
@@ -1411,11 +1450,20 @@ static INLINE void NAME(refine_pose_15)(REAL unit, REAL tolerance, const REAL *n
     next_now_stage[0] = now_stage + t130;
     next_now_done[0] = t129 - t130;
 }
+#define PARTS_refine_pose_15(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 8) AND IN(3, 8) \
+    AND IN(4, 21) AND IN(5, 6) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) AND IN(9, 21) AND IN(10, 6) \
+    AND NUMBER(11, 0) AND IN(12, 21) AND IN(13, 6) AND NUMBER(14, 0) AND IN(15, 21) AND IN(16, 6) AND NUMBER(17, 0) \
+    AND IN(18, 21) AND IN(19, 6) AND NUMBER(20, 0) AND IN(21, 21) AND IN(22, 6) AND NUMBER(23, 0) AND OUT(24, 8) \
+    AND OUT(25, 8) AND OUT(26, 21) AND OUT(27, 6) AND OUT(28, 1) AND OUT(29, 1) AND OUT(30, 1) AND OUT(31, 1) \
+    AND OUT(32, 1)
+GAC_IN_LANES(refine_pose_15, TURNS)
 
 static INLINE void NAME(refine_pose_16)(REAL next_now_done, REAL *converged)
 {
     converged[0] = LESS((REAL)0, next_now_done);
 }
+#define PARTS_refine_pose_16(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(refine_pose_16, PLAIN)
 
 static INLINE void NAME(refine_pose_17)(REAL tolerance, const REAL *now_motor, const REAL *now_candidate, const REAL
     *now_table, REAL now_cost, REAL now_damping, REAL now_gain, REAL now_stage, REAL converged, REAL steps, REAL
@@ -1470,6 +1518,10 @@ static INLINE void NAME(refine_pose_17)(REAL tolerance, const REAL *now_motor, c
     out_2[2] = now_damping * (REAL)10;
     out_2[3] = steps;
 }
+#define PARTS_refine_pose_17(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 8) AND IN(2, 8) AND IN(3, 21) \
+    AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) AND NUMBER(9, 0) \
+    AND OUT(10, 8) AND OUT(11, 21) AND OUT(12, 4)
+GAC_IN_LANES(refine_pose_17, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t object_poses_refine_pose_work(intptr_t cameras, intptr_t points, intptr_t edges, intptr_t balls, intptr_t
@@ -1577,7 +1629,105 @@ void NAME(refine_pose)(intptr_t cameras, intptr_t points, intptr_t edges, intptr
     rims_weights, unit, scale, wide, tolerance, metric, stage, damping, out_0, out_1, out_2, work));
 }
 
-GAC_PROCEDURE(refine_pose, ALONE)
+static INLINE WORD NAME(refine_pose_lanes)(intptr_t cameras, intptr_t points, intptr_t edges, intptr_t balls,
+    intptr_t tubes, intptr_t rims, const REAL *m, const REAL *cameras_, const REAL *points_,
+    const REAL *points_pixels, const int64_t *points_cameras, const REAL *points_weights, const REAL *edges_,
+    const REAL *edges_pixels, const int64_t *edges_cameras, const REAL *edges_weights, const REAL *balls_,
+    const REAL *balls_pixels, const int64_t *balls_cameras, const REAL *balls_weights, const REAL *tubes_,
+    const REAL *tubes_pixels, const int64_t *tubes_cameras, const REAL *tubes_weights, const REAL *rims_,
+    const REAL *rims_pixels, const int64_t *rims_cameras, const REAL *rims_weights, const REAL *unit,
+    const REAL *scale, const REAL *wide, const REAL *tolerance, const REAL *metric, const REAL *stage,
+    const REAL *damping, REAL *out_0, REAL *out_1, REAL *out_2, REAL *turned)
+{
+    _Alignas(64) REAL now_motor[8 * NLANES], now_candidate[8 * NLANES], now_table[21 * NLANES],
+    now_slope[6 * NLANES], now_cost[NLANES], now_damping[NLANES], now_gain[NLANES], now_stage[NLANES],
+    now_done[NLANES], converged[NLANES], steps[NLANES], next_now_motor[8 * NLANES], next_now_candidate[8 * NLANES],
+    next_now_table[21 * NLANES], next_now_slope[6 * NLANES], next_now_cost[NLANES], next_now_damping[NLANES],
+    next_now_gain[NLANES], next_now_stage[NLANES], next_now_done[NLANES], sum[21 * NLANES], sum_2[6 * NLANES],
+    sum_2_2[NLANES], common[NLANES], sum_3[21 * NLANES], sum_4[6 * NLANES], sum_2_3[NLANES], sum_5[21 * NLANES],
+    sum_6[6 * NLANES], sum_2_4[NLANES], common_2[NLANES], common_3[NLANES], sum_7[21 * NLANES], sum_8[6 * NLANES],
+    sum_2_5[NLANES], sum_9[21 * NLANES], sum_10[6 * NLANES], sum_2_6[NLANES], gac_kept_0[8 * NLANES],
+    gac_kept_1[8 * NLANES], gac_kept_2[21 * NLANES], gac_kept_3[6 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES],
+    gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES], gac_kept_9[NLANES];
+    WORD far = 0;
+    NAME(refine_pose_1_lanes)(m, now_motor, now_candidate, now_table, now_slope, now_cost, now_gain, now_done,
+    converged, steps);
+    COPY(NLANES, damping, now_damping);
+    COPY(NLANES, stage, now_stage);
+    ROUNDS(rounds, 10) {
+        KEEP(rounds, 8 * NLANES, now_motor, gac_kept_0);
+        KEEP(rounds, 8 * NLANES, now_candidate, gac_kept_1);
+        KEEP(rounds, 21 * NLANES, now_table, gac_kept_2);
+        KEEP(rounds, 6 * NLANES, now_slope, gac_kept_3);
+        KEEP(rounds, NLANES, now_cost, gac_kept_4);
+        KEEP(rounds, NLANES, now_damping, gac_kept_5);
+        KEEP(rounds, NLANES, now_gain, gac_kept_6);
+        KEEP(rounds, NLANES, now_stage, gac_kept_7);
+        KEEP(rounds, NLANES, now_done, gac_kept_8);
+        KEEP(rounds, NLANES, converged, gac_kept_9);
+        for (intptr_t j = 0; j < cameras; j++)
+            NAME(refine_pose_2_lanes)(now_candidate, cameras_ + 12 * NLANES * j, turned + 12 * NLANES * j);
+        NAME(refine_pose_3_lanes)(sum, sum_2, sum_2_2);
+        NAME(refine_pose_4_lanes)(scale, wide, now_stage, common);
+        for (intptr_t j = 0; j < points; j++)
+            NAME(refine_pose_5_lanes)(unit, sum, sum_2, sum_2_2, points_ + 3 * NLANES * j,
+    points_pixels + 2 * NLANES * j, points_weights + NLANES * j, turned + 12 * NLANES * points_cameras[j], common,
+    sum, sum_2, sum_2_2);
+        NAME(refine_pose_6_lanes)(sum_3, sum_4, sum_2_3);
+        for (intptr_t j = 0; j < edges; j++)
+            NAME(refine_pose_7_lanes)(unit, common, sum_3, sum_4, sum_2_3, edges_ + 6 * NLANES * j,
+    edges_pixels + 2 * NLANES * j, edges_weights + NLANES * j, turned + 12 * NLANES * edges_cameras[j], sum_3,
+    sum_4, sum_2_3);
+        NAME(refine_pose_8_lanes)(sum_5, sum_6, sum_2_4);
+        NAME(refine_pose_9_lanes)(metric, now_stage, common_2, common_3);
+        for (intptr_t j = 0; j < balls; j++)
+            NAME(refine_pose_10_lanes)(unit, common, sum_5, sum_6, sum_2_4, balls_ + 4 * NLANES * j,
+    balls_pixels + 2 * NLANES * j, balls_weights + NLANES * j, turned + 12 * NLANES * balls_cameras[j], common_2,
+    common_3, sum_5, sum_6, sum_2_4);
+        NAME(refine_pose_11_lanes)(sum_7, sum_8, sum_2_5);
+        for (intptr_t j = 0; j < tubes; j++)
+            NAME(refine_pose_12_lanes)(unit, common, common_2, common_3, sum_7, sum_8, sum_2_5,
+    tubes_ + 7 * NLANES * j, tubes_pixels + 2 * NLANES * j, tubes_weights + NLANES * j,
+    turned + 12 * NLANES * tubes_cameras[j], sum_7, sum_8, sum_2_5);
+        NAME(refine_pose_13_lanes)(sum_9, sum_10, sum_2_6);
+        for (intptr_t j = 0; j < rims; j++)
+            NAME(refine_pose_14_lanes)(unit, common, common_2, common_3, sum_9, sum_10, sum_2_6,
+    rims_ + 7 * NLANES * j, rims_pixels + 2 * NLANES * j, rims_weights + NLANES * j,
+    turned + 12 * NLANES * rims_cameras[j], sum_9, sum_10, sum_2_6);
+        far |= NAME(refine_pose_15_lanes)(unit, tolerance, now_motor, now_candidate, now_table, now_slope, now_cost,
+    now_damping, now_stage, sum, sum_2, sum_2_2, sum_3, sum_4, sum_2_3, sum_5, sum_6, sum_2_4, sum_7, sum_8,
+    sum_2_5, sum_9, sum_10, sum_2_6, next_now_motor, next_now_candidate, next_now_table, next_now_slope,
+    next_now_cost, next_now_damping, next_now_gain, next_now_stage, next_now_done);
+        NAME(refine_pose_16_lanes)(next_now_done, converged);
+        COPY(8 * NLANES, next_now_motor, now_motor);
+        COPY(8 * NLANES, next_now_candidate, now_candidate);
+        COPY(21 * NLANES, next_now_table, now_table);
+        COPY(6 * NLANES, next_now_slope, now_slope);
+        COPY(NLANES, next_now_cost, now_cost);
+        COPY(NLANES, next_now_damping, now_damping);
+        COPY(NLANES, next_now_gain, now_gain);
+        COPY(NLANES, next_now_stage, now_stage);
+        COPY(NLANES, next_now_done, now_done);
+        RESTORE(rounds, 8 * NLANES, gac_kept_0, now_motor);
+        RESTORE(rounds, 8 * NLANES, gac_kept_1, now_candidate);
+        RESTORE(rounds, 21 * NLANES, gac_kept_2, now_table);
+        RESTORE(rounds, 6 * NLANES, gac_kept_3, now_slope);
+        RESTORE(rounds, NLANES, gac_kept_4, now_cost);
+        RESTORE(rounds, NLANES, gac_kept_5, now_damping);
+        RESTORE(rounds, NLANES, gac_kept_6, now_gain);
+        RESTORE(rounds, NLANES, gac_kept_7, now_stage);
+        RESTORE(rounds, NLANES, gac_kept_8, now_done);
+        RESTORE(rounds, NLANES, gac_kept_9, converged);
+        COUNT(rounds, steps);
+        if (ALL_ENDED(rounds, converged))
+            break;
+    }
+    NAME(refine_pose_17_lanes)(tolerance, now_motor, now_candidate, now_table, now_cost, now_damping, now_gain,
+    now_stage, converged, steps, out_0, out_1, out_2);
+    return far;
+}
+
+GAC_PROCEDURE(refine_pose, BUSY)
 
 #define TABLES_judge_pose(LENGTH, IN, NUMBER, SAME, INDEX, OUT, AND) LENGTH(0, cameras) AND LENGTH(1, points) \
     AND LENGTH(2, edges) AND LENGTH(3, balls) AND LENGTH(4, tubes) AND LENGTH(5, rims) AND IN(0, m, 8, 8, 1) \
