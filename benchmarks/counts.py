@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gacompiler.ir.cost import WEIGHTS, Cost
+from gacompiler.passes.bounds import lower_bound
 from gacompiler.passes.pipeline import compile_kernel
 from gacompiler.passes.record import Compilation
 
@@ -28,7 +29,8 @@ PAGE = Path("docs/operation-counts.md")
 LIMIT = 20.0
 """Time limit of kingdon for one expression, in seconds."""
 _HEADER = (
-    "expression", "definition", "mul", "add", "others", "FMA", "as written", "published", "kingdon", "ms", "kingdon ms",
+    "expression", "definition", "mul", "add", "others", "FMA", "as written", "published", "at least", "kingdon", "ms",
+    "kingdon ms",
 )  # fmt: skip
 _MISSING = "–"
 
@@ -102,9 +104,11 @@ def count_cells(each: Known, record: Compilation) -> tuple[str, ...]:
     cost, written = record.cost, record.candidates[0].cost
     definition = ", ".join(f"`{_short(str(expression))}`" for expression in record.trace.expressions)
     published = _MISSING if each.published is None else "{} / {}".format(*each.published)
+    bound = lower_bound(each.kernel, record.program)
+    least = _MISSING if bound is None else f"{bound.products} / {bound.operations}"
     return (
         each.kernel.name, definition.replace("|", "\\|"), str(cost.mul), str(cost.add), _others(cost.as_dict()),
-        str(cost.fma), _pair(written), published,
+        str(cost.fma), _pair(written), published, least,
     )  # fmt: skip
 
 
@@ -146,6 +150,8 @@ def _opening(rows: Sequence[Row], limit: float) -> list[str]:
             "*As written* is the count of the expression as written, operation by operation, without unused "
             "operations.",
             "*Published* is the best published count.",
+            "*At least* are lower bounds for every program: products and divisions, and all operations "
+            "(`gac cost --bound`).",
             "Times are those of one compilation, including the proof.",
         ),
         "",
@@ -190,7 +196,7 @@ def _mean_ratio(peers: Sequence[tuple[Row, int]]) -> float:
 
 
 def _table(rows: Iterable[Row]) -> list[str]:
-    lines = ["| " + " | ".join(_HEADER) + " |", "|" + " --- |" * 2 + " ---: |" * 2 + " --- |" + " ---: |" * 6]
+    lines = ["| " + " | ".join(_HEADER) + " |", "|" + " --- |" * 2 + " ---: |" * 2 + " --- |" + " ---: |" * 7]
     for row in rows:
         cells = (*count_cells(row.known, row.record), *_peer_cells(row))
         lines.append("| " + " | ".join(cells) + " |")

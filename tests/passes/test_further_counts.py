@@ -43,7 +43,7 @@ def test_a_page_with_invented_figures() -> None:
     record = compiled("rotor_vector")
     more, less, late = Peer((40, 20, 1), 0.0123), Peer((9, 6, 0), 2.0), Peer(None, 3.0, "> 3 s")
     text = page([Row(each, record, 0.5, peer) for peer in (more, less, late)], 3)
-    assert [row[8:] for row in rows(text)] == [
+    assert [row[9:] for row in rows(text)] == [
         ("40 / 20, 1 div", "500", "12"), ("9 / 6", "500", "2000"), ("–", "500", "> 3 s"),
     ]  # fmt: skip
     flat = " ".join(text.split())
