@@ -34,6 +34,17 @@ def pose_starts(places: Reals, seen: Reals) -> Reals:
     return np.stack(found, -3)
 
 
+def reversed_pose(pose: Reals, places: Reals) -> Reals:
+    """Return poses (..., 3, 4) whose plane of largest extent is mirrored in the plane orthogonal to the line of sight.
+
+    Both have the same image under parallel projection (Necker reversal): the other minimum of the distances in the
+    image is near the reversed pose of points that are in a plane, and are small or distant.
+    """
+    axes = _plane_axes(places)
+    rotation = _mirror(pose[..., 3]) @ pose[..., :3] @ np.swapaxes(axes, -1, -2) * [1, 1, -1]
+    return np.concatenate([rotation @ axes, pose[..., 3:]], -1)
+
+
 def three_points(places: Reals, seen: Reals) -> Reals:
     """Return the four [R | t] (..., 4, 3, 4) of three points (..., 3, 3) with images (..., 3, 2); missing ones are NaN.
 
@@ -82,13 +93,8 @@ def _from_space(places: Reals, seen: Reals) -> Reals:
 
 
 def _from_plane(places: Reals, seen: Reals) -> tuple[Reals, Reals]:
-    """Return the pose by the homography of the plane of largest extent, and its mirror image.
-
-    The plane mirrored in the plane perpendicular to the line of sight to the centroid has the same image under parallel
-    projection (Necker reversal): the other minimum of the distances in the image is near it.
-    """
-    axes = np.linalg.svd(places, full_matrices=False)[2]
-    axes = np.concatenate([axes[..., :2, :], np.cross(axes[..., 0, :], axes[..., 1, :])[..., None, :]], -2)
+    """Return the pose by the homography of the plane of largest extent, and its reversal."""
+    axes = _plane_axes(places)
     matrix, _ = linear_homography(places @ np.swapaxes(axes[..., :2, :], -1, -2), seen)
     matrix = np.where(np.isfinite(matrix), matrix, 0)
     size = np.sqrt(np.linalg.norm(matrix[..., 0], axis=-1) * np.linalg.norm(matrix[..., 1], axis=-1))
@@ -97,9 +103,8 @@ def _from_plane(places: Reals, seen: Reals) -> tuple[Reals, Reals]:
     rotation, _ = _nearest_rotation(
         np.concatenate([matrix[..., :2], np.cross(matrix[..., 0], matrix[..., 1])[..., None]], -1)
     )
-    shift = matrix[..., 2:]
-    mirrored = _mirror(shift[..., 0]) @ rotation * [1, 1, -1]
-    return np.concatenate([rotation @ axes, shift], -1), np.concatenate([mirrored @ axes, shift], -1)
+    pose = np.concatenate([rotation @ axes, matrix[..., 2:]], -1)
+    return pose, reversed_pose(pose, places)
 
 
 def _from_triples(places: Reals, seen: Reals) -> Reals:
@@ -142,6 +147,12 @@ def _nearest_rotation(matrix: Reals) -> tuple[Reals, Reals]:
     u, s, v = np.linalg.svd(matrix)
     u[..., 2] *= np.where(np.linalg.det(u @ v) < 0, -1, 1)[..., None]
     return u @ v, s.mean(-1)
+
+
+def _plane_axes(places: Reals) -> Reals:
+    """Return axes, as rows (..., 3, 3), of which the first two are those of the largest extents of centred points."""
+    axes = np.linalg.svd(places, full_matrices=False)[2]
+    return np.concatenate([axes[..., :2, :], np.cross(axes[..., 0, :], axes[..., 1, :])[..., None, :]], -2)
 
 
 def _mirror(normal: Reals) -> Reals:
