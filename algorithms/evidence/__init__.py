@@ -1,6 +1,6 @@
 """One theory of evidence for all estimators: noise, chance, consensus, ambiguity, observability, gates and statuses."""
 
-from .ambiguity import differ, likely
+from .ambiguity import differ, largest_likely, likely
 from .chance import Freedom, by_chance, least_by_chance, log_false_alarms
 from .consensus import Consensus, Hypothesis, Problem, check_sampling, consensus, explained_by_chance, polished
 from .gates import gate_of, is_lost
@@ -28,6 +28,7 @@ __all__ = [
     "explains",
     "gate_of",
     "is_lost",
+    "largest_likely",
     "largest_ratio",
     "least_by_chance",
     "likely",

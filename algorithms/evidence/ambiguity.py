@@ -28,14 +28,27 @@ def likely(costs: Reals, n_residuals: int, freedom: int, noise: Noise) -> NDArra
     """
     found = np.where(np.isfinite(costs), costs, np.inf)
     least = found.min(-1, keepdims=True)
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        if np.isinf(noise.weight):
-            variance = noise.raised(least, freedom)
-            logarithm = (least - found) / (2 * variance)
-        else:
-            known = noise.weight * noise.variance
-            logarithm = (noise.weight + n_residuals) / 2 * (np.log(known + least) - np.log(known + found))
-    return np.asarray(logarithm > np.log(WRONG)) & np.isfinite(found)
+    return np.asarray(found < largest_likely(least, n_residuals, freedom, noise)) & np.isfinite(found)
+
+
+def largest_likely(least: Reals, n_residuals: int, freedom: int, noise: Noise) -> Reals:
+    """Return the sums of squares from which minima have a likelihood of less than `WRONG` in relation to the best one.
+
+    Parameters
+    ----------
+    least : array, (...)
+        The sums of squares at the best minima, or bounds above them, which give bounds above the result.
+    n_residuals, freedom, noise
+        As in `likely`.
+
+    Returns
+    -------
+    array, (...)
+    """
+    if np.isinf(noise.weight):
+        return np.asarray(least - 2 * noise.raised(least, freedom) * np.log(WRONG))
+    known = noise.weight * noise.variance
+    return np.asarray(least + (known + least) * np.expm1(-2 / (noise.weight + n_residuals) * np.log(WRONG)))
 
 
 def differ(offsets: Reals, information: Reals, variance: Reals) -> NDArray[np.bool_]:

@@ -32,6 +32,8 @@ class Minima(NamedTuple):
     """(b, p, p) The sum of products of the derivatives of the residuals."""
     converged: NDArray[np.bool_]
     """(b,) Whether no step decreases the cost any further."""
+    lowest: Reals
+    """(b,) The sums of squares of the linear problems at the states: minima near these have no less."""
 
 
 def minima(
@@ -79,7 +81,8 @@ def minima(
         done = (np.abs(change) <= _SETTLED * cost[live]) | (cost[live] <= exact[live]) | (damping[live] > _MOST)
         converged[live[done]] = True
         live = live[~done]
-    return Minima(state, cost, normal, converged)
+    lowest = cost + (side * _solved(normal, side, np.full(len(state), _LEAST))).sum(1)
+    return Minima(state, cost, normal, converged, lowest)
 
 
 def _sums(residual: Reals, rows: Reals) -> tuple[Reals, Reals, Reals]:

@@ -131,7 +131,8 @@ def localizations(points: ArrayLike, pixels: ArrayLike, intrinsics: ArrayLike, n
     def solve(a: Reals, b: Reals) -> tuple[Reals, Reals]:
         centroid = a.mean(1)
         about = a - centroid[:, None]
-        found = all_poses(about, b, np.asarray(projective2.transform_point(inverse, b)), k, n_steps)
+        seen = np.asarray(projective2.transform_point(inverse, b))
+        found = all_poses(about, b, seen, k, n_steps, pixel_noise(k))
         return camera_motors(found.matrix[:, 0], centroid), pose_status(found, about, b, k, pixel_noise(k))[0]
 
     return _all(solve, places, image, leading, 4, (8,))

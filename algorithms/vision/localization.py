@@ -178,7 +178,7 @@ class _Scene:
     def minima(self, inliers: Reals) -> Poses:
         """Return all minima (1, s) of the distances of some of the points."""
         places, image, seen = (each[None, inliers] for each in (self.places, self.image, self.seen))
-        return all_poses(places, image, seen, self.k, _STEPS)
+        return all_poses(places, image, seen, self.k, _STEPS, self.noise)
 
     def status(self, found: Poses, inliers: Reals) -> tuple[Reals, Reals]:
         """Return the status (1,) of the best of the minima, and which of them are likely (1, s)."""

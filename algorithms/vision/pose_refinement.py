@@ -9,8 +9,8 @@ import numpy as np
 from generated import pga3, projective3
 
 from ..arguments import Reals
-from ..evidence import WRONG, Noise, differ, likely, minima
-from .pose_starts import pose_starts
+from ..evidence import WRONG, Noise, differ, largest_likely, likely, minima
+from .pose_starts import pose_starts, reversed_pose
 from .status import VisionStatus
 
 _OPEN = 1e-7
@@ -25,7 +25,7 @@ _WEIGHT = 4.0
 _ROUNDING = 1e-26
 """From floating point: squared residuals below this part of squared pixels are rounding errors."""
 _SOON = 25
-"""A limit on work: the number of iterations from starts that have not converged when another one has."""
+"""A limit on work: the number of iterations between tests whether a start can still lead to a likely minimum."""
 _PARAMETERS = 6
 
 
@@ -43,6 +43,8 @@ class Poses:
     """(...) bool: whether no step decreases the cost any further."""
     in_front: Reals
     """(...) bool: whether all points are in front of the camera."""
+    lowest: Reals
+    """(...) The cost of the linear problem at the pose: a minimum near it has no less."""
 
     def at(self, index: Reals | int | tuple[Reals | slice | int, ...]) -> Poses:
         """Return the poses at an index of the leading axes."""
@@ -56,33 +58,50 @@ def pixel_noise(k: Reals, noise: float | None = None) -> Noise:
     return Noise(_USUAL * _USUAL * abs(float(k[0, 0] * k[1, 1])), _WEIGHT)
 
 
-def all_poses(places: Reals, image: Reals, seen: Reals, k: Reals, n_steps: int) -> Poses:
+def all_poses(places: Reals, image: Reals, seen: Reals, k: Reals, n_steps: int, noise: Noise) -> Poses:
     """Return the minima (b, s) from all starts: first those with all points in front of the camera, the least first.
 
     `places` (b, n, 3) are relative to their centroids, `image` (b, n, 2) are pixels, `seen` their directions x/z, y/z.
+    The last start is the reversal of the best minimum that the others lead to.
     """
-    starts = pose_starts(places, seen)
+    found = _ordered(_followed(pose_starts(places, seen), np.inf, places, image, k, n_steps, noise))
+    best = found.at((slice(None), slice(1)))
+    least = np.where(best.in_front & np.isfinite(best.cost), best.cost, np.inf)[:, 0]
+    again = _followed(reversed_pose(best.matrix, places[:, None]), least, places, image, k, n_steps, noise)
+    names = [field.name for field in fields(Poses)]
+    return _ordered(Poses(*(np.concatenate([getattr(found, name), getattr(again, name)], 1) for name in names)))
+
+
+def _followed(
+    starts: Reals, least: Reals | float, places: Reals, image: Reals, k: Reals, n_steps: int, noise: Noise
+) -> Poses:
+    """Return the minima from starts (b, s, 3, 4); where these cannot be likely, iterations end before.
+
+    They end if the cost of the linear problem at a pose is larger than that of any likely minimum. That is bounded by
+    `least` (b,) and by the least cost of poses with all points in front of the camera, which have yet to decrease. In
+    1,200 scenes of markers, boards and 4 to 30 points, statuses equal those of 1,000 iterations from all starts.
+    """
     b, s = starts.shape[:2]
-    starts, places, image = starts.reshape(-1, 3, 4), np.repeat(places, s, 0), np.repeat(image, s, 0)
-    starts = np.where(_hopeless(starts, places, image, k, s)[:, None, None], np.nan, starts)
-    found = refined_poses(starts, places, image, k, min(n_steps, _SOON))
-    reached = (found.converged & found.in_front).reshape(b, s).any(1)
-    rest = np.repeat(~reached, s)
-    if n_steps > _SOON and rest.any():
-        more = refined_poses(starts[rest], places[rest], image[rest], k, n_steps)
+    n, sets, done = places.shape[1], np.repeat(np.arange(b), s), 0
+    found = refined_poses(starts.reshape(-1, 3, 4), places[sets], image[sets], k, 0)
+    while done < n_steps:
+        valid = np.where(found.in_front & np.isfinite(found.cost), found.cost, np.inf).reshape(b, s).min(1)
+        limit = largest_likely(np.minimum(valid, least), 2 * n, 2 * n - _PARAMETERS, noise)[sets]
+        rest = np.flatnonzero(~found.converged & np.isfinite(found.cost) & ~(found.lowest > limit))
+        if not len(rest):
+            break
+        steps = min(_SOON, n_steps - done)
+        more = refined_poses(found.matrix[rest], places[sets[rest]], image[sets[rest]], k, steps)
         for field in fields(Poses):
             getattr(found, field.name)[rest] = getattr(more, field.name)
-    cost = np.where(np.isfinite(found.cost), found.cost, np.inf).reshape(b, s)
-    order = np.lexsort((cost, ~found.in_front.reshape(b, s)), axis=1)
-    return found.at(order + s * np.arange(b)[:, None])
+        done += steps
+    return Poses(*(each.reshape(b, s, *each.shape[1:]) for each in (getattr(found, f.name) for f in fields(Poses))))
 
 
-def _hopeless(starts: Reals, places: Reals, image: Reals, k: Reals, n_starts: int) -> Reals:
-    """Return which starts (b s,) explain nothing of the pixels, if another one of the same points is valid."""
-    cost = pixel_squares(starts, places, image, k).sum(-1)
-    spread = ((image - image.mean(1, keepdims=True)) ** 2).sum((1, 2))
-    valid = (cost <= _EXPLAINED * spread).reshape(-1, n_starts).any(1)
-    return np.asarray(np.repeat(valid, n_starts) & ~(cost <= spread))
+def _ordered(found: Poses) -> Poses:
+    """Return poses (b, s), first those with all points in front of the camera, the least first."""
+    order = np.lexsort((np.where(np.isfinite(found.cost), found.cost, np.inf), ~found.in_front), axis=1)
+    return found.at((np.arange(len(order))[:, None], order))
 
 
 def pose_status(found: Poses, places: Reals, image: Reals, k: Reals, noise: Noise) -> tuple[Reals, Reals]:
@@ -92,7 +111,7 @@ def pose_status(found: Poses, places: Reals, image: Reals, k: Reals, noise: Nois
     undetermined. It is NOT_CONVERGED if iterations ended early, if points are behind the camera, if the residual of
     all points or of one is more than noise, or if it is larger than for an image of the points: for random pixels the
     residual is below a fraction x of their squares with a probability of about x^(n - 3). It is AMBIGUOUS if another
-    minimum, farther from the first than its bound, is likely as well.
+    minimum, farther from the first than its bound, is likely as well, or if one that was not reached may be.
     """
     n = places.shape[1]
     best, freedom = found.at((slice(None), 0)), 2 * n - _PARAMETERS
@@ -104,14 +123,20 @@ def pose_status(found: Poses, places: Reals, image: Reals, k: Reals, noise: Nois
     explained &= ~noise.contradicted(best.cost, freedom)
     squares = pixel_squares(best.matrix, places, image, k)
     explained &= ~noise.outlying(squares, 2, best.cost[:, None] - squares, freedom - 2).any(1)
-    costs = np.where(found.in_front & found.converged, found.cost, np.inf)
+    # A minimum that was not reached may be as likely as the linear problem says.
+    costs = np.where(found.converged, found.cost, np.maximum(found.lowest, best.cost[:, None]))
+    costs = np.where(found.in_front, costs, np.inf)
     rivals = likely(costs, 2 * n, freedom, noise)
-    known = np.where(np.isfinite(best.normal), best.normal, 0)[:, None]
-    rivals &= differ(_offsets(found), known, noise.raised(best.cost, freedom)[:, None])
-    status = np.where(rivals.any(1), VisionStatus.AMBIGUOUS, VisionStatus.OK)
+    rivals[:, 0] = True
+    known = np.where(np.isfinite(found.normal), found.normal, 0)
+    for i in range(rivals.shape[1] - 1):
+        if not rivals[:, i + 1 :].any():
+            break
+        apart = differ(_offsets(found, i), known[:, i : i + 1], noise.raised(found.cost[:, i : i + 1], freedom))
+        rivals[:, i + 1 :] &= (apart | ~rivals[:, i : i + 1])[:, i + 1 :]
+    status = np.where(rivals[:, 1:].any(1), VisionStatus.AMBIGUOUS, VisionStatus.OK)
     status = np.where(best.converged & best.in_front & explained, status, VisionStatus.NOT_CONVERGED)
     status = np.where(left_open, VisionStatus.DEGENERATE, status)
-    rivals[:, 0] = True
     return np.where(_n_distinct(places) < 4, VisionStatus.TOO_FEW, status), rivals
 
 
@@ -129,13 +154,14 @@ def deviations(pose: Poses, n_points: int, noise: Noise) -> Reals:
     return np.asarray(np.sqrt(np.maximum(largest, 0)) * [1, _depth(pose.matrix)])
 
 
-def _offsets(found: Poses) -> Reals:
-    """Return the motions (b, s, 6) from the first poses to all, as vectors of steps of `refined_poses`."""
+def _offsets(found: Poses, i: int) -> Reals:
+    """Return the motions (b, s, 6) from poses (b, i) to all, as vectors of steps of `refined_poses`."""
     matrix = np.where(np.isfinite(found.matrix), found.matrix, 0)
-    turn = matrix[..., :3] @ np.swapaxes(matrix[:, :1, :, :3], -1, -2)
+    first = matrix[:, i : i + 1]
+    turn = matrix[..., :3] @ np.swapaxes(first[..., :3], -1, -2)
     rotation = pga3.rotor_to_rotation_vector(pga3.rotor_from_matrix(turn))
-    shift = matrix[..., 3] - (turn @ matrix[:, :1, :, 3:])[..., 0]
-    return np.concatenate([rotation, shift / _depth(matrix[:, :1])[..., None]], -1)
+    shift = matrix[..., 3] - (turn @ first[..., 3:])[..., 0]
+    return np.concatenate([rotation, shift / _depth(first)[..., None]], -1)
 
 
 def refined_poses(start: Reals, places: Reals, image: Reals, k: Reals, n_steps: int) -> Poses:
@@ -151,7 +177,7 @@ def refined_poses(start: Reals, places: Reals, image: Reals, k: Reals, n_steps: 
 
     found = minima(start, equations, _moved, _ROUNDING * (image**2).sum((1, 2)), n_steps)
     depths = (places @ found.state[:, 2, :3, None])[..., 0] + found.state[:, 2, 3:]
-    return Poses(found.state, found.cost, found.normal, found.converged, np.asarray((depths > 0).all(1)))
+    return Poses(found.state, found.cost, found.normal, found.converged, np.asarray((depths > 0).all(1)), found.lowest)
 
 
 def _depth(matrix: Reals) -> Reals:

@@ -36,6 +36,17 @@ def pose_starts(places: Reals, seen: Reals) -> Reals:
     return np.stack(found, -3)
 
 
+def reversed_pose(pose: Reals, places: Reals) -> Reals:
+    """Return poses (..., 3, 4) whose plane of largest extent is mirrored in the plane orthogonal to the line of sight.
+
+    Both have the same image under parallel projection (Necker reversal): the other minimum of the distances in the
+    image is near the reversed pose of points that are in a plane, and are small or distant.
+    """
+    axes = _plane_axes(places)
+    rotation = _mirror(pose[..., 3]) @ pose[..., :3] @ np.swapaxes(axes, -1, -2) * [1, 1, -1]
+    return np.concatenate([rotation @ axes, pose[..., 3:]], -1)
+
+
 def three_points(places: Reals, seen: Reals) -> Reals:
     """Return the four [R | t] (..., 4, 3, 4) of three points (..., 3, 3) with images (..., 3, 2); missing ones are NaN.
 
@@ -85,10 +96,10 @@ def _from_space(places: Reals, seen: Reals) -> Reals:
 
 
 def _from_plane(places: Reals, seen: Reals) -> tuple[Reals, Reals]:
-    """Return the pose by the homography of the plane of largest extent, and its mirror image."""
-    axes = matrices.singular_vectors(places)[1]
-    matrix, _ = linear_homography(places @ axes[..., :2], seen)
-    poses = linear_views.poses_of_plane(np.where(np.isfinite(matrix), matrix, 0), np.swapaxes(axes, -1, -2))
+    """Return the pose by the homography of the plane of largest extent, and its reversal."""
+    axes = _plane_axes(places)
+    matrix, _ = linear_homography(places @ np.swapaxes(axes[..., :2, :], -1, -2), seen)
+    poses = linear_views.poses_of_plane(np.where(np.isfinite(matrix), matrix, 0), axes)
     return np.asarray(poses[0]), np.asarray(poses[1])
 
 
@@ -104,6 +115,17 @@ def _from_triples(places: Reals, seen: Reals) -> Reals:
     off = np.where((in_camera[..., 2] > 0).all(-1), off, np.inf)
     best = np.argsort(off, axis=-1)[..., :4]
     return np.moveaxis(np.take_along_axis(found, best[..., None, None], -3), -3, 0)
+
+
+def _plane_axes(places: Reals) -> Reals:
+    """Return axes, as rows (..., 3, 3), of which the first two are those of the largest extents of centred points."""
+    return np.swapaxes(matrices.singular_vectors(places)[1], -1, -2)
+
+
+def _mirror(normal: Reals) -> Reals:
+    """Return the reflections in the planes orthogonal to vectors (..., 3)."""
+    unit = normal / np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-300)
+    return np.asarray(np.eye(3) - 2 * unit[..., :, None] * unit[..., None, :])
 
 
 def _frame(triangle: Reals) -> Reals:

@@ -10,7 +10,7 @@ import scipy.ndimage
 from scipy.spatial.transform import Rotation
 
 from algorithms.estimation import EstimationStatus, MotorFilter, RotorFilter, estimate_orientation
-from algorithms.vision import Camera, VisionStatus, calibrate_from_planes, localize, triangulation
+from algorithms.vision import Camera, VisionStatus, calibrate_from_planes, localizations, localize, triangulation
 from algorithms.wavelets import disparity, optical_flow
 from generated import pga3, vga3
 
@@ -42,6 +42,22 @@ def test_both_poses_of_a_small_marker(seed: int) -> None:
     # The poses are mirror images: their normals differ by about twice the tilt.
     normals = [pga3.motor_to_matrix(pose)[2, :3] for pose in found.poses]
     assert np.degrees(np.arccos(np.clip(normals[0] @ normals[1], -1, 1))) > 20
+
+
+@pytest.mark.parametrize("seed", [29, 276, 749, 847, 914, 1192])
+def test_the_other_pose_of_a_small_marker_is_not_given_up(seed: int) -> None:
+    """In these scenes iterations need more than 25 steps to it from the homography, and the best pose is wrong."""
+    rng = np.random.default_rng([seed, 9])
+    corners = 0.05 * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0.0]])
+    turn = Rotation.from_rotvec([0, 0, rng.uniform(0, 6)]) * Rotation.from_rotvec([rng.uniform(0.2, 0.9), 0, 0])
+    pixels = view(corners, turn, np.array([0.1, 0.05, 2.4])) + rng.normal(0, 0.3, (4, 2))
+    found = localize(corners, pixels, K)
+    assert found.status == VisionStatus.AMBIGUOUS and len(found.poses) == 2
+    assert angle(found.poses[0], turn) > 40
+    assert angle(found.poses[1], turn) < np.degrees(4.1 * found.deviation[0])
+    # A limit on iterations does not make one pose the only one.
+    for n_steps in (5, 10, 15, 20, 30, 60):
+        assert localizations(corners, pixels, K, n_steps).status != VisionStatus.OK
 
 
 def test_a_wrong_pixel_is_left_out() -> None:
