@@ -2,7 +2,7 @@
 // command: gac generate --all body_eye
 // spec: 6157eab53fdc508f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 691c7ed5b2f30b0b010db4895ef98cc806d117a5a0473d6fc7b78eb59f35188f
+// body: 25b76cd635c9e43ff70b84ff032a400a39a7dd594a145e1f0b343b98d07f2300
 
 #ifndef REAL
 #include "body_eye.h"
@@ -48,67 +48,67 @@ INLINE void NAME(axis_of_three_points)(const REAL *a, const REAL *b, const REAL 
     const REAL a_e1 = a[0], a_e2 = a[1], a_e3 = a[2];
     const REAL b_e1 = b[0], b_e2 = b[1], b_e3 = b[2];
     const REAL c_e1 = c[0], c_e2 = c[1], c_e3 = c[2];
-    const REAL t0 = b_e1 - a_e1;
-    const REAL t1 = c_e2 - b_e2;
-    const REAL t2 = b_e2 - a_e2;
-    const REAL t3 = c_e1 - b_e1;
-    const REAL t4 = c_e3 - b_e3;
-    const REAL t5 = b_e3 - a_e3;
-    const REAL t6 = (b_e1 * b_e1 + b_e2 * b_e2 + b_e3 * b_e3) * (REAL)0.5;
-    const REAL t7 = t6 - (REAL)0.5 * (c_e1 * c_e1 + c_e2 * c_e2 + c_e3 * c_e3);
-    const REAL t8 = (REAL)0.5 * (a_e1 * a_e1 + a_e2 * a_e2 + a_e3 * a_e3) - t6;
+    const REAL t0 = a_e1 - c_e1;
+    const REAL t1 = b_e2 - c_e2;
+    const REAL t2 = b_e1 - c_e1;
+    const REAL t3 = a_e2 - c_e2;
+    const REAL t4 = b_e3 - c_e3;
+    const REAL t5 = a_e3 - c_e3;
+    const REAL t6 = c_e1 * c_e1 + c_e2 * c_e2 + c_e3 * c_e3;
+    const REAL t7 = (b_e1 * b_e1 + b_e2 * b_e2 + b_e3 * b_e3 - t6) * (REAL)0.5;
+    const REAL t8 = (REAL)0.5 * (a_e1 * a_e1 + a_e2 * a_e2 + a_e3 * a_e3 - t6);
     out[0] = t0 * t1 - t2 * t3;
-    out[1] = t0 * t4 - t5 * t3;
-    out[2] = t2 * t4 - t5 * t1;
-    out[3] = t8 * t3 - t0 * t7;
-    out[4] = t8 * t1 - t2 * t7;
-    out[5] = t8 * t4 - t5 * t7;
+    out[1] = t0 * t4 - t2 * t5;
+    out[2] = t3 * t4 - t1 * t5;
+    out[3] = t0 * t7 - t2 * t8;
+    out[4] = t3 * t7 - t1 * t8;
+    out[5] = t5 * t7 - t4 * t8;
 }
 
-static INLINE void NAME(axis_of_three_points_prepare_a_b)(const REAL *a, const REAL *b, REAL *prepared)
+static INLINE void NAME(axis_of_three_points_prepare_a_c)(const REAL *a, const REAL *c, REAL *prepared)
 {
     const REAL a_e1 = a[0], a_e2 = a[1], a_e3 = a[2];
-    const REAL b_e1 = b[0], b_e2 = b[1], b_e3 = b[2];
-    const REAL t0 = (b_e1 * b_e1 + b_e2 * b_e2 + b_e3 * b_e3) * (REAL)0.5;
-    prepared[0] = b_e2;
-    prepared[1] = b_e1 - a_e1;
-    prepared[2] = b_e1;
-    prepared[3] = b_e2 - a_e2;
-    prepared[4] = b_e3;
-    prepared[5] = b_e3 - a_e3;
+    const REAL c_e1 = c[0], c_e2 = c[1], c_e3 = c[2];
+    const REAL t0 = c_e1 * c_e1 + c_e2 * c_e2 + c_e3 * c_e3;
+    prepared[0] = c_e2;
+    prepared[1] = a_e1 - c_e1;
+    prepared[2] = c_e1;
+    prepared[3] = a_e2 - c_e2;
+    prepared[4] = c_e3;
+    prepared[5] = a_e3 - c_e3;
     prepared[6] = t0;
-    prepared[7] = (REAL)0.5 * (a_e1 * a_e1 + a_e2 * a_e2 + a_e3 * a_e3) - t0;
+    prepared[7] = (REAL)0.5 * (a_e1 * a_e1 + a_e2 * a_e2 + a_e3 * a_e3 - t0);
 }
 
-static INLINE void NAME(axis_of_three_points_apply_a_b)(const REAL *prepared, const REAL *c, REAL *out)
+static INLINE void NAME(axis_of_three_points_apply_a_c)(const REAL *prepared, const REAL *b, REAL *out)
 {
     const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
         c5 = prepared[5], c6 = prepared[6], c7 = prepared[7];
-    const REAL c_e1 = c[0], c_e2 = c[1], c_e3 = c[2];
-    const REAL t0 = c_e2 - c0;
-    const REAL t1 = c_e1 - c2;
-    const REAL t2 = c_e3 - c4;
-    const REAL t3 = c6 - (REAL)0.5 * (c_e1 * c_e1 + c_e2 * c_e2 + c_e3 * c_e3);
-    out[0] = c1 * t0 - c3 * t1;
-    out[1] = c1 * t2 - c5 * t1;
-    out[2] = c3 * t2 - c5 * t0;
-    out[3] = c7 * t1 - c1 * t3;
-    out[4] = c7 * t0 - c3 * t3;
-    out[5] = c7 * t2 - c5 * t3;
+    const REAL b_e1 = b[0], b_e2 = b[1], b_e3 = b[2];
+    const REAL t0 = b_e2 - c0;
+    const REAL t1 = b_e1 - c2;
+    const REAL t2 = b_e3 - c4;
+    const REAL t3 = (b_e1 * b_e1 + b_e2 * b_e2 + b_e3 * b_e3 - c6) * (REAL)0.5;
+    out[0] = c1 * t0 - t1 * c3;
+    out[1] = c1 * t2 - t1 * c5;
+    out[2] = c3 * t2 - t0 * c5;
+    out[3] = c1 * t3 - t1 * c7;
+    out[4] = c3 * t3 - t0 * c7;
+    out[5] = c5 * t3 - t2 * c7;
 }
 
 static INLINE void NAME(axis_of_three_points_prepare_b_c)(const REAL *b, const REAL *c, REAL *prepared)
 {
     const REAL b_e1 = b[0], b_e2 = b[1], b_e3 = b[2];
     const REAL c_e1 = c[0], c_e2 = c[1], c_e3 = c[2];
-    const REAL t0 = (b_e1 * b_e1 + b_e2 * b_e2 + b_e3 * b_e3) * (REAL)0.5;
-    prepared[0] = b_e1;
-    prepared[1] = c_e2 - b_e2;
-    prepared[2] = b_e2;
-    prepared[3] = c_e1 - b_e1;
-    prepared[4] = c_e3 - b_e3;
-    prepared[5] = b_e3;
-    prepared[6] = t0 - (REAL)0.5 * (c_e1 * c_e1 + c_e2 * c_e2 + c_e3 * c_e3);
+    const REAL t0 = c_e1 * c_e1 + c_e2 * c_e2 + c_e3 * c_e3;
+    prepared[0] = c_e1;
+    prepared[1] = b_e2 - c_e2;
+    prepared[2] = c_e2;
+    prepared[3] = b_e1 - c_e1;
+    prepared[4] = b_e3 - c_e3;
+    prepared[5] = c_e3;
+    prepared[6] = (b_e1 * b_e1 + b_e2 * b_e2 + b_e3 * b_e3 - t0) * (REAL)0.5;
     prepared[7] = t0;
 }
 
@@ -117,67 +117,67 @@ static INLINE void NAME(axis_of_three_points_apply_b_c)(const REAL *prepared, co
     const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
         c5 = prepared[5], c6 = prepared[6], c7 = prepared[7];
     const REAL a_e1 = a[0], a_e2 = a[1], a_e3 = a[2];
-    const REAL t0 = c0 - a_e1;
-    const REAL t1 = c2 - a_e2;
-    const REAL t2 = c5 - a_e3;
-    const REAL t3 = (REAL)0.5 * (a_e1 * a_e1 + a_e2 * a_e2 + a_e3 * a_e3) - c7;
-    out[0] = t0 * c1 - t1 * c3;
-    out[1] = t0 * c4 - t2 * c3;
-    out[2] = t1 * c4 - t2 * c1;
-    out[3] = t3 * c3 - t0 * c6;
-    out[4] = t3 * c1 - t1 * c6;
-    out[5] = t3 * c4 - t2 * c6;
+    const REAL t0 = a_e1 - c0;
+    const REAL t1 = a_e2 - c2;
+    const REAL t2 = a_e3 - c5;
+    const REAL t3 = (REAL)0.5 * (a_e1 * a_e1 + a_e2 * a_e2 + a_e3 * a_e3 - c7);
+    out[0] = t0 * c1 - c3 * t1;
+    out[1] = t0 * c4 - c3 * t2;
+    out[2] = t1 * c4 - c1 * t2;
+    out[3] = t0 * c6 - c3 * t3;
+    out[4] = t1 * c6 - c1 * t3;
+    out[5] = t2 * c6 - c4 * t3;
 }
 
-static INLINE void NAME(axis_of_three_points_prepare_a_c)(const REAL *a, const REAL *c, REAL *prepared)
+static INLINE void NAME(axis_of_three_points_prepare_a_b)(const REAL *a, const REAL *b, REAL *prepared)
 {
     const REAL a_e1 = a[0], a_e2 = a[1], a_e3 = a[2];
-    const REAL c_e1 = c[0], c_e2 = c[1], c_e3 = c[2];
+    const REAL b_e1 = b[0], b_e2 = b[1], b_e3 = b[2];
     prepared[0] = a_e1;
-    prepared[1] = c_e2;
-    prepared[2] = a_e2;
-    prepared[3] = c_e1;
-    prepared[4] = c_e3;
+    prepared[1] = b_e2;
+    prepared[2] = b_e1;
+    prepared[3] = a_e2;
+    prepared[4] = b_e3;
     prepared[5] = a_e3;
-    prepared[6] = (REAL)0.5 * (c_e1 * c_e1 + c_e2 * c_e2 + c_e3 * c_e3);
-    prepared[7] = (REAL)0.5 * (a_e1 * a_e1 + a_e2 * a_e2 + a_e3 * a_e3);
+    prepared[6] = b_e1 * b_e1 + b_e2 * b_e2 + b_e3 * b_e3;
+    prepared[7] = a_e1 * a_e1 + a_e2 * a_e2 + a_e3 * a_e3;
 }
 
-static INLINE void NAME(axis_of_three_points_apply_a_c)(const REAL *prepared, const REAL *b, REAL *out)
+static INLINE void NAME(axis_of_three_points_apply_a_b)(const REAL *prepared, const REAL *c, REAL *out)
 {
     const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
         c5 = prepared[5], c6 = prepared[6], c7 = prepared[7];
-    const REAL b_e1 = b[0], b_e2 = b[1], b_e3 = b[2];
-    const REAL t0 = b_e1 - c0;
-    const REAL t1 = c1 - b_e2;
-    const REAL t2 = b_e2 - c2;
-    const REAL t3 = c3 - b_e1;
-    const REAL t4 = c4 - b_e3;
-    const REAL t5 = b_e3 - c5;
-    const REAL t6 = (b_e1 * b_e1 + b_e2 * b_e2 + b_e3 * b_e3) * (REAL)0.5;
-    const REAL t7 = t6 - c6;
-    const REAL t8 = c7 - t6;
+    const REAL c_e1 = c[0], c_e2 = c[1], c_e3 = c[2];
+    const REAL t0 = c0 - c_e1;
+    const REAL t1 = c1 - c_e2;
+    const REAL t2 = c2 - c_e1;
+    const REAL t3 = c3 - c_e2;
+    const REAL t4 = c4 - c_e3;
+    const REAL t5 = c5 - c_e3;
+    const REAL t6 = c_e1 * c_e1 + c_e2 * c_e2 + c_e3 * c_e3;
+    const REAL t7 = (c6 - t6) * (REAL)0.5;
+    const REAL t8 = (REAL)0.5 * (c7 - t6);
     out[0] = t0 * t1 - t2 * t3;
-    out[1] = t0 * t4 - t5 * t3;
-    out[2] = t2 * t4 - t5 * t1;
-    out[3] = t8 * t3 - t0 * t7;
-    out[4] = t8 * t1 - t2 * t7;
-    out[5] = t8 * t4 - t5 * t7;
+    out[1] = t0 * t4 - t2 * t5;
+    out[2] = t3 * t4 - t1 * t5;
+    out[3] = t0 * t7 - t2 * t8;
+    out[4] = t3 * t7 - t1 * t8;
+    out[5] = t5 * t7 - t4 * t8;
 }
 
 #define PARTS_axis_of_three_points(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND IN(2, 2, \
     3, 3, 1, 3) AND OUT(3, 3, 6, 6, 1, 6)
-#define PARTS_axis_of_three_points_a_b(IN, NUMBER, OUT, AND) IN(2, 2, 3, 3, 1, 3) AND OUT(3, 3, 6, 6, 1, 6)
-#define SAME_axis_of_three_points_a_b(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3)
-GAC_FORM(axis_of_three_points, a_b, 0, PLAIN, PLAIN, TILES)
-#define PARTS_axis_of_three_points_b_c(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(3, 3, 6, 6, 1, 6)
-#define SAME_axis_of_three_points_b_c(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND IN(2, 2, 3, 3, 1, 3)
-GAC_FORM(axis_of_three_points, b_c, 1, PLAIN, PLAIN, TILES)
 #define PARTS_axis_of_three_points_a_c(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND OUT(3, 3, 6, 6, 1, 6)
 #define SAME_axis_of_three_points_a_c(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(2, 2, 3, 3, 1, 3)
 GAC_FORM(axis_of_three_points, a_c, 0, PLAIN, PLAIN, TILES)
-GAC_KERNEL_AND_FORMS(axis_of_three_points, PLAIN, TILES, GAC_USE(axis_of_three_points, a_b, TILES, 3, 2, 8),
-    GAC_USE(axis_of_three_points, b_c, TILES, 6, 2, 8), GAC_USE(axis_of_three_points, a_c, TILES, 5, 2, 8))
+#define PARTS_axis_of_three_points_b_c(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(3, 3, 6, 6, 1, 6)
+#define SAME_axis_of_three_points_b_c(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND IN(2, 2, 3, 3, 1, 3)
+GAC_FORM(axis_of_three_points, b_c, 1, PLAIN, PLAIN, TILES)
+#define PARTS_axis_of_three_points_a_b(IN, NUMBER, OUT, AND) IN(2, 2, 3, 3, 1, 3) AND OUT(3, 3, 6, 6, 1, 6)
+#define SAME_axis_of_three_points_a_b(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3)
+GAC_FORM(axis_of_three_points, a_b, 0, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(axis_of_three_points, PLAIN, TILES, GAC_USE(axis_of_three_points, a_c, TILES, 5, 2, 8),
+    GAC_USE(axis_of_three_points, b_c, TILES, 6, 2, 8), GAC_USE(axis_of_three_points, a_b, TILES, 3, 2, 8))
 
 INLINE void NAME(axis_of_two_displacements)(const REAL *a, const REAL *moved_a, const REAL *b, const REAL *moved_b,
     REAL *out)
@@ -192,10 +192,10 @@ INLINE void NAME(axis_of_two_displacements)(const REAL *a, const REAL *moved_a, 
     const REAL t3 = b_e1 - moved_b_e1;
     const REAL t4 = b_e3 - moved_b_e3;
     const REAL t5 = a_e3 - moved_a_e3;
-    const REAL t6 = a_e1 * a_e1 + a_e2 * a_e2 + (a_e3 * a_e3 - moved_a_e1 * moved_a_e1);
-    const REAL t7 = (moved_a_e2 * moved_a_e2 + moved_a_e3 * moved_a_e3 - t6) * (REAL)0.5;
-    const REAL t8 = b_e1 * b_e1 + b_e2 * b_e2 + (b_e3 * b_e3 - moved_b_e1 * moved_b_e1);
-    const REAL t9 = (REAL)0.5 * (moved_b_e2 * moved_b_e2 + moved_b_e3 * moved_b_e3 - t8);
+    const REAL t6 = moved_a_e1 * moved_a_e1 + moved_a_e2 * moved_a_e2 + moved_a_e3 * moved_a_e3;
+    const REAL t7 = (t6 - (a_e1 * a_e1 + a_e2 * a_e2 + a_e3 * a_e3)) * (REAL)0.5;
+    const REAL t8 = moved_b_e1 * moved_b_e1 + moved_b_e2 * moved_b_e2 + moved_b_e3 * moved_b_e3;
+    const REAL t9 = (REAL)0.5 * (t8 - (b_e1 * b_e1 + b_e2 * b_e2 + b_e3 * b_e3));
     out[0] = t0 * t1 - t2 * t3;
     out[1] = t0 * t4 - t3 * t5;
     out[2] = t2 * t4 - t1 * t5;
@@ -210,27 +210,26 @@ static INLINE void NAME(axis_of_two_displacements_prepare_0_1_2)(const REAL *a, 
     const REAL a_e1 = a[0], a_e2 = a[1], a_e3 = a[2];
     const REAL moved_a_e1 = moved_a[0], moved_a_e2 = moved_a[1], moved_a_e3 = moved_a[2];
     const REAL b_e1 = b[0], b_e2 = b[1], b_e3 = b[2];
-    const REAL t0 = a_e1 * a_e1 + a_e2 * a_e2 + (a_e3 * a_e3 - moved_a_e1 * moved_a_e1);
+    const REAL t0 = moved_a_e1 * moved_a_e1 + moved_a_e2 * moved_a_e2 + moved_a_e3 * moved_a_e3;
     prepared[0] = b_e2;
     prepared[1] = a_e1 - moved_a_e1;
     prepared[2] = b_e1;
     prepared[3] = a_e2 - moved_a_e2;
     prepared[4] = b_e3;
     prepared[5] = a_e3 - moved_a_e3;
-    prepared[6] = (moved_a_e2 * moved_a_e2 + moved_a_e3 * moved_a_e3 - t0) * (REAL)0.5;
-    prepared[7] = b_e3 * b_e3;
-    prepared[8] = b_e1 * b_e1 + b_e2 * b_e2;
+    prepared[6] = (t0 - (a_e1 * a_e1 + a_e2 * a_e2 + a_e3 * a_e3)) * (REAL)0.5;
+    prepared[7] = b_e1 * b_e1 + b_e2 * b_e2 + b_e3 * b_e3;
 }
 
 static INLINE void NAME(axis_of_two_displacements_apply_0_1_2)(const REAL *prepared, const REAL *moved_b, REAL *out)
 {
     const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
-        c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8];
+        c5 = prepared[5], c6 = prepared[6], c7 = prepared[7];
     const REAL moved_b_e1 = moved_b[0], moved_b_e2 = moved_b[1], moved_b_e3 = moved_b[2];
     const REAL t0 = c0 - moved_b_e2;
     const REAL t1 = c2 - moved_b_e1;
     const REAL t2 = c4 - moved_b_e3;
-    const REAL t3 = moved_b_e2 * moved_b_e2 + moved_b_e3 * moved_b_e3 - (c8 + (c7 - moved_b_e1 * moved_b_e1));
+    const REAL t3 = moved_b_e1 * moved_b_e1 + moved_b_e2 * moved_b_e2 + moved_b_e3 * moved_b_e3 - c7;
     const REAL t4 = (REAL)0.5 * t3;
     out[0] = c1 * t0 - c3 * t1;
     out[1] = c1 * t2 - t1 * c5;
@@ -246,27 +245,26 @@ static INLINE void NAME(axis_of_two_displacements_prepare_0_1_3)(const REAL *a, 
     const REAL a_e1 = a[0], a_e2 = a[1], a_e3 = a[2];
     const REAL moved_a_e1 = moved_a[0], moved_a_e2 = moved_a[1], moved_a_e3 = moved_a[2];
     const REAL moved_b_e1 = moved_b[0], moved_b_e2 = moved_b[1], moved_b_e3 = moved_b[2];
-    const REAL t0 = a_e1 * a_e1 + a_e2 * a_e2 + (a_e3 * a_e3 - moved_a_e1 * moved_a_e1);
+    const REAL t0 = moved_a_e1 * moved_a_e1 + moved_a_e2 * moved_a_e2 + moved_a_e3 * moved_a_e3;
     prepared[0] = moved_b_e2;
     prepared[1] = a_e1 - moved_a_e1;
     prepared[2] = moved_b_e1;
     prepared[3] = a_e2 - moved_a_e2;
     prepared[4] = moved_b_e3;
     prepared[5] = a_e3 - moved_a_e3;
-    prepared[6] = (moved_a_e2 * moved_a_e2 + moved_a_e3 * moved_a_e3 - t0) * (REAL)0.5;
-    prepared[7] = moved_b_e1 * moved_b_e1;
-    prepared[8] = moved_b_e2 * moved_b_e2 + moved_b_e3 * moved_b_e3;
+    prepared[6] = (t0 - (a_e1 * a_e1 + a_e2 * a_e2 + a_e3 * a_e3)) * (REAL)0.5;
+    prepared[7] = moved_b_e1 * moved_b_e1 + moved_b_e2 * moved_b_e2 + moved_b_e3 * moved_b_e3;
 }
 
 static INLINE void NAME(axis_of_two_displacements_apply_0_1_3)(const REAL *prepared, const REAL *b, REAL *out)
 {
     const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
-        c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8];
+        c5 = prepared[5], c6 = prepared[6], c7 = prepared[7];
     const REAL b_e1 = b[0], b_e2 = b[1], b_e3 = b[2];
     const REAL t0 = b_e2 - c0;
     const REAL t1 = b_e1 - c2;
     const REAL t2 = b_e3 - c4;
-    const REAL t3 = (REAL)0.5 * (c8 - (b_e1 * b_e1 + b_e2 * b_e2 + (b_e3 * b_e3 - c7)));
+    const REAL t3 = (REAL)0.5 * (c7 - (b_e1 * b_e1 + b_e2 * b_e2 + b_e3 * b_e3));
     out[0] = c1 * t0 - c3 * t1;
     out[1] = c1 * t2 - t1 * c5;
     out[2] = c3 * t2 - t0 * c5;
@@ -281,34 +279,33 @@ static INLINE void NAME(axis_of_two_displacements_prepare_0_2_3)(const REAL *a, 
     const REAL a_e1 = a[0], a_e2 = a[1], a_e3 = a[2];
     const REAL b_e1 = b[0], b_e2 = b[1], b_e3 = b[2];
     const REAL moved_b_e1 = moved_b[0], moved_b_e2 = moved_b[1], moved_b_e3 = moved_b[2];
-    const REAL t0 = b_e1 * b_e1 + b_e2 * b_e2 + (b_e3 * b_e3 - moved_b_e1 * moved_b_e1);
+    const REAL t0 = moved_b_e1 * moved_b_e1 + moved_b_e2 * moved_b_e2 + moved_b_e3 * moved_b_e3;
     prepared[0] = a_e1;
     prepared[1] = b_e2 - moved_b_e2;
     prepared[2] = a_e2;
     prepared[3] = b_e1 - moved_b_e1;
     prepared[4] = b_e3 - moved_b_e3;
     prepared[5] = a_e3;
-    prepared[6] = a_e3 * a_e3;
-    prepared[7] = a_e1 * a_e1 + a_e2 * a_e2;
-    prepared[8] = (REAL)0.5 * (moved_b_e2 * moved_b_e2 + moved_b_e3 * moved_b_e3 - t0);
+    prepared[6] = a_e1 * a_e1 + a_e2 * a_e2 + a_e3 * a_e3;
+    prepared[7] = (REAL)0.5 * (t0 - (b_e1 * b_e1 + b_e2 * b_e2 + b_e3 * b_e3));
 }
 
 static INLINE void NAME(axis_of_two_displacements_apply_0_2_3)(const REAL *prepared, const REAL *moved_a, REAL *out)
 {
     const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
-        c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8];
+        c5 = prepared[5], c6 = prepared[6], c7 = prepared[7];
     const REAL moved_a_e1 = moved_a[0], moved_a_e2 = moved_a[1], moved_a_e3 = moved_a[2];
     const REAL t0 = c0 - moved_a_e1;
     const REAL t1 = c2 - moved_a_e2;
     const REAL t2 = c5 - moved_a_e3;
-    const REAL t3 = moved_a_e2 * moved_a_e2 + moved_a_e3 * moved_a_e3 - (c7 + (c6 - moved_a_e1 * moved_a_e1));
+    const REAL t3 = moved_a_e1 * moved_a_e1 + moved_a_e2 * moved_a_e2 + moved_a_e3 * moved_a_e3 - c6;
     const REAL t4 = t3 * (REAL)0.5;
     out[0] = t0 * c1 - t1 * c3;
     out[1] = t0 * c4 - c3 * t2;
     out[2] = t1 * c4 - c1 * t2;
-    out[3] = c3 * t4 - t0 * c8;
-    out[4] = c1 * t4 - t1 * c8;
-    out[5] = c4 * t4 - t2 * c8;
+    out[3] = c3 * t4 - t0 * c7;
+    out[4] = c1 * t4 - t1 * c7;
+    out[5] = c4 * t4 - t2 * c7;
 }
 
 static INLINE void NAME(axis_of_two_displacements_prepare_1_2_3)(const REAL *moved_a, const REAL *b, const REAL
@@ -317,33 +314,32 @@ static INLINE void NAME(axis_of_two_displacements_prepare_1_2_3)(const REAL *mov
     const REAL moved_a_e1 = moved_a[0], moved_a_e2 = moved_a[1], moved_a_e3 = moved_a[2];
     const REAL b_e1 = b[0], b_e2 = b[1], b_e3 = b[2];
     const REAL moved_b_e1 = moved_b[0], moved_b_e2 = moved_b[1], moved_b_e3 = moved_b[2];
-    const REAL t0 = b_e1 * b_e1 + b_e2 * b_e2 + (b_e3 * b_e3 - moved_b_e1 * moved_b_e1);
+    const REAL t0 = moved_b_e1 * moved_b_e1 + moved_b_e2 * moved_b_e2 + moved_b_e3 * moved_b_e3;
     prepared[0] = moved_a_e1;
     prepared[1] = b_e2 - moved_b_e2;
     prepared[2] = moved_a_e2;
     prepared[3] = b_e1 - moved_b_e1;
     prepared[4] = b_e3 - moved_b_e3;
     prepared[5] = moved_a_e3;
-    prepared[6] = moved_a_e1 * moved_a_e1;
-    prepared[7] = moved_a_e2 * moved_a_e2 + moved_a_e3 * moved_a_e3;
-    prepared[8] = (REAL)0.5 * (moved_b_e2 * moved_b_e2 + moved_b_e3 * moved_b_e3 - t0);
+    prepared[6] = moved_a_e1 * moved_a_e1 + moved_a_e2 * moved_a_e2 + moved_a_e3 * moved_a_e3;
+    prepared[7] = (REAL)0.5 * (t0 - (b_e1 * b_e1 + b_e2 * b_e2 + b_e3 * b_e3));
 }
 
 static INLINE void NAME(axis_of_two_displacements_apply_1_2_3)(const REAL *prepared, const REAL *a, REAL *out)
 {
     const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
-        c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8];
+        c5 = prepared[5], c6 = prepared[6], c7 = prepared[7];
     const REAL a_e1 = a[0], a_e2 = a[1], a_e3 = a[2];
     const REAL t0 = a_e1 - c0;
     const REAL t1 = a_e2 - c2;
     const REAL t2 = a_e3 - c5;
-    const REAL t3 = (c7 - (a_e1 * a_e1 + a_e2 * a_e2 + (a_e3 * a_e3 - c6))) * (REAL)0.5;
+    const REAL t3 = (c6 - (a_e1 * a_e1 + a_e2 * a_e2 + a_e3 * a_e3)) * (REAL)0.5;
     out[0] = t0 * c1 - t1 * c3;
     out[1] = t0 * c4 - c3 * t2;
     out[2] = t1 * c4 - c1 * t2;
-    out[3] = c3 * t3 - t0 * c8;
-    out[4] = c1 * t3 - t1 * c8;
-    out[5] = c4 * t3 - t2 * c8;
+    out[3] = c3 * t3 - t0 * c7;
+    out[4] = c1 * t3 - t1 * c7;
+    out[5] = c4 * t3 - t2 * c7;
 }
 
 #define PARTS_axis_of_two_displacements(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND \
@@ -365,8 +361,8 @@ GAC_FORM(axis_of_two_displacements, 0_2_3, 0, PLAIN, PLAIN, TILES)
     IN(3, 3, 3, 3, 1, 3)
 GAC_FORM(axis_of_two_displacements, 1_2_3, 1, PLAIN, PLAIN, TILES)
 GAC_KERNEL_AND_FORMS(axis_of_two_displacements, PLAIN, TILES, GAC_USE(axis_of_two_displacements, 0_1_2, TILES, 7, 2,
-    9), GAC_USE(axis_of_two_displacements, 0_1_3, TILES, 11, 2, 9), GAC_USE(axis_of_two_displacements, 0_2_3, TILES,
-    13, 2, 9), GAC_USE(axis_of_two_displacements, 1_2_3, TILES, 14, 2, 9))
+    8), GAC_USE(axis_of_two_displacements, 0_1_3, TILES, 11, 2, 8), GAC_USE(axis_of_two_displacements, 0_2_3, TILES,
+    13, 2, 8), GAC_USE(axis_of_two_displacements, 1_2_3, TILES, 14, 2, 8))
 
 #define TABLES_axis_of_circles(LENGTH, IN, NUMBER, SAME, INDEX, OUT, AND) LENGTH(0, n) AND LENGTH(1, k) \
     AND IN(0, points, 3, 3, n) AND INDEX(1, circle, n, k) AND IN(2, counts, scalar, 1, k) AND IN(3, centre, 3, 3, 1) \
@@ -1259,21 +1255,24 @@ static INLINE void NAME(refined_axes_7)(const REAL *scattered, REAL *centre)
         scattered_9 = scattered[9], scattered_10 = scattered[10], scattered_11 = scattered[11],
         scattered_12 = scattered[12], scattered_13 = scattered[13], scattered_14 = scattered[14],
         scattered_15 = scattered[15], scattered_16 = scattered[16];
-    const REAL t0 = (REAL)1 / (scattered_0 * scattered_2 - scattered_1 * scattered_1 + (REAL)1e-300);
-    centre[0] = t0 * (scattered_2 * scattered_3 - scattered_1 * scattered_10);
-    centre[1] = t0 * (scattered_2 * scattered_4 - scattered_1 * scattered_11);
-    centre[2] = t0 * (scattered_2 * scattered_5 - scattered_1 * scattered_12);
-    centre[3] = t0 * (scattered_2 * scattered_6 - scattered_1 * scattered_13);
-    centre[4] = t0 * (scattered_2 * scattered_7 - scattered_1 * scattered_14);
-    centre[5] = t0 * (scattered_2 * scattered_8 - scattered_1 * scattered_15);
-    centre[6] = t0 * (scattered_2 * scattered_9 - scattered_1 * scattered_16);
-    centre[7] = t0 * (scattered_0 * scattered_10 - scattered_1 * scattered_3);
-    centre[8] = t0 * (scattered_0 * scattered_11 - scattered_1 * scattered_4);
-    centre[9] = t0 * (scattered_0 * scattered_12 - scattered_1 * scattered_5);
-    centre[10] = t0 * (scattered_0 * scattered_13 - scattered_1 * scattered_6);
-    centre[11] = t0 * (scattered_0 * scattered_14 - scattered_1 * scattered_7);
-    centre[12] = t0 * (scattered_0 * scattered_15 - scattered_1 * scattered_8);
-    centre[13] = t0 * (scattered_0 * scattered_16 - scattered_1 * scattered_9);
+    const REAL t0 = (REAL)1 / (scattered_0 * scattered_2 + (REAL)1e-300 - scattered_1 * scattered_1);
+    const REAL t1 = scattered_2 * t0;
+    const REAL t2 = scattered_1 * t0;
+    const REAL t3 = scattered_0 * t0;
+    centre[0] = scattered_3 * t1 - scattered_10 * t2;
+    centre[1] = scattered_4 * t1 - scattered_11 * t2;
+    centre[2] = scattered_5 * t1 - scattered_12 * t2;
+    centre[3] = scattered_6 * t1 - scattered_13 * t2;
+    centre[4] = scattered_7 * t1 - scattered_14 * t2;
+    centre[5] = scattered_8 * t1 - scattered_15 * t2;
+    centre[6] = scattered_9 * t1 - scattered_16 * t2;
+    centre[7] = scattered_10 * t3 - scattered_3 * t2;
+    centre[8] = scattered_11 * t3 - scattered_4 * t2;
+    centre[9] = scattered_12 * t3 - scattered_5 * t2;
+    centre[10] = scattered_13 * t3 - scattered_6 * t2;
+    centre[11] = scattered_14 * t3 - scattered_7 * t2;
+    centre[12] = scattered_15 * t3 - scattered_8 * t2;
+    centre[13] = scattered_16 * t3 - scattered_9 * t2;
 }
 #define PARTS_refined_axes_7(IN, SAME, NUMBER, OUT, AND) IN(0, 17) AND OUT(1, 14)
 GAC_IN_LANES(refined_axes_7, PLAIN)
@@ -1405,15 +1404,13 @@ static INLINE void NAME(refined_axes_11)(const REAL *sum_2, const REAL *rows, co
         rows_0_5 = rows[5], rows_0_6 = rows[6], rows_1_0 = rows[7], rows_1_1 = rows[8], rows_1_2 = rows[9],
         rows_1_3 = rows[10], rows_1_4 = rows[11], rows_1_5 = rows[12], rows_1_6 = rows[13];
     const REAL cylindric_0 = cylindric[0], cylindric_2 = cylindric[2];
-    const REAL t0 = rows_0_0 * (rows_0_0 * cylindric_0) + rows_1_0 * (rows_1_0 * cylindric_2);
-    const REAL t1 = t0 + (rows_0_1 * (rows_0_1 * cylindric_0) + rows_1_1 * (rows_1_1 * cylindric_2));
-    const REAL t2 = t1 + (rows_0_2 * (rows_0_2 * cylindric_0) + rows_1_2 * (rows_1_2 * cylindric_2));
-    const REAL t3 = rows_0_3 * (rows_0_3 * cylindric_0) + rows_1_3 * (rows_1_3 * cylindric_2);
-    const REAL t4 = t3 + (rows_0_4 * (rows_0_4 * cylindric_0) + rows_1_4 * (rows_1_4 * cylindric_2));
-    const REAL t5 = t4 + (rows_0_5 * (rows_0_5 * cylindric_0) + rows_1_5 * (rows_1_5 * cylindric_2));
-    sum_2_out[0] = sum_2_0 + t2;
-    sum_2_out[1] = sum_2_1 + t5;
-    sum_2_out[2] = sum_2_2 + (rows_0_6 * (rows_0_6 * cylindric_0) + rows_1_6 * (rows_1_6 * cylindric_2));
+    const REAL t0 = cylindric_0 * (rows_0_2 * rows_0_2 + (rows_0_0 * rows_0_0 + rows_0_1 * rows_0_1));
+    const REAL t1 = t0 + cylindric_2 * (rows_1_2 * rows_1_2 + (rows_1_0 * rows_1_0 + rows_1_1 * rows_1_1));
+    const REAL t2 = cylindric_0 * (rows_0_5 * rows_0_5 + (rows_0_3 * rows_0_3 + rows_0_4 * rows_0_4));
+    const REAL t3 = t2 + cylindric_2 * (rows_1_5 * rows_1_5 + (rows_1_3 * rows_1_3 + rows_1_4 * rows_1_4));
+    sum_2_out[0] = sum_2_0 + t1;
+    sum_2_out[1] = sum_2_1 + t3;
+    sum_2_out[2] = sum_2_2 + (cylindric_0 * (rows_0_6 * rows_0_6) + cylindric_2 * (rows_1_6 * rows_1_6));
 }
 #define PARTS_refined_axes_11(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 14) AND IN(2, 3) AND OUT(3, 3)
 GAC_IN_LANES(refined_axes_11, PLAIN)
@@ -1695,21 +1692,24 @@ static INLINE void NAME(refined_axes_18)(const REAL *scattered_2, REAL *centre_2
         scattered_2_9 = scattered_2[9], scattered_2_10 = scattered_2[10], scattered_2_11 = scattered_2[11],
         scattered_2_12 = scattered_2[12], scattered_2_13 = scattered_2[13], scattered_2_14 = scattered_2[14],
         scattered_2_15 = scattered_2[15], scattered_2_16 = scattered_2[16];
-    const REAL t0 = (REAL)1 / (scattered_2_0 * scattered_2_2 - scattered_2_1 * scattered_2_1 + (REAL)1e-300);
-    centre_2[0] = t0 * (scattered_2_2 * scattered_2_3 - scattered_2_1 * scattered_2_10);
-    centre_2[1] = t0 * (scattered_2_2 * scattered_2_4 - scattered_2_1 * scattered_2_11);
-    centre_2[2] = t0 * (scattered_2_2 * scattered_2_5 - scattered_2_1 * scattered_2_12);
-    centre_2[3] = t0 * (scattered_2_2 * scattered_2_6 - scattered_2_1 * scattered_2_13);
-    centre_2[4] = t0 * (scattered_2_2 * scattered_2_7 - scattered_2_1 * scattered_2_14);
-    centre_2[5] = t0 * (scattered_2_2 * scattered_2_8 - scattered_2_1 * scattered_2_15);
-    centre_2[6] = t0 * (scattered_2_2 * scattered_2_9 - scattered_2_1 * scattered_2_16);
-    centre_2[7] = t0 * (scattered_2_0 * scattered_2_10 - scattered_2_1 * scattered_2_3);
-    centre_2[8] = t0 * (scattered_2_0 * scattered_2_11 - scattered_2_1 * scattered_2_4);
-    centre_2[9] = t0 * (scattered_2_0 * scattered_2_12 - scattered_2_1 * scattered_2_5);
-    centre_2[10] = t0 * (scattered_2_0 * scattered_2_13 - scattered_2_1 * scattered_2_6);
-    centre_2[11] = t0 * (scattered_2_0 * scattered_2_14 - scattered_2_1 * scattered_2_7);
-    centre_2[12] = t0 * (scattered_2_0 * scattered_2_15 - scattered_2_1 * scattered_2_8);
-    centre_2[13] = t0 * (scattered_2_0 * scattered_2_16 - scattered_2_1 * scattered_2_9);
+    const REAL t0 = (REAL)1 / (scattered_2_0 * scattered_2_2 + (REAL)1e-300 - scattered_2_1 * scattered_2_1);
+    const REAL t1 = scattered_2_2 * t0;
+    const REAL t2 = scattered_2_1 * t0;
+    const REAL t3 = scattered_2_0 * t0;
+    centre_2[0] = scattered_2_3 * t1 - scattered_2_10 * t2;
+    centre_2[1] = scattered_2_4 * t1 - scattered_2_11 * t2;
+    centre_2[2] = scattered_2_5 * t1 - scattered_2_12 * t2;
+    centre_2[3] = scattered_2_6 * t1 - scattered_2_13 * t2;
+    centre_2[4] = scattered_2_7 * t1 - scattered_2_14 * t2;
+    centre_2[5] = scattered_2_8 * t1 - scattered_2_15 * t2;
+    centre_2[6] = scattered_2_9 * t1 - scattered_2_16 * t2;
+    centre_2[7] = scattered_2_10 * t3 - scattered_2_3 * t2;
+    centre_2[8] = scattered_2_11 * t3 - scattered_2_4 * t2;
+    centre_2[9] = scattered_2_12 * t3 - scattered_2_5 * t2;
+    centre_2[10] = scattered_2_13 * t3 - scattered_2_6 * t2;
+    centre_2[11] = scattered_2_14 * t3 - scattered_2_7 * t2;
+    centre_2[12] = scattered_2_15 * t3 - scattered_2_8 * t2;
+    centre_2[13] = scattered_2_16 * t3 - scattered_2_9 * t2;
 }
 #define PARTS_refined_axes_18(IN, SAME, NUMBER, OUT, AND) IN(0, 17) AND OUT(1, 14)
 GAC_IN_LANES(refined_axes_18, PLAIN)
@@ -1862,16 +1862,14 @@ static INLINE void NAME(refined_axes_22)(const REAL *sum_4, const REAL *rows_2, 
         rows_2_1_1 = rows_2[8], rows_2_1_2 = rows_2[9], rows_2_1_3 = rows_2[10], rows_2_1_4 = rows_2[11],
         rows_2_1_5 = rows_2[12], rows_2_1_6 = rows_2[13];
     const REAL cylindric_4_0 = cylindric_4[0], cylindric_4_2 = cylindric_4[2];
-    const REAL t0 = rows_2_0_0 * (rows_2_0_0 * cylindric_4_0) + rows_2_1_0 * (rows_2_1_0 * cylindric_4_2);
-    const REAL t1 = rows_2_0_1 * (rows_2_0_1 * cylindric_4_0) + rows_2_1_1 * (rows_2_1_1 * cylindric_4_2);
-    const REAL t2 = rows_2_0_2 * (rows_2_0_2 * cylindric_4_0) + rows_2_1_2 * (rows_2_1_2 * cylindric_4_2);
-    const REAL t3 = rows_2_0_3 * (rows_2_0_3 * cylindric_4_0) + rows_2_1_3 * (rows_2_1_3 * cylindric_4_2);
-    const REAL t4 = rows_2_0_4 * (rows_2_0_4 * cylindric_4_0) + rows_2_1_4 * (rows_2_1_4 * cylindric_4_2);
-    const REAL t5 = rows_2_0_5 * (rows_2_0_5 * cylindric_4_0) + rows_2_1_5 * (rows_2_1_5 * cylindric_4_2);
-    const REAL t6 = rows_2_0_6 * (rows_2_0_6 * cylindric_4_0) + rows_2_1_6 * (rows_2_1_6 * cylindric_4_2);
-    sum_4_out[0] = sum_4_0 + (t0 + t1 + t2);
-    sum_4_out[1] = sum_4_1 + (t3 + t4 + t5);
-    sum_4_out[2] = sum_4_2 + t6;
+    const REAL t0 = rows_2_0_2 * rows_2_0_2 + (rows_2_0_0 * rows_2_0_0 + rows_2_0_1 * rows_2_0_1);
+    const REAL t1 = rows_2_1_2 * rows_2_1_2 + (rows_2_1_0 * rows_2_1_0 + rows_2_1_1 * rows_2_1_1);
+    const REAL t2 = rows_2_0_5 * rows_2_0_5 + (rows_2_0_3 * rows_2_0_3 + rows_2_0_4 * rows_2_0_4);
+    const REAL t3 = rows_2_1_5 * rows_2_1_5 + (rows_2_1_3 * rows_2_1_3 + rows_2_1_4 * rows_2_1_4);
+    const REAL t4 = cylindric_4_0 * (rows_2_0_6 * rows_2_0_6) + cylindric_4_2 * (rows_2_1_6 * rows_2_1_6);
+    sum_4_out[0] = sum_4_0 + (cylindric_4_0 * t0 + cylindric_4_2 * t1);
+    sum_4_out[1] = sum_4_1 + (cylindric_4_0 * t2 + cylindric_4_2 * t3);
+    sum_4_out[2] = sum_4_2 + t4;
 }
 #define PARTS_refined_axes_22(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 14) AND IN(2, 3) AND OUT(3, 3)
 GAC_IN_LANES(refined_axes_22, PLAIN)

@@ -2,7 +2,7 @@
 // command: gac generate --all body_eye
 // spec: 6157eab53fdc508f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 3beceb92c5cfe9d8b388504738dde2c37f2b19efb07e519d90d27f1d003a114f
+// body: 31a0564e50ea750b09ac093c2ea18fb81eaaa077fa021d2956b16aabba5a2ea6
 /* body_eye
    Body-eye calibration: the axes of joints in the frame of an eye, from circles of points that it tracks.
    
@@ -41,11 +41,11 @@ extern "C" {
      b[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
      c[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
      out[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
-   Costs 24 mul, 20 add.
-   If `a` and `b` are the same for 2 or more elements: 8 mul, 8 add once, then 16 mul, 12 add for each element.
-   If `b` and `c` are the same for 2 or more elements: 8 mul, 8 add once, then 16 mul, 12 add for each element.
-   If `a` and `c` are the same for 2 or more elements: 8 mul, 4 add once, then 16 mul, 16 add for each element.
-   Error: 4.1 ulp of the largest coefficient, 64 random inputs. */
+   Costs 23 mul, 20 add.
+   If `a` and `c` are the same for 2 or more elements: 7 mul, 8 add once, then 16 mul, 12 add for each element.
+   If `b` and `c` are the same for 2 or more elements: 7 mul, 8 add once, then 16 mul, 12 add for each element.
+   If `a` and `b` are the same for 2 or more elements: 6 mul, 4 add once, then 17 mul, 16 add for each element.
+   Error: 4.4 ulp of the largest coefficient, 64 random inputs. */
 void body_eye_axis_of_three_points_f64(const double *a, const double *b, const double *c, double *out);
 void body_eye_axis_of_three_points_f32(const float *a, const float *b, const float *c, float *out);
 void body_eye_axis_of_three_points_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -60,15 +60,15 @@ void body_eye_axis_of_three_points_loop_f32(char **args, const intptr_t *dimensi
      moved_b[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
      out[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
    Costs 26 mul, 22 add.
-   If `a` and `moved_a` and `b` are the same for 2 or more elements: 10 mul, 9 add once, then 16 mul, 13 add for
+   If `a` and `moved_a` and `b` are the same for 2 or more elements: 10 mul, 10 add once, then 16 mul, 12 add for
    each element.
-   If `a` and `moved_a` and `moved_b` are the same for 2 or more elements: 10 mul, 9 add once, then 16 mul, 13
+   If `a` and `moved_a` and `moved_b` are the same for 2 or more elements: 10 mul, 10 add once, then 16 mul, 12
    add for each element.
-   If `a` and `b` and `moved_b` are the same for 2 or more elements: 10 mul, 9 add once, then 16 mul, 13 add for
+   If `a` and `b` and `moved_b` are the same for 2 or more elements: 10 mul, 10 add once, then 16 mul, 12 add for
    each element.
-   If `moved_a` and `b` and `moved_b` are the same for 2 or more elements: 10 mul, 9 add once, then 16 mul, 13
+   If `moved_a` and `b` and `moved_b` are the same for 2 or more elements: 10 mul, 10 add once, then 16 mul, 12
    add for each element.
-   Error: 3.4 ulp of the largest coefficient, 64 random inputs. */
+   Error: 3.5 ulp of the largest coefficient, 64 random inputs. */
 void body_eye_axis_of_two_displacements_f64(const double *a, const double *moved_a, const double *b, const double
     *moved_b, double *out);
 void body_eye_axis_of_two_displacements_f32(const float *a, const float *moved_a, const float *b, const float
@@ -172,10 +172,10 @@ int body_eye_axis_of_circles_rows_f32(const intptr_t *lengths, char **args, cons
      out_3[k]  SCALAR.
      out_4[1]  SCALAR.
    Assumes ``start ~start = 1``.
-   Costs 27 mul, 7 add once; 95 mul, 55 add, 1 div for each of steps * k; 227 mul, 186 add, 2 div, 1 sqrt for
-   each of steps * n; 201 mul, 127 add, 7 div, 1 sqrt, 2 call, 21 choice for each of steps; 95 mul, 55 add, 1 div
-   for each of k; 227 mul, 186 add, 2 div, 1 sqrt for each of n.
-   Error: 42.3 ulp of the largest coefficient, 14 random inputs. */
+   Costs 27 mul, 7 add once; 84 mul, 55 add, 1 div for each of steps * k; 219 mul, 186 add, 2 div, 1 sqrt for
+   each of steps * n; 201 mul, 127 add, 7 div, 1 sqrt, 2 call, 21 choice for each of steps; 84 mul, 55 add, 1 div
+   for each of k; 219 mul, 186 add, 2 div, 1 sqrt for each of n.
+   Error: 43.3 ulp of the largest coefficient, 14 random inputs. */
 void body_eye_refined_axes_f64(intptr_t n, intptr_t k, const double *points, const double *information, const
     int64_t *circle, const double *lines, const double *start, const double *free, double least_change, double
     rounding, double damping, double *out_0, double *out_1, double *out_2, double *out_3, double *out_4, double

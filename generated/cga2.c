@@ -2,7 +2,7 @@
 // command: gac generate --all cga2
 // spec: bf914d226ebf9b72
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: b52c4dd1894e4dbdc3ef489a12bc0035355ccda84e76e0568790e69f6c199e9b
+// body: c753a7ab2bb8e48c3b4b91551ca13c967cef396d6960275837e60dc426ff7442
 
 #ifndef REAL
 #include "cga2.h"
@@ -3317,11 +3317,11 @@ INLINE void NAME(invert_point)(const REAL *p, const REAL *s, REAL *out)
 {
     const REAL p_e1 = p[0], p_e2 = p[1];
     const REAL s_e1 = s[0], s_e2 = s[1], s_e0 = s[2], s_einf = s[3];
-    const REAL t0 = s_einf + s_e0 * ((p_e1 * p_e1 + p_e2 * p_e2) * (REAL)0.5) - p_e1 * s_e1 - p_e2 * s_e2;
-    const REAL t1 = s_e1 * s_e1 + s_e2 * s_e2 - (REAL)2 * (s_e0 * s_einf);
-    const REAL t2 = (REAL)1 / -(s_e0 * t0 * (REAL)2 + t1);
-    out[0] = -(t2 * (p_e1 * t1 + (REAL)2 * (s_e1 * t0)));
-    out[1] = -(t2 * (p_e2 * t1 + (REAL)2 * (s_e2 * t0)));
+    const REAL t0 = (REAL)2 * (p_e1 * s_e1 + p_e2 * s_e2 - s_einf) - s_e0 * (p_e1 * p_e1 + p_e2 * p_e2);
+    const REAL t1 = s_e1 * s_e1 + s_e2 * s_e2 - s_e0 * s_einf * (REAL)2;
+    const REAL t2 = (REAL)1 / (s_e0 * t0 - t1);
+    out[0] = -(t2 * (p_e1 * t1 - s_e1 * t0));
+    out[1] = -(t2 * (p_e2 * t1 - s_e2 * t0));
 }
 
 #define PARTS_invert_point(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 2, 2, \

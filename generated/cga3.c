@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: 304fccca89e1b33a
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 2467b02743405625e327577ff21a321c049586c486c61cc6c3e54fb6ff659d6a
+// body: 7e6ad48d528e49890a77a803694a20f76e96ff49e9e2c3335e00fd684e17ab3d
 
 #ifndef REAL
 #include "cga3.h"
@@ -2924,19 +2924,17 @@ INLINE void NAME(point_pair_kind)(const REAL *pair, REAL *out)
     const REAL pair_e12 = pair[0], pair_e13 = pair[1], pair_e23 = pair[2], pair_e10 = pair[3], pair_e20 = pair[4],
         pair_e30 = pair[5], pair_e1inf = pair[6], pair_e2inf = pair[7], pair_e3inf = pair[8], pair_e0inf = pair[9];
     const REAL t0 = pair_e12 * pair_e12 + pair_e13 * pair_e13 + pair_e23 * pair_e23;
-    const REAL t1 = pair_e10 * pair_e1inf;
-    const REAL t2 = pair_e20 * pair_e2inf;
-    const REAL t3 = pair_e30 * pair_e3inf;
-    const REAL t4 = pair_e0inf * pair_e0inf;
-    const REAL t5 = t4 + (t3 + (t2 + (t1 + (t1 - t0 + t2 + t3))));
-    const REAL t6 = SQRT(SELECT(LESS(t5, (REAL)0), (REAL)-1, t5));
-    const REAL t7 = t0 + t4;
-    const REAL t8 = t7 * (REAL)(1.0 / 1000000000000.0);
-    const REAL t9 = SELECT(LESS_EQUAL(ABS(t5), t8), (REAL)0, t6);
-    const REAL t10 = SELECT(LESS(t5, -t8), (REAL)-1, t9);
-    const REAL t11 = SELECT(LESS(t8, t5), (REAL)1, t10);
-    const REAL t12 = pair_e10 * pair_e10 + pair_e20 * pair_e20 + pair_e30 * pair_e30;
-    out[0] = SELECT(LESS_EQUAL(t12, (REAL)1e-24 * t7), (REAL)2, t11);
+    const REAL t1 = t0 - (REAL)2 * (pair_e30 * pair_e3inf + (pair_e10 * pair_e1inf + pair_e20 * pair_e2inf));
+    const REAL t2 = pair_e0inf * pair_e0inf;
+    const REAL t3 = t2 - t1;
+    const REAL t4 = SQRT(SELECT(LESS(t3, (REAL)0), (REAL)-1, t3));
+    const REAL t5 = t0 + t2;
+    const REAL t6 = t5 * (REAL)(1.0 / 1000000000000.0);
+    const REAL t7 = SELECT(LESS_EQUAL(ABS(t3), t6), (REAL)0, t4);
+    const REAL t8 = SELECT(LESS(t3, -t6), (REAL)-1, t7);
+    const REAL t9 = SELECT(LESS(t6, t3), (REAL)1, t8);
+    const REAL t10 = pair_e10 * pair_e10 + pair_e20 * pair_e20 + pair_e30 * pair_e30;
+    out[0] = SELECT(LESS_EQUAL(t10, t5 * (REAL)1e-24), (REAL)2, t9);
 }
 
 #define PARTS_point_pair_kind(IN, NUMBER, OUT, AND) IN(0, 0, 10, 10, 1, 10) AND OUT(1, 1, scalar, 1, 0, 0)
@@ -3374,29 +3372,27 @@ INLINE void NAME(distance_plane_circle)(const REAL *plane, const REAL *circle, R
         circle_e20inf = circle[8], circle_e30inf = circle[9];
     const REAL t0 = plane_e120inf * plane_e120inf + plane_e130inf * plane_e130inf;
     const REAL t1 = (REAL)1 / SQRT(t0 + plane_e230inf * plane_e230inf);
-    const REAL t2 = plane_e130inf * t1;
+    const REAL t2 = plane_e230inf * t1;
     const REAL t3 = circle_e230 * circle_e230 + (circle_e120 * circle_e120 + circle_e130 * circle_e130);
     const REAL t4 = (REAL)1 / SQRT(t3);
-    const REAL t5 = circle_e230 * t4;
-    const REAL t6 = plane_e230inf * t1;
-    const REAL t7 = circle_e130 * t4;
-    const REAL t8 = t6 * t7 - t2 * t5;
-    const REAL t9 = plane_e120inf * t1;
-    const REAL t10 = circle_e120 * t4;
-    const REAL t11 = t9 * t5 - t6 * t10;
-    const REAL t12 = t2 * t10 - t9 * t7;
-    const REAL t13 = circle_e120 * (REAL)2;
-    const REAL t14 = circle_e130 * (REAL)2;
-    const REAL t15 = circle_e230 * (REAL)2;
-    const REAL t16 = circle_e123 * circle_e123 - circle_e12inf * t13 - circle_e13inf * t14 - circle_e23inf * t15;
-    const REAL t17 = t16 - circle_e10inf * circle_e10inf - circle_e20inf * circle_e20inf;
-    const REAL t18 = SQRT(t8 * t8 + t11 * t11 + t12 * t12) * SQRT((t17 - circle_e30inf * circle_e30inf) / -t3);
-    const REAL t19 = (REAL)1 / (t3 * (REAL)2);
-    const REAL t20 = t19 * (circle_e123 * t15 + circle_e20inf * t13 + circle_e30inf * t14) * t6;
-    const REAL t21 = t20 - t19 * (circle_e30inf * t15 - circle_e123 * t14 - circle_e10inf * t13) * t2;
-    const REAL t22 = t21 + t19 * (circle_e123 * t13 - circle_e10inf * t14 - circle_e20inf * t15) * t9;
-    const REAL t23 = ABS(t22 - plane_e123inf * t1) - t18;
-    out[0] = MAXIMUM((REAL)0, t23);
+    const REAL t5 = circle_e130 * t4;
+    const REAL t6 = plane_e130inf * t1;
+    const REAL t7 = circle_e230 * t4;
+    const REAL t8 = t2 * t5 - t6 * t7;
+    const REAL t9 = circle_e120 * t4;
+    const REAL t10 = plane_e120inf * t1;
+    const REAL t11 = t2 * t9 - t10 * t7;
+    const REAL t12 = t6 * t9 - t10 * t5;
+    const REAL t13 = circle_e120 * circle_e12inf + circle_e130 * circle_e13inf + circle_e230 * circle_e23inf;
+    const REAL t14 = circle_e123 * circle_e123 - (REAL)2 * t13 - circle_e10inf * circle_e10inf;
+    const REAL t15 = SQRT((t14 - circle_e20inf * circle_e20inf - circle_e30inf * circle_e30inf) / -t3);
+    const REAL t16 = (REAL)1 / (t3 * (REAL)2);
+    const REAL t17 = circle_e123 * circle_e230 + circle_e120 * circle_e20inf + circle_e130 * circle_e30inf;
+    const REAL t18 = circle_e123 * circle_e130 + circle_e120 * circle_e10inf - circle_e230 * circle_e30inf;
+    const REAL t19 = circle_e123 * circle_e120 - circle_e130 * circle_e10inf - circle_e230 * circle_e20inf;
+    const REAL t20 = ABS((REAL)2 * (t16 * t17 * t2 + t16 * t18 * t6 + t16 * t19 * t10) - plane_e123inf * t1);
+    const REAL t21 = t20 - SQRT(t8 * t8 + t11 * t11 + t12 * t12) * t15;
+    out[0] = MAXIMUM((REAL)0, t21);
 }
 
 static INLINE void NAME(distance_plane_circle_prepare_circle)(const REAL *circle, REAL *prepared)
@@ -3406,19 +3402,19 @@ static INLINE void NAME(distance_plane_circle_prepare_circle)(const REAL *circle
         circle_e20inf = circle[8], circle_e30inf = circle[9];
     const REAL t0 = circle_e230 * circle_e230 + (circle_e120 * circle_e120 + circle_e130 * circle_e130);
     const REAL t1 = (REAL)1 / SQRT(t0);
-    const REAL t2 = circle_e120 * (REAL)2;
-    const REAL t3 = circle_e130 * (REAL)2;
-    const REAL t4 = circle_e230 * (REAL)2;
-    const REAL t5 = circle_e123 * circle_e123 - circle_e12inf * t2 - circle_e13inf * t3 - circle_e23inf * t4;
-    const REAL t6 = t5 - circle_e10inf * circle_e10inf - circle_e20inf * circle_e20inf;
-    const REAL t7 = (REAL)1 / (t0 * (REAL)2);
-    prepared[0] = circle_e230 * t1;
-    prepared[1] = circle_e130 * t1;
+    const REAL t2 = circle_e120 * circle_e12inf + circle_e130 * circle_e13inf + circle_e230 * circle_e23inf;
+    const REAL t3 = circle_e123 * circle_e123 - (REAL)2 * t2 - circle_e10inf * circle_e10inf;
+    const REAL t4 = (REAL)1 / (t0 * (REAL)2);
+    const REAL t5 = circle_e123 * circle_e230 + circle_e120 * circle_e20inf + circle_e130 * circle_e30inf;
+    const REAL t6 = circle_e123 * circle_e130 + circle_e120 * circle_e10inf - circle_e230 * circle_e30inf;
+    const REAL t7 = circle_e123 * circle_e120 - circle_e130 * circle_e10inf - circle_e230 * circle_e20inf;
+    prepared[0] = circle_e130 * t1;
+    prepared[1] = circle_e230 * t1;
     prepared[2] = circle_e120 * t1;
-    prepared[3] = SQRT((t6 - circle_e30inf * circle_e30inf) / -t0);
-    prepared[4] = t7 * (circle_e123 * t4 + circle_e20inf * t2 + circle_e30inf * t3);
-    prepared[5] = t7 * (circle_e30inf * t4 - circle_e123 * t3 - circle_e10inf * t2);
-    prepared[6] = t7 * (circle_e123 * t2 - circle_e10inf * t3 - circle_e20inf * t4);
+    prepared[3] = SQRT((t3 - circle_e20inf * circle_e20inf - circle_e30inf * circle_e30inf) / -t0);
+    prepared[4] = t4 * t5;
+    prepared[5] = t4 * t6;
+    prepared[6] = t4 * t7;
 }
 
 static INLINE void NAME(distance_plane_circle_apply_circle)(const REAL *prepared, const REAL *plane, REAL *out)
@@ -3429,13 +3425,13 @@ static INLINE void NAME(distance_plane_circle_apply_circle)(const REAL *prepared
         plane_e230inf = plane[3];
     const REAL t0 = plane_e120inf * plane_e120inf + plane_e130inf * plane_e130inf;
     const REAL t1 = (REAL)1 / SQRT(t0 + plane_e230inf * plane_e230inf);
-    const REAL t2 = plane_e130inf * t1;
-    const REAL t3 = plane_e230inf * t1;
-    const REAL t4 = t3 * c1 - t2 * c0;
+    const REAL t2 = plane_e230inf * t1;
+    const REAL t3 = plane_e130inf * t1;
+    const REAL t4 = t2 * c0 - t3 * c1;
     const REAL t5 = plane_e120inf * t1;
-    const REAL t6 = t5 * c0 - t3 * c2;
-    const REAL t7 = t2 * c2 - t5 * c1;
-    const REAL t8 = ABS(c4 * t3 - c5 * t2 + c6 * t5 - plane_e123inf * t1);
+    const REAL t6 = t2 * c2 - t5 * c1;
+    const REAL t7 = t3 * c2 - t5 * c0;
+    const REAL t8 = ABS((REAL)2 * (c4 * t2 + c5 * t3 + c6 * t5) - plane_e123inf * t1);
     const REAL t9 = t8 - SQRT(t4 * t4 + t6 * t6 + t7 * t7) * c3;
     out[0] = MAXIMUM((REAL)0, t9);
 }
@@ -3944,11 +3940,11 @@ INLINE void NAME(conformal_sine_circle_sphere)(const REAL *circle, const REAL *s
     const REAL t3 = t1 + (circle_e120 * s_e1 - circle_e230 * s_e3 - circle_e20inf * s_e0) * t2;
     const REAL t4 = circle_e10inf * s_einf - circle_e12inf * s_e2 - circle_e13inf * s_e3;
     const REAL t5 = (t3 + (circle_e120 * s_e2 + circle_e130 * s_e3 + circle_e10inf * s_e0) * t4) * (REAL)2;
-    const REAL t6 = circle_e10inf * s_e1 + circle_e20inf * s_e2 + circle_e30inf * s_e3;
-    const REAL t7 = circle_e230 * s_einf + circle_e23inf * s_e0 - circle_e123 * s_e1;
-    const REAL t8 = circle_e123 * s_e2 + circle_e130 * s_einf + circle_e13inf * s_e0;
-    const REAL t9 = circle_e120 * s_einf + circle_e12inf * s_e0 - circle_e123 * s_e3;
-    const REAL t10 = t6 * t6 - t5 - t7 * t7 - t8 * t8 - t9 * t9;
+    const REAL t6 = circle_e230 * s_einf + circle_e23inf * s_e0 - circle_e123 * s_e1;
+    const REAL t7 = circle_e123 * s_e2 + circle_e130 * s_einf + circle_e13inf * s_e0;
+    const REAL t8 = circle_e120 * s_einf + circle_e12inf * s_e0 - circle_e123 * s_e3;
+    const REAL t9 = circle_e10inf * s_e1 + circle_e20inf * s_e2 + circle_e30inf * s_e3;
+    const REAL t10 = t9 * t9 - (t6 * t6 + t7 * t7 + t8 * t8 + t5);
     const REAL t11 = circle_e120 * circle_e12inf + circle_e130 * circle_e13inf + circle_e230 * circle_e23inf;
     const REAL t12 = circle_e10inf * circle_e10inf + circle_e20inf * circle_e20inf;
     const REAL t13 = t12 + circle_e30inf * circle_e30inf + (REAL)2 * t11 - circle_e123 * circle_e123;
@@ -5496,96 +5492,223 @@ INLINE void NAME(circle_relative_to_circle)(const REAL *a, const REAL *b, REAL *
         a_e23inf = a[6], a_e10inf = a[7], a_e20inf = a[8], a_e30inf = a[9];
     const REAL b_e123 = b[0], b_e120 = b[1], b_e130 = b[2], b_e230 = b[3], b_e12inf = b[4], b_e13inf = b[5],
         b_e23inf = b[6], b_e10inf = b[7], b_e20inf = b[8], b_e30inf = b[9];
-    const REAL t0 = b_e120 * (REAL)2;
-    const REAL t1 = b_e130 * (REAL)2;
-    const REAL t2 = b_e230 * (REAL)2;
-    const REAL t3 = b_e123 * b_e123 - b_e12inf * t0 - b_e13inf * t1 - b_e23inf * t2 - b_e10inf * b_e10inf;
-    const REAL t4 = b_e230 * b_e230 + (b_e120 * b_e120 + b_e130 * b_e130);
-    const REAL t5 = (REAL)1 / SQRT(t4);
-    const REAL t6 = b_e130 * t5;
-    const REAL t7 = t6 * t6;
-    const REAL t8 = b_e120 * t5;
-    const REAL t9 = t8 * t8;
-    const REAL t10 = b_e230 * t5;
-    const REAL t11 = LESS_EQUAL(t10 * t10, MINIMUM(t7, t9));
-    const REAL t12 = LESS_EQUAL(t7, t9);
-    const REAL t13 = SELECT(t12, (REAL)1, (REAL)0);
-    const REAL t14 = SELECT(t11, (REAL)0, t13);
-    const REAL t15 = SELECT(t11, (REAL)1, (REAL)0);
-    const REAL t16 = t10 * t14 + t6 * t15;
-    const REAL t17 = SELECT(t12, (REAL)0, (REAL)1);
-    const REAL t18 = SELECT(t11, (REAL)0, t17);
-    const REAL t19 = t10 * t18 - t8 * t15;
-    const REAL t20 = t6 * t18 + t8 * t14;
-    const REAL t21 = (REAL)1 / SQRT(t16 * t16 + t19 * t19 + t20 * t20);
-    const REAL t22 = t20 * t21;
-    const REAL t23 = a_e230 * (REAL)2;
-    const REAL t24 = a_e120 * (REAL)2;
-    const REAL t25 = a_e130 * (REAL)2;
-    const REAL t26 = a_e230 * a_e230 + (a_e120 * a_e120 + a_e130 * a_e130);
-    const REAL t27 = (REAL)1 / ((REAL)2 * t26);
-    const REAL t28 = t27 * (a_e123 * t23 + a_e20inf * t24 + a_e30inf * t25);
-    const REAL t29 = (REAL)1 / ((REAL)2 * t4);
-    const REAL t30 = t28 - t29 * (b_e123 * t2 + b_e20inf * t0 + b_e30inf * t1);
-    const REAL t31 = t19 * t21;
-    const REAL t32 = t27 * (a_e30inf * t23 - a_e123 * t25 - a_e10inf * t24);
-    const REAL t33 = t32 - t29 * (b_e30inf * t2 - b_e123 * t1 - b_e10inf * t0);
-    const REAL t34 = t16 * t21;
-    const REAL t35 = t27 * (a_e123 * t24 - a_e10inf * t25 - a_e20inf * t23);
-    const REAL t36 = t35 - t29 * (b_e123 * t0 - b_e10inf * t1 - b_e20inf * t2);
-    const REAL t37 = (REAL)1 / SQRT(t26);
-    const REAL t38 = a_e130 * t37;
-    const REAL t39 = t38 * t38;
-    const REAL t40 = a_e120 * t37;
-    const REAL t41 = t40 * t40;
-    const REAL t42 = a_e230 * t37;
-    const REAL t43 = LESS_EQUAL(t42 * t42, MINIMUM(t39, t41));
-    const REAL t44 = LESS_EQUAL(t39, t41);
-    const REAL t45 = SELECT(t44, (REAL)1, (REAL)0);
-    const REAL t46 = SELECT(t43, (REAL)0, t45);
-    const REAL t47 = SELECT(t43, (REAL)1, (REAL)0);
-    const REAL t48 = t42 * t46 + t38 * t47;
-    const REAL t49 = SELECT(t44, (REAL)0, (REAL)1);
-    const REAL t50 = SELECT(t43, (REAL)0, t49);
-    const REAL t51 = t42 * t50 - t40 * t47;
-    const REAL t52 = t38 * t50 + t40 * t46;
-    const REAL t53 = (REAL)1 / SQRT(t48 * t48 + t51 * t51 + t52 * t52);
-    const REAL t54 = t52 * t53;
-    const REAL t55 = a_e123 * a_e123 - a_e12inf * t24 - a_e13inf * t25 - a_e23inf * t23 - a_e10inf * a_e10inf;
-    const REAL t56 = SQRT((t55 - a_e20inf * a_e20inf - a_e30inf * a_e30inf) / -t26);
-    const REAL t57 = t56 * t54;
-    const REAL t58 = t51 * t53;
-    const REAL t59 = t56 * t58;
-    const REAL t60 = t48 * t53;
-    const REAL t61 = t56 * t60;
-    const REAL t62 = t56 * (t40 * t58 - t38 * t60);
-    const REAL t63 = t56 * (t42 * t60 + t40 * t54);
-    const REAL t64 = t56 * (t42 * t58 + t38 * t54);
-    const REAL t65 = t10 * t31 + t6 * t22;
-    const REAL t66 = t8 * t31 - t6 * t34;
-    const REAL t67 = t10 * t34 + t8 * t22;
-    out_0[0] = SQRT((t3 - b_e20inf * b_e20inf - b_e30inf * b_e30inf) / -t4);
-    out_1[0] = t34 * t36 - (t22 * t30 + t31 * t33);
-    out_1[1] = t22 * t57 + t31 * t59 + t34 * t61;
-    out_1[2] = t31 * t63 - t22 * t62 - t34 * t64;
-    out_1[3] = t30 * t66 - t36 * t65 - t33 * t67;
-    out_1[4] = t59 * t67 - (t57 * t66 + t61 * t65);
-    out_1[5] = t62 * t66 + t64 * t65 + t63 * t67;
-    out_1[6] = t10 * t30 - t6 * t33 + t8 * t36;
-    out_1[7] = t6 * t59 - t10 * t57 + t8 * t61;
-    out_1[8] = t10 * t62 + t6 * t63 - t8 * t64;
+    const REAL t0 = b_e123 * b_e123 - (b_e120 * b_e12inf + b_e130 * b_e13inf + b_e230 * b_e23inf) * (REAL)2;
+    const REAL t1 = b_e230 * b_e230 + (b_e120 * b_e120 + b_e130 * b_e130);
+    const REAL t2 = (REAL)1 / SQRT(t1);
+    const REAL t3 = b_e130 * t2;
+    const REAL t4 = t3 * t3;
+    const REAL t5 = b_e120 * t2;
+    const REAL t6 = t5 * t5;
+    const REAL t7 = b_e230 * t2;
+    const REAL t8 = LESS_EQUAL(t7 * t7, MINIMUM(t4, t6));
+    const REAL t9 = LESS_EQUAL(t4, t6);
+    const REAL t10 = SELECT(t9, (REAL)1, (REAL)0);
+    const REAL t11 = SELECT(t8, (REAL)0, t10);
+    const REAL t12 = SELECT(t8, (REAL)1, (REAL)0);
+    const REAL t13 = t7 * t11 + t3 * t12;
+    const REAL t14 = SELECT(t9, (REAL)0, (REAL)1);
+    const REAL t15 = SELECT(t8, (REAL)0, t14);
+    const REAL t16 = t7 * t15 - t5 * t12;
+    const REAL t17 = t3 * t15 + t5 * t11;
+    const REAL t18 = (REAL)1 / SQRT(t13 * t13 + t16 * t16 + t17 * t17);
+    const REAL t19 = t16 * t18;
+    const REAL t20 = a_e230 * a_e230 + (a_e120 * a_e120 + a_e130 * a_e130);
+    const REAL t21 = (REAL)1 / ((REAL)2 * t20);
+    const REAL t22 = t21 * (a_e123 * a_e130 + a_e120 * a_e10inf - a_e230 * a_e30inf);
+    const REAL t23 = (REAL)1 / ((REAL)2 * t1);
+    const REAL t24 = t22 - t23 * (b_e123 * b_e130 + b_e120 * b_e10inf - b_e230 * b_e30inf);
+    const REAL t25 = t13 * t18;
+    const REAL t26 = t21 * (a_e123 * a_e120 - a_e130 * a_e10inf - a_e230 * a_e20inf);
+    const REAL t27 = t26 - t23 * (b_e123 * b_e120 - b_e130 * b_e10inf - b_e230 * b_e20inf);
+    const REAL t28 = t17 * t18;
+    const REAL t29 = t21 * (a_e123 * a_e230 + a_e120 * a_e20inf + a_e130 * a_e30inf);
+    const REAL t30 = t29 - t23 * (b_e123 * b_e230 + b_e120 * b_e20inf + b_e130 * b_e30inf);
+    const REAL t31 = (REAL)1 / SQRT(t20);
+    const REAL t32 = a_e130 * t31;
+    const REAL t33 = t32 * t32;
+    const REAL t34 = a_e120 * t31;
+    const REAL t35 = t34 * t34;
+    const REAL t36 = a_e230 * t31;
+    const REAL t37 = LESS_EQUAL(t36 * t36, MINIMUM(t33, t35));
+    const REAL t38 = LESS_EQUAL(t33, t35);
+    const REAL t39 = SELECT(t38, (REAL)1, (REAL)0);
+    const REAL t40 = SELECT(t37, (REAL)0, t39);
+    const REAL t41 = SELECT(t37, (REAL)1, (REAL)0);
+    const REAL t42 = t36 * t40 + t32 * t41;
+    const REAL t43 = SELECT(t38, (REAL)0, (REAL)1);
+    const REAL t44 = SELECT(t37, (REAL)0, t43);
+    const REAL t45 = t36 * t44 - t34 * t41;
+    const REAL t46 = t32 * t44 + t34 * t40;
+    const REAL t47 = (REAL)1 / SQRT(t42 * t42 + t45 * t45 + t46 * t46);
+    const REAL t48 = t46 * t47;
+    const REAL t49 = a_e123 * a_e123 - (REAL)2 * (a_e120 * a_e12inf + a_e130 * a_e13inf + a_e230 * a_e23inf);
+    const REAL t50 = SQRT((t49 - a_e10inf * a_e10inf - a_e20inf * a_e20inf - a_e30inf * a_e30inf) / -t20);
+    const REAL t51 = t50 * t48;
+    const REAL t52 = t45 * t47;
+    const REAL t53 = t50 * t52;
+    const REAL t54 = t42 * t47;
+    const REAL t55 = t50 * t54;
+    const REAL t56 = t50 * (t32 * t54 - t34 * t52);
+    const REAL t57 = t50 * (t36 * t54 + t34 * t48);
+    const REAL t58 = t50 * (t36 * t52 + t32 * t48);
+    const REAL t59 = t7 * t25 + t5 * t28;
+    const REAL t60 = t3 * t25 - t5 * t19;
+    const REAL t61 = t7 * t19 + t3 * t28;
+    out_0[0] = SQRT((t0 - b_e10inf * b_e10inf - b_e20inf * b_e20inf - b_e30inf * b_e30inf) / -t1);
+    out_1[0] = (REAL)2 * (t19 * t24 + t25 * t27 - t28 * t30);
+    out_1[1] = t28 * t51 + t19 * t53 + t25 * t55;
+    out_1[2] = t28 * t56 + t19 * t57 - t25 * t58;
+    out_1[3] = (REAL)2 * (t24 * t59 - t30 * t60 - t27 * t61);
+    out_1[4] = t51 * t60 + t53 * t59 - t55 * t61;
+    out_1[5] = t56 * t60 + t57 * t59 + t58 * t61;
+    out_1[6] = (REAL)2 * (t7 * t30 + t3 * t24 + t5 * t27);
+    out_1[7] = t3 * t53 + t5 * t55 - t7 * t51;
+    out_1[8] = t3 * t57 - t7 * t56 - t5 * t58;
 }
 
 static INLINE void NAME(circle_relative_to_circle_prepare_a)(const REAL *a, REAL *prepared)
 {
     const REAL a_e123 = a[0], a_e120 = a[1], a_e130 = a[2], a_e230 = a[3], a_e12inf = a[4], a_e13inf = a[5],
         a_e23inf = a[6], a_e10inf = a[7], a_e20inf = a[8], a_e30inf = a[9];
-    const REAL t0 = a_e230 * (REAL)2;
-    const REAL t1 = a_e120 * (REAL)2;
-    const REAL t2 = a_e130 * (REAL)2;
-    const REAL t3 = a_e230 * a_e230 + (a_e120 * a_e120 + a_e130 * a_e130);
-    const REAL t4 = (REAL)1 / ((REAL)2 * t3);
-    const REAL t5 = (REAL)1 / SQRT(t3);
+    const REAL t0 = a_e230 * a_e230 + (a_e120 * a_e120 + a_e130 * a_e130);
+    const REAL t1 = (REAL)1 / ((REAL)2 * t0);
+    const REAL t2 = (REAL)1 / SQRT(t0);
+    const REAL t3 = a_e130 * t2;
+    const REAL t4 = t3 * t3;
+    const REAL t5 = a_e120 * t2;
+    const REAL t6 = t5 * t5;
+    const REAL t7 = a_e230 * t2;
+    const REAL t8 = LESS_EQUAL(t7 * t7, MINIMUM(t4, t6));
+    const REAL t9 = LESS_EQUAL(t4, t6);
+    const REAL t10 = SELECT(t9, (REAL)1, (REAL)0);
+    const REAL t11 = SELECT(t8, (REAL)0, t10);
+    const REAL t12 = SELECT(t8, (REAL)1, (REAL)0);
+    const REAL t13 = t7 * t11 + t3 * t12;
+    const REAL t14 = SELECT(t9, (REAL)0, (REAL)1);
+    const REAL t15 = SELECT(t8, (REAL)0, t14);
+    const REAL t16 = t7 * t15 - t5 * t12;
+    const REAL t17 = t3 * t15 + t5 * t11;
+    const REAL t18 = (REAL)1 / SQRT(t13 * t13 + t16 * t16 + t17 * t17);
+    const REAL t19 = t17 * t18;
+    const REAL t20 = a_e123 * a_e123 - (REAL)2 * (a_e120 * a_e12inf + a_e130 * a_e13inf + a_e230 * a_e23inf);
+    const REAL t21 = SQRT((t20 - a_e10inf * a_e10inf - a_e20inf * a_e20inf - a_e30inf * a_e30inf) / -t0);
+    const REAL t22 = t16 * t18;
+    const REAL t23 = t13 * t18;
+    prepared[0] = t1 * (a_e123 * a_e130 + a_e120 * a_e10inf - a_e230 * a_e30inf);
+    prepared[1] = t1 * (a_e123 * a_e120 - a_e130 * a_e10inf - a_e230 * a_e20inf);
+    prepared[2] = t1 * (a_e123 * a_e230 + a_e120 * a_e20inf + a_e130 * a_e30inf);
+    prepared[3] = t21 * t19;
+    prepared[4] = t21 * t22;
+    prepared[5] = t21 * t23;
+    prepared[6] = t21 * (t3 * t23 - t5 * t22);
+    prepared[7] = t21 * (t7 * t23 + t5 * t19);
+    prepared[8] = t21 * (t7 * t22 + t3 * t19);
+}
+
+static INLINE void NAME(circle_relative_to_circle_apply_a)(const REAL *prepared, const REAL *b, REAL *out_0, REAL
+    *out_1)
+{
+    const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
+        c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8];
+    const REAL b_e123 = b[0], b_e120 = b[1], b_e130 = b[2], b_e230 = b[3], b_e12inf = b[4], b_e13inf = b[5],
+        b_e23inf = b[6], b_e10inf = b[7], b_e20inf = b[8], b_e30inf = b[9];
+    const REAL t0 = b_e123 * b_e123 - (b_e120 * b_e12inf + b_e130 * b_e13inf + b_e230 * b_e23inf) * (REAL)2;
+    const REAL t1 = b_e230 * b_e230 + (b_e120 * b_e120 + b_e130 * b_e130);
+    const REAL t2 = (REAL)1 / SQRT(t1);
+    const REAL t3 = b_e130 * t2;
+    const REAL t4 = t3 * t3;
+    const REAL t5 = b_e120 * t2;
+    const REAL t6 = t5 * t5;
+    const REAL t7 = b_e230 * t2;
+    const REAL t8 = LESS_EQUAL(t7 * t7, MINIMUM(t4, t6));
+    const REAL t9 = LESS_EQUAL(t4, t6);
+    const REAL t10 = SELECT(t9, (REAL)1, (REAL)0);
+    const REAL t11 = SELECT(t8, (REAL)0, t10);
+    const REAL t12 = SELECT(t8, (REAL)1, (REAL)0);
+    const REAL t13 = t7 * t11 + t3 * t12;
+    const REAL t14 = SELECT(t9, (REAL)0, (REAL)1);
+    const REAL t15 = SELECT(t8, (REAL)0, t14);
+    const REAL t16 = t7 * t15 - t5 * t12;
+    const REAL t17 = t3 * t15 + t5 * t11;
+    const REAL t18 = (REAL)1 / SQRT(t13 * t13 + t16 * t16 + t17 * t17);
+    const REAL t19 = t16 * t18;
+    const REAL t20 = (REAL)1 / ((REAL)2 * t1);
+    const REAL t21 = c0 - t20 * (b_e123 * b_e130 + b_e120 * b_e10inf - b_e230 * b_e30inf);
+    const REAL t22 = t13 * t18;
+    const REAL t23 = c1 - t20 * (b_e123 * b_e120 - b_e130 * b_e10inf - b_e230 * b_e20inf);
+    const REAL t24 = t17 * t18;
+    const REAL t25 = c2 - t20 * (b_e123 * b_e230 + b_e120 * b_e20inf + b_e130 * b_e30inf);
+    const REAL t26 = t7 * t22 + t5 * t24;
+    const REAL t27 = t3 * t22 - t5 * t19;
+    const REAL t28 = t7 * t19 + t3 * t24;
+    out_0[0] = SQRT((t0 - b_e10inf * b_e10inf - b_e20inf * b_e20inf - b_e30inf * b_e30inf) / -t1);
+    out_1[0] = (REAL)2 * (t19 * t21 + t22 * t23 - t24 * t25);
+    out_1[1] = t24 * c3 + t19 * c4 + t22 * c5;
+    out_1[2] = t24 * c6 + t19 * c7 - t22 * c8;
+    out_1[3] = (REAL)2 * (t21 * t26 - t25 * t27 - t23 * t28);
+    out_1[4] = c3 * t27 + c4 * t26 - c5 * t28;
+    out_1[5] = c6 * t27 + c7 * t26 + c8 * t28;
+    out_1[6] = (REAL)2 * (t7 * t25 + t3 * t21 + t5 * t23);
+    out_1[7] = t3 * c4 + t5 * c5 - t7 * c3;
+    out_1[8] = t3 * c7 - t7 * c6 - t5 * c8;
+}
+
+static INLINE void NAME(circle_relative_to_circle_prepare_b)(const REAL *b, REAL *prepared)
+{
+    const REAL b_e123 = b[0], b_e120 = b[1], b_e130 = b[2], b_e230 = b[3], b_e12inf = b[4], b_e13inf = b[5],
+        b_e23inf = b[6], b_e10inf = b[7], b_e20inf = b[8], b_e30inf = b[9];
+    const REAL t0 = b_e123 * b_e123 - (b_e120 * b_e12inf + b_e130 * b_e13inf + b_e230 * b_e23inf) * (REAL)2;
+    const REAL t1 = b_e230 * b_e230 + (b_e120 * b_e120 + b_e130 * b_e130);
+    const REAL t2 = (REAL)1 / SQRT(t1);
+    const REAL t3 = b_e130 * t2;
+    const REAL t4 = t3 * t3;
+    const REAL t5 = b_e120 * t2;
+    const REAL t6 = t5 * t5;
+    const REAL t7 = b_e230 * t2;
+    const REAL t8 = LESS_EQUAL(t7 * t7, MINIMUM(t4, t6));
+    const REAL t9 = LESS_EQUAL(t4, t6);
+    const REAL t10 = SELECT(t9, (REAL)1, (REAL)0);
+    const REAL t11 = SELECT(t8, (REAL)0, t10);
+    const REAL t12 = SELECT(t8, (REAL)1, (REAL)0);
+    const REAL t13 = t7 * t11 + t3 * t12;
+    const REAL t14 = SELECT(t9, (REAL)0, (REAL)1);
+    const REAL t15 = SELECT(t8, (REAL)0, t14);
+    const REAL t16 = t7 * t15 - t5 * t12;
+    const REAL t17 = t3 * t15 + t5 * t11;
+    const REAL t18 = (REAL)1 / SQRT(t13 * t13 + t16 * t16 + t17 * t17);
+    const REAL t19 = t16 * t18;
+    const REAL t20 = (REAL)1 / ((REAL)2 * t1);
+    const REAL t21 = t13 * t18;
+    const REAL t22 = t17 * t18;
+    prepared[0] = t20 * (b_e123 * b_e130 + b_e120 * b_e10inf - b_e230 * b_e30inf);
+    prepared[1] = t19;
+    prepared[2] = t20 * (b_e123 * b_e120 - b_e130 * b_e10inf - b_e230 * b_e20inf);
+    prepared[3] = t21;
+    prepared[4] = t20 * (b_e123 * b_e230 + b_e120 * b_e20inf + b_e130 * b_e30inf);
+    prepared[5] = t22;
+    prepared[6] = t7 * t21 + t5 * t22;
+    prepared[7] = t3 * t21 - t5 * t19;
+    prepared[8] = t7 * t19 + t3 * t22;
+    prepared[9] = t7;
+    prepared[10] = t3;
+    prepared[11] = t5;
+    prepared[12] = SQRT((t0 - b_e10inf * b_e10inf - b_e20inf * b_e20inf - b_e30inf * b_e30inf) / -t1);
+}
+
+static INLINE void NAME(circle_relative_to_circle_apply_b)(const REAL *prepared, const REAL *a, REAL *out_0, REAL
+    *out_1)
+{
+    const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
+        c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8], c9 = prepared[9],
+        c10 = prepared[10], c11 = prepared[11], c12 = prepared[12];
+    const REAL a_e123 = a[0], a_e120 = a[1], a_e130 = a[2], a_e230 = a[3], a_e12inf = a[4], a_e13inf = a[5],
+        a_e23inf = a[6], a_e10inf = a[7], a_e20inf = a[8], a_e30inf = a[9];
+    const REAL t0 = a_e230 * a_e230 + (a_e120 * a_e120 + a_e130 * a_e130);
+    const REAL t1 = (REAL)1 / ((REAL)2 * t0);
+    const REAL t2 = t1 * (a_e123 * a_e130 + a_e120 * a_e10inf - a_e230 * a_e30inf) - c0;
+    const REAL t3 = t1 * (a_e123 * a_e120 - a_e130 * a_e10inf - a_e230 * a_e20inf) - c2;
+    const REAL t4 = t1 * (a_e123 * a_e230 + a_e120 * a_e20inf + a_e130 * a_e30inf) - c4;
+    const REAL t5 = (REAL)1 / SQRT(t0);
     const REAL t6 = a_e130 * t5;
     const REAL t7 = t6 * t6;
     const REAL t8 = a_e120 * t5;
@@ -5603,171 +5726,26 @@ static INLINE void NAME(circle_relative_to_circle_prepare_a)(const REAL *a, REAL
     const REAL t20 = t6 * t18 + t8 * t14;
     const REAL t21 = (REAL)1 / SQRT(t16 * t16 + t19 * t19 + t20 * t20);
     const REAL t22 = t20 * t21;
-    const REAL t23 = a_e123 * a_e123 - a_e12inf * t1 - a_e13inf * t2 - a_e23inf * t0 - a_e10inf * a_e10inf;
-    const REAL t24 = SQRT((t23 - a_e20inf * a_e20inf - a_e30inf * a_e30inf) / -t3);
-    const REAL t25 = t19 * t21;
-    const REAL t26 = t16 * t21;
-    prepared[0] = t4 * (a_e123 * t0 + a_e20inf * t1 + a_e30inf * t2);
-    prepared[1] = t4 * (a_e30inf * t0 - a_e123 * t2 - a_e10inf * t1);
-    prepared[2] = t4 * (a_e123 * t1 - a_e10inf * t2 - a_e20inf * t0);
-    prepared[3] = t24 * t22;
-    prepared[4] = t24 * t25;
-    prepared[5] = t24 * t26;
-    prepared[6] = t24 * (t8 * t25 - t6 * t26);
-    prepared[7] = t24 * (t10 * t26 + t8 * t22);
-    prepared[8] = t24 * (t10 * t25 + t6 * t22);
-}
-
-static INLINE void NAME(circle_relative_to_circle_apply_a)(const REAL *prepared, const REAL *b, REAL *out_0, REAL
-    *out_1)
-{
-    const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
-        c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8];
-    const REAL b_e123 = b[0], b_e120 = b[1], b_e130 = b[2], b_e230 = b[3], b_e12inf = b[4], b_e13inf = b[5],
-        b_e23inf = b[6], b_e10inf = b[7], b_e20inf = b[8], b_e30inf = b[9];
-    const REAL t0 = b_e120 * (REAL)2;
-    const REAL t1 = b_e130 * (REAL)2;
-    const REAL t2 = b_e230 * (REAL)2;
-    const REAL t3 = b_e123 * b_e123 - b_e12inf * t0 - b_e13inf * t1 - b_e23inf * t2 - b_e10inf * b_e10inf;
-    const REAL t4 = b_e230 * b_e230 + (b_e120 * b_e120 + b_e130 * b_e130);
-    const REAL t5 = (REAL)1 / SQRT(t4);
-    const REAL t6 = b_e130 * t5;
-    const REAL t7 = t6 * t6;
-    const REAL t8 = b_e120 * t5;
-    const REAL t9 = t8 * t8;
-    const REAL t10 = b_e230 * t5;
-    const REAL t11 = LESS_EQUAL(t10 * t10, MINIMUM(t7, t9));
-    const REAL t12 = LESS_EQUAL(t7, t9);
-    const REAL t13 = SELECT(t12, (REAL)1, (REAL)0);
-    const REAL t14 = SELECT(t11, (REAL)0, t13);
-    const REAL t15 = SELECT(t11, (REAL)1, (REAL)0);
-    const REAL t16 = t10 * t14 + t6 * t15;
-    const REAL t17 = SELECT(t12, (REAL)0, (REAL)1);
-    const REAL t18 = SELECT(t11, (REAL)0, t17);
-    const REAL t19 = t10 * t18 - t8 * t15;
-    const REAL t20 = t6 * t18 + t8 * t14;
-    const REAL t21 = (REAL)1 / SQRT(t16 * t16 + t19 * t19 + t20 * t20);
-    const REAL t22 = t20 * t21;
-    const REAL t23 = (REAL)1 / ((REAL)2 * t4);
-    const REAL t24 = c0 - t23 * (b_e123 * t2 + b_e20inf * t0 + b_e30inf * t1);
-    const REAL t25 = t19 * t21;
-    const REAL t26 = c1 - t23 * (b_e30inf * t2 - b_e123 * t1 - b_e10inf * t0);
-    const REAL t27 = t16 * t21;
-    const REAL t28 = c2 - t23 * (b_e123 * t0 - b_e10inf * t1 - b_e20inf * t2);
-    const REAL t29 = t10 * t25 + t6 * t22;
-    const REAL t30 = t8 * t25 - t6 * t27;
-    const REAL t31 = t10 * t27 + t8 * t22;
-    out_0[0] = SQRT((t3 - b_e20inf * b_e20inf - b_e30inf * b_e30inf) / -t4);
-    out_1[0] = t27 * t28 - (t22 * t24 + t25 * t26);
-    out_1[1] = t22 * c3 + t25 * c4 + t27 * c5;
-    out_1[2] = t25 * c7 - t22 * c6 - t27 * c8;
-    out_1[3] = t24 * t30 - t28 * t29 - t26 * t31;
-    out_1[4] = c4 * t31 - (c3 * t30 + c5 * t29);
-    out_1[5] = c6 * t30 + c8 * t29 + c7 * t31;
-    out_1[6] = t10 * t24 - t6 * t26 + t8 * t28;
-    out_1[7] = t6 * c4 - t10 * c3 + t8 * c5;
-    out_1[8] = t10 * c6 + t6 * c7 - t8 * c8;
-}
-
-static INLINE void NAME(circle_relative_to_circle_prepare_b)(const REAL *b, REAL *prepared)
-{
-    const REAL b_e123 = b[0], b_e120 = b[1], b_e130 = b[2], b_e230 = b[3], b_e12inf = b[4], b_e13inf = b[5],
-        b_e23inf = b[6], b_e10inf = b[7], b_e20inf = b[8], b_e30inf = b[9];
-    const REAL t0 = b_e120 * (REAL)2;
-    const REAL t1 = b_e130 * (REAL)2;
-    const REAL t2 = b_e230 * (REAL)2;
-    const REAL t3 = b_e123 * b_e123 - b_e12inf * t0 - b_e13inf * t1 - b_e23inf * t2 - b_e10inf * b_e10inf;
-    const REAL t4 = b_e230 * b_e230 + (b_e120 * b_e120 + b_e130 * b_e130);
-    const REAL t5 = (REAL)1 / SQRT(t4);
-    const REAL t6 = b_e130 * t5;
-    const REAL t7 = t6 * t6;
-    const REAL t8 = b_e120 * t5;
-    const REAL t9 = t8 * t8;
-    const REAL t10 = b_e230 * t5;
-    const REAL t11 = LESS_EQUAL(t10 * t10, MINIMUM(t7, t9));
-    const REAL t12 = LESS_EQUAL(t7, t9);
-    const REAL t13 = SELECT(t12, (REAL)1, (REAL)0);
-    const REAL t14 = SELECT(t11, (REAL)0, t13);
-    const REAL t15 = SELECT(t11, (REAL)1, (REAL)0);
-    const REAL t16 = t10 * t14 + t6 * t15;
-    const REAL t17 = SELECT(t12, (REAL)0, (REAL)1);
-    const REAL t18 = SELECT(t11, (REAL)0, t17);
-    const REAL t19 = t10 * t18 - t8 * t15;
-    const REAL t20 = t6 * t18 + t8 * t14;
-    const REAL t21 = (REAL)1 / SQRT(t16 * t16 + t19 * t19 + t20 * t20);
-    const REAL t22 = t20 * t21;
-    const REAL t23 = (REAL)1 / ((REAL)2 * t4);
-    const REAL t24 = t19 * t21;
-    const REAL t25 = t16 * t21;
-    prepared[0] = t23 * (b_e123 * t2 + b_e20inf * t0 + b_e30inf * t1);
-    prepared[1] = t22;
-    prepared[2] = t23 * (b_e30inf * t2 - b_e123 * t1 - b_e10inf * t0);
-    prepared[3] = t24;
-    prepared[4] = t23 * (b_e123 * t0 - b_e10inf * t1 - b_e20inf * t2);
-    prepared[5] = t25;
-    prepared[6] = t10 * t24 + t6 * t22;
-    prepared[7] = t8 * t24 - t6 * t25;
-    prepared[8] = t10 * t25 + t8 * t22;
-    prepared[9] = t10;
-    prepared[10] = t6;
-    prepared[11] = t8;
-    prepared[12] = SQRT((t3 - b_e20inf * b_e20inf - b_e30inf * b_e30inf) / -t4);
-}
-
-static INLINE void NAME(circle_relative_to_circle_apply_b)(const REAL *prepared, const REAL *a, REAL *out_0, REAL
-    *out_1)
-{
-    const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
-        c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8], c9 = prepared[9],
-        c10 = prepared[10], c11 = prepared[11], c12 = prepared[12];
-    const REAL a_e123 = a[0], a_e120 = a[1], a_e130 = a[2], a_e230 = a[3], a_e12inf = a[4], a_e13inf = a[5],
-        a_e23inf = a[6], a_e10inf = a[7], a_e20inf = a[8], a_e30inf = a[9];
-    const REAL t0 = a_e230 * (REAL)2;
-    const REAL t1 = a_e120 * (REAL)2;
-    const REAL t2 = a_e130 * (REAL)2;
-    const REAL t3 = a_e230 * a_e230 + (a_e120 * a_e120 + a_e130 * a_e130);
-    const REAL t4 = (REAL)1 / ((REAL)2 * t3);
-    const REAL t5 = t4 * (a_e123 * t0 + a_e20inf * t1 + a_e30inf * t2) - c0;
-    const REAL t6 = t4 * (a_e30inf * t0 - a_e123 * t2 - a_e10inf * t1) - c2;
-    const REAL t7 = t4 * (a_e123 * t1 - a_e10inf * t2 - a_e20inf * t0) - c4;
-    const REAL t8 = (REAL)1 / SQRT(t3);
-    const REAL t9 = a_e130 * t8;
-    const REAL t10 = t9 * t9;
-    const REAL t11 = a_e120 * t8;
-    const REAL t12 = t11 * t11;
-    const REAL t13 = a_e230 * t8;
-    const REAL t14 = LESS_EQUAL(t13 * t13, MINIMUM(t10, t12));
-    const REAL t15 = LESS_EQUAL(t10, t12);
-    const REAL t16 = SELECT(t15, (REAL)1, (REAL)0);
-    const REAL t17 = SELECT(t14, (REAL)0, t16);
-    const REAL t18 = SELECT(t14, (REAL)1, (REAL)0);
-    const REAL t19 = t13 * t17 + t9 * t18;
-    const REAL t20 = SELECT(t15, (REAL)0, (REAL)1);
-    const REAL t21 = SELECT(t14, (REAL)0, t20);
-    const REAL t22 = t13 * t21 - t11 * t18;
-    const REAL t23 = t9 * t21 + t11 * t17;
-    const REAL t24 = (REAL)1 / SQRT(t19 * t19 + t22 * t22 + t23 * t23);
-    const REAL t25 = t23 * t24;
-    const REAL t26 = a_e123 * a_e123 - a_e12inf * t1 - a_e13inf * t2 - a_e23inf * t0 - a_e10inf * a_e10inf;
-    const REAL t27 = SQRT((t26 - a_e20inf * a_e20inf - a_e30inf * a_e30inf) / -t3);
-    const REAL t28 = t27 * t25;
-    const REAL t29 = t22 * t24;
-    const REAL t30 = t27 * t29;
-    const REAL t31 = t19 * t24;
-    const REAL t32 = t27 * t31;
-    const REAL t33 = t27 * (t11 * t29 - t9 * t31);
-    const REAL t34 = t27 * (t13 * t31 + t11 * t25);
-    const REAL t35 = t27 * (t13 * t29 + t9 * t25);
+    const REAL t23 = a_e123 * a_e123 - (REAL)2 * (a_e120 * a_e12inf + a_e130 * a_e13inf + a_e230 * a_e23inf);
+    const REAL t24 = SQRT((t23 - a_e10inf * a_e10inf - a_e20inf * a_e20inf - a_e30inf * a_e30inf) / -t0);
+    const REAL t25 = t24 * t22;
+    const REAL t26 = t19 * t21;
+    const REAL t27 = t24 * t26;
+    const REAL t28 = t16 * t21;
+    const REAL t29 = t24 * t28;
+    const REAL t30 = t24 * (t6 * t28 - t8 * t26);
+    const REAL t31 = t24 * (t10 * t28 + t8 * t22);
+    const REAL t32 = t24 * (t10 * t26 + t6 * t22);
     out_0[0] = c12;
-    out_1[0] = c5 * t7 - (c1 * t5 + c3 * t6);
-    out_1[1] = c1 * t28 + c3 * t30 + c5 * t32;
-    out_1[2] = c3 * t34 - c1 * t33 - c5 * t35;
-    out_1[3] = t5 * c7 - t7 * c6 - t6 * c8;
-    out_1[4] = t30 * c8 - (t28 * c7 + t32 * c6);
-    out_1[5] = t33 * c7 + t35 * c6 + t34 * c8;
-    out_1[6] = c9 * t5 - c10 * t6 + c11 * t7;
-    out_1[7] = c10 * t30 - c9 * t28 + c11 * t32;
-    out_1[8] = c9 * t33 + c10 * t34 - c11 * t35;
+    out_1[0] = (REAL)2 * (c1 * t2 + c3 * t3 - c5 * t4);
+    out_1[1] = c5 * t25 + c1 * t27 + c3 * t29;
+    out_1[2] = c5 * t30 + c1 * t31 - c3 * t32;
+    out_1[3] = (REAL)2 * (t2 * c6 - t4 * c7 - t3 * c8);
+    out_1[4] = t25 * c7 + t27 * c6 - t29 * c8;
+    out_1[5] = t30 * c7 + t31 * c6 + t32 * c8;
+    out_1[6] = (REAL)2 * (c9 * t4 + c10 * t2 + c11 * t3);
+    out_1[7] = c10 * t27 + c11 * t29 - c9 * t25;
+    out_1[8] = c10 * t31 - c9 * t30 - c11 * t32;
 }
 
 #define PARTS_circle_relative_to_circle(IN, NUMBER, OUT, AND) IN(0, 0, 10, 10, 1, 10) AND IN(1, 1, 10, 10, 1, 10) \
@@ -6587,119 +6565,116 @@ static INLINE void NAME(versor_exponential_within)(const REAL *b, REAL *out, WOR
 {
     const REAL b_e12 = b[0], b_e13 = b[1], b_e23 = b[2], b_e10 = b[3], b_e20 = b[4], b_e30 = b[5], b_e1inf = b[6],
         b_e2inf = b[7], b_e3inf = b[8], b_e0inf = b[9];
-    const REAL t0 = b_e0inf * (REAL)2;
-    const REAL t1 = b_e20 * (REAL)2;
-    const REAL t2 = b_e10 * (REAL)2;
-    const REAL t3 = b_e12 * t0 + b_e1inf * t1 - b_e2inf * t2;
-    const REAL t4 = b_e30 * (REAL)2;
-    const REAL t5 = b_e13 * t0 + b_e1inf * t4 - b_e3inf * t2;
-    const REAL t6 = b_e23 * t0 + b_e2inf * t4 - b_e3inf * t1;
-    const REAL t7 = b_e12 * t4 + b_e23 * t2 - b_e13 * t1;
-    const REAL t8 = (REAL)2 * (b_e23 * b_e1inf + (b_e12 * b_e3inf - b_e13 * b_e2inf));
-    const REAL t9 = t7 * t8 * (REAL)0.5 + (t6 * t6 + (t3 * t3 + t5 * t5)) * (REAL)0.25;
-    const REAL t10 = b_e1inf * t2 + b_e2inf * t1 + b_e3inf * t4 + b_e0inf * b_e0inf - b_e12 * b_e12;
-    const REAL t11 = t10 - b_e13 * b_e13 - b_e23 * b_e23;
-    const REAL t12 = t11 * t11;
-    const REAL t13 = LESS(MAXIMUM(t12, (REAL)0.125), -(t9 * (REAL)8));
-    const REAL t14 = t9 * (REAL)4;
-    const REAL t15 = t12 + t14;
-    const REAL t16 = -t14;
-    const REAL t17 = SELECT(t13, t16, t15);
-    const REAL t18 = LESS(t17, (REAL)1e-36);
-    const REAL t19 = SQRT(SELECT(t18, (REAL)1, t17));
-    const REAL t20 = SELECT(t18, (REAL)0, t19);
-    const REAL t21 = SELECT(t13, (REAL)1, (REAL)0.5);
-    const REAL t22 = t21 * (t11 + t20);
-    const REAL t23 = ABS(t22);
-    const REAL t24 = LESS(t23, (REAL)0.25);
-    const REAL t25 = SELECT(t24, t22, (REAL)0);
-    const REAL t26 = t25 * ((REAL)(1.0 / 39916800.0) + (REAL)(1.0 / 6227020800.0) * t25);
-    const REAL t27 = (REAL)(1.0 / 120.0) + t25 * ((REAL)(1.0 / 5040.0) + t25 * ((REAL)(1.0 / 362880.0) + t26));
-    const REAL t28 = (REAL)1 + t25 * ((REAL)(1.0 / 6.0) + t25 * t27);
-    const REAL t29 = SQRT((REAL)1 + t28 * (t25 * t28));
-    const REAL t30 = SQRT(SELECT(t24, (REAL)1, t23));
-    const REAL t31 = LESS(t22, (REAL)0);
-    const REAL t32 = EXP(SELECT(t31, (REAL)0, t30));
-    const REAL t33 = (REAL)1 / t32;
-    const REAL t34 = (REAL)0.5 * (t32 + t33);
-    const REAL t35 = COS(t30);
-    const REAL t36 = SELECT(t31, t35, t34);
-    const REAL t37 = SELECT(t24, t29, t36);
-    const REAL t38 = t21 * (t11 - t20);
-    const REAL t39 = -t38;
-    const REAL t40 = LESS(t39, (REAL)0.25);
-    const REAL t41 = SELECT(t40, t38, (REAL)0);
-    const REAL t42 = t41 * (t41 * (REAL)(1.0 / 6227020800.0) + (REAL)(1.0 / 39916800.0));
-    const REAL t43 = t41 * (t41 * (t42 + (REAL)(1.0 / 362880.0)) + (REAL)(1.0 / 5040.0)) + (REAL)(1.0 / 120.0);
-    const REAL t44 = (REAL)1 + t41 * (t41 * t43 + (REAL)(1.0 / 6.0));
-    const REAL t45 = SQRT((REAL)1 + t44 * (t41 * t44));
-    const REAL t46 = SQRT(SELECT(t40, (REAL)1, t39));
-    const REAL t47 = COS(t46);
-    const REAL t48 = SELECT(t40, t45, t47);
-    const REAL t49 = (REAL)0.5 * (t48 + t37);
-    const REAL t50 = t48 * t37;
-    const REAL t51 = (REAL)0.5 * (t32 - t33);
-    const REAL t52 = SIN(t30);
-    const REAL t53 = SELECT(t31, t52, t51) / t30;
-    const REAL t54 = SELECT(t24, t28, t53);
-    const REAL t55 = t48 * t54;
-    const REAL t56 = SIN(t46) / t46;
-    const REAL t57 = SELECT(t40, t44, t56);
-    const REAL t58 = t37 * t57 - t55;
-    const REAL t59 = t54 - t57;
-    const REAL t60 = (REAL)1 / t19;
-    const REAL t61 = SELECT(t13, t59, t58) * t60;
-    const REAL t62 = SELECT(t18, (REAL)(1.0 / 3.0), t61);
-    const REAL t63 = (REAL)2 * ABS(t16);
-    const REAL t64 = LESS(MAXIMUM(t12, t63), (REAL)0.125);
-    const REAL t65 = SELECT(t64, t11, (REAL)0);
-    const REAL t66 = t65 * (REAL)(1.0 / 355687428096000.0) + (REAL)(1.0 / 1307674368000.0);
-    const REAL t67 = -t9;
-    const REAL t68 = SELECT(t64, t67, (REAL)0);
-    const REAL t69 = (REAL)(1.0 / 6227020800.0) + (t68 * (REAL)(1.0 / 88921857024000.0) + t65 * t66);
-    const REAL t70 = t65 * (REAL)(1.0 / 177843714048000.0) + (REAL)2 * t66;
-    const REAL t71 = (REAL)2 * t68;
-    const REAL t72 = (REAL)(1.0 / 39916800.0) + (t65 * t69 + t70 * t71);
-    const REAL t73 = (REAL)2 * t69 + t65 * t70;
-    const REAL t74 = (REAL)(1.0 / 362880.0) + (t65 * t72 + t71 * t73);
-    const REAL t75 = (REAL)2 * t72 + t65 * t73;
-    const REAL t76 = (REAL)(1.0 / 5040.0) + (t65 * t74 + t71 * t75);
-    const REAL t77 = (REAL)2 * t74 + t65 * t75;
-    const REAL t78 = (REAL)(1.0 / 120.0) + (t65 * t76 + t71 * t77);
-    const REAL t79 = (REAL)2 * t76 + t65 * t77;
-    const REAL t80 = (REAL)(1.0 / 6.0) + (t65 * t78 + t71 * t79);
-    const REAL t81 = (REAL)2 * t78 + t65 * t79;
-    const REAL t82 = (REAL)2 * t80 + t65 * t81;
-    const REAL t83 = (REAL)0.5 * SELECT(t64, t82, t62);
-    const REAL t84 = t7 * t83;
-    const REAL t85 = t8 * t83;
-    const REAL t86 = t3 * t83;
-    const REAL t87 = t55 - t38 * t62;
-    const REAL t88 = (REAL)0.5 * (t57 + t54);
-    const REAL t89 = SELECT(t13, t88, t87);
-    const REAL t90 = (REAL)1 + (t65 * t80 + t71 * t81);
-    const REAL t91 = SELECT(t64, t90, t89);
-    const REAL t92 = t5 * t83;
-    const REAL t93 = t6 * t83;
-    const REAL t94 = t60 * (t37 - t48);
-    const REAL t95 = t57 * t54;
-    const REAL t96 = (REAL)0.5 * SELECT(t13, t94, t95);
-    out[0] = SELECT(t13, t49, t50);
-    out[1] = b_e12 * t91 + (b_e30 * t85 + b_e3inf * t84 + b_e0inf * t86);
-    out[2] = b_e13 * t91 + (b_e0inf * t92 - b_e20 * t85 - b_e2inf * t84);
-    out[3] = b_e23 * t91 + (b_e10 * t85 + b_e1inf * t84 + b_e0inf * t93);
-    out[4] = b_e10 * t91 - (b_e23 * t84 + b_e20 * t86 + b_e30 * t92);
-    out[5] = b_e20 * t91 + (b_e13 * t84 + b_e10 * t86 - b_e30 * t93);
-    out[6] = b_e30 * t91 + (b_e10 * t92 + b_e20 * t93 - b_e12 * t84);
-    out[7] = b_e1inf * t91 + (b_e2inf * t86 + b_e3inf * t92 - b_e23 * t85);
-    out[8] = b_e2inf * t91 + (b_e13 * t85 + b_e3inf * t93 - b_e1inf * t86);
-    out[9] = b_e3inf * t91 - (b_e12 * t85 + b_e1inf * t92 + b_e2inf * t93);
-    out[10] = b_e0inf * t91 - (b_e12 * t86 + b_e13 * t92 + b_e23 * t93);
-    out[11] = t7 * t96;
-    out[12] = t8 * t96;
-    out[13] = t3 * t96;
-    out[14] = t5 * t96;
-    out[15] = t6 * t96;
+    const REAL t0 = b_e12 * b_e30 + b_e23 * b_e10 - b_e13 * b_e20;
+    const REAL t1 = b_e12 * b_e3inf + b_e23 * b_e1inf - b_e13 * b_e2inf;
+    const REAL t2 = b_e12 * b_e0inf + b_e20 * b_e1inf - b_e10 * b_e2inf;
+    const REAL t3 = b_e13 * b_e0inf + b_e30 * b_e1inf - b_e10 * b_e3inf;
+    const REAL t4 = b_e23 * b_e0inf + b_e30 * b_e2inf - b_e20 * b_e3inf;
+    const REAL t5 = (REAL)2 * (t0 * t1) + t2 * t2 + t3 * t3 + t4 * t4;
+    const REAL t6 = (b_e10 * b_e1inf + b_e20 * b_e2inf + b_e30 * b_e3inf) * (REAL)2;
+    const REAL t7 = b_e12 * b_e12 + b_e13 * b_e13 + b_e23 * b_e23 - t6 - b_e0inf * b_e0inf;
+    const REAL t8 = t7 * t7;
+    const REAL t9 = LESS(MAXIMUM(t8, (REAL)0.125), -(t5 * (REAL)8));
+    const REAL t10 = t5 * (REAL)4;
+    const REAL t11 = t8 + t10;
+    const REAL t12 = -t10;
+    const REAL t13 = SELECT(t9, t12, t11);
+    const REAL t14 = LESS(t13, (REAL)1e-36);
+    const REAL t15 = SQRT(SELECT(t14, (REAL)1, t13));
+    const REAL t16 = SELECT(t14, (REAL)0, t15);
+    const REAL t17 = SELECT(t9, (REAL)1, (REAL)0.5);
+    const REAL t18 = t17 * (t16 - t7);
+    const REAL t19 = ABS(t18);
+    const REAL t20 = LESS(t19, (REAL)0.25);
+    const REAL t21 = SELECT(t20, t18, (REAL)0);
+    const REAL t22 = (REAL)51891840 + t21 * ((REAL)1235520 + t21 * ((REAL)17160 + t21 * ((REAL)156 + t21)));
+    const REAL t23 = (REAL)6227020800.0 + t21 * ((REAL)1037836800 + t21 * t22);
+    const REAL t24 = SQRT((REAL)2.5789288895295828e-20 * ((REAL)3.877578804363264e+19 + t23 * (t21 * t23)));
+    const REAL t25 = SQRT(SELECT(t20, (REAL)1, t19));
+    const REAL t26 = LESS(t18, (REAL)0);
+    const REAL t27 = EXP(SELECT(t26, (REAL)0, t25));
+    const REAL t28 = (REAL)1 / t27;
+    const REAL t29 = (REAL)0.5 * (t27 + t28);
+    const REAL t30 = COS(t25);
+    const REAL t31 = SELECT(t26, t30, t29);
+    const REAL t32 = SELECT(t20, t24, t31);
+    const REAL t33 = t17 * (t7 + t16);
+    const REAL t34 = LESS(t33, (REAL)0.25);
+    const REAL t35 = -t33;
+    const REAL t36 = SELECT(t34, t35, (REAL)0);
+    const REAL t37 = t36 * (t36 * (t36 * (t36 + (REAL)156) + (REAL)17160) + (REAL)1235520) + (REAL)51891840;
+    const REAL t38 = t36 * (t36 * t37 + (REAL)1037836800) + (REAL)6227020800.0;
+    const REAL t39 = SQRT((t38 * (t36 * t38) + (REAL)3.877578804363264e+19) * (REAL)2.5789288895295828e-20);
+    const REAL t40 = SQRT(SELECT(t34, (REAL)1, t33));
+    const REAL t41 = COS(t40);
+    const REAL t42 = SELECT(t34, t39, t41);
+    const REAL t43 = (REAL)0.5 * (t42 + t32);
+    const REAL t44 = t42 * t32;
+    const REAL t45 = t23 * (REAL)(1.0 / 6227020800.0);
+    const REAL t46 = -((REAL)0.5 * (t28 - t27));
+    const REAL t47 = SIN(t25);
+    const REAL t48 = SELECT(t26, t47, t46) / t25;
+    const REAL t49 = SELECT(t20, t45, t48);
+    const REAL t50 = t42 * t49;
+    const REAL t51 = t38 * (REAL)(1.0 / 6227020800.0);
+    const REAL t52 = SIN(t40) / t40;
+    const REAL t53 = SELECT(t34, t51, t52);
+    const REAL t54 = t32 * t53 - t50;
+    const REAL t55 = t49 - t53;
+    const REAL t56 = (REAL)1 / t15;
+    const REAL t57 = SELECT(t9, t55, t54) * t56;
+    const REAL t58 = SELECT(t14, (REAL)(1.0 / 3.0), t57);
+    const REAL t59 = (REAL)2 * ABS(t12);
+    const REAL t60 = LESS(MAXIMUM(t8, t59), (REAL)0.125);
+    const REAL t61 = -t7;
+    const REAL t62 = SELECT(t60, t61, (REAL)0);
+    const REAL t63 = (REAL)272 + t62;
+    const REAL t64 = -t5;
+    const REAL t65 = SELECT(t60, t64, (REAL)0);
+    const REAL t66 = (REAL)57120 + ((REAL)4 * t65 + t62 * t63);
+    const REAL t67 = t62 + t63;
+    const REAL t68 = (REAL)8910720 + ((REAL)4 * (t65 * t67) + t62 * t66);
+    const REAL t69 = t66 + t62 * t67;
+    const REAL t70 = (REAL)980179200 + ((REAL)4 * (t65 * t69) + t62 * t68);
+    const REAL t71 = t68 + t62 * t69;
+    const REAL t72 = (REAL)70572902400.0 + ((REAL)4 * (t65 * t71) + t62 * t70);
+    const REAL t73 = t70 + t62 * t71;
+    const REAL t74 = (REAL)2964061900800.0 + ((REAL)4 * (t65 * t73) + t62 * t72);
+    const REAL t75 = t72 + t62 * t73;
+    const REAL t76 = (REAL)59281238016000.0 + ((REAL)4 * (t65 * t75) + t62 * t74);
+    const REAL t77 = t74 + t62 * t75;
+    const REAL t78 = (REAL)(1.0 / 177843714048000.0) * (t76 + t62 * t77);
+    const REAL t79 = SELECT(t60, t78, t58);
+    const REAL t80 = t1 * t79;
+    const REAL t81 = t0 * t79;
+    const REAL t82 = t2 * t79;
+    const REAL t83 = t50 + t33 * t58;
+    const REAL t84 = (REAL)0.5 * (t53 + t49);
+    const REAL t85 = SELECT(t9, t84, t83);
+    const REAL t86 = (REAL)355687428096000.0 + ((REAL)4 * (t65 * t77) + t62 * t76);
+    const REAL t87 = (REAL)(1.0 / 355687428096000.0) * t86;
+    const REAL t88 = SELECT(t60, t87, t85);
+    const REAL t89 = t3 * t79;
+    const REAL t90 = t4 * t79;
+    const REAL t91 = -(t56 * (t42 - t32));
+    const REAL t92 = t53 * t49;
+    const REAL t93 = SELECT(t9, t91, t92);
+    out[0] = SELECT(t9, t43, t44);
+    out[1] = b_e12 * t88 + (b_e30 * t80 + b_e3inf * t81 + b_e0inf * t82);
+    out[2] = b_e13 * t88 - (b_e20 * t80 + b_e2inf * t81 - b_e0inf * t89);
+    out[3] = b_e23 * t88 + (b_e10 * t80 + b_e1inf * t81 + b_e0inf * t90);
+    out[4] = b_e10 * t88 - (b_e23 * t81 + b_e20 * t82 + b_e30 * t89);
+    out[5] = b_e20 * t88 + (b_e13 * t81 + b_e10 * t82 - b_e30 * t90);
+    out[6] = b_e30 * t88 - (b_e12 * t81 - b_e10 * t89 - b_e20 * t90);
+    out[7] = b_e1inf * t88 - (b_e23 * t80 - b_e2inf * t82 - b_e3inf * t89);
+    out[8] = b_e2inf * t88 + (b_e13 * t80 + b_e3inf * t90 - b_e1inf * t82);
+    out[9] = b_e3inf * t88 - (b_e12 * t80 + b_e1inf * t89 + b_e2inf * t90);
+    out[10] = b_e0inf * t88 - (b_e12 * t82 + b_e13 * t89 + b_e23 * t90);
+    out[11] = t0 * t93;
+    out[12] = t1 * t93;
+    out[13] = t2 * t93;
+    out[14] = t3 * t93;
+    out[15] = t4 * t93;
 }
 
 FUSED(versor_exponential, (const REAL *b, REAL *out), (b, out, NULL))
@@ -6856,66 +6831,61 @@ INLINE void NAME(versor_square_root)(const REAL *v, REAL *out)
         v_e1inf = v[7], v_e2inf = v[8], v_e3inf = v[9], v_e0inf = v[10], v_e1230 = v[11], v_e123inf = v[12],
         v_e120inf = v[13], v_e130inf = v[14], v_e230inf = v[15];
     const REAL t0 = SELECT(LESS(v_1, (REAL)0), (REAL)-1, (REAL)1);
-    const REAL t1 = (REAL)2 * t0;
-    const REAL t2 = v_e1230 * t1;
-    const REAL t3 = v_e123inf * t1;
-    const REAL t4 = v_e120inf * t1;
-    const REAL t5 = v_e130inf * t1;
-    const REAL t6 = v_e230inf * t1;
-    const REAL t7 = ((REAL)1 + ABS(v_1)) * (REAL)2;
-    const REAL t8 = SQRT(t7 * t7 + ((REAL)2 * (t2 * t3) + t4 * t4 + t5 * t5 + t6 * t6));
-    const REAL t9 = SQRT((t7 + t8) * (REAL)0.5);
-    const REAL t10 = (REAL)0.5 / t9;
-    const REAL t11 = t4 * t10;
-    const REAL t12 = v_e120inf * t0;
-    const REAL t13 = (REAL)1 + v_1 * t0;
+    const REAL t1 = v_e1230 * t0;
+    const REAL t2 = v_e123inf * t0;
+    const REAL t3 = v_e120inf * t0;
+    const REAL t4 = v_e130inf * t0;
+    const REAL t5 = v_e230inf * t0;
+    const REAL t6 = (REAL)1 + ABS(v_1);
+    const REAL t7 = (t6 * t6 + (t1 * t2 * (REAL)2 + t3 * t3 + t4 * t4 + t5 * t5)) * (REAL)4;
+    const REAL t8 = SQRT(t7);
+    const REAL t9 = SQRT((t8 + t6 * (REAL)2) * (REAL)0.5);
+    const REAL t10 = (REAL)1 / t9;
+    const REAL t11 = t3 * t10;
+    const REAL t12 = (REAL)1 + v_1 * t0;
+    const REAL t13 = t4 * t10;
     const REAL t14 = t5 * t10;
-    const REAL t15 = v_e130inf * t0;
-    const REAL t16 = t6 * t10;
-    const REAL t17 = v_e230inf * t0;
-    const REAL t18 = t3 * t10;
-    const REAL t19 = v_e1230 * t0;
-    const REAL t20 = t19 * t18;
-    const REAL t21 = t2 * t10;
-    const REAL t22 = v_e123inf * t0;
-    const REAL t23 = t22 * t21;
-    const REAL t24 = (REAL)1 / t8;
-    const REAL t25 = v_e12 * t0;
-    const REAL t26 = v_e0inf * t0;
-    const REAL t27 = v_e30 * t0;
-    const REAL t28 = t18 * t27;
-    const REAL t29 = v_e3inf * t0;
-    const REAL t30 = t21 * t29;
-    const REAL t31 = v_e13 * t0;
-    const REAL t32 = v_e20 * t0;
-    const REAL t33 = t18 * t32;
-    const REAL t34 = v_e2inf * t0;
-    const REAL t35 = t21 * t34;
-    const REAL t36 = v_e23 * t0;
-    const REAL t37 = v_e10 * t0;
-    const REAL t38 = t18 * t37;
-    const REAL t39 = v_e1inf * t0;
-    const REAL t40 = t21 * t39;
-    out[0] = t24 * (t9 * t13 + t12 * t11 + t15 * t14 + t17 * t16 + t20 + t23);
-    out[1] = t24 * (t9 * t25 + t15 * t16 - t11 * t26 - t14 * t17 - t28 - t30);
-    out[2] = t24 * (t9 * t31 + t11 * t17 + t33 + t35 - t14 * t26 - t12 * t16);
-    out[3] = t24 * (t9 * t36 + t12 * t14 - t16 * t26 - t11 * t15 - t38 - t40);
-    out[4] = t24 * (t9 * t37 + t11 * t32 + t14 * t27 + t16 * t19 + t21 * (t36 - t17));
-    out[5] = t24 * (t9 * t32 + t16 * t27 - t11 * t37 - t14 * t19 - t21 * (t31 - t15));
-    out[6] = t24 * (t9 * t27 + t11 * t19 + t21 * (t25 - t12) - t14 * t37 - t16 * t32);
-    out[7] = t24 * (t9 * t39 + t18 * (t17 + t36) - t11 * t34 - t14 * t29 - t16 * t22);
-    out[8] = t24 * (t9 * t34 + t11 * t39 + t14 * t22 - t16 * t29 - t18 * (t15 + t31));
-    out[9] = t24 * (t9 * t29 + t14 * t39 + t16 * t34 + t18 * (t12 + t25) - t11 * t22);
-    out[10] = t24 * (t23 + (t9 * t26 + t11 * t25 + t14 * t31 + t16 * t36) - t20);
-    out[11] = t24 * (t9 * t19 + t14 * t32 - t16 * t37 - t11 * t27 - t21 * (t13 - t26));
-    out[12] = t24 * (t9 * t22 + t16 * t39 + t11 * t29 - t14 * t34 - t18 * (t13 + t26));
-    out[13] = t24 * (t28 + (t9 * t12 + t16 * t31) - t14 * t36 - t13 * t11 - t30);
-    out[14] = t24 * (t35 + (t9 * t15 + t11 * t36) - t16 * t25 - t13 * t14 - t33);
-    out[15] = t24 * (t38 + (t9 * t17 + t14 * t25) - t11 * t31 - t13 * t16 - t40);
+    const REAL t15 = t2 * t10;
+    const REAL t16 = t1 * t15;
+    const REAL t17 = t1 * t10;
+    const REAL t18 = t2 * t17;
+    const REAL t19 = (REAL)1 / t8;
+    const REAL t20 = v_e12 * t0;
+    const REAL t21 = v_e0inf * t0;
+    const REAL t22 = v_e30 * t0;
+    const REAL t23 = t15 * t22;
+    const REAL t24 = v_e3inf * t0;
+    const REAL t25 = t17 * t24;
+    const REAL t26 = v_e13 * t0;
+    const REAL t27 = v_e20 * t0;
+    const REAL t28 = t15 * t27;
+    const REAL t29 = v_e2inf * t0;
+    const REAL t30 = t17 * t29;
+    const REAL t31 = v_e23 * t0;
+    const REAL t32 = v_e10 * t0;
+    const REAL t33 = t15 * t32;
+    const REAL t34 = v_e1inf * t0;
+    const REAL t35 = t17 * t34;
+    out[0] = t19 * (t9 * t12 + t3 * t11 + t4 * t13 + t5 * t14 + t16 + t18);
+    out[1] = t19 * (t9 * t20 + t4 * t14 - t11 * t21 - t5 * t13 - t23 - t25);
+    out[2] = t19 * (t9 * t26 + t5 * t11 + t28 + t30 - t13 * t21 - t3 * t14);
+    out[3] = t19 * (t9 * t31 + t3 * t13 - t14 * t21 - t4 * t11 - t33 - t35);
+    out[4] = t19 * (t9 * t32 + t11 * t27 + t13 * t22 + t1 * t14 + t17 * (t31 - t5));
+    out[5] = t19 * (t9 * t27 + t14 * t22 - t11 * t32 - t1 * t13 - t17 * (t26 - t4));
+    out[6] = t19 * (t9 * t22 + t1 * t11 + t17 * (t20 - t3) - t13 * t32 - t14 * t27);
+    out[7] = t19 * (t9 * t34 + t15 * (t5 + t31) - t11 * t29 - t13 * t24 - t2 * t14);
+    out[8] = t19 * (t9 * t29 + t11 * t34 + t2 * t13 - t14 * t24 - t15 * (t4 + t26));
+    out[9] = t19 * (t9 * t24 + t13 * t34 + t14 * t29 + t15 * (t3 + t20) - t2 * t11);
+    out[10] = t19 * (t18 + (t9 * t21 + t11 * t20 + t13 * t26 + t14 * t31) - t16);
+    out[11] = t19 * (t1 * t9 + t13 * t27 + t17 * (t21 - t12) - t14 * t32 - t11 * t22);
+    out[12] = t19 * (t2 * t9 + t14 * t34 + t11 * t24 - t13 * t29 - t15 * (t12 + t21));
+    out[13] = t19 * (t23 + (t3 * t9 + t14 * t26) - t13 * t31 - t12 * t11 - t25);
+    out[14] = t19 * (t30 + (t4 * t9 + t11 * t31) - t14 * t20 - t12 * t13 - t28);
+    out[15] = t19 * (t33 + (t5 * t9 + t13 * t20) - t11 * t26 - t12 * t14 - t35);
 }
 
 #define PARTS_versor_square_root(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16) AND OUT(1, 1, 16, 16, 1, 16)
-GAC_KERNEL(versor_square_root, PLAIN, NO)
+GAC_KERNEL(versor_square_root, PLAIN, TILES)
 
 INLINE void NAME(motor_to_matrix)(const REAL *m, REAL *out)
 {
@@ -7923,13 +7893,13 @@ INLINE void NAME(invert_point)(const REAL *p, const REAL *s, REAL *out)
 {
     const REAL p_e1 = p[0], p_e2 = p[1], p_e3 = p[2];
     const REAL s_e1 = s[0], s_e2 = s[1], s_e3 = s[2], s_e0 = s[3], s_einf = s[4];
-    const REAL t0 = s_einf + s_e0 * ((p_e1 * p_e1 + p_e2 * p_e2 + p_e3 * p_e3) * (REAL)0.5) - p_e1 * s_e1;
-    const REAL t1 = t0 - p_e2 * s_e2 - p_e3 * s_e3;
-    const REAL t2 = s_e1 * s_e1 + s_e2 * s_e2 + s_e3 * s_e3 - (REAL)2 * (s_e0 * s_einf);
-    const REAL t3 = (REAL)1 / -(s_e0 * t1 * (REAL)2 + t2);
-    out[0] = -(t3 * (p_e1 * t2 + (REAL)2 * (s_e1 * t1)));
-    out[1] = -(t3 * (p_e2 * t2 + (REAL)2 * (s_e2 * t1)));
-    out[2] = -(t3 * (p_e3 * t2 + (REAL)2 * (s_e3 * t1)));
+    const REAL t0 = (REAL)2 * (p_e1 * s_e1 + p_e2 * s_e2 + p_e3 * s_e3 - s_einf);
+    const REAL t1 = t0 - s_e0 * (p_e1 * p_e1 + p_e2 * p_e2 + p_e3 * p_e3);
+    const REAL t2 = s_e1 * s_e1 + s_e2 * s_e2 + s_e3 * s_e3 - s_e0 * s_einf * (REAL)2;
+    const REAL t3 = (REAL)1 / (s_e0 * t1 - t2);
+    out[0] = -(t3 * (p_e1 * t2 - s_e1 * t1));
+    out[1] = -(t3 * (p_e2 * t2 - s_e2 * t1));
+    out[2] = -(t3 * (p_e3 * t2 - s_e3 * t1));
 }
 
 #define PARTS_invert_point(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 5, 5, 1, 5) AND OUT(2, 2, 3, 3, \
@@ -9604,42 +9574,143 @@ INLINE void NAME(transform_point)(const REAL *v, const REAL *p, REAL *out)
         v_e1inf = v[7], v_e2inf = v[8], v_e3inf = v[9], v_e0inf = v[10], v_e1230 = v[11], v_e123inf = v[12],
         v_e120inf = v[13], v_e130inf = v[14], v_e230inf = v[15];
     const REAL p_e1 = p[0], p_e2 = p[1], p_e3 = p[2];
-    const REAL t0 = (p_e1 * p_e1 + p_e2 * p_e2 + p_e3 * p_e3) * (REAL)0.5;
-    const REAL t1 = v_e12 * p_e2 + v_e13 * p_e3 - v_e10 * t0 - v_e1inf;
-    const REAL t2 = v_e23 * p_e3 - v_e12 * p_e1 - v_e20 * t0 - v_e2inf;
-    const REAL t3 = v_e3inf + (v_e13 * p_e1 + v_e23 * p_e2 + v_e30 * t0);
-    const REAL t4 = v_e123inf + v_e1230 * t0;
-    const REAL t5 = v_e0inf * t0 - v_e1inf * p_e1 - v_e2inf * p_e2 - v_e3inf * p_e3;
-    const REAL t6 = v_e120inf * t0 - v_e123inf * p_e3;
-    const REAL t7 = v_1 * t1 + v_e12 * t2 - v_e13 * t3 - v_e23 * t4 - v_e10 * t5 - v_e20 * t6;
-    const REAL t8 = v_e123inf * p_e2 + v_e130inf * t0;
-    const REAL t9 = v_e0inf + (v_e10 * p_e1 + v_e20 * p_e2 + v_e30 * p_e3);
-    const REAL t10 = v_e120inf + v_e1230 * p_e3;
-    const REAL t11 = v_e1230 * p_e2 - v_e130inf;
-    const REAL t12 = v_e120inf * p_e2 + v_e130inf * p_e3;
-    const REAL t13 = t7 - v_e30 * t8 + v_e1inf * t9 + v_e2inf * t10 - v_e3inf * t11 - v_e0inf * t12;
-    const REAL t14 = v_e230inf * t0 - v_e123inf * p_e1;
-    const REAL t15 = v_e230inf + v_e1230 * p_e1;
-    const REAL t16 = v_e230inf * p_e3 - v_e120inf * p_e1;
-    const REAL t17 = v_e130inf * p_e1 + v_e230inf * p_e2;
-    const REAL t18 = (REAL)2 * (t13 - v_e1230 * t14 + v_e123inf * t15 - v_e120inf * t16 + v_e130inf * t17);
-    const REAL t19 = t11 * (v_e13 - v_e130inf) - (t9 * (v_1 - v_e0inf) + t10 * (v_e12 - v_e120inf));
-    const REAL t20 = t19 - t15 * (v_e23 - v_e230inf) - v_e10 * (t1 - t12) - v_e20 * (t2 - t16);
-    const REAL t21 = (REAL)1 / ((REAL)1 + (t20 - v_e30 * (t17 - t3) + v_e1230 * t4) * (REAL)2);
-    const REAL t22 = v_1 * t2 - v_e23 * t3 + v_e10 * t6 - v_e1inf * t10 + v_e1230 * t8;
-    const REAL t23 = t22 + v_e123inf * t11 + v_e120inf * t12 - v_e12 * t1 + v_e13 * t4 - v_e20 * t5;
-    const REAL t24 = t23 - v_e30 * t14 + v_e2inf * t9 + v_e3inf * t15 - v_e0inf * t16 + v_e230inf * t17;
-    const REAL t25 = v_e10 * t8 - (v_1 * t3 + v_e12 * t4) + v_e20 * t14 + v_e1inf * t11 - v_e2inf * t15;
-    const REAL t26 = t25 + v_e130inf * t12 + v_e230inf * t16 - v_e13 * t1 - v_e23 * t2 - v_e30 * t5;
-    const REAL t27 = (REAL)2 * (t26 + v_e3inf * t9 + v_e0inf * t17 - v_e1230 * t6 + v_e123inf * t10);
-    out[0] = t21 * (p_e1 + t18);
-    out[1] = t21 * (p_e2 + (REAL)2 * t24);
-    out[2] = t21 * (p_e3 + t27);
+    const REAL t0 = v_e30 * p_e3 + (v_e10 * p_e1 + v_e20 * p_e2);
+    const REAL t1 = v_1 - v_e0inf;
+    const REAL t2 = t0 - t1;
+    const REAL t3 = v_e1230 * p_e3 + (v_e10 * p_e2 - v_e20 * p_e1);
+    const REAL t4 = v_e12 - v_e120inf;
+    const REAL t5 = t3 - t4;
+    const REAL t6 = v_e10 * p_e3 - v_e30 * p_e1 - v_e1230 * p_e2;
+    const REAL t7 = v_e13 - v_e130inf;
+    const REAL t8 = t6 - t7;
+    const REAL t9 = v_e1230 * p_e1 + (v_e20 * p_e3 - v_e30 * p_e2);
+    const REAL t10 = v_e23 - v_e230inf;
+    const REAL t11 = t9 - t10;
+    const REAL t12 = v_1 * v_e12 - v_e0inf * v_e120inf;
+    const REAL t13 = v_e13 * v_e23 - v_e130inf * v_e230inf;
+    const REAL t14 = v_e1inf * t2 + v_e2inf * t5 + v_e3inf * t8 + v_e123inf * t11 + p_e2 * (t12 - t13);
+    const REAL t15 = v_1 * v_e13 - v_e0inf * v_e130inf;
+    const REAL t16 = v_e12 * v_e23 - v_e120inf * v_e230inf;
+    const REAL t17 = v_1 * v_1 - v_e0inf * v_e0inf;
+    const REAL t18 = v_e12 * v_e12 - v_e120inf * v_e120inf;
+    const REAL t19 = t17 - t18;
+    const REAL t20 = v_e13 * v_e13 - v_e130inf * v_e130inf;
+    const REAL t21 = v_e23 * v_e23 - v_e230inf * v_e230inf;
+    const REAL t22 = t20 - t21;
+    const REAL t23 = p_e1 * p_e1 + p_e2 * p_e2 + p_e3 * p_e3;
+    const REAL t24 = v_e10 * t23;
+    const REAL t25 = v_1 + v_e0inf;
+    const REAL t26 = v_e20 * t23;
+    const REAL t27 = v_e12 + v_e120inf;
+    const REAL t28 = p_e1 * (t19 - t22) + (REAL)2 * (t14 + p_e3 * (t15 + t16)) - t24 * t25 - t26 * t27;
+    const REAL t29 = v_e30 * t23;
+    const REAL t30 = v_e13 + v_e130inf;
+    const REAL t31 = v_e1230 * t23;
+    const REAL t32 = v_e23 + v_e230inf;
+    const REAL t33 = v_e10 * t24 + v_e20 * t26 + v_e30 * t29 + v_e1230 * t31 + t1 * t1 + t4 * t4;
+    const REAL t34 = (t1 * t0 + t4 * t3 + t7 * t6 + t10 * t9) * (REAL)2;
+    const REAL t35 = (REAL)1 / (t33 + t7 * t7 + t10 * t10 - t34);
+    const REAL t36 = v_1 * v_e23 - v_e0inf * v_e230inf;
+    const REAL t37 = v_e12 * v_e13 - v_e120inf * v_e130inf;
+    const REAL t38 = v_e2inf * t2 + v_e3inf * t11 + p_e3 * (t36 - t37) - v_e1inf * t5 - v_e123inf * t8;
+    const REAL t39 = p_e2 * (t19 + t22) + (REAL)2 * (t38 - p_e1 * (t12 + t13)) + t24 * t27 + t31 * t30;
+    const REAL t40 = v_e3inf * t2 + v_e123inf * t5 - v_e1inf * t8 - v_e2inf * t11 - p_e1 * (t15 - t16);
+    const REAL t41 = p_e3 * (t17 + t18 - (t20 + t21)) + (REAL)2 * (t40 - p_e2 * (t36 + t37)) + t24 * t30;
+    out[0] = t35 * (t28 - t29 * t30 - t31 * t32);
+    out[1] = t35 * (t39 - t26 * t25 - t29 * t32);
+    out[2] = t35 * (t41 + t26 * t32 - t29 * t25 - t31 * t27);
+}
+
+static INLINE void NAME(transform_point_prepare_v)(const REAL *v, REAL *prepared)
+{
+    const REAL v_1 = v[0], v_e12 = v[1], v_e13 = v[2], v_e23 = v[3], v_e10 = v[4], v_e20 = v[5], v_e30 = v[6],
+        v_e1inf = v[7], v_e2inf = v[8], v_e3inf = v[9], v_e0inf = v[10], v_e1230 = v[11], v_e123inf = v[12],
+        v_e120inf = v[13], v_e130inf = v[14], v_e230inf = v[15];
+    const REAL t0 = v_1 - v_e0inf;
+    const REAL t1 = v_e12 - v_e120inf;
+    const REAL t2 = v_e13 - v_e130inf;
+    const REAL t3 = v_e23 - v_e230inf;
+    const REAL t4 = v_1 * v_e12 - v_e0inf * v_e120inf;
+    const REAL t5 = v_e13 * v_e23 - v_e130inf * v_e230inf;
+    const REAL t6 = v_1 * v_e13 - v_e0inf * v_e130inf;
+    const REAL t7 = v_e12 * v_e23 - v_e120inf * v_e230inf;
+    const REAL t8 = v_1 * v_1 - v_e0inf * v_e0inf;
+    const REAL t9 = v_e12 * v_e12 - v_e120inf * v_e120inf;
+    const REAL t10 = t8 - t9;
+    const REAL t11 = v_e13 * v_e13 - v_e130inf * v_e130inf;
+    const REAL t12 = v_e23 * v_e23 - v_e230inf * v_e230inf;
+    const REAL t13 = t11 - t12;
+    const REAL t14 = v_1 * v_e23 - v_e0inf * v_e230inf;
+    const REAL t15 = v_e12 * v_e13 - v_e120inf * v_e130inf;
+    prepared[0] = v_e10;
+    prepared[1] = v_e20;
+    prepared[2] = v_e30;
+    prepared[3] = t0;
+    prepared[4] = v_e1inf;
+    prepared[5] = v_e1230;
+    prepared[6] = t1;
+    prepared[7] = v_e2inf;
+    prepared[8] = t2;
+    prepared[9] = v_e3inf;
+    prepared[10] = t3;
+    prepared[11] = v_e123inf;
+    prepared[12] = t4 - t5;
+    prepared[13] = t6 + t7;
+    prepared[14] = t10 - t13;
+    prepared[15] = v_1 + v_e0inf;
+    prepared[16] = v_e12 + v_e120inf;
+    prepared[17] = v_e13 + v_e130inf;
+    prepared[18] = v_e23 + v_e230inf;
+    prepared[19] = t0 * t0;
+    prepared[20] = t1 * t1;
+    prepared[21] = t2 * t2;
+    prepared[22] = t3 * t3;
+    prepared[23] = t14 - t15;
+    prepared[24] = t4 + t5;
+    prepared[25] = t10 + t13;
+    prepared[26] = t6 - t7;
+    prepared[27] = t14 + t15;
+    prepared[28] = t8 + t9 - (t11 + t12);
+}
+
+static INLINE void NAME(transform_point_apply_v)(const REAL *prepared, const REAL *p, REAL *out)
+{
+    const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
+        c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8], c9 = prepared[9],
+        c10 = prepared[10], c11 = prepared[11], c12 = prepared[12], c13 = prepared[13], c14 = prepared[14],
+        c15 = prepared[15], c16 = prepared[16], c17 = prepared[17], c18 = prepared[18], c19 = prepared[19],
+        c20 = prepared[20], c21 = prepared[21], c22 = prepared[22], c23 = prepared[23], c24 = prepared[24],
+        c25 = prepared[25], c26 = prepared[26], c27 = prepared[27], c28 = prepared[28];
+    const REAL p_e1 = p[0], p_e2 = p[1], p_e3 = p[2];
+    const REAL t0 = c2 * p_e3 + (c0 * p_e1 + c1 * p_e2);
+    const REAL t1 = t0 - c3;
+    const REAL t2 = c5 * p_e3 + (c0 * p_e2 - c1 * p_e1);
+    const REAL t3 = t2 - c6;
+    const REAL t4 = c0 * p_e3 - c2 * p_e1 - c5 * p_e2;
+    const REAL t5 = t4 - c8;
+    const REAL t6 = c5 * p_e1 + (c1 * p_e3 - c2 * p_e2);
+    const REAL t7 = t6 - c10;
+    const REAL t8 = (REAL)2 * (c4 * t1 + c7 * t3 + c9 * t5 + c11 * t7 + p_e2 * c12 + p_e3 * c13);
+    const REAL t9 = p_e1 * p_e1 + p_e2 * p_e2 + p_e3 * p_e3;
+    const REAL t10 = c0 * t9;
+    const REAL t11 = c1 * t9;
+    const REAL t12 = c2 * t9;
+    const REAL t13 = c5 * t9;
+    const REAL t14 = c0 * t10 + c1 * t11 + c2 * t12 + c5 * t13 + c19 + c20 + c21 + c22;
+    const REAL t15 = (REAL)1 / (t14 - (c3 * t0 + c6 * t2 + c8 * t4 + c10 * t6) * (REAL)2);
+    const REAL t16 = (REAL)2 * (c7 * t1 + c9 * t7 + p_e3 * c23 - c4 * t3 - c11 * t5 - p_e1 * c24);
+    const REAL t17 = (REAL)2 * (c9 * t1 + c11 * t3 - c4 * t5 - c7 * t7 - p_e1 * c26 - p_e2 * c27);
+    out[0] = t15 * (p_e1 * c14 + t8 - t10 * c15 - t11 * c16 - t12 * c17 - t13 * c18);
+    out[1] = t15 * (p_e2 * c25 + t16 + t10 * c16 + t13 * c17 - t11 * c15 - t12 * c18);
+    out[2] = t15 * (p_e3 * c28 + t17 + t10 * c17 + t11 * c18 - t12 * c15 - t13 * c16);
 }
 
 #define PARTS_transform_point(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, \
     3, 3, 1, 3)
-GAC_KERNEL(transform_point, PLAIN, NO)
+#define PARTS_transform_point_v(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 3, 3, 1, 3)
+#define SAME_transform_point_v(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16)
+GAC_FORM(transform_point, v, 0, PLAIN, PLAIN, NO)
+GAC_KERNEL_AND_FORMS(transform_point, PLAIN, NO, GAC_USE(transform_point, v, NO, 1, 2, 29))
 
 INLINE void NAME(transform_point_pair)(const REAL *v, const REAL *x, REAL *out)
 {

@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: 304fccca89e1b33a
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: d8e4aec529c7b58e8d901e7e04531ed7a5b20343485abe9204a7453b4e5d7b2a
+// body: f31fc7d6e5568364d62ba4a78080ffb29a2bdc9e425303015002853b05c977fb
 /* cga3
    Conformal geometry of space in G(4,1) with the null basis ``e0, einf`` and ``einf . e0 = -1``.
    
@@ -1040,7 +1040,7 @@ void cga3_dual_sphere_radius_squared_loop_f32(char **args, const intptr_t *dimen
 /* Classify a point pair: 1 two points, 0 a double point (a tangent vector), -1 imaginary, 2 a flat point.
      pair[10]  CGA3.POINT_PAIR: e12, e13, e23, e10, e20, e30, e1inf, e2inf, e3inf, e0inf.
      out[1]  SCALAR.
-   Costs 12 mul, 12 add, 1 sqrt, 11 choice.
+   Costs 13 mul, 9 add, 1 sqrt, 11 choice.
    Error: 0.0 ulp of the largest coefficient, 64 random inputs. */
 void cga3_point_pair_kind_f64(const double *pair, double *out);
 void cga3_point_pair_kind_f32(const float *pair, float *out);
@@ -1151,8 +1151,8 @@ void cga3_distance_line_sphere_loop_f32(char **args, const intptr_t *dimensions,
      plane[4]  CGA3.PLANE: e123inf, e120inf, e130inf, e230inf.
      circle[10]  CGA3.CIRCLE: e123, e120, e130, e230, e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
      out[1]  SCALAR.
-   Costs 49 mul, 25 add, 4 div, 4 sqrt, 2 choice.
-   If `circle` is the same for 2 or more elements: 29 mul, 14 add, 3 div, 2 sqrt once, then 20 mul, 11 add, 1
+   Costs 48 mul, 25 add, 4 div, 4 sqrt, 2 choice.
+   If `circle` is the same for 2 or more elements: 27 mul, 14 add, 3 div, 2 sqrt once, then 21 mul, 11 add, 1
    div, 2 sqrt, 2 choice for each element.
    Error: 14.5 ulp of the largest coefficient, 64 random inputs. */
 void cga3_distance_plane_circle_f64(const double *plane, const double *circle, double *out);
@@ -1324,7 +1324,7 @@ void cga3_inner_product_of_point_pairs_loop_f32(char **args, const intptr_t *dim
      s[5]  CGA3.VECTOR: e1, e2, e3, e0, einf.
      out[1]  SCALAR.
    Costs 52 mul, 35 add, 1 div, 1 sqrt, 1 choice.
-   Error: 24.7 ulp of the largest coefficient, 64 random inputs. */
+   Error: 15.7 ulp of the largest coefficient, 64 random inputs. */
 void cga3_conformal_sine_circle_sphere_f64(const double *circle, const double *s, double *out);
 void cga3_conformal_sine_circle_sphere_f32(const float *circle, const float *s, float *out);
 void cga3_conformal_sine_circle_sphere_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -1584,12 +1584,12 @@ void cga3_point_on_circle_loop_f32(char **args, const intptr_t *dimensions, cons
      b[10]  CGA3.CIRCLE: e123, e120, e130, e230, e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
      out_0[1]  SCALAR.
      out_1[9]  SCALAR.
-   Costs 133 mul, 65 add, 8 div, 6 sqrt, 16 choice.
-   If `a` is the same for 2 or more elements: 56 mul, 22 add, 4 div, 3 sqrt, 8 choice once, then 77 mul, 43 add,
+   Costs 132 mul, 65 add, 8 div, 6 sqrt, 16 choice.
+   If `a` is the same for 2 or more elements: 54 mul, 22 add, 4 div, 3 sqrt, 8 choice once, then 78 mul, 43 add,
    4 div, 3 sqrt, 8 choice for each element.
-   If `b` is the same for 2 or more elements: 50 mul, 22 add, 4 div, 3 sqrt, 8 choice once, then 83 mul, 43 add,
+   If `b` is the same for 2 or more elements: 48 mul, 22 add, 4 div, 3 sqrt, 8 choice once, then 84 mul, 43 add,
    4 div, 3 sqrt, 8 choice for each element.
-   Error: 3.4 ulp of the largest coefficient, 64 random inputs. */
+   Error: 2.6 ulp of the largest coefficient, 64 random inputs. */
 void cga3_circle_relative_to_circle_f64(const double *a, const double *b, double *out_0, double *out_1);
 void cga3_circle_relative_to_circle_f32(const float *a, const float *b, float *out_0, float *out_1);
 void cga3_circle_relative_to_circle_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -1799,7 +1799,7 @@ void cga3_interpolate_motors_loop_f32(char **args, const intptr_t *dimensions, c
      b[10]  CGA3.POINT_PAIR: e12, e13, e23, e10, e20, e30, e1inf, e2inf, e3inf, e0inf.
      out[16]  CGA3.UNIT_EVEN: 1, e12, e13, e23, e10, e20, e30, e1inf, e2inf, e3inf, e0inf, e1230, e123inf,
          e120inf, e130inf, e230inf; unit.
-   Costs 148 mul, 96 add, 4 div, 5 sqrt, 5 call, 34 choice.
+   Costs 141 mul, 96 add, 4 div, 5 sqrt, 5 call, 34 choice.
    Error: 3.5 ulp of the largest coefficient, 64 random inputs. */
 void cga3_versor_exponential_f64(const double *b, double *out);
 void cga3_versor_exponential_f32(const float *b, float *out);
@@ -1828,7 +1828,7 @@ void cga3_versor_logarithm_loop_f32(char **args, const intptr_t *dimensions, con
      out[16]  CGA3.UNIT_EVEN: 1, e12, e13, e23, e10, e20, e30, e1inf, e2inf, e3inf, e0inf, e1230, e123inf,
          e120inf, e130inf, e230inf; unit.
    Assumes ``v ~v = 1``.
-   Costs 131 mul, 87 add, 2 div, 2 sqrt, 3 choice.
+   Costs 126 mul, 87 add, 2 div, 2 sqrt, 3 choice.
    Error: 3.4 ulp of the largest coefficient, 64 random inputs. */
 void cga3_versor_square_root_f64(const double *v, double *out);
 void cga3_versor_square_root_f32(const float *v, float *out);
@@ -2006,7 +2006,7 @@ void cga3_reflect_point_loop_f32(char **args, const intptr_t *dimensions, const 
      p[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
      s[5]  CGA3.VECTOR: e1, e2, e3, e0, einf.
      out[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
-   Costs 27 mul, 13 add, 1 div.
+   Costs 23 mul, 13 add, 1 div.
    Error: 36.2 ulp of the largest coefficient, 64 random inputs. */
 void cga3_invert_point_f64(const double *p, const double *s, double *out);
 void cga3_invert_point_f32(const float *p, const float *s, float *out);
@@ -2226,8 +2226,9 @@ void cga3_similarity_between_rounds_loop_f32(char **args, const intptr_t *dimens
      p[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
      out[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
    Assumes ``v ~v = 1``.
-   Costs 96 mul, 87 add, 1 div.
-   Error: 5.7 ulp of the largest coefficient, 64 random inputs. */
+   Costs 91 mul, 86 add, 1 div.
+   If `v` is the same for 2 or more elements: 24 mul, 31 add once, then 67 mul, 55 add, 1 div for each element.
+   Error: 6.2 ulp of the largest coefficient, 64 random inputs. */
 void cga3_transform_point_f64(const double *v, const double *p, double *out);
 void cga3_transform_point_f32(const float *v, const float *p, float *out);
 void cga3_transform_point_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);

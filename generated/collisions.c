@@ -2,7 +2,7 @@
 // command: gac generate --all collisions
 // spec: bf78033df9ca0270
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 73e6db3485404ecac52c5f37d811f778f5a4750ff873a09c71d8d9e06535c626
+// body: f969c44aef807685d7426901f8663dc2b3080ced40fc571d950e7a4ee430174a
 
 #ifndef REAL
 #include "collisions.h"
@@ -157,50 +157,50 @@ static INLINE void NAME(capsule_triangle_clearance_3)(const REAL *start, REAL lo
     const REAL triangles_0_0 = triangles[0], triangles_0_1 = triangles[1], triangles_0_2 = triangles[2],
         triangles_1_0 = triangles[3], triangles_1_1 = triangles[4], triangles_1_2 = triangles[5],
         triangles_2_0 = triangles[6], triangles_2_1 = triangles[7], triangles_2_2 = triangles[8];
-    const REAL t0 = triangles_1_0 - triangles_0_0;
+    const REAL t0 = triangles_0_0 - triangles_1_0;
     const REAL t1 = start_0 - triangles_0_0;
-    const REAL t2 = triangles_1_1 - triangles_0_1;
+    const REAL t2 = triangles_0_1 - triangles_1_1;
     const REAL t3 = start_1 - triangles_0_1;
-    const REAL t4 = triangles_1_2 - triangles_0_2;
+    const REAL t4 = triangles_0_2 - triangles_1_2;
     const REAL t5 = start_2 - triangles_0_2;
     const REAL t6 = t0 * t1 + t2 * t3 + t4 * t5;
     const REAL t7 = common * t0 + common_2 * t2 + common_3 * t4;
     const REAL t8 = t0 * t0 + t2 * t2 + t4 * t4;
     const REAL t9 = common * t1 + common_2 * t3 + common_3 * t5;
-    const REAL t10 = (t6 * t7 - t8 * t9) / (common_4 * t8 - t7 * t7 + (REAL)1e-30);
-    const REAL t11 = MAXIMUM(t10, (REAL)0);
-    const REAL t12 = (t6 + t7 * MINIMUM(t11, (REAL)1)) / (t8 + (REAL)1e-30);
+    const REAL t10 = (t6 * t7 - t9 * t8) / ((REAL)1e-30 + (common_4 * t8 - t7 * t7));
+    const REAL t11 = MAXIMUM((REAL)0, t10);
+    const REAL t12 = -((t6 + t7 * MINIMUM((REAL)1, t11)) / ((REAL)1e-30 + t8));
     const REAL t13 = MAXIMUM((REAL)0, t12);
     const REAL t14 = MINIMUM((REAL)1, t13);
     const REAL t15 = (REAL)1 / common_5;
-    const REAL t16 = (t7 * t14 - t9) * t15;
+    const REAL t16 = -(t15 * (t9 + t7 * t14));
     const REAL t17 = MAXIMUM((REAL)0, t16);
     const REAL t18 = MINIMUM((REAL)1, t17);
-    const REAL t19 = t1 + common * t18 - t0 * t14;
-    const REAL t20 = t3 + common_2 * t18 - t2 * t14;
-    const REAL t21 = t5 + common_3 * t18 - t4 * t14;
+    const REAL t19 = t1 + common * t18 + t0 * t14;
+    const REAL t20 = t3 + common_2 * t18 + t2 * t14;
+    const REAL t21 = t5 + common_3 * t18 + t4 * t14;
     const REAL t22 = t19 * t19 + t20 * t20 + t21 * t21;
-    const REAL t23 = triangles_2_0 - triangles_1_0;
+    const REAL t23 = triangles_1_0 - triangles_2_0;
     const REAL t24 = start_0 - triangles_1_0;
-    const REAL t25 = triangles_2_1 - triangles_1_1;
+    const REAL t25 = triangles_1_1 - triangles_2_1;
     const REAL t26 = start_1 - triangles_1_1;
-    const REAL t27 = triangles_2_2 - triangles_1_2;
+    const REAL t27 = triangles_1_2 - triangles_2_2;
     const REAL t28 = start_2 - triangles_1_2;
     const REAL t29 = t23 * t24 + t25 * t26 + t27 * t28;
     const REAL t30 = common * t23 + common_2 * t25 + common_3 * t27;
     const REAL t31 = t23 * t23 + t25 * t25 + t27 * t27;
     const REAL t32 = common * t24 + common_2 * t26 + common_3 * t28;
-    const REAL t33 = (t29 * t30 - t31 * t32) / ((REAL)1e-30 + (common_4 * t31 - t30 * t30));
+    const REAL t33 = (t29 * t30 - t32 * t31) / ((REAL)1e-30 + (common_4 * t31 - t30 * t30));
     const REAL t34 = MAXIMUM((REAL)0, t33);
-    const REAL t35 = (t29 + t30 * MINIMUM((REAL)1, t34)) / ((REAL)1e-30 + t31);
+    const REAL t35 = -((t29 + t30 * MINIMUM((REAL)1, t34)) / ((REAL)1e-30 + t31));
     const REAL t36 = MAXIMUM((REAL)0, t35);
     const REAL t37 = MINIMUM((REAL)1, t36);
-    const REAL t38 = t15 * (t30 * t37 - t32);
+    const REAL t38 = -(t15 * (t32 + t30 * t37));
     const REAL t39 = MAXIMUM((REAL)0, t38);
     const REAL t40 = MINIMUM((REAL)1, t39);
-    const REAL t41 = t24 + common * t40 - t23 * t37;
-    const REAL t42 = t26 + common_2 * t40 - t25 * t37;
-    const REAL t43 = t28 + common_3 * t40 - t27 * t37;
+    const REAL t41 = t24 + common * t40 + t23 * t37;
+    const REAL t42 = t26 + common_2 * t40 + t25 * t37;
+    const REAL t43 = t28 + common_3 * t40 + t27 * t37;
     const REAL t44 = t41 * t41 + t42 * t42 + t43 * t43;
     const REAL t45 = MINIMUM(t22, t44);
     const REAL t46 = triangles_0_0 - triangles_2_0;
@@ -213,7 +213,7 @@ static INLINE void NAME(capsule_triangle_clearance_3)(const REAL *start, REAL lo
     const REAL t53 = common * t46 + common_2 * t48 + common_3 * t50;
     const REAL t54 = t46 * t46 + t48 * t48 + t50 * t50;
     const REAL t55 = common * t47 + common_2 * t49 + common_3 * t51;
-    const REAL t56 = (t52 * t53 - t54 * t55) / ((REAL)1e-30 + (common_4 * t54 - t53 * t53));
+    const REAL t56 = (t52 * t53 - t55 * t54) / ((REAL)1e-30 + (common_4 * t54 - t53 * t53));
     const REAL t57 = MAXIMUM((REAL)0, t56);
     const REAL t58 = (t52 + t53 * MINIMUM((REAL)1, t57)) / ((REAL)1e-30 + t54);
     const REAL t59 = MAXIMUM((REAL)0, t58);
@@ -226,12 +226,12 @@ static INLINE void NAME(capsule_triangle_clearance_3)(const REAL *start, REAL lo
     const REAL t66 = t51 + common_3 * t63 - t50 * t60;
     const REAL t67 = t64 * t64 + t65 * t65 + t66 * t66;
     const REAL t68 = MINIMUM(t45, t67);
-    const REAL t69 = t2 * t27 - t4 * t25;
-    const REAL t70 = t4 * t23 - t0 * t27;
-    const REAL t71 = t0 * t25 - t2 * t23;
+    const REAL t69 = t27 * t2 - t4 * t25;
+    const REAL t70 = t4 * t23 - t27 * t0;
+    const REAL t71 = t25 * t0 - t2 * t23;
     const REAL t72 = common * t69 + common_2 * t70 + common_3 * t71;
     const REAL t73 = t69 * t69 + t70 * t70 + t71 * t71;
-    const REAL t74 = t1 * t69 + t3 * t70 + t5 * t71;
+    const REAL t74 = t69 * t1 + t70 * t3 + t71 * t5;
     const REAL t75 = -(t74 / SELECT(LESS((REAL)1e-30 * t73, t72 * t72), t72, (REAL)1));
     const REAL t76 = MAXIMUM((REAL)0, t75);
     const REAL t77 = MINIMUM((REAL)1, t76);
@@ -239,19 +239,19 @@ static INLINE void NAME(capsule_triangle_clearance_3)(const REAL *start, REAL lo
     const REAL t79 = t78 * t78 / ((REAL)1e-30 + t73);
     const REAL t80 = MINIMUM(t68, t79);
     const REAL t81 = start_0 + common * t77;
-    const REAL t82 = (t81 - triangles_1_0) * (t27 * t70 - t25 * t71);
+    const REAL t82 = (t25 * t71 - t27 * t70) * (t81 - triangles_1_0);
     const REAL t83 = start_1 + common_2 * t77;
-    const REAL t84 = t82 + (t83 - triangles_1_1) * (t23 * t71 - t27 * t69);
+    const REAL t84 = t82 + (t27 * t69 - t23 * t71) * (t83 - triangles_1_1);
     const REAL t85 = start_2 + common_3 * t77;
-    const REAL t86 = t84 + (t85 - triangles_1_2) * (t25 * t69 - t23 * t70);
-    const REAL t87 = (t81 - triangles_2_0) * (t50 * t70 - t48 * t71);
-    const REAL t88 = t87 + (t83 - triangles_2_1) * (t46 * t71 - t50 * t69);
-    const REAL t89 = t88 + (t85 - triangles_2_2) * (t48 * t69 - t46 * t70);
+    const REAL t86 = t84 + (t23 * t70 - t25 * t69) * (t85 - triangles_1_2);
+    const REAL t87 = (t70 * t50 - t71 * t48) * (t81 - triangles_2_0);
+    const REAL t88 = t87 + (t71 * t46 - t69 * t50) * (t83 - triangles_2_1);
+    const REAL t89 = t88 + (t69 * t48 - t70 * t46) * (t85 - triangles_2_2);
     const REAL t90 = MINIMUM(t86, t89);
-    const REAL t91 = (t81 - triangles_0_0) * (t4 * t70 - t2 * t71);
-    const REAL t92 = t91 + (t83 - triangles_0_1) * (t0 * t71 - t4 * t69);
-    const REAL t93 = t92 + (t85 - triangles_0_2) * (t2 * t69 - t0 * t70);
-    const REAL t94 = SELECT(LESS_EQUAL((REAL)0, MINIMUM(t90, t93)) * LESS((REAL)1e-30, t73), t80, t68);
+    const REAL t91 = (t2 * t71 - t4 * t70) * (t81 - triangles_0_0);
+    const REAL t92 = t91 + (t4 * t69 - t0 * t71) * (t83 - triangles_0_1);
+    const REAL t93 = t92 + (t0 * t70 - t2 * t69) * (t85 - triangles_0_2);
+    const REAL t94 = SELECT(LESS((REAL)1e-30, t73) * LESS_EQUAL((REAL)0, MINIMUM(t93, t90)), t80, t68);
     low_out[0] = MINIMUM(low, t94);
 }
 #define PARTS_capsule_triangle_clearance_3(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND SAME(2, 9) \

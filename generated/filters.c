@@ -2,7 +2,7 @@
 // command: gac generate --all filters
 // spec: c5c1d897a5258c6f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 3a00fc75f67062c64645d951e50f0cf4e1645e7ab005feb9ac089461581499ed
+// body: 777de568c4ae9bba2618b5742ebe9d67d4cfa6aefc838ab6db3aa09223a51c20
 
 #ifndef REAL
 #include "filters.h"
@@ -74,16 +74,15 @@ INLINE void NAME(symmetric_filter)(const REAL *window, const REAL *taps, REAL *o
         taps_10 = taps[10], taps_11 = taps[11], taps_12 = taps[12], taps_13 = taps[13], taps_14 = taps[14],
         taps_15 = taps[15], taps_16 = taps[16], taps_17 = taps[17], taps_18 = taps[18], taps_19 = taps[19],
         taps_20 = taps[20];
-    const REAL t0 = window_10 * taps_10 + (taps_9 + taps_11) * (REAL)0.5 * (window_9 + window_11);
-    const REAL t1 = t0 + (REAL)0.5 * (taps_8 + taps_12) * (window_8 + window_12);
-    const REAL t2 = t1 + (REAL)0.5 * (taps_7 + taps_13) * (window_7 + window_13);
-    const REAL t3 = t2 + (REAL)0.5 * (taps_6 + taps_14) * (window_6 + window_14);
-    const REAL t4 = t3 + (REAL)0.5 * (taps_5 + taps_15) * (window_5 + window_15);
-    const REAL t5 = t4 + (REAL)0.5 * (taps_4 + taps_16) * (window_4 + window_16);
-    const REAL t6 = t5 + (REAL)0.5 * (taps_3 + taps_17) * (window_3 + window_17);
-    const REAL t7 = t6 + (REAL)0.5 * (taps_2 + taps_18) * (window_2 + window_18);
-    const REAL t8 = t7 + (REAL)0.5 * (taps_1 + taps_19) * (window_1 + window_19);
-    out[0] = t8 + (REAL)0.5 * (taps_0 + taps_20) * (window_0 + window_20);
+    const REAL t0 = (window_0 + window_20) * (taps_0 + taps_20) + (window_1 + window_19) * (taps_1 + taps_19);
+    const REAL t1 = t0 + (window_2 + window_18) * (taps_2 + taps_18);
+    const REAL t2 = t1 + (window_3 + window_17) * (taps_3 + taps_17);
+    const REAL t3 = t2 + (window_4 + window_16) * (taps_4 + taps_16);
+    const REAL t4 = t3 + (window_5 + window_15) * (taps_5 + taps_15);
+    const REAL t5 = t4 + (window_6 + window_14) * (taps_6 + taps_14);
+    const REAL t6 = t5 + (window_7 + window_13) * (taps_7 + taps_13);
+    const REAL t7 = t6 + (window_8 + window_12) * (taps_8 + taps_12);
+    out[0] = window_10 * taps_10 + (t7 + (window_9 + window_11) * (taps_9 + taps_11)) * (REAL)0.5;
 }
 
 static INLINE void NAME(symmetric_filter_prepare_window)(const REAL *window, REAL *prepared)
@@ -189,26 +188,26 @@ INLINE void NAME(even_and_odd_filter)(const REAL *window, const REAL *taps, REAL
         taps_1_7 = taps[28], taps_1_8 = taps[29], taps_1_9 = taps[30], taps_1_11 = taps[32], taps_1_12 = taps[33],
         taps_1_13 = taps[34], taps_1_14 = taps[35], taps_1_15 = taps[36], taps_1_16 = taps[37],
         taps_1_17 = taps[38], taps_1_18 = taps[39], taps_1_19 = taps[40], taps_1_20 = taps[41];
-    const REAL t0 = window_10 * taps_0_10 + (taps_0_9 + taps_0_11) * (REAL)0.5 * (window_9 + window_11);
-    const REAL t1 = t0 + (REAL)0.5 * (taps_0_8 + taps_0_12) * (window_8 + window_12);
-    const REAL t2 = t1 + (REAL)0.5 * (taps_0_7 + taps_0_13) * (window_7 + window_13);
-    const REAL t3 = t2 + (REAL)0.5 * (taps_0_6 + taps_0_14) * (window_6 + window_14);
-    const REAL t4 = t3 + (REAL)0.5 * (taps_0_5 + taps_0_15) * (window_5 + window_15);
-    const REAL t5 = t4 + (REAL)0.5 * (taps_0_4 + taps_0_16) * (window_4 + window_16);
-    const REAL t6 = t5 + (REAL)0.5 * (taps_0_3 + taps_0_17) * (window_3 + window_17);
-    const REAL t7 = t6 + (REAL)0.5 * (taps_0_2 + taps_0_18) * (window_2 + window_18);
-    const REAL t8 = t7 + (REAL)0.5 * (taps_0_1 + taps_0_19) * (window_1 + window_19);
-    const REAL t9 = (REAL)0.5 * (taps_1_11 - taps_1_9) * (window_9 - window_11);
-    const REAL t10 = t9 + (REAL)0.5 * (taps_1_12 - taps_1_8) * (window_8 - window_12);
-    const REAL t11 = t10 + (REAL)0.5 * (taps_1_13 - taps_1_7) * (window_7 - window_13);
-    const REAL t12 = t11 + (REAL)0.5 * (taps_1_14 - taps_1_6) * (window_6 - window_14);
-    const REAL t13 = t12 + (REAL)0.5 * (taps_1_15 - taps_1_5) * (window_5 - window_15);
-    const REAL t14 = t13 + (REAL)0.5 * (taps_1_16 - taps_1_4) * (window_4 - window_16);
-    const REAL t15 = t14 + (REAL)0.5 * (taps_1_17 - taps_1_3) * (window_3 - window_17);
-    const REAL t16 = t15 + (REAL)0.5 * (taps_1_18 - taps_1_2) * (window_2 - window_18);
-    const REAL t17 = t16 + (REAL)0.5 * (taps_1_19 - taps_1_1) * (window_1 - window_19);
-    out[0] = t8 + (REAL)0.5 * (taps_0_0 + taps_0_20) * (window_0 + window_20);
-    out[1] = t17 + (REAL)0.5 * (taps_1_20 - taps_1_0) * (window_0 - window_20);
+    const REAL t0 = (window_0 + window_20) * (taps_0_0 + taps_0_20);
+    const REAL t1 = t0 + (window_1 + window_19) * (taps_0_1 + taps_0_19);
+    const REAL t2 = t1 + (window_2 + window_18) * (taps_0_2 + taps_0_18);
+    const REAL t3 = t2 + (window_3 + window_17) * (taps_0_3 + taps_0_17);
+    const REAL t4 = t3 + (window_4 + window_16) * (taps_0_4 + taps_0_16);
+    const REAL t5 = t4 + (window_5 + window_15) * (taps_0_5 + taps_0_15);
+    const REAL t6 = t5 + (window_6 + window_14) * (taps_0_6 + taps_0_14);
+    const REAL t7 = t6 + (window_7 + window_13) * (taps_0_7 + taps_0_13);
+    const REAL t8 = t7 + (window_8 + window_12) * (taps_0_8 + taps_0_12);
+    const REAL t9 = (window_9 - window_11) * (taps_1_9 - taps_1_11);
+    const REAL t10 = t9 + (window_8 - window_12) * (taps_1_8 - taps_1_12);
+    const REAL t11 = t10 + (window_7 - window_13) * (taps_1_7 - taps_1_13);
+    const REAL t12 = t11 + (window_6 - window_14) * (taps_1_6 - taps_1_14);
+    const REAL t13 = t12 + (window_5 - window_15) * (taps_1_5 - taps_1_15);
+    const REAL t14 = t13 + (window_4 - window_16) * (taps_1_4 - taps_1_16);
+    const REAL t15 = t14 + (window_3 - window_17) * (taps_1_3 - taps_1_17);
+    const REAL t16 = t15 + (window_2 - window_18) * (taps_1_2 - taps_1_18);
+    const REAL t17 = t16 + (window_1 - window_19) * (taps_1_1 - taps_1_19);
+    out[0] = window_10 * taps_0_10 + (t8 + (window_9 + window_11) * (taps_0_9 + taps_0_11)) * (REAL)0.5;
+    out[1] = -((REAL)0.5 * (t17 + (window_0 - window_20) * (taps_1_0 - taps_1_20)));
 }
 
 static INLINE void NAME(even_and_odd_filter_prepare_window)(const REAL *window, REAL *prepared)
@@ -363,42 +362,38 @@ INLINE void NAME(three_filters)(const REAL *window, const REAL *taps, REAL *out)
         taps_2_11 = taps[53], taps_2_12 = taps[54], taps_2_13 = taps[55], taps_2_14 = taps[56],
         taps_2_15 = taps[57], taps_2_16 = taps[58], taps_2_17 = taps[59], taps_2_18 = taps[60],
         taps_2_19 = taps[61], taps_2_20 = taps[62];
-    const REAL t0 = window_9 + window_11;
-    const REAL t1 = window_10 * taps_0_10 + (taps_0_9 + taps_0_11) * (REAL)0.5 * t0;
-    const REAL t2 = window_8 + window_12;
-    const REAL t3 = window_7 + window_13;
-    const REAL t4 = t1 + (REAL)0.5 * (taps_0_8 + taps_0_12) * t2 + (REAL)0.5 * (taps_0_7 + taps_0_13) * t3;
-    const REAL t5 = window_6 + window_14;
-    const REAL t6 = window_5 + window_15;
-    const REAL t7 = t4 + (REAL)0.5 * (taps_0_6 + taps_0_14) * t5 + (REAL)0.5 * (taps_0_5 + taps_0_15) * t6;
-    const REAL t8 = window_4 + window_16;
-    const REAL t9 = window_3 + window_17;
-    const REAL t10 = t7 + (REAL)0.5 * (taps_0_4 + taps_0_16) * t8 + (REAL)0.5 * (taps_0_3 + taps_0_17) * t9;
-    const REAL t11 = window_2 + window_18;
-    const REAL t12 = window_1 + window_19;
-    const REAL t13 = t10 + (REAL)0.5 * (taps_0_2 + taps_0_18) * t11 + (REAL)0.5 * (taps_0_1 + taps_0_19) * t12;
-    const REAL t14 = window_0 + window_20;
-    const REAL t15 = (REAL)0.5 * (taps_1_11 - taps_1_9) * (window_9 - window_11);
-    const REAL t16 = t15 + (REAL)0.5 * (taps_1_12 - taps_1_8) * (window_8 - window_12);
-    const REAL t17 = t16 + (REAL)0.5 * (taps_1_13 - taps_1_7) * (window_7 - window_13);
-    const REAL t18 = t17 + (REAL)0.5 * (taps_1_14 - taps_1_6) * (window_6 - window_14);
-    const REAL t19 = t18 + (REAL)0.5 * (taps_1_15 - taps_1_5) * (window_5 - window_15);
-    const REAL t20 = t19 + (REAL)0.5 * (taps_1_16 - taps_1_4) * (window_4 - window_16);
-    const REAL t21 = t20 + (REAL)0.5 * (taps_1_17 - taps_1_3) * (window_3 - window_17);
-    const REAL t22 = t21 + (REAL)0.5 * (taps_1_18 - taps_1_2) * (window_2 - window_18);
-    const REAL t23 = t22 + (REAL)0.5 * (taps_1_19 - taps_1_1) * (window_1 - window_19);
-    const REAL t24 = window_10 * taps_2_10 + t0 * ((REAL)0.5 * (taps_2_9 + taps_2_11));
-    const REAL t25 = t24 + t2 * ((REAL)0.5 * (taps_2_8 + taps_2_12));
-    const REAL t26 = t25 + t3 * ((REAL)0.5 * (taps_2_7 + taps_2_13));
-    const REAL t27 = t26 + t5 * ((REAL)0.5 * (taps_2_6 + taps_2_14));
-    const REAL t28 = t27 + t6 * ((REAL)0.5 * (taps_2_5 + taps_2_15));
-    const REAL t29 = t28 + t8 * ((REAL)0.5 * (taps_2_4 + taps_2_16));
-    const REAL t30 = t29 + t9 * ((REAL)0.5 * (taps_2_3 + taps_2_17));
-    const REAL t31 = t30 + t11 * ((REAL)0.5 * (taps_2_2 + taps_2_18));
-    const REAL t32 = t31 + t12 * ((REAL)0.5 * (taps_2_1 + taps_2_19));
-    out[0] = t13 + (REAL)0.5 * (taps_0_0 + taps_0_20) * t14;
-    out[1] = t23 + (REAL)0.5 * (taps_1_20 - taps_1_0) * (window_0 - window_20);
-    out[2] = t32 + t14 * ((REAL)0.5 * (taps_2_0 + taps_2_20));
+    const REAL t0 = window_0 + window_20;
+    const REAL t1 = window_1 + window_19;
+    const REAL t2 = t0 * (taps_0_0 + taps_0_20) + t1 * (taps_0_1 + taps_0_19);
+    const REAL t3 = window_2 + window_18;
+    const REAL t4 = window_3 + window_17;
+    const REAL t5 = t2 + t3 * (taps_0_2 + taps_0_18) + t4 * (taps_0_3 + taps_0_17);
+    const REAL t6 = window_4 + window_16;
+    const REAL t7 = window_5 + window_15;
+    const REAL t8 = t5 + t6 * (taps_0_4 + taps_0_16) + t7 * (taps_0_5 + taps_0_15);
+    const REAL t9 = window_6 + window_14;
+    const REAL t10 = window_7 + window_13;
+    const REAL t11 = t8 + t9 * (taps_0_6 + taps_0_14) + t10 * (taps_0_7 + taps_0_13);
+    const REAL t12 = window_8 + window_12;
+    const REAL t13 = window_9 + window_11;
+    const REAL t14 = (t11 + t12 * (taps_0_8 + taps_0_12) + t13 * (taps_0_9 + taps_0_11)) * (REAL)0.5;
+    const REAL t15 = (window_9 - window_11) * (taps_1_9 - taps_1_11);
+    const REAL t16 = t15 + (window_8 - window_12) * (taps_1_8 - taps_1_12);
+    const REAL t17 = t16 + (window_7 - window_13) * (taps_1_7 - taps_1_13);
+    const REAL t18 = t17 + (window_6 - window_14) * (taps_1_6 - taps_1_14);
+    const REAL t19 = t18 + (window_5 - window_15) * (taps_1_5 - taps_1_15);
+    const REAL t20 = t19 + (window_4 - window_16) * (taps_1_4 - taps_1_16);
+    const REAL t21 = t20 + (window_3 - window_17) * (taps_1_3 - taps_1_17);
+    const REAL t22 = t21 + (window_2 - window_18) * (taps_1_2 - taps_1_18);
+    const REAL t23 = t22 + (window_1 - window_19) * (taps_1_1 - taps_1_19);
+    const REAL t24 = t0 * (taps_2_0 + taps_2_20) + t1 * (taps_2_1 + taps_2_19);
+    const REAL t25 = t24 + t3 * (taps_2_2 + taps_2_18) + t4 * (taps_2_3 + taps_2_17);
+    const REAL t26 = t25 + t6 * (taps_2_4 + taps_2_16) + t7 * (taps_2_5 + taps_2_15);
+    const REAL t27 = t26 + t9 * (taps_2_6 + taps_2_14) + t10 * (taps_2_7 + taps_2_13);
+    const REAL t28 = (REAL)0.5 * (t27 + t12 * (taps_2_8 + taps_2_12) + t13 * (taps_2_9 + taps_2_11));
+    out[0] = window_10 * taps_0_10 + t14;
+    out[1] = -((REAL)0.5 * (t23 + (window_0 - window_20) * (taps_1_0 - taps_1_20)));
+    out[2] = window_10 * taps_2_10 + t28;
 }
 
 static INLINE void NAME(three_filters_prepare_taps)(const REAL *taps, REAL *prepared)

@@ -2,7 +2,7 @@
 // command: gac generate --all fuzzy
 // spec: 56f6f297a6b26e1f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 7137fe08571934dd6b44a57ed938427273a36eab0f7d1b7c23387f64037be98c
+// body: 50bbb3a33b9eb995c2b95e3148d7442594285bec85904a9e32e7f9e094320619
 
 #ifndef REAL
 #include "fuzzy.h"
@@ -171,20 +171,21 @@ static INLINE void NAME(strengths_4)(const REAL *stack, REAL member, const REAL 
         program_8 = program[8], program_9 = program[9], program_10 = program[10];
     const REAL t0 = program_0 + member * program_1;
     const REAL t1 = SELECT(program_4, stack_1, t0);
-    const REAL t2 = program_5 * t1 + program_6 * SELECT(LESS(stack_0, t1), stack_0, t1);
-    const REAL t3 = stack_0 * t1;
-    const REAL t4 = t2 + program_7 * SELECT(LESS(t1, stack_0), stack_0, t1) + program_8 * t3;
-    const REAL t5 = SELECT(program_4, stack_2, stack_1);
-    const REAL t6 = SELECT(program_4, stack_3, stack_2);
-    const REAL t7 = SELECT(program_4, stack_4, stack_3);
-    const REAL t8 = SELECT(program_4, stack_5, stack_4);
-    const REAL t9 = SELECT(program_4, (REAL)0, stack_5);
-    stack_out[0] = program_2 * (t4 + program_9 * (stack_0 + t1 - t3) + program_10 * ((REAL)1 - stack_0));
-    stack_out[1] = SELECT(program_3, stack_0, t5);
-    stack_out[2] = SELECT(program_3, stack_1, t6);
-    stack_out[3] = SELECT(program_3, stack_2, t7);
-    stack_out[4] = SELECT(program_3, stack_3, t8);
-    stack_out[5] = SELECT(program_3, stack_4, t9);
+    const REAL t2 = program_7 * SELECT(LESS(t1, stack_0), stack_0, t1);
+    const REAL t3 = t2 + program_6 * SELECT(LESS(stack_0, t1), stack_0, t1);
+    const REAL t4 = program_10 + program_9 * t1;
+    const REAL t5 = t4 + (t3 + t1 * (program_5 + stack_0 * program_8) + stack_0 * (program_9 - t4));
+    const REAL t6 = SELECT(program_4, stack_2, stack_1);
+    const REAL t7 = SELECT(program_4, stack_3, stack_2);
+    const REAL t8 = SELECT(program_4, stack_4, stack_3);
+    const REAL t9 = SELECT(program_4, stack_5, stack_4);
+    const REAL t10 = SELECT(program_4, (REAL)0, stack_5);
+    stack_out[0] = program_2 * t5;
+    stack_out[1] = SELECT(program_3, stack_0, t6);
+    stack_out[2] = SELECT(program_3, stack_1, t7);
+    stack_out[3] = SELECT(program_3, stack_2, t8);
+    stack_out[4] = SELECT(program_3, stack_3, t9);
+    stack_out[5] = SELECT(program_3, stack_4, t10);
 }
 #define PARTS_strengths_4(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND SAME(2, 11) AND OUT(3, 6)
 GAC_IN_LANES(strengths_4, PLAIN)
@@ -1025,18 +1026,13 @@ static INLINE void NAME(area_by_points_7)(REAL found_0, REAL found_1, REAL place
     REAL *out_0, REAL *out_1)
 {
     const REAL found_2_0 = found_2[0], found_2_1 = found_2[1], found_2_2 = found_2[2], found_2_3 = found_2[3];
-    const REAL t0 = place - found_2_2;
-    const REAL t1 = found_2_0 - found_2_2;
-    const REAL t2 = t0 - t1;
-    const REAL t3 = (t2 * (top + found_2_1) - t0 * (top + found_2_3)) * (REAL)0.5;
-    const REAL t4 = found_2_1 * (REAL)2;
-    const REAL t5 = top * (REAL)2;
-    const REAL t6 = t2 * (found_2_0 * (top + t4) + place * (found_2_1 + t5));
-    const REAL t7 = found_2_3 * (REAL)2;
-    const REAL t8 = (t6 - t0 * (place * (found_2_3 + t5) + found_2_2 * (top + t7))) * (REAL)(1.0 / 6.0);
-    const REAL t9 = (REAL)(1.0 / 6.0) * (t1 * (found_2_0 * (found_2_3 + t4) + found_2_2 * (found_2_1 + t7)));
-    out_0[0] = found_0 + (t3 + (REAL)0.5 * (t1 * (found_2_1 + found_2_3)));
-    out_1[0] = found_1 + (t8 + t9);
+    const REAL t0 = found_2_1 - found_2_3;
+    const REAL t1 = top - found_2_3;
+    const REAL t2 = place * t0 - found_2_0 * t1;
+    const REAL t3 = found_2_2 * (t1 - t0);
+    const REAL t4 = found_2_2 * (t3 + (place * t1 - found_2_0 * t0)) + t2 * (place + found_2_0);
+    out_0[0] = found_0 + (t3 + t2) * (REAL)0.5;
+    out_1[0] = found_1 + t4 * (REAL)(1.0 / 6.0);
 }
 #define PARTS_area_by_points_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND IN(4, 4) AND OUT(5, 1) AND OUT(6, 1)
@@ -1215,12 +1211,10 @@ static INLINE void NAME(bisector_7)(REAL place, REAL found_0, REAL found_1, REAL
     REAL *found_2, REAL *found_0_out, REAL *found_1_out)
 {
     const REAL found_2_0 = found_2[0], found_2_1 = found_2[1], found_2_2 = found_2[2], found_2_3 = found_2[3];
-    const REAL t0 = place_2 - found_2_2;
-    const REAL t1 = found_2_0 - found_2_2;
-    const REAL t2 = ((top + found_2_1) * (t0 - t1) - t0 * (top + found_2_3)) * (REAL)0.5;
-    const REAL t3 = t2 + (REAL)0.5 * (t1 * (found_2_1 + found_2_3));
-    found_0_out[0] = found_0 + SELECT(LESS(left, place), t3, (REAL)0);
-    found_1_out[0] = found_1 + t3;
+    const REAL t0 = (place_2 - found_2_2) * (found_2_1 - found_2_3);
+    const REAL t1 = (t0 - (found_2_0 - found_2_2) * (top - found_2_3)) * (REAL)0.5;
+    found_0_out[0] = found_0 + SELECT(LESS(left, place), t1, (REAL)0);
+    found_1_out[0] = found_1 + t1;
 }
 #define PARTS_bisector_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) AND NUMBER(3, 0) \
     AND NUMBER(4, 0) AND NUMBER(5, 0) AND IN(6, 4) AND OUT(7, 1) AND OUT(8, 1)

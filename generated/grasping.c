@@ -2,7 +2,7 @@
 // command: gac generate --all grasping
 // spec: d7f1e5367f185694
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 15c0e5a9c64673fc3cffcff7a2a2607599b4b17886dcc8629db826eaea1baec3
+// body: 83bb7105526aad3bfe16cbc81a750603359b80b87583be1add49af7894ef6bdf
 
 #ifndef REAL
 #include "grasping.h"
@@ -52,15 +52,17 @@ INLINE void NAME(contact_wrench)(const REAL *p, const REAL *n, const REAL *u, co
     const REAL n_0 = n[0], n_1 = n[1], n_2 = n[2];
     const REAL u_0 = u[0], u_1 = u[1], u_2 = u[2];
     const REAL v_0 = v[0], v_1 = v[1], v_2 = v[2];
-    const REAL t0 = friction * (u_2 * cosine + v_2 * sine) - n_2;
-    const REAL t1 = n_1 - friction * (u_1 * cosine + v_1 * sine);
-    const REAL t2 = friction * (u_0 * cosine + v_0 * sine) - n_0;
-    out[0] = t0;
-    out[1] = t1;
-    out[2] = t2;
-    out[3] = p_e021 * t1 + p_e013 * t0;
-    out[4] = p_e021 * t2 - p_e032 * t0;
-    out[5] = -(p_e032 * t1 + p_e013 * t2);
+    const REAL t0 = friction * cosine;
+    const REAL t1 = friction * sine;
+    const REAL t2 = u_2 * t0 + v_2 * t1 - n_2;
+    const REAL t3 = n_1 - u_1 * t0 - v_1 * t1;
+    const REAL t4 = u_0 * t0 + v_0 * t1 - n_0;
+    out[0] = t2;
+    out[1] = t3;
+    out[2] = t4;
+    out[3] = p_e013 * t2 + p_e021 * t3;
+    out[4] = p_e021 * t4 - p_e032 * t2;
+    out[5] = -(p_e032 * t3 + p_e013 * t4);
 }
 
 static INLINE void NAME(contact_wrench_prepare_n_u_v_friction_cosine_sine)(const REAL *n, const REAL *u, const REAL
@@ -212,29 +214,32 @@ static INLINE void NAME(contact_wrench_prepare_p_u_v_friction_cosine_sine)(const
     const REAL p_e032 = p[0], p_e013 = p[1], p_e021 = p[2];
     const REAL u_0 = u[0], u_1 = u[1], u_2 = u[2];
     const REAL v_0 = v[0], v_1 = v[1], v_2 = v[2];
-    prepared[0] = friction * (u_2 * cosine + v_2 * sine);
-    prepared[1] = friction * (u_1 * cosine + v_1 * sine);
-    prepared[2] = friction * (u_0 * cosine + v_0 * sine);
-    prepared[3] = p_e021;
+    const REAL t0 = friction * cosine;
+    const REAL t1 = friction * sine;
+    prepared[0] = u_2 * t0 + v_2 * t1;
+    prepared[1] = u_1 * t0;
+    prepared[2] = v_1 * t1;
+    prepared[3] = u_0 * t0 + v_0 * t1;
     prepared[4] = p_e013;
-    prepared[5] = p_e032;
+    prepared[5] = p_e021;
+    prepared[6] = p_e032;
 }
 
 static INLINE void NAME(contact_wrench_apply_p_u_v_friction_cosine_sine)(const REAL *prepared, const REAL *n, REAL
     *out)
 {
     const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
-        c5 = prepared[5];
+        c5 = prepared[5], c6 = prepared[6];
     const REAL n_0 = n[0], n_1 = n[1], n_2 = n[2];
     const REAL t0 = c0 - n_2;
-    const REAL t1 = n_1 - c1;
-    const REAL t2 = c2 - n_0;
+    const REAL t1 = n_1 - c1 - c2;
+    const REAL t2 = c3 - n_0;
     out[0] = t0;
     out[1] = t1;
     out[2] = t2;
-    out[3] = c3 * t1 + c4 * t0;
-    out[4] = c3 * t2 - c5 * t0;
-    out[5] = -(c5 * t1 + c4 * t2);
+    out[3] = c4 * t0 + c5 * t1;
+    out[4] = c5 * t2 - c6 * t0;
+    out[5] = -(c6 * t1 + c4 * t2);
 }
 
 static INLINE void NAME(contact_wrench_prepare_p_n_u_friction_cosine_sine)(const REAL *p, const REAL *n, const REAL
@@ -243,34 +248,33 @@ static INLINE void NAME(contact_wrench_prepare_p_n_u_friction_cosine_sine)(const
     const REAL p_e032 = p[0], p_e013 = p[1], p_e021 = p[2];
     const REAL n_0 = n[0], n_1 = n[1], n_2 = n[2];
     const REAL u_0 = u[0], u_1 = u[1], u_2 = u[2];
-    const REAL t0 = n_2 - cosine * (u_2 * friction);
-    const REAL t1 = friction * sine;
-    const REAL t2 = n_1 - cosine * (u_1 * friction);
-    const REAL t3 = n_0 - cosine * (u_0 * friction);
-    prepared[0] = t1;
-    prepared[1] = t0;
-    prepared[2] = t2;
-    prepared[3] = t3;
-    prepared[4] = p_e021 * t1;
-    prepared[5] = p_e013 * t1;
-    prepared[6] = p_e021 * t2 - p_e013 * t0;
-    prepared[7] = p_e032 * t1;
-    prepared[8] = p_e032 * t0 - p_e021 * t3;
-    prepared[9] = p_e013 * t3 - p_e032 * t2;
+    const REAL t0 = friction * cosine;
+    prepared[0] = friction * sine;
+    prepared[1] = u_2 * t0;
+    prepared[2] = n_2;
+    prepared[3] = n_1 - u_1 * t0;
+    prepared[4] = u_0 * t0;
+    prepared[5] = n_0;
+    prepared[6] = p_e013;
+    prepared[7] = p_e021;
+    prepared[8] = p_e032;
 }
 
 static INLINE void NAME(contact_wrench_apply_p_n_u_friction_cosine_sine)(const REAL *prepared, const REAL *v, REAL
     *out)
 {
     const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
-        c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8], c9 = prepared[9];
+        c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8];
     const REAL v_0 = v[0], v_1 = v[1], v_2 = v[2];
-    out[0] = v_2 * c0 - c1;
-    out[1] = c2 - v_1 * c0;
-    out[2] = v_0 * c0 - c3;
-    out[3] = v_2 * c5 - v_1 * c4 + c6;
-    out[4] = c8 - v_2 * c7 + v_0 * c4;
-    out[5] = c9 - v_0 * c5 + v_1 * c7;
+    const REAL t0 = c1 + v_2 * c0 - c2;
+    const REAL t1 = c3 - v_1 * c0;
+    const REAL t2 = c4 + v_0 * c0 - c5;
+    out[0] = t0;
+    out[1] = t1;
+    out[2] = t2;
+    out[3] = c6 * t0 + c7 * t1;
+    out[4] = c7 * t2 - c8 * t0;
+    out[5] = -(c8 * t1 + c6 * t2);
 }
 
 static INLINE void NAME(contact_wrench_prepare_p_n_v_friction_cosine_sine)(const REAL *p, const REAL *n, const REAL
@@ -279,20 +283,17 @@ static INLINE void NAME(contact_wrench_prepare_p_n_v_friction_cosine_sine)(const
     const REAL p_e032 = p[0], p_e013 = p[1], p_e021 = p[2];
     const REAL n_0 = n[0], n_1 = n[1], n_2 = n[2];
     const REAL v_0 = v[0], v_1 = v[1], v_2 = v[2];
-    const REAL t0 = n_2 - sine * (v_2 * friction);
-    const REAL t1 = friction * cosine;
-    const REAL t2 = n_1 - sine * (v_1 * friction);
-    const REAL t3 = n_0 - sine * (v_0 * friction);
-    prepared[0] = t1;
-    prepared[1] = t0;
-    prepared[2] = t2;
-    prepared[3] = t3;
-    prepared[4] = p_e021 * t1;
-    prepared[5] = p_e013 * t1;
-    prepared[6] = p_e021 * t2 - p_e013 * t0;
-    prepared[7] = p_e032 * t1;
-    prepared[8] = p_e032 * t0 - p_e021 * t3;
-    prepared[9] = p_e013 * t3 - p_e032 * t2;
+    const REAL t0 = friction * sine;
+    prepared[0] = friction * cosine;
+    prepared[1] = v_2 * t0;
+    prepared[2] = n_2;
+    prepared[3] = n_1;
+    prepared[4] = v_1 * t0;
+    prepared[5] = v_0 * t0;
+    prepared[6] = n_0;
+    prepared[7] = p_e013;
+    prepared[8] = p_e021;
+    prepared[9] = p_e032;
 }
 
 static INLINE void NAME(contact_wrench_apply_p_n_v_friction_cosine_sine)(const REAL *prepared, const REAL *u, REAL
@@ -301,12 +302,15 @@ static INLINE void NAME(contact_wrench_apply_p_n_v_friction_cosine_sine)(const R
     const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
         c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8], c9 = prepared[9];
     const REAL u_0 = u[0], u_1 = u[1], u_2 = u[2];
-    out[0] = u_2 * c0 - c1;
-    out[1] = c2 - u_1 * c0;
-    out[2] = u_0 * c0 - c3;
-    out[3] = u_2 * c5 - u_1 * c4 + c6;
-    out[4] = c8 - u_2 * c7 + u_0 * c4;
-    out[5] = c9 - u_0 * c5 + u_1 * c7;
+    const REAL t0 = u_2 * c0 + c1 - c2;
+    const REAL t1 = c3 - u_1 * c0 - c4;
+    const REAL t2 = u_0 * c0 + c5 - c6;
+    out[0] = t0;
+    out[1] = t1;
+    out[2] = t2;
+    out[3] = c7 * t0 + c8 * t1;
+    out[4] = c8 * t2 - c9 * t0;
+    out[5] = -(c9 * t1 + c7 * t2);
 }
 
 #define PARTS_contact_wrench(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND IN(2, 2, 3, 3, \
@@ -346,9 +350,9 @@ GAC_FORM(contact_wrench, p_n_v_friction_cosine_sine, 0, PLAIN, PLAIN, TILES)
 GAC_KERNEL_AND_FORMS(contact_wrench, PLAIN, TILES, GAC_USE(contact_wrench, n_u_v_friction_cosine_sine, TILES, 126,
     2, 3), GAC_USE(contact_wrench, p_n_u_v_friction_cosine, TILES, 63, 3, 12), GAC_USE(contact_wrench,
     p_n_u_v_friction_sine, TILES, 95, 3, 12), GAC_USE(contact_wrench, p_n_u_v_cosine_sine, TILES, 111, 3, 12),
-    GAC_USE(contact_wrench, p_u_v_friction_cosine_sine, TILES, 125, 2, 6), GAC_USE(contact_wrench,
-    p_n_u_friction_cosine_sine, TILES, 119, 4, 10), GAC_USE(contact_wrench, p_n_v_friction_cosine_sine, TILES, 123,
-    4, 10))
+    GAC_USE(contact_wrench, p_u_v_friction_cosine_sine, TILES, 125, 2, 7), GAC_USE(contact_wrench,
+    p_n_u_friction_cosine_sine, TILES, 119, 2, 9), GAC_USE(contact_wrench, p_n_v_friction_cosine_sine, TILES, 123,
+    2, 10))
 
 static INLINE void NAME(hand_links_within)(const REAL *q, const REAL *axes, const REAL *ratios, REAL *out, WORD
     *far)
@@ -368,195 +372,199 @@ static INLINE void NAME(hand_links_within)(const REAL *q, const REAL *axes, cons
     const REAL ratios_0 = ratios[0], ratios_1 = ratios[1], ratios_2 = ratios[2], ratios_3 = ratios[3],
         ratios_4 = ratios[4], ratios_5 = ratios[5], ratios_6 = ratios[6], ratios_7 = ratios[7],
         ratios_8 = ratios[8];
-    const REAL t0 = q_0 * ratios_0 * (REAL)0.5;
-    const REAL t1 = COS(t0);
-    const REAL t2 = SIN(t0);
-    const REAL t3 = axes_0_0 * t2;
-    const REAL t4 = axes_0_1 * t2;
-    const REAL t5 = axes_0_2 * t2;
-    const REAL t6 = axes_0_3 * t2;
-    const REAL t7 = axes_0_4 * t2;
-    const REAL t8 = axes_0_5 * t2;
-    const REAL t9 = (REAL)0.5 * (q_1 * ratios_1);
-    const REAL t10 = SIN(t9);
-    const REAL t11 = axes_1_0 * t10;
-    const REAL t12 = COS(t9);
-    const REAL t13 = axes_1_1 * t10;
-    const REAL t14 = axes_1_2 * t10;
-    const REAL t15 = t1 * t12 - t3 * t11 - t4 * t13 - t5 * t14;
-    const REAL t16 = t5 * t13 - (t1 * t11 + t3 * t12 + t4 * t14);
-    const REAL t17 = t3 * t14 - t1 * t13 - t4 * t12 - t5 * t11;
-    const REAL t18 = t4 * t11 - (t1 * t14 + t3 * t13) - t5 * t12;
-    const REAL t19 = axes_1_4 * t10;
-    const REAL t20 = axes_1_3 * t10;
-    const REAL t21 = axes_1_5 * t10;
-    const REAL t22 = t1 * t20 - t3 * t19 - t4 * t21 + t6 * t12 + t7 * t11 + t8 * t13;
-    const REAL t23 = t1 * t19 + t3 * t20 - t5 * t21 - t6 * t11 + t7 * t12 + t8 * t14;
-    const REAL t24 = t1 * t21 + t4 * t20 + t5 * t19 - t6 * t13 - t7 * t14 + t8 * t12;
-    const REAL t25 = t4 * t19 - t3 * t21 - t5 * t20 - t6 * t14 + t7 * t13 - t8 * t11;
-    const REAL t26 = (REAL)0.5 * (q_1 * ratios_2);
-    const REAL t27 = SIN(t26);
-    const REAL t28 = axes_2_0 * t27;
-    const REAL t29 = COS(t26);
-    const REAL t30 = axes_2_1 * t27;
-    const REAL t31 = axes_2_2 * t27;
-    const REAL t32 = axes_2_3 * t27;
-    const REAL t33 = axes_2_4 * t27;
-    const REAL t34 = axes_2_5 * t27;
-    const REAL t35 = t15 * t32 + t16 * t33 + t17 * t34 + t22 * t29 + t23 * t28 + t24 * t30;
-    const REAL t36 = t15 * t33 - t16 * t32 + t18 * t34 - t22 * t28 + t23 * t29 + t24 * t31;
-    const REAL t37 = t15 * t34 - t17 * t32 - t18 * t33 - t22 * t30 - t23 * t31 + t24 * t29;
-    const REAL t38 = t16 * t34 - t17 * t33 + t18 * t32 - t22 * t31 + t23 * t30 - t24 * t28;
-    const REAL t39 = (REAL)0.5 * (q_0 * ratios_3);
-    const REAL t40 = COS(t39);
-    const REAL t41 = SIN(t39);
-    const REAL t42 = axes_3_0 * t41;
-    const REAL t43 = axes_3_1 * t41;
-    const REAL t44 = axes_3_2 * t41;
-    const REAL t45 = axes_3_3 * t41;
-    const REAL t46 = axes_3_4 * t41;
-    const REAL t47 = axes_3_5 * t41;
-    const REAL t48 = (REAL)0.5 * (q_2 * ratios_4);
-    const REAL t49 = SIN(t48);
-    const REAL t50 = axes_4_0 * t49;
-    const REAL t51 = COS(t48);
-    const REAL t52 = axes_4_1 * t49;
-    const REAL t53 = axes_4_2 * t49;
-    const REAL t54 = t40 * t51 - t42 * t50 - t43 * t52 - t44 * t53;
-    const REAL t55 = t44 * t52 - (t40 * t50 + t42 * t51 + t43 * t53);
-    const REAL t56 = t42 * t53 - t40 * t52 - t43 * t51 - t44 * t50;
-    const REAL t57 = t43 * t50 - (t40 * t53 + t42 * t52) - t44 * t51;
-    const REAL t58 = axes_4_4 * t49;
-    const REAL t59 = axes_4_3 * t49;
-    const REAL t60 = axes_4_5 * t49;
-    const REAL t61 = t40 * t59 - t42 * t58 - t43 * t60 + t45 * t51 + t46 * t50 + t47 * t52;
-    const REAL t62 = t40 * t58 + t42 * t59 - t44 * t60 - t45 * t50 + t46 * t51 + t47 * t53;
-    const REAL t63 = t40 * t60 + t43 * t59 + t44 * t58 - t45 * t52 - t46 * t53 + t47 * t51;
-    const REAL t64 = t43 * t58 - t42 * t60 - t44 * t59 - t45 * t53 + t46 * t52 - t47 * t50;
-    const REAL t65 = (REAL)0.5 * (q_2 * ratios_5);
-    const REAL t66 = SIN(t65);
-    const REAL t67 = axes_5_0 * t66;
-    const REAL t68 = COS(t65);
-    const REAL t69 = axes_5_1 * t66;
-    const REAL t70 = axes_5_2 * t66;
-    const REAL t71 = axes_5_3 * t66;
-    const REAL t72 = axes_5_4 * t66;
-    const REAL t73 = axes_5_5 * t66;
-    const REAL t74 = t54 * t71 + t55 * t72 + t56 * t73 + t61 * t68 + t62 * t67 + t63 * t69;
-    const REAL t75 = t54 * t72 - t55 * t71 + t57 * t73 - t61 * t67 + t62 * t68 + t63 * t70;
-    const REAL t76 = t54 * t73 - t56 * t71 - t57 * t72 - t61 * t69 - t62 * t70 + t63 * t68;
-    const REAL t77 = t55 * t73 - t56 * t72 + t57 * t71 - t61 * t70 + t62 * t69 - t63 * t67;
-    const REAL t78 = (REAL)0.5 * (q_0 * ratios_6);
-    const REAL t79 = COS(t78);
-    const REAL t80 = SIN(t78);
-    const REAL t81 = axes_6_0 * t80;
-    const REAL t82 = axes_6_1 * t80;
-    const REAL t83 = axes_6_2 * t80;
-    const REAL t84 = axes_6_3 * t80;
-    const REAL t85 = axes_6_4 * t80;
-    const REAL t86 = axes_6_5 * t80;
-    const REAL t87 = (REAL)0.5 * (q_3 * ratios_7);
-    const REAL t88 = SIN(t87);
-    const REAL t89 = axes_7_0 * t88;
-    const REAL t90 = COS(t87);
-    const REAL t91 = axes_7_1 * t88;
-    const REAL t92 = axes_7_2 * t88;
-    const REAL t93 = t79 * t90 - t81 * t89 - t82 * t91 - t83 * t92;
-    const REAL t94 = t83 * t91 - (t79 * t89 + t81 * t90 + t82 * t92);
-    const REAL t95 = t81 * t92 - t79 * t91 - t82 * t90 - t83 * t89;
-    const REAL t96 = t82 * t89 - (t79 * t92 + t81 * t91) - t83 * t90;
-    const REAL t97 = axes_7_4 * t88;
-    const REAL t98 = axes_7_3 * t88;
-    const REAL t99 = axes_7_5 * t88;
-    const REAL t100 = t79 * t98 - t81 * t97 - t82 * t99 + t84 * t90 + t85 * t89 + t86 * t91;
-    const REAL t101 = t79 * t97 + t81 * t98 - t83 * t99 - t84 * t89 + t85 * t90 + t86 * t92;
-    const REAL t102 = t79 * t99 + t82 * t98 + t83 * t97 - t84 * t91 - t85 * t92 + t86 * t90;
-    const REAL t103 = t82 * t97 - t81 * t99 - t83 * t98 - t84 * t92 + t85 * t91 - t86 * t89;
-    const REAL t104 = (REAL)0.5 * (q_3 * ratios_8);
-    const REAL t105 = SIN(t104);
-    const REAL t106 = axes_8_0 * t105;
-    const REAL t107 = COS(t104);
-    const REAL t108 = axes_8_1 * t105;
-    const REAL t109 = axes_8_2 * t105;
-    const REAL t110 = axes_8_3 * t105;
-    const REAL t111 = axes_8_4 * t105;
-    const REAL t112 = axes_8_5 * t105;
-    const REAL t113 = t93 * t110 + t94 * t111 + t95 * t112 + t100 * t107 + t101 * t106 + t102 * t108;
-    const REAL t114 = t93 * t111 - t94 * t110 + t96 * t112 - t100 * t106 + t101 * t107 + t102 * t109;
-    const REAL t115 = t93 * t112 - t95 * t110 - t96 * t111 - t100 * t108 - t101 * t109 + t102 * t107;
-    const REAL t116 = t94 * t112 - t95 * t111 + t96 * t110 - t100 * t109 + t101 * t108 - t102 * t106;
-    out[0] = t1;
-    out[1] = -t3;
-    out[2] = -t4;
-    out[3] = -t5;
-    out[4] = -t6;
-    out[5] = -t7;
-    out[6] = -t8;
+    const REAL t0 = q_0 * (REAL)0.5;
+    const REAL t1 = ratios_0 * t0;
+    const REAL t2 = COS(t1);
+    const REAL t3 = SIN(t1);
+    const REAL t4 = axes_0_0 * t3;
+    const REAL t5 = axes_0_1 * t3;
+    const REAL t6 = axes_0_2 * t3;
+    const REAL t7 = axes_0_3 * t3;
+    const REAL t8 = axes_0_4 * t3;
+    const REAL t9 = axes_0_5 * t3;
+    const REAL t10 = q_1 * (REAL)0.5;
+    const REAL t11 = ratios_1 * t10;
+    const REAL t12 = SIN(t11);
+    const REAL t13 = axes_1_0 * t12;
+    const REAL t14 = COS(t11);
+    const REAL t15 = axes_1_1 * t12;
+    const REAL t16 = axes_1_2 * t12;
+    const REAL t17 = t2 * t14 - t4 * t13 - t5 * t15 - t6 * t16;
+    const REAL t18 = t6 * t15 - t4 * t14 - t2 * t13 - t5 * t16;
+    const REAL t19 = t4 * t16 - t5 * t14 - t2 * t15 - t6 * t13;
+    const REAL t20 = t5 * t13 - t6 * t14 - t2 * t16 - t4 * t15;
+    const REAL t21 = axes_1_4 * t12;
+    const REAL t22 = axes_1_5 * t12;
+    const REAL t23 = axes_1_3 * t12;
+    const REAL t24 = t7 * t14 - (t4 * t21 + t5 * t22) + t2 * t23 + t8 * t13 + t9 * t15;
+    const REAL t25 = t8 * t14 - (t6 * t22 + t7 * t13) + t2 * t21 + t4 * t23 + t9 * t16;
+    const REAL t26 = t9 * t14 - (t7 * t15 + t8 * t16) + t2 * t22 + t5 * t23 + t6 * t21;
+    const REAL t27 = t5 * t21 - (t4 * t22 + t6 * t23 + t7 * t16 + t9 * t13) + t8 * t15;
+    const REAL t28 = ratios_2 * t10;
+    const REAL t29 = SIN(t28);
+    const REAL t30 = axes_2_0 * t29;
+    const REAL t31 = COS(t28);
+    const REAL t32 = axes_2_1 * t29;
+    const REAL t33 = axes_2_2 * t29;
+    const REAL t34 = axes_2_3 * t29;
+    const REAL t35 = axes_2_4 * t29;
+    const REAL t36 = t24 * t31 + t25 * t30 + t26 * t32 + t27 * t33 + t17 * t34 + t18 * t35;
+    const REAL t37 = axes_2_5 * t29;
+    const REAL t38 = t25 * t31 - t18 * t34 + t26 * t33 + t17 * t35 + t20 * t37 - t24 * t30;
+    const REAL t39 = t26 * t31 - t19 * t34 - t20 * t35 + t27 * t30 + t17 * t37 - t24 * t32;
+    const REAL t40 = t27 * t31 - t19 * t35 + t25 * t32 + t18 * t37 + t20 * t34 - t24 * t33;
+    const REAL t41 = ratios_3 * t0;
+    const REAL t42 = COS(t41);
+    const REAL t43 = SIN(t41);
+    const REAL t44 = axes_3_0 * t43;
+    const REAL t45 = axes_3_1 * t43;
+    const REAL t46 = axes_3_2 * t43;
+    const REAL t47 = axes_3_3 * t43;
+    const REAL t48 = axes_3_4 * t43;
+    const REAL t49 = axes_3_5 * t43;
+    const REAL t50 = q_2 * (REAL)0.5;
+    const REAL t51 = ratios_4 * t50;
+    const REAL t52 = SIN(t51);
+    const REAL t53 = axes_4_0 * t52;
+    const REAL t54 = COS(t51);
+    const REAL t55 = axes_4_1 * t52;
+    const REAL t56 = axes_4_2 * t52;
+    const REAL t57 = t42 * t54 - t44 * t53 - t45 * t55 - t46 * t56;
+    const REAL t58 = t46 * t55 - t44 * t54 - t42 * t53 - t45 * t56;
+    const REAL t59 = t44 * t56 - t45 * t54 - t42 * t55 - t46 * t53;
+    const REAL t60 = t45 * t53 - t46 * t54 - t42 * t56 - t44 * t55;
+    const REAL t61 = axes_4_4 * t52;
+    const REAL t62 = axes_4_5 * t52;
+    const REAL t63 = axes_4_3 * t52;
+    const REAL t64 = t47 * t54 - (t44 * t61 + t45 * t62) + t42 * t63 + t48 * t53 + t49 * t55;
+    const REAL t65 = t48 * t54 - (t46 * t62 + t47 * t53) + t42 * t61 + t44 * t63 + t49 * t56;
+    const REAL t66 = t49 * t54 - (t47 * t55 + t48 * t56) + t42 * t62 + t45 * t63 + t46 * t61;
+    const REAL t67 = t45 * t61 - (t44 * t62 + t46 * t63 + t47 * t56 + t49 * t53) + t48 * t55;
+    const REAL t68 = ratios_5 * t50;
+    const REAL t69 = SIN(t68);
+    const REAL t70 = axes_5_0 * t69;
+    const REAL t71 = COS(t68);
+    const REAL t72 = axes_5_1 * t69;
+    const REAL t73 = axes_5_2 * t69;
+    const REAL t74 = axes_5_3 * t69;
+    const REAL t75 = axes_5_4 * t69;
+    const REAL t76 = t64 * t71 + t65 * t70 + t66 * t72 + t67 * t73 + t57 * t74 + t58 * t75;
+    const REAL t77 = axes_5_5 * t69;
+    const REAL t78 = t65 * t71 - t58 * t74 + t66 * t73 + t57 * t75 + t60 * t77 - t64 * t70;
+    const REAL t79 = t66 * t71 - t59 * t74 - t60 * t75 + t67 * t70 + t57 * t77 - t64 * t72;
+    const REAL t80 = t67 * t71 - t59 * t75 + t65 * t72 + t58 * t77 + t60 * t74 - t64 * t73;
+    const REAL t81 = ratios_6 * t0;
+    const REAL t82 = COS(t81);
+    const REAL t83 = SIN(t81);
+    const REAL t84 = axes_6_0 * t83;
+    const REAL t85 = axes_6_1 * t83;
+    const REAL t86 = axes_6_2 * t83;
+    const REAL t87 = axes_6_3 * t83;
+    const REAL t88 = axes_6_4 * t83;
+    const REAL t89 = axes_6_5 * t83;
+    const REAL t90 = q_3 * (REAL)0.5;
+    const REAL t91 = ratios_7 * t90;
+    const REAL t92 = SIN(t91);
+    const REAL t93 = axes_7_0 * t92;
+    const REAL t94 = COS(t91);
+    const REAL t95 = axes_7_1 * t92;
+    const REAL t96 = axes_7_2 * t92;
+    const REAL t97 = t82 * t94 - t84 * t93 - t85 * t95 - t86 * t96;
+    const REAL t98 = t86 * t95 - t84 * t94 - t82 * t93 - t85 * t96;
+    const REAL t99 = t84 * t96 - t85 * t94 - t82 * t95 - t86 * t93;
+    const REAL t100 = t85 * t93 - t86 * t94 - t82 * t96 - t84 * t95;
+    const REAL t101 = axes_7_4 * t92;
+    const REAL t102 = axes_7_5 * t92;
+    const REAL t103 = axes_7_3 * t92;
+    const REAL t104 = t87 * t94 - (t84 * t101 + t85 * t102) + t82 * t103 + t88 * t93 + t89 * t95;
+    const REAL t105 = t88 * t94 - (t86 * t102 + t87 * t93) + t82 * t101 + t84 * t103 + t89 * t96;
+    const REAL t106 = t89 * t94 - (t87 * t95 + t88 * t96) + t82 * t102 + t85 * t103 + t86 * t101;
+    const REAL t107 = t85 * t101 - (t84 * t102 + t86 * t103 + t87 * t96 + t89 * t93) + t88 * t95;
+    const REAL t108 = ratios_8 * t90;
+    const REAL t109 = SIN(t108);
+    const REAL t110 = axes_8_0 * t109;
+    const REAL t111 = COS(t108);
+    const REAL t112 = axes_8_1 * t109;
+    const REAL t113 = axes_8_2 * t109;
+    const REAL t114 = axes_8_3 * t109;
+    const REAL t115 = axes_8_4 * t109;
+    const REAL t116 = t104 * t111 + t105 * t110 + t106 * t112 + t107 * t113 + t97 * t114 + t98 * t115;
+    const REAL t117 = axes_8_5 * t109;
+    const REAL t118 = t105 * t111 - t98 * t114 + t106 * t113 + t97 * t115 + t100 * t117 - t104 * t110;
+    const REAL t119 = t106 * t111 - t99 * t114 - t100 * t115 + t107 * t110 + t97 * t117 - t104 * t112;
+    const REAL t120 = t107 * t111 - t99 * t115 + t105 * t112 + t98 * t117 + t100 * t114 - t104 * t113;
+    out[0] = t2;
+    out[1] = -t4;
+    out[2] = -t5;
+    out[3] = -t6;
+    out[4] = -t7;
+    out[5] = -t8;
+    out[6] = -t9;
     out[7] = (REAL)0;
-    out[8] = t15;
-    out[9] = t16;
-    out[10] = t17;
-    out[11] = t18;
-    out[12] = -t22;
-    out[13] = -t23;
-    out[14] = -t24;
-    out[15] = -t25;
-    out[16] = t15 * t29 + t16 * t28 + t17 * t30 + t18 * t31;
-    out[17] = t16 * t29 - t15 * t28 + t17 * t31 - t18 * t30;
-    out[18] = t17 * t29 - (t15 * t30 + t16 * t31) + t18 * t28;
-    out[19] = t16 * t30 - t15 * t31 - t17 * t28 + t18 * t29;
-    out[20] = -(t35 + t25 * t31);
-    out[21] = t25 * t30 - t36;
-    out[22] = -(t37 + t25 * t28);
-    out[23] = -(t38 + t25 * t29);
-    out[24] = t40;
-    out[25] = -t42;
-    out[26] = -t43;
-    out[27] = -t44;
-    out[28] = -t45;
-    out[29] = -t46;
-    out[30] = -t47;
+    out[8] = t17;
+    out[9] = t18;
+    out[10] = t19;
+    out[11] = t20;
+    out[12] = -t24;
+    out[13] = -t25;
+    out[14] = -t26;
+    out[15] = -t27;
+    out[16] = t17 * t31 + t18 * t30 + t19 * t32 + t20 * t33;
+    out[17] = t18 * t31 + t19 * t33 - t17 * t30 - t20 * t32;
+    out[18] = t19 * t31 + t20 * t30 - t17 * t32 - t18 * t33;
+    out[19] = t20 * t31 + t18 * t32 - t17 * t33 - t19 * t30;
+    out[20] = -(t36 + t19 * t37);
+    out[21] = t27 * t32 - t38;
+    out[22] = t25 * t33 - t39;
+    out[23] = t26 * t30 - t40;
+    out[24] = t42;
+    out[25] = -t44;
+    out[26] = -t45;
+    out[27] = -t46;
+    out[28] = -t47;
+    out[29] = -t48;
+    out[30] = -t49;
     out[31] = (REAL)0;
-    out[32] = t54;
-    out[33] = t55;
-    out[34] = t56;
-    out[35] = t57;
-    out[36] = -t61;
-    out[37] = -t62;
-    out[38] = -t63;
-    out[39] = -t64;
-    out[40] = t54 * t68 + t55 * t67 + t56 * t69 + t57 * t70;
-    out[41] = t55 * t68 - t54 * t67 + t56 * t70 - t57 * t69;
-    out[42] = t56 * t68 - (t54 * t69 + t55 * t70) + t57 * t67;
-    out[43] = t55 * t69 - t54 * t70 - t56 * t67 + t57 * t68;
-    out[44] = -(t74 + t64 * t70);
-    out[45] = t64 * t69 - t75;
-    out[46] = -(t76 + t64 * t67);
-    out[47] = -(t77 + t64 * t68);
-    out[48] = t79;
-    out[49] = -t81;
-    out[50] = -t82;
-    out[51] = -t83;
-    out[52] = -t84;
-    out[53] = -t85;
-    out[54] = -t86;
+    out[32] = t57;
+    out[33] = t58;
+    out[34] = t59;
+    out[35] = t60;
+    out[36] = -t64;
+    out[37] = -t65;
+    out[38] = -t66;
+    out[39] = -t67;
+    out[40] = t57 * t71 + t58 * t70 + t59 * t72 + t60 * t73;
+    out[41] = t58 * t71 + t59 * t73 - t57 * t70 - t60 * t72;
+    out[42] = t59 * t71 + t60 * t70 - t57 * t72 - t58 * t73;
+    out[43] = t60 * t71 + t58 * t72 - t57 * t73 - t59 * t70;
+    out[44] = -(t76 + t59 * t77);
+    out[45] = t67 * t72 - t78;
+    out[46] = t65 * t73 - t79;
+    out[47] = t66 * t70 - t80;
+    out[48] = t82;
+    out[49] = -t84;
+    out[50] = -t85;
+    out[51] = -t86;
+    out[52] = -t87;
+    out[53] = -t88;
+    out[54] = -t89;
     out[55] = (REAL)0;
-    out[56] = t93;
-    out[57] = t94;
-    out[58] = t95;
-    out[59] = t96;
-    out[60] = -t100;
-    out[61] = -t101;
-    out[62] = -t102;
-    out[63] = -t103;
-    out[64] = t93 * t107 + t94 * t106 + t95 * t108 + t96 * t109;
-    out[65] = t94 * t107 - t93 * t106 + t95 * t109 - t96 * t108;
-    out[66] = t95 * t107 - (t93 * t108 + t94 * t109) + t96 * t106;
-    out[67] = t94 * t108 - t93 * t109 - t95 * t106 + t96 * t107;
-    out[68] = -(t113 + t103 * t109);
-    out[69] = t103 * t108 - t114;
-    out[70] = -(t115 + t103 * t106);
-    out[71] = -(t116 + t103 * t107);
+    out[56] = t97;
+    out[57] = t98;
+    out[58] = t99;
+    out[59] = t100;
+    out[60] = -t104;
+    out[61] = -t105;
+    out[62] = -t106;
+    out[63] = -t107;
+    out[64] = t97 * t111 + t98 * t110 + t99 * t112 + t100 * t113;
+    out[65] = t98 * t111 + t99 * t113 - t97 * t110 - t100 * t112;
+    out[66] = t99 * t111 + t100 * t110 - t97 * t112 - t98 * t113;
+    out[67] = t100 * t111 + t98 * t112 - t97 * t113 - t99 * t110;
+    out[68] = -(t116 + t99 * t117);
+    out[69] = t107 * t112 - t118;
+    out[70] = t105 * t113 - t119;
+    out[71] = t106 * t110 - t120;
 }
 
 FUSED(hand_links, (const REAL *q, const REAL *axes, const REAL *ratios, REAL *out), (q, axes, ratios, out, NULL))
@@ -4752,20 +4760,19 @@ INLINE void NAME(capsule_gap)(const REAL *point, const REAL *start, const REAL *
     const REAL point_0 = point[0], point_1 = point[1], point_2 = point[2];
     const REAL start_0 = start[0], start_1 = start[1], start_2 = start[2];
     const REAL end_0 = end[0], end_1 = end[1], end_2 = end[2];
-    const REAL t0 = end_0 - start_0;
-    const REAL t1 = end_1 - start_1;
-    const REAL t2 = end_2 - start_2;
-    const REAL t3 = (REAL)1 / (t0 * t0 + t1 * t1 + t2 * t2 + (REAL)1e-30);
-    const REAL t4 = point_0 - start_0;
-    const REAL t5 = point_1 - start_1;
-    const REAL t6 = point_2 - start_2;
-    const REAL t7 = (t4 * t0 + t5 * t1 + t6 * t2) * t3;
-    const REAL t8 = MAXIMUM(t7, (REAL)0);
-    const REAL t9 = MINIMUM((REAL)1, t8);
-    const REAL t10 = t4 - t0 * t9;
-    const REAL t11 = t5 - t1 * t9;
-    const REAL t12 = t6 - t2 * t9;
-    out[0] = SQRT(t10 * t10 + t11 * t11 + t12 * t12) - radius;
+    const REAL t0 = start_0 - end_0;
+    const REAL t1 = start_1 - end_1;
+    const REAL t2 = start_2 - end_2;
+    const REAL t3 = point_0 - start_0;
+    const REAL t4 = point_1 - start_1;
+    const REAL t5 = point_2 - start_2;
+    const REAL t6 = -((t3 * t0 + t4 * t1 + t5 * t2) / (t0 * t0 + t1 * t1 + t2 * t2 + (REAL)1e-30));
+    const REAL t7 = MAXIMUM(t6, (REAL)0);
+    const REAL t8 = MINIMUM((REAL)1, t7);
+    const REAL t9 = t3 + t0 * t8;
+    const REAL t10 = t4 + t1 * t8;
+    const REAL t11 = t5 + t2 * t8;
+    out[0] = SQRT(t9 * t9 + t10 * t10 + t11 * t11) - radius;
 }
 
 static INLINE void NAME(capsule_gap_prepare_point_start_end)(const REAL *point, const REAL *start, const REAL *end,
@@ -4774,20 +4781,19 @@ static INLINE void NAME(capsule_gap_prepare_point_start_end)(const REAL *point, 
     const REAL point_0 = point[0], point_1 = point[1], point_2 = point[2];
     const REAL start_0 = start[0], start_1 = start[1], start_2 = start[2];
     const REAL end_0 = end[0], end_1 = end[1], end_2 = end[2];
-    const REAL t0 = end_0 - start_0;
-    const REAL t1 = end_1 - start_1;
-    const REAL t2 = end_2 - start_2;
-    const REAL t3 = (REAL)1 / (t0 * t0 + t1 * t1 + t2 * t2 + (REAL)1e-30);
-    const REAL t4 = point_0 - start_0;
-    const REAL t5 = point_1 - start_1;
-    const REAL t6 = point_2 - start_2;
-    const REAL t7 = (t4 * t0 + t5 * t1 + t6 * t2) * t3;
-    const REAL t8 = MAXIMUM(t7, (REAL)0);
-    const REAL t9 = MINIMUM((REAL)1, t8);
-    const REAL t10 = t4 - t0 * t9;
-    const REAL t11 = t5 - t1 * t9;
-    const REAL t12 = t6 - t2 * t9;
-    prepared[0] = SQRT(t10 * t10 + t11 * t11 + t12 * t12);
+    const REAL t0 = start_0 - end_0;
+    const REAL t1 = start_1 - end_1;
+    const REAL t2 = start_2 - end_2;
+    const REAL t3 = point_0 - start_0;
+    const REAL t4 = point_1 - start_1;
+    const REAL t5 = point_2 - start_2;
+    const REAL t6 = -((t3 * t0 + t4 * t1 + t5 * t2) / (t0 * t0 + t1 * t1 + t2 * t2 + (REAL)1e-30));
+    const REAL t7 = MAXIMUM(t6, (REAL)0);
+    const REAL t8 = MINIMUM((REAL)1, t7);
+    const REAL t9 = t3 + t0 * t8;
+    const REAL t10 = t4 + t1 * t8;
+    const REAL t11 = t5 + t2 * t8;
+    prepared[0] = SQRT(t9 * t9 + t10 * t10 + t11 * t11);
 }
 
 static INLINE void NAME(capsule_gap_apply_point_start_end)(const REAL *prepared, REAL radius, REAL *out)
@@ -4796,53 +4802,13 @@ static INLINE void NAME(capsule_gap_apply_point_start_end)(const REAL *prepared,
     out[0] = c0 - radius;
 }
 
-static INLINE void NAME(capsule_gap_prepare_start_end_radius)(const REAL *start, const REAL *end, REAL radius, REAL
-    *prepared)
-{
-    const REAL start_0 = start[0], start_1 = start[1], start_2 = start[2];
-    const REAL end_0 = end[0], end_1 = end[1], end_2 = end[2];
-    const REAL t0 = end_0 - start_0;
-    const REAL t1 = end_1 - start_1;
-    const REAL t2 = end_2 - start_2;
-    prepared[0] = start_0;
-    prepared[1] = t0;
-    prepared[2] = start_1;
-    prepared[3] = t1;
-    prepared[4] = start_2;
-    prepared[5] = t2;
-    prepared[6] = (REAL)1 / (t0 * t0 + t1 * t1 + t2 * t2 + (REAL)1e-30);
-    prepared[7] = radius;
-}
-
-static INLINE void NAME(capsule_gap_apply_start_end_radius)(const REAL *prepared, const REAL *point, REAL *out)
-{
-    const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
-        c5 = prepared[5], c6 = prepared[6], c7 = prepared[7];
-    const REAL point_0 = point[0], point_1 = point[1], point_2 = point[2];
-    const REAL t0 = point_0 - c0;
-    const REAL t1 = point_1 - c2;
-    const REAL t2 = point_2 - c4;
-    const REAL t3 = (t0 * c1 + t1 * c3 + t2 * c5) * c6;
-    const REAL t4 = MAXIMUM(t3, (REAL)0);
-    const REAL t5 = MINIMUM((REAL)1, t4);
-    const REAL t6 = t0 - c1 * t5;
-    const REAL t7 = t1 - c3 * t5;
-    const REAL t8 = t2 - c5 * t5;
-    out[0] = SQRT(t6 * t6 + t7 * t7 + t8 * t8) - c7;
-}
-
 #define PARTS_capsule_gap(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND IN(2, 2, 3, 3, 1, \
     3) AND NUMBER(3, 3) AND OUT(4, 3, scalar, 1, 0, 0)
 #define PARTS_capsule_gap_point_start_end(IN, NUMBER, OUT, AND) NUMBER(3, 3) AND OUT(4, 3, scalar, 1, 0, 0)
 #define SAME_capsule_gap_point_start_end(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND \
     IN(2, 2, 3, 3, 1, 3)
 GAC_FORM(capsule_gap, point_start_end, 0, PLAIN, PLAIN, NO)
-#define PARTS_capsule_gap_start_end_radius(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(4, 3, scalar, 1, 0, 0)
-#define SAME_capsule_gap_start_end_radius(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND IN(2, 2, 3, 3, 1, 3) AND \
-    NUMBER(3, 3)
-GAC_FORM(capsule_gap, start_end_radius, 1, PLAIN, PLAIN, DIRECT)
-GAC_KERNEL_AND_FORMS(capsule_gap, PLAIN, DIRECT, GAC_USE(capsule_gap, point_start_end, NO, 7, 2, 1),
-    GAC_USE(capsule_gap, start_end_radius, DIRECT, 14, 2, 8))
+GAC_KERNEL_AND_FORMS(capsule_gap, PLAIN, DIRECT, GAC_USE(capsule_gap, point_start_end, NO, 7, 2, 1))
 
 #define TABLES_mesh_moments(LENGTH, IN, NUMBER, SAME, INDEX, OUT, AND) LENGTH(0, v) AND LENGTH(1, m) \
     AND SAME(0, vertices, 3, 3, v) AND INDEX(1, i, m, v) AND INDEX(2, j, m, v) AND INDEX(3, k, m, v) \

@@ -2,7 +2,7 @@
 // command: gac generate --all grasping
 // spec: d7f1e5367f185694
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 99177194dc067311d1a3c08fe3cc69afe4411aaf2c57337e24c7720cea0fe690
+// body: cc66c7c07cfa36af6d0b46e90aacd6a6792941ab7da3a3040a2c2005fda6f3a1
 /* grasping
    Grasps of a hand with three fingers: meshes, contacts, wrenches, the kinematics of the hand, and its clearance.
    
@@ -61,7 +61,7 @@ extern "C" {
      cosine  SCALAR.
      sine  SCALAR.
      out[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
-   Costs 15 mul, 9 add.
+   Costs 14 mul, 9 add.
    If `n` and `u` and `v` and `friction` and `cosine` and `sine` are the same for 2 or more elements: 8 mul, 6
    add once, then 6 mul, 3 add for each element.
    If `p` and `n` and `u` and `v` and `friction` and `cosine` are the same for 3 or more elements: 21 mul, 9 add
@@ -70,11 +70,11 @@ extern "C" {
    once, then 6 mul, 6 add for each element.
    If `p` and `n` and `u` and `v` and `cosine` and `sine` are the same for 3 or more elements: 18 mul, 9 add
    once, then 6 mul, 6 add for each element.
-   If `p` and `u` and `v` and `friction` and `cosine` and `sine` are the same for 2 or more elements: 9 mul, 3
-   add once, then 6 mul, 6 add for each element.
-   If `p` and `n` and `u` and `friction` and `cosine` and `sine` are the same for 4 or more elements: 16 mul, 6
-   add once, then 9 mul, 9 add for each element.
-   If `p` and `n` and `v` and `friction` and `cosine` and `sine` are the same for 4 or more elements: 16 mul, 6
+   If `p` and `u` and `v` and `friction` and `cosine` and `sine` are the same for 2 or more elements: 8 mul, 2
+   add once, then 6 mul, 7 add for each element.
+   If `p` and `n` and `u` and `friction` and `cosine` and `sine` are the same for 2 or more elements: 5 mul, 1
+   add once, then 9 mul, 8 add for each element.
+   If `p` and `n` and `v` and `friction` and `cosine` and `sine` are the same for 2 or more elements: 5 mul, 0
    add once, then 9 mul, 9 add for each element.
    Error: 4.4 ulp of the largest coefficient, 64 random inputs. */
 void grasping_contact_wrench_f64(const double *p, const double *n, const double *u, const double *v, double
@@ -89,8 +89,8 @@ void grasping_contact_wrench_loop_f32(char **args, const intptr_t *dimensions, c
      axes[54]  SCALAR.
      ratios[9]  SCALAR.
      out[72]  SCALAR.
-   Costs 324 mul, 204 add, 18 call.
-   Error: 3.0 ulp of the largest coefficient, 64 random inputs. */
+   Costs 319 mul, 204 add, 18 call.
+   Error: 3.5 ulp of the largest coefficient, 64 random inputs. */
 void grasping_hand_links_f64(const double *q, const double *axes, const double *ratios, double *out);
 void grasping_hand_links_f32(const float *q, const float *axes, const float *ratios, float *out);
 void grasping_hand_links_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -150,11 +150,9 @@ void grasping_preshape_loop_f32(char **args, const intptr_t *dimensions, const i
      end[3]  SCALAR.
      radius  SCALAR.
      out[1]  SCALAR.
-   Costs 13 mul, 17 add, 1 div, 1 sqrt, 2 choice.
-   If `point` and `start` and `end` are the same for 2 or more elements: 13 mul, 16 add, 1 div, 1 sqrt, 2 choice
+   Costs 12 mul, 17 add, 1 div, 1 sqrt, 2 choice.
+   If `point` and `start` and `end` are the same for 2 or more elements: 12 mul, 16 add, 1 div, 1 sqrt, 2 choice
    once, then 0 mul, 1 add for each element.
-   If `start` and `end` and `radius` are the same for 2 or more elements: 3 mul, 6 add, 1 div once, then 10 mul,
-   11 add, 1 sqrt, 2 choice for each element.
    Error: 18.8 ulp of the largest coefficient, 64 random inputs. */
 void grasping_capsule_gap_f64(const double *point, const double *start, const double *end, double radius, double
     *out);

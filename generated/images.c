@@ -2,7 +2,7 @@
 // command: gac generate --all images
 // spec: dd47ccf2a8cba418
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 96eb0af7e2916e97cbaf2dcf1dc615563ad97dbafd3be66d492fb73fef6448c1
+// body: 2cbcd8e36ac985d6780307e14b3f1312e214c002e76af11a5862df59876d96cb
 
 #ifndef REAL
 #include "images.h"
@@ -1816,23 +1816,24 @@ static INLINE void NAME(cubic_samples_1)(REAL x, REAL y, const REAL *first, cons
     const REAL second_0 = second[0], second_1 = second[1], second_2 = second[2], second_3 = second[3];
     const REAL third_0 = third[0], third_1 = third[1], third_2 = third[2], third_3 = third[3];
     const REAL fourth_0 = fourth[0], fourth_1 = fourth[1], fourth_2 = fourth[2], fourth_3 = fourth[3];
-    const REAL t0 = (REAL)1 - x;
-    const REAL t1 = t0 * t0;
-    const REAL t2 = (REAL)(1.0 / 6.0) * (t0 * t1);
-    const REAL t3 = x * x;
-    const REAL t4 = (REAL)(1.0 / 6.0) * ((REAL)4 - t3 * ((REAL)6 - x * (REAL)3));
-    const REAL t5 = (REAL)(1.0 / 6.0) * ((REAL)4 - t1 * ((REAL)6 - t0 * (REAL)3));
-    const REAL t6 = (REAL)(1.0 / 6.0) * (x * t3);
-    const REAL t7 = first_0 * t2 + first_1 * t4 + first_2 * t5 + first_3 * t6;
-    const REAL t8 = (REAL)1 - y;
-    const REAL t9 = t8 * t8;
-    const REAL t10 = second_0 * t2 + second_1 * t4 + second_2 * t5 + second_3 * t6;
-    const REAL t11 = y * y;
-    const REAL t12 = (REAL)(1.0 / 6.0) * ((REAL)4 - t11 * ((REAL)6 - y * (REAL)3)) * t10;
-    const REAL t13 = (REAL)(1.0 / 6.0) * ((REAL)4 - t9 * ((REAL)6 - t8 * (REAL)3));
-    const REAL t14 = t13 * (third_0 * t2 + third_1 * t4 + third_2 * t5 + third_3 * t6);
-    const REAL t15 = fourth_0 * t2 + fourth_1 * t4 + fourth_2 * t5 + fourth_3 * t6;
-    out[0] = t8 * t9 * (REAL)(1.0 / 6.0) * t7 + t12 + t14 + (REAL)(1.0 / 6.0) * (y * t11) * t15;
+    const REAL t0 = x - (REAL)2;
+    const REAL t1 = (REAL)1 + x * t0;
+    const REAL t2 = (REAL)1 - x;
+    const REAL t3 = t1 * t2;
+    const REAL t4 = x * x;
+    const REAL t5 = t0 * t4 * (REAL)3 + (REAL)4;
+    const REAL t6 = (REAL)3 * (t1 * ((REAL)2 - t2)) - (REAL)4;
+    const REAL t7 = x * t4;
+    const REAL t8 = y - (REAL)2;
+    const REAL t9 = (REAL)1 + y * t8;
+    const REAL t10 = (REAL)1 - y;
+    const REAL t11 = t9 * t10 * (first_2 * t6 - (first_0 * t3 + first_1 * t5) - first_3 * t7);
+    const REAL t12 = second_2 * t6 - (second_0 * t3 + second_1 * t5) - second_3 * t7;
+    const REAL t13 = y * y;
+    const REAL t14 = third_2 * t6 - (third_0 * t3 + third_1 * t5) - third_3 * t7;
+    const REAL t15 = ((REAL)3 * (t9 * ((REAL)2 - t10)) - (REAL)4) * t14;
+    const REAL t16 = y * t13 * (fourth_2 * t6 - (fourth_0 * t3 + fourth_1 * t5) - fourth_3 * t7);
+    out[0] = (REAL)(1.0 / 36.0) * (t15 - (t11 + ((REAL)4 + (REAL)3 * (t8 * t13)) * t12) - t16);
 }
 #define PARTS_cubic_samples_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND SAME(2, 4) \
     AND SAME(3, 4) AND SAME(4, 4) AND SAME(5, 4) AND OUT(6, 1)

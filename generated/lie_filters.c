@@ -2,7 +2,7 @@
 // command: gac generate --all lie_filters
 // spec: fa237f795fab3f11
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 67718bbabd6c3e2842a10db47e3d6f83ea7c62eae4b71de9608f587eaf57c105
+// body: 1efb08dc415e51425ccaaeba3ba97fd327b81733a8f9dd3e1a313c118bc7b168
 
 #ifndef REAL
 #include "lie_filters.h"
@@ -113,7 +113,7 @@ INLINE void NAME(orbit_derivative)(const REAL *generator, const REAL *point, con
     const REAL t1 = generator_0 + t0;
     const REAL t2 = point_0 * (generator_2 + generator_5) + point_1 * (generator_3 - generator_4);
     const REAL t3 = generator_1 + t2;
-    out[0] = gradient_0 * ((t1 + t1) * (REAL)0.5) + gradient_1 * ((t3 + t3) * (REAL)0.5);
+    out[0] = (gradient_0 * (t1 + t1) + gradient_1 * (t3 + t3)) * (REAL)0.5;
 }
 
 static INLINE void NAME(orbit_derivative_prepare_generator_point)(const REAL *generator, const REAL *point, REAL
@@ -205,32 +205,30 @@ INLINE void NAME(orbit_weights)(const REAL *generator, REAL *out)
     const REAL generator_0 = generator[0], generator_1 = generator[1], generator_2 = generator[2],
         generator_3 = generator[3], generator_4 = generator[4], generator_5 = generator[5];
     const REAL t0 = generator_3 + generator_4;
-    const REAL t1 = generator_5 - generator_2;
-    const REAL t2 = t0 * t1;
-    const REAL t3 = generator_0 * t0;
-    const REAL t4 = generator_0 * t1;
-    const REAL t5 = generator_2 + generator_5;
-    const REAL t6 = generator_3 - generator_4;
-    const REAL t7 = t5 * t6;
-    const REAL t8 = generator_1 * t5;
-    const REAL t9 = generator_1 * t6;
+    const REAL t1 = t0 * (REAL)2;
+    const REAL t2 = generator_5 - generator_2;
+    const REAL t3 = generator_0 * (REAL)2;
+    const REAL t4 = generator_2 + generator_5;
+    const REAL t5 = generator_3 - generator_4;
+    const REAL t6 = generator_1 * (REAL)2;
+    const REAL t7 = (REAL)2 * t5;
     out[0] = t0 * t0;
-    out[1] = t2 + t2;
-    out[2] = t3 + t3;
-    out[3] = t1 * t1;
-    out[4] = t4 + t4;
+    out[1] = t2 * t1;
+    out[2] = t0 * t3;
+    out[3] = t2 * t2;
+    out[4] = t2 * t3;
     out[5] = generator_0 * generator_0;
-    out[6] = t0 * t5 * (REAL)2;
-    out[7] = (REAL)2 * (t0 * t6 + t1 * t5);
-    out[8] = (REAL)2 * (generator_1 * t0 + generator_0 * t5);
-    out[9] = (REAL)2 * (t1 * t6);
-    out[10] = (REAL)2 * (generator_1 * t1 + generator_0 * t6);
-    out[11] = (REAL)2 * (generator_0 * generator_1);
-    out[12] = t5 * t5;
-    out[13] = t7 + t7;
-    out[14] = t8 + t8;
-    out[15] = t6 * t6;
-    out[16] = t9 + t9;
+    out[6] = t1 * t4;
+    out[7] = (REAL)2 * (t2 * t4) + t1 * t5;
+    out[8] = t0 * t6 + t3 * t4;
+    out[9] = t2 * t7;
+    out[10] = t3 * t5 + t2 * t6;
+    out[11] = generator_1 * t3;
+    out[12] = t4 * t4;
+    out[13] = t4 * t7;
+    out[14] = t4 * t6;
+    out[15] = t5 * t5;
+    out[16] = t5 * t6;
     out[17] = generator_1 * generator_1;
 }
 
@@ -245,24 +243,18 @@ INLINE void NAME(bound_weights)(const REAL *generator, REAL *out)
     const REAL t1 = generator_2 + generator_5;
     const REAL t2 = t0 * t0 + t1 * t1;
     const REAL t3 = generator_5 - generator_2;
-    const REAL t4 = t0 * t3;
-    const REAL t5 = generator_3 - generator_4;
-    const REAL t6 = t1 * t5;
-    const REAL t7 = t4 + t4 + (t6 + t6);
-    const REAL t8 = generator_0 * t0;
-    const REAL t9 = generator_1 * t1;
-    const REAL t10 = t8 + t8 + (t9 + t9);
-    const REAL t11 = t3 * t3 + t5 * t5;
-    const REAL t12 = generator_0 * t3;
-    const REAL t13 = generator_1 * t5;
-    const REAL t14 = t12 + t12 + (t13 + t13);
-    const REAL t15 = generator_0 * generator_0 + generator_1 * generator_1;
+    const REAL t4 = generator_3 - generator_4;
+    const REAL t5 = (t0 * t3 + t1 * t4) * (REAL)2;
+    const REAL t6 = (REAL)2 * (generator_0 * t0 + generator_1 * t1);
+    const REAL t7 = t4 * t4 + t3 * t3;
+    const REAL t8 = (REAL)2 * (generator_0 * t3 + generator_1 * t4);
+    const REAL t9 = generator_0 * generator_0 + generator_1 * generator_1;
     out[0] = t2;
-    out[1] = t7;
-    out[2] = t10;
-    out[3] = t11;
-    out[4] = t14;
-    out[5] = t15;
+    out[1] = t5;
+    out[2] = t6;
+    out[3] = t7;
+    out[4] = t8;
+    out[5] = t9;
     out[6] = (REAL)0;
     out[7] = (REAL)0;
     out[8] = (REAL)0;
@@ -270,11 +262,11 @@ INLINE void NAME(bound_weights)(const REAL *generator, REAL *out)
     out[10] = (REAL)0;
     out[11] = (REAL)0;
     out[12] = t2;
-    out[13] = t7;
-    out[14] = t10;
-    out[15] = t11;
-    out[16] = t14;
-    out[17] = t15;
+    out[13] = t5;
+    out[14] = t6;
+    out[15] = t7;
+    out[16] = t8;
+    out[17] = t9;
 }
 
 #define PARTS_bound_weights(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(1, 1, 3x6, 18, 2, 3, 6)
@@ -284,13 +276,15 @@ INLINE void NAME(six_orbit_energies)(const REAL *moments, REAL *out)
 {
     const REAL moments_0 = moments[0], moments_1 = moments[1], moments_2 = moments[2], moments_3 = moments[3],
         moments_4 = moments[4], moments_5 = moments[5], moments_6 = moments[6];
-    const REAL t0 = moments_4 * (REAL)2;
+    const REAL t0 = moments_3 + moments_5;
+    const REAL t1 = moments_4 * (REAL)2;
+    const REAL t2 = moments_2 + moments_6;
     out[0] = moments_0;
     out[1] = moments_1;
-    out[2] = moments_5 + (moments_3 - t0);
-    out[3] = moments_6 + (moments_2 + t0);
-    out[4] = moments_6 + (moments_2 - t0);
-    out[5] = moments_5 + (moments_3 + t0);
+    out[2] = t0 - t1;
+    out[3] = t1 + t2;
+    out[4] = t2 - t1;
+    out[5] = t0 + t1;
 }
 
 #define PARTS_six_orbit_energies(IN, NUMBER, OUT, AND) IN(0, 0, 7, 7, 1, 7) AND OUT(1, 1, 6, 6, 1, 6)

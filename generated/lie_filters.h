@@ -2,7 +2,7 @@
 // command: gac generate --all lie_filters
 // spec: fa237f795fab3f11
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: ee74f7ff8bd39831c2ae82ef92217778687fcfef9b0d55309820cc28ba38a661
+// body: 1117fecd8ff16a943a654f786fd3abb22d297f094829a59dc24e789632b30e35
 /* lie_filters
    Generators of the affine plane as bivectors of G(3,3), and the energies of the derivatives along their orbits.
    
@@ -47,7 +47,7 @@ void lie_filters_orbit_velocity_loop_f32(char **args, const intptr_t *dimensions
      point[2]  SCALAR.
      gradient[2]  SCALAR.
      out[1]  SCALAR.
-   Costs 8 mul, 11 add.
+   Costs 7 mul, 11 add.
    If `generator` and `point` are the same for 2 or more elements: 4 mul, 8 add once, then 2 mul, 1 add for each
    element.
    If `generator` and `gradient` are the same for 2 or more elements: 6 mul, 7 add once, then 2 mul, 2 add for
@@ -65,7 +65,7 @@ void lie_filters_orbit_derivative_loop_f32(char **args, const intptr_t *dimensio
 /* Compute the weights of the moments in the orbit energy, the sum of squares of `orbit_derivative`.
      generator[6]  SCALAR.
      out[18]  SCALAR.
-   Costs 27 mul, 13 add.
+   Costs 26 mul, 7 add.
    Error: 1.2 ulp of the largest coefficient, 64 random inputs. */
 void lie_filters_orbit_weights_f64(const double *generator, double *out);
 void lie_filters_orbit_weights_f32(const float *generator, float *out);
@@ -77,7 +77,7 @@ void lie_filters_orbit_weights_loop_f32(char **args, const intptr_t *dimensions,
    The orbit energy is at most this sum, and half of it if gradients have all directions.
      generator[6]  SCALAR.
      out[18]  SCALAR.
-   Costs 12 mul, 16 add.
+   Costs 15 mul, 10 add.
    Error: 1.6 ulp of the largest coefficient, 64 random inputs. */
 void lie_filters_bound_weights_f64(const double *generator, double *out);
 void lie_filters_bound_weights_f32(const float *generator, float *out);
@@ -92,8 +92,8 @@ void lie_filters_bound_weights_loop_f32(char **args, const intptr_t *dimensions,
        ``pp``, ``qq``, ``pp xx``, ``pp yy``, ``pq xy``, ``qq xx`` and ``qq yy``: the others have the weight 0.
      moments[7]  SCALAR.
      out[6]  SCALAR.
-   Costs 1 mul, 8 add.
-   Error: 1.5 ulp of the largest coefficient, 64 random inputs. */
+   Costs 1 mul, 6 add.
+   Error: 1.0 ulp of the largest coefficient, 64 random inputs. */
 void lie_filters_six_orbit_energies_f64(const double *moments, double *out);
 void lie_filters_six_orbit_energies_f32(const float *moments, float *out);
 void lie_filters_six_orbit_energies_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);

@@ -2,7 +2,7 @@
 // command: gac generate --all line_maps
 // spec: f192e5959920e0f9
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: b7fc4be465ff825c21b0cf054c056f31ef17f760d913d354c3e1ceecb979725c
+// body: 050f50b24f323129aadcca374a5efb15630a63d301f5f9c911924c6b67c526cb
 
 #ifndef REAL
 #include "line_maps.h"
@@ -161,13 +161,13 @@ static INLINE void NAME(line_seen_from_within)(const REAL *line, const REAL *mid
     const REAL other_e1 = other[0], other_e2 = other[1], other_e0 = other[2];
     const REAL other_middle_e20 = other_middle[0], other_middle_e01 = other_middle[1];
     const REAL covariance_0 = covariance[0], covariance_1 = covariance[1], covariance_2 = covariance[2];
-    const REAL t0 = other_e2 * other_middle_e20 - other_e1 * other_middle_e01;
-    const REAL t1 = t0 + (middle_e01 * other_e1 - middle_e20 * other_e2);
+    const REAL t0 = other_e1 * (middle_e01 - other_middle_e01) - other_e2 * (middle_e20 - other_middle_e20);
+    const REAL t1 = covariance_1 - covariance_0 * t0;
     out_0[0] = ATAN2(line_e1 * other_e2 - line_e2 * other_e1, line_e1 * other_e1 + line_e2 * other_e2);
     out_0[1] = -(other_e0 + (middle_e20 * other_e1 + middle_e01 * other_e2));
     out_1[0] = covariance_0;
-    out_1[1] = covariance_1 - covariance_0 * t1;
-    out_1[2] = covariance_2 - covariance_1 * (t1 * (REAL)2) + covariance_0 * (t1 * t1);
+    out_1[1] = t1;
+    out_1[2] = covariance_2 - t0 * (covariance_1 + t1);
 }
 
 FUSED(line_seen_from, (const REAL *line, const REAL *middle, const REAL *other, const REAL *other_middle, const REAL
@@ -186,25 +186,22 @@ static INLINE void NAME(line_seen_from_prepare_0_1_2_3)(const REAL *line, const 
     const REAL middle_e20 = middle[0], middle_e01 = middle[1];
     const REAL other_e1 = other[0], other_e2 = other[1], other_e0 = other[2];
     const REAL other_middle_e20 = other_middle[0], other_middle_e01 = other_middle[1];
-    const REAL t0 = other_e2 * other_middle_e20 - other_e1 * other_middle_e01;
-    const REAL t1 = t0 + (middle_e01 * other_e1 - middle_e20 * other_e2);
-    prepared[0] = t1;
-    prepared[1] = t1 * t1;
-    prepared[2] = t1 * (REAL)2;
-    prepared[3] = ATAN2(line_e1 * other_e2 - line_e2 * other_e1, line_e1 * other_e1 + line_e2 * other_e2);
-    prepared[4] = -(other_e0 + (middle_e20 * other_e1 + middle_e01 * other_e2));
+    prepared[0] = other_e1 * (middle_e01 - other_middle_e01) - other_e2 * (middle_e20 - other_middle_e20);
+    prepared[1] = ATAN2(line_e1 * other_e2 - line_e2 * other_e1, line_e1 * other_e1 + line_e2 * other_e2);
+    prepared[2] = -(other_e0 + (middle_e20 * other_e1 + middle_e01 * other_e2));
 }
 
 static INLINE void NAME(line_seen_from_apply_0_1_2_3)(const REAL *prepared, const REAL *covariance, REAL *out_0,
     REAL *out_1)
 {
-    const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4];
+    const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2];
     const REAL covariance_0 = covariance[0], covariance_1 = covariance[1], covariance_2 = covariance[2];
-    out_0[0] = c3;
-    out_0[1] = c4;
+    const REAL t0 = covariance_1 - covariance_0 * c0;
+    out_0[0] = c1;
+    out_0[1] = c2;
     out_1[0] = covariance_0;
-    out_1[1] = covariance_1 - covariance_0 * c0;
-    out_1[2] = covariance_2 - covariance_1 * c2 + covariance_0 * c1;
+    out_1[1] = t0;
+    out_1[2] = covariance_2 - c0 * (covariance_1 + t0);
 }
 
 static INLINE void NAME(line_seen_from_prepare_0_1_2_4)(const REAL *line, const REAL *middle, const REAL *other,
@@ -214,28 +211,30 @@ static INLINE void NAME(line_seen_from_prepare_0_1_2_4)(const REAL *line, const 
     const REAL middle_e20 = middle[0], middle_e01 = middle[1];
     const REAL other_e1 = other[0], other_e2 = other[1], other_e0 = other[2];
     const REAL covariance_0 = covariance[0], covariance_1 = covariance[1], covariance_2 = covariance[2];
-    prepared[0] = other_e2;
+    prepared[0] = middle_e01;
     prepared[1] = other_e1;
-    prepared[2] = middle_e01 * other_e1 - middle_e20 * other_e2;
-    prepared[3] = covariance_0;
-    prepared[4] = covariance_1;
-    prepared[5] = covariance_2;
-    prepared[6] = ATAN2(line_e1 * other_e2 - line_e2 * other_e1, line_e1 * other_e1 + line_e2 * other_e2);
-    prepared[7] = -(other_e0 + (middle_e20 * other_e1 + middle_e01 * other_e2));
+    prepared[2] = middle_e20;
+    prepared[3] = other_e2;
+    prepared[4] = covariance_0;
+    prepared[5] = covariance_1;
+    prepared[6] = covariance_2;
+    prepared[7] = ATAN2(line_e1 * other_e2 - line_e2 * other_e1, line_e1 * other_e1 + line_e2 * other_e2);
+    prepared[8] = -(other_e0 + (middle_e20 * other_e1 + middle_e01 * other_e2));
 }
 
 static INLINE void NAME(line_seen_from_apply_0_1_2_4)(const REAL *prepared, const REAL *other_middle, REAL *out_0,
     REAL *out_1)
 {
     const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
-        c5 = prepared[5], c6 = prepared[6], c7 = prepared[7];
+        c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8];
     const REAL other_middle_e20 = other_middle[0], other_middle_e01 = other_middle[1];
-    const REAL t0 = c0 * other_middle_e20 - c1 * other_middle_e01 + c2;
-    out_0[0] = c6;
-    out_0[1] = c7;
-    out_1[0] = c3;
-    out_1[1] = c4 - c3 * t0;
-    out_1[2] = c5 - c4 * (t0 * (REAL)2) + c3 * (t0 * t0);
+    const REAL t0 = c1 * (c0 - other_middle_e01) - c3 * (c2 - other_middle_e20);
+    const REAL t1 = c5 - c4 * t0;
+    out_0[0] = c7;
+    out_0[1] = c8;
+    out_1[0] = c4;
+    out_1[1] = t1;
+    out_1[2] = c6 - t0 * (c5 + t1);
 }
 
 static INLINE void NAME(line_seen_from_prepare_0_2_3_4)(const REAL *line, const REAL *other, const REAL
@@ -248,25 +247,27 @@ static INLINE void NAME(line_seen_from_prepare_0_2_3_4)(const REAL *line, const 
     prepared[0] = other_e1;
     prepared[1] = other_e2;
     prepared[2] = other_e0;
-    prepared[3] = other_e2 * other_middle_e20 - other_e1 * other_middle_e01;
-    prepared[4] = covariance_0;
-    prepared[5] = covariance_1;
-    prepared[6] = covariance_2;
-    prepared[7] = ATAN2(line_e1 * other_e2 - line_e2 * other_e1, line_e1 * other_e1 + line_e2 * other_e2);
+    prepared[3] = other_middle_e01;
+    prepared[4] = other_middle_e20;
+    prepared[5] = covariance_0;
+    prepared[6] = covariance_1;
+    prepared[7] = covariance_2;
+    prepared[8] = ATAN2(line_e1 * other_e2 - line_e2 * other_e1, line_e1 * other_e1 + line_e2 * other_e2);
 }
 
 static INLINE void NAME(line_seen_from_apply_0_2_3_4)(const REAL *prepared, const REAL *middle, REAL *out_0, REAL
     *out_1)
 {
     const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
-        c5 = prepared[5], c6 = prepared[6], c7 = prepared[7];
+        c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8];
     const REAL middle_e20 = middle[0], middle_e01 = middle[1];
-    const REAL t0 = c3 + (middle_e01 * c0 - middle_e20 * c1);
-    out_0[0] = c7;
+    const REAL t0 = c0 * (middle_e01 - c3) - c1 * (middle_e20 - c4);
+    const REAL t1 = c6 - c5 * t0;
+    out_0[0] = c8;
     out_0[1] = -(c2 + (middle_e20 * c0 + middle_e01 * c1));
-    out_1[0] = c4;
-    out_1[1] = c5 - c4 * t0;
-    out_1[2] = c6 - c5 * (t0 * (REAL)2) + c4 * (t0 * t0);
+    out_1[0] = c5;
+    out_1[1] = t1;
+    out_1[2] = c7 - t0 * (c6 + t1);
 }
 
 static INLINE void NAME(line_seen_from_prepare_1_2_3_4)(const REAL *middle, const REAL *other, const REAL
@@ -276,14 +277,14 @@ static INLINE void NAME(line_seen_from_prepare_1_2_3_4)(const REAL *middle, cons
     const REAL other_e1 = other[0], other_e2 = other[1], other_e0 = other[2];
     const REAL other_middle_e20 = other_middle[0], other_middle_e01 = other_middle[1];
     const REAL covariance_0 = covariance[0], covariance_1 = covariance[1], covariance_2 = covariance[2];
-    const REAL t0 = other_e2 * other_middle_e20 - other_e1 * other_middle_e01;
-    const REAL t1 = t0 + (middle_e01 * other_e1 - middle_e20 * other_e2);
+    const REAL t0 = other_e1 * (middle_e01 - other_middle_e01) - other_e2 * (middle_e20 - other_middle_e20);
+    const REAL t1 = covariance_1 - covariance_0 * t0;
     prepared[0] = other_e2;
     prepared[1] = other_e1;
     prepared[2] = -(other_e0 + (middle_e20 * other_e1 + middle_e01 * other_e2));
     prepared[3] = covariance_0;
-    prepared[4] = covariance_1 - covariance_0 * t1;
-    prepared[5] = covariance_2 - covariance_1 * (t1 * (REAL)2) + covariance_0 * (t1 * t1);
+    prepared[4] = t1;
+    prepared[5] = covariance_2 - t0 * (covariance_1 + t1);
 }
 
 static INLINE void NAME(line_seen_from_apply_1_2_3_4)(const REAL *prepared, const REAL *line, REAL *out_0, REAL
@@ -321,8 +322,8 @@ GAC_FORM(line_seen_from, 0_2_3_4, 0, PLAIN, PLAIN, DIRECT)
 #define SAME_line_seen_from_1_2_3_4(IN, NUMBER, OUT, AND) IN(1, 1, 2, 2, 1, 2) AND IN(2, 2, 3, 3, 1, 3) AND IN(3, 3, \
     2, 2, 1, 2) AND IN(4, 4, 3, 3, 1, 3)
 GAC_FORM(line_seen_from, 1_2_3_4, 1, PLAIN, PLAIN, NO)
-GAC_KERNEL_AND_FORMS(line_seen_from, BUSY, NO, GAC_USE(line_seen_from, 0_1_2_3, DIRECT, 15, 2, 5),
-    GAC_USE(line_seen_from, 0_1_2_4, DIRECT, 23, 2, 8), GAC_USE(line_seen_from, 0_2_3_4, DIRECT, 29, 2, 8),
+GAC_KERNEL_AND_FORMS(line_seen_from, BUSY, NO, GAC_USE(line_seen_from, 0_1_2_3, DIRECT, 15, 2, 3),
+    GAC_USE(line_seen_from, 0_1_2_4, DIRECT, 23, 2, 9), GAC_USE(line_seen_from, 0_2_3_4, DIRECT, 29, 2, 9),
     GAC_USE(line_seen_from, 1_2_3_4, NO, 30, 2, 6))
 
 static INLINE void NAME(changed_line_within)(const REAL *line, const REAL *middle, const REAL *change, REAL *out,

@@ -2,7 +2,7 @@
 // command: gac generate --all line_maps
 // spec: f192e5959920e0f9
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: ebb0af7bea7ce54a09bcfb776718d1070c846a4fe7e7a98671a3d4f8d1cfeb65
+// body: 7c4dfc382d96cb93adab08605f73abed36de009ff1b84894b45af385bd9e4a44
 /* line_maps
    Maps of line segments and graphs of poses in the plane, by lines and motors of G(2,0,1).
    
@@ -75,16 +75,16 @@ void line_maps_edge_of_poses_loop_f32(char **args, const intptr_t *dimensions, c
      out_0[2]  SCALAR.
      out_1[3]  SCALAR.
    Assumes ``line ~line = 1``, ``other ~other = 1``.
-   Costs 15 mul, 10 add, 1 call.
-   If `line` and `middle` and `other` and `other_middle` are the same for 2 or more elements: 12 mul, 7 add, 1
-   call once, then 3 mul, 3 add for each element.
-   If `line` and `middle` and `other` and `covariance` are the same for 2 or more elements: 8 mul, 5 add, 1 call
-   once, then 7 mul, 5 add for each element.
-   If `line` and `other` and `other_middle` and `covariance` are the same for 2 or more elements: 6 mul, 3 add, 1
-   call once, then 9 mul, 7 add for each element.
-   If `middle` and `other` and `other_middle` and `covariance` are the same for 2 or more elements: 11 mul, 8 add
+   Costs 10 mul, 10 add, 1 call.
+   If `line` and `middle` and `other` and `other_middle` are the same for 2 or more elements: 8 mul, 7 add, 1
+   call once, then 2 mul, 3 add for each element.
+   If `line` and `middle` and `other` and `covariance` are the same for 2 or more elements: 6 mul, 4 add, 1 call
+   once, then 4 mul, 6 add for each element.
+   If `line` and `other` and `other_middle` and `covariance` are the same for 2 or more elements: 4 mul, 2 add, 1
+   call once, then 6 mul, 8 add for each element.
+   If `middle` and `other` and `other_middle` and `covariance` are the same for 2 or more elements: 6 mul, 8 add
    once, then 4 mul, 2 add, 1 call for each element.
-   Error: 3.7 ulp of the largest coefficient, 64 random inputs. */
+   Error: 2.7 ulp of the largest coefficient, 64 random inputs. */
 void line_maps_line_seen_from_f64(const double *line, const double *middle, const double *other, const double
     *other_middle, const double *covariance, double *out_0, double *out_1);
 void line_maps_line_seen_from_f32(const float *line, const float *middle, const float *other, const float

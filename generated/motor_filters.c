@@ -2,7 +2,7 @@
 // command: gac generate --all motor_filters
 // spec: 3dfd76bdacff3b34
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 895bfcaecd81ac6c5a731e5e6f1b84fda4605a8233b0e9e004412a1a958b245e
+// body: 28d25d05d9a71d9ea547cbd0624b3f8f5a7731707915c3fb12dc2da9aeea0b90
 
 #ifndef REAL
 #include "motor_filters.h"
@@ -4004,45 +4004,42 @@ static INLINE void NAME(information_of_points_3)(const REAL *motor, const REAL *
     const REAL each_model_e032 = each_model[0], each_model_e013 = each_model[1], each_model_e021 = each_model[2];
     const REAL t0 = motor_e03 + (motor_e13 * each_model_e032 + motor_e23 * each_model_e013);
     const REAL t1 = motor_e23 * each_model_e021 - motor_e12 * each_model_e032 - motor_e02;
-    const REAL t2 = motor_e01 - (motor_e12 * each_model_e013 + motor_e13 * each_model_e021);
-    const REAL t3 = (REAL)2 * (motor_e23 * motor_e0123 + motor_e13 * t0 - motor_e12 * t1 + motor_1 * t2);
-    const REAL t4 = each_model_e032 - t3;
-    const REAL t5 = ABS(t4);
-    const REAL t6 = (REAL)2 * (motor_e13 * motor_e0123 - motor_e23 * t0 + motor_1 * t1 + motor_e12 * t2);
-    const REAL t7 = each_model_e013 + t6;
-    const REAL t8 = ABS(t7);
-    const REAL t9 = (REAL)2 * (motor_e12 * motor_e0123 + motor_1 * t0 + motor_e23 * t1 - motor_e13 * t2);
-    const REAL t10 = t9 - each_model_e021;
-    const REAL t11 = ABS(-t10);
-    const REAL t12 = (REAL)9.332636185032189e-302 * (t11 + (t8 + (t5 + (t5 + t8 + t11))));
-    const REAL t13 = SELECT(LESS_EQUAL(t12, (REAL)1.152921504606847e+18), common, (REAL)0);
-    const REAL t14 = t7 * t13;
-    const REAL t15 = t7 * t14;
-    const REAL t16 = t4 * t13;
-    const REAL t17 = t4 * t16;
-    const REAL t18 = t10 * t13;
-    const REAL t19 = t10 * t18;
-    sum_out[0] = sum_0 + (t15 + t17);
-    sum_out[1] = sum_1 - t10 * t14;
-    sum_out[2] = sum_2 + t10 * t16;
-    sum_out[3] = sum_3 - t14;
-    sum_out[4] = sum_4 + t16;
+    const REAL t2 = motor_e01 - motor_e12 * each_model_e013 - motor_e13 * each_model_e021;
+    const REAL t3 = (REAL)2 * (motor_1 * t0 + motor_e12 * motor_e0123 + motor_e23 * t1 - motor_e13 * t2);
+    const REAL t4 = t3 - each_model_e021;
+    const REAL t5 = (motor_1 * t1 + motor_e12 * t2 + motor_e13 * motor_e0123 - motor_e23 * t0) * (REAL)2;
+    const REAL t6 = each_model_e013 + t5;
+    const REAL t7 = (REAL)2 * (motor_1 * t2 + motor_e13 * t0 + motor_e23 * motor_e0123 - motor_e12 * t1);
+    const REAL t8 = t7 - each_model_e032;
+    const REAL t9 = (REAL)1.8665272370064378e-301 * (ABS(t6) + ABS(-t4) + ABS(-t8));
+    const REAL t10 = SELECT(LESS_EQUAL(t9, (REAL)1.152921504606847e+18), common, (REAL)0);
+    const REAL t11 = t6 * t10;
+    const REAL t12 = t6 * t11;
+    const REAL t13 = t8 * t10;
+    const REAL t14 = t8 * t13;
+    const REAL t15 = t4 * t10;
+    const REAL t16 = t4 * t15;
+    sum_out[0] = sum_0 + t12 + t14;
+    sum_out[1] = sum_1 - t6 * t15;
+    sum_out[2] = sum_2 - t8 * t15;
+    sum_out[3] = sum_3 - t11;
+    sum_out[4] = sum_4 - t13;
     sum_out[5] = sum_5;
-    sum_out[6] = sum_6 + (t17 + t19);
-    sum_out[7] = sum_7 + t7 * t16;
-    sum_out[8] = sum_8 + t18;
+    sum_out[6] = t14 + (sum_6 + t16);
+    sum_out[7] = sum_7 - t8 * t11;
+    sum_out[8] = sum_8 + t15;
     sum_out[9] = sum_9;
-    sum_out[10] = sum_10 + t16;
-    sum_out[11] = sum_11 + (t15 + t19);
+    sum_out[10] = sum_10 - t13;
+    sum_out[11] = t12 + (sum_11 + t16);
     sum_out[12] = sum_12;
-    sum_out[13] = sum_13 + t18;
-    sum_out[14] = sum_14 + t14;
-    sum_out[15] = sum_15 + t13;
+    sum_out[13] = sum_13 + t15;
+    sum_out[14] = sum_14 + t11;
+    sum_out[15] = sum_15 + t10;
     sum_out[16] = sum_16;
     sum_out[17] = sum_17;
-    sum_out[18] = sum_18 + t13;
+    sum_out[18] = sum_18 + t10;
     sum_out[19] = sum_19;
-    sum_out[20] = sum_20 + t13;
+    sum_out[20] = sum_20 + t10;
 }
 #define PARTS_information_of_points_3(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 21) AND IN(2, 3) \
     AND NUMBER(3, 0) AND OUT(4, 21)

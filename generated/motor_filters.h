@@ -2,7 +2,7 @@
 // command: gac generate --all motor_filters
 // spec: 3dfd76bdacff3b34
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 9879c511dfe41b8f09cf559b14b31cc6ef6bce295463cef968fcea9f323fadde
+// body: 39100a30fec39851d75918b0ae07fff762df462f486683f2c2faabc3edec940b
 /* motor_filters
    Filters that estimate a motor of G(3,0,1) from lines, points and planes.
    
@@ -258,8 +258,8 @@ int motor_filters_information_of_lines_rows_f32(const intptr_t *lengths, char **
      variances[2]  SCALAR.
      out[21]  SCALAR.
    Assumes ``motor ~motor = 1``.
-   Costs 0 mul, 0 add, 1 div once; 31 mul, 41 add, 5 choice for each of n.
-   Error: 1.3 ulp of the largest coefficient, 64 random inputs. */
+   Costs 0 mul, 0 add, 1 div once; 31 mul, 38 add, 5 choice for each of n.
+   Error: 1.4 ulp of the largest coefficient, 64 random inputs. */
 void motor_filters_information_of_points_f64(intptr_t n, const double *motor, const double *model, const double
     *variances, double *out, double *work);
 void motor_filters_information_of_points_f32(intptr_t n, const float *motor, const float *model, const float

@@ -2,7 +2,7 @@
 // command: gac generate --all navigation
 // spec: 455e2a2e9005c19a
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: f0c5f851cb7ed47abf0b2d128ada69157a846bbf8373be3fd55fba5a58d5643e
+// body: 43b5ddf21dfaf7cd17ffce49f324f5efac2ce48f79bb5ded06dd5eeb261473c5
 
 #ifndef REAL
 #include "navigation.h"
@@ -525,59 +525,45 @@ INLINE void NAME(stereo_point)(const REAL *image, const REAL *pair, const REAL *
     const REAL t7 = (REAL)1 / image_2;
     const REAL t8 = pair_3 * t7;
     const REAL t9 = image_0 - pair_1;
-    const REAL t10 = t8 * t9;
-    const REAL t11 = pose_1 * (REAL)2;
-    const REAL t12 = pose_e12 * t11;
-    const REAL t13 = pose_e13 * (REAL)2;
-    const REAL t14 = pose_e23 * t13;
-    const REAL t15 = t12 - t14;
-    const REAL t16 = image_1 - pair_2;
-    const REAL t17 = t8 * t16;
-    const REAL t18 = (REAL)2 * (pose_e12 * pose_e23);
-    const REAL t19 = pose_e13 * t11;
-    const REAL t20 = t18 + t19;
-    const REAL t21 = pair_0 * t8;
-    const REAL t22 = pose_e12 * (REAL)2;
-    const REAL t23 = t10 * t6 + t17 * t15 + t21 * t20 - pose_e01 * t11 - pose_e02 * t22;
-    const REAL t24 = pose_e23 * (REAL)2;
-    const REAL t25 = t2 + t5;
-    const REAL t26 = pose_e01 * t22 + pose_e0123 * t13 + t17 * t25 - pose_e02 * t11 - pose_e03 * t24;
-    const REAL t27 = t12 + t14;
-    const REAL t28 = pose_e12 * t13;
-    const REAL t29 = pose_e23 * t11;
-    const REAL t30 = t28 - t29;
-    const REAL t31 = t0 + t1 - (t3 + t4);
-    const REAL t32 = pose_e01 * t13 + pose_e02 * t24 + t21 * t31 - pose_e03 * t11 - pose_e0123 * t22;
-    const REAL t33 = t19 - t18;
-    const REAL t34 = t28 + t29;
-    const REAL t35 = t7 * t8;
-    const REAL t36 = t9 * t35;
-    const REAL t37 = t16 * t35;
-    const REAL t38 = pair_0 * t35;
-    const REAL t39 = t6 * t36 + t15 * t37 + t20 * t38;
-    const REAL t40 = variances_1 * t39;
-    const REAL t41 = t8 * t6;
-    const REAL t42 = variances_0 * t41;
-    const REAL t43 = t8 * t15;
-    const REAL t44 = variances_0 * t43;
-    const REAL t45 = t27 * t36 - t25 * t37 + t30 * t38;
-    const REAL t46 = t8 * t27;
-    const REAL t47 = t8 * t25;
-    const REAL t48 = t31 * t38 - (t33 * t36 + t34 * t37);
-    const REAL t49 = t8 * t33;
-    const REAL t50 = t8 * t34;
-    const REAL t51 = variances_1 * t45;
-    const REAL t52 = variances_0 * t47;
-    const REAL t53 = variances_0 * t46;
-    out_0[0] = t23 - pose_e03 * t13 - pose_e0123 * t24;
-    out_0[1] = t26 - t10 * t27 - t21 * t30;
-    out_0[2] = t32 - t10 * t33 - t17 * t34;
-    out_1[0] = t41 * t42 + t43 * t44 + t39 * t40;
-    out_1[1] = t44 * t47 - t42 * t46 - t40 * t45;
-    out_1[2] = t40 * t48 - (t42 * t49 + t44 * t50);
-    out_1[3] = t46 * t53 + t47 * t52 + t45 * t51;
-    out_1[4] = t49 * t53 - t50 * t52 - t48 * t51;
-    out_1[5] = t49 * (variances_0 * t49) + t50 * (variances_0 * t50) + t48 * (variances_1 * t48);
+    const REAL t10 = t8 * (REAL)2;
+    const REAL t11 = t10 * (pose_e12 * pose_e23);
+    const REAL t12 = pose_1 * t10;
+    const REAL t13 = pose_e13 * t12;
+    const REAL t14 = pose_e12 * t12;
+    const REAL t15 = t10 * (pose_e13 * pose_e23);
+    const REAL t16 = t14 - t15;
+    const REAL t17 = image_1 - pair_2;
+    const REAL t18 = t17 * t16 + (t8 * t9 * t6 + pair_0 * (t11 + t13));
+    const REAL t19 = pose_1 * (REAL)2;
+    const REAL t20 = pose_e12 * (REAL)2;
+    const REAL t21 = pose_e13 * (REAL)2;
+    const REAL t22 = pose_e23 * (REAL)2;
+    const REAL t23 = t2 + t5;
+    const REAL t24 = pose_e23 * t12;
+    const REAL t25 = t10 * (pose_e12 * pose_e13);
+    const REAL t26 = t14 + t15;
+    const REAL t27 = t17 * t8 * t23 + pair_0 * (t24 - t25) - t9 * t26;
+    const REAL t28 = t13 - t11;
+    const REAL t29 = t24 + t25;
+    const REAL t30 = t17 * t29 + (t9 * t28 - pair_0 * t8 * (t0 + t1 - (t3 + t4)));
+    const REAL t31 = t7 * t18;
+    const REAL t32 = t8 * t6;
+    const REAL t33 = t7 * t27;
+    const REAL t34 = variances_1 * t33;
+    const REAL t35 = t8 * t23;
+    const REAL t36 = t7 * t30;
+    const REAL t37 = variances_1 * t36;
+    const REAL t38 = variances_0 * t29;
+    const REAL t39 = variances_0 * t28;
+    out_0[0] = t18 - pose_e01 * t19 - pose_e02 * t20 - pose_e03 * t21 - pose_e0123 * t22;
+    out_0[1] = pose_e01 * t20 + pose_e0123 * t21 + t27 - pose_e02 * t19 - pose_e03 * t22;
+    out_0[2] = pose_e01 * t21 + pose_e02 * t22 - pose_e03 * t19 - pose_e0123 * t20 - t30;
+    out_1[0] = t31 * (variances_1 * t31) + variances_0 * (t32 * t32 + t16 * t16);
+    out_1[1] = t31 * t34 - variances_0 * (t26 * t32 - t16 * t35);
+    out_1[2] = -(t31 * t37 + (t32 * t39 + t16 * t38));
+    out_1[3] = variances_0 * (t26 * t26 + t35 * t35) + t33 * t34;
+    out_1[4] = -(t35 * t38 - t26 * t39 + t33 * t37);
+    out_1[5] = t28 * t39 + t29 * t38 + t36 * t37;
 }
 
 static INLINE void NAME(stereo_point_prepare_image_pair_pose)(const REAL *image, const REAL *pair, const REAL *pose,
@@ -597,47 +583,44 @@ static INLINE void NAME(stereo_point_prepare_image_pair_pose)(const REAL *image,
     const REAL t7 = (REAL)1 / image_2;
     const REAL t8 = pair_3 * t7;
     const REAL t9 = image_0 - pair_1;
-    const REAL t10 = t8 * t9;
-    const REAL t11 = pose_1 * (REAL)2;
-    const REAL t12 = pose_e12 * t11;
-    const REAL t13 = pose_e13 * (REAL)2;
-    const REAL t14 = pose_e23 * t13;
-    const REAL t15 = t12 - t14;
-    const REAL t16 = image_1 - pair_2;
-    const REAL t17 = t8 * t16;
-    const REAL t18 = (REAL)2 * (pose_e12 * pose_e23);
-    const REAL t19 = pose_e13 * t11;
-    const REAL t20 = t18 + t19;
-    const REAL t21 = pair_0 * t8;
-    const REAL t22 = pose_e12 * (REAL)2;
-    const REAL t23 = t10 * t6 + t17 * t15 + t21 * t20 - pose_e01 * t11 - pose_e02 * t22 - pose_e03 * t13;
-    const REAL t24 = pose_e23 * (REAL)2;
-    const REAL t25 = t2 + t5;
-    const REAL t26 = t12 + t14;
-    const REAL t27 = pose_e01 * t22 + pose_e0123 * t13 + t17 * t25 - pose_e02 * t11 - pose_e03 * t24 - t10 * t26;
-    const REAL t28 = pose_e12 * t13;
-    const REAL t29 = pose_e23 * t11;
-    const REAL t30 = t28 - t29;
-    const REAL t31 = t0 + t1 - (t3 + t4);
-    const REAL t32 = t19 - t18;
-    const REAL t33 = pose_e01 * t13 + pose_e02 * t24 + t21 * t31 - pose_e03 * t11 - pose_e0123 * t22 - t10 * t32;
-    const REAL t34 = t28 + t29;
-    const REAL t35 = t7 * t8;
-    const REAL t36 = t9 * t35;
-    const REAL t37 = t16 * t35;
-    const REAL t38 = pair_0 * t35;
-    prepared[0] = t6 * t36 + t15 * t37 + t20 * t38;
-    prepared[1] = t8 * t6;
-    prepared[2] = t8 * t15;
-    prepared[3] = t26 * t36 - t25 * t37 + t30 * t38;
-    prepared[4] = t8 * t26;
-    prepared[5] = t8 * t25;
-    prepared[6] = t31 * t38 - (t32 * t36 + t34 * t37);
-    prepared[7] = t8 * t32;
-    prepared[8] = t8 * t34;
-    prepared[9] = t23 - pose_e0123 * t24;
-    prepared[10] = t27 - t21 * t30;
-    prepared[11] = t33 - t17 * t34;
+    const REAL t10 = t8 * (REAL)2;
+    const REAL t11 = t10 * (pose_e12 * pose_e23);
+    const REAL t12 = pose_1 * t10;
+    const REAL t13 = pose_e13 * t12;
+    const REAL t14 = pose_e12 * t12;
+    const REAL t15 = t10 * (pose_e13 * pose_e23);
+    const REAL t16 = t14 - t15;
+    const REAL t17 = image_1 - pair_2;
+    const REAL t18 = t17 * t16 + (t8 * t9 * t6 + pair_0 * (t11 + t13));
+    const REAL t19 = pose_1 * (REAL)2;
+    const REAL t20 = pose_e12 * (REAL)2;
+    const REAL t21 = pose_e13 * (REAL)2;
+    const REAL t22 = pose_e23 * (REAL)2;
+    const REAL t23 = t2 + t5;
+    const REAL t24 = pose_e23 * t12;
+    const REAL t25 = t10 * (pose_e12 * pose_e13);
+    const REAL t26 = t14 + t15;
+    const REAL t27 = t17 * t8 * t23 + pair_0 * (t24 - t25) - t9 * t26;
+    const REAL t28 = t13 - t11;
+    const REAL t29 = t24 + t25;
+    const REAL t30 = t17 * t29 + (t9 * t28 - pair_0 * t8 * (t0 + t1 - (t3 + t4)));
+    const REAL t31 = t8 * t6;
+    const REAL t32 = t8 * t23;
+    prepared[0] = t7 * t18;
+    prepared[1] = t31 * t31 + t16 * t16;
+    prepared[2] = t7 * t27;
+    prepared[3] = t26 * t31 - t16 * t32;
+    prepared[4] = t7 * t30;
+    prepared[5] = t29;
+    prepared[6] = t16;
+    prepared[7] = t28;
+    prepared[8] = t31;
+    prepared[9] = t26 * t26 + t32 * t32;
+    prepared[10] = t26;
+    prepared[11] = t32;
+    prepared[12] = t18 - pose_e01 * t19 - pose_e02 * t20 - pose_e03 * t21 - pose_e0123 * t22;
+    prepared[13] = pose_e01 * t20 + pose_e0123 * t21 + t27 - pose_e02 * t19 - pose_e03 * t22;
+    prepared[14] = pose_e01 * t21 + pose_e02 * t22 - pose_e03 * t19 - pose_e0123 * t20 - t30;
 }
 
 static INLINE void NAME(stereo_point_apply_image_pair_pose)(const REAL *prepared, const REAL *variances, REAL
@@ -645,23 +628,21 @@ static INLINE void NAME(stereo_point_apply_image_pair_pose)(const REAL *prepared
 {
     const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2], c3 = prepared[3], c4 = prepared[4],
         c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8], c9 = prepared[9],
-        c10 = prepared[10], c11 = prepared[11];
+        c10 = prepared[10], c11 = prepared[11], c12 = prepared[12], c13 = prepared[13], c14 = prepared[14];
     const REAL variances_0 = variances[0], variances_1 = variances[1];
-    const REAL t0 = variances_1 * c0;
-    const REAL t1 = variances_0 * c1;
-    const REAL t2 = variances_0 * c2;
-    const REAL t3 = variances_1 * c3;
-    const REAL t4 = variances_0 * c5;
-    const REAL t5 = variances_0 * c4;
-    out_0[0] = c9;
-    out_0[1] = c10;
-    out_0[2] = c11;
-    out_1[0] = c1 * t1 + c2 * t2 + c0 * t0;
-    out_1[1] = t2 * c5 - t1 * c4 - t0 * c3;
-    out_1[2] = t0 * c6 - (t1 * c7 + t2 * c8);
-    out_1[3] = c4 * t5 + c5 * t4 + c3 * t3;
-    out_1[4] = c7 * t5 - c8 * t4 - c6 * t3;
-    out_1[5] = c7 * (variances_0 * c7) + c8 * (variances_0 * c8) + c6 * (variances_1 * c6);
+    const REAL t0 = variances_1 * c2;
+    const REAL t1 = variances_1 * c4;
+    const REAL t2 = variances_0 * c5;
+    const REAL t3 = variances_0 * c7;
+    out_0[0] = c12;
+    out_0[1] = c13;
+    out_0[2] = c14;
+    out_1[0] = c0 * (variances_1 * c0) + variances_0 * c1;
+    out_1[1] = c0 * t0 - variances_0 * c3;
+    out_1[2] = -(c0 * t1 + (c8 * t3 + c6 * t2));
+    out_1[3] = variances_0 * c9 + c2 * t0;
+    out_1[4] = -(c11 * t2 - c10 * t3 + c2 * t1);
+    out_1[5] = c7 * t3 + c5 * t2 + c4 * t1;
 }
 
 static INLINE void NAME(stereo_point_prepare_image_pose_variances)(const REAL *image, const REAL *pose, const REAL
@@ -678,39 +659,32 @@ static INLINE void NAME(stereo_point_prepare_image_pose_variances)(const REAL *i
     const REAL t4 = pose_e23 * pose_e23;
     const REAL t5 = t3 - t4;
     const REAL t6 = pose_1 * (REAL)2;
-    const REAL t7 = pose_e12 * t6;
+    const REAL t7 = pose_e12 * (REAL)2;
     const REAL t8 = pose_e13 * (REAL)2;
-    const REAL t9 = pose_e23 * t8;
-    const REAL t10 = (REAL)2 * (pose_e12 * pose_e23);
-    const REAL t11 = pose_e13 * t6;
-    const REAL t12 = pose_e12 * (REAL)2;
-    const REAL t13 = pose_e23 * (REAL)2;
-    const REAL t14 = pose_e12 * t8;
-    const REAL t15 = pose_e23 * t6;
+    const REAL t9 = pose_e23 * (REAL)2;
     prepared[0] = (REAL)1 / image_2;
     prepared[1] = image_0;
     prepared[2] = t2 - t5;
-    prepared[3] = image_1;
-    prepared[4] = t7 - t9;
-    prepared[5] = t10 + t11;
-    prepared[6] = pose_e01 * t6;
-    prepared[7] = pose_e02 * t12;
-    prepared[8] = pose_e03 * t8;
-    prepared[9] = pose_e0123 * t13;
-    prepared[10] = t2 + t5;
-    prepared[11] = pose_e01 * t12 + pose_e0123 * t8;
-    prepared[12] = pose_e02 * t6;
-    prepared[13] = pose_e03 * t13;
-    prepared[14] = t7 + t9;
-    prepared[15] = t14 - t15;
-    prepared[16] = t0 + t1 - (t3 + t4);
-    prepared[17] = pose_e01 * t8 + pose_e02 * t13;
-    prepared[18] = pose_e03 * t6;
-    prepared[19] = pose_e0123 * t12;
-    prepared[20] = t11 - t10;
-    prepared[21] = t14 + t15;
-    prepared[22] = variances_1;
-    prepared[23] = variances_0;
+    prepared[3] = pose_e12 * pose_e23;
+    prepared[4] = pose_1;
+    prepared[5] = pose_e13;
+    prepared[6] = pose_e12;
+    prepared[7] = pose_e13 * pose_e23;
+    prepared[8] = image_1;
+    prepared[9] = pose_e01 * t6;
+    prepared[10] = pose_e02 * t7;
+    prepared[11] = pose_e03 * t8;
+    prepared[12] = pose_e0123 * t9;
+    prepared[13] = t2 + t5;
+    prepared[14] = pose_e23;
+    prepared[15] = pose_e12 * pose_e13;
+    prepared[16] = pose_e01 * t7 + pose_e0123 * t8;
+    prepared[17] = pose_e02 * t6;
+    prepared[18] = pose_e03 * t9;
+    prepared[19] = t0 + t1 - (t3 + t4);
+    prepared[20] = pose_e01 * t8 + pose_e02 * t9 - pose_e03 * t6 - pose_e0123 * t7;
+    prepared[21] = variances_1;
+    prepared[22] = variances_0;
 }
 
 static INLINE void NAME(stereo_point_apply_image_pose_variances)(const REAL *prepared, const REAL *pair, REAL
@@ -720,42 +694,44 @@ static INLINE void NAME(stereo_point_apply_image_pose_variances)(const REAL *pre
         c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8], c9 = prepared[9],
         c10 = prepared[10], c11 = prepared[11], c12 = prepared[12], c13 = prepared[13], c14 = prepared[14],
         c15 = prepared[15], c16 = prepared[16], c17 = prepared[17], c18 = prepared[18], c19 = prepared[19],
-        c20 = prepared[20], c21 = prepared[21], c22 = prepared[22], c23 = prepared[23];
+        c20 = prepared[20], c21 = prepared[21], c22 = prepared[22];
     const REAL pair_0 = pair[0], pair_1 = pair[1], pair_2 = pair[2], pair_3 = pair[3];
     const REAL t0 = pair_3 * c0;
     const REAL t1 = c1 - pair_1;
-    const REAL t2 = t0 * t1;
-    const REAL t3 = c3 - pair_2;
-    const REAL t4 = t0 * t3;
-    const REAL t5 = pair_0 * t0;
-    const REAL t6 = c0 * t0;
-    const REAL t7 = t1 * t6;
-    const REAL t8 = t3 * t6;
-    const REAL t9 = pair_0 * t6;
-    const REAL t10 = c2 * t7 + c4 * t8 + c5 * t9;
-    const REAL t11 = c22 * t10;
-    const REAL t12 = t0 * c2;
-    const REAL t13 = c23 * t12;
-    const REAL t14 = t0 * c4;
-    const REAL t15 = c23 * t14;
-    const REAL t16 = c14 * t7 - c10 * t8 + c15 * t9;
-    const REAL t17 = t0 * c14;
-    const REAL t18 = t0 * c10;
-    const REAL t19 = c16 * t9 - (c20 * t7 + c21 * t8);
-    const REAL t20 = t0 * c20;
-    const REAL t21 = t0 * c21;
-    const REAL t22 = c22 * t16;
-    const REAL t23 = c23 * t18;
-    const REAL t24 = c23 * t17;
-    out_0[0] = t2 * c2 + t4 * c4 + t5 * c5 - c6 - c7 - c8 - c9;
-    out_0[1] = c11 + t4 * c10 - c12 - c13 - t2 * c14 - t5 * c15;
-    out_0[2] = c17 + t5 * c16 - c18 - c19 - t2 * c20 - t4 * c21;
-    out_1[0] = t12 * t13 + t14 * t15 + t10 * t11;
-    out_1[1] = t15 * t18 - t13 * t17 - t11 * t16;
-    out_1[2] = t11 * t19 - (t13 * t20 + t15 * t21);
-    out_1[3] = t17 * t24 + t18 * t23 + t16 * t22;
-    out_1[4] = t20 * t24 - t21 * t23 - t19 * t22;
-    out_1[5] = t20 * (c23 * t20) + t21 * (c23 * t21) + t19 * (c22 * t19);
+    const REAL t2 = t0 * (REAL)2;
+    const REAL t3 = t2 * c3;
+    const REAL t4 = c4 * t2;
+    const REAL t5 = c5 * t4;
+    const REAL t6 = c6 * t4;
+    const REAL t7 = t2 * c7;
+    const REAL t8 = t6 - t7;
+    const REAL t9 = c8 - pair_2;
+    const REAL t10 = t9 * t8 + (t0 * t1 * c2 + pair_0 * (t3 + t5));
+    const REAL t11 = c14 * t4;
+    const REAL t12 = t2 * c15;
+    const REAL t13 = t6 + t7;
+    const REAL t14 = t9 * t0 * c13 + pair_0 * (t11 - t12) - t1 * t13;
+    const REAL t15 = t5 - t3;
+    const REAL t16 = t11 + t12;
+    const REAL t17 = t9 * t16 + (t1 * t15 - pair_0 * t0 * c19);
+    const REAL t18 = c0 * t10;
+    const REAL t19 = t0 * c2;
+    const REAL t20 = c0 * t14;
+    const REAL t21 = c21 * t20;
+    const REAL t22 = t0 * c13;
+    const REAL t23 = c0 * t17;
+    const REAL t24 = c21 * t23;
+    const REAL t25 = c22 * t16;
+    const REAL t26 = c22 * t15;
+    out_0[0] = t10 - c9 - c10 - c11 - c12;
+    out_0[1] = c16 + t14 - c17 - c18;
+    out_0[2] = c20 - t17;
+    out_1[0] = t18 * (c21 * t18) + c22 * (t19 * t19 + t8 * t8);
+    out_1[1] = t18 * t21 - c22 * (t13 * t19 - t8 * t22);
+    out_1[2] = -(t18 * t24 + (t19 * t26 + t8 * t25));
+    out_1[3] = c22 * (t13 * t13 + t22 * t22) + t20 * t21;
+    out_1[4] = -(t22 * t25 - t13 * t26 + t20 * t24);
+    out_1[5] = t15 * t26 + t16 * t25 + t23 * t24;
 }
 
 static INLINE void NAME(stereo_point_prepare_pair_pose_variances)(const REAL *pair, const REAL *pose, const REAL
@@ -772,40 +748,33 @@ static INLINE void NAME(stereo_point_prepare_pair_pose_variances)(const REAL *pa
     const REAL t4 = pose_e23 * pose_e23;
     const REAL t5 = t3 - t4;
     const REAL t6 = pose_1 * (REAL)2;
-    const REAL t7 = pose_e12 * t6;
+    const REAL t7 = pose_e12 * (REAL)2;
     const REAL t8 = pose_e13 * (REAL)2;
-    const REAL t9 = pose_e23 * t8;
-    const REAL t10 = (REAL)2 * (pose_e12 * pose_e23);
-    const REAL t11 = pose_e13 * t6;
-    const REAL t12 = pose_e12 * (REAL)2;
-    const REAL t13 = pose_e23 * (REAL)2;
-    const REAL t14 = pose_e12 * t8;
-    const REAL t15 = pose_e23 * t6;
+    const REAL t9 = pose_e23 * (REAL)2;
     prepared[0] = pair_3;
     prepared[1] = pair_1;
     prepared[2] = t2 - t5;
-    prepared[3] = pair_2;
-    prepared[4] = t7 - t9;
-    prepared[5] = pair_0;
-    prepared[6] = t10 + t11;
-    prepared[7] = pose_e01 * t6;
-    prepared[8] = pose_e02 * t12;
-    prepared[9] = pose_e03 * t8;
-    prepared[10] = pose_e0123 * t13;
-    prepared[11] = t2 + t5;
-    prepared[12] = pose_e01 * t12 + pose_e0123 * t8;
-    prepared[13] = pose_e02 * t6;
-    prepared[14] = pose_e03 * t13;
-    prepared[15] = t7 + t9;
-    prepared[16] = t14 - t15;
-    prepared[17] = t0 + t1 - (t3 + t4);
-    prepared[18] = pose_e01 * t8 + pose_e02 * t13;
-    prepared[19] = pose_e03 * t6;
-    prepared[20] = pose_e0123 * t12;
-    prepared[21] = t11 - t10;
-    prepared[22] = t14 + t15;
-    prepared[23] = variances_1;
-    prepared[24] = variances_0;
+    prepared[3] = pose_e12 * pose_e23;
+    prepared[4] = pose_1;
+    prepared[5] = pose_e13;
+    prepared[6] = pair_0;
+    prepared[7] = pose_e12;
+    prepared[8] = pose_e13 * pose_e23;
+    prepared[9] = pair_2;
+    prepared[10] = pose_e01 * t6;
+    prepared[11] = pose_e02 * t7;
+    prepared[12] = pose_e03 * t8;
+    prepared[13] = pose_e0123 * t9;
+    prepared[14] = t2 + t5;
+    prepared[15] = pose_e23;
+    prepared[16] = pose_e12 * pose_e13;
+    prepared[17] = pose_e01 * t7 + pose_e0123 * t8;
+    prepared[18] = pose_e02 * t6;
+    prepared[19] = pose_e03 * t9;
+    prepared[20] = t0 + t1 - (t3 + t4);
+    prepared[21] = pose_e01 * t8 + pose_e02 * t9 - pose_e03 * t6 - pose_e0123 * t7;
+    prepared[22] = variances_1;
+    prepared[23] = variances_0;
 }
 
 static INLINE void NAME(stereo_point_apply_pair_pose_variances)(const REAL *prepared, const REAL *image, REAL
@@ -815,43 +784,45 @@ static INLINE void NAME(stereo_point_apply_pair_pose_variances)(const REAL *prep
         c5 = prepared[5], c6 = prepared[6], c7 = prepared[7], c8 = prepared[8], c9 = prepared[9],
         c10 = prepared[10], c11 = prepared[11], c12 = prepared[12], c13 = prepared[13], c14 = prepared[14],
         c15 = prepared[15], c16 = prepared[16], c17 = prepared[17], c18 = prepared[18], c19 = prepared[19],
-        c20 = prepared[20], c21 = prepared[21], c22 = prepared[22], c23 = prepared[23], c24 = prepared[24];
+        c20 = prepared[20], c21 = prepared[21], c22 = prepared[22], c23 = prepared[23];
     const REAL image_0 = image[0], image_1 = image[1], image_2 = image[2];
     const REAL t0 = (REAL)1 / image_2;
     const REAL t1 = c0 * t0;
     const REAL t2 = image_0 - c1;
-    const REAL t3 = t1 * t2;
-    const REAL t4 = image_1 - c3;
-    const REAL t5 = t1 * t4;
-    const REAL t6 = c5 * t1;
-    const REAL t7 = t0 * t1;
-    const REAL t8 = t2 * t7;
-    const REAL t9 = t4 * t7;
-    const REAL t10 = c5 * t7;
-    const REAL t11 = c2 * t8 + c4 * t9 + c6 * t10;
-    const REAL t12 = c23 * t11;
-    const REAL t13 = t1 * c2;
-    const REAL t14 = c24 * t13;
-    const REAL t15 = t1 * c4;
-    const REAL t16 = c24 * t15;
-    const REAL t17 = c15 * t8 - c11 * t9 + c16 * t10;
-    const REAL t18 = t1 * c15;
-    const REAL t19 = t1 * c11;
-    const REAL t20 = c17 * t10 - (c21 * t8 + c22 * t9);
-    const REAL t21 = t1 * c21;
-    const REAL t22 = t1 * c22;
-    const REAL t23 = c23 * t17;
-    const REAL t24 = c24 * t19;
-    const REAL t25 = c24 * t18;
-    out_0[0] = t3 * c2 + t5 * c4 + t6 * c6 - c7 - c8 - c9 - c10;
-    out_0[1] = c12 + t5 * c11 - c13 - c14 - t3 * c15 - t6 * c16;
-    out_0[2] = c18 + t6 * c17 - c19 - c20 - t3 * c21 - t5 * c22;
-    out_1[0] = t13 * t14 + t15 * t16 + t11 * t12;
-    out_1[1] = t16 * t19 - t14 * t18 - t12 * t17;
-    out_1[2] = t12 * t20 - (t14 * t21 + t16 * t22);
-    out_1[3] = t18 * t25 + t19 * t24 + t17 * t23;
-    out_1[4] = t21 * t25 - t22 * t24 - t20 * t23;
-    out_1[5] = t21 * (c24 * t21) + t22 * (c24 * t22) + t20 * (c23 * t20);
+    const REAL t3 = t1 * (REAL)2;
+    const REAL t4 = t3 * c3;
+    const REAL t5 = c4 * t3;
+    const REAL t6 = c5 * t5;
+    const REAL t7 = c7 * t5;
+    const REAL t8 = t3 * c8;
+    const REAL t9 = t7 - t8;
+    const REAL t10 = image_1 - c9;
+    const REAL t11 = t10 * t9 + (t1 * t2 * c2 + c6 * (t4 + t6));
+    const REAL t12 = c15 * t5;
+    const REAL t13 = t3 * c16;
+    const REAL t14 = t7 + t8;
+    const REAL t15 = t10 * t1 * c14 + c6 * (t12 - t13) - t2 * t14;
+    const REAL t16 = t6 - t4;
+    const REAL t17 = t12 + t13;
+    const REAL t18 = t10 * t17 + (t2 * t16 - c6 * t1 * c20);
+    const REAL t19 = t0 * t11;
+    const REAL t20 = t1 * c2;
+    const REAL t21 = t0 * t15;
+    const REAL t22 = c22 * t21;
+    const REAL t23 = t1 * c14;
+    const REAL t24 = t0 * t18;
+    const REAL t25 = c22 * t24;
+    const REAL t26 = c23 * t17;
+    const REAL t27 = c23 * t16;
+    out_0[0] = t11 - c10 - c11 - c12 - c13;
+    out_0[1] = c17 + t15 - c18 - c19;
+    out_0[2] = c21 - t18;
+    out_1[0] = t19 * (c22 * t19) + c23 * (t20 * t20 + t9 * t9);
+    out_1[1] = t19 * t22 - c23 * (t14 * t20 - t9 * t23);
+    out_1[2] = -(t19 * t25 + (t20 * t27 + t9 * t26));
+    out_1[3] = c23 * (t14 * t14 + t23 * t23) + t21 * t22;
+    out_1[4] = -(t23 * t26 - t14 * t27 + t21 * t25);
+    out_1[5] = t16 * t27 + t17 * t26 + t24 * t25;
 }
 
 #define PARTS_stereo_point(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 4, 4, 1, 4) AND IN(2, 2, 8, 8, 1, \
@@ -865,15 +836,15 @@ GAC_FORM(stereo_point, image_pair_pose, 0, PLAIN, PLAIN, TILES)
     AND OUT(5, 5, 6, 6, 1, 6)
 #define SAME_stereo_point_image_pose_variances(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(2, 2, 8, 8, 1, 8) \
     AND IN(3, 3, 2, 2, 1, 2)
-GAC_FORM(stereo_point, image_pose_variances, 0, PLAIN, PLAIN, NO)
+GAC_FORM(stereo_point, image_pose_variances, 0, PLAIN, PLAIN, TILES)
 #define PARTS_stereo_point_pair_pose_variances(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(4, 4, 3, 3, 1, 3) \
     AND OUT(5, 5, 6, 6, 1, 6)
 #define SAME_stereo_point_pair_pose_variances(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4) AND IN(2, 2, 8, 8, 1, 8) \
     AND IN(3, 3, 2, 2, 1, 2)
 GAC_FORM(stereo_point, pair_pose_variances, 1, PLAIN, PLAIN, NO)
-GAC_KERNEL_AND_FORMS(stereo_point, PLAIN, TILES, GAC_USE(stereo_point, image_pair_pose, TILES, 7, 2, 12),
-    GAC_USE(stereo_point, image_pose_variances, NO, 13, 2, 24), GAC_USE(stereo_point, pair_pose_variances, NO, 14,
-    2, 25))
+GAC_KERNEL_AND_FORMS(stereo_point, PLAIN, TILES, GAC_USE(stereo_point, image_pair_pose, TILES, 7, 2, 15),
+    GAC_USE(stereo_point, image_pose_variances, TILES, 13, 2, 23), GAC_USE(stereo_point, pair_pose_variances, NO,
+    14, 2, 24))
 
 #define TABLES_cast_ray(LENGTH, IN, NUMBER, SAME, INDEX, OUT, AND) LENGTH(0, n) AND IN(0, origin, 2, 2, 1) \
     AND IN(1, direction, 2, 2, 1) AND SAME(2, starts, 2, 2, n) AND SAME(3, ends, 2, 2, n) \
@@ -1233,34 +1204,34 @@ static INLINE void NAME(update_pose_2)(const REAL *motor, const REAL *covariance
     const REAL t19 = COS(t14);
     const REAL t20 = t19 * t19;
     const REAL t21 = t20 + t18;
-    const REAL t22 = covariance_0 * t21;
-    const REAL t23 = (REAL)0.25 * t16;
-    const REAL t24 = t10 * t23;
-    const REAL t25 = (REAL)2 * t17;
-    const REAL t26 = t12 * t23;
-    const REAL t27 = (REAL)2 * t19;
-    const REAL t28 = t24 * t25 - t26 * t27;
-    const REAL t29 = covariance_1 * t21;
-    const REAL t30 = t18 - t20;
-    const REAL t31 = covariance_2 * t21;
-    const REAL t32 = t17 * t27;
-    const REAL t33 = t24 * t27 + t25 * t26;
-    const REAL t34 = covariance_2 * t32 - (covariance_0 * t28 + covariance_1 * t30);
-    const REAL t35 = covariance_4 * t32;
-    const REAL t36 = t35 - (covariance_1 * t28 + covariance_3 * t30);
-    const REAL t37 = covariance_4 * t30;
-    const REAL t38 = covariance_5 * t32 - (covariance_2 * t28 + t37);
-    const REAL t39 = t33 * (covariance_0 * t33 + covariance_1 * t32 + covariance_2 * t30);
-    const REAL t40 = t39 + t32 * (t37 + (covariance_1 * t33 + covariance_3 * t32));
+    const REAL t22 = t18 - t20;
+    const REAL t23 = (REAL)2 * t19;
+    const REAL t24 = t17 * t23;
+    const REAL t25 = covariance_1 * t22 - covariance_2 * t24;
+    const REAL t26 = (REAL)0.25 * t16;
+    const REAL t27 = t10 * t26;
+    const REAL t28 = (REAL)2 * t17;
+    const REAL t29 = t12 * t26;
+    const REAL t30 = t27 * t28 - t29 * t23;
+    const REAL t31 = covariance_0 * t30;
+    const REAL t32 = t31 + t25;
+    const REAL t33 = covariance_1 * t24 + covariance_2 * t22;
+    const REAL t34 = t27 * t23 + t28 * t29;
+    const REAL t35 = covariance_0 * t34;
+    const REAL t36 = covariance_5 * t24;
+    const REAL t37 = covariance_3 * t22;
+    const REAL t38 = covariance_4 * t24;
+    const REAL t39 = covariance_4 * t22;
+    const REAL t40 = t22 * (covariance_5 * t22) + t34 * (t35 + (REAL)2 * t33);
     carry[0] = -t8;
     carry[1] = t10;
     carry[2] = t12;
-    carry_2[0] = t21 * t22;
-    carry_2[1] = t32 * t31 - (t22 * t28 + t30 * t29);
-    carry_2[2] = -(t22 * t33 + t29 * t32 + t30 * t31);
-    carry_2[3] = t32 * t38 - (t28 * t34 + t30 * t36);
-    carry_2[4] = -(t33 * t34 + t32 * t36 + t30 * t38);
-    carry_2[5] = t40 + t30 * (t35 + covariance_2 * t33 + covariance_5 * t30);
+    carry_2[0] = t21 * (covariance_0 * t21);
+    carry_2[1] = -(t21 * t32);
+    carry_2[2] = -(t21 * (t35 + t33));
+    carry_2[3] = t24 * t36 + t30 * (t31 + (REAL)2 * t25) + t22 * (t37 - (REAL)2 * t38);
+    carry_2[4] = t30 * t33 + t32 * t34 + t24 * (t37 - t38) + t22 * (t39 - t36);
+    carry_2[5] = t40 + t24 * ((REAL)2 * t39 + covariance_3 * t24);
     carry_2_2[0] = (REAL)0;
     carry_3[0] = (REAL)0;
 }

@@ -2,7 +2,7 @@
 // command: gac generate --all navigation
 // spec: 455e2a2e9005c19a
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 5d111acdfa1e50eefa4efcf952898a62c23fde308b85e389d8da15be9508f435
+// body: f82d801c0efc2cc0bcad7a28611b512efe2f308a191948218a9a6c9c2fa505e9
 /* navigation
    Navigation in floor plans and line maps: rays, poses from lines, paths of lines and arcs, objects, stereo points.
    
@@ -144,14 +144,14 @@ void navigation_pursuit_curvature_loop_f32(char **args, const intptr_t *dimensio
      out_0[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
      out_1[6]  SCALAR.
    Assumes ``pose ~pose = 1``.
-   Costs 86 mul, 51 add, 1 div.
-   If `image` and `pair` and `pose` are the same for 2 or more elements: 59 mul, 39 add, 1 div once, then 27 mul,
-   12 add for each element.
-   If `image` and `pose` and `variances` are the same for 2 or more elements: 27 mul, 15 add, 1 div once, then 59
-   mul, 36 add for each element.
-   If `pair` and `pose` and `variances` are the same for 2 or more elements: 27 mul, 15 add once, then 59 mul, 36
+   Costs 75 mul, 45 add, 1 div.
+   If `image` and `pair` and `pose` are the same for 2 or more elements: 55 mul, 36 add, 1 div once, then 20 mul,
+   9 add for each element.
+   If `image` and `pose` and `variances` are the same for 2 or more elements: 23 mul, 11 add, 1 div once, then 52
+   mul, 34 add for each element.
+   If `pair` and `pose` and `variances` are the same for 2 or more elements: 23 mul, 11 add once, then 52 mul, 34
    add, 1 div for each element.
-   Error: 5.9 ulp of the largest coefficient, 64 random inputs. */
+   Error: 6.2 ulp of the largest coefficient, 64 random inputs. */
 void navigation_stereo_point_f64(const double *image, const double *pair, const double *pose, const double
     *variances, double *out_0, double *out_1);
 void navigation_stereo_point_f32(const float *image, const float *pair, const float *pose, const float *variances,
@@ -262,9 +262,9 @@ int navigation_associate_line_rows_f32(const intptr_t *lengths, char **args, con
      out_1[6]  SCALAR.
      out_2[3]  SCALAR.
    Assumes ``motor ~motor = 1``.
-   Costs 104 mul, 47 add, 4 div, 1 sqrt, 5 call, 15 choice for each of steps; 91 mul, 61 add, 5 div, 2 sqrt, 1
+   Costs 99 mul, 42 add, 4 div, 1 sqrt, 5 call, 15 choice for each of steps; 91 mul, 61 add, 5 div, 2 sqrt, 1
    call, 33 choice for each of steps * n.
-   Error: 3.3 ulp of the largest coefficient, 56 random inputs. */
+   Error: 3.4 ulp of the largest coefficient, 58 random inputs. */
 void navigation_update_pose_f64(intptr_t n, const double *motor, const double *covariance, const double *model,
     const double *spread, const double *seen, const double *noise, double gate, double *out_0, double *out_1, double
     *out_2, double *work);

@@ -2,7 +2,7 @@
 // command: gac generate --all object_poses
 // spec: 8bcaa39c4e930139
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 88aea61ee4fc5737aaf32b72f6e109380476d1e302184789c5305af4e0c6ee45
+// body: 8966e38ce251ece943cbf3123ef60efdc699826db8419e4e3ca72e6209fb66d0
 /* object_poses
    Poses of objects from their images: points, straight edges, and silhouettes of spheres, cylinders and circles.
    
@@ -217,9 +217,9 @@ int object_poses_refine_pose_rows_f32(const intptr_t *lengths, char **args, cons
      out_6[5]  SCALAR.
    Assumes ``m ~m = 1``.
    Costs 67 mul, 50 add for each of cameras; 18 mul, 18 add, 1 div, 1 sqrt, 5 choice for each of points; 79 mul,
-   54 add, 2 div, 2 sqrt, 5 choice for each of edges; 97 mul, 67 add, 3 div, 4 sqrt, 5 choice for each of balls;
+   54 add, 2 div, 2 sqrt, 5 choice for each of edges; 99 mul, 67 add, 3 div, 4 sqrt, 5 choice for each of balls;
    119 mul, 81 add, 3 div, 3 sqrt, 7 choice for each of tubes; 117 mul, 76 add, 3 div, 3 sqrt, 5 choice for each
-   of rims; 277 mul, 210 add, 6 div, 20 choice once.
+   of rims; 274 mul, 210 add, 6 div, 20 choice once.
    Error: 159.2 ulp of the largest coefficient, 15 random inputs. */
 void object_poses_judge_pose_f64(intptr_t cameras, intptr_t points, intptr_t edges, intptr_t balls, intptr_t tubes,
     intptr_t rims, const double *m, const double *cameras_, const double *points_, const double *points_pixels,

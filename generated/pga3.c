@@ -2,7 +2,7 @@
 // command: gac generate --all pga3
 // spec: 20ae328604af9aee
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: b742d3ccaa61892fe0ef5b2ee22452f12e6fc53ff2a70026a7475edc0215b163
+// body: c00592ebdf159f8b661015810d4933191725cff473f0c2cac3fea5ff8874154b
 
 #ifndef REAL
 #include "pga3.h"
@@ -4486,7 +4486,7 @@ GAC_KERNEL_AND_FORMS(rotor_from_axis_angle, TURNS, NO, GAC_USE(rotor_from_axis_a
 static INLINE void NAME(rotor_from_rotation_vector_within)(const REAL *v, REAL *out, WORD *far)
 {
     const REAL v_0 = v[0], v_1 = v[1], v_2 = v[2];
-    const REAL t0 = (v_2 * v_2 + (v_0 * v_0 + v_1 * v_1)) * (REAL)0.25;
+    const REAL t0 = (v_0 * v_0 + v_1 * v_1 + v_2 * v_2) * (REAL)0.25;
     const REAL t1 = LESS(t0, (REAL)1e-18);
     const REAL t2 = SQRT(SELECT(t1, (REAL)1, t0));
     const REAL t3 = COS(t2);
@@ -6175,7 +6175,7 @@ static INLINE void NAME(motor_from_screw_pitch_within)(const REAL *line, REAL an
     const REAL t3 = line_e12 * t2;
     const REAL t4 = line_e13 * t2;
     const REAL t5 = line_e23 * t2;
-    const REAL t6 = angle * pitch * (REAL)0.5;
+    const REAL t6 = pitch * t0;
     const REAL t7 = line_e23 * t6;
     const REAL t8 = line_e13 * t6;
     const REAL t9 = line_e12 * t6;
@@ -6183,10 +6183,10 @@ static INLINE void NAME(motor_from_screw_pitch_within)(const REAL *line, REAL an
     out[1] = -t3;
     out[2] = -t4;
     out[3] = -t5;
-    out[4] = -(line_e01 * t2 + t7 * t1 - t8 * t3 + t9 * t4);
-    out[5] = -(line_e02 * t2 - t7 * t3 - t8 * t1 + t9 * t5);
-    out[6] = -(line_e03 * t2 - t7 * t4 + t8 * t5 + t9 * t1);
-    out[7] = t7 * t5 + t8 * t4 + t9 * t3;
+    out[4] = t3 * t8 - (line_e01 * t2 + t1 * t7) - t4 * t9;
+    out[5] = t3 * t7 - line_e02 * t2 + t1 * t8 - t5 * t9;
+    out[6] = t4 * t7 - t5 * t8 - line_e03 * t2 - t1 * t9;
+    out[7] = t5 * t7 + t3 * t9 + t4 * t8;
 }
 
 FUSED(motor_from_screw_pitch, (const REAL *line, REAL angle, REAL pitch, REAL *out), (line, angle, pitch, out,
@@ -6976,115 +6976,18 @@ INLINE void NAME(rotation_form)(const REAL *a, const REAL *b, REAL *out)
 {
     const REAL a_e032 = a[0], a_e013 = a[1], a_e021 = a[2];
     const REAL b_e032 = b[0], b_e013 = b[1], b_e021 = b[2];
-    const REAL t0 = a_e032 + a_e032;
-    const REAL t1 = b_e032 * t0;
-    const REAL t2 = a_e013 + a_e013;
-    const REAL t3 = b_e013 * t2;
-    const REAL t4 = t1 + t3;
-    const REAL t5 = a_e021 + a_e021;
-    const REAL t6 = b_e021 * t5;
-    const REAL t7 = b_e032 * t2;
-    const REAL t8 = b_e013 * t0;
-    const REAL t9 = (REAL)0.5 * (t7 - t8);
-    const REAL t10 = b_e032 * t5;
-    const REAL t11 = b_e021 * t0;
-    const REAL t12 = (REAL)0.5 * (t10 - t11);
-    const REAL t13 = b_e013 * t5;
-    const REAL t14 = b_e021 * t2;
-    const REAL t15 = (REAL)0.5 * (t13 - t14);
-    const REAL t16 = -((REAL)0.5 * (t13 + t14));
-    const REAL t17 = (REAL)0.5 * (t10 + t11);
-    const REAL t18 = t3 - t1;
-    const REAL t19 = -((REAL)0.5 * (t7 + t8));
-    out[0] = (REAL)0.5 * (t4 + t6);
-    out[1] = t9;
-    out[2] = t12;
-    out[3] = t15;
-    out[4] = t9;
-    out[5] = (REAL)0.5 * (t6 - t4);
-    out[6] = t16;
-    out[7] = t17;
-    out[8] = t12;
-    out[9] = t16;
-    out[10] = (REAL)0.5 * (t18 - t6);
-    out[11] = t19;
-    out[12] = t15;
-    out[13] = t17;
-    out[14] = t19;
-    out[15] = -((REAL)0.5 * (t6 + t18));
-}
-
-static INLINE void NAME(rotation_form_prepare_a)(const REAL *a, REAL *prepared)
-{
-    const REAL a_e032 = a[0], a_e013 = a[1], a_e021 = a[2];
-    prepared[0] = a_e032;
-    prepared[1] = a_e013;
-    prepared[2] = a_e021;
-}
-
-static INLINE void NAME(rotation_form_apply_a)(const REAL *prepared, const REAL *b, REAL *out)
-{
-    const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2];
-    const REAL b_e032 = b[0], b_e013 = b[1], b_e021 = b[2];
-    const REAL t0 = c0 * b_e032;
-    const REAL t1 = c1 * b_e013;
+    const REAL t0 = a_e032 * b_e032;
+    const REAL t1 = a_e013 * b_e013;
     const REAL t2 = t0 + t1;
-    const REAL t3 = c2 * b_e021;
-    const REAL t4 = c0 * b_e013;
-    const REAL t5 = c1 * b_e032;
+    const REAL t3 = a_e021 * b_e021;
+    const REAL t4 = a_e032 * b_e013;
+    const REAL t5 = a_e013 * b_e032;
     const REAL t6 = t5 - t4;
-    const REAL t7 = c0 * b_e021;
-    const REAL t8 = c2 * b_e032;
+    const REAL t7 = a_e032 * b_e021;
+    const REAL t8 = a_e021 * b_e032;
     const REAL t9 = t8 - t7;
-    const REAL t10 = c1 * b_e021;
-    const REAL t11 = c2 * b_e013;
-    const REAL t12 = t11 - t10;
-    const REAL t13 = -(t10 + t11);
-    const REAL t14 = t7 + t8;
-    const REAL t15 = t0 - t1;
-    const REAL t16 = -(t4 + t5);
-    out[0] = t2 + t3;
-    out[1] = t6;
-    out[2] = t9;
-    out[3] = t12;
-    out[4] = t6;
-    out[5] = t3 - t2;
-    out[6] = t13;
-    out[7] = t14;
-    out[8] = t9;
-    out[9] = t13;
-    out[10] = -(t3 + t15);
-    out[11] = t16;
-    out[12] = t12;
-    out[13] = t14;
-    out[14] = t16;
-    out[15] = t15 - t3;
-}
-
-static INLINE void NAME(rotation_form_prepare_b)(const REAL *b, REAL *prepared)
-{
-    const REAL b_e032 = b[0], b_e013 = b[1], b_e021 = b[2];
-    prepared[0] = b_e032;
-    prepared[1] = b_e013;
-    prepared[2] = b_e021;
-}
-
-static INLINE void NAME(rotation_form_apply_b)(const REAL *prepared, const REAL *a, REAL *out)
-{
-    const REAL c0 = prepared[0], c1 = prepared[1], c2 = prepared[2];
-    const REAL a_e032 = a[0], a_e013 = a[1], a_e021 = a[2];
-    const REAL t0 = a_e032 * c0;
-    const REAL t1 = a_e013 * c1;
-    const REAL t2 = t0 + t1;
-    const REAL t3 = a_e021 * c2;
-    const REAL t4 = a_e032 * c1;
-    const REAL t5 = a_e013 * c0;
-    const REAL t6 = t5 - t4;
-    const REAL t7 = a_e032 * c2;
-    const REAL t8 = a_e021 * c0;
-    const REAL t9 = t8 - t7;
-    const REAL t10 = a_e013 * c2;
-    const REAL t11 = a_e021 * c1;
+    const REAL t10 = a_e013 * b_e021;
+    const REAL t11 = a_e021 * b_e013;
     const REAL t12 = t11 - t10;
     const REAL t13 = -(t10 + t11);
     const REAL t14 = t7 + t8;
@@ -7110,14 +7013,7 @@ static INLINE void NAME(rotation_form_apply_b)(const REAL *prepared, const REAL 
 
 #define PARTS_rotation_form(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 4x4, \
     16, 2, 4, 4)
-#define PARTS_rotation_form_a(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 4x4, 16, 2, 4, 4)
-#define SAME_rotation_form_a(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3)
-GAC_FORM(rotation_form, a, 0, PLAIN, PLAIN, TILES)
-#define PARTS_rotation_form_b(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(2, 2, 4x4, 16, 2, 4, 4)
-#define SAME_rotation_form_b(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3)
-GAC_FORM(rotation_form, b, 1, PLAIN, PLAIN, TILES)
-GAC_KERNEL_AND_FORMS(rotation_form, PLAIN, TILES, GAC_USE(rotation_form, a, TILES, 1, 2, 3), GAC_USE(rotation_form,
-    b, TILES, 2, 2, 3))
+GAC_KERNEL(rotation_form, PLAIN, TILES)
 
 static INLINE void NAME(rotor_from_euler_angles_within)(const REAL *a, const REAL *b, const REAL *c, const REAL
     *angles, REAL *out, WORD *far)
@@ -7980,27 +7876,30 @@ INLINE void NAME(inertial_wrench)(const REAL *inertia, const REAL *v, const REAL
         inertia_8 = inertia[8], inertia_9 = inertia[9];
     const REAL v_e12 = v[0], v_e13 = v[1], v_e23 = v[2], v_e01 = v[3], v_e02 = v[4], v_e03 = v[5];
     const REAL a_e12 = a[0], a_e13 = a[1], a_e23 = a[2], a_e01 = a[3], a_e02 = a[4], a_e03 = a[5];
-    const REAL t0 = inertia_0 * v_e02 + (inertia_1 * v_e12 - inertia_3 * v_e23);
-    const REAL t1 = inertia_0 * v_e01 - (inertia_3 * v_e13 + inertia_2 * v_e12);
-    const REAL t2 = inertia_0 * v_e03 + (inertia_2 * v_e23 + inertia_1 * v_e13);
-    const REAL t3 = inertia_5 * v_e23 - inertia_7 * v_e13 + inertia_8 * v_e12;
-    const REAL t4 = t3 + (inertia_3 * v_e01 - inertia_1 * v_e03);
-    const REAL t5 = inertia_6 * v_e23 - inertia_8 * v_e13 + inertia_9 * v_e12;
-    const REAL t6 = t5 + (inertia_1 * v_e02 - inertia_2 * v_e01);
-    const REAL t7 = v_e03 * t0 - v_e02 * t2 + v_e12 * t4 + v_e13 * t6;
-    const REAL t8 = inertia_4 * a_e23 - inertia_5 * a_e13 + inertia_6 * a_e12;
-    const REAL t9 = inertia_4 * v_e23 - inertia_5 * v_e13 + inertia_6 * v_e12;
-    const REAL t10 = t9 + (inertia_2 * v_e03 - inertia_3 * v_e02);
-    const REAL t11 = v_e01 * t2 - v_e03 * t1 - v_e12 * t10 + v_e23 * t6;
-    const REAL t12 = inertia_5 * a_e23 - inertia_7 * a_e13 + inertia_8 * a_e12;
-    const REAL t13 = v_e02 * t1 - v_e01 * t0 - v_e13 * t10 - v_e23 * t4;
-    const REAL t14 = inertia_6 * a_e23 - inertia_8 * a_e13 + inertia_9 * a_e12;
-    out[0] = inertia_0 * a_e03 + (inertia_2 * a_e23 + inertia_1 * a_e13) + (v_e23 * t0 + v_e13 * t1);
-    out[1] = v_e23 * t2 - v_e12 * t1 - (inertia_0 * a_e02 + (inertia_1 * a_e12 - inertia_3 * a_e23));
-    out[2] = inertia_0 * a_e01 - (inertia_3 * a_e13 + inertia_2 * a_e12) - (v_e13 * t2 + v_e12 * t0);
-    out[3] = t8 + (inertia_2 * a_e03 - inertia_3 * a_e02) - t7;
-    out[4] = t12 + (inertia_3 * a_e01 - inertia_1 * a_e03) - t11;
-    out[5] = t14 + (inertia_1 * a_e02 - inertia_2 * a_e01) - t13;
+    const REAL t0 = v_e13 * v_e01 + v_e23 * v_e02;
+    const REAL t1 = inertia_1 * v_e12 - inertia_3 * v_e23;
+    const REAL t2 = inertia_2 * v_e12 + inertia_3 * v_e13;
+    const REAL t3 = inertia_0 * a_e03 + inertia_1 * a_e13 + inertia_2 * a_e23;
+    const REAL t4 = inertia_1 * v_e13 + inertia_2 * v_e23;
+    const REAL t5 = v_e12 * v_e01 - v_e23 * v_e03;
+    const REAL t6 = inertia_3 * a_e23 + (v_e12 * t2 + v_e23 * t4 - inertia_0 * t5) - inertia_0 * a_e02;
+    const REAL t7 = v_e12 * v_e02 + v_e13 * v_e03;
+    const REAL t8 = inertia_0 * a_e01 - (inertia_0 * t7 + v_e12 * t1 + v_e13 * t4) - inertia_2 * a_e12;
+    const REAL t9 = inertia_5 * v_e23 + inertia_8 * v_e12 - v_e13 * (inertia_7 - inertia_9);
+    const REAL t10 = inertia_6 * v_e23 - inertia_8 * v_e13;
+    const REAL t11 = inertia_3 * t5 + v_e12 * t9 + v_e13 * t10 - inertia_2 * t0;
+    const REAL t12 = inertia_2 * a_e03 + inertia_4 * a_e23 + inertia_6 * a_e12 - inertia_3 * a_e02;
+    const REAL t13 = inertia_5 * v_e13 - inertia_6 * v_e12 - v_e23 * (inertia_4 - inertia_9);
+    const REAL t14 = inertia_1 * t0 + inertia_3 * t7 + v_e12 * t13 + v_e23 * t10;
+    const REAL t15 = inertia_3 * a_e01 + inertia_5 * a_e23 + inertia_8 * a_e12 - inertia_1 * a_e03;
+    const REAL t16 = v_e13 * t13 - inertia_1 * t5 - inertia_2 * t7 - v_e23 * t9;
+    const REAL t17 = inertia_1 * a_e02 + inertia_6 * a_e23 + inertia_9 * a_e12 - inertia_2 * a_e01;
+    out[0] = t3 + (inertia_0 * t0 + v_e23 * t1 - v_e13 * t2);
+    out[1] = t6 - inertia_1 * a_e12;
+    out[2] = t8 - inertia_3 * a_e13;
+    out[3] = t12 - inertia_5 * a_e13 - t11;
+    out[4] = t15 - inertia_7 * a_e13 - t14;
+    out[5] = t17 - inertia_8 * a_e13 - t16;
 }
 
 static INLINE void NAME(inertial_wrench_prepare_inertia_v)(const REAL *inertia, const REAL *v, REAL *prepared)
@@ -8015,9 +7914,9 @@ static INLINE void NAME(inertial_wrench_prepare_inertia_v)(const REAL *inertia, 
     const REAL t3 = inertia_1 * v_e13 + inertia_2 * v_e23;
     const REAL t4 = v_e12 * v_e01 - v_e23 * v_e03;
     const REAL t5 = v_e12 * v_e02 + v_e13 * v_e03;
-    const REAL t6 = inertia_8 * v_e12 + (inertia_5 * v_e23 - inertia_7 * v_e13);
-    const REAL t7 = inertia_9 * v_e12 + (inertia_6 * v_e23 - inertia_8 * v_e13);
-    const REAL t8 = inertia_6 * v_e12 + (inertia_4 * v_e23 - inertia_5 * v_e13);
+    const REAL t6 = inertia_5 * v_e23 + inertia_8 * v_e12 - v_e13 * (inertia_7 - inertia_9);
+    const REAL t7 = inertia_6 * v_e23 - inertia_8 * v_e13;
+    const REAL t8 = inertia_5 * v_e13 - inertia_6 * v_e12 - v_e23 * (inertia_4 - inertia_9);
     prepared[0] = inertia_0;
     prepared[1] = inertia_1;
     prepared[2] = inertia_2;
@@ -8027,13 +7926,13 @@ static INLINE void NAME(inertial_wrench_prepare_inertia_v)(const REAL *inertia, 
     prepared[6] = inertia_0 * t5 + v_e12 * t1 + v_e13 * t3;
     prepared[7] = inertia_4;
     prepared[8] = inertia_6;
-    prepared[9] = inertia_2 * t0 - inertia_3 * t4 - v_e12 * t6 - v_e13 * t7;
-    prepared[10] = inertia_5;
+    prepared[9] = inertia_5;
+    prepared[10] = inertia_3 * t4 + v_e12 * t6 + v_e13 * t7 - inertia_2 * t0;
     prepared[11] = inertia_8;
-    prepared[12] = v_e12 * t8 - inertia_1 * t0 - inertia_3 * t5 - v_e23 * t7;
-    prepared[13] = inertia_7;
+    prepared[12] = inertia_7;
+    prepared[13] = inertia_1 * t0 + inertia_3 * t5 + v_e12 * t8 + v_e23 * t7;
     prepared[14] = inertia_9;
-    prepared[15] = inertia_1 * t4 + inertia_2 * t5 + v_e13 * t8 + v_e23 * t6;
+    prepared[15] = v_e13 * t8 - inertia_1 * t4 - inertia_2 * t5 - v_e23 * t6;
 }
 
 static INLINE void NAME(inertial_wrench_apply_inertia_v)(const REAL *prepared, const REAL *a, REAL *out)
@@ -8046,9 +7945,9 @@ static INLINE void NAME(inertial_wrench_apply_inertia_v)(const REAL *prepared, c
     out[0] = c0 * a_e03 + c1 * a_e13 + c2 * a_e23 + c3;
     out[1] = c4 * a_e23 + c5 - c0 * a_e02 - c1 * a_e12;
     out[2] = c0 * a_e01 - c6 - c2 * a_e12 - c4 * a_e13;
-    out[3] = c2 * a_e03 + c7 * a_e23 + c8 * a_e12 + c9 - c4 * a_e02 - c10 * a_e13;
-    out[4] = c4 * a_e01 + c10 * a_e23 + c11 * a_e12 + c12 - c1 * a_e03 - c13 * a_e13;
-    out[5] = c1 * a_e02 + c8 * a_e23 + c14 * a_e12 + c15 - c2 * a_e01 - c11 * a_e13;
+    out[3] = c2 * a_e03 + c7 * a_e23 + c8 * a_e12 - c4 * a_e02 - c9 * a_e13 - c10;
+    out[4] = c4 * a_e01 + c9 * a_e23 + c11 * a_e12 - c1 * a_e03 - c12 * a_e13 - c13;
+    out[5] = c1 * a_e02 + c8 * a_e23 + c14 * a_e12 - c2 * a_e01 - c11 * a_e13 - c15;
 }
 
 static INLINE void NAME(inertial_wrench_prepare_v_a)(const REAL *v, const REAL *a, REAL *prepared)

@@ -2,7 +2,7 @@
 // command: gac generate --all projective2
 // spec: 111e6cdf5bd04a28
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 1e6a37736bbc2e402a555437f9a4bb68b4ea4a46241edca348c2d0025596156f
+// body: ebb021394d010d233952355c34b62b91227b2d3a77cfb266962470468e179db8
 
 #ifndef REAL
 #include "projective2.h"
@@ -411,28 +411,34 @@ INLINE void NAME(conic_from_points)(const REAL *points, REAL *out)
         points_1_e2 = points[4], points_1_e3 = points[5], points_2_e1 = points[6], points_2_e2 = points[7],
         points_2_e3 = points[8], points_3_e1 = points[9], points_3_e2 = points[10], points_3_e3 = points[11],
         points_4_e1 = points[12], points_4_e2 = points[13], points_4_e3 = points[14];
-    const REAL t0 = points_0_e1 * points_3_e2 - points_0_e2 * points_3_e1;
-    const REAL t1 = points_0_e1 * points_3_e3 - points_0_e3 * points_3_e1;
-    const REAL t2 = points_0_e2 * points_3_e3 - points_0_e3 * points_3_e2;
-    const REAL t3 = points_4_e3 * t0 - points_4_e2 * t1 + points_4_e1 * t2;
-    const REAL t4 = points_1_e1 * points_2_e2 - points_1_e2 * points_2_e1;
-    const REAL t5 = points_1_e1 * points_2_e3 - points_1_e3 * points_2_e1;
-    const REAL t6 = points_1_e2 * points_2_e3 - points_1_e3 * points_2_e2;
-    const REAL t7 = t3 * (points_4_e3 * t4 - points_4_e2 * t5 + points_4_e1 * t6);
+    const REAL t0 = points_0_e2 * points_3_e3 - points_0_e3 * points_3_e2;
+    const REAL t1 = points_0_e1 * points_3_e2 - points_0_e2 * points_3_e1;
+    const REAL t2 = points_0_e1 * points_3_e3 - points_0_e3 * points_3_e1;
+    const REAL t3 = points_4_e1 * t0 + points_4_e3 * t1 - points_4_e2 * t2;
+    const REAL t4 = points_1_e2 * points_2_e3 - points_1_e3 * points_2_e2;
+    const REAL t5 = points_1_e1 * points_2_e2 - points_1_e2 * points_2_e1;
+    const REAL t6 = points_1_e1 * points_2_e3 - points_1_e3 * points_2_e1;
+    const REAL t7 = t3 * (points_4_e1 * t4 + points_4_e3 * t5 - points_4_e2 * t6);
     const REAL t8 = points_0_e2 * points_2_e3 - points_0_e3 * points_2_e2;
-    const REAL t9 = points_1_e2 * points_3_e3 - points_1_e3 * points_3_e2;
-    const REAL t10 = points_0_e1 * points_2_e2 - points_0_e2 * points_2_e1;
-    const REAL t11 = points_0_e1 * points_2_e3 - points_0_e3 * points_2_e1;
-    const REAL t12 = points_4_e3 * t10 - points_4_e2 * t11 + points_4_e1 * t8;
-    const REAL t13 = points_1_e1 * points_3_e2 - points_1_e2 * points_3_e1;
-    const REAL t14 = points_1_e1 * points_3_e3 - points_1_e3 * points_3_e1;
-    const REAL t15 = t12 * (points_4_e3 * t13 - points_4_e2 * t14 + points_4_e1 * t9);
-    out[0] = t7 * t8 * t9 - t6 * (t2 * t15);
-    out[1] = t15 * (t2 * t5 + t1 * t6) - t7 * (t8 * t14 + t11 * t9);
-    out[2] = t14 * (t7 * t11) - t5 * (t1 * t15);
-    out[3] = t7 * (t8 * t13 + t10 * t9) - t15 * (t2 * t4 + t0 * t6);
-    out[4] = t15 * (t1 * t4 + t0 * t5) - t7 * (t11 * t13 + t10 * t14);
-    out[5] = t13 * (t7 * t10) - t4 * (t0 * t15);
+    const REAL t9 = t8 * t7;
+    const REAL t10 = points_1_e2 * points_3_e3 - points_1_e3 * points_3_e2;
+    const REAL t11 = points_0_e1 * points_2_e2 - points_0_e2 * points_2_e1;
+    const REAL t12 = points_0_e1 * points_2_e3 - points_0_e3 * points_2_e1;
+    const REAL t13 = points_4_e1 * t8 + points_4_e3 * t11 - points_4_e2 * t12;
+    const REAL t14 = points_1_e1 * points_3_e2 - points_1_e2 * points_3_e1;
+    const REAL t15 = points_1_e1 * points_3_e3 - points_1_e3 * points_3_e1;
+    const REAL t16 = t13 * (points_4_e1 * t10 + points_4_e3 * t14 - points_4_e2 * t15);
+    const REAL t17 = t0 * t16;
+    const REAL t18 = t2 * t16;
+    const REAL t19 = t7 * t12;
+    const REAL t20 = t7 * t11;
+    const REAL t21 = t1 * t16;
+    out[0] = t10 * t9 - t4 * t17;
+    out[1] = t6 * t17 + t4 * t18 - t9 * t15 - t10 * t19;
+    out[2] = t15 * t19 - t6 * t18;
+    out[3] = t9 * t14 + t10 * t20 - t5 * t17 - t4 * t21;
+    out[4] = t5 * t18 + t6 * t21 - t14 * t19 - t15 * t20;
+    out[5] = t14 * t20 - t5 * t21;
 }
 
 #define PARTS_conic_from_points(IN, NUMBER, OUT, AND) IN(0, 0, 5x3, 15, 2, 5, 3) AND OUT(1, 2, 6, 6, 1, 6)

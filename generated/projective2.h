@@ -2,7 +2,7 @@
 // command: gac generate --all projective2
 // spec: 111e6cdf5bd04a28
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 22120f1a06a57b680ad0a43333ced562f40496f5fc777758f8adbe78ab26d673
+// body: 829744a8fcc73ad34998b0ddbf852f73d439fe2f8e54a9e9c0a78a9d82412b28
 /* projective2
    The projective plane in the exterior algebra of homogeneous coordinates.
    
@@ -133,7 +133,7 @@ void projective2_unlikeness_loop_f32(char **args, const intptr_t *dimensions, co
    All six numbers are 0 if four points are collinear or two coincide; then the conic is not unique.
      points[15]  PROJECTIVE2.VECTOR: e1, e2, e3.
      out[6]  SCALAR.
-   Costs 68 mul, 32 add.
+   Costs 62 mul, 32 add.
    Error: 47.5 ulp of the largest coefficient, 64 random inputs. */
 void projective2_conic_from_points_f64(const double *points, double *out);
 void projective2_conic_from_points_f32(const float *points, float *out);

@@ -2,7 +2,7 @@
 // command: gac generate --all quaternion
 // spec: 7564a18ee907a33b
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 80af289fbf975ea51a8ee4b3d9b3365cb466f3d7a0ec47f3144d41e71bf4f0e0
+// body: 7d7dcb8577ad7dc08cf66be69bd55715cb370f901320fe306c041e644049a0ec
 
 #ifndef REAL
 #include "quaternion.h"
@@ -492,7 +492,7 @@ GAC_KERNEL_AND_FORMS(from_axis_angle, TURNS, NO, GAC_USE(from_axis_angle, angle,
 static INLINE void NAME(from_rotation_vector_within)(const REAL *v, REAL *out, WORD *far)
 {
     const REAL v_e1 = v[0], v_e2 = v[1], v_e3 = v[2];
-    const REAL t0 = (v_e3 * v_e3 + (v_e1 * v_e1 + v_e2 * v_e2)) * (REAL)0.25;
+    const REAL t0 = (v_e1 * v_e1 + v_e2 * v_e2 + v_e3 * v_e3) * (REAL)0.25;
     const REAL t1 = LESS(t0, (REAL)1e-18);
     const REAL t2 = SQRT(SELECT(t1, (REAL)1, t0));
     const REAL t3 = COS(t2);
@@ -755,7 +755,7 @@ GAC_KERNEL(angle_between, BUSY, NO)
 static INLINE void NAME(exponential_within)(const REAL *q, REAL *out, WORD *far)
 {
     const REAL q_1 = q[0], q_e32 = q[1], q_e13 = q[2], q_e21 = q[3];
-    const REAL t0 = q_e21 * q_e21 + (q_e32 * q_e32 + q_e13 * q_e13);
+    const REAL t0 = q_e32 * q_e32 + q_e13 * q_e13 + q_e21 * q_e21;
     const REAL t1 = LESS(t0, (REAL)1e-18);
     const REAL t2 = SQRT(SELECT(t1, (REAL)1, t0));
     const REAL t3 = COS(t2);

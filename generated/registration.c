@@ -2,7 +2,7 @@
 // command: gac generate --all registration
 // spec: 9f26853a497e97b5
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 36bfcb7cee6857b6c9767df632545120ef89a03b22d4a5fb91b3553c71003e35
+// body: df58cd7744f4b682eae58772ef495a4868379be5f9e962b87b089ca71d7c37fe
 
 #ifndef REAL
 #include "registration.h"
@@ -102,10 +102,10 @@ INLINE void NAME(screw_plane_value)(const REAL *x, const REAL *y, const REAL *m,
     const REAL y_0 = y[0], y_1 = y[1], y_2 = y[2];
     const REAL m_1 = m[0], m_e12 = m[1], m_e13 = m[2], m_e23 = m[3], m_e01 = m[4], m_e02 = m[5], m_e03 = m[6],
         m_e0123 = m[7];
-    const REAL t0 = m_e12 * ((REAL)2 * (m_e12 * m_e0123 + m_1 * m_e03 - m_e23 * m_e02 - m_e13 * m_e01));
-    const REAL t1 = t0 + m_e13 * ((REAL)2 * (m_e13 * m_e0123 - m_e23 * m_e03 - m_1 * m_e02 + m_e12 * m_e01));
-    const REAL t2 = t1 + m_e23 * ((REAL)2 * (m_e23 * m_e0123 + m_e13 * m_e03 + m_e12 * m_e02 + m_1 * m_e01));
-    out[0] = m_e12 * (y_2 - x_2) + m_e13 * (x_1 - y_1) + m_e23 * (y_0 - x_0) + t2;
+    const REAL t0 = (m_1 * m_e03 + m_e12 * m_e0123 - m_e13 * m_e01 - m_e23 * m_e02) * (REAL)2 + (y_2 - x_2);
+    const REAL t1 = (REAL)2 * (m_e12 * m_e01 + m_e13 * m_e0123 - m_1 * m_e02 - m_e23 * m_e03) + (x_1 - y_1);
+    const REAL t2 = (REAL)2 * (m_1 * m_e01 + m_e12 * m_e02 + m_e13 * m_e03 + m_e23 * m_e0123) + (y_0 - x_0);
+    out[0] = m_e12 * t0 + m_e13 * t1 + m_e23 * t2;
 }
 
 static INLINE void NAME(screw_plane_value_prepare_x_m)(const REAL *x, const REAL *m, REAL *prepared)

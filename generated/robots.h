@@ -2,7 +2,7 @@
 // command: gac generate --all robots
 // spec: 2ea3684a268dc8dd
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 29c22c4ea0a60ce98fd00f32725734387e1a160b5cb38d003d2fc09466de9f6d
+// body: 6fe354ff05ab0138629271ea70cedb651ce8189c2d4d55561af6bc8eb17ca2df
 /* robots
    Kinematics and dynamics of any robot: loops over the table of its joints, in link frames and in the base frame.
    
@@ -190,8 +190,8 @@ int robots_twists_of_joints_rows_f32(const intptr_t *lengths, char **args, const
      factors[p]  SCALAR.
      armature[p]  SCALAR.
      out[m, m]  SCALAR.
-   Costs 194 mul, 175 add, 2 call for each of n; 7 mul, 8 add for each of p.
-   Error: 25.5 ulp of the largest coefficient, 56 random inputs. */
+   Costs 192 mul, 170 add, 2 call for each of n; 7 mul, 8 add for each of p.
+   Error: 26.2 ulp of the largest coefficient, 57 random inputs. */
 void robots_mass_matrix_f64(intptr_t m, intptr_t n, intptr_t p, const double *q, const int64_t *parents, const
     int64_t *variables, const double *ratios, const double *offsets, const double *places, const double *screws,
     const double *turns, const double *inertias, const int64_t *lower, const int64_t *upper, const int64_t *rows,
@@ -308,8 +308,8 @@ int robots_inverse_mass_matrix_rows_f32(const intptr_t *lengths, char **args, co
      armature[n]  SCALAR.
      gravity[3]  SCALAR.
      out[m]  SCALAR.
-   Costs 215 mul, 187 add, 2 call for each of n.
-   Error: 28.1 ulp of the largest coefficient, 52 random inputs. */
+   Costs 214 mul, 185 add, 2 call for each of n.
+   Error: 30.8 ulp of the largest coefficient, 52 random inputs. */
 void robots_inverse_dynamics_f64(intptr_t m, intptr_t n, const double *q, const int64_t *parents, const int64_t
     *variables, const double *ratios, const double *offsets, const double *places, const double *screws, const
     double *turns, const double *qd, const double *qdd, const double *inertias, const double *armature, const double
@@ -359,8 +359,8 @@ int robots_gravity_forces_rows_f32(const intptr_t *lengths, char **args, const i
      inertias[n, 10]  SCALAR.
      armature[n]  SCALAR.
      out[1]  SCALAR.
-   Costs 87 mul, 66 add, 2 call for each of n.
-   Error: 690.1 ulp of the largest coefficient, 64 random inputs. */
+   Costs 81 mul, 57 add, 2 call for each of n.
+   Error: 692.1 ulp of the largest coefficient, 64 random inputs. */
 void robots_kinetic_energy_f64(intptr_t m, intptr_t n, const double *q, const int64_t *parents, const int64_t
     *variables, const double *ratios, const double *offsets, const double *places, const double *screws, const
     double *turns, const double *qd, const double *inertias, const double *armature, double *out, double *work);
@@ -433,7 +433,7 @@ int robots_centre_of_mass_rows_f32(const intptr_t *lengths, char **args, const i
      inertias[n, 10]  SCALAR.
      out_0[m, 6]  SCALAR.
      out_1[3]  SCALAR.
-   Costs 206 mul, 191 add, 2 call for each of n; 6 mul, 0 add, 2 div once.
+   Costs 204 mul, 186 add, 2 call for each of n; 6 mul, 0 add, 2 div once.
    Error: 241.1 ulp of the largest coefficient, 54 random inputs. */
 void robots_centroidal_momentum_matrix_f64(intptr_t m, intptr_t n, const double *q, const int64_t *parents, const
     int64_t *variables, const double *ratios, const double *offsets, const double *places, const double *screws,
@@ -474,7 +474,7 @@ int robots_centroidal_momentum_matrix_rows_f32(const intptr_t *lengths, char **a
      is_strict[p]  SCALAR.
      out_0[m, m]  SCALAR.
      out_1[m, m]  SCALAR.
-   Costs 476 mul, 447 add, 2 call for each of n; 37 mul, 30 add for each of p.
+   Costs 473 mul, 447 add, 2 call for each of n; 37 mul, 30 add for each of p.
    Error: 48.5 ulp of the largest coefficient, 21 random inputs. */
 void robots_inverse_dynamics_derivatives_f64(intptr_t m, intptr_t n, intptr_t p, const double *q, const int64_t
     *parents, const int64_t *variables, const double *ratios, const double *offsets, const double *places, const
@@ -511,8 +511,8 @@ int robots_inverse_dynamics_derivatives_rows_f32(const intptr_t *lengths, char *
      upper_variables[p]  row numbers of m, or -1.
      is_strict[p]  SCALAR.
      out[m, m]  SCALAR.
-   Costs 322 mul, 294 add, 2 call for each of n; 20 mul, 15 add for each of p.
-   Error: 41.9 ulp of the largest coefficient, 33 random inputs. */
+   Costs 316 mul, 294 add, 2 call for each of n; 19 mul, 15 add for each of p.
+   Error: 30.9 ulp of the largest coefficient, 33 random inputs. */
 void robots_coriolis_matrix_f64(intptr_t m, intptr_t n, intptr_t p, const double *q, const int64_t *parents, const
     int64_t *variables, const double *ratios, const double *offsets, const double *places, const double *screws,
     const double *turns, const double *qd, const double *inertias, const int64_t *lower, const int64_t *upper, const

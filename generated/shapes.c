@@ -2,7 +2,7 @@
 // command: gac generate --all shapes
 // spec: ee10907235cd7a18
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 0fe67fc6a72fab78e54f1396bc9ab04369f7877b05fce54c8a2c950e79f5afd8
+// body: 8a0c421e3a67f19eb8e7f3c7ba2c484151b0b59c64128ea990e4ceb0c66f6ada
 
 #ifndef REAL
 #include "shapes.h"
@@ -356,23 +356,19 @@ static INLINE void NAME(circles_of_neighbours_1)(const REAL *points, const REAL 
     const REAL points_0 = points[0], points_1 = points[1];
     const REAL points_2_0 = points_2[0], points_2_1 = points_2[1];
     const REAL points_3_0 = points_3[0], points_3_1 = points_3[1];
-    const REAL t0 = points_2_0 - points_3_0;
-    const REAL t1 = points_0 - points_3_0;
-    const REAL t2 = t0 * t0;
+    const REAL t0 = points_0 - points_2_0;
+    const REAL t1 = points_1 - points_2_1;
+    const REAL t2 = t0 * t0 + t1 * t1;
     const REAL t3 = points_2_1 - points_3_1;
-    const REAL t4 = points_1 - points_3_1;
-    const REAL t5 = t3 * t3;
-    const REAL t6 = t1 * (t1 - t0 * (REAL)2) + t2 + (t4 * (t4 - (REAL)2 * t3) + t5);
-    const REAL t7 = t2 + t5;
-    const REAL t8 = points_1 - points_2_1;
-    const REAL t9 = (t3 * t6 + t8 * t7) * (REAL)0.5;
-    const REAL t10 = points_0 - points_2_0;
-    const REAL t11 = (REAL)0.5 * (t0 * t6 + t7 * t10);
-    const REAL t12 = t9 * t9 + t11 * t11;
-    const REAL t13 = (REAL)1 / SQRT(SELECT(LESS((REAL)1e-200, t12), t12, (REAL)1));
-    of_0_0[0] = -(t9 * t13);
-    of_0_1[0] = t11 * t13;
-    out_1[0] = t13 * (t3 * t10 - t0 * t8);
+    const REAL t4 = points_2_0 - points_3_0;
+    const REAL t5 = t4 * t4 + t3 * t3;
+    const REAL t6 = (t2 * t3 + t1 * t5) * (REAL)0.5;
+    const REAL t7 = (REAL)0.5 * (t2 * t4 + t0 * t5);
+    const REAL t8 = t6 * t6 + t7 * t7;
+    const REAL t9 = (REAL)1 / SQRT(SELECT(LESS((REAL)1e-200, t8), t8, (REAL)1));
+    of_0_0[0] = -(t6 * t9);
+    of_0_1[0] = t7 * t9;
+    out_1[0] = t9 * (t0 * t3 - t1 * t4);
 }
 #define PARTS_circles_of_neighbours_1(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND IN(1, 2) AND IN(2, 2) AND OUT(3, 1) \
     AND OUT(4, 1) AND OUT(5, 1)

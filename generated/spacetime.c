@@ -2,7 +2,7 @@
 // command: gac generate --all spacetime
 // spec: ac4a52698fbc233f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 67b7296f50de189683f0c8329cf55902ba933d8598d2a9812e80f5c75c88f9db
+// body: 99e84c08216ef3292fe35700cbc918c9465c6f1db033d7d51f1581f8cb0f9f80
 
 #ifndef REAL
 #include "spacetime.h"
@@ -439,7 +439,7 @@ static INLINE void NAME(electromagnetic_wave_within)(const REAL *k, const REAL *
     const REAL a_g0 = a[0], a_g1 = a[1], a_g2 = a[2], a_g3 = a[3];
     const REAL b_g0 = b[0], b_g1 = b[1], b_g2 = b[2], b_g3 = b[3];
     const REAL x_g0 = x[0], x_g1 = x[1], x_g2 = x[2], x_g3 = x[3];
-    const REAL t0 = k_g0 * x_g0 - k_g1 * x_g1 - (k_g2 * x_g2 + k_g3 * x_g3);
+    const REAL t0 = k_g0 * x_g0 - k_g1 * x_g1 - k_g2 * x_g2 - k_g3 * x_g3;
     const REAL t1 = SIN(t0);
     const REAL t2 = COS(t0);
     const REAL t3 = b_g0 * t1 + a_g0 * t2;
@@ -787,14 +787,18 @@ INLINE void NAME(pauli_from_matrix)(const REAL *m, REAL *out)
 {
     const REAL m_0_0_0 = m[0], m_0_0_1 = m[1], m_0_1_0 = m[2], m_0_1_1 = m[3], m_1_0_0 = m[4], m_1_0_1 = m[5],
         m_1_1_0 = m[6], m_1_1_1 = m[7];
-    out[0] = (m_0_0_0 + m_1_1_0) * (REAL)0.5;
-    out[1] = (REAL)0.5 * (m_0_1_0 + m_1_0_0);
-    out[2] = (REAL)0.5 * (m_1_0_1 - m_0_1_1);
-    out[3] = (REAL)0.5 * (m_0_0_0 - m_1_1_0);
-    out[4] = (REAL)0.5 * (m_0_0_1 - m_1_1_1);
-    out[5] = (REAL)0.5 * (m_1_0_0 - m_0_1_0);
-    out[6] = (REAL)0.5 * (m_0_1_1 + m_1_0_1);
-    out[7] = (REAL)0.5 * (m_0_0_1 + m_1_1_1);
+    const REAL t0 = (m_0_0_0 + m_1_1_0) * (REAL)0.5;
+    const REAL t1 = (REAL)0.5 * (m_0_1_0 + m_1_0_0);
+    const REAL t2 = (REAL)0.5 * (m_1_0_1 - m_0_1_1);
+    const REAL t3 = (REAL)0.5 * (m_0_0_1 - m_1_1_1);
+    out[0] = t0;
+    out[1] = t1;
+    out[2] = t2;
+    out[3] = t0 - m_1_1_0;
+    out[4] = t3;
+    out[5] = m_1_0_0 - t1;
+    out[6] = m_1_0_1 - t2;
+    out[7] = m_1_1_1 + t3;
 }
 
 #define PARTS_pauli_from_matrix(IN, NUMBER, OUT, AND) IN(0, 0, 2x2x2, 8, 3, 2, 2, 2) AND OUT(1, 3, 8, 8, 1, 8)
@@ -999,30 +1003,38 @@ INLINE void NAME(dirac_from_matrix)(const REAL *m, REAL *out)
         m_2_1_0 = m[18], m_2_1_1 = m[19], m_2_2_0 = m[20], m_2_2_1 = m[21], m_2_3_0 = m[22], m_2_3_1 = m[23],
         m_3_0_0 = m[24], m_3_0_1 = m[25], m_3_1_0 = m[26], m_3_1_1 = m[27], m_3_2_0 = m[28], m_3_2_1 = m[29],
         m_3_3_0 = m[30], m_3_3_1 = m[31];
-    const REAL t0 = m_0_0_0 + m_1_1_0;
-    const REAL t1 = m_0_3_0 + m_1_2_0;
-    const REAL t2 = m_0_3_1 - m_1_2_1;
-    const REAL t3 = m_1_3_0 - m_0_2_0;
-    const REAL t4 = m_1_1_1 - m_0_0_1;
-    const REAL t5 = m_0_1_0 - m_1_0_0;
-    const REAL t6 = m_0_1_1 + m_1_0_1;
-    const REAL t7 = m_0_2_1 + m_1_3_1;
-    out[0] = (m_3_3_0 + (m_2_2_0 + t0)) * (REAL)0.25;
-    out[1] = (REAL)0.25 * (t0 - m_2_2_0 - m_3_3_0);
-    out[2] = (REAL)0.25 * (m_3_0_0 + (m_2_1_0 - t1));
-    out[3] = (REAL)0.25 * (m_3_0_1 + (t2 - m_2_1_1));
-    out[4] = (REAL)0.25 * (m_2_0_0 + t3 - m_3_1_0);
-    out[5] = (REAL)0.25 * (m_3_0_0 + (m_2_1_0 + t1));
-    out[6] = (REAL)0.25 * (m_3_0_1 - (m_2_1_1 + t2));
-    out[7] = (REAL)0.25 * (m_3_3_1 + (t4 - m_2_2_1));
-    out[8] = (REAL)0.25 * (m_2_0_0 - t3 - m_3_1_0);
-    out[9] = (REAL)0.25 * (m_2_3_0 + t5 - m_3_2_0);
-    out[10] = -((REAL)0.25 * (m_3_2_1 + (m_2_3_1 + t6)));
-    out[11] = (REAL)0.25 * (m_2_2_1 + t4 - m_3_3_1);
-    out[12] = (REAL)0.25 * (m_3_2_0 + (t5 - m_2_3_0));
-    out[13] = (REAL)0.25 * (m_3_2_1 + (m_2_3_1 - t6));
-    out[14] = (REAL)0.25 * (t7 - m_2_0_1 - m_3_1_1);
-    out[15] = (REAL)0.25 * (m_3_1_1 + (m_2_0_1 + t7));
+    const REAL t0 = m_2_2_0 + m_3_3_0;
+    const REAL t1 = (m_0_0_0 + m_1_1_0 + t0) * (REAL)0.25;
+    const REAL t2 = m_2_1_0 + m_3_0_0;
+    const REAL t3 = (REAL)0.25 * (t2 - m_0_3_0 - m_1_2_0);
+    const REAL t4 = m_2_1_1 - m_3_0_1;
+    const REAL t5 = (REAL)0.25 * (m_0_3_1 - m_1_2_1 - t4);
+    const REAL t6 = m_2_0_0 - m_3_1_0;
+    const REAL t7 = (REAL)0.25 * (m_1_3_0 + t6 - m_0_2_0);
+    const REAL t8 = m_2_2_1 - m_3_3_1;
+    const REAL t9 = (REAL)0.25 * (m_1_1_1 - m_0_0_1 - t8);
+    const REAL t10 = m_2_3_0 - m_3_2_0;
+    const REAL t11 = (REAL)0.25 * (m_0_1_0 + t10 - m_1_0_0);
+    const REAL t12 = m_2_3_1 + m_3_2_1;
+    const REAL t13 = (REAL)0.25 * (m_0_1_1 + m_1_0_1 + t12);
+    const REAL t14 = m_2_0_1 + m_3_1_1;
+    const REAL t15 = (REAL)0.25 * (m_0_2_1 + m_1_3_1 - t14);
+    out[0] = t1;
+    out[1] = t1 - t0 * (REAL)0.5;
+    out[2] = t3;
+    out[3] = t5;
+    out[4] = t7;
+    out[5] = (REAL)0.5 * t2 - t3;
+    out[6] = -(t5 + (REAL)0.5 * t4);
+    out[7] = t9;
+    out[8] = (REAL)0.5 * t6 - t7;
+    out[9] = t11;
+    out[10] = -t13;
+    out[11] = t9 + (REAL)0.5 * t8;
+    out[12] = t11 - (REAL)0.5 * t10;
+    out[13] = (REAL)0.5 * t12 - t13;
+    out[14] = t15;
+    out[15] = t15 + (REAL)0.5 * t14;
 }
 
 #define PARTS_dirac_from_matrix(IN, NUMBER, OUT, AND) IN(0, 0, 4x4x2, 32, 3, 4, 4, 2) AND OUT(1, 3, 16, 16, 1, 16)

@@ -2,7 +2,7 @@
 // command: gac generate --all spacetime
 // spec: ac4a52698fbc233f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: fe5e0f25e84499696a8f278ef7b1d28ad18944b64c1dab5c1152966f54ad5b4b
+// body: 8eafc16aa6f7a5b044417ffa321bc1b2ffc39407d34542b51bbbbfed3c91d6e3
 /* spacetime
    Fields and spinors of space and spacetime: steps of Maxwell's equations, plane waves, Pauli and Dirac spinors.
    
@@ -102,7 +102,7 @@ void spacetime_magnetic_step_loop_f32(char **args, const intptr_t *dimensions, c
    for each element.
    If `k` and `b` and `x` are the same for 2 or more elements: 24 mul, 9 add, 2 call once, then 12 mul, 12 add
    for each element.
-   Error: 5.0 ulp of the largest coefficient, 64 random inputs. */
+   Error: 6.3 ulp of the largest coefficient, 64 random inputs. */
 void spacetime_electromagnetic_wave_f64(const double *k, const double *a, const double *b, const double *x, double
     *out);
 void spacetime_electromagnetic_wave_f32(const float *k, const float *a, const float *b, const float *x, float *out);
@@ -185,8 +185,8 @@ void spacetime_pauli_to_matrix_loop_f32(char **args, const intptr_t *dimensions,
 /* Convert a complex 2 x 2 matrix to an element of G(3).
      m[8]  SCALAR.
      out[8]  VGA3.full: 1, e1, e2, e3, e12, e13, e23, e123.
-   Costs 8 mul, 8 add.
-   Error: 0.5 ulp of the largest coefficient, 64 random inputs. */
+   Costs 4 mul, 8 add.
+   Error: 0.8 ulp of the largest coefficient, 64 random inputs. */
 void spacetime_pauli_from_matrix_f64(const double *m, double *out);
 void spacetime_pauli_from_matrix_f32(const float *m, float *out);
 void spacetime_pauli_from_matrix_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -270,8 +270,8 @@ void spacetime_dirac_to_matrix_loop_f32(char **args, const intptr_t *dimensions,
 /* Compute the element of G(1,3) nearest to a complex 4 x 4 matrix; only half of these represent elements.
      m[32]  SCALAR.
      out[16]  STA.full: 1, g0, g1, g2, g3, g10, g20, g12, g30, g13, g23, g012, g013, g023, g123, g0123.
-   Costs 16 mul, 40 add.
-   Error: 1.5 ulp of the largest coefficient, 64 random inputs. */
+   Costs 16 mul, 32 add.
+   Error: 1.0 ulp of the largest coefficient, 64 random inputs. */
 void spacetime_dirac_from_matrix_f64(const double *m, double *out);
 void spacetime_dirac_from_matrix_f32(const float *m, float *out);
 void spacetime_dirac_from_matrix_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);

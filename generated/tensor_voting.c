@@ -2,7 +2,7 @@
 // command: gac generate --all tensor_voting
 // spec: 381b744ab534e604
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 799f1d0e38494cf0fb7649299f092e43cc3609fd22fc9b4265c1371e5a22164a
+// body: 383a0ba6832934a3ef632644fdf4e5c55210c5d27ac1e1f7dc4d6195a0cd2d09
 
 #ifndef REAL
 #include "tensor_voting.h"
@@ -770,21 +770,22 @@ static INLINE void NAME(ball_votes_1)(REAL scale, const REAL *place, REAL weight
     const REAL t0 = (REAL)1 / scale;
     const REAL t1 = t0 * (place_e1 - other_e1);
     const REAL t2 = t0 * (place_e2 - other_e2);
-    const REAL t3 = t0 * (place_e3 - other_e3);
-    const REAL t4 = t1 * t1 + t2 * t2 + t3 * t3;
-    const REAL t5 = LESS_EQUAL(t4, (REAL)1e-200);
-    const REAL t6 = SELECT(t5, (REAL)0, weight);
-    const REAL t7 = t6 * (cubics_4 + x * (cubics_5 + x * (cubics_6 + x * cubics_7)));
-    const REAL t8 = t7 / SELECT(t5, (REAL)1, t4);
-    const REAL t9 = t1 * t8;
-    const REAL t10 = t6 * (cubics_0 + x * (cubics_1 + x * (cubics_2 + x * cubics_3)));
-    const REAL t11 = t2 * t8;
-    of[0] = t1 * t9 + t10;
-    of[1] = t2 * t9;
-    of[2] = t3 * t9;
-    of[3] = t10 + t2 * t11;
-    of[4] = t3 * t11;
-    of[5] = t10 + t3 * (t3 * t8);
+    const REAL t3 = t2 * t2;
+    const REAL t4 = t0 * (place_e3 - other_e3);
+    const REAL t5 = t4 * t4;
+    const REAL t6 = t1 * t1 + t3 + t5;
+    const REAL t7 = LESS_EQUAL(t6, (REAL)1e-200);
+    const REAL t8 = SELECT(t7, (REAL)0, weight);
+    const REAL t9 = cubics_4 + x * (cubics_5 + x * (cubics_6 + x * cubics_7));
+    const REAL t10 = t9 * (t8 / SELECT(t7, (REAL)1, t6));
+    const REAL t11 = t1 * t10;
+    const REAL t12 = t8 * (cubics_0 + x * (cubics_1 + x * (cubics_2 + x * cubics_3)));
+    of[0] = t1 * t11 + t12;
+    of[1] = t2 * t11;
+    of[2] = t4 * t11;
+    of[3] = t12 + t3 * t10;
+    of[4] = t10 * (t2 * t4);
+    of[5] = t12 + t5 * t10;
 }
 #define PARTS_ball_votes_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND NUMBER(2, 0) AND IN(3, 3) \
     AND NUMBER(4, 0) AND SAME(5, 8) AND OUT(6, 6)
@@ -848,21 +849,22 @@ static INLINE void NAME(mutual_ball_votes_1)(REAL scale, const REAL *place, cons
     const REAL t0 = (REAL)1 / scale;
     const REAL t1 = t0 * (place_e1 - other_e1);
     const REAL t2 = t0 * (place_e2 - other_e2);
-    const REAL t3 = t0 * (place_e3 - other_e3);
-    const REAL t4 = t1 * t1 + t2 * t2 + t3 * t3;
-    const REAL t5 = LESS_EQUAL(t4, (REAL)1e-200);
-    const REAL t6 = SELECT(t5, (REAL)0, (REAL)1);
-    const REAL t7 = t6 * (cubics_4 + x * (cubics_5 + x * (cubics_6 + x * cubics_7)));
-    const REAL t8 = t7 / SELECT(t5, (REAL)1, t4);
-    const REAL t9 = t1 * t8;
-    const REAL t10 = t6 * (cubics_0 + x * (cubics_1 + x * (cubics_2 + x * cubics_3)));
-    const REAL t11 = t2 * t8;
-    of[0] = t1 * t9 + t10;
-    of[1] = t2 * t9;
-    of[2] = t3 * t9;
-    of[3] = t10 + t2 * t11;
-    of[4] = t3 * t11;
-    of[5] = t10 + t3 * (t3 * t8);
+    const REAL t3 = t2 * t2;
+    const REAL t4 = t0 * (place_e3 - other_e3);
+    const REAL t5 = t4 * t4;
+    const REAL t6 = t1 * t1 + t3 + t5;
+    const REAL t7 = LESS_EQUAL(t6, (REAL)1e-200);
+    const REAL t8 = SELECT(t7, (REAL)0, (REAL)1);
+    const REAL t9 = cubics_4 + x * (cubics_5 + x * (cubics_6 + x * cubics_7));
+    const REAL t10 = t9 * (t8 / SELECT(t7, (REAL)1, t6));
+    const REAL t11 = t1 * t10;
+    const REAL t12 = t8 * (cubics_0 + x * (cubics_1 + x * (cubics_2 + x * cubics_3)));
+    of[0] = t1 * t11 + t12;
+    of[1] = t2 * t11;
+    of[2] = t4 * t11;
+    of[3] = t12 + t3 * t10;
+    of[4] = t10 * (t2 * t4);
+    of[5] = t12 + t5 * t10;
 }
 #define PARTS_mutual_ball_votes_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND IN(2, 3) \
     AND NUMBER(3, 0) AND SAME(4, 8) AND OUT(5, 6)
@@ -931,17 +933,18 @@ static INLINE void NAME(ball_votes_in_plane_1)(REAL scale, const REAL *place, RE
         cubics_4 = cubics[4], cubics_5 = cubics[5], cubics_6 = cubics[6], cubics_7 = cubics[7];
     const REAL t0 = (REAL)1 / scale;
     const REAL t1 = t0 * (place_e1 - other_e1);
-    const REAL t2 = t0 * (place_e2 - other_e2);
-    const REAL t3 = t1 * t1 + t2 * t2;
-    const REAL t4 = LESS_EQUAL(t3, (REAL)1e-200);
-    const REAL t5 = SELECT(t4, (REAL)0, weight);
-    const REAL t6 = t5 * (cubics_4 + x * (cubics_5 + x * (cubics_6 + x * cubics_7)));
-    const REAL t7 = t6 / SELECT(t4, (REAL)1, t3);
-    const REAL t8 = t1 * t7;
-    const REAL t9 = t5 * (cubics_0 + x * (cubics_1 + x * (cubics_2 + x * cubics_3)));
-    of[0] = t1 * t8 + t9;
-    of[1] = t2 * t8;
-    of[2] = t9 + t2 * (t2 * t7);
+    const REAL t2 = t1 * t1;
+    const REAL t3 = t0 * (place_e2 - other_e2);
+    const REAL t4 = t3 * t3;
+    const REAL t5 = t2 + t4;
+    const REAL t6 = LESS_EQUAL(t5, (REAL)1e-200);
+    const REAL t7 = SELECT(t6, (REAL)0, weight);
+    const REAL t8 = cubics_4 + x * (cubics_5 + x * (cubics_6 + x * cubics_7));
+    const REAL t9 = t8 * (t7 / SELECT(t6, (REAL)1, t5));
+    const REAL t10 = t7 * (cubics_0 + x * (cubics_1 + x * (cubics_2 + x * cubics_3)));
+    of[0] = t2 * t9 + t10;
+    of[1] = t9 * (t1 * t3);
+    of[2] = t10 + t4 * t9;
 }
 #define PARTS_ball_votes_in_plane_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 2) AND NUMBER(2, 0) \
     AND IN(3, 2) AND NUMBER(4, 0) AND SAME(5, 8) AND OUT(6, 3)

@@ -2,7 +2,7 @@
 // command: gac generate --all tensor_voting
 // spec: 381b744ab534e604
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: bcf9783410c51335667bb9813e793763a0edf08fabe5d6f092a8ae8e0b493a2e
+// body: 004a9550c51a44335323eb3e2c953c6c3c511ea7bef51161273650185d58ab9a
 /* tensor_voting
    Tensor voting in the plane and in space: stick, plate and ball votes over lists of pairs, and spectra of tensors.
    
@@ -189,8 +189,8 @@ int tensor_voting_stick_votes_in_plane_rows_f32(const intptr_t *lengths, char **
      cubics[cells, 8]  SCALAR.
      zero[m]  SCALAR.
      out[m, 6]  SCALAR.
-   Costs 23 mul, 20 add, 2 div, 3 choice for each of pairs.
-   Error: 1.6 ulp of the largest coefficient, 64 random inputs. */
+   Costs 22 mul, 20 add, 2 div, 3 choice for each of pairs.
+   Error: 1.4 ulp of the largest coefficient, 64 random inputs. */
 void tensor_voting_ball_votes_f64(intptr_t n, intptr_t m, intptr_t pairs, intptr_t cells, const double *points,
     const double *weights, const double *at, const int64_t *voter, const int64_t *receiver, double scale, const
     double *x, const int64_t *cell, const double *cubics, const double *zero, double *out, double *work);
@@ -214,8 +214,8 @@ int tensor_voting_ball_votes_rows_f32(const intptr_t *lengths, char **args, cons
      zero[n]  SCALAR.
      out_0[n, 6]  SCALAR.
      out_1[n, 6]  SCALAR.
-   Costs 23 mul, 26 add, 2 div, 3 choice for each of pairs.
-   Error: 1.6 ulp of the largest coefficient, 64 random inputs. */
+   Costs 22 mul, 26 add, 2 div, 3 choice for each of pairs.
+   Error: 1.4 ulp of the largest coefficient, 64 random inputs. */
 void tensor_voting_mutual_ball_votes_f64(intptr_t n, intptr_t pairs, intptr_t cells, const double *points, const
     int64_t *first, const int64_t *second, double scale, const double *x, const int64_t *cell, const double *cubics,
     const double *zero, double *out_0, double *out_1, double *work);
@@ -240,8 +240,8 @@ int tensor_voting_mutual_ball_votes_rows_f32(const intptr_t *lengths, char **arg
      cubics[cells, 8]  SCALAR.
      zero[m]  SCALAR.
      out[m, 3]  SCALAR.
-   Costs 17 mul, 14 add, 2 div, 3 choice for each of pairs.
-   Error: 1.6 ulp of the largest coefficient, 64 random inputs. */
+   Costs 16 mul, 14 add, 2 div, 3 choice for each of pairs.
+   Error: 1.2 ulp of the largest coefficient, 64 random inputs. */
 void tensor_voting_ball_votes_in_plane_f64(intptr_t n, intptr_t m, intptr_t pairs, intptr_t cells, const double
     *points, const double *weights, const double *at, const int64_t *voter, const int64_t *receiver, double scale,
     const double *x, const int64_t *cell, const double *cubics, const double *zero, double *out, double *work);

@@ -2,7 +2,7 @@
 // command: gac generate --all ur5
 // spec: 1cf4c5286e579ad9
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 02982c95b06867b54f24812dea8ca075f95bba8dd7d922df518b52afe9c79623
+// body: 3b0c2a39d04719f707fe1dc089e11400dea94560acd3abc1f42c2e808823220f
 
 #ifndef REAL
 #include "ur5.h"
@@ -122,54 +122,45 @@ static INLINE void NAME(jacobian_within)(const REAL *q, REAL *out, WORD *far)
 {
     const REAL q_0 = q[0], q_1 = q[1], q_2 = q[2], q_3 = q[3], q_4 = q[4];
     const REAL t0 = SIN(q_0);
-    const REAL t1 = COS(q_0);
-    const REAL t2 = COS(q_1);
+    const REAL t1 = COS(q_1);
+    const REAL t2 = COS(q_0);
     const REAL t3 = t1 * t2;
     const REAL t4 = COS(q_2);
     const REAL t5 = SIN(q_1);
-    const REAL t6 = t1 * t5;
+    const REAL t6 = t2 * t5;
     const REAL t7 = SIN(q_2);
     const REAL t8 = t4 * t3 - t7 * t6;
     const REAL t9 = SIN(q_3);
-    const REAL t10 = t7 * t3 + t4 * t6;
+    const REAL t10 = t3 * t7 + t4 * t6;
     const REAL t11 = COS(q_3);
     const REAL t12 = t9 * t8 + t11 * t10;
     const REAL t13 = SIN(q_4);
     const REAL t14 = COS(q_4);
-    const REAL t15 = t13 * (t11 * t8 - t9 * t10) - t0 * t14;
-    const REAL t16 = -t1;
-    const REAL t17 = t0 * t2;
+    const REAL t15 = t13 * (t8 * t11 - t9 * t10) - t0 * t14;
+    const REAL t16 = -t2;
+    const REAL t17 = t0 * t1;
     const REAL t18 = t0 * t5;
     const REAL t19 = t7 * t18 - t4 * t17;
     const REAL t20 = t7 * t17 + t4 * t18;
     const REAL t21 = t11 * t20 - t9 * t19;
-    const REAL t22 = t13 * (t11 * t19 + t9 * t20) - t1 * t14;
-    const REAL t23 = t4 * t5 + t7 * t2;
-    const REAL t24 = t4 * t2 - t7 * t5;
+    const REAL t22 = t13 * (t11 * t19 + t9 * t20) - t2 * t14;
+    const REAL t23 = t4 * t5 + t1 * t7;
+    const REAL t24 = t4 * t1 - t7 * t5;
     const REAL t25 = t11 * t24 - t9 * t23;
     const REAL t26 = t13 * (t11 * t23 + t9 * t24);
-    const REAL t27 = t17 * (REAL)(17.0 / 40.0);
-    const REAL t28 = t19 * (REAL)(1569.0 / 4000.0) - t27;
-    const REAL t29 = t28 - t1 * (REAL)(2183.0 / 20000.0);
-    const REAL t30 = t29 + t21 * (REAL)(1893.0 / 20000.0);
-    const REAL t31 = t30 + t22 * (REAL)(823.0 / 10000.0);
-    const REAL t32 = (REAL)(89459.0 / 1000000.0) - t5 * (REAL)(17.0 / 40.0);
-    const REAL t33 = t32 - t23 * (REAL)(1569.0 / 4000.0);
-    const REAL t34 = t33 - t25 * (REAL)(1893.0 / 20000.0);
-    const REAL t35 = t34 - t26 * (REAL)(823.0 / 10000.0);
-    const REAL t36 = t35 + (REAL)(-89459.0 / 1000000.0);
-    const REAL t37 = t35 - t32;
-    const REAL t38 = t35 - t33;
-    const REAL t39 = t31 - t29;
-    const REAL t40 = t31 - t30;
-    const REAL t41 = t35 - t34;
-    const REAL t42 = t3 * (REAL)(17.0 / 40.0);
-    const REAL t43 = t42 + t8 * (REAL)(1569.0 / 4000.0);
-    const REAL t44 = t0 * (REAL)(2183.0 / 20000.0) - t43;
-    const REAL t45 = t12 * (REAL)(1893.0 / 20000.0) + t44;
-    const REAL t46 = t45 - t15 * (REAL)(823.0 / 10000.0);
-    const REAL t47 = t46 - t44;
-    const REAL t48 = t46 - t45;
+    const REAL t27 = t2 * (REAL)(2183.0 / 20000.0) - t19 * (REAL)(1569.0 / 4000.0);
+    const REAL t28 = t22 * (REAL)(823.0 / 10000.0);
+    const REAL t29 = t17 * (REAL)(17.0 / 40.0);
+    const REAL t30 = (REAL)(823.0 / 10000.0) * (t26 + t25 * (REAL)(1893.0 / 1646.0));
+    const REAL t31 = t23 * (REAL)(1569.0 / 4000.0) + t30;
+    const REAL t32 = t5 * (REAL)(17.0 / 40.0) + t31;
+    const REAL t33 = t26 * (REAL)(823.0 / 10000.0);
+    const REAL t34 = t0 * (REAL)(2183.0 / 20000.0) - t8 * (REAL)(1569.0 / 4000.0);
+    const REAL t35 = t15 * (REAL)(823.0 / 10000.0);
+    const REAL t36 = t3 * (REAL)(17.0 / 40.0);
+    const REAL t37 = t0 * (t22 + t21 * (REAL)(1893.0 / 1646.0));
+    const REAL t38 = (REAL)(823.0 / 10000.0) * (t37 - t2 * (t15 - t12 * (REAL)(1893.0 / 1646.0)));
+    const REAL t39 = t38 + (REAL)(1569.0 / 4000.0) * (t0 * t19 - t2 * t8);
     out[0] = (REAL)0;
     out[1] = t0;
     out[2] = t0;
@@ -188,24 +179,24 @@ static INLINE void NAME(jacobian_within)(const REAL *q, REAL *out, WORD *far)
     out[15] = (REAL)0;
     out[16] = -t25;
     out[17] = -t26;
-    out[18] = -t31;
-    out[19] = -(t1 * t36);
-    out[20] = -(t1 * t37);
-    out[21] = -(t1 * t38);
-    out[22] = t21 * t38 + t25 * t39;
-    out[23] = t26 * t40 + t22 * t41;
-    out[24] = t46;
-    out[25] = -(t0 * t36);
-    out[26] = -(t0 * t37);
-    out[27] = -(t0 * t38);
-    out[28] = -(t25 * t47 + t12 * t38);
-    out[29] = -(t26 * t48 - t15 * t41);
+    out[18] = t27 - t21 * (REAL)(1893.0 / 20000.0) - t28 + t29;
+    out[19] = t2 * t32;
+    out[20] = t2 * t31;
+    out[21] = t2 * t30;
+    out[22] = t25 * t28 - t21 * t33;
+    out[23] = (REAL)0;
+    out[24] = t34 + t12 * (REAL)(1893.0 / 20000.0) - t35 - t36;
+    out[25] = t0 * t32;
+    out[26] = t0 * t31;
+    out[27] = t0 * t30;
+    out[28] = t25 * t35 + t12 * t33;
+    out[29] = (REAL)0;
     out[30] = (REAL)0;
-    out[31] = t0 * t31 + t1 * t46;
-    out[32] = t0 * (t27 + t31) + t1 * (t42 + t46);
-    out[33] = t1 * (t43 + t46) + t0 * (t31 - t28);
-    out[34] = t12 * t39 - t21 * t47;
-    out[35] = -(t22 * t48 + t15 * t40);
+    out[31] = t39 - t0 * t29 - t2 * t36;
+    out[32] = t39;
+    out[33] = t38;
+    out[34] = t21 * t35 + t12 * t28;
+    out[35] = (REAL)0;
 }
 
 FUSED(jacobian, (const REAL *q, REAL *out), (q, out, NULL))

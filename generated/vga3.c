@@ -2,7 +2,7 @@
 // command: gac generate --all vga3
 // spec: 3e63a04151fdcc94
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 1e9cd95ed0b60fb41cbae011a08482ad07030db10e4a7b39ed3328309c24af67
+// body: 11bc92636589741326f032cac80b413f7a65d31c5bb0e32679ed873c3333a935
 
 #ifndef REAL
 #include "vga3.h"
@@ -819,7 +819,7 @@ GAC_KERNEL_AND_FORMS(rotor_from_axis_angle, TURNS, NO, GAC_USE(rotor_from_axis_a
 static INLINE void NAME(rotor_from_rotation_vector_within)(const REAL *v, REAL *out, WORD *far)
 {
     const REAL v_e1 = v[0], v_e2 = v[1], v_e3 = v[2];
-    const REAL t0 = (v_e3 * v_e3 + (v_e1 * v_e1 + v_e2 * v_e2)) * (REAL)0.25;
+    const REAL t0 = (v_e1 * v_e1 + v_e2 * v_e2 + v_e3 * v_e3) * (REAL)0.25;
     const REAL t1 = LESS(t0, (REAL)1e-18);
     const REAL t2 = SQRT(SELECT(t1, (REAL)1, t0));
     const REAL t3 = COS(t2);
@@ -929,7 +929,7 @@ GAC_KERNEL(rotor_square_root, PLAIN, TILES)
 static INLINE void NAME(rotor_power_within)(const REAL *r, REAL t, REAL *out, WORD *far)
 {
     const REAL r_1 = r[0], r_e12 = r[1], r_e13 = r[2], r_e23 = r[3];
-    const REAL t0 = r_e23 * r_e23 + (r_e12 * r_e12 + r_e13 * r_e13);
+    const REAL t0 = r_e12 * r_e12 + r_e13 * r_e13 + r_e23 * r_e23;
     const REAL t1 = LESS(t0, (REAL)1e-36);
     const REAL t2 = SQRT(SELECT(t1, (REAL)1, t0));
     const REAL t3 = t * ATAN2(t2, ABS(r_1));
@@ -951,7 +951,7 @@ void NAME(rotor_power)(const REAL *r, REAL t, REAL *out)
 static INLINE void NAME(rotor_power_prepare_r)(const REAL *r, REAL *prepared)
 {
     const REAL r_1 = r[0], r_e12 = r[1], r_e13 = r[2], r_e23 = r[3];
-    const REAL t0 = r_e23 * r_e23 + (r_e12 * r_e12 + r_e13 * r_e13);
+    const REAL t0 = r_e12 * r_e12 + r_e13 * r_e13 + r_e23 * r_e23;
     const REAL t1 = LESS(t0, (REAL)1e-36);
     const REAL t2 = SQRT(SELECT(t1, (REAL)1, t0));
     prepared[0] = ATAN2(t2, ABS(r_1));

@@ -95,7 +95,8 @@ def _solved(normal: Reals, side: Reals, damping: Reals) -> Reals:
     """Return damped steps, 0 where the equations are not finite or a parameter has no influence."""
     size = normal.shape[-1]
     diagonal = np.einsum("bii->bi", normal)
-    damped = normal + (damping[:, None] * (diagonal + _TINY))[..., None] * np.eye(size)
+    damped = normal.copy()
+    damped[:, range(size), range(size)] += damping[:, None] * (diagonal + _TINY)
     usable = np.isfinite(damped).all((1, 2)) & (diagonal > 0).all(1) & np.isfinite(side).all(1)
     damped = np.where(usable[:, None, None], damped, np.eye(size))
     step = -np.linalg.solve(damped, np.where(usable[:, None], side, 0)[..., None])[..., 0]

@@ -8,7 +8,8 @@ There are the following families of candidates:
   modulo the relations, and in terms of differences of inputs if possible;
 - the cheapest of these with a single division for each divisor.
 
-The order of candidates is deterministic. The first of the cheapest candidates is selected.
+The order of candidates is deterministic. The first of the cheapest candidates is selected. All methods share the limits
+of one search, so they are in one file.
 """
 
 from __future__ import annotations
@@ -53,6 +54,7 @@ LONG = 150
 """Definitions with more operations than this are long: the number of their forms is limited by their total length."""
 DIVIDED = 3
 """Number of cheapest candidates for which fewer divisions are tried."""
+_ROOTS = (Operation.SQRT, Operation.NORM, Operation.NORMALIZE, Operation.ACOS, Operation.LOG)
 Method = tuple[Reduction, bool, bool]
 """A lowering method: the reduction, whether implied coefficients are named, and whether squares are used."""
 
@@ -135,10 +137,12 @@ class Search:
         self._budget = min(max(self._effort.hopeless * least, SMALL), self._effort.largest)
         names = sorted(direct, key=lambda name: direct[name].cost.total)
         tried = self._compare(self._systems(names), least)
-        tried += self._compare(self._systems_of_scalars(names), least)
-        tried += self._compare(self._further_forms(tried), least)
-        found += [candidate for _, candidate in tried]
-        return found + self._refine(tried)
+        others = self._compare(self._systems_of_scalars(names), least)
+        others += self._compare(self._further_forms(tried + others), least)
+        found += [candidate for _, candidate in tried + others]
+        found += self._refine(tried)
+        least = min(candidate.cost.total for candidate in found)
+        return found + self._refine([each for each in others if each[1].cost.total <= least])
 
     def _compare(self, forms: Iterable[Form], least: int) -> list[Tried]:
         """Factorise systems by one policy, as long as there is effort left and they can compete with the best."""
@@ -164,8 +168,7 @@ class Search:
         The best systems include inaccurate ones, which differences may make accurate. A polynomial that is a product
         can become cheaper by any amount, so all systems are searched for products.
         """
-        n = self._effort.refined
-        ordered = _by_cost(tried)
+        n, ordered = self._effort.refined, _by_cost(tried)
         ranked = [*ordered[:n], *self._accurate_ones(ordered, n)]
         best = list(dict.fromkeys(form for form, _ in ranked))
         further = chain.from_iterable(map(further_forms, best))
@@ -173,7 +176,6 @@ class Search:
         return list(filter(self._is_new, chain(further, products)))
 
     def _accurate_ones(self, ordered: Sequence[Tried], n: int) -> list[Tried]:
-        """Return the first `n` systems whose candidates are accurate."""
         return list(islice((each for each in ordered if self.is_accurate(each[1])), n))
 
     def _is_new(self, form: Form) -> bool:
@@ -186,15 +188,15 @@ class Search:
 
     def _refine(self, tried: Sequence[Tried]) -> list[Candidate]:
         """Factorise the best systems by all policies."""
-        ordered = _by_cost(tried)
-        best = self._accurate_ones(ordered, self._effort.refined - 1)
+        n, ordered = self._effort.refined - 1, _by_cost(tried)
+        best = ordered[:n]
         names = {form.steps[0] for form, _ in best}
-        best += self._accurate_ones([each for each in ordered if each[0].steps[0] not in names], 1)
+        best += [each for each in ordered if each[0].steps[0] not in names][:1]
         # Of systems that cost the same, some forms can be refined further than others.
         kinds = {_form_of(form.steps) for form, _ in best}
-        least = best[0][1].cost.total if best else None
-        ties = [each for each in ordered if each[1].cost.total == least and _form_of(each[0].steps) not in kinds]
-        best += self._accurate_ones(ties, 1)
+        others = [each for each in ordered if _form_of(each[0].steps) not in kinds]
+        best += [each for each in others if each[1].cost.total == ordered[0][1].cost.total][:1]
+        best += [each for each in self._accurate_ones(ordered, n) if each not in best]
         found: list[Candidate] = []
         effort = 0
         for form, _ in best:
@@ -314,14 +316,16 @@ class Search:
         """Yield the systems in which polynomials of scalars are expanded, to be factorised as a whole.
 
         Named are the multivectors and the scalars computed from them. Polynomials are not reduced, since a Groebner
-        basis for expanded ones may take any time.
+        basis for expanded ones may take any time. An expanded sum of squares can be negative by rounding, so that there
+        are no such systems for kernels with roots.
         """
         left, most = self._effort.all_lowering, self._effort.lowering
         for name in names:
             expressions = self._variants[name]
             found = stages(expressions)
             ends = frozenset(e for e in found if not e.is_scalar or not all(a.is_scalar for a in e.arguments))
-            if ends in _choices_of_stages(found, self._effort.stages):
+            has_root = any(each.operation in _ROOTS for each in topological(expressions))
+            if has_root or ends in _choices_of_stages(found, self._effort.stages):
                 continue
             for name_implied in (False, True) if self._has_implied else (False,):
                 if left < 0 or is_interrupted():
