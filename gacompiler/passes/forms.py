@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from fractions import Fraction
 
 from .common_factors import without_common_factors
 from .products import as_products
@@ -12,6 +13,8 @@ from .shift import shift, shift_each
 from .system import System
 
 Steps = tuple[str, ...]
+SMALLEST = Fraction(1, 2**1000)
+"""Numbers between this one and its reciprocal are in the range of double precision."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,12 +59,18 @@ def further_forms(form: Form) -> Iterator[Form]:
 def forms_as_products(form: Form) -> Iterator[Form]:
     """Yield the form with polynomials as products, if there are any."""
     products = as_products(form.system)
-    if products is not None:
+    if products is not None and _is_representable(products):
         yield Form((*form.steps, "as products"), products, form.plain)
 
 
 def _simplified(form: Form) -> Iterator[Form]:
     changed = without_common_factors(form.system)
-    if changed is not None:
+    if changed is not None and _is_representable(changed):
         yield Form((*form.steps, "without common numbers"), changed, form.plain)
     yield from forms_as_products(form)
+
+
+def _is_representable(system: System) -> bool:
+    """Return whether the numbers of a system are in the range of double precision: factors of many terms may not be."""
+    sizes = (abs(value) for polynomial in system.polynomials() for value in polynomial.terms.values())
+    return all(SMALLEST < size < 1 / SMALLEST for size in sizes)

@@ -78,6 +78,10 @@ def test_no_pose_is_worse_than_opencvs(name: str, make: Any) -> None:
         one = localize(points, pixels, INTRINSICS)
         theirs = camera_error(opencvs(points, pixels), turn, centre)
         for found, state in ((one.pose, one.status), (pose, status)):
+            if state == VisionStatus.AMBIGUOUS:  # Four points can leave two poses, one of which is right.
+                errors = [camera_error(each, turn, centre) for each in one.poses]
+                assert any(all(a <= 3 * b for a, b in zip(each, theirs, strict=True)) for each in errors)
+                continue
             if state != VisionStatus.OK:
                 refused += 1
                 continue
