@@ -113,18 +113,14 @@ def cost(
     """
     found = compiled_kernels(find_spec(spec, algebra), cache, effort, model, keep_best=True)
     chosen = MODELS[model]
-    counts = {each.kernel.name: each.source.cost.as_dict() for each in found if isinstance(each, Compiled)}
-    if chosen is not COUNTS:
-        for each in found:
-            if isinstance(each, Compiled):
-                counts[each.kernel.name]["cost"] = chosen.of(each.source.program)
-    if bound:
-        for each in found:
-            if isinstance(each, Compiled):
-                least = lower_bound(each.kernel, each.source.program)
-                counts[each.kernel.name] |= (
-                    {"mul at least": least.products, "all at least": least.operations} if least else {}
-                )
+    counts: dict[str, dict[str, int]] = {}
+    for each in found:
+        if isinstance(each, Compiled):
+            row = counts[each.kernel.name] = each.source.cost.as_dict()
+            if chosen is not COUNTS:
+                row["cost"] = chosen.of(each.source.program)
+            if bound and (least := lower_bound(each.kernel, each.source.program)):
+                row |= {"mul at least": least.products, "all at least": least.operations}
     loops = {each.kernel.name: each.source.costs for each in found if isinstance(each, CompiledLoops)}
     if as_json:
         click.echo(json.dumps(counts | {name: costs_as_dict(costs) for name, costs in loops.items()}, indent=2))

@@ -12,7 +12,7 @@ Ranks are those at random points modulo a large prime; a rank at points is never
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from random import Random
 from typing import Any
@@ -21,7 +21,7 @@ from ..errors import InexactError
 from ..frontend.kernel import Kernel, Parameter
 from ..ir.interpret import Tape
 from ..ir.program import Program
-from ..rings.residues import PRIME, Residue, residue
+from ..rings.residues import PRIME, Residue, rank, residue
 from .samples import wide_sample
 
 Row = list[int]
@@ -62,7 +62,7 @@ def lower_bound(kernel: Kernel, program: Program) -> Bound | None:
 
 def _independent_results(points: Sequence[tuple[Row, Row]]) -> int:
     """Return the number of results that are independent modulo the inputs and the number 1."""
-    return rank([[1, *inputs, *results] for inputs, results in points]) - rank([[1, *inputs] for inputs, _ in points])
+    return _rank([1, *inputs, *results] for inputs, results in points) - _rank([1, *inputs] for inputs, _ in points)
 
 
 class _Values:
@@ -105,7 +105,7 @@ class _Values:
             else:
                 for row, column, first in zip(rows, columns, before, strict=True):
                     row += _difference(column, first)
-        return rank(rows)
+        return _rank(rows)
 
     def _at(self, point: Mapping[str, Any]) -> Row:
         found = self._tape.run([point[name] for name in self.names])
@@ -116,19 +116,5 @@ def _difference(a: Row, b: Row) -> Row:
     return [(x - y) % PRIME for x, y in zip(a, b, strict=True)]
 
 
-def rank(rows: Sequence[Row]) -> int:
-    """Return the rank of a matrix modulo the prime."""
-    rest = [list(row) for row in rows]
-    found = 0
-    for column in range(len(rest[0]) if rest else 0):
-        pivot = next((k for k in range(found, len(rest)) if rest[k][column]), None)
-        if pivot is None:
-            continue
-        rest[found], rest[pivot] = rest[pivot], rest[found]
-        inverse = pow(rest[found][column], -1, PRIME)
-        for k in range(found + 1, len(rest)):
-            factor = rest[k][column] * inverse % PRIME
-            if factor:
-                rest[k] = [(x - factor * y) % PRIME for x, y in zip(rest[k], rest[found], strict=True)]
-        found += 1
-    return found
+def _rank(rows: Iterable[Row]) -> int:
+    return rank({k: value for k, value in enumerate(row) if value} for row in rows)

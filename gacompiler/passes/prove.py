@@ -19,7 +19,7 @@ import mpmath
 
 from ..algebra.multivector import Multivector
 from ..errors import InexactError, ProofError
-from ..frontend.expression import Expression, evaluate
+from ..frontend.expression import Expression
 from ..frontend.kernel import Kernel
 from ..ir.interpret import Tape
 from ..ir.program import Program
@@ -121,7 +121,7 @@ def _wide_truths(
     """Return a point modulo a large prime and the values there, if the definition can be evaluated there."""
     point = wide_sample(kernel, random)
     try:
-        values = None if point is None else evaluate(expressions, point, lift=residue)
+        values = None if point is None else Meaning(expressions).residues(point)
     except (ArithmeticError, InexactError):
         return []
     return [] if point is None or values is None else [_truth(kernel, expressions, result_slots, point, values)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import cycle
 from random import Random
@@ -10,6 +10,7 @@ from typing import Any
 
 import mpmath
 
+from ..algebra.layout import Layout
 from ..algebra.multivector import Multivector
 from ..errors import InexactError, TooLargeError
 from ..frontend.expression import Expression, apply_operation, evaluate, topological
@@ -34,24 +35,26 @@ def sample(
     kernel: Kernel, random: Random, *, spread: Fraction = Fraction(1), near_one: bool = False, whole: bool = False
 ) -> dict[str, Any]:
     """Return random values of all input components that satisfy the relations of the layouts."""
-    values: dict[str, Any] = {}
     taken: set[int] = set()  # Versors are distinct, so that dependence on their difference is visible.
-    for parameter in kernel.parameters:
-        step = parameter.layout.size
-        for start in range(0, len(parameter.components), step):
-            names = parameter.components[start : start + step]
-            found = point(parameter.layout, random, spread=spread, near_one=near_one, whole=whole, taken=taken)
-            values.update(zip(names, found, strict=True))
-    return values
+    found = _elements(
+        kernel, lambda layout: point(layout, random, spread=spread, near_one=near_one, whole=whole, taken=taken)
+    )
+    assert found is not None
+    return found
 
 
 def wide_sample(kernel: Kernel, random: Random) -> dict[str, Any] | None:
     """Return values of all input components modulo a large prime, or None if a layout has no such points."""
+    return _elements(kernel, lambda layout: wide_point(layout, random))
+
+
+def _elements(kernel: Kernel, make: Callable[[Layout], list[Any] | None]) -> dict[str, Any] | None:
+    """Return the coefficients of an element for each element of the inputs, or None if one cannot be made."""
     values: dict[str, Any] = {}
     for parameter in kernel.parameters:
         step = parameter.layout.size
         for start in range(0, len(parameter.components), step):
-            found = wide_point(parameter.layout, random)
+            found = make(parameter.layout)
             if found is None:
                 return None
             values.update(zip(parameter.components[start : start + step], found, strict=True))
@@ -123,11 +126,11 @@ class Meaning:
             try:
                 if self._longest:
                     return self._rational(inputs, memory)
-                return self._residues(inputs)
+                return self.residues(inputs)
             except TooLargeError:
                 if self._has_residues:
                     try:
-                        values = self._residues(inputs)
+                        values = self.residues(inputs)
                         self._longest = 0
                         return values
                     except InexactError:
@@ -143,7 +146,7 @@ class Meaning:
                 raise ValueError("a function is not defined at zero") from error
             return [each.map(from_decimal) for each in values]
 
-    def _residues(self, inputs: Mapping[str, Any]) -> list[Multivector]:
+    def residues(self, inputs: Mapping[str, Any]) -> list[Multivector]:
         """Evaluate modulo a prime.
 
         Raises

@@ -12,9 +12,9 @@ from fractions import Fraction
 
 from ..algebra.blades import Rational
 from ..rings.polynomial import Monomial, Polynomial
+from ..rings.residues import rank, residue
 from .system import Definition, System
 
-PRIME = 2**61 - 1
 VARIABLE_LIMIT = 40
 """Kernels with more inputs are not changed."""
 
@@ -129,27 +129,10 @@ def _freedom(polynomial: Polynomial) -> int:
     The directions are later computed exactly.
     """
     used = [variable for variable in polynomial.variables if variable >= 0]
-    return len(used) - _rank(_jacobian([polynomial], used)) if len(used) <= VARIABLE_LIMIT else 0
-
-
-def _rank(rows: list[dict[int, Rational]]) -> int:
-    pivots: dict[int, dict[int, int]] = {}
-    for given in rows:
-        row = {k: v.numerator * pow(v.denominator, -1, PRIME) % PRIME for k, v in given.items()}
-        while row:
-            first = min(row)
-            if first not in pivots:
-                inverse = pow(row[first], -1, PRIME)
-                pivots[first] = {k: v * inverse % PRIME for k, v in row.items()}
-                break
-            factor = row[first]
-            for k, value in pivots[first].items():
-                total = (row.get(k, 0) - factor * value) % PRIME
-                if total:
-                    row[k] = total
-                else:
-                    row.pop(k, None)
-    return len(pivots)
+    if len(used) > VARIABLE_LIMIT:
+        return 0
+    rows = _jacobian([polynomial], used)
+    return len(used) - rank({k: residue(value).value for k, value in row.items()} for row in rows)
 
 
 def _jacobian(polynomials: list[Polynomial], variables: list[int]) -> list[dict[int, Rational]]:

@@ -6,6 +6,7 @@ divided by the prime (Schwartz 1980, Zippel 1979). Unlike fractions, residues ha
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from typing import Any
 
@@ -115,3 +116,24 @@ def _inverse(value: int) -> int:
     if value % PRIME == 0:
         raise ZeroDivisorError("division", "a residue / 0", "a divisor other than zero")
     return pow(value, -1, PRIME)
+
+
+def rank(rows: Iterable[Mapping[int, int]]) -> int:
+    """Return the rank of a sparse matrix of values modulo `PRIME`."""
+    pivots: dict[int, dict[int, int]] = {}
+    for given in rows:
+        row = {k: value % PRIME for k, value in given.items() if value % PRIME}
+        while row:
+            first = min(row)
+            if first not in pivots:
+                inverse = _inverse(row[first])
+                pivots[first] = {k: value * inverse % PRIME for k, value in row.items()}
+                break
+            factor = row[first]
+            for k, value in pivots[first].items():
+                total = (row.get(k, 0) - factor * value) % PRIME
+                if total:
+                    row[k] = total
+                else:
+                    row.pop(k, None)
+    return len(pivots)

@@ -17,10 +17,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
-from math import isqrt
 
 from ..algebra.algebra import Algebra
 from ..algebra.blades import Rational, exact
+from ..algebra.coefficients import EXACT
+from ..errors import InexactError
 
 Row = tuple[Rational, ...]
 
@@ -228,8 +229,10 @@ def _unit(algebra: Algebra, blade: int, sign: int = 0) -> dict[int, Rational]:
 
 def root(value: Rational) -> Fraction | None:
     """Return the square root of a number that is not negative, or None if it is irrational."""
-    found = Fraction(isqrt(value.numerator), isqrt(value.denominator))
-    return found if found * found == value else None
+    try:
+        return Fraction(EXACT["sqrt"](value))
+    except InexactError:
+        return None
 
 
 def _central(algebra: Algebra, blades: Iterable[int], space: frozenset[int]) -> int | None:
