@@ -6,12 +6,13 @@ by the same loop, so that nothing is selected by a computed number, and batches 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any, NamedTuple
 
 from ..frontend.equations import nonzero
 from ..frontend.functions import sqrt
-from ..frontend.loops import each, fold, scan, total
+from ..frontend.loops import each, fold, iterate, scan, total
 from ..frontend.operations import absolute, equal, maximum, select
 from ..frontend.searches import row_numbers
 
@@ -26,6 +27,46 @@ class Turns(NamedTuple):
 
     cosine: Any
     sine: Any
+
+
+class Chase(NamedTuple):
+    """What rotations of a row pass to the next: results of the row, and values of the next row before its own."""
+
+    diagonal: Any
+    beside: Any
+    own: Any
+    across: Any
+    cosine: Any
+    sine: Any
+    is_gap: Any
+
+
+def diagonalized(start: Any, basis: Any, step: Callable[[Any, Any], tuple[Any, Turns]]) -> tuple[Any, Any, Any]:
+    """Repeat a step of the QR algorithm until nothing is beside the diagonal.
+
+    Return the diagonal, the basis after the same rotations, and whether the steps have converged. `step` takes a matrix
+    and `first_of` its diagonal.
+    """
+    firsts = first_of(start.diagonal)
+
+    def next_step(state: Any) -> Any:
+        matrix, turned_basis = state
+        matrix, turns = step(matrix, firsts)
+        return matrix, turned(turned_basis, turns, firsts)
+
+    (found, basis), converged, _ = iterate(
+        next_step, (start, basis), lambda _, new: is_diagonal(new[0].beside), MOST_STEPS
+    )
+    return found.diagonal, basis, converged
+
+
+def diagonal_of(start: Any, step: Callable[[Any, Any], tuple[Any, Turns]]) -> tuple[Any, Any]:
+    """Return what `diagonalized` does, without a basis."""
+    firsts = first_of(start.diagonal)
+    found, converged, _ = iterate(
+        lambda t: step(t, firsts)[0], start, lambda _, new: is_diagonal(new.beside), MOST_STEPS
+    )
+    return found.diagonal, converged
 
 
 def scaled(matrix: Any) -> tuple[Any, Any]:

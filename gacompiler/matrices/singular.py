@@ -4,25 +4,24 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ..frontend.loops import each, fold, iterate, scan, total, transpose
+from ..frontend.loops import each, fold, scan, total, transpose
 from ..frontend.operations import absolute, equal, maximum, minimum, select
 from ..frontend.searches import pick, row_numbers
 from .products import identity
 from .reflections import reflect_columns, reflected, reflector
 from .rotations import (
     LEAST,
-    MOST_STEPS,
+    Chase,
     Turns,
-    first_of,
+    diagonal_of,
+    diagonalized,
     following,
-    is_diagonal,
     is_valid,
     ordered,
     places,
     rotation,
     scaled,
     shift_of_block,
-    turned,
     without_rounding,
 )
 
@@ -56,12 +55,9 @@ def singular_values(matrix: Any) -> tuple[Any, Any]:
     """
     small, size = scaled(matrix)
     start, _ = _bidiagonal(small, None)
-    firsts = first_of(start.diagonal)
-    found, converged, _ = iterate(
-        lambda t: _step(t, firsts)[0], start, lambda _, new: is_diagonal(new.beside), MOST_STEPS
-    )
-    values = ordered(each(lambda d: size * absolute(d), found.diagonal), _descending(found.diagonal))
-    return values, is_valid(converged, found.diagonal)
+    found, converged = diagonal_of(start, _step)
+    values = ordered(each(lambda d: size * absolute(d), found), _descending(found))
+    return values, is_valid(converged, found)
 
 
 def singular_vectors(matrix: Any) -> tuple[Any, Any, Any]:
@@ -136,16 +132,8 @@ def null_vector(matrix: Any) -> tuple[Any, Any, Any]:
 def _diagonal(matrix: Any) -> tuple[Any, Any, Any]:
     """Return the singular values and the right singular vectors in any order, and whether they are valid."""
     small, size = scaled(matrix)
-
-    def step(state: Any) -> Any:
-        t, basis = state
-        t, turns = _step(t, firsts)
-        return t, turned(basis, turns, firsts)
-
-    start = _bidiagonal(small, identity(transpose(matrix)))
-    firsts = first_of(start[0].diagonal)
-    (found, basis), converged, _ = iterate(step, start, lambda _, new: is_diagonal(new[0].beside), MOST_STEPS)
-    return each(lambda d: size * absolute(d), found.diagonal), basis, is_valid(converged, found.diagonal)
+    found, basis, converged = diagonalized(*_bidiagonal(small, identity(transpose(matrix))), _step)
+    return each(lambda d: size * absolute(d), found), basis, is_valid(converged, found)
 
 
 def _descending(values: Any) -> Any:
@@ -172,18 +160,6 @@ def _bidiagonal(matrix: Any, basis: Any) -> tuple[_Bidiagonal, Any]:
     return _Bidiagonal(*entries), others[0] if others else None
 
 
-class _Chase(NamedTuple):
-    """What two rotations pass to the next: results of the row, and values of the next row before its own rotations."""
-
-    diagonal: Any
-    beside: Any
-    own: Any
-    across: Any
-    cosine: Any
-    sine: Any
-    is_gap: Any
-
-
 def _step(t: _Bidiagonal, firsts: Any) -> tuple[_Bidiagonal, Turns]:
     """Return a bidiagonal matrix after a step of the QR algorithm in every block, and the rotations of the columns."""
     shift = _shift(t)
@@ -198,13 +174,13 @@ def _step(t: _Bidiagonal, firsts: Any) -> tuple[_Bidiagonal, Turns]:
         upper, lower = cosine * mixed - sine * a, cosine * after
         left, right, diagonal = _rotation(cosine * a + sine * mixed, sine * after, is_gap)
         joined = select(c.is_gap, 0, length)
-        found = _Chase(
+        found = Chase(
             diagonal, without_rounding(joined, c.diagonal, diagonal, ROUNDINGS), left * lower - right * upper,
             left * upper + right * lower, left, right, is_gap,
         )  # fmt: skip
         return found, Turns(cosine, sine)
 
-    start = _Chase(0, 0, 0, 0, 1, 0, 1), Turns(1, 0)
+    start = Chase(0, 0, 0, 0, 1, 0, 1), Turns(1, 0)
     found, turns = scan(rotated, start, t.diagonal, following(t.diagonal), following(t.beside), firsts)
     return _Bidiagonal(found.diagonal, found.beside), turns
 

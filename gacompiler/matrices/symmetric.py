@@ -4,25 +4,24 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ..frontend.loops import each, fold, iterate, scan, total
+from ..frontend.loops import each, fold, scan, total
 from ..frontend.operations import equal, select
 from ..frontend.searches import pick, row_numbers
 from .products import dot, identity
 from .reflections import reflected, reflector
 from .rotations import (
     LEAST,
-    MOST_STEPS,
+    Chase,
     Turns,
-    first_of,
+    diagonal_of,
+    diagonalized,
     following,
-    is_diagonal,
     is_valid,
     ordered,
     places,
     rotation,
     scaled,
     shift_of_block,
-    turned,
     without_rounding,
 )
 
@@ -53,12 +52,9 @@ def eigenvalues(matrix: Any) -> tuple[Any, Any]:
     """
     small, size = scaled(matrix)
     start, _ = _tridiagonal(small, None)
-    firsts = first_of(start.diagonal)
-    found, converged, _ = iterate(
-        lambda t: _step(t, firsts)[0], start, lambda _, new: is_diagonal(new.beside), at_most=MOST_STEPS
-    )
-    values = ordered(each(lambda x: x * size, found.diagonal), places(found.diagonal))
-    return values, is_valid(converged, found.diagonal)
+    found, converged = diagonal_of(start, _step)
+    values = ordered(each(lambda x: x * size, found), places(found))
+    return values, is_valid(converged, found)
 
 
 def eigenvectors(matrix: Any) -> tuple[Any, Any, Any]:
@@ -86,18 +82,10 @@ def eigenvectors(matrix: Any) -> tuple[Any, Any, Any]:
     `eigenvectors_symmetric` is faster for 2, 3 and 4 rows.
     """
     small, size = scaled(matrix)
-
-    def step(state: Any) -> Any:
-        t, basis = state
-        t, turns = _step(t, firsts)
-        return t, turned(basis, turns, firsts)
-
-    start = _tridiagonal(small, identity(matrix))
-    firsts = first_of(start[0].diagonal)
-    (found, basis), converged, _ = iterate(step, start, lambda _, new: is_diagonal(new[0].beside), MOST_STEPS)
-    order = places(found.diagonal)
-    values = ordered(each(lambda x: x * size, found.diagonal), order)
-    return values, each(lambda row: ordered(row, order), basis), is_valid(converged, found.diagonal)
+    found, basis, converged = diagonalized(*_tridiagonal(small, identity(matrix)), _step)
+    order = places(found)
+    values = ordered(each(lambda x: x * size, found), order)
+    return values, each(lambda row: ordered(row, order), basis), is_valid(converged, found)
 
 
 def _tridiagonal(matrix: Any, basis: Any) -> tuple[_Tridiagonal, Any]:
@@ -119,18 +107,6 @@ def _tridiagonal(matrix: Any, basis: Any) -> tuple[_Tridiagonal, Any]:
     return _Tridiagonal(diagonal, beside), others[0] if others else None
 
 
-class _Chase(NamedTuple):
-    """What a rotation passes to the next: results of the row, and values of the next row before its own rotation."""
-
-    diagonal: Any
-    beside: Any
-    own: Any
-    across: Any
-    cosine: Any
-    sine: Any
-    is_gap: Any
-
-
 def _step(t: _Tridiagonal, firsts: Any) -> tuple[_Tridiagonal, Turns]:
     """Return a tridiagonal matrix after a step of the QR algorithm in every block, and the rotations."""
     shift = _shift(t)
@@ -143,13 +119,13 @@ def _step(t: _Tridiagonal, firsts: Any) -> tuple[_Tridiagonal, Turns]:
         cosine, sine, length = rotation(x, y, is_gap)
         change = sine * (after - a) + 2 * cosine * mixed
         diagonal, joined = a + sine * change, select(c.is_gap, 0, length)
-        found = _Chase(
+        found = Chase(
             diagonal, without_rounding(joined, c.diagonal, diagonal), after - sine * change, cosine * change - mixed,
             cosine, sine, is_gap,
         )  # fmt: skip
         return found, Turns(cosine, sine)
 
-    start = _Chase(0, 0, 0, 0, 1, 0, 1), Turns(1, 0)
+    start = Chase(0, 0, 0, 0, 1, 0, 1), Turns(1, 0)
     found, turns = scan(rotated, start, t.diagonal, following(t.diagonal), following(t.beside), firsts)
     return _Tridiagonal(found.diagonal, found.beside), turns
 
