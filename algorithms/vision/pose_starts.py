@@ -42,9 +42,7 @@ def reversed_pose(pose: Reals, places: Reals) -> Reals:
     Both have the same image under parallel projection (Necker reversal): the other minimum of the distances in the
     image is near the reversed pose of points that are in a plane, and are small or distant.
     """
-    axes = _plane_axes(places)
-    rotation = _mirror(pose[..., 3]) @ pose[..., :3] @ np.swapaxes(axes, -1, -2) * [1, 1, -1]
-    return np.concatenate([rotation @ axes, pose[..., 3:]], -1)
+    return np.asarray(linear_views.reversed_pose(pose, _plane_axes(places)))
 
 
 def three_points(places: Reals, seen: Reals) -> Reals:
@@ -99,8 +97,8 @@ def _from_plane(places: Reals, seen: Reals) -> tuple[Reals, Reals]:
     """Return the pose by the homography of the plane of largest extent, and its reversal."""
     axes = _plane_axes(places)
     matrix, _ = linear_homography(places @ np.swapaxes(axes[..., :2, :], -1, -2), seen)
-    poses = linear_views.poses_of_plane(np.where(np.isfinite(matrix), matrix, 0), axes)
-    return np.asarray(poses[0]), np.asarray(poses[1])
+    pose = np.asarray(linear_views.pose_of_plane(np.where(np.isfinite(matrix), matrix, 0), axes))
+    return pose, np.asarray(linear_views.reversed_pose(pose, axes))
 
 
 def _from_triples(places: Reals, seen: Reals) -> Reals:
@@ -120,12 +118,6 @@ def _from_triples(places: Reals, seen: Reals) -> Reals:
 def _plane_axes(places: Reals) -> Reals:
     """Return axes, as rows (..., 3, 3), of which the first two are those of the largest extents of centred points."""
     return np.swapaxes(matrices.singular_vectors(places)[1], -1, -2)
-
-
-def _mirror(normal: Reals) -> Reals:
-    """Return the reflections in the planes orthogonal to vectors (..., 3)."""
-    unit = normal / np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-300)
-    return np.asarray(np.eye(3) - 2 * unit[..., :, None] * unit[..., None, :])
 
 
 def _frame(triangle: Reals) -> Reals:

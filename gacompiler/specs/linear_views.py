@@ -172,12 +172,9 @@ def pose_of_camera(camera):
     return tuple((*row, sign * own[3] / _or_one(size)) for row, own in zip(rotation, camera, strict=True))
 
 
-@kernel(homography=THREE, axes=THREE, returns=(CAMERA, CAMERA))
-def poses_of_plane(homography, axes):
-    """Compute the pose [R | t] from the homography of a plane through the origin, and its mirror image.
-
-    The plane mirrored in the plane perpendicular to the line of sight to the origin has the same image under parallel
-    projection (Necker reversal): another minimum of the distances in the image is near it.
+@kernel(homography=THREE, axes=THREE, returns=CAMERA)
+def pose_of_plane(homography, axes):
+    """Compute the pose [R | t] from the homography of a plane through the origin, which is in front of it.
 
     Parameters
     ----------
@@ -191,14 +188,33 @@ def poses_of_plane(homography, axes):
     factor = select(homography[2][2] < 0, -1, 1) / _or_one(size)
     x, y, shift = (tuple(factor * a for a in column) for column in columns)
     rotation, _ = _nearest_rotation(tuple(zip(x, y, _cross(x, y), strict=True)))
-    frame = (axes[0], axes[1], _cross(axes[0], axes[1]))
+    return tuple((*row, s) for row, s in zip(_times(rotation, _frame(axes)), shift, strict=True))
+
+
+@kernel(pose=CAMERA, axes=THREE, returns=CAMERA)
+def reversed_pose(pose, axes):
+    """Mirror a plane through the origin in the plane perpendicular to the line of sight (Necker reversal).
+
+    The pose [R | t] of both planes has the same image under parallel projection: if a pose is a minimum of the
+    distances in the image of points in the plane, another minimum is near the reversed one.
+
+    Parameters
+    ----------
+    pose
+    axes
+        The first two rows are orthonormal axes of the plane.
+    """
+    frame, shift = _frame(axes), tuple(row[3] for row in pose)
     normal = _scaled(shift)
-    turned = tuple(zip(*rotation, strict=True))
+    columns = [tuple(_dot(row[:3], axis) for row in pose) for axis in frame]
     mirrored = [
-        tuple(a - 2 * _dot(normal, column) * n for a, n in zip(column, normal, strict=True)) for column in turned
+        tuple(a - 2 * _dot(normal, column) * n for a, n in zip(column, normal, strict=True)) for column in columns
     ]
     mirrored[2] = tuple(-a for a in mirrored[2])
-    poses = []
-    for found in (rotation, tuple(zip(*mirrored, strict=True))):
-        poses.append(tuple((*row, s) for row, s in zip(_times(found, frame), shift, strict=True)))
-    return tuple(poses)
+    rotation = _times(tuple(zip(*mirrored, strict=True)), frame)
+    return tuple((*row, s) for row, s in zip(rotation, shift, strict=True))
+
+
+def _frame(axes):
+    """Return a right-handed frame of which the first two axes are given."""
+    return axes[0], axes[1], _cross(axes[0], axes[1])
