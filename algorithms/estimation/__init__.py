@@ -12,7 +12,9 @@ from .line_recordings import filter_lines
 from .linear_motor_filter import LinearMotorFilter
 from .motor_filter import MotorFilter
 from .motor_objects import Observability, observability
-from .orientation import Orientation, OrientationSettings, estimate_orientation, orientation
+from .orientation import Orientation, estimate_orientation, orientation
+from .orientation_filter import OrientationFilter
+from .orientation_starts import OrientationSettings
 from .pan_tilt import Aim, aim, calibrated_head, gaze_rates, pan_tilt_head
 from .rotor_filter import LinearRotorFilter, RotorFilter
 from .status import EstimationStatus
@@ -38,6 +40,7 @@ __all__ = [
     "MotorFilter",
     "Observability",
     "Orientation",
+    "OrientationFilter",
     "OrientationSettings",
     "Prediction",
     "Recording",

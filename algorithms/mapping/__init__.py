@@ -1,7 +1,7 @@
 """Maps from laser scans: matching, line maps, relocation and localisation."""
 
 from .building import build_map
-from .built_map import BuildSettings, BuiltMap, Progress, ScanStatus
+from .built_map import BuildSettings, BuiltMap, MapStep, Progress, ScanStatus
 from .carmen import CarmenLog, Problem, Reading
 from .export_3d import write_ply, write_svg
 from .floor_plans import FloorPlan, RecallPrecision, load_floor_plan, wall_recall_precision
@@ -21,6 +21,7 @@ from .map_3d import (
     stereo_points,
     vertical_planes,
 )
+from .mapper import Mapper
 from .matching import Match, match_scans
 from .navigation_run import NavigationRun, simulate_following
 from .navigation_status import FitStatus, FollowStatus, LocalizationStatus, PathStatus, PlanStatus
@@ -52,6 +53,8 @@ __all__ = [
     "Located",
     "Map3D",
     "MapObject",
+    "MapStep",
+    "Mapper",
     "MappingStatus",
     "Match",
     "NavigationRun",

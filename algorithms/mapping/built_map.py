@@ -1,4 +1,4 @@
-"""What `build_map` takes and returns: settings, progress, the statuses of scans, and the map."""
+"""What `Mapper` and `build_map` take and return: settings, progress, the statuses of scans, and the map."""
 
 from __future__ import annotations
 
@@ -30,6 +30,9 @@ class ScanStatus(Status):
     """Refused: no motion explains enough of the readings."""
     ODOMETRY_JUMP = 5
     """Refused: the odometry jumps, and no motion explains the readings."""
+    ASSUMED = 6
+    """Without odometry, the scan and the previous one do not determine the motion. The scan was added at a motion which
+    agrees with the readings, such as the last one again; the covariance is that of an unknown motion."""
 
 
 REFUSED = (ScanStatus.TOO_FEW_READINGS, ScanStatus.NOT_MATCHED, ScanStatus.ODOMETRY_JUMP)
@@ -66,6 +69,30 @@ class Progress:
     n_loops: int
     stage: str
     """``scans``, ``poses`` or ``lines``."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MapStep:
+    """Result of `Mapper.add`."""
+
+    motor: Reals
+    """(4,) The pose of the scan: the motor from its frame to that of the map, which is that of the first scan."""
+    status: ScanStatus
+    covariance: Reals
+    """(3, 3) Of the error of the pose in the frame of the scan: angle, x, y, in radians and metres."""
+    closure: tuple[int, ...] | None
+    """The earlier and the later one of the two scans between which a loop was closed; None if there was none."""
+    moved: bool
+    """Whether the poses of earlier scans have changed."""
+    n_scans: int
+    n_added: int
+    n_loops: int
+
+    @property
+    def pose(self) -> Reals:
+        """(3,) x, y and the angle of the pose."""
+        angle, shift = pga2.motor_to_angle_translation(self.motor)
+        return np.array([*shift, angle])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

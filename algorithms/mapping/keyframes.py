@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from generated import pga2
+from generated import line_maps, pga2
 
 from ..arguments import Reals
 from .motions import length_and_angle, relative
@@ -35,6 +35,8 @@ class Keyframes:
         self._motions: list[Reals] = []
         self._information: list[Reals] = []
         self._is_loop: list[bool] = []
+        self.covariance = np.zeros((3, 3))
+        """Of the perturbation, angle and translation in its own frame, of the last pose relative to the first one."""
 
     def __len__(self) -> int:
         """Return the number of poses."""
@@ -65,6 +67,7 @@ class Keyframes:
             self._motors[n] = pga2.normalize_motor(pga2.motor_product(self._motors[n - 1], motion))
             self._travelled[n] = self._travelled[n - 1] + length_and_angle(motion)[0]
             self._append((n - 1, n), motion, information, False)
+            self.covariance = self.spread_after(motion, np.linalg.inv(self._information[-1]))
         else:
             self._motors[0] = IDENTITY
         narrow = (each.astype(np.float32) for each in (surface.points, surface.normals))
@@ -80,6 +83,12 @@ class Keyframes:
         self._information.append(with_floor(information))
         self._is_loop.append(loop)
 
+    def spread_after(self, motion: Reals, spread: Reals) -> Reals:
+        """Return the covariance of a pose that follows the last one by a motion with a covariance."""
+        _, by_last, by_next = line_maps.edge_of_poses(IDENTITY, motion, motion)
+        back = np.linalg.inv(by_next)
+        return np.asarray(back @ (by_last @ self.covariance @ by_last.T + spread) @ back.T)
+
     def submap(self, rows: Reals, origin: int) -> Reference:
         """Return the surfaces of some poses in the frame of one of them."""
         return Reference(self.parts(rows, origin))
@@ -94,8 +103,9 @@ class Keyframes:
         found = optimise_poses(
             self.motors, np.array(self._edges).reshape(-1, 2), np.array(self._motions).reshape(-1, 4),
             np.array(self._information).reshape(-1, 3, 3), np.array(self._is_loop, bool), tolerance=_TOLERANCE,
+            marginals=[len(self) - 1],
         )  # fmt: skip
-        self._motors[: len(self)] = found.motors
+        self._motors[: len(self)], self.covariance = found.motors, found.covariances[0]
         return found
 
     def n_bounded(self, found: OptimisedPoses) -> int:

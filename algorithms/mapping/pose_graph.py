@@ -46,6 +46,9 @@ class OptimisedPoses:
     cost: float
     """The sum over edges of half of their squared misfits by their information, robust ones bounded."""
     steps: int
+    covariances: Reals
+    """(k, 3, 3) Of the perturbations, angle and translation in their own frames, of the poses `marginals`, relative to
+    the first pose; infinite for poses that are not connected to it."""
 
 
 def optimise_poses(
@@ -56,6 +59,7 @@ def optimise_poses(
     robust: ArrayLike | None = None,
     bound: float = 4.0,
     tolerance: float = 1e-13,
+    marginals: ArrayLike = (),
 ) -> OptimisedPoses:
     """Find the poses that agree best with measured motions between them.
 
@@ -77,6 +81,8 @@ def optimise_poses(
         The misfit, in standard deviations, at which the weight of a robust edge is a quarter.
     tolerance : float, optional
         The relative decrease of the cost at which the steps end.
+    marginals : array_like, (k,) of int, optional
+        Poses whose marginal covariances are computed. Each takes three solutions with the factors of the last step.
 
     Returns
     -------
@@ -105,9 +111,12 @@ def optimise_poses(
         raise ValueError(f"robust: shape {bounded.shape}; expected ({len(pairs)},), one for each edge")
     if not bound > 0:
         raise ValueError(f"bound: {bound}; expected a positive number of standard deviations")
+    wanted = np.asarray(marginals, np.int64).reshape(-1) if np.size(marginals) == 0 else np.asarray(marginals)
+    if wanted.ndim != 1 or wanted.dtype.kind not in "iu" or not ((wanted >= 0) & (wanted < len(poses))).all():
+        raise ValueError(f"marginals: {wanted}; expected a list of poses, 0 to {len(poses) - 1}")
     reached = _reached(len(poses), pairs)
     problem = _Graph(pairs, measured, weights, bounded, bound**2, tolerance, reached)
-    return problem.optimised(poses)
+    return problem.optimised(poses, wanted)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -137,7 +146,7 @@ class _Graph:
         cost = np.where(self.robust, share * squares, squares)
         return 0.5 * float(cost.sum()), np.where(self.robust, share**2, 1.0)
 
-    def optimised(self, poses: Reals) -> OptimisedPoses:
+    def optimised(self, poses: Reals, wanted: Reals) -> OptimisedPoses:
         """Take steps until they are small.
 
         The bound of robust edges is lowered step by step, so that a large loop can pull the poses together first.
@@ -169,7 +178,8 @@ class _Graph:
         status = GraphStatus.OK if settled else GraphStatus.NOT_CONVERGED
         if not self.reached.all():
             status = GraphStatus.DISCONNECTED
-        return OptimisedPoses(np.asarray(pga2.normalize_motor(poses)), status, misfits, weights, cost, step)
+        spreads = rows.covariances(by_a, by_b, weights[:, None, None] * self.information, wanted)
+        return OptimisedPoses(np.asarray(pga2.normalize_motor(poses)), status, misfits, weights, cost, step, spreads)
 
 
 class _Rows:
@@ -192,21 +202,40 @@ class _Rows:
 
     def solved(self, misfits: Reals, by_a: Reals, by_b: Reals, information: Reals, damping: float) -> Reals:
         """Return the damped Gauss-Newton step (n, 3)."""
+        gradient = np.zeros((self._n, 3))
+        for end, rows in zip(self._edges.T, (by_a, by_b), strict=True):
+            np.add.at(gradient, end, (np.swapaxes(rows, 1, 2) @ information @ misfits[:, :, None])[:, :, 0])
+        change = np.zeros(3 * self._n)
+        if len(self._free):
+            factor = self._factor(by_a, by_b, information, damping)
+            change[self._free] = -factor.solve(gradient.reshape(-1)[self._free])
+        return change.reshape(self._n, 3)
+
+    def covariances(self, by_a: Reals, by_b: Reals, information: Reals, wanted: Reals) -> Reals:
+        """Return the marginal covariances (k, 3, 3) of some poses."""
+        found = np.where(np.isin(wanted, self._free // 3)[:, None, None], np.zeros((3, 3)), np.inf)
+        found[wanted == 0] = 0
+        rows = np.searchsorted(self._free, 3 * wanted)
+        inside = np.flatnonzero(np.isfinite(found[:, 0, 0]) & (wanted > 0))
+        if len(inside):
+            factor = self._factor(by_a, by_b, information, 0.0)
+        for k in inside:
+            places = rows[k] + np.arange(3)
+            columns = np.zeros((len(self._free), 3))
+            columns[places, range(3)] = 1
+            found[k] = factor.solve(columns)[places]
+        return np.asarray(found)
+
+    def _factor(self, by_a: Reals, by_b: Reals, information: Reals, damping: float) -> scipy.sparse.linalg.SuperLU:
+        """Return the factors of the damped normal equations."""
         a, b = np.swapaxes(by_a, 1, 2) @ information, np.swapaxes(by_b, 1, 2) @ information
         blocks = np.stack([a @ by_a, a @ by_b, b @ by_a, b @ by_b], 1)
         size = len(self._free)
         matrix = scipy.sparse.csc_array((blocks.ravel()[self._kept], (self._row, self._column)), shape=(size, size))
         matrix.setdiag(matrix.diagonal() * (1 + damping) + 1e-12)
-        gradient = np.zeros((self._n, 3))
-        np.add.at(gradient, self._edges[:, 0], (a @ misfits[:, :, None])[:, :, 0])
-        np.add.at(gradient, self._edges[:, 1], (b @ misfits[:, :, None])[:, :, 0])
-        change = np.zeros(3 * self._n)
-        if size:
-            factor = scipy.sparse.linalg.splu(
-                matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-            )
-            change[self._free] = -factor.solve(gradient.reshape(-1)[self._free])
-        return change.reshape(self._n, 3)
+        return scipy.sparse.linalg.splu(
+            matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+        )
 
 
 def _reached(n: int, edges: Reals) -> Reals:
