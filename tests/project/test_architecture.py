@@ -60,6 +60,7 @@ ALLOWED: dict[str, set[str]] = {
     "inspect": {"errors", "algebra", "frontend", "ir", "passes", "backends", "generation"},
     "runtime": {"errors", "frontend", "ir.cost_models", "passes", "backends", "generation", "cache_folder"},
     "scripts": {"algebra", "frontend", "cluscript", "runtime"},
+    "torch": {"algebra", "errors", "frontend", "derivatives", "runtime", "numpy", "torch"},
     "objects": {
         *("objects", "errors", "algebra", "rings", "ir", "frontend", "passes", "backends", "generation", "runtime"),
         *(

@@ -128,6 +128,7 @@ def plane(v):
 
 
 def vector_of(v):
+    """Return the vector with three coordinates."""
     return assemble(VGA3, {"e1": v[0], "e2": v[1], "e3": v[2]})
 
 
@@ -138,6 +139,7 @@ def rows_of(rotor):
 
 
 def of_unit_length(rotor):
+    """Return a rotor divided by its length."""
     numbers = [rotor[name] for name in EVEN.blades]
     return (1 / sqrt(dot(numbers, numbers))) * rotor
 
@@ -224,6 +226,7 @@ def reading(carry, settings):
 
 
 def orientation_step_of(carry, rate, acceleration, field, dt, settings):
+    """Return the `Carry` after a sample."""
     s, per_time = settings, 1 / dt
     finite = has_rate, has_acceleration, has_field = tuple(map(are_finite, (rate, acceleration, field)))
     rate = choose(has_rate, rate, carry.last_rate)

@@ -1,0 +1,161 @@
+"""Kernels as operators of torch: derivatives by differences, batches, graphs, types and messages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+import gacompiler
+from gacompiler import SCALAR, array, cos, fold, gather, kernel, sandwich, scalar_product, sin, sqrt, total
+from gacompiler.algebra.catalog import PGA3, VGA3
+from gacompiler.errors import KernelError
+from gacompiler.frontend.parameters import index
+
+pytestmark = pytest.mark.peers
+
+torch = pytest.importorskip("torch")
+
+from gacompiler.torch import operator  # noqa: E402
+
+
+@kernel(m=PGA3.MOTOR, p=PGA3.POINT)
+def move(m, p):
+    """Move a point."""
+    return sandwich(m, p)
+
+
+@kernel(a=VGA3.VECTOR, s=SCALAR)
+def two_results(a, s):
+    """Return a number and a vector."""
+    return sqrt(1 + s * s) * scalar_product(a, a), s * a
+
+
+@kernel(q=array(SCALAR, "n"), axes=array(PGA3.LINE, "n"), tool=PGA3.MOTOR)
+def arm(q, axes, tool):
+    """Return the pose by the product of exponentials."""
+    return fold(lambda m, a, axis: m * (cos(a / 2) - sin(a / 2) * axis), 1, q, axes) * tool
+
+
+@kernel(x=array(SCALAR, "n", 2), rows=index("m", into="n"))
+def picked(x, rows):
+    """Return a sum of products over the rows of a table."""
+    return total(lambda p: p[0] * p[1], gather(x, rows))
+
+
+def tensors(*shapes: tuple[int, ...], dtype: Any = None) -> list[Any]:
+    torch.manual_seed(0)
+    return [torch.randn(shape, dtype=dtype or torch.float64, requires_grad=True) for shape in shapes]
+
+
+CASES = [(move, ((3, 8), (2, 1, 3))), (two_results, ((4, 3), (4,))), (two_results, ((3,), (2, 1)))]
+
+
+@pytest.mark.parametrize(("definition", "shapes"), CASES, ids=lambda x: getattr(x, "name", None))
+def test_derivatives_of_both_orders(definition: Any, shapes: Any) -> None:
+    """Against differences, with broadcast arguments; motors are off their manifold, where values count too."""
+    given = tensors(*shapes)
+    assert torch.autograd.gradcheck(operator(definition), given)
+    assert torch.autograd.gradgradcheck(operator(definition), given)
+
+
+def test_derivatives_of_loops() -> None:
+    given = tensors((2, 3), (3, 6), (8,))
+    assert torch.autograd.gradcheck(operator(arm), given)
+    q, axes, tool = (x.detach() for x in given)
+    one = q.clone().requires_grad_()  # second derivatives by one argument: each pair is a kernel to compile
+    assert torch.autograd.gradgradcheck(lambda x: operator(arm)(x, axes, tool), one)
+
+
+def test_values_are_those_of_the_kernel() -> None:
+    m, p = tensors((8,), (50, 3))
+    m = m.detach() / torch.linalg.norm(m[:4].detach())
+    m[7] -= (m[7] * m[0] - m[1] * m[6] + m[2] * m[5] - m[3] * m[4]) / m[0]  # a unit motor
+    found = operator(move)(m, p)
+    wanted = gacompiler.compile(move)(m.numpy(), p.detach().numpy())
+    assert torch.allclose(found, torch.from_numpy(wanted), atol=1e-12)
+
+
+def test_tables_of_rows_have_no_gradient() -> None:
+    (x,) = tensors((6, 2))
+    rows = torch.tensor([5, 0, 0, 3])
+    operator(picked)(x, rows).backward()
+    wanted = torch.zeros(6, 2, dtype=torch.float64)
+    for row in rows:
+        wanted[row] += x.detach()[row].flip(0)
+    assert torch.allclose(x.grad, wanted)
+
+
+def same(a: Any, b: Any) -> bool:
+    return bool(torch.allclose(a, b, rtol=1e-13, atol=1e-13))
+
+
+def test_transforms() -> None:
+    """vmap over either argument and both, with leading axes of their own; jacrev, jacfwd and hessian agree."""
+    g = operator(move)
+    m, p = tensors((7, 8), (4, 3))
+    rows = torch.stack([g(one, p) for one in m])
+    assert same(torch.vmap(g, in_dims=(0, None))(m, p), rows)
+    assert same(torch.vmap(g, in_dims=(1, None))(m.T, p), rows)
+    assert same(torch.vmap(torch.vmap(g, in_dims=(None, 0)), in_dims=(0, None))(m, p), rows)
+    back, ahead = (transform(lambda x: g(x, p))(m[0]) for transform in (torch.func.jacrev, torch.func.jacfwd))
+    assert torch.allclose(back, ahead, atol=1e-13)
+
+    def cost(x: Any) -> Any:
+        return (g(x, p) ** 2).sum()
+
+    second = torch.func.hessian(cost)(m[0])
+    assert torch.allclose(second, torch.func.jacrev(torch.func.jacrev(cost))(m[0]), atol=1e-12)
+    assert torch.allclose(second, second.T, atol=1e-12)
+
+
+def test_graphs_without_breaks() -> None:
+    g = operator(move)
+
+    def cost(m: Any, p: Any) -> Any:
+        return (g(m.sin(), p) ** 2).sum()
+
+    compiled: Callable[..., Any] = torch.compile(cost, fullgraph=True)
+    for shape in ((5, 8), (9, 8)):
+        (one,), p = tensors(shape), torch.ones(3, dtype=torch.float64)
+        other = one.detach().clone().requires_grad_()
+        cost(one, p).backward()
+        compiled(other, p).backward()
+        assert torch.allclose(one.grad, other.grad, rtol=1e-13)
+    torch.library.opcheck(g.registered, tuple(tensors((5, 8), (3,))))
+
+
+@pytest.mark.parametrize(("kind", "error"), [("float32", 1e-5), ("bfloat16", 0.1), ("float16", 0.02)])
+def test_narrow_types(kind: str, error: float) -> None:
+    dtype = getattr(torch, kind)
+    m, p = tensors((20, 8), (20, 3))
+    found = operator(move)(m.to(dtype), p.to(dtype))
+    exact = operator(move)(m.to(dtype).double(), p.to(dtype).double())
+    assert found.dtype == dtype
+    assert ((found.double() - exact).abs().max() / exact.abs().max()) < error
+
+
+def test_memory_orders_and_empty_batches() -> None:
+    m, p = tensors((6, 8), (6, 3))
+    g = operator(move)
+    wanted = g(m, p)
+    assert same(g(m.T.contiguous().T, torch.cat([p, p], 1)[:, :3]), wanted)
+    assert same(g(m, p[0].expand(6, 3)), g(m, p[0]))
+    empty = g(m[:0], p[:0])
+    assert empty.shape == (0, *wanted.shape[1:])
+    empty.sum().backward()
+    assert not m.grad.any()
+
+
+def test_messages() -> None:
+    g = operator(move)
+    m, p = tensors((8,), (3,))
+    with pytest.raises(KernelError, match=r"move: p.*float32 on cpu.*float64"):
+        g(m, p.float())
+    with pytest.raises(KernelError, match=r"called with 1 tensors.*m, p"):
+        g(m)
+    with pytest.raises((ValueError, TypeError), match="m"):
+        g(m[:7], p)
+    with pytest.raises(KernelError, match=r"an object of type int.*@kernel"):
+        operator(3)
