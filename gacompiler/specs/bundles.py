@@ -334,3 +334,24 @@ def point_changes(coupling, block, point, change, reduced, inverse, zero):
         return a * x + ib * y + ic * z, b * y + cb * z, c * z
 
     return each(solved, sums, reduced, inverse)
+
+
+@kernel(
+    coupling=COUPLINGS, first=index("products", into="couplings"), second=index("products", into="couplings"),
+    pair=index("products", into="pairs"), point=index("products", into="points"), share=array(SCALAR, "products"),
+    covariance=array(SCALAR, "pairs", 6, 6), zero=array(SCALAR, "points"), returns=array(SCALAR, "points", 6),
+)  # fmt: skip
+def spread_of_points(coupling, first, second, pair, point, share, covariance, zero):
+    """Sum the covariances of blocks, seen through scaled couplings: what the parameters of cameras add to points.
+
+    `share` is 1 for products of a coupling with itself and 2 for others. The sums are upper triangles, row by row.
+    """
+
+    def of(a, b, c, times):
+        middle = [tuple(_dot(row, column) for column in zip(*b, strict=True)) for row in c]
+        left = tuple(zip(*a, strict=True))
+        full = [[_dot(x, y) for y in zip(*middle, strict=True)] for x in left]
+        return tuple(times * HALF * (full[i][j] + full[j][i]) for i in range(3) for j in range(i, 3))
+
+    rows = each(of, gather(coupling, first), gather(coupling, second), gather(covariance, pair), share)
+    return scatter(rows, point, zero)

@@ -1,0 +1,281 @@
+"""Bundle adjustment: cameras, points and lenses that agree best with where the points are seen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import pga3
+
+from ..arguments import Reals, finite_number, real_array
+from ..evidence import Noise
+from .bundle_arguments import (
+    LOSSES,
+    Cameras,
+    Table,
+    checked_cameras,
+    checked_distortion,
+    checked_fixed,
+    checked_lenses,
+    checked_table,
+)
+from .bundle_descent import BundleStep, Descent, Information, descended
+from .bundle_parts import Parts, parts_of
+from .bundle_results import BundleAdjustment
+from .bundle_system import N_PINHOLE, Layout, Scene, State
+from .camera import Camera
+from .pose_refinement import pixel_noise
+from .status import VisionStatus
+
+_TOUCHED = 1e-4
+"""From floating point: a direction of norm 1 that is undetermined changes cameras with components above this. It is
+three times the root of the limit of eigenvalues, which is what rounding errors reach."""
+
+
+def bundle_adjust(
+    cameras: Cameras,
+    points: ArrayLike,
+    observations: Table,
+    *,
+    distortion: str | None = None,
+    coefficients: ArrayLike | None = None,
+    intrinsics: str | ArrayLike = "fixed",
+    estimated: Sequence[str] | None = None,
+    loss: str | None = None,
+    scale: float = 1.0,
+    noise: float | None = None,
+    fixed_cameras: ArrayLike | None = None,
+    fixed_points: ArrayLike | None = None,
+    max_steps: int = 100,
+    covariance: str | None = "cameras",
+    progress: Callable[[BundleStep], object] | None = None,
+) -> BundleAdjustment:
+    """Adjust cameras and points by least squares of distances in the images.
+
+    This is the last step of structure from motion: bundle adjustment as in COLMAP's ``bundle_adjuster``, Ceres,
+    ``cv2.detail.BundleAdjusterReproj`` and gtsam's ``GeneralSFMFactor``. The minimum of the reprojection errors near
+    the given cameras and points is found by Levenberg and Marquardt's method on the manifold of motors. Points are
+    eliminated from its equations (Schur complement).
+
+    Parameters
+    ----------
+    cameras : sequence of Camera, or a pair of array_like, (c, 3, 3) and (c, 8)
+        The start: cameras, or matrices K and unit motors from the frames of cameras to that of the world.
+    points : array_like, (m, 3)
+        The start: world coordinates.
+    observations : Observations, or three of array_like, (k,), (k,) and (k, 2)
+        Numbers of cameras, numbers of points, and pixels. Pixels that are NaN count as not seen.
+    distortion : {None, "brown", "fisheye"}
+        The model of the lens, as in OpenCV.
+    coefficients : array_like, (n,) or (c, n), optional
+        Coefficients at the start, in OpenCV's order: ``k1 k2 p1 p2 k3 k4 k5 k6`` for "brown", ``k1 k2 k3 k4`` for
+        "fisheye". Those left out at the end are 0, the default for all.
+    intrinsics : {"fixed", "shared", "each"} or array_like, (c,) of int
+        Whether lenses are estimated: not at all, one for all cameras, one for each, or one for all cameras with the
+        same number.
+    estimated : sequence of str, optional
+        Which numbers of lenses are estimated: of ``f`` (fx and fy in their ratio), ``fx fy cx cy skew`` and the names
+        of coefficients. By default ``f cx cy`` and all given coefficients, or if none are given k1 to k3 with p1 and
+        p2, or k1 to k4 of "fisheye".
+    loss : {None, "huber", "cauchy"}
+        How squared distances count. The default suits observations without wrong ones.
+    scale : float
+        The distance, in pixels, at which a robust loss begins to grow slower.
+    noise : float, optional
+        The standard deviation of pixels. By default it follows from the residuals and a prior: about a thousandth of
+        the focal length, as well known as by four residuals.
+    fixed_cameras, fixed_points : array_like of int or of bool, optional
+        Numbers or flags of poses and points that are held. By default, the first camera is held, unless three points
+        are. If one camera and no point is held, so is the scale: the distance of the farthest camera from it.
+    max_steps : int
+        Maximum number of steps, accepted or not.
+    covariance : {"cameras", "points", None}
+        Which marginal covariances are computed: those of poses and lenses, or those of points in addition.
+    progress : callable, optional
+        Called after each step with a `BundleStep`.
+
+    Returns
+    -------
+    BundleAdjustment
+        The status OK guarantees that a minimum was reached, that the observations determine all cameras, and that the
+        residuals do not contradict the noise. DISCONNECTED, TOO_FEW, DEGENERATE, NOT_FINITE or BEHIND is the status of
+        a camera that is not adjusted or not determined, see `camera_status`. The status is NOT_CONVERGED after
+        `max_steps`, or if residuals are larger than noise. Points have statuses of their own.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If shapes or types differ from these, if an observation names a camera or point that does not exist, if K is
+        not upper triangular and regular, if a pose is not a unit motor, or if an option has none of its values.
+
+    Notes
+    -----
+    A robust loss is minimised with the equations of squares, weighed by the derivative of the loss by the squared
+    distance (iteratively reweighted least squares). Triggs' correction subtracts the curvature of the loss in addition,
+    which converges faster but removes one of the two equations of each far pixel, so that points with two observations
+    are no longer determined. Weighed squares are an upper bound of the loss, so every undamped step that decreases
+    them decreases the loss.
+
+    The minimum is that of scipy's `least_squares` to 1e-9 of the cost. Derivatives are derived by the compiler.
+    Covariances are inverses of the weighed normal equations times the variance of pixels, with held parameters known
+    exactly. Triggs et al., *Bundle Adjustment, a Modern Synthesis*, 2000.
+    """
+    matrices, motors = checked_cameras(cameras)
+    c = len(motors)
+    places = real_array(points, "points", (-1, 3) if np.size(points) else (-1,), "x y z").astype(np.float64)
+    places = places.reshape(-1, 3) if places.size == 0 else places
+    if places.ndim != 2:
+        raise ValueError(f"points: shape {places.shape}; expected (m, 3)")
+    camera, point, pixels = checked_table(observations, c, len(places))
+    model, bent, n_given = checked_distortion(distortion, coefficients, c)
+    entries = matrices[:, [0, 1, 0, 1, 0], [0, 1, 2, 2, 1]]
+    lenses = np.concatenate([entries, bent], 1)
+    lens_of, by_parameter = checked_lenses(intrinsics, estimated, lenses, model, n_given)
+    _check_options(loss, scale, noise, max_steps, covariance)
+    held_points = checked_fixed(fixed_points, len(places), "fixed_points")
+    held = None if fixed_cameras is None else checked_fixed(fixed_cameras, c, "fixed_cameras")
+    own = by_parameter.shape[1] if isinstance(intrinsics, str) and intrinsics == "each" else 0
+    start = State(np.where(np.isfinite(motors), motors, np.eye(8)[0]), lenses, np.nan_to_num(places))
+    parts = parts_of(
+        camera, point, np.isfinite(pixels).all(1), np.isfinite(motors).all(1), np.isfinite(places).all(1),
+        start.motors, start.points, held, held_points, -(-(6 + own) // 2),
+    )  # fmt: skip
+    used, seen = parts.used, np.zeros(len(places), bool)
+    seen[point[used]] = True
+    centroid = start.points[seen].mean(0) if seen.any() else np.zeros(3)
+    free_cameras = (parts.camera_status == VisionStatus.OK) & ~parts.fixed_cameras
+    free_points = seen & ~held_points
+    scene = Scene(
+        camera[used], point[used], pixels[used], model, LOSSES[loss], float(scale), free_cameras, free_points,
+        parts.scaled, lens_of, by_parameter,
+    )  # fmt: skip
+    layout = Layout(scene)
+    shifted = State(_shifted(start.motors, -centroid), lenses, start.points - centroid)
+    end = descended(layout, shifted, int(max_steps), progress)
+    information = Information(layout, end.state) if used.any() and np.isfinite(end.cost) else None
+    known = pixel_noise(_mean_matrix(matrices), noise)
+    result = _Judged(scene, layout, end, parts, known, information)
+    camera_status, point_status = result.statuses()
+    state = State(
+        np.where(free_cameras[:, None], _shifted(end.state.motors, centroid), motors),
+        end.state.lenses,
+        np.where(free_points[:, None], end.state.points + centroid, places),
+    )
+    whole = Scene(
+        camera, point, pixels, model, LOSSES[loss], float(scale), free_cameras, free_points, parts.scaled, lens_of,
+        by_parameter,
+    )  # fmt: skip
+    with np.errstate(all="ignore"):
+        # Distances are computed about the centroid, which preserves digits far from the origin.
+        squares = whole.squares(State(_shifted(state.motors, -centroid), state.lenses, state.points - centroid))[0]
+        weights = np.where(used, whole.influences(squares), 0)
+        residuals = np.sqrt(squares)
+    spreads = result.covariances(covariance)
+    return BundleAdjustment(
+        tuple(_camera(lens, motor) for lens, motor in zip(state.lenses, state.motors, strict=True)),
+        state.points, state.lenses[:, N_PINHOLE:], result.status(camera_status, point_status), camera_status,
+        point_status, end.cost, residuals, weights, end.steps, *spreads,
+    )  # fmt: skip
+
+
+def _check_options(loss: str | None, scale: float, noise: float | None, max_steps: int, covariance: str | None) -> None:
+    if loss not in LOSSES:
+        raise ValueError(f"loss: {loss!r}; expected None, 'huber' or 'cauchy'")
+    if finite_number(scale, "scale") <= 0:
+        raise ValueError(f"scale: {scale}; expected more than 0 pixels")
+    if noise is not None and finite_number(noise, "noise") <= 0:
+        raise ValueError(f"noise: {noise}; expected more than 0 pixels, or None")
+    if isinstance(max_steps, bool) or not isinstance(max_steps, (int, np.integer)) or max_steps < 0:
+        raise ValueError(f"max_steps: {max_steps!r}; expected an integer, 0 or more")
+    if covariance not in (None, "cameras", "points"):
+        raise ValueError(f"covariance: {covariance!r}; expected 'cameras', 'points' or None")
+
+
+def _shifted(motors: Reals, shift: Reals) -> Reals:
+    """Return motors after a translation of the world."""
+    translation = pga3.motor_from_rotation_vector_translation(np.zeros(3), shift)
+    return np.asarray(pga3.motor_product(translation, motors))
+
+
+def _mean_matrix(matrices: Reals) -> Reals:
+    return np.asarray(matrices.mean(0)) if len(matrices) else np.eye(3)
+
+
+def _camera(lens: Reals, motor: Reals) -> Camera:
+    fx, fy, cx, cy, skew = lens[:N_PINHOLE]
+    return Camera(np.array([[fx, skew, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]), motor)
+
+
+class _Judged:
+    """The end of the iterations, with what the observations say about it."""
+
+    def __init__(
+        self, scene: Scene, layout: Layout, end: Descent, parts: Parts, known: Noise, information: Information | None
+    ) -> None:
+        self.scene, self.layout, self.end, self.parts = scene, layout, end, parts
+        self.known, self.information = known, information
+        with np.errstate(all="ignore"):
+            self.squares, self.depths = scene.squares(end.state)
+        weights = scene.influences(self.squares)
+        self.weighed = float((weights * self.squares).sum())
+        n_parameters = layout.n_free + 3 * int(scene.free_points.sum())
+        self.freedom = max(int(2 * weights.sum()) - n_parameters, 0) if np.isfinite(self.weighed) else 0
+
+    def statuses(self) -> tuple[Reals, Reals]:
+        """Return the statuses of cameras (c,) and points (m,)."""
+        scene, c = self.scene, self.layout.n_cameras
+        cameras, points = self.parts.camera_status.copy(), self.parts.point_status.copy()
+        if self.information is None:
+            return cameras, points
+        points[scene.free_points & self.information.open_points()] = VisionStatus.DEGENERATE
+        touched = (np.linalg.norm(self.information.undetermined(), axis=2) > _TOUCHED).any(0)
+        if self.layout.n_parts:
+            by_lens = touched[c:].reshape(self.layout.n_parts, scene.n_lenses).any(0)
+            touched = touched[:c] | by_lens[scene.lens_of]
+        cameras[(cameras == VisionStatus.OK) & touched[:c]] = VisionStatus.DEGENERATE
+        if scene.model != "fisheye":
+            behind = ~(self.depths > 0)
+            n_behind = np.bincount(scene.camera[behind], minlength=c)
+            mostly = 2 * n_behind > np.bincount(scene.camera, minlength=c)
+            cameras[(cameras == VisionStatus.OK) & mostly] = VisionStatus.BEHIND
+            there = np.zeros(len(points), bool)
+            there[scene.point[behind]] = True
+            points[(points == VisionStatus.OK) & there] = VisionStatus.BEHIND
+        return cameras, points
+
+    def status(self, cameras: Reals, points: Reals) -> VisionStatus:
+        """Return the status of the whole."""
+        if not len(self.scene.camera):
+            return VisionStatus(int(cameras.max(initial=0))) or VisionStatus.TOO_FEW
+        if not (points[self.scene.point] == VisionStatus.OK).any():
+            return VisionStatus(int(points[self.scene.point[0]]))
+        for status in (VisionStatus.NOT_FINITE, VisionStatus.DISCONNECTED, VisionStatus.DEGENERATE,
+                       VisionStatus.TOO_FEW, VisionStatus.BEHIND):  # fmt: skip
+            if (cameras == status).any():
+                return status
+        if not self.end.converged or self.known.contradicted(np.float64(self.weighed), self.freedom):
+            return VisionStatus.NOT_CONVERGED
+        return VisionStatus.OK
+
+    def covariances(self, wanted: str | None) -> tuple[Reals, Reals, Reals]:
+        """Return covariances of cameras (c, 6, 6), lenses (l, p, p) and points (m, 3, 3)."""
+        layout, width = self.layout, self.scene.by_parameter.shape[1]
+        cameras = np.full((layout.n_cameras, 6, 6), np.nan)
+        lenses = np.full((self.scene.n_lenses, width, width), np.nan)
+        points = np.full((layout.n_points, 3, 3), np.nan)
+        found = None
+        if wanted is not None and self.information is not None:
+            found = self.information.covariances(wanted == "points")
+        if found is None:
+            return cameras, lenses, points
+        variance = float(self.known.raised(np.float64(self.weighed), self.freedom))
+        usable = self.parts.camera_status == VisionStatus.OK
+        cameras[usable] = variance * found[0][: layout.n_cameras][usable]
+        if width and width <= 6:
+            lenses[:] = variance * found[0][layout.n_cameras :, :width, :width]
+        if wanted == "points":
+            points[self.scene.free_points] = variance * found[1][self.scene.free_points]
+            points[(self.parts.point_status == VisionStatus.OK) & ~self.scene.free_points] = 0
+        return cameras, lenses, points

@@ -1,0 +1,214 @@
+"""Levenberg and Marquardt's iterations of bundle adjustment, and what the equations at their end determine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from generated import bundles
+
+from ..arguments import Reals
+from ..evidence.observability import ROUNDING
+from .bundle_system import BLOCK, Equations, Factor, Layout, Scene, State, factorized, moved
+
+_FIRST, _LEAST, _MOST = 1e-4, 1e-14, 1e12
+"""Limits on work: the damping relative to the diagonal at the start, below which it has no effect, and from which steps
+are shorter than rounding."""
+_SMALL = 1e-10
+"""From floating point: with a damping below this, steps are damped along directions that are undetermined only."""
+_SETTLED = 1e-12
+"""From floating point: a relative decrease of the cost below this moves parameters by a millionth of their deviation,
+times the root of the number of residuals."""
+_HIDDEN = 1e-11
+"""From floating point: relative changes of the cost below this are of the size of its rounding errors."""
+_EXACT = 1e-24
+"""From floating point: squared distances below this part of squared pixels are rounding errors."""
+_FASTEST = 0.01
+"""A limit on work: the damping decreases to this part at most after a step."""
+_VECTORS, _ROUNDS = 8, 4
+"""Limits on work: the directions, and the iterations, with which the least eigenvalues of sparse systems are found."""
+_CHUNK = 300
+"""A limit on work: the columns of the inverse of a sparse system that are computed at a time."""
+_PRODUCTS = 10**6
+"""A limit on memory: the products of couplings that are spread to points at a time."""
+
+
+@dataclass(frozen=True, slots=True)
+class BundleStep:
+    """A step of `bundle_adjust`, passed to its `progress`."""
+
+    number: int
+    cost: float
+    """Half the sum of losses after the step."""
+    decrease: float
+    """The decrease of the cost; 0 if the step was rejected."""
+    damping: float
+    """The damping of the step."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Descent:
+    """The end of the iterations."""
+
+    state: State
+    cost: float
+    steps: int
+    converged: bool
+
+
+def descended(
+    layout: Layout, state: State, max_steps: int, progress: Callable[[BundleStep], object] | None
+) -> Descent:
+    """Take steps until the equations predict no further decrease of the cost."""
+    scene = layout.scene
+    cost, damping, raise_by = scene.cost(state), _FIRST, 2.0
+    exact = 0.5 * _EXACT * float((scene.pixels**2).sum())
+    converged, equations, step = cost <= exact, None, 0
+    while step < max_steps and not converged and np.isfinite(cost) and damping < _MOST:
+        step += 1
+        equations = equations or Equations(layout, state)
+        found, used = equations.step(damping), damping
+        new_cost, predicted = np.inf, np.nan
+        if found is not None:
+            change, points, predicted = found
+            trial = moved(scene, state, change, points)
+            new_cost = scene.cost(trial)
+        decrease = cost - new_cost
+        gain = decrease / predicted if predicted > 0 else -1.0
+        converged = damping <= _SMALL and predicted <= _SETTLED * cost
+        # Close to a minimum, rounding errors of the cost hide its decrease, but the prediction is precise.
+        hidden = predicted <= _HIDDEN * cost and abs(decrease) <= _HIDDEN * cost
+        if decrease >= 0 or hidden:
+            state, cost, equations = trial, new_cost, None
+            damping = max(damping * (_FASTEST if hidden else max(_FASTEST, 1 - (2 * gain - 1) ** 3)), _LEAST)
+            raise_by = 2.0
+            converged |= cost <= exact
+        else:
+            damping, raise_by = damping * raise_by, 2 * raise_by
+        if progress is not None:
+            progress(BundleStep(step, cost, max(decrease, 0.0), used))
+    return Descent(state, cost, step, bool(converged))
+
+
+class Information:
+    """The undamped equations at the end of the iterations: what they determine, and covariances."""
+
+    def __init__(self, layout: Layout, state: State) -> None:
+        self.layout = layout
+        self.equations = Equations(layout, state)
+        self.matrix, _, self.scaled, self.inverse, _ = self.equations.eliminated(0.0)
+
+    def undetermined(self) -> Reals:
+        """Return the directions (r, b, 6) of blocks that the observations leave undetermined, of norm 1."""
+        layout = self.layout
+        n = layout.n_free
+        if not n:
+            return np.zeros((0, layout.n_blocks, BLOCK))
+        if isinstance(self.matrix, np.ndarray):
+            # Elimination subtracts numbers of the size of the unreduced diagonal, whose rounding is the yardstick.
+            scale = 1 / np.sqrt(np.where(self.equations.diagonal > 0, self.equations.diagonal, 1))
+            values, vectors = np.linalg.eigh(_finite(self.matrix) * np.outer(scale, scale))
+            free = vectors[:, values <= ROUNDING].T
+        else:
+            free = _least_of_sparse(self.matrix, self.equations.diagonal)
+        found = np.zeros((len(free), layout.n_blocks, BLOCK))
+        found[:, layout.free] = free
+        return found
+
+    def open_points(self) -> Reals:
+        """Return which points (m,) have lines of sight that leave a direction undetermined."""
+        xx, xy, xz, yy, yz, zz = self.equations.squares.T
+        full = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], 1).reshape(-1, 3, 3)
+        full = np.where(np.isfinite(full), full, 0)
+        size = np.sqrt(np.maximum(np.einsum("bii->bi", full), 1e-300))
+        return np.asarray(np.linalg.eigvalsh(full / (size[:, :, None] * size[:, None, :]))[:, 0] <= ROUNDING)
+
+    def covariances(self, with_points: bool) -> tuple[Reals, Reals] | None:
+        """Return covariances of blocks (b, 6, 6) and of points (m, 3, 3) for residuals of variance 1.
+
+        None if the equations are singular. Without points, these are NaN.
+        """
+        layout = self.layout
+        pairs = self._inverse_blocks()
+        if pairs is None:
+            return None
+        cameras = np.zeros((layout.n_blocks, BLOCK, BLOCK))
+        cameras[layout.rows[layout.diagonal]] = pairs[layout.diagonal]
+        for (camera, _), turn in zip(layout.scene.scaled, self.equations.turns, strict=True):
+            both = np.eye(BLOCK)
+            both[3:, 3:] = turn
+            cameras[camera] = both @ cameras[camera] @ both.T
+        points = np.full((layout.n_points, 3, 3), np.nan)
+        if with_points:
+            points = self._spread(pairs)
+        return cameras, points
+
+    def _inverse_blocks(self) -> Reals | None:
+        layout, n = self.layout, self.layout.n_free
+        if not n:
+            return np.zeros((len(layout.rows), BLOCK, BLOCK))
+        factor = factorized(self.matrix)
+        if factor is None:
+            return None
+        if isinstance(self.matrix, np.ndarray):
+            return layout.blocks_of(factor.solve(np.eye(n)))
+        found = np.zeros((len(layout.rows), BLOCK, BLOCK))
+        for start in range(0, layout.n_blocks, _CHUNK // BLOCK):
+            self._some_columns(factor, start, found)
+        return found
+
+    def _some_columns(self, factor: Factor, start: int, found: Reals) -> None:
+        """Set the blocks of the inverse whose columns belong to some blocks."""
+        layout, n = self.layout, self.layout.n_free
+        stop = min(start + _CHUNK // BLOCK, layout.n_blocks)
+        here = layout.position[start:stop].ravel()
+        right = np.zeros((n + 1, len(here)))
+        right[here, np.arange(len(here))] = here >= 0
+        columns = np.vstack([factor.solve(right[:-1]), np.zeros((1, len(here)))])
+        pairs = np.flatnonzero((layout.columns >= start) & (layout.columns < stop))
+        rows = layout.position[layout.rows[pairs]]
+        of = (layout.columns[pairs, None] - start) * BLOCK + np.arange(BLOCK)
+        found[pairs] = columns[rows[:, :, None], of[:, None, :]]
+
+    def _spread(self, pairs: Reals) -> Reals:
+        layout = self.layout
+        sums = np.zeros((layout.n_points, 6))
+        for start in range(0, len(layout.first), _PRODUCTS):
+            part = slice(start, start + _PRODUCTS)
+            first, second = layout.first[part], layout.second[part]
+            share = np.where(first == second, 1.0, 2.0)
+            sums += bundles.spread_of_points(
+                self.scaled, first, second, layout.pair[part], layout.point[first], share, pairs, layout.zero_points
+            )
+        middle = sums[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3) + np.eye(3)
+        root = np.zeros((layout.n_points, 3, 3))
+        root[:, [0, 1, 1, 2, 2, 2], [0, 0, 1, 0, 1, 2]] = self.inverse
+        return np.asarray(np.swapaxes(root, 1, 2) @ middle @ root)
+
+
+def _finite(matrix: Reals) -> Reals:
+    return np.where(np.isfinite(matrix), matrix, 0)
+
+
+def _least_of_sparse(matrix: Any, diagonal: Reals) -> Reals:
+    """Return eigenvectors (r, n) of a scaled sparse matrix whose eigenvalues are rounding errors, by subspaces."""
+    n = matrix.shape[0]
+    scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1))
+    scaled = (matrix * scale[:, None] * scale[None, :]).tocsc()
+    factor = None
+    for shift in (ROUNDING / 10, ROUNDING):
+        shifted = scaled.copy()
+        shifted.setdiag(shifted.diagonal() + shift)
+        factor = factor or factorized(shifted)
+    if factor is None:
+        return np.eye(n)[:1] * 0 + 1 / np.sqrt(n)
+    basis = np.linalg.qr(np.random.default_rng(0).normal(size=(n, min(_VECTORS, n))))[0]
+    for _ in range(_ROUNDS):
+        basis = np.linalg.qr(factor.solve(basis))[0]
+    values, vectors = np.linalg.eigh(basis.T @ (scaled @ basis))
+    return np.asarray((basis @ vectors[:, values <= ROUNDING]).T)
+
+
