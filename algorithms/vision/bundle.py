@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, finite_number, real_array
-from ..evidence import Noise
+from ..evidence import Noise, largest_ratio
 from .bundle_arguments import (
     LOSSES,
     Cameras,
@@ -29,9 +29,8 @@ from .camera import Camera
 from .pose_refinement import pixel_noise
 from .status import VisionStatus
 
-_TOUCHED = 1e-4
-"""From floating point: a direction of norm 1 that is undetermined changes cameras with components above this. It is
-three times the root of the limit of eigenvalues, which is what rounding errors reach."""
+_FAR = float(np.sqrt(largest_ratio(1)))
+"""From a probability: noise moves a parameter by more than this many deviations with the probability `WRONG`."""
 
 
 def bundle_adjust(
@@ -88,7 +87,8 @@ def bundle_adjust(
         the focal length, as well known as by four residuals.
     fixed_cameras, fixed_points : array_like of int or of bool, optional
         Numbers or flags of poses and points that are held. By default, the first camera is held, unless three points
-        are. If one camera and no point is held, so is the scale: the distance of the farthest camera from it.
+        are. If one camera and no point is held, so is the scale: the distance of the farthest camera from it, out of
+        those that see at least half as many of its points as any other does.
     max_steps : int
         Maximum number of steps, accepted or not.
     covariance : {"cameras", "points", None}
@@ -139,7 +139,7 @@ def bundle_adjust(
     own = by_parameter.shape[1] if isinstance(intrinsics, str) and intrinsics == "each" else 0
     start = State(np.where(np.isfinite(motors), motors, np.eye(8)[0]), lenses, np.nan_to_num(places))
     parts = parts_of(
-        camera, point, np.isfinite(pixels).all(1), np.isfinite(motors).all(1), np.isfinite(places).all(1),
+        camera, point, _finite_rows(pixels), _finite_rows(motors), _finite_rows(places),
         start.motors, start.points, held, held_points, -(-(6 + own) // 2),
     )  # fmt: skip
     used, seen = parts.used, np.zeros(len(places), bool)
@@ -193,6 +193,10 @@ def _check_options(loss: str | None, scale: float, noise: float | None, max_step
         raise ValueError(f"covariance: {covariance!r}; expected 'cameras', 'points' or None")
 
 
+def _finite_rows(rows: Reals) -> Reals:
+    return np.asarray(np.isfinite(rows).all(1))
+
+
 def _shifted(motors: Reals, shift: Reals) -> Reals:
     """Return motors after a translation of the world."""
     translation = pga3.motor_from_rotation_vector_translation(np.zeros(3), shift)
@@ -229,12 +233,19 @@ class _Judged:
         cameras, points = self.parts.camera_status.copy(), self.parts.point_status.copy()
         if self.information is None:
             return cameras, points
-        points[scene.free_points & self.information.open_points()] = VisionStatus.DEGENERATE
-        touched = (np.linalg.norm(self.information.undetermined(), axis=2) > _TOUCHED).any(0)
+        near, far = self._distances()
+        variance = _FAR**2 * float(self.known.raised(np.asarray(self.weighed), self.freedom))
+        spread = variance * self.information.point_variances()
+        points[scene.free_points & ~(spread < near**2)] = VisionStatus.DEGENERATE
+        spread = variance * self.information.variances()
+        loose = ~(spread[:c, :3].sum(1) < 1) | ~(spread[:c, 3:].sum(1) < far**2)
         if self.layout.n_parts:
-            by_lens = touched[c:].reshape(self.layout.n_parts, scene.n_lenses).any(0)
-            touched = touched[:c] | by_lens[scene.lens_of]
-        cameras[(cameras == VisionStatus.OK) & touched[:c]] = VisionStatus.DEGENERATE
+            by_lens = spread[c:].reshape(self.layout.n_parts, scene.n_lenses, 6).transpose(1, 0, 2)
+            by_lens = by_lens.reshape(scene.n_lenses, -1)[:, : scene.by_parameter.shape[1]]
+            # Numbers in pixels are compared with the focal length.
+            pixels = by_lens[scene.lens_of][:, scene.by_parameter[:4].any(0)]
+            loose |= ~(pixels < self.end.state.lenses[:, :1] ** 2).all(1)
+        cameras[(cameras == VisionStatus.OK) & loose] = VisionStatus.DEGENERATE
         if scene.model != "fisheye":
             behind = ~(self.depths > 0)
             n_behind = np.bincount(scene.camera[behind], minlength=c)
@@ -244,6 +255,17 @@ class _Judged:
             there[scene.point[behind]] = True
             points[(points == VisionStatus.OK) & there] = VisionStatus.BEHIND
         return cameras, points
+
+    def _distances(self) -> tuple[Reals, Reals]:
+        """Return the distances of points (m,) from the nearest camera, and the mean ones of cameras (c,)."""
+        scene, state = self.scene, self.end.state
+        centres = pga3.motor_to_matrix(state.motors)[:, :3, 3]
+        distances = np.linalg.norm(state.points[scene.point] - centres[scene.camera], axis=1)
+        near = np.full(len(state.points), np.inf)
+        np.minimum.at(near, scene.point, distances)
+        count = np.maximum(np.bincount(scene.camera, minlength=len(centres)), 1)
+        far = np.bincount(scene.camera, distances, minlength=len(centres)) / count
+        return near, np.where(far > 0, far, np.inf)
 
     def status(self, cameras: Reals, points: Reals) -> VisionStatus:
         """Return the status of the whole."""
@@ -255,7 +277,7 @@ class _Judged:
                        VisionStatus.TOO_FEW, VisionStatus.BEHIND):  # fmt: skip
             if (cameras == status).any():
                 return status
-        if not self.end.converged or self.known.contradicted(np.float64(self.weighed), self.freedom):
+        if not self.end.converged or self.known.contradicted(np.asarray(self.weighed), self.freedom):
             return VisionStatus.NOT_CONVERGED
         return VisionStatus.OK
 
@@ -270,7 +292,7 @@ class _Judged:
             found = self.information.covariances(wanted == "points")
         if found is None:
             return cameras, lenses, points
-        variance = float(self.known.raised(np.float64(self.weighed), self.freedom))
+        variance = float(self.known.raised(np.asarray(self.weighed), self.freedom))
         usable = self.parts.camera_status == VisionStatus.OK
         cameras[usable] = variance * found[0][: layout.n_cameras][usable]
         if width and width <= 6:

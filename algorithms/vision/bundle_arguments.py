@@ -41,7 +41,9 @@ def checked_cameras(cameras: Cameras) -> tuple[Reals, Reals]:
         matrices = np.array(np.broadcast_to(matrices, (len(motors), 3, 3)), np.float64)
     else:
         kinds = ", ".join(sorted({type(each).__name__ for each in cameras}))
-        raise TypeError(f"cameras: {kinds}; expected Camera objects, or a pair of matrices K (c, 3, 3) and motors (c, 8)")
+        raise TypeError(
+            f"cameras: {kinds}; expected Camera objects, or a pair of matrices K (c, 3, 3) and motors (c, 8)"
+        )
     wrong = ~np.isfinite(matrices).all((1, 2)) | np.tril(matrices, -1).any((1, 2)) | (matrices[:, 2, 2] != 1)
     wrong |= (matrices[:, 0, 0] == 0) | (matrices[:, 1, 1] == 0)
     if wrong.any():
@@ -134,7 +136,9 @@ def checked_lenses(
     if isinstance(intrinsics, str):
         tables = {"fixed": np.zeros(c, np.int64), "shared": np.zeros(c, np.int64), "each": np.arange(c)}
         if intrinsics not in tables:
-            raise ValueError(f"intrinsics: {intrinsics!r}; expected 'fixed', 'shared', 'each', or ({c},) numbers of lenses")
+            raise ValueError(
+                f"intrinsics: {intrinsics!r}; expected 'fixed', 'shared', 'each', or ({c},) numbers of lenses"
+            )
         lens_of = tables[intrinsics]
     else:
         lens_of = np.asarray(intrinsics)

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 
 from generated import bundles
 
 from ..arguments import Reals
-from ..evidence.observability import ROUNDING
-from .bundle_system import BLOCK, Equations, Factor, Layout, Scene, State, factorized, moved
+from .bundle_system import BLOCK, Equations, Factor, Layout, State, factorized, moved
 
 _FIRST, _LEAST, _MOST = 1e-4, 1e-14, 1e12
 """Limits on work: the damping relative to the diagonal at the start, below which it has no effect, and from which steps
@@ -22,12 +22,13 @@ _SMALL = 1e-10
 _SETTLED = 1e-12
 """From floating point: a relative decrease of the cost below this moves parameters by a millionth of their deviation,
 times the root of the number of residuals."""
-_HIDDEN = 1e-11
-"""From floating point: relative changes of the cost below this are of the size of its rounding errors."""
-_EXACT = 1e-24
-"""From floating point: squared distances below this part of squared pixels are rounding errors."""
+_EXACT = 1e-26
+"""From floating point: rounding errors of residuals are below a 1e-13th of pixels, and those of their squares below the
+product with twice the residuals."""
 _FASTEST = 0.01
 """A limit on work: the damping decreases to this part at most after a step."""
+_ROUNDING = 1e-13
+"""From floating point: eigenvalues of equations scaled to ones on their diagonal are as precise as this."""
 _VECTORS, _ROUNDS = 8, 4
 """Limits on work: the directions, and the iterations, with which the least eigenvalues of sparse systems are found."""
 _CHUNK = 300
@@ -59,9 +60,7 @@ class Descent:
     converged: bool
 
 
-def descended(
-    layout: Layout, state: State, max_steps: int, progress: Callable[[BundleStep], object] | None
-) -> Descent:
+def descended(layout: Layout, state: State, max_steps: int, progress: Callable[[BundleStep], object] | None) -> Descent:
     """Take steps until the equations predict no further decrease of the cost."""
     scene = layout.scene
     cost, damping, raise_by = scene.cost(state), _FIRST, 2.0
@@ -78,9 +77,10 @@ def descended(
             new_cost = scene.cost(trial)
         decrease = cost - new_cost
         gain = decrease / predicted if predicted > 0 else -1.0
-        converged = damping <= _SMALL and predicted <= _SETTLED * cost
+        converged = damping <= _SMALL and predicted <= max(_SETTLED * cost, exact)
         # Close to a minimum, rounding errors of the cost hide its decrease, but the prediction is precise.
-        hidden = predicted <= _HIDDEN * cost and abs(decrease) <= _HIDDEN * cost
+        rounding = 2 * np.sqrt(cost * exact)
+        hidden = predicted <= rounding and abs(decrease) <= rounding
         if decrease >= 0 or hidden:
             state, cost, equations = trial, new_cost, None
             damping = max(damping * (_FASTEST if hidden else max(_FASTEST, 1 - (2 * gain - 1) ** 3)), _LEAST)
@@ -101,30 +101,32 @@ class Information:
         self.equations = Equations(layout, state)
         self.matrix, _, self.scaled, self.inverse, _ = self.equations.eliminated(0.0)
 
-    def undetermined(self) -> Reals:
-        """Return the directions (r, b, 6) of blocks that the observations leave undetermined, of norm 1."""
+    def variances(self) -> Reals:
+        """Return the variances (b, 6) of blocks for residuals of variance 1; of sparse systems, the largest part.
+
+        Directions that change no residual have the variance of rounding errors, which is larger than any other.
+        """
         layout = self.layout
-        n = layout.n_free
-        if not n:
-            return np.zeros((0, layout.n_blocks, BLOCK))
+        found = np.zeros((layout.n_blocks, BLOCK))
+        if not layout.n_free:
+            return found
+        # Elimination subtracts numbers of the size of the unreduced diagonal, whose rounding is the yardstick.
+        diagonal = self.equations.diagonal
+        scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1))
         if isinstance(self.matrix, np.ndarray):
-            # Elimination subtracts numbers of the size of the unreduced diagonal, whose rounding is the yardstick.
-            scale = 1 / np.sqrt(np.where(self.equations.diagonal > 0, self.equations.diagonal, 1))
             values, vectors = np.linalg.eigh(_finite(self.matrix) * np.outer(scale, scale))
-            free = vectors[:, values <= ROUNDING].T
         else:
-            free = _least_of_sparse(self.matrix, self.equations.diagonal)
-        found = np.zeros((len(free), layout.n_blocks, BLOCK))
-        found[:, layout.free] = free
+            values, vectors = _least_of_sparse(self.matrix, scale)
+        spread = ((scale[:, None] * vectors) ** 2 / np.maximum(values, _ROUNDING)).sum(1)
+        found[layout.free] = np.where(diagonal > 0, spread, np.inf)
         return found
 
-    def open_points(self) -> Reals:
-        """Return which points (m,) have lines of sight that leave a direction undetermined."""
+    def point_variances(self) -> Reals:
+        """Return the variance (m,) of points in their least certain direction, for known cameras."""
         xx, xy, xz, yy, yz, zz = self.equations.squares.T
         full = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], 1).reshape(-1, 3, 3)
-        full = np.where(np.isfinite(full), full, 0)
-        size = np.sqrt(np.maximum(np.einsum("bii->bi", full), 1e-300))
-        return np.asarray(np.linalg.eigvalsh(full / (size[:, :, None] * size[:, None, :]))[:, 0] <= ROUNDING)
+        values = np.linalg.eigvalsh(np.where(np.isfinite(full), full, 0))
+        return np.asarray(1 / np.maximum(values[:, 0], _ROUNDING * values[:, 2] + 1e-300))
 
     def covariances(self, with_points: bool) -> tuple[Reals, Reals] | None:
         """Return covariances of blocks (b, 6, 6) and of points (m, 3, 3) for residuals of variance 1.
@@ -190,25 +192,19 @@ class Information:
 
 
 def _finite(matrix: Reals) -> Reals:
-    return np.where(np.isfinite(matrix), matrix, 0)
+    return np.asarray(np.where(np.isfinite(matrix), matrix, 0))
 
 
-def _least_of_sparse(matrix: Any, diagonal: Reals) -> Reals:
-    """Return eigenvectors (r, n) of a scaled sparse matrix whose eigenvalues are rounding errors, by subspaces."""
-    n = matrix.shape[0]
-    scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1))
-    scaled = (matrix * scale[:, None] * scale[None, :]).tocsc()
-    factor = None
-    for shift in (ROUNDING / 10, ROUNDING):
-        shifted = scaled.copy()
-        shifted.setdiag(shifted.diagonal() + shift)
-        factor = factor or factorized(shifted)
+def _least_of_sparse(matrix: Any, scale: Reals) -> tuple[Reals, Reals]:
+    """Return the least eigenvalues (r,) and eigenvectors (n, r) of a scaled matrix, by iteration of subspaces."""
+    n = len(scale)
+    scaled = (scipy.sparse.diags_array(scale) @ matrix @ scipy.sparse.diags_array(scale)).tocsc()
+    shifted = scaled + _ROUNDING * scipy.sparse.eye_array(n, format="csc")
+    factor = factorized(shifted.tocsc())
     if factor is None:
-        return np.eye(n)[:1] * 0 + 1 / np.sqrt(n)
+        return np.zeros(1), np.full((n, 1), n**-0.5)
     basis = np.linalg.qr(np.random.default_rng(0).normal(size=(n, min(_VECTORS, n))))[0]
     for _ in range(_ROUNDS):
         basis = np.linalg.qr(factor.solve(basis))[0]
     values, vectors = np.linalg.eigh(basis.T @ (scaled @ basis))
-    return np.asarray((basis @ vectors[:, values <= ROUNDING]).T)
-
-
+    return values, np.asarray(basis @ vectors)

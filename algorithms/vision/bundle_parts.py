@@ -68,7 +68,9 @@ def parts_of(
     cameras[(cameras == VisionStatus.OK) & ~reached[labels[:c]]] = VisionStatus.DISCONNECTED
     points[(points == VisionStatus.OK) & ~fixed_points & ~reached[labels[c:]]] = VisionStatus.DISCONNECTED
     used &= (cameras[camera] == VisionStatus.OK) & (points[point] == VisionStatus.OK)
-    scaled = _scaled(labels[:c], cameras == VisionStatus.OK, held, np.unique(labels[camera[known]]), motors, places)
+    known_labels = np.unique(labels[camera[known]])
+    common = _Common(camera[used], point[used], c, m)
+    scaled = _scaled(labels[:c], cameras == VisionStatus.OK, held, known_labels, common, motors, places)
     return Parts(used, cameras, points, held, scaled)
 
 
@@ -82,8 +84,29 @@ def _labels(c: int, m: int, camera: Reals, point: Reals, fixed_points: Reals) ->
     return np.asarray(scipy.sparse.csgraph.connected_components(graph, directed=False)[1])
 
 
-def _scaled(labels: Reals, usable: Reals, held: Reals, known: Reals, motors: Reals, places: Reals) -> Reals:
-    """Return cameras and the fixed camera whose distance defines the scale, for each part with one fixed camera."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Common:
+    """Observations that are used."""
+
+    camera: Reals
+    point: Reals
+    n_cameras: int
+    n_points: int
+
+    def counts(self, camera: int) -> Reals:
+        """Return how many of the points of a camera each camera (c,) sees."""
+        seen = np.zeros(self.n_points, bool)
+        seen[self.point[self.camera == camera]] = True
+        return np.bincount(self.camera[seen[self.point]], minlength=self.n_cameras)
+
+
+def _scaled(
+    labels: Reals, usable: Reals, held: Reals, known: Reals, common: _Common, motors: Reals, places: Reals
+) -> Reals:
+    """Return cameras and the fixed camera whose distance defines the scale, for each part with one fixed camera.
+
+    It is the farthest of the cameras that see at least half as many points of the fixed one as any other does.
+    """
     found = []
     centres = pga3.motor_to_matrix(motors)[:, :3, 3] if len(motors) else np.zeros((0, 3))
     extent = float(np.ptp(places, axis=0).max()) if len(places) else 0.0
@@ -92,7 +115,9 @@ def _scaled(labels: Reals, usable: Reals, held: Reals, known: Reals, motors: Rea
         if label in known or (here & held).sum() != 1:
             continue
         first = int(np.flatnonzero(here & held)[0])
-        distance = np.where(here & ~held, np.linalg.norm(centres - centres[first], axis=1), 0)
+        counts = np.where(here & ~held, common.counts(first), 0)
+        linked = (counts > 0) & (2 * counts >= counts.max())
+        distance = np.where(linked, np.linalg.norm(centres - centres[first], axis=1), 0)
         if distance.size and distance.max() > _LEAST_BASELINE * extent:
             found.append((int(distance.argmax()), first))
     return np.array(found, np.int64).reshape(-1, 2)

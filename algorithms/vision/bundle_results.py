@@ -36,12 +36,12 @@ class BundleAdjustment:
     status: VisionStatus
     """OK if the minimum was reached, agrees with the noise, and determines all cameras; otherwise why not."""
     camera_status: Reals
-    """(c,) int, a `VisionStatus` each: TOO_FEW if the camera sees too few points that others see, DISCONNECTED if no
-    chain of points leads to what is fixed, DEGENERATE if a motion of it, such as the scale of its part, changes no
-    pixel, and BEHIND if half of its points or more are behind it."""
+    """(c,) int, a `VisionStatus` each. TOO_FEW: the camera sees too few points that others see. DISCONNECTED: no chain
+    of points leads to what is fixed. DEGENERATE: noise may explain a turn by a radian, a shift by the distance of its
+    points, as with parts of unknown scale, or a focal length of 0. BEHIND: most of its points are behind it."""
     point_status: Reals
-    """(m,) int, a `VisionStatus` each: TOO_FEW if less than two cameras see the point, DISCONNECTED, DEGENERATE if
-    its lines of sight are parallel, BEHIND if it is behind a camera that sees it, and NOT_FINITE."""
+    """(m,) int, a `VisionStatus` each. TOO_FEW: less than two cameras see the point. DISCONNECTED: as for cameras.
+    DEGENERATE: noise may move it by the distance of the nearest camera. BEHIND: it is behind a camera that sees it."""
     cost: float
     """Half the sum of the losses of squared distances, in square pixels, over the observations that were used."""
     residuals: Reals

@@ -114,8 +114,8 @@ class Layout:
         self.n_cameras = c
         lens = scene.lens_of[scene.camera]
         self.block_of = [scene.camera, *(c + part * n_lenses + lens for part in range(self.n_parts))]
-        keys = np.concatenate([scene.point * n + block for block in self.block_of])
-        found, self.coupling_of = np.unique(keys, return_inverse=True)
+        met = np.concatenate([scene.point * n + block for block in self.block_of])
+        found, self.coupling_of = np.unique(met, return_inverse=True)
         self.point, self.block = found // n, found % n
         # All products of couplings of the same point, each pair once.
         ends = np.searchsorted(self.point, np.arange(m), "right")
@@ -173,7 +173,7 @@ class Layout:
         padded = np.zeros((self.n_free + 1, self.n_free + 1))
         padded[:-1, :-1] = matrix
         rows, columns = self.position[self.rows], self.position[self.columns]
-        return padded[rows[:, :, None], columns[:, None, :]]
+        return np.asarray(padded[rows[:, :, None], columns[:, None, :]])
 
 
 def _numbered(keys: list[Reals], n: int) -> tuple[Reals, list[Reals]]:
@@ -250,7 +250,9 @@ class Equations:
             for (g, h), pair in zip(layout.own, layout.own_pair, strict=True)
         )
         again = len(parts)
-        blocks, points = (parts[0], by_point) if again == 1 else (np.concatenate(parts), np.tile(by_point, (again, 1, 1)))
+        blocks, points = (
+            (parts[0], by_point) if again == 1 else (np.concatenate(parts), np.tile(by_point, (again, 1, 1)))
+        )
         self.coupling = bundles.coupling_sums(blocks, points, layout.coupling_of, layout.zero_couplings)
         diagonal = np.zeros((layout.n_blocks, BLOCK))
         diagonal[layout.rows[layout.diagonal]] = np.einsum("bii->bi", self.products[layout.diagonal])
@@ -284,9 +286,7 @@ class Equations:
             if factor is None:
                 return None
             change[layout.free] = -factor.solve(gradient)
-        points = bundles.point_changes(
-            scaled, layout.block, layout.point, change, reduced, inverse, layout.zero_points
-        )
+        points = bundles.point_changes(scaled, layout.block, layout.point, change, reduced, inverse, layout.zero_points)
         damped = damping * float(self.diagonal @ change[layout.free] ** 2)
         damped += damping * float((self.squares[:, [0, 3, 5]] * points**2).sum())
         predicted = 0.5 * (damped - float((self.gradient * change).sum()) - float((self.point_gradient * points).sum()))

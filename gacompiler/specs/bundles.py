@@ -58,7 +58,8 @@ def brown_pixel(place, lens):
 @kernel(place=PLACE, lens=array(SCALAR, LENSES["fisheye"]), returns=PIXEL)
 def fisheye_pixel(place, lens):
     """Compute the pixel of a point in any direction with the fisheye lens k1 k2 k3 k4 of OpenCV."""
-    return _pixel(lens, *fisheye_of_direction(*place, lens[N_PINHOLE:]))
+    x, y, z = place
+    return _pixel(lens, *fisheye_of_direction(x, y, z, lens[N_PINHOLE:]))
 
 
 PIXELS = {"pinhole": pinhole_pixel, "brown": brown_pixel, "fisheye": fisheye_pixel}
