@@ -29,10 +29,6 @@ from .camera import Camera
 from .pose_refinement import pixel_noise
 from .status import VisionStatus
 
-_FAR = float(np.sqrt(largest_ratio(1)))
-"""From a probability: noise moves a parameter by more than this many deviations with the probability `WRONG`."""
-
-
 def bundle_adjust(
     cameras: Cameras,
     points: ArrayLike,
@@ -234,7 +230,8 @@ class _Judged:
         if self.information is None:
             return cameras, points
         near, far = self._distances()
-        variance = _FAR**2 * float(self.known.raised(np.asarray(self.weighed), self.freedom))
+        # Noise moves a parameter by more than the root of this with the probability `WRONG`.
+        variance = largest_ratio(1) * float(self.known.raised(np.asarray(self.weighed), self.freedom))
         spread = variance * self.information.point_variances()
         points[scene.free_points & ~(spread < near**2)] = VisionStatus.DEGENERATE
         spread = variance * self.information.variances()
