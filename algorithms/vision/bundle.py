@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,6 +29,7 @@ from .bundle_system import N_PINHOLE, Layout, Scene, State
 from .camera import Camera
 from .pose_refinement import pixel_noise
 from .status import VisionStatus
+
 
 def bundle_adjust(
     cameras: Cameras,
@@ -118,6 +120,49 @@ def bundle_adjust(
     Covariances are inverses of the weighed normal equations times the variance of pixels, with held parameters known
     exactly. Triggs et al., *Bundle Adjustment, a Modern Synthesis*, 2000.
     """
+    _check_options(loss, scale, noise, max_steps, covariance)
+    whole, start = _checked(cameras, points, observations, distortion, coefficients, intrinsics, estimated)
+    whole = replace(whole, kind=LOSSES[loss], scale=float(scale))
+    c, m = len(start.motors), len(start.points)
+    held_points = checked_fixed(fixed_points, m, "fixed_points")
+    held = None if fixed_cameras is None else checked_fixed(fixed_cameras, c, "fixed_cameras")
+    parts = _parts(whole, start, held, held_points)
+    used, seen = parts.used, np.zeros(m, bool)
+    seen[whole.point[used]] = True
+    free_cameras = (parts.camera_status == VisionStatus.OK) & ~parts.fixed_cameras
+    free_points = seen & ~held_points
+    scene = replace(
+        whole, camera=whole.camera[used], point=whole.point[used], pixels=whole.pixels[used],
+        free_cameras=free_cameras, free_points=free_points, scaled=parts.scaled,
+    )  # fmt: skip
+    layout, centroid = Layout(scene), start.points[seen].mean(0) if seen.any() else np.zeros(3)
+    end = descended(layout, _about(start, centroid), int(max_steps), progress)
+    information = Information(layout, end.state) if used.any() and np.isfinite(end.cost) else None
+    judged = _Judged(scene, layout, end, parts, pixel_noise(_mean_matrix(start.lenses), noise), information)
+    camera_status, point_status = judged.statuses()
+    final = _about(end.state, -centroid)
+    state = State(
+        np.where(free_cameras[:, None], final.motors, start.motors),
+        final.lenses,
+        np.where(free_points[:, None], final.points, start.points),
+    )
+    with np.errstate(all="ignore"):
+        # Distances are computed about the centroid, which preserves digits far from the origin.
+        squares = whole.squares(_about(state, centroid))[0]
+        weights = np.where(used, whole.influences(squares), 0)
+        residuals = np.sqrt(squares)
+    return BundleAdjustment(
+        tuple(_camera(lens, motor) for lens, motor in zip(state.lenses, state.motors, strict=True)),
+        state.points, state.lenses[:, N_PINHOLE:], judged.status(camera_status, point_status), camera_status,
+        point_status, end.cost, residuals, weights, end.steps, *judged.covariances(covariance),
+    )  # fmt: skip
+
+
+def _checked(
+    cameras: Cameras, points: ArrayLike, observations: Table, distortion: str | None, coefficients: ArrayLike | None,
+    intrinsics: str | ArrayLike, estimated: Sequence[str] | None,
+) -> tuple[Scene, State]:  # fmt: skip
+    """Return all observations, and the start."""
     matrices, motors = checked_cameras(cameras)
     c = len(motors)
     places = real_array(points, "points", (-1, 3) if np.size(points) else (-1,), "x y z").astype(np.float64)
@@ -126,53 +171,28 @@ def bundle_adjust(
         raise ValueError(f"points: shape {places.shape}; expected (m, 3)")
     camera, point, pixels = checked_table(observations, c, len(places))
     model, bent, n_given = checked_distortion(distortion, coefficients, c)
-    entries = matrices[:, [0, 1, 0, 1, 0], [0, 1, 2, 2, 1]]
-    lenses = np.concatenate([entries, bent], 1)
+    lenses = np.concatenate([matrices[:, [0, 1, 0, 1, 0], [0, 1, 2, 2, 1]], bent], 1)
     lens_of, by_parameter = checked_lenses(intrinsics, estimated, lenses, model, n_given)
-    _check_options(loss, scale, noise, max_steps, covariance)
-    held_points = checked_fixed(fixed_points, len(places), "fixed_points")
-    held = None if fixed_cameras is None else checked_fixed(fixed_cameras, c, "fixed_cameras")
-    own = by_parameter.shape[1] if isinstance(intrinsics, str) and intrinsics == "each" else 0
-    start = State(np.where(np.isfinite(motors), motors, np.eye(8)[0]), lenses, np.nan_to_num(places))
-    parts = parts_of(
-        camera, point, _finite_rows(pixels), _finite_rows(motors), _finite_rows(places),
-        start.motors, start.points, held, held_points, -(-(6 + own) // 2),
-    )  # fmt: skip
-    used, seen = parts.used, np.zeros(len(places), bool)
-    seen[point[used]] = True
-    centroid = start.points[seen].mean(0) if seen.any() else np.zeros(3)
-    free_cameras = (parts.camera_status == VisionStatus.OK) & ~parts.fixed_cameras
-    free_points = seen & ~held_points
-    scene = Scene(
-        camera[used], point[used], pixels[used], model, LOSSES[loss], float(scale), free_cameras, free_points,
-        parts.scaled, lens_of, by_parameter,
-    )  # fmt: skip
-    layout = Layout(scene)
-    shifted = State(_shifted(start.motors, -centroid), lenses, start.points - centroid)
-    end = descended(layout, shifted, int(max_steps), progress)
-    information = Information(layout, end.state) if used.any() and np.isfinite(end.cost) else None
-    known = pixel_noise(_mean_matrix(matrices), noise)
-    result = _Judged(scene, layout, end, parts, known, information)
-    camera_status, point_status = result.statuses()
-    state = State(
-        np.where(free_cameras[:, None], _shifted(end.state.motors, centroid), motors),
-        end.state.lenses,
-        np.where(free_points[:, None], end.state.points + centroid, places),
-    )
+    nothing = np.zeros((0, 2), np.int64)
     whole = Scene(
-        camera, point, pixels, model, LOSSES[loss], float(scale), free_cameras, free_points, parts.scaled, lens_of,
+        camera, point, pixels, model, 0.0, 1.0, np.ones(c, bool), np.ones(len(places), bool), nothing, lens_of,
         by_parameter,
     )  # fmt: skip
+    return whole, State(motors, lenses, places)
+
+
+def _parts(whole: Scene, start: State, held: Reals | None, held_points: Reals) -> Parts:
+    """Return what can be adjusted. Pixels of points in the plane of a camera's centre count as not seen."""
     with np.errstate(all="ignore"):
-        # Distances are computed about the centroid, which preserves digits far from the origin.
-        squares = whole.squares(State(_shifted(state.motors, -centroid), state.lenses, state.points - centroid))[0]
-        weights = np.where(used, whole.influences(squares), 0)
-        residuals = np.sqrt(squares)
-    spreads = result.covariances(covariance)
-    return BundleAdjustment(
-        tuple(_camera(lens, motor) for lens, motor in zip(state.lenses, state.motors, strict=True)),
-        state.points, state.lenses[:, N_PINHOLE:], result.status(camera_status, point_status), camera_status,
-        point_status, end.cost, residuals, weights, end.steps, *spreads,
+        squares = whole.squares(start)[0]
+    is_own = np.unique(whole.lens_of).size == len(whole.lens_of)
+    n_parameters = 6 + whole.by_parameter.shape[1] * is_own
+    valid_cameras = np.asarray(np.isfinite(start.motors).all(1))
+    valid_points = np.asarray(np.isfinite(start.points).all(1))
+    motors = np.where(valid_cameras[:, None], start.motors, np.eye(8)[0])
+    return parts_of(
+        whole.camera, whole.point, np.isfinite(squares), valid_cameras, valid_points, motors,
+        start.points[valid_points], held, held_points, -(-n_parameters // 2),
     )  # fmt: skip
 
 
@@ -189,18 +209,15 @@ def _check_options(loss: str | None, scale: float, noise: float | None, max_step
         raise ValueError(f"covariance: {covariance!r}; expected 'cameras', 'points' or None")
 
 
-def _finite_rows(rows: Reals) -> Reals:
-    return np.asarray(np.isfinite(rows).all(1))
+def _about(state: State, centre: Reals) -> State:
+    """Return a state in coordinates about a point of the world."""
+    translation = pga3.motor_from_rotation_vector_translation(np.zeros(3), -centre)
+    return State(np.asarray(pga3.motor_product(translation, state.motors)), state.lenses, state.points - centre)
 
 
-def _shifted(motors: Reals, shift: Reals) -> Reals:
-    """Return motors after a translation of the world."""
-    translation = pga3.motor_from_rotation_vector_translation(np.zeros(3), shift)
-    return np.asarray(pga3.motor_product(translation, motors))
-
-
-def _mean_matrix(matrices: Reals) -> Reals:
-    return np.asarray(matrices.mean(0)) if len(matrices) else np.eye(3)
+def _mean_matrix(lenses: Reals) -> Reals:
+    """Return a matrix K with the mean focal lengths."""
+    return np.diag([*lenses[:, :2].mean(0), 1.0]) if len(lenses) else np.eye(3)
 
 
 def _camera(lens: Reals, motor: Reals) -> Camera:
