@@ -271,7 +271,11 @@ class _Judged:
         return cameras, points
 
     def _distances(self) -> tuple[Reals, Reals]:
-        """Return the distances of points (m,) from the nearest camera, and the mean ones of cameras (c,)."""
+        """Return the distances of points (m,) from the nearest camera, and sizes of the scene for cameras (c,).
+
+        Those are the mean distance of the points of a camera, or the distance of the nearest fixed camera if that is
+        more: the errors of a long chain of cameras grow with its length.
+        """
         scene, state = self.scene, self.end.state
         centres = pga3.motor_to_matrix(state.motors)[:, :3, 3]
         distances = np.linalg.norm(state.points[scene.point] - centres[scene.camera], axis=1)
@@ -279,6 +283,10 @@ class _Judged:
         np.minimum.at(near, scene.point, distances)
         count = np.maximum(np.bincount(scene.camera, minlength=len(centres)), 1)
         far = np.bincount(scene.camera, distances, minlength=len(centres)) / count
+        fixed = centres[self.parts.fixed_cameras]
+        if len(fixed):
+            away = [np.linalg.norm(centres - centre, axis=1) for centre in fixed]
+            far = np.maximum(far, np.minimum.reduce(away))
         return near, np.where(far > 0, far, np.inf)
 
     def status(self, cameras: Reals, points: Reals) -> VisionStatus:
