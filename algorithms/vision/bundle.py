@@ -316,10 +316,9 @@ class _Judged:
             return cameras, lenses, points
         variance = float(self.known.raised(np.asarray(self.weighed), self.freedom))
         usable = self.parts.camera_status == VisionStatus.OK
-        cameras[usable] = variance * found[0][: layout.n_cameras][usable]
-        if width and width <= 6:
-            lenses[:] = variance * found[0][layout.n_cameras :, :width, :width]
+        cameras[usable] = variance * found[0][usable]
+        lenses[:] = variance * found[1][:, :width, :width]
         if wanted == "points":
-            points[self.scene.free_points] = variance * found[1][self.scene.free_points]
+            points[self.scene.free_points] = variance * found[2][self.scene.free_points]
             points[(self.parts.point_status == VisionStatus.OK) & ~self.scene.free_points] = 0
         return cameras, lenses, points

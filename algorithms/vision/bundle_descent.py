@@ -89,7 +89,7 @@ def descended(layout: Layout, state: State, max_steps: int, progress: Callable[[
         else:
             damping, raise_by = damping * raise_by, 2 * raise_by
         if progress is not None:
-            progress(BundleStep(step, cost, max(decrease, 0.0), used))
+            progress(BundleStep(step, cost, max(decrease, 0.0) if equations is None else 0.0, used))
     return Descent(state, cost, step, bool(converged))
 
 
@@ -128,8 +128,8 @@ class Information:
         values = np.linalg.eigvalsh(np.where(np.isfinite(full), full, 0))
         return np.asarray(1 / np.maximum(values[:, 0], _ROUNDING * values[:, 2] + 1e-300))
 
-    def covariances(self, with_points: bool) -> tuple[Reals, Reals] | None:
-        """Return covariances of blocks (b, 6, 6) and of points (m, 3, 3) for residuals of variance 1.
+    def covariances(self, with_points: bool) -> tuple[Reals, Reals, Reals] | None:
+        """Return covariances of cameras (c, 6, 6), lenses (l, 6 n, 6 n) and points (m, 3, 3), for a variance of 1.
 
         None if the equations are singular. Without points, these are NaN.
         """
@@ -146,7 +146,21 @@ class Information:
         points = np.full((layout.n_points, 3, 3), np.nan)
         if with_points:
             points = self._spread(pairs)
-        return cameras, points
+        return cameras[: layout.n_cameras], self._of_lenses(pairs), points
+
+    def _of_lenses(self, pairs: Reals) -> Reals:
+        """Return the covariances (l, 6 n, 6 n) of the n blocks of each lens."""
+        layout, parts = self.layout, self.layout.n_parts
+        n, keys = layout.scene.n_lenses, layout.rows * layout.n_blocks + layout.columns
+        found = np.zeros((n, parts, BLOCK, parts, BLOCK))
+        first = layout.n_cameras + np.arange(n)
+        for g in range(parts):
+            for h in range(g, parts):
+                wanted = (first + g * n) * layout.n_blocks + first + h * n
+                at = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
+                block = np.where((keys[at] == wanted)[:, None, None], pairs[at], 0)
+                found[:, g, :, h], found[:, h, :, g] = block, np.swapaxes(block, 1, 2)
+        return found.reshape(n, parts * BLOCK, parts * BLOCK)
 
     def _inverse_blocks(self) -> Reals | None:
         layout, n = self.layout, self.layout.n_free

@@ -10,7 +10,7 @@ import pytest
 import scipy
 from bundle_scenes import BundleScene, Oracle, bundle_scene, disturbed
 
-from algorithms.vision import BundleAdjustment, Camera, VisionStatus, bundle_adjust
+from algorithms.vision import BundleAdjustment, Camera, VisionStatus, bundle_adjust, localize
 from generated import bundles, pga3
 
 Array = np.ndarray[Any, Any]
@@ -212,3 +212,23 @@ def test_lenses_are_recovered(intrinsics: str | tuple[int, ...]) -> None:
     k = np.array([each.intrinsics[[0, 1, 0, 1], [0, 1, 2, 2]] for each in found.cameras])
     np.testing.assert_allclose(k, numbers[:, :4], atol=1e-4)
     np.testing.assert_allclose(found.distortion[:, :4], numbers[:, 4:8], atol=1e-6)
+
+
+def test_a_camera_of_known_points() -> None:
+    """Resection is a special case: the minimum is that of `localize`, which is compared with OpenCV's."""
+    scene = bundle_scene(1, 20, seed=43, share=1.0)
+    start = pga3.motor_product(scene.cameras[0].pose, pga3.motor_from_rotation_vector_translation(
+        np.array([0.1, -0.1, 0.05]), np.array([0.2, 0.1, -0.3])
+    ))  # fmt: skip
+    view = Camera(scene.cameras[0].intrinsics, start)
+    found = bundle_adjust([view], scene.points, scene.table, fixed_points=np.ones(20, bool))
+    expected = localize(scene.points, scene.table.pixels, view.intrinsics)
+    assert found.status == VisionStatus.OK and not found.point_status.any()
+    assert found.cost == pytest.approx(0.5 * 20 * expected.residual**2, rel=1e-9)
+    np.testing.assert_allclose(
+        pga3.motor_to_matrix(found.poses[0]), pga3.motor_to_matrix(expected.pose), rtol=0, atol=1e-6
+    )
+    deviation = [np.sqrt(np.linalg.eigvalsh(part)[-1]) for part in (found.camera_covariance[0, :3, :3],
+                                                                    found.camera_covariance[0, 3:, 3:])]  # fmt: skip
+    assert deviation[0] == pytest.approx(float(expected.deviation[0]), rel=0.02)
+    assert np.array_equal(found.points, scene.points)

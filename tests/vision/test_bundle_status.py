@@ -67,6 +67,23 @@ def test_scale_between_parts(common: int) -> None:
     assert statuses(scene, ((camera < 3) == (point < 20)) | (point < 3)).status == VisionStatus.OK
 
 
+def test_a_long_street() -> None:
+    """Noise moves the end of a chain of cameras by more than the distance of its points; the chain is determined."""
+    rng = np.random.default_rng(36)
+    x = rng.uniform((0, -3, 5), (80, 3, 15), (960, 3))
+    poses = pga3.motor_from_rotation_vector_translation(
+        0.05 * rng.normal(size=(80, 3)), np.arange(80)[:, None] * [1.0, 0, 0]
+    )
+    cameras = [Camera.from_intrinsics(600.0, (320, 240), pose) for pose in poses]
+    near = np.abs(x[:, 0] - np.arange(80)[:, None]) < 2.5
+    camera, point = np.nonzero(near)
+    pixels = np.concatenate([view.project(x[near[i]]) for i, view in enumerate(cameras)])
+    found = bundle_adjust(cameras, x, (camera, point, pixels + 2.0 * rng.normal(size=pixels.shape)))
+    assert found.status == VisionStatus.OK and not found.camera_status.any()
+    shift = np.sqrt(np.trace(found.camera_covariance[:, 3:, 3:], axis1=1, axis2=2))
+    assert 3.3 * shift[-1] > 15 and 3.3 * shift[3] < 1
+
+
 def test_cameras_with_one_centre() -> None:
     """Turning about the centre determines no depth."""
     rng = np.random.default_rng(23)
@@ -151,6 +168,11 @@ def test_inputs_of_all_kinds() -> None:
     wide[:, ::2] = table.pixels
     other = bundle_adjust(start[0], start[1].astype(np.float32), (table.camera, table.point, wide[:, ::2]))
     assert other.cost == pytest.approx(expected.cost, rel=1e-4)
+    twice = bundle_adjust(
+        start[0], start[1], tuple(np.concatenate(2 * [each]) for each in (table.camera, table.point, table.pixels))
+    )
+    assert twice.cost == pytest.approx(2 * expected.cost, rel=1e-9)
+    np.testing.assert_allclose(twice.points, expected.points, atol=1e-6)
     order = scene.rng.permutation(len(table.camera))
     mixed = bundle_adjust(start[0], start[1], (table.camera[order], table.point[order], table.pixels[order]))
     assert mixed.cost == pytest.approx(expected.cost, rel=1e-10)
