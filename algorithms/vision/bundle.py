@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -68,7 +69,8 @@ def bundle_adjust(
         The model of the lens, as in OpenCV.
     coefficients : array_like, (n,) or (c, n), optional
         Coefficients at the start, in OpenCV's order: ``k1 k2 p1 p2 k3 k4 k5 k6`` for "brown", ``k1 k2 k3 k4`` for
-        "fisheye". Those left out at the end are 0, the default for all.
+        "fisheye". Those left out at the end are 0, the default for all. Cameras with a distortion of their own need
+        neither of both, and the adjusted cameras have theirs.
     intrinsics : {"fixed", "shared", "each"} or array_like, (c,) of int
         Whether lenses are estimated: not at all, one for all cameras, one for each, or one for all cameras with the
         same number.
@@ -152,7 +154,7 @@ def bundle_adjust(
         weights = np.where(used, whole.influences(squares), 0)
         residuals = np.sqrt(squares)
     return BundleAdjustment(
-        tuple(_camera(lens, motor) for lens, motor in zip(state.lenses, state.motors, strict=True)),
+        tuple(_camera(cameras, i, state) for i in range(c)),
         state.points, state.lenses[:, N_PINHOLE:], judged.status(camera_status, point_status), camera_status,
         point_status, end.cost, residuals, weights, end.steps, *judged.covariances(covariance),
     )  # fmt: skip
@@ -170,7 +172,7 @@ def _checked(
     if places.ndim != 2:
         raise ValueError(f"points: shape {places.shape}; expected (m, 3)")
     camera, point, pixels = checked_table(observations, c, len(places))
-    model, bent, n_given = checked_distortion(distortion, coefficients, c)
+    model, bent, n_given = checked_distortion(cameras, distortion, coefficients, c)
     lenses = np.concatenate([matrices[:, [0, 1, 0, 1, 0], [0, 1, 2, 2, 1]], bent], 1)
     lens_of, by_parameter = checked_lenses(intrinsics, estimated, lenses, model, n_given)
     nothing = np.zeros((0, 2), np.int64)
@@ -220,9 +222,18 @@ def _mean_matrix(lenses: Reals) -> Reals:
     return np.diag([*lenses[:, :2].mean(0), 1.0]) if len(lenses) else np.eye(3)
 
 
-def _camera(lens: Reals, motor: Reals) -> Camera:
-    fx, fy, cx, cy, skew = lens[:N_PINHOLE]
-    return Camera(np.array([[fx, skew, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]), motor)
+def _camera(cameras: Cameras, number: int, state: State) -> Camera:
+    """Return an adjusted camera, with the distortion of its lens if it has one of its own."""
+    fx, fy, cx, cy, skew = state.lenses[number, :N_PINHOLE]
+    matrix, motor = np.array([[fx, skew, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]), state.motors[number]
+    start = cameras[number] if number < len(cameras) else None
+    lens: Any = getattr(start, "distortion", None)
+    if not isinstance(start, Camera) or lens is None:
+        return Camera(matrix, motor)
+    adjusted: dict[str, Any] = {
+        "distortion": replace(lens, coefficients=tuple(state.lenses[number, N_PINHOLE:].tolist()))
+    }
+    return replace(start, intrinsics=matrix, pose=motor, **adjusted)
 
 
 class _Judged:

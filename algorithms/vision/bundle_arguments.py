@@ -108,8 +108,31 @@ def checked_fixed(given: ArrayLike | None, n: int, name: str) -> Reals:
     return flags
 
 
-def checked_distortion(model: str | None, coefficients: ArrayLike | None, c: int) -> tuple[str, Reals, int]:
+def own_distortion(cameras: Cameras) -> tuple[str, Reals] | None:
+    """Return the model and the coefficients (c, q) of the distortion that cameras have themselves, None if none has."""
+    lenses = [getattr(each, "distortion", None) for each in cameras]
+    models = sorted({"" if each is None else str(each.model) for each in lenses})
+    if models in ([], [""]):
+        return None
+    if "fisheye" in models and len(models) > 1:
+        raise ValueError("cameras: fisheye lenses and others; expected one kind")
+    model = models[-1]
+    full = np.zeros((len(lenses), len(DISTORTIONS[model])))
+    for row, lens in zip(full, lenses, strict=True):
+        row[:] = 0 if lens is None else np.asarray(lens.coefficients)
+    return model, full
+
+
+def checked_distortion(
+    cameras: Cameras, model: str | None, coefficients: ArrayLike | None, c: int
+) -> tuple[str, Reals, int]:
     """Return the name of the lens model, its coefficients (c, q), and how many of them were given."""
+    own = own_distortion(cameras)
+    if own is not None:
+        if model is not None or coefficients is not None:
+            raise ValueError("distortion: given beside cameras with distortion; expected one of both")
+        used = int(np.flatnonzero(own[1].any(0)).max(initial=-1)) + 1
+        return *own, max(used, 5 if own[0] == "brown" else 4)
     name = "pinhole" if model is None else model
     if name not in DISTORTIONS or (model == "pinhole"):
         raise ValueError(f"distortion: {model!r}; expected None, 'brown' or 'fisheye'")

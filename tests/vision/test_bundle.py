@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -232,3 +232,37 @@ def test_a_camera_of_known_points() -> None:
                                                                     found.camera_covariance[0, 3:, 3:])]  # fmt: skip
     assert deviation[0] == pytest.approx(float(expected.deviation[0]), rel=0.02)
     assert np.array_equal(found.points, scene.points)
+
+
+@dataclass(frozen=True, slots=True)
+class Bent:
+    """The distortion of a lens."""
+
+    model: str
+    coefficients: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BentCamera(Camera):
+    """A camera with the distortion of its lens."""
+
+    distortion: Bent | None = None
+
+
+def test_cameras_with_distortion_of_their_own() -> None:
+    """The minimum is that with the distortion as an argument, and cameras keep what was adjusted."""
+    scene = bundle_scene(4, 30, seed=44, share=1.0)
+    k = (-0.05, 0.01, 0.001, 0.0, 0.0, 0.0, 0.0, 0.0)
+    bent = [BentCamera(each.intrinsics, each.pose, Bent("brown", k)) for each in scene.cameras]
+    options: dict[str, Any] = dict(intrinsics="shared", estimated=("f", "k1"))
+    found = bundle_adjust(bent, scene.points, scene.table, **options)
+    expected = bundle_adjust(scene.cameras, scene.points, scene.table, distortion="brown", coefficients=k, **options)
+    assert found.cost == expected.cost and np.array_equal(found.distortion, expected.distortion)
+    for camera, row in zip(found.cameras, found.distortion, strict=True):
+        assert isinstance(camera, BentCamera) and camera.distortion is not None
+        assert camera.distortion.coefficients == tuple(row) and row[0] != k[0] and row[1] == k[1]
+    with pytest.raises(ValueError, match="given beside cameras with distortion"):
+        bundle_adjust(bent, scene.points, scene.table, distortion="brown")
+    mixed = [BentCamera(each.intrinsics, each.pose, Bent("fisheye", k[:4])) for each in scene.cameras[:2]]
+    with pytest.raises(ValueError, match="fisheye lenses and others"):
+        bundle_adjust([*mixed, *bent[2:]], scene.points, scene.table)
