@@ -100,9 +100,9 @@ def bundle_adjust(
     -------
     BundleAdjustment
         The status OK guarantees that a minimum was reached, that the observations determine all cameras, and that the
-        residuals do not contradict the noise. DISCONNECTED, TOO_FEW, DEGENERATE, NOT_FINITE or BEHIND is the status of
-        a camera that is not adjusted or not determined, see `camera_status`. The status is NOT_CONVERGED after
-        `max_steps`, or if residuals are larger than noise. Points have statuses of their own.
+        residuals do not contradict the noise: neither their sum of squares nor, without a robust loss, the largest. If
+        a camera is not adjusted or not determined, its status is that of the whole, see `camera_status`. The status is
+        NOT_CONVERGED after `max_steps`, or if residuals are larger than noise. Points have statuses of their own.
 
     Raises
     ------
@@ -113,14 +113,13 @@ def bundle_adjust(
     Notes
     -----
     A robust loss is minimised with the equations of squares, weighed by the derivative of the loss by the squared
-    distance (iteratively reweighted least squares). Triggs' correction subtracts the curvature of the loss in addition,
-    which converges faster but removes one of the two equations of each far pixel, so that points with two observations
-    are no longer determined. Weighed squares are an upper bound of the loss, so every undamped step that decreases
-    them decreases the loss.
+    distance (iteratively reweighted least squares), which lead near a minimum in few steps. There, Triggs' correction
+    subtracts the curvature of the loss, of which a tenth is kept: with all of it, far pixels would be one equation
+    instead of two, and points with two of them undetermined.
 
     The minimum is that of scipy's `least_squares` to 1e-9 of the cost. Derivatives are derived by the compiler.
     Covariances are inverses of the weighed normal equations times the variance of pixels, with held parameters known
-    exactly. Triggs et al., *Bundle Adjustment, a Modern Synthesis*, 2000.
+    exactly. With a robust loss they are approximations. Triggs et al., *Bundle Adjustment, a Modern Synthesis*, 2000.
     """
     _check_options(loss, scale, noise, max_steps, covariance)
     whole, start = _checked(cameras, points, observations, distortion, coefficients, intrinsics, estimated)
@@ -271,15 +270,24 @@ class _Judged:
             pixels = by_lens[scene.lens_of][:, scene.by_parameter[:4].any(0)]
             loose |= ~(pixels < self.end.state.lenses[:, :1] ** 2).all(1)
         cameras[(cameras == VisionStatus.OK) & loose] = VisionStatus.DEGENERATE
+        if scene.kind:
+            # The scale is the noise or more, so one correct pixel in 90 is three times that far.
+            far = ~(self.squares <= (3 * scene.scale) ** 2)
+            self._mark(cameras, points, far, VisionStatus.NO_CONSENSUS)
         if scene.model != "fisheye":
             behind = ~(self.depths > 0)
-            n_behind = np.bincount(scene.camera[behind], minlength=c)
-            mostly = 2 * n_behind > np.bincount(scene.camera, minlength=c)
-            cameras[(cameras == VisionStatus.OK) & mostly] = VisionStatus.BEHIND
-            there = np.zeros(len(points), bool)
-            there[scene.point[behind]] = True
-            points[(points == VisionStatus.OK) & there] = VisionStatus.BEHIND
+            self._mark(cameras, points, behind, VisionStatus.BEHIND)
+            points[(points == VisionStatus.OK) & (np.bincount(scene.point[behind], minlength=len(points)) > 0)] = (
+                VisionStatus.BEHIND
+            )
         return cameras, points
+
+    def _mark(self, cameras: Reals, points: Reals, wrong: Reals, status: VisionStatus) -> None:
+        """Give a status to the cameras and points of which half of the observations or more are wrong."""
+        for found, table in ((cameras, self.scene.camera), (points, self.scene.point)):
+            n = np.bincount(table, minlength=len(found))
+            n_wrong = np.bincount(table[wrong], minlength=len(found))
+            found[(found == VisionStatus.OK) & (2 * n_wrong >= n) & (n > 0)] = status
 
     def _distances(self) -> tuple[Reals, Reals]:
         """Return the distances of points (m,) from the nearest camera, and sizes of the scene for cameras (c,).
@@ -307,10 +315,13 @@ class _Judged:
         if not (points[self.scene.point] == VisionStatus.OK).any():
             return VisionStatus(int(points[self.scene.point[0]]))
         for status in (VisionStatus.NOT_FINITE, VisionStatus.DISCONNECTED, VisionStatus.DEGENERATE,
-                       VisionStatus.TOO_FEW, VisionStatus.BEHIND):  # fmt: skip
+                       VisionStatus.TOO_FEW, VisionStatus.NO_CONSENSUS, VisionStatus.BEHIND):  # fmt: skip
             if (cameras == status).any():
                 return status
         if not self.end.converged or self.known.contradicted(np.asarray(self.weighed), self.freedom):
+            return VisionStatus.NOT_CONVERGED
+        others = self.weighed - self.squares
+        if not self.scene.kind and self.known.outlying(self.squares, 2, others, self.freedom - 2).any():
             return VisionStatus.NOT_CONVERGED
         return VisionStatus.OK
 

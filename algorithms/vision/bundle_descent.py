@@ -29,6 +29,12 @@ _FASTEST = 0.01
 """A limit on work: the damping decreases to this part at most after a step."""
 _ROUNDING = 1e-13
 """From floating point: eigenvalues of equations scaled to ones on their diagonal are as precise as this."""
+_CURVED = 0.9
+"""A limit on work: the part of the curvature of robust losses in the equations. With all of it, a far pixel would be
+one equation instead of two, and points seen twice undetermined."""
+_NEAR = 1e-4
+"""A limit on work: weighed squares decrease losses fast, down to relative decreases of about this. The curvature makes
+the last steps fast, but not those from afar."""
 _VECTORS, _ROUNDS = 8, 4
 """Limits on work: the directions, and the iterations, with which the least eigenvalues of sparse systems are found."""
 _CHUNK = 300
@@ -65,11 +71,11 @@ def descended(layout: Layout, state: State, max_steps: int, progress: Callable[[
     scene = layout.scene
     cost, damping, raise_by = scene.cost(state), _FIRST, 2.0
     exact = 0.5 * _EXACT * float((scene.pixels**2).sum())
-    converged, equations, step = cost <= exact, None, 0
+    converged, equations, step, curved = cost <= exact, None, 0, 0.0
     while step < max_steps and not converged and np.isfinite(cost) and damping < _MOST:
         step += 1
-        equations = equations or Equations(layout, state)
-        found, used = equations.step(damping), damping
+        equations = equations or Equations(layout, state, curved)
+        found, used, before = equations.step(damping), damping, cost
         new_cost, predicted = np.inf, np.nan
         if found is not None:
             change, points, predicted = found
@@ -86,10 +92,13 @@ def descended(layout: Layout, state: State, max_steps: int, progress: Callable[[
             damping = max(damping * (_FASTEST if hidden else max(_FASTEST, 1 - (2 * gain - 1) ** 3)), _LEAST)
             raise_by = 2.0
             converged |= cost <= exact
+            curved = _CURVED if scene.kind and decrease <= _NEAR * cost else curved
+        elif curved:
+            curved, equations = 0.0, None
         else:
             damping, raise_by = damping * raise_by, 2 * raise_by
         if progress is not None:
-            progress(BundleStep(step, cost, max(decrease, 0.0) if equations is None else 0.0, used))
+            progress(BundleStep(step, cost, max(before - cost, 0.0), used))
     return Descent(state, cost, step, bool(converged))
 
 

@@ -218,13 +218,13 @@ def factorized(matrix: Any) -> Factor | None:
 
 
 class Equations:
-    """The normal equations at a state."""
+    """The normal equations at a state: of weighed squares, or with up to a part of the curvature of the loss."""
 
-    def __init__(self, layout: Layout, state: State) -> None:
+    def __init__(self, layout: Layout, state: State, curved: float = 0.0) -> None:
         scene = layout.scene
-        self.layout, n = layout, layout.n_cameras
+        self.layout = layout
         moves = scene.free_points[scene.point].astype(float)
-        arguments = (*scene.seen(state), moves, scene.kind, scene.scale)
+        arguments = (*scene.seen(state), moves, scene.kind, scene.scale, curved)
         if layout.n_parts:
             rest, by_camera, by_point, _, by_lens = KERNELS[scene.model][2](*arguments)
         else:
@@ -257,7 +257,6 @@ class Equations:
         diagonal = np.zeros((layout.n_blocks, BLOCK))
         diagonal[layout.rows[layout.diagonal]] = np.einsum("bii->bi", self.products[layout.diagonal])
         self.diagonal = diagonal[layout.free]
-        self.n_cameras = n
 
     def eliminated(self, damping: float) -> tuple[Any, Reals, Reals, Reals, Reals]:
         """Return the reduced matrix and gradient, scaled couplings, and the inverse roots and reduced gradients."""

@@ -91,44 +91,56 @@ def _chain(by_place, columns):
     return [tuple(sum(a * b for a, b in zip(row, column, strict=True)) for row in rows) for column in columns]
 
 
-def _influence(square, kind, scale):
-    """Return the influence of an observation, the derivative of its loss by its squared distance.
+def _influence(square, kind, scale, curved):
+    """Return the influence of an observation, and the part of its equation along the residual that curvature leaves.
 
-    The loss of the kind 0 is the square s itself; that of the kind 1 is Huber's, which grows with the distance from
-    `scale` on; that of the kind 2 is Cauchy's, ``scale**2 log(1 + s / scale**2)``.
+    The influence is the derivative of the loss by the squared distance s. The loss of the kind 0 is s itself; that of
+    the kind 1 is Huber's, which grows with the distance from `scale` on; that of the kind 2 is Cauchy's, ``scale**2
+    log(1 + s / scale**2)``. The curvature of the loss along the residual is the influence times ``1 - b``, b from 0 to
+    `curved`, of which the equation gets the root.
     """
     limit = scale * scale
     far = square > limit
     huber = select(far, scale / ga.sqrt(select(far, square, 1)), 1)
-    return select(kind > Fraction(3, 2), limit / (limit + square), select(kind > HALF, huber, 1))
+    is_robust, is_cauchy = kind > HALF, kind > Fraction(3, 2)
+    influence = select(is_cauchy, limit / (limit + square), select(is_robust, huber, 1))
+    bend = select(is_cauchy, 2 * square / (limit + square), select(is_robust, far, 0))
+    return influence, ga.sqrt(1 - ga.minimum(bend, curved))
 
 
 def _matrix(columns, factor):
     return tuple(tuple(factor * column[row] for column in columns) for row in range(2))
 
 
-SEEN = {"pixel": PIXEL, "weight": SCALAR, "moves": SCALAR, "kind": SCALAR, "scale": SCALAR}
+SEEN = {"pixel": PIXEL, "weight": SCALAR, "moves": SCALAR, "kind": SCALAR, "scale": SCALAR, "curved": SCALAR}
 """Parameters of an observation: 1 / standard deviation or 0, whether the point may move, and the loss."""
 
 
-def _equations(name, motor, point, lens, pixel, weight, moves, kind, scale):
+def _equations(name, motor, point, lens, pixel, weight, moves, kind, scale, curved):
     """Return the weighed residual, its derivatives by camera and point, the squared distance, and what follows."""
     place, by_axis = _columns(_BY_POINT, (motor, point), _units(3))
     value, by_place = _columns(_BY_PLACE[name], (place, lens), _units(3))
     off = tuple(weight * (a - b) for a, b in zip(value, pixel, strict=True))
     square = off[0] * off[0] + off[1] * off[1]
-    root = ga.sqrt(_influence(square, kind, scale))
-    factor = weight * root
-    by_place = [tuple(factor * x for x in column) for column in by_place]
+    influence, left = _influence(square, kind, scale, curved)
+    root = ga.sqrt(influence)
+    share = (1 - left) / select(square > TINY, square, 1)
+
+    def bent(column):
+        along = share * (off[0] * column[0] + off[1] * column[1])
+        return tuple(weight * root * (x - along * r) for x, r in zip(column, off, strict=True))
+
+    by_place = [bent(column) for column in by_place]
     by_camera, by_point = _chain(by_place, _motions(place)), _chain(by_place, by_axis)
-    rest = tuple(root * x for x in off)
-    return (rest, _matrix(by_camera, 1), _matrix(by_point, moves), square), place, factor
+    rest = tuple(root / left * x for x in off)
+    return (rest, _matrix(by_camera, 1), _matrix(by_point, moves), square), place, bent
 
 
-def _lens_equations(name, motor, point, lens, pixel, weight, moves, kind, scale):
+def _lens_equations(name, motor, point, lens, pixel, weight, moves, kind, scale, curved):
     """Return what `_equations` returns, with the derivatives by the numbers of the lens."""
-    found, place, factor = _equations(name, motor, point, lens, pixel, weight, moves, kind, scale)
-    return *found, _matrix(_columns(_BY_LENS[name], (place, lens), _units(LENSES[name]))[1], factor)
+    found, place, bent = _equations(name, motor, point, lens, pixel, weight, moves, kind, scale, curved)
+    columns = _columns(_BY_LENS[name], (place, lens), _units(LENSES[name]))[1]
+    return *found, _matrix([bent(column) for column in columns], 1)
 
 
 EQUATIONS = (PIXEL, BY_CAMERA, BY_POINT, SCALAR)
@@ -143,11 +155,15 @@ SUMMARY = """Compute the equation of an observation, by the parameters of the ca
         1, or 0 if the point is fixed.
     kind, scale
         The loss: 0 for squares, 1 for Huber's, 2 for Cauchy's, and its scale in standard deviations.
+    curved
+        0 for the derivatives of weighed squares; up to this part, less than 1, the curvature of the loss is subtracted
+        (Triggs' correction).
 
     Returns
     -------
     residual, by_camera, by_point
         The residual and its derivatives, in standard deviations, times the root of the influence of the observation.
+        Their product is the gradient of half the loss, whatever `curved` is.
     square
         The squared distance in standard deviations.{by_lens}
     """
@@ -163,11 +179,11 @@ def _kernels(name):
         off = tuple(weight * (a - b) for a, b in zip(definition.function(place, lens), pixel, strict=True))
         return off[0] * off[0] + off[1] * off[1], place[2]
 
-    def equations(motor, point, lens, pixel, weight, moves, kind, scale):
-        return _equations(name, motor, point, lens, pixel, weight, moves, kind, scale)[0]
+    def equations(motor, point, lens, pixel, weight, moves, kind, scale, curved):
+        return _equations(name, motor, point, lens, pixel, weight, moves, kind, scale, curved)[0]
 
-    def lens_equations(motor, point, lens, pixel, weight, moves, kind, scale):
-        return _lens_equations(name, motor, point, lens, pixel, weight, moves, kind, scale)
+    def lens_equations(motor, point, lens, pixel, weight, moves, kind, scale, curved):
+        return _lens_equations(name, motor, point, lens, pixel, weight, moves, kind, scale, curved)
 
     distances.__doc__ = "Compute the squared distance of a pixel from the image, in deviations, and the depth."
     equations.__doc__ = SUMMARY.format(and_lens="", by_lens="")

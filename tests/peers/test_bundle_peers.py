@@ -68,7 +68,7 @@ def scipys(cameras: list[Camera], points: Array, table: Observations) -> float:
         )
         at = points + x[6 * (c - 1) :].reshape(m, 3)
         seen = moved[table.camera], at[table.point], lens, table.pixels
-        return bundles.pinhole_equations(*seen, np.ones(k), np.ones(k), 0.0, 1.0)
+        return bundles.pinhole_equations(*seen, np.ones(k), np.ones(k), 0.0, 1.0, 0.0)
 
     def jacobian(x: Array) -> Any:
         _, of_camera, of_point, _ = equations(x)

@@ -107,8 +107,8 @@ def test_derivatives(model: str) -> None:
     k = len(table.camera)
     seen = np.tile(view.pose, (k, 1)), scene.points[table.point], np.tile(lens, (k, 1)), table.pixels
     kernel = getattr(bundles, f"{model}_lens_equations")
-    rest, by_camera, by_point, square, by_lens = kernel(*seen, np.ones(k), np.ones(k), 0.0, 1.0)
-    short = getattr(bundles, f"{model}_equations")(*seen, np.ones(k), np.ones(k), 0.0, 1.0)
+    rest, by_camera, by_point, square, by_lens = kernel(*seen, np.ones(k), np.ones(k), 0.0, 1.0, 0.0)
+    short = getattr(bundles, f"{model}_equations")(*seen, np.ones(k), np.ones(k), 0.0, 1.0, 0.0)
     for one, two in zip(short, (rest, by_camera, by_point, square), strict=True):
         np.testing.assert_allclose(one, two, rtol=1e-13, atol=1e-12)
 
@@ -130,6 +130,35 @@ def test_derivatives(model: str) -> None:
     found = np.concatenate([by_camera, by_point, by_lens], 2)
     for column, expected in zip(np.moveaxis(found, 2, 0), columns, strict=True):
         np.testing.assert_allclose(column, expected, rtol=1e-6, atol=1e-6 * max(1.0, np.abs(expected).max()))
+
+
+@pytest.mark.parametrize("kind", [1, 2])
+@pytest.mark.parametrize("curved", [0.0, 0.5, 0.9])
+def test_curvature_of_losses(kind: int, curved: float) -> None:
+    """The gradient is that of half the loss; along the residual, its curvature is kept up to a part."""
+    scene = bundle_scene(1, 30, seed=45, noise=3.0, share=1.0)
+    k, scale = len(scene.table.camera), 2.5
+    seen = (np.tile(scene.cameras[0].pose, (k, 1)), scene.points[scene.table.point],
+            np.tile([600.0, 610, 320, 240, 0], (k, 1)), scene.table.pixels)  # fmt: skip
+    ones = np.ones(k)
+    off, _, plain, s = bundles.pinhole_equations(*seen, ones, ones, 0.0, 1.0, 0.0)
+    rest, _, rows, _ = bundles.pinhole_equations(*seen, ones, ones, float(kind), scale, curved)
+    assert (s > scale**2).any() and (s < scale**2).any()
+
+    def loss(t: Array) -> Array:
+        if kind == 2:
+            return scale**2 * np.log1p(t / scale**2)
+        return np.where(t > scale**2, 2 * scale * np.sqrt(t) - scale**2, t)
+
+    h = 1e-3
+    first = (loss(s + h) - loss(s - h)) / (2 * h)
+    second = (loss(s + h) - 2 * loss(s) + loss(s - h)) / h**2
+    gradient = first[:, None] * np.einsum("kri,kr->ki", plain, off)
+    np.testing.assert_allclose(np.einsum("kri,kr->ki", rows, rest), gradient, rtol=1e-6)
+    bend = np.minimum(-2 * second * s / first, curved)
+    middle = first[:, None, None] * (np.eye(2) - (bend / s)[:, None, None] * off[:, :, None] * off[:, None])
+    expected = np.swapaxes(plain, 1, 2) @ middle @ plain
+    np.testing.assert_allclose(np.swapaxes(rows, 1, 2) @ rows, expected, rtol=1e-5, atol=1e-5 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize(("offset", "unit"), [(0.0, 1.0), (0.0, 1e-3), (0.0, 1e3), (1e6, 1.0)])
