@@ -116,6 +116,34 @@ def test_points_behind_cameras() -> None:
     assert (found.point_status == VisionStatus.BEHIND).all()
 
 
+def test_single_wrong_pixels() -> None:
+    """One pixel that is off by 15 is no noise; with a robust loss it has no influence."""
+    scene = bundle_scene(5, 40, seed=37, share=1.0)
+    assert bundle_adjust(scene.cameras, scene.points, scene.table).status == VisionStatus.OK
+    scene.table.pixels[77] += [9.0, -12.0]
+    assert bundle_adjust(scene.cameras, scene.points, scene.table).status == VisionStatus.NOT_CONVERGED
+    robust = bundle_adjust(scene.cameras, scene.points, scene.table, loss="cauchy")
+    assert robust.status == VisionStatus.OK and robust.weights.argmin() == 77
+    assert not robust.point_status.any()
+
+
+def test_points_and_cameras_without_consensus() -> None:
+    """Three of five pixels of a point are wrong, and two thirds of those of a camera."""
+    scene = bundle_scene(5, 60, seed=38, share=1.0)
+    camera, point = scene.table.camera, scene.table.point
+    wrong = (point == 8) & (camera > 1)
+    scene.table.pixels[wrong] += scene.rng.uniform(30, 60, (int(wrong.sum()), 2)) * [[1, -1], [-1, -1], [-1, 1]]
+    found = bundle_adjust(scene.cameras, scene.points, scene.table, loss="huber")
+    assert found.status == VisionStatus.OK and not found.camera_status.any()
+    assert found.point_status.nonzero()[0].tolist() == [8]
+    assert found.point_status[8] in (VisionStatus.NO_CONSENSUS, VisionStatus.BEHIND)
+    spoiled = (camera == 3) & (point >= 20)
+    scene.table.pixels[spoiled] += scene.rng.uniform(-200, 200, (int(spoiled.sum()), 2))
+    found = bundle_adjust(scene.cameras, scene.points, scene.table, loss="cauchy")
+    assert found.status == VisionStatus.NO_CONSENSUS and found.camera_status[3] == VisionStatus.NO_CONSENSUS
+    assert not np.delete(found.camera_status, 3).any()
+
+
 def test_numbers_that_are_not_finite() -> None:
     scene = bundle_scene(5, 30, seed=26, share=1.0)
     points, poses = scene.points.copy(), np.array([each.pose for each in scene.cameras])
