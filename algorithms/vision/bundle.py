@@ -117,9 +117,10 @@ def bundle_adjust(
     subtracts the curvature of the loss, of which a tenth is kept: with all of it, far pixels would be one equation
     instead of two, and points with two of them undetermined.
 
-    The minimum is that of scipy's `least_squares` to 1e-9 of the cost. Derivatives are derived by the compiler.
-    Time and memory grow with the number of pairs of pixels of the same point, and from 250 cameras on systems are
-    sparse. Covariances are inverses of the weighed normal equations times the variance of pixels, with held parameters known
+    The minimum is that of scipy's `least_squares` to 1e-9 of the cost. Derivatives are derived by the compiler. Time
+    and memory grow with the number of pairs of pixels of the same point, and from 250 cameras on systems are sparse.
+
+    Covariances are inverses of the weighed normal equations times the variance of pixels, with held parameters known
     exactly. With a robust loss they are approximations. Triggs et al., *Bundle Adjustment, a Modern Synthesis*, 2000.
     """
     _check_options(loss, scale, noise, max_steps, covariance)
