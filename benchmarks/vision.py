@@ -32,7 +32,7 @@ from algorithms.vision import (
 )
 from generated import pga3
 
-from . import pages
+from . import pages, vision_bundles
 from .libraries import installed
 from .machine import version
 from .markdown import paragraph
@@ -47,7 +47,8 @@ def tasks(quick: bool) -> list[Task]:
     rng = np.random.default_rng(0)
     cv2: Any = __import__("cv2") if installed("cv2") else None
     poselib: Any = __import__("poselib") if installed("poselib") else None
-    return [*_hands(rng, cv2, quick), *_views(rng, cv2, poselib, quick), *_many(rng, cv2, quick)]
+    found = [*_hands(rng, cv2, quick), *_views(rng, cv2, poselib, quick), *_many(rng, cv2, quick)]
+    return [*found, *vision_bundles.tasks(rng, quick)]
 
 
 def _poses(rng: np.random.Generator, *shape: int) -> Any:

@@ -1,9 +1,15 @@
 """Cameras, their calibration and pose, the geometry of several views, projective invariants and depth."""
 
+from .bal import BalProblem, read_bal, write_bal
 from .batch import BatchEstimate, fundamental_matrices, homographies, localizations
+from .bundle import bundle_adjust
+from .bundle_descent import BundleStep
+from .bundle_problem import BundleProblem
+from .bundle_results import BundleAdjustment, Observations
 from .calibrate import PlaneCalibration, calibrate_by_pascal, calibrate_from_planes
 from .calibrations import MOTORCYCLE
 from .camera import Camera
+from .colmap import ColmapCamera, ColmapImage, ColmapModel, ColmapPoint, read_colmap, write_colmap
 from .completion import camera_centre, complete_points, projective_depths
 from .conics import ConicThroughPoints, conic_through_points
 from .endoscope import calibrate_endoscope
@@ -38,8 +44,16 @@ from .two_views import (
 
 __all__ = [
     "MOTORCYCLE",
+    "BalProblem",
     "BatchEstimate",
+    "BundleAdjustment",
+    "BundleProblem",
+    "BundleStep",
     "Camera",
+    "ColmapCamera",
+    "ColmapImage",
+    "ColmapModel",
+    "ColmapPoint",
     "ConicThroughPoints",
     "DegenerateError",
     "Factorization",
@@ -49,6 +63,7 @@ __all__ = [
     "LandmarkMap",
     "LandmarkPose",
     "Localization",
+    "Observations",
     "OmnidirectionalCamera",
     "PlaneCalibration",
     "Recognition",
@@ -56,6 +71,7 @@ __all__ = [
     "RobustEstimate",
     "Triangulation",
     "VisionStatus",
+    "bundle_adjust",
     "calibrate_by_pascal",
     "calibrate_endoscope",
     "calibrate_from_planes",
@@ -84,6 +100,8 @@ __all__ = [
     "permutation_invariant",
     "projective_depths",
     "quadrifocal_tensor",
+    "read_bal",
+    "read_colmap",
     "robust_fundamental_matrix",
     "robust_homography",
     "sampson_distance",
@@ -92,4 +110,6 @@ __all__ = [
     "triangulate",
     "triangulation",
     "trifocal_tensor",
+    "write_bal",
+    "write_colmap",
 ]

@@ -26,6 +26,8 @@ class VisionStatus(Status):
     """Several results agree with the data, which cannot separate them."""
     BEHIND = 7
     """A point is behind a camera that sees it."""
+    DISCONNECTED = 8
+    """Nothing connects it with what is held fixed: its pose relative to that is arbitrary."""
 
 
 class DegenerateError(ValueError):

@@ -55,6 +55,7 @@ RANDOM = RNG.uniform(0, 600, (30, 2))
 BEHIND = 2 * pga3.motor_to_matrix(CAMERAS[0].pose)[:3, 3] - POINTS  # the same lines of sight, behind the camera
 SAME = [np.tile(x[:1], (30, 1)) for x in PIXELS]
 NOISE = 0.3 * np.random.default_rng(32).normal(size=(4, 30, 2))
+SEEN = [*(table.ravel() for table in np.indices((4, 30))), np.concatenate(PIXELS)]
 
 
 class Result(Enum):
@@ -258,6 +259,9 @@ TABLE: list[tuple[str, Callable[[], Any], Result]] = [
     ("factorize", lambda: vision.factorize(np.stack(LINE)), R.DEGENERATE),
     ("factorize", lambda: vision.factorize(np.stack(FAR)), R.NOT_FINITE),
     ("factorize", lambda: vision.factorize(np.stack(PIXELS), np.ones((4, 29), bool)), R.REFUSED),
+    # Bundles; test_bundle_status.py has the statuses, with which cameras and points remain as they are.
+    ("bundle_adjust", lambda: vision.bundle_adjust(CAMERAS, POINTS, SEEN, fixed_points=[-1]), R.REFUSED),
+    ("bundle_adjust", lambda: vision.bundle_adjust(CAMERAS, POINTS[:2], SEEN), R.REFUSED),
     # Classes
     ("Camera", lambda: Camera.from_intrinsics(np.nan, (0, 0)), R.REFUSED),
     ("Camera", lambda: CAMERAS[0].project(np.where(np.arange(30)[:, None] == 7, np.nan, POINTS)), R.UNDEFINED_THERE),
@@ -284,7 +288,15 @@ TABLE: list[tuple[str, Callable[[], Any], Result]] = [
 NOT_APPLICABLE = {
     "Triangulation": "a result",
     "MOTORCYCLE": "a constant",
+    "BalProblem": "a problem as it is in a file",
     "BatchEstimate": "a result",
+    "BundleAdjustment": "a result",
+    "BundleProblem": "arguments",
+    "BundleStep": "a report",
+    "ColmapCamera": "a line of a file",
+    "ColmapImage": "two lines of a file",
+    "ColmapModel": "a model as it is in files",
+    "ColmapPoint": "a line of a file",
     "ConicThroughPoints": "a result",
     "DegenerateError": "an error",
     "Factorization": "a result",
@@ -293,10 +305,15 @@ NOT_APPLICABLE = {
     "HandEyeStatus": "a status",
     "LandmarkPose": "a result",
     "Localization": "a result",
+    "Observations": "arguments",
     "PlaneCalibration": "a result",
     "Recognition": "a result",
     "RobustEstimate": "a result",
     "VisionStatus": "a status",
+    "read_bal": "a file, which test_bundle_files.py spoils",
+    "read_colmap": "files, which test_bundle_files.py spoils",
+    "write_bal": "a file",
+    "write_colmap": "files",
 }
 
 

@@ -1,0 +1,348 @@
+"""Bundle adjustment: cameras, points and lenses that agree best with where the points are seen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import pga3
+
+from ..arguments import Reals, finite_number, real_array
+from ..evidence import Noise, largest_ratio
+from .bundle_arguments import (
+    LOSSES,
+    Cameras,
+    Table,
+    checked_cameras,
+    checked_distortion,
+    checked_fixed,
+    checked_lenses,
+    checked_table,
+)
+from .bundle_descent import BundleStep, Descent, Information, descended
+from .bundle_parts import Parts, parts_of
+from .bundle_results import BundleAdjustment
+from .bundle_system import N_PINHOLE, Layout, Scene, State
+from .camera import Camera
+from .pose_refinement import pixel_noise
+from .status import VisionStatus
+
+
+def bundle_adjust(
+    cameras: Cameras,
+    points: ArrayLike,
+    observations: Table,
+    *,
+    distortion: str | None = None,
+    coefficients: ArrayLike | None = None,
+    intrinsics: str | ArrayLike = "fixed",
+    estimated: Sequence[str] | None = None,
+    loss: str | None = None,
+    scale: float = 1.0,
+    noise: float | None = None,
+    fixed_cameras: ArrayLike | None = None,
+    fixed_points: ArrayLike | None = None,
+    max_steps: int = 100,
+    covariance: str | None = "cameras",
+    progress: Callable[[BundleStep], object] | None = None,
+) -> BundleAdjustment:
+    """Adjust cameras and points by least squares of distances in the images.
+
+    This is the last step of structure from motion: bundle adjustment as in COLMAP's ``bundle_adjuster``, Ceres,
+    ``cv2.detail.BundleAdjusterReproj`` and gtsam's ``GeneralSFMFactor``. The minimum of the reprojection errors near
+    the given cameras and points is found by Levenberg and Marquardt's method on the manifold of motors. Points are
+    eliminated from its equations (Schur complement).
+
+    Parameters
+    ----------
+    cameras : sequence of Camera, or a pair of array_like, (c, 3, 3) and (c, 8)
+        The start: cameras, or matrices K and unit motors from the frames of cameras to that of the world.
+    points : array_like, (m, 3)
+        The start: world coordinates.
+    observations : Observations, or three of array_like, (k,), (k,) and (k, 2)
+        Numbers of cameras, numbers of points, and pixels. Pixels that are NaN count as not seen.
+    distortion : {None, "brown", "fisheye"}
+        The model of the lens, as in OpenCV.
+    coefficients : array_like, (n,) or (c, n), optional
+        Coefficients at the start, in OpenCV's order: ``k1 k2 p1 p2 k3 k4 k5 k6`` for "brown", ``k1 k2 k3 k4`` for
+        "fisheye". Those left out at the end are 0, the default for all. Cameras with a distortion of their own need
+        neither of both, and the adjusted cameras have theirs.
+    intrinsics : {"fixed", "shared", "each"} or array_like, (c,) of int
+        Whether lenses are estimated: not at all, one for all cameras, one for each, or one for all cameras with the
+        same number.
+    estimated : sequence of str, optional
+        Which numbers of lenses are estimated: of ``f`` (fx and fy in their ratio), ``fx fy cx cy skew`` and the names
+        of coefficients. By default ``f cx cy`` and all given coefficients, or if none are given k1 to k3 with p1 and
+        p2, or k1 to k4 of "fisheye".
+    loss : {None, "huber", "cauchy"}
+        How squared distances count. The default suits observations without wrong ones.
+    scale : float
+        The distance, in pixels, at which a robust loss begins to grow slower.
+    noise : float, optional
+        The standard deviation of pixels. By default it follows from the residuals and a prior: about a thousandth of
+        the focal length, as well known as by four residuals.
+    fixed_cameras, fixed_points : array_like of int or of bool, optional
+        Numbers or flags of poses and points that are held. By default, the first camera is held, unless three points
+        are. If one camera and no point is held, so is the scale: the distance of the farthest camera from it, out of
+        those that see at least half as many of its points as any other does.
+    max_steps : int
+        Maximum number of steps, accepted or not.
+    covariance : {"cameras", "points", None}
+        Which marginal covariances are computed: those of poses and lenses, or those of points in addition.
+    progress : callable, optional
+        Called after each step with a `BundleStep`.
+
+    Returns
+    -------
+    BundleAdjustment
+        The status OK guarantees that a minimum was reached, that the observations determine all cameras, and that the
+        residuals do not contradict the noise: neither their sum of squares nor, without a robust loss, the largest. If
+        a camera is not adjusted or not determined, its status is that of the whole, see `camera_status`. The status is
+        NOT_CONVERGED after `max_steps`, or if residuals are larger than noise. Points have statuses of their own.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If shapes or types differ from these, if an observation names a camera or point that does not exist, if K is
+        not upper triangular and regular, if a pose is not a unit motor, or if an option has none of its values.
+
+    Notes
+    -----
+    A robust loss is minimised with the equations of squares, weighed by the derivative of the loss by the squared
+    distance (iteratively reweighted least squares), which lead near a minimum in few steps. There, Triggs' correction
+    subtracts the curvature of the loss, of which a tenth is kept: with all of it, far pixels would be one equation
+    instead of two, and points with two of them undetermined.
+
+    The minimum is that of scipy's `least_squares` to 1e-9 of the cost. Derivatives are derived by the compiler. Time
+    and memory grow with the number of pairs of pixels of the same point, and from 250 cameras on systems are sparse.
+
+    Covariances are inverses of the weighed normal equations times the variance of pixels, with held parameters known
+    exactly. With a robust loss they are approximations. Triggs et al., *Bundle Adjustment, a Modern Synthesis*, 2000.
+    """
+    _check_options(loss, scale, noise, max_steps, covariance)
+    whole, start = _checked(cameras, points, observations, distortion, coefficients, intrinsics, estimated)
+    whole = replace(whole, kind=LOSSES[loss], scale=float(scale))
+    c, m = len(start.motors), len(start.points)
+    held_points = checked_fixed(fixed_points, m, "fixed_points")
+    held = None if fixed_cameras is None else checked_fixed(fixed_cameras, c, "fixed_cameras")
+    parts = _parts(whole, start, held, held_points)
+    used, seen = parts.used, np.zeros(m, bool)
+    seen[whole.point[used]] = True
+    free_cameras = (parts.camera_status == VisionStatus.OK) & ~parts.fixed_cameras
+    free_points = seen & ~held_points
+    scene = replace(
+        whole, camera=whole.camera[used], point=whole.point[used], pixels=whole.pixels[used],
+        free_cameras=free_cameras, free_points=free_points, scaled=parts.scaled,
+    )  # fmt: skip
+    layout, centroid = Layout(scene), start.points[seen].mean(0) if seen.any() else np.zeros(3)
+    end = descended(layout, _about(start, centroid), int(max_steps), progress)
+    information = Information(layout, end.state) if used.any() and np.isfinite(end.cost) else None
+    judged = _Judged(scene, layout, end, parts, pixel_noise(_mean_matrix(start.lenses), noise), information)
+    camera_status, point_status = judged.statuses()
+    final = _about(end.state, -centroid)
+    state = State(
+        np.where(free_cameras[:, None], final.motors, start.motors),
+        final.lenses,
+        np.where(free_points[:, None], final.points, start.points),
+    )
+    with np.errstate(all="ignore"):
+        # Distances are computed about the centroid, which preserves digits far from the origin.
+        squares = whole.squares(_about(state, centroid))[0]
+        weights = np.where(used, whole.influences(squares), 0)
+        residuals = np.sqrt(squares)
+    return BundleAdjustment(
+        tuple(_camera(cameras, i, state) for i in range(c)),
+        state.points, state.lenses[:, N_PINHOLE:], judged.status(camera_status, point_status), camera_status,
+        point_status, end.cost, residuals, weights, end.steps, *judged.covariances(covariance),
+    )  # fmt: skip
+
+
+def _checked(
+    cameras: Cameras, points: ArrayLike, observations: Table, distortion: str | None, coefficients: ArrayLike | None,
+    intrinsics: str | ArrayLike, estimated: Sequence[str] | None,
+) -> tuple[Scene, State]:  # fmt: skip
+    """Return all observations, and the start."""
+    matrices, motors = checked_cameras(cameras)
+    c = len(motors)
+    places = real_array(points, "points", (-1, 3) if np.size(points) else (-1,), "x y z").astype(np.float64)
+    places = places.reshape(-1, 3) if places.size == 0 else places
+    if places.ndim != 2:
+        raise ValueError(f"points: shape {places.shape}; expected (m, 3)")
+    camera, point, pixels = checked_table(observations, c, len(places))
+    model, bent, n_given = checked_distortion(cameras, distortion, coefficients, c)
+    lenses = np.concatenate([matrices[:, [0, 1, 0, 1, 0], [0, 1, 2, 2, 1]], bent], 1)
+    lens_of, by_parameter = checked_lenses(intrinsics, estimated, lenses, model, n_given)
+    nothing = np.zeros((0, 2), np.int64)
+    whole = Scene(
+        camera, point, pixels, model, 0.0, 1.0, np.ones(c, bool), np.ones(len(places), bool), nothing, lens_of,
+        by_parameter,
+    )  # fmt: skip
+    return whole, State(motors, lenses, places)
+
+
+def _parts(whole: Scene, start: State, held: Reals | None, held_points: Reals) -> Parts:
+    """Return what can be adjusted. Pixels of points in the plane of a camera's centre count as not seen."""
+    with np.errstate(all="ignore"):
+        squares = whole.squares(start)[0]
+    is_own = np.unique(whole.lens_of).size == len(whole.lens_of)
+    n_parameters = 6 + whole.by_parameter.shape[1] * is_own
+    valid_cameras = np.asarray(np.isfinite(start.motors).all(1))
+    valid_points = np.asarray(np.isfinite(start.points).all(1))
+    motors = np.where(valid_cameras[:, None], start.motors, np.eye(8)[0])
+    return parts_of(
+        whole.camera, whole.point, np.isfinite(squares), valid_cameras, valid_points, motors,
+        start.points[valid_points], held, held_points, -(-n_parameters // 2),
+    )  # fmt: skip
+
+
+def _check_options(loss: str | None, scale: float, noise: float | None, max_steps: int, covariance: str | None) -> None:
+    if loss not in LOSSES:
+        raise ValueError(f"loss: {loss!r}; expected None, 'huber' or 'cauchy'")
+    if finite_number(scale, "scale") <= 0:
+        raise ValueError(f"scale: {scale}; expected more than 0 pixels")
+    if noise is not None and finite_number(noise, "noise") <= 0:
+        raise ValueError(f"noise: {noise}; expected more than 0 pixels, or None")
+    if isinstance(max_steps, bool) or not isinstance(max_steps, (int, np.integer)) or max_steps < 0:
+        raise ValueError(f"max_steps: {max_steps!r}; expected an integer, 0 or more")
+    if covariance not in (None, "cameras", "points"):
+        raise ValueError(f"covariance: {covariance!r}; expected 'cameras', 'points' or None")
+
+
+def _about(state: State, centre: Reals) -> State:
+    """Return a state in coordinates about a point of the world."""
+    translation = pga3.motor_from_rotation_vector_translation(np.zeros(3), -centre)
+    return State(np.asarray(pga3.motor_product(translation, state.motors)), state.lenses, state.points - centre)
+
+
+def _mean_matrix(lenses: Reals) -> Reals:
+    """Return a matrix K with the mean focal lengths."""
+    return np.diag([*lenses[:, :2].mean(0), 1.0]) if len(lenses) else np.eye(3)
+
+
+def _camera(cameras: Cameras, number: int, state: State) -> Camera:
+    """Return an adjusted camera, with the distortion of its lens if it has one of its own."""
+    fx, fy, cx, cy, skew = state.lenses[number, :N_PINHOLE]
+    matrix, motor = np.array([[fx, skew, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]), state.motors[number]
+    start = cameras[number] if number < len(cameras) else None
+    lens: Any = getattr(start, "distortion", None)
+    if not isinstance(start, Camera) or lens is None:
+        return Camera(matrix, motor)
+    adjusted: dict[str, Any] = {
+        "distortion": replace(lens, coefficients=tuple(state.lenses[number, N_PINHOLE:].tolist()))
+    }
+    return replace(start, intrinsics=matrix, pose=motor, **adjusted)
+
+
+class _Judged:
+    """The end of the iterations, with what the observations say about it."""
+
+    def __init__(
+        self, scene: Scene, layout: Layout, end: Descent, parts: Parts, known: Noise, information: Information | None
+    ) -> None:
+        self.scene, self.layout, self.end, self.parts = scene, layout, end, parts
+        self.known, self.information = known, information
+        with np.errstate(all="ignore"):
+            self.squares, self.depths = scene.squares(end.state)
+        weights = scene.influences(self.squares)
+        self.weighed = float((weights * self.squares).sum())
+        n_parameters = layout.n_free + 3 * int(scene.free_points.sum())
+        self.freedom = max(int(2 * weights.sum()) - n_parameters, 0) if np.isfinite(self.weighed) else 0
+
+    def statuses(self) -> tuple[Reals, Reals]:
+        """Return the statuses of cameras (c,) and points (m,)."""
+        scene, c = self.scene, self.layout.n_cameras
+        cameras, points = self.parts.camera_status.copy(), self.parts.point_status.copy()
+        if self.information is None:
+            return cameras, points
+        near, far = self._distances()
+        # Noise moves a parameter by more than the root of this with the probability `WRONG`.
+        variance = largest_ratio(1) * float(self.known.raised(np.asarray(self.weighed), self.freedom))
+        spread = variance * self.information.point_variances()
+        points[scene.free_points & ~(spread < near**2)] = VisionStatus.DEGENERATE
+        spread = variance * self.information.variances()
+        loose = ~(spread[:c, :3].sum(1) < 1) | ~(spread[:c, 3:].sum(1) < far**2)
+        if self.layout.n_parts:
+            by_lens = spread[c:].reshape(self.layout.n_parts, scene.n_lenses, 6).transpose(1, 0, 2)
+            by_lens = by_lens.reshape(scene.n_lenses, -1)[:, : scene.by_parameter.shape[1]]
+            # Numbers in pixels are compared with the focal length.
+            pixels = by_lens[scene.lens_of][:, scene.by_parameter[:4].any(0)]
+            loose |= ~(pixels < self.end.state.lenses[:, :1] ** 2).all(1)
+        cameras[(cameras == VisionStatus.OK) & loose] = VisionStatus.DEGENERATE
+        if scene.kind:
+            # The scale is the noise or more, so one correct pixel in 90 is three times that far.
+            far = ~(self.squares <= (3 * scene.scale) ** 2)
+            self._mark(cameras, points, far, VisionStatus.NO_CONSENSUS)
+        if scene.model != "fisheye":
+            behind = ~(self.depths > 0)
+            self._mark(cameras, points, behind, VisionStatus.BEHIND)
+            points[(points == VisionStatus.OK) & (np.bincount(scene.point[behind], minlength=len(points)) > 0)] = (
+                VisionStatus.BEHIND
+            )
+        return cameras, points
+
+    def _mark(self, cameras: Reals, points: Reals, wrong: Reals, status: VisionStatus) -> None:
+        """Give a status to the cameras and points of which half of the observations or more are wrong."""
+        for found, table in ((cameras, self.scene.camera), (points, self.scene.point)):
+            n = np.bincount(table, minlength=len(found))
+            n_wrong = np.bincount(table[wrong], minlength=len(found))
+            found[(found == VisionStatus.OK) & (2 * n_wrong >= n) & (n > 0)] = status
+
+    def _distances(self) -> tuple[Reals, Reals]:
+        """Return the distances of points (m,) from the nearest camera, and sizes of the scene for cameras (c,).
+
+        Those are the mean distance of the points of a camera, or the distance of the nearest fixed camera if that is
+        more: the errors of a long chain of cameras grow with its length.
+        """
+        scene, state = self.scene, self.end.state
+        centres = pga3.motor_to_matrix(state.motors)[:, :3, 3]
+        distances = np.linalg.norm(state.points[scene.point] - centres[scene.camera], axis=1)
+        near = np.full(len(state.points), np.inf)
+        np.minimum.at(near, scene.point, distances)
+        count = np.maximum(np.bincount(scene.camera, minlength=len(centres)), 1)
+        far = np.bincount(scene.camera, distances, minlength=len(centres)) / count
+        fixed = centres[self.parts.fixed_cameras]
+        if len(fixed):
+            away = [np.linalg.norm(centres - centre, axis=1) for centre in fixed]
+            far = np.maximum(far, np.minimum.reduce(away))
+        return near, np.where(far > 0, far, np.inf)
+
+    def status(self, cameras: Reals, points: Reals) -> VisionStatus:
+        """Return the status of the whole."""
+        if not len(self.scene.camera):
+            return VisionStatus(int(cameras.max(initial=0))) or VisionStatus.TOO_FEW
+        if not (points[self.scene.point] == VisionStatus.OK).any():
+            return VisionStatus(int(points[self.scene.point[0]]))
+        for status in (VisionStatus.NOT_FINITE, VisionStatus.DISCONNECTED, VisionStatus.DEGENERATE,
+                       VisionStatus.TOO_FEW, VisionStatus.NO_CONSENSUS, VisionStatus.BEHIND):  # fmt: skip
+            if (cameras == status).any():
+                return status
+        if not self.end.converged or self.known.contradicted(np.asarray(self.weighed), self.freedom):
+            return VisionStatus.NOT_CONVERGED
+        others = self.weighed - self.squares
+        if not self.scene.kind and self.known.outlying(self.squares, 2, others, self.freedom - 2).any():
+            return VisionStatus.NOT_CONVERGED
+        return VisionStatus.OK
+
+    def covariances(self, wanted: str | None) -> tuple[Reals, Reals, Reals]:
+        """Return covariances of cameras (c, 6, 6), lenses (l, p, p) and points (m, 3, 3)."""
+        layout, width = self.layout, self.scene.by_parameter.shape[1]
+        cameras = np.full((layout.n_cameras, 6, 6), np.nan)
+        lenses = np.full((self.scene.n_lenses, width, width), np.nan)
+        points = np.full((layout.n_points, 3, 3), np.nan)
+        found = None
+        if wanted is not None and self.information is not None:
+            found = self.information.covariances(wanted == "points")
+        if found is None:
+            return cameras, lenses, points
+        variance = float(self.known.raised(np.asarray(self.weighed), self.freedom))
+        usable = self.parts.camera_status == VisionStatus.OK
+        cameras[usable] = variance * found[0][usable]
+        lenses[:] = variance * found[1][:, :width, :width]
+        if wanted == "points":
+            points[self.scene.free_points] = variance * found[2][self.scene.free_points]
+            points[(self.parts.point_status == VisionStatus.OK) & ~self.scene.free_points] = 0
+        return cameras, lenses, points

@@ -1,0 +1,123 @@
+"""Which cameras and points of a bundle observations can determine, by counting and by connected parts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from generated import pga3
+
+from ..arguments import Reals
+from .status import VisionStatus
+
+_LEAST_BASELINE = 1e-9
+"""From floating point: centres closer than this part of the extent of the points count as one."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Parts:
+    """What can be adjusted."""
+
+    used: Reals
+    """(k,) bool: observations that are used."""
+    camera_status: Reals
+    """(c,)"""
+    point_status: Reals
+    """(m,)"""
+    fixed_cameras: Reals
+    """(c,) bool"""
+    scaled: Reals
+    """(s, 2) Cameras whose distance from a second one is held."""
+
+
+def parts_of(
+    camera: Reals, point: Reals, finite: Reals, valid_cameras: Reals, valid_points: Reals, motors: Reals,
+    places: Reals, fixed_cameras: Reals | None, fixed_points: Reals, least_points: int,
+) -> Parts:  # fmt: skip
+    """Return what can be adjusted of cameras (c,) and points (m,) from the tables (k,) of observations.
+
+    Points that are seen by less than two cameras, and cameras that see less than `least_points` others, are left out in
+    turn. What remains must be connected with a camera or point that is fixed. If `fixed_cameras` is None and less than
+    three points are fixed, the first camera that remains is held. So is the scale of parts with one fixed camera only.
+    """
+    c, m = len(valid_cameras), len(valid_points)
+    held = np.zeros(c, bool) if fixed_cameras is None else fixed_cameras
+    cameras = np.where(valid_cameras, VisionStatus.OK, VisionStatus.NOT_FINITE)
+    points = np.where(valid_points, VisionStatus.OK, VisionStatus.NOT_FINITE)
+    by_default = fixed_cameras is None and fixed_points.sum() < 3
+    while True:
+        used = finite & (cameras[camera] == VisionStatus.OK) & (points[point] == VisionStatus.OK)
+        pairs = np.unique(camera[used] * np.int64(max(m, 1)) + point[used])
+        of_camera, of_point = np.bincount(pairs // max(m, 1), minlength=c), np.bincount(pairs % max(m, 1), minlength=m)
+        few_points = (points == VisionStatus.OK) & ~fixed_points & (of_point < 2)
+        few_cameras = (cameras == VisionStatus.OK) & ~held & (of_camera < least_points)
+        if not few_points.any() and not few_cameras.any():
+            break
+        points[few_points] = VisionStatus.TOO_FEW
+        cameras[few_cameras] = VisionStatus.TOO_FEW
+    if by_default and (cameras == VisionStatus.OK).any():
+        held = held.copy()
+        held[int(np.argmax(cameras == VisionStatus.OK))] = True
+    labels = _labels(c, m, camera[used], point[used], fixed_points)
+    reached = np.zeros(int(labels.max(initial=-1)) + 1, bool)
+    reached[labels[:c][held & (cameras == VisionStatus.OK)]] = True
+    known = used & fixed_points[point]
+    reached[labels[camera[known]]] = True
+    cameras[(cameras == VisionStatus.OK) & ~reached[labels[:c]]] = VisionStatus.DISCONNECTED
+    points[(points == VisionStatus.OK) & ~fixed_points & ~reached[labels[c:]]] = VisionStatus.DISCONNECTED
+    used &= (cameras[camera] == VisionStatus.OK) & (points[point] == VisionStatus.OK)
+    known_labels = np.unique(labels[camera[known]])
+    common = _Common(camera[used], point[used], c, m)
+    scaled = _scaled(labels[:c], cameras == VisionStatus.OK, held, known_labels, common, motors, places)
+    return Parts(used, cameras, points, held, scaled)
+
+
+def _labels(c: int, m: int, camera: Reals, point: Reals, fixed_points: Reals) -> Reals:
+    """Return the numbers of connected parts of cameras and points (c + m,); known points connect nothing."""
+    links = ~fixed_points[point]
+    edges = np.ones(int(links.sum())), (camera[links], c + point[links])
+    graph = scipy.sparse.csc_array(edges, shape=(c + m, c + m))
+    if not c + m:
+        return np.zeros(0, np.int64)
+    return np.asarray(scipy.sparse.csgraph.connected_components(graph, directed=False)[1])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Common:
+    """Observations that are used."""
+
+    camera: Reals
+    point: Reals
+    n_cameras: int
+    n_points: int
+
+    def counts(self, camera: int) -> Reals:
+        """Return how many of the points of a camera each camera (c,) sees."""
+        seen = np.zeros(self.n_points, bool)
+        seen[self.point[self.camera == camera]] = True
+        return np.bincount(self.camera[seen[self.point]], minlength=self.n_cameras)
+
+
+def _scaled(
+    labels: Reals, usable: Reals, held: Reals, known: Reals, common: _Common, motors: Reals, places: Reals
+) -> Reals:
+    """Return cameras and the fixed camera whose distance defines the scale, for each part with one fixed camera.
+
+    It is the farthest of the cameras that see at least half as many points of the fixed one as any other does.
+    """
+    found = []
+    centres = pga3.motor_to_matrix(motors)[:, :3, 3] if len(motors) else np.zeros((0, 3))
+    extent = float(np.ptp(places, axis=0).max()) if len(places) else 0.0
+    for label in np.unique(labels[usable & held]):
+        here = usable & (labels == label)
+        if label in known or (here & held).sum() != 1:
+            continue
+        first = int(np.flatnonzero(here & held)[0])
+        counts = np.where(here & ~held, common.counts(first), 0)
+        linked = (counts > 0) & (2 * counts >= counts.max())
+        distance = np.where(linked, np.linalg.norm(centres - centres[first], axis=1), 0)
+        if distance.size and distance.max() > _LEAST_BASELINE * extent:
+            found.append((int(distance.argmax()), first))
+    return np.array(found, np.int64).reshape(-1, 2)
