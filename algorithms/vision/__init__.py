@@ -16,6 +16,7 @@ from .localization import Localization, localize
 from .navigation import LandmarkPose, localize_by_landmarks
 from .omnidirectional import OmnidirectionalCamera, conic_value
 from .planes import homography, robust_homography
+from .relative_pose import RelativePose, relative_pose
 from .robust import RobustEstimate
 from .robust_fundamental import robust_fundamental_matrix
 from .status import DegenerateError, VisionStatus
@@ -53,6 +54,7 @@ __all__ = [
     "PlaneCalibration",
     "Recognition",
     "RectifiedPair",
+    "RelativePose",
     "RobustEstimate",
     "Triangulation",
     "VisionStatus",
@@ -84,6 +86,7 @@ __all__ = [
     "permutation_invariant",
     "projective_depths",
     "quadrifocal_tensor",
+    "relative_pose",
     "robust_fundamental_matrix",
     "robust_homography",
     "sampson_distance",

@@ -163,6 +163,12 @@ def essential_of_motion(m):
     return _crossed(t, _matrix(quaternion))
 
 
+@kernel(m=MOTOR, returns=array(SCALAR, 3))
+def translation_of_motion(m):
+    """Compute the translation of a unit motor, which rotates first."""
+    return _parts(m)[1]
+
+
 # Residuals.
 
 
@@ -183,6 +189,31 @@ def truncated_squares(fundamental, first, second, limit):
         return minimum(off * off / maximum(size, TINY), limit)
 
     return total(of, first, second)
+
+
+@kernel(fundamental=THREE, first=PIXELS, second=PIXELS, returns=NUMBERS)
+def squared_distances(fundamental, first, second):
+    """Compute the squared Sampson distance of each pair of pixels."""
+    back = _transposed(fundamental)
+
+    def of(x, y):
+        off, size, _, _ = _sampson(fundamental, back, x, y)
+        return off * off / maximum(size, TINY)
+
+    return each(of, first, second)
+
+
+@kernel(fundamental=THREE, first=PIXELS, second=PIXELS, returns=array(SCALAR, "n", 4))
+def epipolar_normals(fundamental, first, second):
+    """Compute for each pair, as a point (x, y, x', y'), the unit normal of the pairs that fit F."""
+    back = _transposed(fundamental)
+
+    def of(x, y):
+        _, size, line, other = _sampson(fundamental, back, x, y)
+        inverse = 1 / sqrt(maximum(size, TINY))
+        return tuple(inverse * a for a in (other[0], other[1], line[0], line[1]))
+
+    return each(of, first, second)
 
 
 class _Descent(NamedTuple):
@@ -251,7 +282,7 @@ def _equations(quaternion, shift, left, right, first, second, limit):
         entries = [entry for row in outer for entry in row]
         rows = [dot([entry for row in change for entry in row], entries) for change in changes]
         table = tuple(weight * rows[i] * rows[j] for i in range(5) for j in range(i, 5))
-        return table, tuple(weight * row * residual for row in rows), minimum(residual * residual, limit), weight
+        return table, tuple(weight * row * residual for row in rows), minimum(residual * residual, limit)
 
     return total(of, first, second)
 
@@ -268,7 +299,7 @@ def _step_of(table, slope, damping):
 
 @kernel(
     m=MOTOR, left=THREE, right=THREE, first=PIXELS, second=PIXELS, limit=SCALAR, at_most=SCALAR,
-    returns=(MOTOR, array(SCALAR, 15), array(SCALAR, 4)),
+    returns=(MOTOR, array(SCALAR, 15), array(SCALAR, 3)),
 )  # fmt: skip
 def descend_motion(m, left, right, first, second, limit, at_most):
     """Find the motion near another with the least squares of Sampson distances, each at most `limit`.
@@ -289,13 +320,12 @@ def descend_motion(m, left, right, first, second, limit, at_most):
         The upper triangle of the normal equations, by a rotation vector that follows the motor and by two tangents of
         the translation, those of `tangents_of_direction`.
     numbers
-        The sum of truncated squares, the number of pairs within the limit, 1 if a minimum was reached, else 0, and the
-        number of steps.
+        The sum of truncated squares, 1 if a minimum was reached, else 0, and the number of steps.
     """
     quaternion, shift = _parts(m)
 
     def body(now):
-        table, slope, cost, _ = _equations(
+        table, slope, cost = _equations(
             now.next_quaternion, now.next_shift, left, right, first, second, limit
         )  # fmt: skip
         better = cost < now.cost
@@ -313,20 +343,8 @@ def descend_motion(m, left, right, first, second, limit, at_most):
         quaternion, shift, quaternion, shift, (0,) * 15, (0,) * 5, UNKNOWN, 10 * FIRST_DAMPING, 0
     )  # fmt: skip
     found, ended, steps = iterate(body, start, lambda _, new: new.done > 0, at_most)
-    count = total(lambda r: select(r < limit, 1, 0), _squares(found, left, right, first, second))
     motor = translator_of(found.shift) * rotor_of(found.quaternion)
-    return motor, found.table, (found.cost, count, ended, steps)
-
-
-def _squares(found, left, right, first, second):
-    fundamental = _product(_product(_transposed(right), _crossed(found.shift, _matrix(found.quaternion))), left)
-    back = _transposed(fundamental)
-
-    def of(x, y):
-        off, size, _, _ = _sampson(fundamental, back, x, y)
-        return off * off / maximum(size, TINY)
-
-    return each(of, first, second)
+    return motor, found.table, (found.cost, ended, steps)
 
 
 @kernel(t=array(SCALAR, 3), returns=(array(SCALAR, 3), array(SCALAR, 3)))
@@ -374,7 +392,7 @@ class _Turning(NamedTuple):
 
 @kernel(
     m=MOTOR, left=THREE, onto=THREE, first=PIXELS, second=PIXELS, limit=SCALAR, at_most=SCALAR,
-    returns=(MOTOR, array(SCALAR, 6), array(SCALAR, 3)),
+    returns=(MOTOR, array(SCALAR, 6), array(SCALAR, 2)),
 )  # fmt: skip
 def descend_rotation(m, left, onto, first, second, limit, at_most):
     """Find the rotation near that of a motor with the least squared distances of pairs without parallax.
@@ -395,7 +413,7 @@ def descend_rotation(m, left, onto, first, second, limit, at_most):
     triangle
         The upper triangle of the normal equations, by a rotation vector that follows it.
     numbers
-        The sum of truncated squares, the number of pairs within the limit, and 1 if a minimum was reached.
+        The sum of truncated squares, and 1 if a minimum was reached, else 0.
     """
     quaternion, _ = _parts(m)
 
@@ -409,12 +427,12 @@ def descend_rotation(m, left, onto, first, second, limit, at_most):
             moved = ((-u * v, 1 + u * u, -v), (-1 - v * v, u * v, u))
             rows = _transposed(_product([row[:2] for row in onto[:2]], moved))
             table = tuple(weight * _form(weights, rows[i], rows[j]) for i in range(3) for j in range(i, 3))
-            return table, tuple(weight * _form(weights, row, off) for row in rows), minimum(found, limit), weight
+            return table, tuple(weight * _form(weights, row, off) for row in rows), minimum(found, limit)
 
         return total(of, first, second)
 
     def body(now):
-        table, slope, cost, _ = sums(now.next_quaternion)
+        table, slope, cost = sums(now.next_quaternion)
         better = cost < now.cost
         kept = choose(
             better, (*now.next_quaternion, *table, *slope, cost), (*now.quaternion, *now.table, *now.slope, now.cost)
@@ -431,7 +449,7 @@ def descend_rotation(m, left, onto, first, second, limit, at_most):
 
     start = _Turning(quaternion, quaternion, (0,) * 6, (0,) * 3, UNKNOWN, 10 * FIRST_DAMPING, 0)
     found, ended, _ = iterate(body, start, lambda _, new: new.done > 0, at_most)
-    return rotor_of(found.quaternion), found.table, (found.cost, sums(found.quaternion)[3], ended)
+    return rotor_of(found.quaternion), found.table, (found.cost, ended)
 
 
 @kernel(
@@ -475,3 +493,15 @@ def explain_pairs(m, left, right, onto, first, second):
         return part * off, far, tuple(depth * r for r in ray), in_front
 
     return each(of, first, second)
+
+
+@kernel(m=MOTOR, left=THREE, onto=THREE, first=PIXELS, returns=array(SCALAR, "n", 2))
+def turned_pixels(m, left, onto, first):
+    """Compute the pixels of the second image in which points at infinity appear, by the rotation of a motor."""
+    rotation = _matrix(_parts(m)[0])
+
+    def of(x):
+        turned = _applied(rotation, _applied(left, (*x, 1)))
+        return tuple(dot(row, turned) / turned[2] for row in onto[:2])
+
+    return each(of, first)
