@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 
@@ -16,6 +16,10 @@ _STEPS = 50
 """A limit on work: the number of iterations from each start,"""
 _SOON = 10
 """and that of the iterations of models of samples."""
+_ROUNDS = 60
+"""A limit on work: the number of selections of pairs that agree with a rotation,"""
+_MEDIANS = 3.0
+"""which are those within this multiple of the median distance, almost all good ones if half of them are good."""
 _SETS = 100
 """A limit on work: the number of sets of five pairs whose motions are starts."""
 _STARTS = 16
@@ -24,8 +28,9 @@ _NEAR = 0.05
 """A limit on work: starts that differ from better ones by less, in radians, lead to the same minimum,"""
 _SUBSET = 256
 """and the number of pairs on which minima are first sought."""
-FREEDOM = Freedom(sample_size=5, parameters=5, codimension=1, solutions=10, false_alarms=1e-2)
-_ALL = 1e20
+FREEDOM = Freedom(sample_size=5, parameters=5, codimension=1, solutions=10, false_alarms=1.0)
+"""As for the fundamental matrix, the bound is conservative by a factor of more than 50."""
+ALL = 1e20
 """A squared distance that no pair reaches: all pairs are used."""
 
 
@@ -78,10 +83,17 @@ class Scene:
         """Return the matrices of pixels for essential matrices (m, 3, 3)."""
         return np.asarray(self.right.T @ essential @ self.left)
 
-    def descended(self, motors: Reals, limit: float = _ALL, at_most: int = _STEPS) -> Motions:
+    def descended(self, motors: Reals, limit: float = ALL, at_most: int = _STEPS) -> Motions:
         """Return the minima near motors (m, 8)."""
         found, triangles, numbers = relative_poses.descend_motion(
             motors, self.left, self.right, self.first, self.second, limit, float(at_most)
+        )
+        return Motions(found, numbers[:, 0], _square(triangles, 5), numbers[:, 1] > 0)
+
+    def descended_in_front(self, motors: Reals, limit: float = ALL, at_most: int = _STEPS) -> Motions:
+        """Return the minima near motors (m, 8) of the squares of `explained`."""
+        found, triangles, numbers = relative_poses.descend_motion_in_front(
+            motors, self.left, self.right, self.two, self.first, self.second, limit, float(at_most)
         )
         return Motions(found, numbers[:, 0], _square(triangles, 5), numbers[:, 1] > 0)
 
@@ -165,13 +177,25 @@ class Scene:
         matrix = self.fundamental(relative_poses.essential_of_motion(motor))
         return np.asarray(relative_poses.epipolar_normals(matrix, self.first, self.second))
 
-    def rotation(self, motors: Reals, limit: float = _ALL) -> tuple[Reals, float]:
-        """Return the rotation near some motors (m, 8) that explains pairs best, and its sum of squares."""
-        found, _, numbers = relative_poses.descend_rotation(
-            motors, self.left, self.two, self.first, self.second, limit, float(_STEPS)
-        )
-        k = int(np.argmin(np.where(np.isfinite(numbers[:, 0]), numbers[:, 0], np.inf)))
-        return np.asarray(found[k]), float(numbers[k, 0])
+    def turned(self, motor: Reals) -> Reals:
+        """Return the pixels (n, 2) of the second image in which points at infinity would be."""
+        return np.asarray(relative_poses.turned_pixels(motor, self.left, self.two, self.first))
+
+    def rotation(self, motors: Reals, limit: float) -> Reals:
+        """Return the rotation near some motors (m, 8) that explains pairs best, with truncated squares.
+
+        It explains half of the pairs, so those beyond a multiple of the median distance are left out in each round.
+        """
+        found, size = np.asarray(motors), ALL
+        for _ in range(_ROUNDS):
+            found, _, numbers = relative_poses.descend_rotation(
+                found, self.left, self.two, self.first, self.second, size, float(_STEPS)
+            )
+            best = found[int(np.argmin(np.where(np.isfinite(numbers[:, 0]), numbers[:, 0], np.inf)))]
+            before, size = size, max(limit, min(_MEDIANS**2 * float(np.median(self.far(best))), size / 2))
+            if size == before:
+                break
+        return np.asarray(best)
 
 
 def apart(essential: Reals, costs: Reals) -> Reals:
@@ -184,13 +208,32 @@ def apart(essential: Reals, costs: Reals) -> Reals:
     return np.array(kept).reshape(-1, 3, 3)
 
 
+def joined(parts: list[Motions]) -> Motions:
+    """Return several minima, the least first."""
+    whole = Motions(*(np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(Motions)))
+    usable = np.isfinite(whole.cost) & np.isfinite(whole.motors).all(1)
+    order = np.argsort(np.where(usable, whole.cost, np.inf), kind="stable")
+    return whole.at(order[: int(usable.sum())])
+
+
+def halfway(motors: Reals, motor: Reals) -> Reals:
+    """Return the motions (m, 8) in the middle between motions and another."""
+    middle = np.array([steps_to(each, motor) for each in motors]) / 2
+    return np.asarray(relative_poses.move_motion(motors, middle))
+
+
 def nearest_step(motor: Reals, essential: Reals) -> Reals:
-    """Return the steps (m, 5) from a motion to the nearest motions of essential matrices (m, 3, 3).
+    """Return the steps (m, 5) from a motion to the nearest motions of essential matrices (m, 3, 3)."""
+    steps = steps_to(motor, np.stack(relative_poses.motions_of_essential(essential), 1))
+    return np.asarray(steps[np.arange(len(steps)), (steps**2).sum(-1).argmin(1)])
+
+
+def steps_to(motor: Reals, others: Reals) -> Reals:
+    """Return the steps (..., 5) from a motion to others (..., 8).
 
     A step is a rotation vector, and the change of the translation along its tangents, as an angle.
     """
-    options = np.stack(relative_poses.motions_of_essential(essential), 1)
-    a, b = pga3.motor_to_matrix(motor), pga3.motor_to_matrix(options)
+    a, b = pga3.motor_to_matrix(motor), pga3.motor_to_matrix(others)
     turn = pga3.rotor_to_rotation_vector(pga3.rotor_from_matrix(np.ascontiguousarray(b[..., :3, :3] @ a[:3, :3].T)))
     shift = b[..., :3, 3]
     steps = np.stack([shift @ each for each in relative_poses.tangents_of_direction(a[:3, 3])], -1)
@@ -198,9 +241,7 @@ def nearest_step(motor: Reals, essential: Reals) -> Reals:
     angle = np.arctan2(size, (shift @ a[:3, 3])[..., None])
     # The tangents do not say in which direction an opposite translation is.
     steps = np.where(size > 0, steps * (angle / np.where(size > 0, size, 1)), angle * [1.0, 0.0])
-    whole = np.concatenate([turn, steps], -1)
-    best = (whole**2).sum(-1).argmin(1)
-    return np.asarray(whole[np.arange(len(whole)), best])
+    return np.concatenate([turn, steps], -1)
 
 
 def essential_matrices(first: Reals, second: Reals) -> tuple[Reals, Reals]:

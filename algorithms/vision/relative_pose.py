@@ -13,10 +13,11 @@ from ..arguments import Reals, real_array
 from ..evidence import Freedom, Noise, check_sampling, consensus, largest_likely, largest_ratio, rank
 from ..evidence.observability import spectrum
 from .camera import Camera
+from .degeneracy import few_places
 from .localization import checked_intrinsics
 from .normalization import extents
 from .pose_refinement import pixel_noise
-from .relative_motions import Scene
+from .relative_motions import ALL, FREEDOM, Motions, Scene, halfway, joined
 from .robust_fundamental import displaced_by_chance, hidden_by_a_line
 from .status import VisionStatus, check_points, distinct
 
@@ -140,94 +141,109 @@ def _estimate(
     scene: Scene, inliers: Reals, starts: Reals, threshold: float | None, seed: int, n_samples: int
 ) -> RelativePose:
     """Return the result for pairs that agree with a motion, or for all pairs if there is no threshold."""
-    limit = np.inf if threshold is None else threshold * threshold
-    found = scene.some(inliers).minima(starts, min(_APART**2 * limit, 1e20))
-    if not len(found.motors):
+    limit = ALL if threshold is None else threshold * threshold
+    found = scene.some(inliers).minima(starts, min(_APART**2 * limit, ALL))
+    candidates = _in_front(scene, found.motors, inliers, limit)
+    if not len(candidates.motors):
         return _no_pose(VisionStatus.DEGENERATE, len(inliers), n_samples=n_samples)
-    rivals, squares, costs = _compared(scene, found.motors, inliers, limit)
+    squares, points, ahead = scene.explained(candidates.motors)
     if threshold is not None:
-        improved = scene.descended(rivals[:1], limit)
-        again, _, _ = scene.explained(improved.motors)
-        rivals[0], squares = improved.motors[0], again[0]
-        inliers = squares <= limit
-    n, best = int(inliers.sum()), scene.some(inliers).descended(rivals[:1], min(limit, 1e20), 1)
-    cost, information = float(squares[inliers].sum()), best.information[0]
-    variance = float(scene.noise.raised(np.array(cost), n - 5))
+        inliers = squares[0] <= limit
+    used, n = scene.some(inliers), int(inliers.sum())
+    costs = np.minimum(squares, limit)[:, inliers].sum(1)
+    variance = float(scene.noise.raised(costs[0], n - 5))
     known = Noise(variance, scene.noise.weight + max(n - 5, 0))
-    used = scene.some(inliers)
-    rotation = _without_parallax(scene, inliers, rivals[0], cost, known, threshold, seed)
+    if threshold is None and _contradicted(scene.noise, squares[0]):
+        return _no_pose(VisionStatus.NOT_CONVERGED, n)
+    rotation, explained = _without_parallax(scene, inliers, candidates.motors[0], known, threshold, seed)
     if rotation is not None:
+        if 2 * explained < n:
+            return _no_pose(VisionStatus.NO_CONSENSUS, len(inliers), n_samples=n_samples)
         return _no_pose(VisionStatus.DEGENERATE, len(inliers), rotation, n_samples)
-    status = _status(used, squares[inliers], information, known, threshold is None)
+    status = _status(used, candidates.information[0], known)
     if status == VisionStatus.OK and threshold is not None:
-        model = np.asarray(relative_poses.essential_of_motion(rivals[0]))
-        if hidden_by_a_line(scene.problem(), model, inliers, threshold, seed, _OFF_A_LINE):
-            status = VisionStatus.DEGENERATE
-    if status == VisionStatus.OK and not found.converged.any():
+        status = _beyond_chance(scene, inliers, candidates.motors[0], threshold, seed)
+    if status == VisionStatus.OK and not candidates.converged[0]:
         status = VisionStatus.NOT_CONVERGED
     if status != VisionStatus.OK:
         return _no_pose(status, len(inliers), n_samples=n_samples)
-    motors = _likely(used, rivals, costs)
-    _, points, ahead = (each[0] for each in scene.explained(rivals[:1]))
-    shown = inliers & ahead
+    motors = _likely(used, candidates.motors, costs, limit)
     return RelativePose(
         motors[0] if len(motors) == 1 else _NOTHING.copy(),
         VisionStatus.OK if len(motors) == 1 else VisionStatus.AMBIGUOUS,
         inliers,
-        np.where(shown[:, None], points, np.nan),
+        np.where((inliers & ahead[0])[:, None], points[0], np.nan),
         np.asarray(relative_poses.essential_of_motion(motors[0])),
-        _covariance(motors[0], information, variance),
+        _covariance(motors[0], candidates.information[0], variance),
         motors,
         _NOTHING.copy(),
-        float(np.sqrt(cost / n)),
+        float(np.sqrt(costs[0] / n)),
         n_samples,
     )
 
 
-def _compared(scene: Scene, motors: Reals, inliers: Reals, limit: float) -> tuple[Reals, Reals, Reals]:
-    """Return motions of minima, the most likely first, the squares (n,) of the first, and the sums (m,) over inliers.
+def _in_front(scene: Scene, motors: Reals, inliers: Reals, limit: float) -> Motions:
+    """Return motions of minima, the best for all pairs first, with points in front of the cameras.
 
-    Minima whose squares exceed those of the best motion by too much to be likely are left out.
+    For each minimum, the best of its four motions leads to a minimum with this condition. Minima whose squares exceed
+    those of the best motion by too much to be likely are left out.
     """
     n, used = int(inliers.sum()), scene.some(inliers)
     matrices = np.asarray(relative_poses.essential_of_motion(motors))
-    lower = relative_poses.truncated_squares(used.fundamental(matrices), used.first, used.second, min(limit, 1e20))
-    order = np.argsort(lower, kind="stable")
-    all_motors, sums, wholes, first, least = list[Reals](), list[Reals](), list[float](), np.empty(0), np.inf
-    for k in order:
+    lower = relative_poses.truncated_squares(used.fundamental(matrices), used.first, used.second, limit)
+    found, least = list[Motions](), np.inf
+    for k in np.argsort(lower, kind="stable"):
         if lower[k] > largest_likely(np.array(least), n, max(n - 5, 0), scene.noise, n):
             break
         options = np.asarray(relative_poses.motions_of_essential(matrices[k]))
-        squares, _, _ = scene.explained(options)
-        truncated = np.minimum(squares, limit)
-        whole = truncated.sum(1)
-        best = int(np.argmin(whole))
-        if not len(first) or whole[best] < min(wholes):
-            first = squares[best]
-        all_motors.append(options)
-        wholes.extend(whole)
-        sums.append(truncated[:, inliers].sum(1))
-        least = min(least, float(sums[-1].min()))
-    order = np.argsort(wholes, kind="stable")
-    return np.concatenate(all_motors)[order], first, np.concatenate(sums)[order]
+        order = np.argsort(np.minimum(scene.explained(options)[0], limit).sum(1))
+        best = scene.descended_in_front(options[order[:1]], limit)
+        others = scene.descended_in_front(options[order[1:]], limit, 1)
+        found += [best, others]
+        least = min(least, float(np.minimum(used.explained(best.motors)[0], limit).sum()))
+    return joined(found)
 
 
-def _likely(used: Scene, motors: Reals, costs: Reals) -> Reals:
-    """Return the motions that noise can make as bad as they are, if the first one is the best by chance."""
+def _likely(used: Scene, motors: Reals, costs: Reals, limit: float) -> Reals:
+    """Return the motions that noise can make as bad as they are, if the first one is the best by chance.
+
+    Of motions that are not separated by an unlikely one, which are within the uncertainty of one of them, the best is
+    returned.
+    """
     n = len(used.first)
     freedom, kept = max(n - 5, 0), [0]
     normals = used.normals(motors[0])
     for k in range(1, len(motors)):
         if costs[k] < largest_likely(costs[0], n, freedom, used.noise, n):
-            unlike = float((1 - (normals * used.normals(motors[k])).sum(1) ** 2).sum())
-            if costs[k] < largest_likely(costs[0], n, freedom, used.noise, max(unlike, 0.0)):
-                kept.append(k)
+            unlike = max(float((1 - (normals * used.normals(motors[k])).sum(1) ** 2).sum()), 0.0)
+            if costs[k] < largest_likely(costs[0], n, freedom, used.noise, unlike):
+                middle = np.minimum(used.explained(halfway(motors[kept], motors[k]))[0], limit).sum(1)
+                if not (middle < largest_likely(np.maximum(costs[kept], costs[k]), n, freedom, used.noise)).any():
+                    kept.append(k)
     return motors[kept]
 
 
-def _status(used: Scene, squares: Reals, information: Reals, known: Noise, all_pairs: bool) -> VisionStatus:
-    """Return whether noise determines the motion, and whether residuals contradict the noise if all pairs are used."""
-    n = len(squares)
+def _contradicted(noise: Noise, squares: Reals) -> bool:
+    """Return whether the squares (n,) of all pairs, or that of one, are larger than noise would leave."""
+    n, cost = len(squares), squares.sum()
+    if n <= 5:
+        return False
+    one = n > 6 and noise.outlying(squares, 1, cost - squares, n - 6).any()
+    return bool(one or noise.contradicted(cost, n - 5))
+
+
+def _beyond_chance(scene: Scene, inliers: Reals, motor: Reals, threshold: float, seed: int) -> VisionStatus:
+    """Return whether the inliers are neither those of a line nor those of partners displaced at random."""
+    problem, model = scene.problem(), np.asarray(relative_poses.essential_of_motion(motor))
+    if displaced_by_chance(problem, model, scene.turned(motor), threshold, seed, FREEDOM):
+        return VisionStatus.NO_CONSENSUS
+    hidden = hidden_by_a_line(problem, model, inliers, threshold, seed, _OFF_A_LINE)
+    return VisionStatus.DEGENERATE if hidden else VisionStatus.OK
+
+
+def _status(used: Scene, information: Reals, known: Noise) -> VisionStatus:
+    """Return whether pairs determine the motion, up to noise."""
+    n = len(used.first)
     if not np.isfinite(information).all() or rank(information) < 5:
         return VisionStatus.DEGENERATE
     directions = np.linalg.inv(information)[3:, 3:] * known.variance
@@ -236,41 +252,34 @@ def _status(used: Scene, squares: Reals, information: Reals, known: Noise, all_p
     allowed = (n - 2) * largest_ratio(n - 2, known.weight) * known.variance
     if max(extents(used.first)[0], extents(used.second)[0]) ** 2 <= allowed:
         return VisionStatus.DEGENERATE
-    if all_pairs and n > 5:
-        cost = squares.sum()
-        wrong = used.noise.contradicted(cost, n - 5)
-        if n > 6:
-            wrong |= used.noise.outlying(squares, 1, cost - squares, n - 6).any()
-        if wrong:
-            return VisionStatus.NOT_CONVERGED
-    return VisionStatus.OK
+    few = few_places(used.first, used.second, np.sqrt(known.variance), 5)
+    return VisionStatus.DEGENERATE if few else VisionStatus.OK
 
 
 def _without_parallax(
-    scene: Scene, inliers: Reals, motor: Reals, cost: float, known: Noise, threshold: float | None, seed: int
-) -> Reals | None:
-    """Return a rotation that explains the inliers up to the noise and to chance, or None.
+    scene: Scene, inliers: Reals, motor: Reals, known: Noise, threshold: float | None, seed: int
+) -> tuple[Reals | None, int]:
+    """Return a rotation if chance and noise explain what it leaves, or None, and the number of inliers it explains.
 
     A translation removes one residual of each pair, the parallax. If that is noise, so is the translation.
     """
     n = int(inliers.sum())
     starts = np.asarray(relative_poses.motions_of_essential(relative_poses.essential_of_motion(motor)))[[0, 2]]
-    wide = 1e20 if threshold is None else (_WIDE * threshold) ** 2
-    rotation, _ = scene.some(inliers).rotation(starts, wide)
-    far = np.minimum(scene.far(rotation), 1e20)
+    rotation = scene.some(inliers).rotation(starts, ALL if threshold is None else (_WIDE * threshold) ** 2)
+    far = np.minimum(scene.far(rotation), ALL)
     if threshold is None:
-        return None if known.contradicted(far.sum(), 2 * n - 3) else rotation
+        return None if known.contradicted(far.sum(), 2 * n - 3) else rotation, n
     off = known.outlying(far, 2, np.array([0.0]), 0)
     near = inliers & ~off
-    if near.sum() > 2 and known.contradicted(far[near].sum(), 2 * int(near.sum()) - 3):
-        return None
-    if off.sum() <= _OFF_A_ROTATION.sample_size:
-        return rotation
-    rest = scene.some(off)
-    turned = relative_poses.turned_pixels(rotation, scene.left, scene.two, rest.first)
-    model = np.asarray(relative_poses.essential_of_motion(motor))
-    problem = rest.problem()
-    return rotation if displaced_by_chance(problem, model, turned, threshold, seed, _OFF_A_ROTATION) else None
+    explained = int(near.sum())
+    if explained > 2 and known.contradicted(far[near].sum(), 2 * explained - 3):
+        return None, explained
+    if off.sum() > _OFF_A_ROTATION.sample_size:
+        rest = scene.some(off)
+        model = np.asarray(relative_poses.essential_of_motion(motor))
+        if not displaced_by_chance(rest.problem(), model, rest.turned(rotation), threshold, seed, _OFF_A_ROTATION):
+            return None, explained
+    return rotation, explained
 
 
 def _covariance(motor: Reals, information: Reals, variance: float) -> Reals:

@@ -29,6 +29,8 @@ FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = Fraction(1, 10**4), Fraction(1, 
 """Damping relative to the diagonal: at the start, where it has no effect, and where steps are shorter than rounding."""
 SETTLED = Fraction(1, 10**14)
 """The part of the sum of squares by which a step must be expected to decrease it: less is rounding."""
+ROUNDING = Fraction(1, 10**22)
+"""A sum of squares of pixels below this is rounding."""
 TINY = Fraction(1, 10**40)
 UNKNOWN = 10**30
 """The sum of squares before the first step."""
@@ -263,26 +265,48 @@ def _derivatives(quaternion, shift, left, right):
     return [_product(_product(down, each_), left) for each_ in matrices]
 
 
+def _sampson_sums(off, size, line, other, x, y, changes, limit):
+    """Return the normal equations of one pair within the limit, and its truncated square."""
+    inverse = 1 / sqrt(maximum(size, TINY))
+    residual = off * inverse
+    weight = select(residual * residual < limit, 1, 0)
+    part = residual * inverse
+    near = [(a - part * b) * inverse for a, b in zip((*y, 1), (line[0], line[1], 0), strict=True)]
+    far = [part * inverse * b for b in other[:2]]
+    outer = [[n * a for a in (*x, 1)] for n in near]
+    for i, j in ((0, 0), (0, 1), (1, 0), (1, 1), (2, 0), (2, 1)):
+        outer[i][j] = outer[i][j] - far[j] * (*y, 1)[i]
+    entries = [entry for row in outer for entry in row]
+    rows = [dot([entry for row in change for entry in row], entries) for change in changes]
+    table = tuple(weight * rows[i] * rows[j] for i in range(5) for j in range(i, 5))
+    return (*table, *(weight * row * residual for row in rows), minimum(residual * residual, limit))
+
+
 def _equations(quaternion, shift, left, right, first, second, limit):
     """Return the normal equations of pairs within the limit, and the sum of truncated squares."""
     fundamental, *changes = _derivatives(quaternion, shift, left, right)
     back = _transposed(fundamental)
 
     def of(x, y):
+        return _sampson_sums(*_sampson(fundamental, back, x, y), x, y, changes, limit)
+
+    return total(of, first, second)
+
+
+def _equations_in_front(quaternion, shift, left, right, onto, first, second, limit):
+    """Return what `_equations` does, for pairs of points that are in front of the cameras or at infinity."""
+    fundamental, *changes = _derivatives(quaternion, shift, left, right)
+    back, rotation = _transposed(fundamental), _matrix(quaternion)
+
+    def of(x, y):
         off, size, line, other = _sampson(fundamental, back, x, y)
-        inverse = 1 / sqrt(maximum(size, TINY))
-        residual = off * inverse
-        weight = select(residual * residual < limit, 1, 0)
-        part = residual * inverse
-        near = [(a - part * b) * inverse for a, b in zip((*y, 1), (line[0], line[1], 0), strict=True)]
-        far = [part * inverse * b for b in other[:2]]
-        outer = [[n * a for a in (*x, 1)] for n in near]
-        for i, j in ((0, 0), (0, 1), (1, 0), (1, 1), (2, 0), (2, 1)):
-            outer[i][j] = outer[i][j] - far[j] * (*y, 1)[i]
-        entries = [entry for row in outer for entry in row]
-        rows = [dot([entry for row in change for entry in row], entries) for change in changes]
-        table = tuple(weight * rows[i] * rows[j] for i in range(5) for j in range(i, 5))
-        return table, tuple(weight * row * residual for row in rows), minimum(residual * residual, limit)
+        _, _, in_front = _met(rotation, shift, left, right, x, y, off / maximum(size, TINY), line, other)
+        own = _sampson_sums(off, size, line, other, x, y, changes, limit)
+        table, slope, square_ = _transfer_sums(rotation, left, onto, x, y, limit)
+        wide = [0] * 15
+        for k, position in enumerate((0, 1, 2, 5, 6, 9)):
+            wide[position] = table[k]
+        return choose(in_front > 0, own, (*wide, *slope, 0, 0, square_))
 
     return total(of, first, second)
 
@@ -295,6 +319,27 @@ def _step_of(table, slope, damping):
         damped[k][k] = matrix[k][k] * (1 + damping) + TINY
     step, _ = ga.solve_symmetric(damped, slope)
     return [-x for x in step], dot(step, slope)
+
+
+def _descended(m, equations, at_most):
+    """Return the motion to which steps from a motor lead, the normal equations there, and numbers of the descent."""
+    quaternion, shift = _parts(m)
+
+    def body(now):
+        sums = equations(now.next_quaternion, now.next_shift)
+        better = sums[20] < now.cost
+        old = (*now.quaternion, *now.shift, *now.table, *now.slope, now.cost)
+        kept = choose(better, (*now.next_quaternion, *now.next_shift, *sums), old)
+        damping = select(better, maximum(now.damping / 10, LEAST_DAMPING), now.damping * 10)
+        q, t, table, slope, cost = kept[:4], kept[4:7], kept[7:22], kept[22:27], kept[27]
+        step, gain = _step_of(table, slope, damping)
+        ended = select(gain <= SETTLED * cost + ROUNDING, 1, select(damping > LARGEST_DAMPING, 1, 0))
+        return _Descent(q, t, *_moved(q, t, step), table, slope, cost, damping, ended)
+
+    zeros = (0,) * 15, (0,) * 5
+    start = _Descent(quaternion, shift, quaternion, shift, *zeros, UNKNOWN, 10 * FIRST_DAMPING, 0)
+    found, ended, steps = iterate(body, start, lambda _, new: new.done > 0, at_most)
+    return translator_of(found.shift) * rotor_of(found.quaternion), found.table, (found.cost, ended, steps)
 
 
 @kernel(
@@ -322,29 +367,39 @@ def descend_motion(m, left, right, first, second, limit, at_most):
     numbers
         The sum of truncated squares, 1 if a minimum was reached, else 0, and the number of steps.
     """
-    quaternion, shift = _parts(m)
 
-    def body(now):
-        table, slope, cost = _equations(
-            now.next_quaternion, now.next_shift, left, right, first, second, limit
-        )  # fmt: skip
-        better = cost < now.cost
-        old = (*now.quaternion, *now.shift, *now.table, *now.slope, now.cost)
-        new = (*now.next_quaternion, *now.next_shift, *table, *slope, cost)
-        kept = choose(better, new, old)
-        damping = select(better, maximum(now.damping / 10, LEAST_DAMPING), now.damping * 10)
-        q, t, kept_table, kept_slope = kept[:4], kept[4:7], kept[7:22], kept[22:27]
-        step, gain = _step_of(kept_table, kept_slope, damping)
-        next_q, next_t = _moved(q, t, step)
-        small = select(gain <= SETTLED * kept[27] + TINY, 1, select(damping > LARGEST_DAMPING, 1, 0))
-        return _Descent(q, t, next_q, next_t, kept_table, kept_slope, kept[27], damping, small)
+    def equations(quaternion, shift):
+        return _equations(quaternion, shift, left, right, first, second, limit)
 
-    start = _Descent(
-        quaternion, shift, quaternion, shift, (0,) * 15, (0,) * 5, UNKNOWN, 10 * FIRST_DAMPING, 0
-    )  # fmt: skip
-    found, ended, steps = iterate(body, start, lambda _, new: new.done > 0, at_most)
-    motor = translator_of(found.shift) * rotor_of(found.quaternion)
-    return motor, found.table, (found.cost, ended, steps)
+    return _descended(m, equations, at_most)
+
+
+@kernel(
+    m=MOTOR, left=THREE, right=THREE, onto=THREE, first=PIXELS, second=PIXELS, limit=SCALAR, at_most=SCALAR,
+    returns=(MOTOR, array(SCALAR, 15), array(SCALAR, 3)),
+)  # fmt: skip
+def descend_motion_in_front(m, left, right, onto, first, second, limit, at_most):
+    """Find what `descend_motion` does if points must be in front of both cameras.
+
+    The distance of a pair whose point would be behind a camera is that from the nearest pair of a point at infinity.
+
+    Parameters
+    ----------
+    onto
+        The matrix K of the second camera. The other parameters and the results are those of `descend_motion`.
+    """
+
+    def equations(quaternion, shift):
+        return _equations_in_front(quaternion, shift, left, right, onto, first, second, limit)
+
+    return _descended(m, equations, at_most)
+
+
+@kernel(m=MOTOR, step=array(SCALAR, 5), returns=MOTOR)
+def move_motion(m, step):
+    """Compute the motion after a step: a rotation vector, and a change of the translation along its tangents."""
+    quaternion, shift = _moved(*_parts(m), step)
+    return translator_of(shift) * rotor_of(quaternion)
 
 
 @kernel(t=array(SCALAR, 3), returns=(array(SCALAR, 3), array(SCALAR, 3)))
@@ -375,9 +430,33 @@ def _transfer(rotation, left, onto, x, y):
     return off, (c * scale, -b * scale, a * scale), (*place, turned[2])
 
 
+def _met(rotation, t, left, right, x, y, part, line, other):
+    """Return the depth at which the lines of sight of the nearest pair meet, the first line, and if it is in front."""
+    ray = _applied(left, (x[0] - part * other[0], x[1] - part * other[1], 1))
+    sight = _applied(right, (y[0] - part * line[0], y[1] - part * line[1], 1))
+    turned = _applied(rotation, ray)
+    aa, ab, bb = dot(turned, turned), dot(turned, sight), dot(sight, sight)
+    at, bt = dot(turned, t), dot(sight, t)
+    normal = cross(turned, sight)
+    inverse = 1 / maximum(dot(normal, normal), TINY)
+    depth, depth_there = (ab * bt - bb * at) * inverse, (aa * bt - ab * at) * inverse
+    return depth, ray, select(depth > 0, select(depth_there > 0, 1, 0), 0)
+
+
 def _form(weights, a, b):
     xx, xy, yy = weights
     return xx * a[0] * b[0] + xy * (a[0] * b[1] + a[1] * b[0]) + yy * a[1] * b[1]
+
+
+def _transfer_sums(rotation, left, onto, x, y, limit):
+    """Return the normal equations of one pair by a rotation, if it is within the limit, and its truncated square."""
+    off, weights, (u, v, depth) = _transfer(rotation, left, onto, x, y)
+    found = select(depth > 0, _form(weights, off, off), 2 * limit)
+    weight = select(found < limit, 1, 0)
+    moved = ((-u * v, 1 + u * u, -v), (-1 - v * v, u * v, u))
+    rows = _transposed(_product([row[:2] for row in onto[:2]], moved))
+    table = tuple(weight * _form(weights, rows[i], rows[j]) for i in range(3) for j in range(i, 3))
+    return table, tuple(weight * _form(weights, row, off) for row in rows), minimum(found, limit)
 
 
 class _Turning(NamedTuple):
@@ -419,17 +498,7 @@ def descend_rotation(m, left, onto, first, second, limit, at_most):
 
     def sums(q):
         rotation = _matrix(q)
-
-        def of(x, y):
-            off, weights, (u, v, depth) = _transfer(rotation, left, onto, x, y)
-            found = select(depth > 0, _form(weights, off, off), 2 * limit)
-            weight = select(found < limit, 1, 0)
-            moved = ((-u * v, 1 + u * u, -v), (-1 - v * v, u * v, u))
-            rows = _transposed(_product([row[:2] for row in onto[:2]], moved))
-            table = tuple(weight * _form(weights, rows[i], rows[j]) for i in range(3) for j in range(i, 3))
-            return table, tuple(weight * _form(weights, row, off) for row in rows), minimum(found, limit)
-
-        return total(of, first, second)
+        return total(lambda x, y: _transfer_sums(rotation, left, onto, x, y, limit), first, second)
 
     def body(now):
         table, slope, cost = sums(now.next_quaternion)
@@ -444,7 +513,7 @@ def descend_rotation(m, left, onto, first, second, limit, at_most):
         turned = _unit(
             (w - a * x - b * y - c * z, x + a * w + b * z - c * y, y + b * w + c * x - a * z, z + c * w + a * y - b * x)
         )
-        small = select(gain <= SETTLED * kept[13] + TINY, 1, select(damping > LARGEST_DAMPING, 1, 0))
+        small = select(gain <= SETTLED * kept[13] + ROUNDING, 1, select(damping > LARGEST_DAMPING, 1, 0))
         return _Turning(kept[:4], turned, kept[4:10], kept[10:13], kept[13], damping, small)
 
     start = _Turning(quaternion, quaternion, (0,) * 6, (0,) * 3, UNKNOWN, 10 * FIRST_DAMPING, 0)
@@ -479,17 +548,9 @@ def explain_pairs(m, left, right, onto, first, second):
         off, size, line, other = _sampson(fundamental, back, x, y)
         size = maximum(size, TINY)
         part = off / size
-        ray = _applied(left, (x[0] - part * other[0], x[1] - part * other[1], 1))
-        sight = _applied(right, (y[0] - part * line[0], y[1] - part * line[1], 1))
-        turned = _applied(rotation, ray)
-        aa, ab, bb = dot(turned, turned), dot(turned, sight), dot(sight, sight)
-        at, bt = dot(turned, t), dot(sight, t)
-        normal = cross(turned, sight)
-        inverse = 1 / maximum(dot(normal, normal), TINY)
-        depth, depth_there = (ab * bt - bb * at) * inverse, (aa * bt - ab * at) * inverse
+        depth, ray, in_front = _met(rotation, t, left, right, x, y, part, line, other)
         gap, weights, (_, _, ahead) = _transfer(rotation, left, onto, x, y)
         far = select(ahead > 0, _form(weights, gap, gap), UNKNOWN)
-        in_front = select(depth > 0, select(depth_there > 0, 1, 0), 0)
         return part * off, far, tuple(depth * r for r in ray), in_front
 
     return each(of, first, second)
