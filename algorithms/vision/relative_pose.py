@@ -17,7 +17,7 @@ from .degeneracy import few_places
 from .localization import checked_intrinsics
 from .normalization import extents
 from .pose_refinement import pixel_noise
-from .relative_motions import ALL, FREEDOM, Motions, Scene, halfway, joined
+from .relative_motions import ALL, FREEDOM, Motions, Scene, halfway, joined, steps_to
 from .robust_fundamental import displaced_by_chance, hidden_by_a_line
 from .status import VisionStatus, check_points, distinct
 
@@ -167,14 +167,14 @@ def _estimate(
         status = VisionStatus.NOT_CONVERGED
     if status != VisionStatus.OK:
         return _no_pose(status, len(inliers), n_samples=n_samples)
-    motors = _likely(used, candidates.motors, costs, limit)
+    motors, near = _likely(used, candidates.motors, costs, limit)
     return RelativePose(
         motors[0] if len(motors) == 1 else _NOTHING.copy(),
         VisionStatus.OK if len(motors) == 1 else VisionStatus.AMBIGUOUS,
         inliers,
         np.where((inliers & ahead[0])[:, None], points[0], np.nan),
         np.asarray(relative_poses.essential_of_motion(motors[0])),
-        _covariance(motors[0], candidates.information[0], variance),
+        _covariance(motors[0], candidates.information[0], variance, near),
         motors,
         _NOTHING.copy(),
         float(np.sqrt(costs[0] / n)),
@@ -185,8 +185,8 @@ def _estimate(
 def _in_front(scene: Scene, motors: Reals, inliers: Reals, limit: float) -> Motions:
     """Return motions of minima, the best for all pairs first, with points in front of the cameras.
 
-    For each minimum, the best of its four motions leads to a minimum with this condition. Minima whose squares exceed
-    those of the best motion by too much to be likely are left out.
+    Each of the four motions of a minimum leads to a minimum with this condition. Minima whose squares exceed those of
+    the best motion by too much to be likely are left out.
     """
     n, used = int(inliers.sum()), scene.some(inliers)
     matrices = np.asarray(relative_poses.essential_of_motion(motors))
@@ -196,31 +196,31 @@ def _in_front(scene: Scene, motors: Reals, inliers: Reals, limit: float) -> Moti
         if lower[k] > largest_likely(np.array(least), n, max(n - 5, 0), scene.noise, n):
             break
         options = np.asarray(relative_poses.motions_of_essential(matrices[k]))
-        order = np.argsort(np.minimum(scene.explained(options)[0], limit).sum(1))
-        best = scene.descended_in_front(options[order[:1]], limit)
-        others = scene.descended_in_front(options[order[1:]], limit, 1)
-        found += [best, others]
-        least = min(least, float(np.minimum(used.explained(best.motors)[0], limit).sum()))
+        found.append(scene.descended_in_front(options, limit))
+        least = min(least, float(np.minimum(used.explained(found[-1].motors)[0], limit).sum(1).min()))
     return joined(found)
 
 
-def _likely(used: Scene, motors: Reals, costs: Reals, limit: float) -> Reals:
+def _likely(used: Scene, motors: Reals, costs: Reals, limit: float) -> tuple[Reals, Reals]:
     """Return the motions that noise can make as bad as they are, if the first one is the best by chance.
 
     Of motions that are not separated by an unlikely one, which are within the uncertainty of one of them, the best is
-    returned.
+    returned. The steps (k, 5) from the first motion to those that belong to it are returned, too.
     """
     n = len(used.first)
-    freedom, kept = max(n - 5, 0), [0]
+    freedom, kept, near = max(n - 5, 0), [0], [np.zeros(5)]
     normals = used.normals(motors[0])
     for k in range(1, len(motors)):
         if costs[k] < largest_likely(costs[0], n, freedom, used.noise, n):
             unlike = max(float((1 - (normals * used.normals(motors[k])).sum(1) ** 2).sum()), 0.0)
             if costs[k] < largest_likely(costs[0], n, freedom, used.noise, unlike):
                 middle = np.minimum(used.explained(halfway(motors[kept], motors[k]))[0], limit).sum(1)
-                if not (middle < largest_likely(np.maximum(costs[kept], costs[k]), n, freedom, used.noise)).any():
+                joint = middle < largest_likely(np.maximum(costs[kept], costs[k]), n, freedom, used.noise)
+                if not joint.any():
                     kept.append(k)
-    return motors[kept]
+                elif joint[0]:
+                    near.append(steps_to(motors[0], motors[k]))
+    return motors[kept], np.array(near)
 
 
 def _contradicted(noise: Noise, squares: Reals) -> bool:
@@ -282,15 +282,18 @@ def _without_parallax(
     return rotation, explained
 
 
-def _covariance(motor: Reals, information: Reals, variance: float) -> Reals:
-    """Return the covariance (6, 6) of the rotation vector and the translation."""
+def _covariance(motor: Reals, information: Reals, variance: float, near: Reals) -> Reals:
+    """Return the covariance (6, 6) of the rotation vector and the translation.
+
+    It covers the steps (k, 5) to other minima that are as likely and not separate.
+    """
     values, vectors, scale = spectrum(information)
     inverse = (vectors / values) @ vectors.T * np.outer(scale, scale)
     shift = relative_poses.translation_of_motion(motor)
     onto = np.zeros((6, 5))
     onto[:3, :3] = np.eye(3)
     onto[3:, 3:] = np.stack(relative_poses.tangents_of_direction(shift), -1)
-    return np.asarray(variance * onto @ inverse @ onto.T)
+    return np.asarray(onto @ (variance * inverse + near.T @ near) @ onto.T)
 
 
 def _no_pose(status: VisionStatus, n_points: int, rotation: Reals | None = None, n_samples: int = 0) -> RelativePose:
