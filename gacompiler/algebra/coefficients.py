@@ -175,7 +175,8 @@ def _exact_at(point: int, value: int, name: str) -> Callable[[Any], Fraction]:
 
 def _exact_atan2(y: Any, x: Any) -> Fraction:
     if y != 0 or x <= 0:
-        raise InexactError("atan2", f"atan2({_text(y)}, {_text(x)}) is not rational", remedy="use floats or mpmath numbers")
+        found = f"atan2({_text(y)}, {_text(x)}) is not rational"
+        raise InexactError("atan2", found, remedy="use floats or mpmath numbers")
     return Fraction(0)
 
 
