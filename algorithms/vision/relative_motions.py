@@ -26,7 +26,7 @@ _STARTS = 16
 """A limit on work: the number of starts, the best of all,"""
 _NEAR = 0.05
 """A limit on work: starts that differ from better ones by less, in radians, lead to the same minimum,"""
-_SUBSET = 256
+_SUBSET = 500
 """and the number of pairs on which minima are first sought."""
 FREEDOM = Freedom(sample_size=5, parameters=5, codimension=1, solutions=10, false_alarms=1.0)
 """As for the fundamental matrix, the bound is conservative by a factor of more than 50."""
@@ -119,17 +119,21 @@ class Scene:
 
         return Problem(self.first, self.second, FREEDOM, solve, distances, lambda _, __: None, costs, descend)
 
-    def minima(self, starts: Reals, limit: float) -> Motions:
-        """Return the distinct minima to which all pairs and some starts lead, the least first."""
+    def minima(self, starts: Reals, good: Indices, limit: float, wide: float) -> Motions:
+        """Return distinct minima of squares truncated at `wide`, to which starts and pairs that are `good` lead.
+
+        Of all models of five good pairs, those with the least squares truncated at `limit` are starts.
+        """
         n = len(self.first)
-        few = self if n <= _SUBSET else self.some(np.random.default_rng(n).permutation(n)[:_SUBSET])
-        one, two = few.directions()
+        chosen = np.arange(n) if n <= _SUBSET else np.random.default_rng(n).permutation(n)[:_SUBSET]
+        few, own = self.some(chosen), good[chosen]
+        one, two = few.some(own).directions()
         essential = np.concatenate([starts, self._linear(one, two), *_of_sets(one, two)])
         costs = relative_poses.truncated_squares(few.fundamental(essential), few.first, few.second, limit)
         best = np.concatenate([starts, apart(essential, costs)])
         motors = relative_poses.motions_of_essential(best)[0]
-        found = self._distinct(few.descended(motors[np.isfinite(motors).all(1)], limit), len(few.first))
-        return found if few is self else self._distinct(self.descended(found.motors, limit), n)
+        found = self._distinct(few.descended(motors[np.isfinite(motors).all(1)], wide), int(own.sum()))
+        return found if len(chosen) == n else self._distinct(self.descended(found.motors, wide), int(good.sum()))
 
     def _linear(self, one: Reals, two: Reals) -> Reals:
         """Return the matrix of the eight-point algorithm, if there are enough pairs."""
@@ -250,7 +254,7 @@ def essential_matrices(first: Reals, second: Reals) -> tuple[Reals, Reals]:
     The norm of a matrix is the square root of 2.
     """
     coefficients, pencil, basis = relative_poses.five_point_polynomial(first, second)
-    usable = np.isfinite(coefficients).all(-1)
+    usable: Reals = np.asarray(np.isfinite(coefficients).all(-1))
     real, imaginary, _, converged = matrices.polynomial_roots(np.where(usable[:, None], coefficients, 0))
     sets, which = np.nonzero((imaginary == 0) & (usable & (converged > 0))[:, None])
     found = np.asarray(relative_poses.essential_of_root(real[sets, which], pencil[sets], basis[sets]))
@@ -265,7 +269,7 @@ def _of_sets(one: Reals, two: Reals) -> list[Reals]:
     """
     sets = all_or_some_sets(len(one), 5, _SETS)
     coefficients, pencil, basis = relative_poses.five_point_polynomial(one[sets], two[sets])
-    usable = np.isfinite(coefficients).all(-1)
+    usable: Reals = np.asarray(np.isfinite(coefficients).all(-1))
     real, _, _, _ = matrices.polynomial_roots(np.where(usable[:, None], coefficients, 0))
     found = np.asarray(relative_poses.essential_of_root(real, pencil[:, None], basis[:, None]))
     found = found[usable].reshape(-1, 3, 3)

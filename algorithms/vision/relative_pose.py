@@ -142,7 +142,7 @@ def _estimate(
 ) -> RelativePose:
     """Return the result for pairs that agree with a motion, or for all pairs if there is no threshold."""
     limit = ALL if threshold is None else threshold * threshold
-    found = scene.some(inliers).minima(starts, min(_APART**2 * limit, ALL))
+    found = scene.minima(starts, inliers, limit, min(_APART**2 * limit, ALL))
     candidates = _in_front(scene, found.motors, inliers, limit)
     if not len(candidates.motors):
         return _no_pose(VisionStatus.DEGENERATE, len(inliers), n_samples=n_samples)
@@ -190,14 +190,19 @@ def _in_front(scene: Scene, motors: Reals, inliers: Reals, limit: float) -> Moti
     """
     n, used = int(inliers.sum()), scene.some(inliers)
     matrices = np.asarray(relative_poses.essential_of_motion(motors))
-    lower = relative_poses.truncated_squares(used.fundamental(matrices), used.first, used.second, limit)
+    all_pairs, good = (
+        relative_poses.truncated_squares(each.fundamental(matrices), each.first, each.second, limit)
+        for each in (scene, used)
+    )
+    own = good.min(initial=np.inf)
+    margin = largest_likely(own, n, max(n - 5, 0), scene.noise, n) - own
     found, least = list[Motions](), np.inf
-    for k in np.argsort(lower, kind="stable"):
-        if lower[k] > largest_likely(np.array(least), n, max(n - 5, 0), scene.noise, n):
+    for k in np.argsort(all_pairs, kind="stable"):
+        if all_pairs[k] > least + margin:
             break
         options = np.asarray(relative_poses.motions_of_essential(matrices[k]))
         found.append(scene.descended_in_front(options, limit))
-        least = min(least, float(np.minimum(used.explained(found[-1].motors)[0], limit).sum(1).min()))
+        least = min(least, float(found[-1].cost.min()))
     return joined(found)
 
 
@@ -325,7 +330,7 @@ def _intrinsics(camera: Camera | ArrayLike) -> Reals:
 
 def _scene(one: Reals, two: Reals, k: Reals, k_two: Reals) -> Scene:
     """Return pixels relative to the principal points, and the noise of both cameras."""
-    matrices = [np.array([[m[0, 0], m[0, 1], 0], [0, m[1, 1], 0], [0, 0, 1]]) for m in (k, k_two)]
-    noises = [pixel_noise(matrix) for matrix in matrices]
+    own, other = (np.array([[m[0, 0], m[0, 1], 0], [0, m[1, 1], 0], [0, 0, 1]]) for m in (k, k_two))
+    noises = pixel_noise(own), pixel_noise(other)
     noise = Noise((noises[0].variance + noises[1].variance) / 2, noises[0].weight)
-    return Scene(one - k[:2, 2], two - k_two[:2, 2], *matrices, noise)
+    return Scene(one - k[:2, 2], two - k_two[:2, 2], own, other, noise)

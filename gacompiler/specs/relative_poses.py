@@ -265,8 +265,9 @@ def _derivatives(quaternion, shift, left, right):
     return [_product(_product(down, each_), left) for each_ in matrices]
 
 
-def _sampson_sums(off, size, line, other, x, y, changes, limit):
+def _sampson_sums(distance, x, y, changes, limit):
     """Return the normal equations of one pair within the limit, and its truncated square."""
+    off, size, line, other = distance
     inverse = 1 / sqrt(maximum(size, TINY))
     residual = off * inverse
     weight = select(residual * residual < limit, 1, 0)
@@ -288,7 +289,7 @@ def _equations(quaternion, shift, left, right, first, second, limit):
     back = _transposed(fundamental)
 
     def of(x, y):
-        return _sampson_sums(*_sampson(fundamental, back, x, y), x, y, changes, limit)
+        return _sampson_sums(_sampson(fundamental, back, x, y), x, y, changes, limit)
 
     return total(of, first, second)
 
@@ -301,7 +302,7 @@ def _equations_in_front(quaternion, shift, left, right, onto, first, second, lim
     def of(x, y):
         off, size, line, other = _sampson(fundamental, back, x, y)
         _, _, in_front = _met(rotation, shift, left, right, x, y, off / maximum(size, TINY), line, other)
-        own = _sampson_sums(off, size, line, other, x, y, changes, limit)
+        own = _sampson_sums((off, size, line, other), x, y, changes, limit)
         table, slope, square_ = _transfer_sums(rotation, left, onto, x, y, limit)
         wide = [0] * 15
         for k, position in enumerate((0, 1, 2, 5, 6, 9)):
@@ -334,10 +335,10 @@ def _descended(m, equations, at_most):
         q, t, table, slope, cost = kept[:4], kept[4:7], kept[7:22], kept[22:27], kept[27]
         step, gain = _step_of(table, slope, damping)
         ended = select(gain <= SETTLED * cost + ROUNDING, 1, select(damping > LARGEST_DAMPING, 1, 0))
-        return _Descent(q, t, *_moved(q, t, step), table, slope, cost, damping, ended)
+        next_q, next_t = _moved(q, t, step)
+        return _Descent(q, t, next_q, next_t, table, slope, cost, damping, ended)
 
-    zeros = (0,) * 15, (0,) * 5
-    start = _Descent(quaternion, shift, quaternion, shift, *zeros, UNKNOWN, 10 * FIRST_DAMPING, 0)
+    start = _Descent(quaternion, shift, quaternion, shift, (0,) * 15, (0,) * 5, UNKNOWN, 10 * FIRST_DAMPING, 0)
     found, ended, steps = iterate(body, start, lambda _, new: new.done > 0, at_most)
     return translator_of(found.shift) * rotor_of(found.quaternion), found.table, (found.cost, ended, steps)
 
@@ -398,7 +399,8 @@ def descend_motion_in_front(m, left, right, onto, first, second, limit, at_most)
 @kernel(m=MOTOR, step=array(SCALAR, 5), returns=MOTOR)
 def move_motion(m, step):
     """Compute the motion after a step: a rotation vector, and a change of the translation along its tangents."""
-    quaternion, shift = _moved(*_parts(m), step)
+    quaternion, shift = _parts(m)
+    quaternion, shift = _moved(quaternion, shift, step)
     return translator_of(shift) * rotor_of(quaternion)
 
 

@@ -7,6 +7,7 @@ exchanges of rows.
 
 from fractions import Fraction
 from itertools import product
+from typing import Any
 
 from gacompiler import absolute, select, sqrt
 from gacompiler.frontend.equations import nonzero
@@ -39,7 +40,7 @@ class _Polynomial:
         return self + other.times(-1)
 
     def __mul__(self, other):
-        found = {}
+        found: dict[tuple[int, ...], Any] = {}
         for (p, a), (q, b) in product(self.terms.items(), other.terms.items()):
             powers = tuple(i + j for i, j in zip(p, q, strict=True))
             found[powers] = found[powers] + a * b if powers in found else a * b
@@ -110,7 +111,7 @@ def eliminated(equations):
         columns[k] = (*columns[k][:k], first, *(0 for _ in range(9 - k)))
         for j in range(k + 1, 20):
             columns[j] = (*columns[j][:k], *_reflected(columns[j][k:], vector, factor))
-    rows = {}
+    rows: dict[int, tuple[Any, ...]] = {}
     for k in reversed(range(4, 10)):
         scale = 1 / nonzero(columns[k][k])
         rows[k] = tuple(
