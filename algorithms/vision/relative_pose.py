@@ -10,7 +10,18 @@ from numpy.typing import ArrayLike
 from generated import relative_poses
 
 from ..arguments import Reals, real_array
-from ..evidence import Freedom, Noise, check_sampling, consensus, largest_likely, largest_ratio, rank
+from ..evidence import (
+    WRONG,
+    Freedom,
+    Noise,
+    check_sampling,
+    consensus,
+    largest_likely,
+    largest_ratio,
+    log_false_alarms,
+    rank,
+)
+from ..evidence.consensus import N_WRONG
 from ..evidence.observability import spectrum
 from .camera import Camera
 from .degeneracy import few_places
@@ -29,6 +40,8 @@ _OFF_A_ROTATION = Freedom(sample_size=2, parameters=2, codimension=1, solutions=
 """A rotation leaves the translation undetermined,"""
 _OFF_A_LINE = Freedom(sample_size=2, parameters=2, codimension=1, solutions=10, false_alarms=1e-2)
 """and a line two of five parameters."""
+_ANOTHER = Freedom(sample_size=1, parameters=1, codimension=1, solutions=16, false_alarms=WRONG)
+"""The best one of as many minima as are sought, which can move a little to agree with more pairs."""
 _APART = 3.0
 """From the noise: minima are sought for distances up to this many thresholds, beyond which the sum has many minima."""
 _WIDE = 2.0
@@ -167,7 +180,7 @@ def _estimate(
         status = VisionStatus.NOT_CONVERGED
     if status != VisionStatus.OK:
         return _no_pose(status, len(inliers), n_samples=n_samples)
-    motors, near = _likely(used, candidates.motors, costs, limit)
+    motors, near = _likely(scene, inliers, candidates.motors, squares, limit)
     return RelativePose(
         motors[0] if len(motors) == 1 else _NOTHING.copy(),
         VisionStatus.OK if len(motors) == 1 else VisionStatus.AMBIGUOUS,
@@ -206,26 +219,49 @@ def _in_front(scene: Scene, motors: Reals, inliers: Reals, limit: float) -> Moti
     return joined(found)
 
 
-def _likely(used: Scene, motors: Reals, costs: Reals, limit: float) -> tuple[Reals, Reals]:
-    """Return the motions that noise can make as bad as they are, if the first one is the best by chance.
+def _likely(scene: Scene, inliers: Reals, motors: Reals, squares: Reals, limit: float) -> tuple[Reals, Reals]:
+    """Return the motions that noise and chance can make as bad as they are, if the first one is the best by chance.
 
     Of motions that are not separated by an unlikely one, which are within the uncertainty of one of them, the best is
     returned. The steps (k, 5) from the first motion to those that belong to it are returned, too.
     """
-    n = len(used.first)
-    freedom, kept, near = max(n - 5, 0), [0], [np.zeros(5)]
-    normals = used.normals(motors[0])
+    used = scene.some(inliers)
+    kept, near, normals = [0], [np.zeros(5)], used.normals(motors[0])
     for k in range(1, len(motors)):
-        if costs[k] < largest_likely(costs[0], n, freedom, used.noise, n):
-            unlike = max(float((1 - (normals * used.normals(motors[k])).sum(1) ** 2).sum()), 0.0)
-            if costs[k] < largest_likely(costs[0], n, freedom, used.noise, unlike):
-                middle = np.minimum(used.explained(halfway(motors[kept], motors[k]))[0], limit).sum(1)
-                joint = middle < largest_likely(np.maximum(costs[kept], costs[k]), n, freedom, used.noise)
-                if not joint.any():
-                    kept.append(k)
-                elif joint[0]:
-                    near.append(steps_to(motors[0], motors[k]))
+        both = (squares[k] <= limit)[inliers]
+        n = int(both.sum())
+        costs = squares[0][inliers][both].sum(), squares[k][inliers][both].sum()
+        if n < 5 or costs[1] >= largest_likely(costs[0], n, n - 5, scene.noise, n):
+            continue
+        unlike = max(float((1 - (normals * used.normals(motors[k])).sum(1)[both] ** 2).sum()), 0.0)
+        if costs[1] >= largest_likely(costs[0], n, n - 5, scene.noise, unlike):
+            continue
+        if n < len(both) and not _lost_by_chance(scene, motors[0], squares[[0, k]], limit):
+            continue
+        own = np.minimum(squares[[*kept, k]], limit)[:, inliers].sum(1)
+        middle = np.minimum(used.explained(halfway(motors[kept], motors[k]))[0], limit).sum(1)
+        joint = middle < largest_likely(np.maximum(own[:-1], own[-1]), len(both), max(len(both) - 5, 0), scene.noise)
+        if not joint.any():
+            kept.append(k)
+        elif joint[0]:
+            near.append(steps_to(motors[0], motors[k]))
     return motors[kept], np.array(near)
+
+
+def _lost_by_chance(scene: Scene, motor: Reals, squares: Reals, limit: float) -> bool:
+    """Return whether pairs that only the first of two motions explains could be wrong pairs that agree by chance."""
+    unexplained = squares[1] > limit
+    count = int((squares[0][unexplained] <= limit).sum())
+    matrix = scene.fundamental(np.asarray(relative_poses.essential_of_motion(motor)))
+    n = len(scene.first)
+    shifts = np.arange(1, min(n - 1, -(-N_WRONG // n)) + 1)
+    partner = (np.arange(n) - shifts[:, None]) % n
+    wrong = relative_poses.squared_distances(
+        matrix, np.tile(scene.first, (len(shifts), 1)), scene.second[partner.ravel()]
+    )
+    share = max(float(np.mean(wrong <= limit)), 1 / wrong.size)
+    logarithm = log_false_alarms(int(unexplained.sum()), np.array(count), np.array(share), _ANOTHER)
+    return bool(logarithm > np.log(WRONG))
 
 
 def _contradicted(noise: Noise, squares: Reals) -> bool:

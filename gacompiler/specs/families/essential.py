@@ -10,7 +10,6 @@ from itertools import product
 from typing import Any
 
 from gacompiler import absolute, select, sqrt
-from gacompiler.frontend.equations import nonzero
 from gacompiler.specs.families.covariances import dot
 
 HALF = Fraction(1, 2)
@@ -22,6 +21,11 @@ KEPT = (
     (1, 0, 2), (1, 0, 1), (1, 0, 0), (0, 1, 2), (0, 1, 1), (0, 1, 0), (0, 0, 3), (0, 0, 2), (0, 0, 1), (0, 0, 0),
 )  # fmt: skip
 """and in those that are kept, which are linear in x and y."""
+
+
+def nonzero(x):
+    """Return a number, or 1 instead of 0, as a divisor."""
+    return select(absolute(x) > 0, x, 1)
 
 
 class _Polynomial:
