@@ -120,9 +120,10 @@ class Scene:
         return Problem(self.first, self.second, FREEDOM, solve, distances, lambda _, __: None, costs, descend)
 
     def minima(self, starts: Reals, good: Indices, limit: float, wide: float) -> Motions:
-        """Return distinct minima of squares truncated at `wide`, to which starts and pairs that are `good` lead.
+        """Return distinct minima of squares truncated at a limit, to which starts and pairs that are `good` lead.
 
-        Of all models of five good pairs, those with the least squares truncated at `limit` are starts.
+        Of all models of five good pairs, those with the least squares are starts, and so are the minima near them of
+        squares truncated at `wide`.
         """
         n = len(self.first)
         chosen = np.arange(n) if n <= _SUBSET else np.random.default_rng(n).permutation(n)[:_SUBSET]
@@ -132,8 +133,12 @@ class Scene:
         costs = relative_poses.truncated_squares(few.fundamental(essential), few.first, few.second, limit)
         best = np.concatenate([starts, apart(essential, costs)])
         motors = relative_poses.motions_of_essential(best)[0]
-        found = self._distinct(few.descended(motors[np.isfinite(motors).all(1)], wide), int(own.sum()))
-        return found if len(chosen) == n else self._distinct(self.descended(found.motors, wide), int(good.sum()))
+        motors = motors[np.isfinite(motors).all(1)]
+        found = few.descended(motors, limit)
+        if wide > limit:
+            found = joined([found, few.descended(few.descended(motors, wide).motors, limit)])
+        found = few._distinct(found, int(own.sum()))
+        return found if len(chosen) == n else self._distinct(self.descended(found.motors, limit), int(good.sum()))
 
     def _linear(self, one: Reals, two: Reals) -> Reals:
         """Return the matrix of the eight-point algorithm, if there are enough pairs."""

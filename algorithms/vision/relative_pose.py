@@ -34,8 +34,8 @@ from .status import VisionStatus, check_points, distinct
 
 _CONFIDENCE = 0.999
 """A probability: that a sample without wrong pairs is drawn."""
-_MAX_SAMPLES = 100000
-"""A limit on work: enough samples for 86 % of wrong pairs."""
+_MAX_SAMPLES = 200000
+"""A limit on work: enough samples for 85 % of wrong pairs."""
 _OFF_A_ROTATION = Freedom(sample_size=2, parameters=2, codimension=1, solutions=1, false_alarms=1e-2)
 """A rotation leaves the translation undetermined,"""
 _OFF_A_LINE = Freedom(sample_size=2, parameters=2, codimension=1, solutions=10, false_alarms=1e-2)
