@@ -88,14 +88,14 @@ class Scene:
         found, triangles, numbers = relative_poses.descend_motion(
             motors, self.left, self.right, self.first, self.second, limit, float(at_most)
         )
-        return Motions(found, numbers[:, 0], _square(triangles, 5), numbers[:, 1] > 0)
+        return Motions(found, numbers[:, 0], _square(triangles), numbers[:, 1] > 0)
 
     def descended_in_front(self, motors: Reals, limit: float = ALL, at_most: int = _STEPS) -> Motions:
         """Return the minima near motors (m, 8) of the squares of `explained`."""
         found, triangles, numbers = relative_poses.descend_motion_in_front(
             motors, self.left, self.right, self.two, self.first, self.second, limit, float(at_most)
         )
-        return Motions(found, numbers[:, 0], _square(triangles, 5), numbers[:, 1] > 0)
+        return Motions(found, numbers[:, 0], _square(triangles), numbers[:, 1] > 0)
 
     def problem(self) -> Problem:
         """Return the problem of essential matrices from samples of five pairs."""
@@ -281,9 +281,11 @@ def _of_sets(one: Reals, two: Reals) -> list[Reals]:
     return [found[np.isfinite(found).all((1, 2))]]
 
 
-def _square(triangle: Reals, size: int) -> Reals:
-    """Return symmetric matrices (..., n, n) from their upper triangles."""
-    rows, columns = np.triu_indices(size)
-    found = np.empty((*triangle.shape[:-1], size, size))
-    found[..., rows, columns] = found[..., columns, rows] = triangle
+_ROWS, _COLUMNS = np.triu_indices(5)
+
+
+def _square(triangle: Reals) -> Reals:
+    """Return symmetric matrices (..., 5, 5) from their upper triangles."""
+    found = np.empty((*triangle.shape[:-1], 5, 5))
+    found[..., _ROWS, _COLUMNS] = found[..., _COLUMNS, _ROWS] = triangle
     return found

@@ -227,6 +227,7 @@ def _likely(scene: Scene, inliers: Reals, motors: Reals, squares: Reals, limit: 
     """
     used = scene.some(inliers)
     kept, near, normals = [0], [np.zeros(5)], used.normals(motors[0])
+    share = _share_of_wrong_pairs(scene, motors[0], limit) if len(motors) > 1 else 0.0
     for k in range(1, len(motors)):
         both = (squares[k] <= limit)[inliers]
         n = int(both.sum())
@@ -236,7 +237,7 @@ def _likely(scene: Scene, inliers: Reals, motors: Reals, squares: Reals, limit: 
         unlike = max(float((1 - (normals * used.normals(motors[k])).sum(1)[both] ** 2).sum()), 0.0)
         if costs[1] >= largest_likely(costs[0], n, n - 5, scene.noise, unlike):
             continue
-        if n < len(both) and not _lost_by_chance(scene, motors[0], squares[[0, k]], limit):
+        if n < len(both) and not _lost_by_chance(share, squares[[0, k]], limit):
             continue
         own = np.minimum(squares[[*kept, k]], limit)[:, inliers].sum(1)
         middle = np.minimum(used.explained(halfway(motors[kept], motors[k]))[0], limit).sum(1)
@@ -248,20 +249,22 @@ def _likely(scene: Scene, inliers: Reals, motors: Reals, squares: Reals, limit: 
     return motors[kept], np.array(near)
 
 
-def _lost_by_chance(scene: Scene, motor: Reals, squares: Reals, limit: float) -> bool:
+def _lost_by_chance(share: float, squares: Reals, limit: float) -> bool:
     """Return whether pairs that only the first of two motions explains could be wrong pairs that agree by chance."""
     unexplained = squares[1] > limit
     count = int((squares[0][unexplained] <= limit).sum())
+    logarithm = log_false_alarms(int(unexplained.sum()), np.array(count), np.array(share), _ANOTHER)
+    return bool(logarithm > np.log(WRONG))
+
+
+def _share_of_wrong_pairs(scene: Scene, motor: Reals, limit: float) -> float:
+    """Return the fraction of pairs with the partners of others that a motion explains."""
     matrix = scene.fundamental(np.asarray(relative_poses.essential_of_motion(motor)))
     n = len(scene.first)
     shifts = np.arange(1, min(n - 1, -(-N_WRONG // n)) + 1)
-    partner = (np.arange(n) - shifts[:, None]) % n
-    wrong = relative_poses.squared_distances(
-        matrix, np.tile(scene.first, (len(shifts), 1)), scene.second[partner.ravel()]
-    )
-    share = max(float(np.mean(wrong <= limit)), 1 / wrong.size)
-    logarithm = log_false_alarms(int(unexplained.sum()), np.array(count), np.array(share), _ANOTHER)
-    return bool(logarithm > np.log(WRONG))
+    partner = ((np.arange(n) - shifts[:, None]) % n).ravel()
+    wrong = relative_poses.squared_distances(matrix, np.tile(scene.first, (len(shifts), 1)), scene.second[partner])
+    return max(float(np.mean(wrong <= limit)), 1 / int(wrong.size))
 
 
 def _contradicted(noise: Noise, squares: Reals) -> bool:

@@ -24,6 +24,7 @@ UNKNOWN = 10**30
 
 
 def unit(vector):
+    """Return a vector of length 1."""
     size = sqrt(dot(vector, vector))
     return tuple(x / size for x in vector)
 
@@ -39,15 +40,18 @@ def rotation_matrix(quaternion):
 
 
 def product(a, b):
+    """Return the product of two matrices."""
     columns = tuple(zip(*b, strict=True))
     return tuple(tuple(dot(row, column) for column in columns) for row in a)
 
 
 def transposed(a):
+    """Return the rows of the transposed matrix."""
     return tuple(zip(*a, strict=True))
 
 
 def applied(matrix, vector):
+    """Return the product of a matrix and a vector."""
     return tuple(dot(row, vector) for row in matrix)
 
 
@@ -193,6 +197,7 @@ def met(rotation, t, left, right, x, y, part, line, other):
 
 
 def form(weights, a, b):
+    """Return the value of a symmetric bilinear form of two numbers each."""
     xx, xy, yy = weights
     return xx * a[0] * b[0] + xy * (a[0] * b[1] + a[1] * b[0]) + yy * a[1] * b[1]
 
