@@ -25,6 +25,7 @@ from algorithms.vision import (
     localizations,
     localize,
     quadrifocal_tensor,
+    relative_pose,
     robust_fundamental_matrix,
     robust_homography,
     triangulate,
@@ -47,7 +48,8 @@ def tasks(quick: bool) -> list[Task]:
     rng = np.random.default_rng(0)
     cv2: Any = __import__("cv2") if installed("cv2") else None
     poselib: Any = __import__("poselib") if installed("poselib") else None
-    found = [*_hands(rng, cv2, quick), *_views(rng, cv2, poselib, quick), *_many(rng, cv2, quick)]
+    views = [*_views(rng, cv2, poselib, quick), *_relative_poses(cv2, poselib, quick)]
+    found = [*_hands(rng, cv2, quick), *views, *_many(rng, cv2, quick)]
     return [*found, *vision_bundles.tasks(rng, quick)]
 
 
@@ -144,6 +146,51 @@ def _views(rng: np.random.Generator, cv2: Any, poselib: Any, quick: bool) -> lis
         Task("recognition of one of 50 landmarks", 1, {OURS: lambda: learned.recognize(rays[7], 1 / 400)}),
         *_large(rng, cv2, cameras, eye, quick),
     ]
+
+
+def _relative_poses(cv2: Any, poselib: Any, quick: bool) -> list[Task]:
+    """Return relative poses of ten scenes each, in space and on a plane, with wrong pairs."""
+    rng, k, count = np.random.default_rng(1), np.array([[700.0, 0, 320], [0, 700, 240], [0, 0, 1]]), 1 if quick else 10
+    model = {"model": "PINHOLE", "width": 640, "height": 480, "params": [700.0, 700.0, 320.0, 240.0]}
+    found = []
+    for where in ("space", "a plane"):
+        for share in (0.0, 0.3, 0.6, 0.8):
+            scenes = [_pairs(rng, k, where == "space", share) for _ in range(count)]
+
+            def ours(scenes: list[Any] = scenes) -> object:
+                return [relative_pose(a, b, k, threshold=1.5) for a, b in scenes]
+
+            def opencv(scenes: list[Any] = scenes) -> object:
+                return [cv2.findEssentialMat(a, b, k, cv2.USAC_MAGSAC, 0.999, 1.5) for a, b in scenes]
+
+            def theirs(scenes: list[Any] = scenes) -> object:
+                options = {"max_epipolar_error": 1.5, "success_prob": 0.999}
+                return [poselib.estimate_relative_pose(a, b, model, model, options, {}) for a, b in scenes]
+
+            calls: dict[str, Callable[[], object]] = {OURS: ours}
+            if cv2 is not None:
+                calls["OpenCV MAGSAC, essential matrix"] = opencv
+            if poselib is not None:
+                calls["PoseLib"] = theirs
+            name = f"relative pose from 200 points of {where}, {round(100 * share)} % outliers"
+            found.append(Task(name, count, calls))
+    return found
+
+
+def _pairs(rng: np.random.Generator, k: Any, in_space: bool, share: float) -> tuple[Any, Any]:
+    """Return two views of 200 points 4 to 9 baselines away, half a pixel of noise, and wrong pairs."""
+    n = 200
+    z = rng.uniform(4, 9, n) if in_space else 6 / (1 + 0.4 * rng.normal() * np.linspace(-0.35, 0.35, n))
+    points = np.stack([np.linspace(-0.35, 0.35, n) * z, rng.uniform(-0.28, 0.28, n) * z, z], 1)
+    shift = rng.normal(size=3)
+    turn = rng.normal(size=3)
+    motor = pga3.motor_from_rotation_vector_translation(0.1 * turn, shift / np.linalg.norm(shift))
+    views = []
+    for there in (points, pga3.move_point(motor, points)):
+        views.append((there / there[:, 2:] @ k.T)[:, :2] + 0.5 * rng.normal(size=(n, 2)))
+    wrong = rng.random(n) < share
+    views[1][wrong] = rng.uniform(0, 1, (int(wrong.sum()), 2)) * [640, 480]
+    return views[0], views[1]
 
 
 def _large(

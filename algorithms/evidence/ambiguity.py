@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -31,7 +33,7 @@ def likely(costs: Reals, n_residuals: int, freedom: int, noise: Noise) -> NDArra
     return np.asarray(found < largest_likely(least, n_residuals, freedom, noise)) & np.isfinite(found)
 
 
-def largest_likely(least: Reals, n_residuals: int, freedom: int, noise: Noise) -> Reals:
+def largest_likely(least: Reals, n_residuals: int, freedom: int, noise: Noise, unlike: float = 0.0) -> Reals:
     """Return the sums of squares from which minima have a likelihood of less than `WRONG` in relation to the best one.
 
     Parameters
@@ -40,15 +42,33 @@ def largest_likely(least: Reals, n_residuals: int, freedom: int, noise: Noise) -
         The sums of squares at the best minima, or bounds above them, which give bounds above the result.
     n_residuals, freedom, noise
         As in `likely`.
+    unlike : float
+        Number of residuals of which both minima do not see the same noise: the sum of ``1 - r**2`` for correlations r.
+        A motion with the wrong epipolar lines, for example, fits a plane as well as the true one, but another component
+        of the noise of each pair.
 
     Returns
     -------
     array, (...)
     """
+    bound = _largest_difference(float(np.ceil(unlike)))
     if np.isinf(noise.weight):
-        return np.asarray(least - 2 * noise.raised(least, freedom) * np.log(WRONG))
+        return np.asarray(least + bound * noise.raised(least, freedom))
     known = noise.weight * noise.variance
-    return np.asarray(least + (known + least) * np.expm1(-2 / (noise.weight + n_residuals) * np.log(WRONG)))
+    return np.asarray(least + (known + least) * np.expm1(bound / (noise.weight + n_residuals)))
+
+
+@lru_cache(maxsize=1000)
+def _largest_difference(unlike: float) -> float:
+    """Return the bound that a difference of sums of squares, in variances, exceeds with less than `WRONG`.
+
+    Chernoff's bound for the difference of the squares of pairs of normal numbers with correlations r, whose moment
+    generating function is ``(1 - 4 s**2 (1 - r**2))**(-1/2)``. For 0 it is the logarithm of the likelihood.
+    """
+    s = np.linspace(0.01, 0.5, 50)
+    with np.errstate(divide="ignore"):
+        growth = -unlike / 2 * np.log(1 - 4 * s * s) if unlike > 0 else np.zeros(len(s))
+    return float(((growth - np.log(WRONG)) / s).min())
 
 
 def differ(offsets: Reals, information: Reals, variance: Reals) -> NDArray[np.bool_]:

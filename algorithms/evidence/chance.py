@@ -15,6 +15,8 @@ from ..arguments import Reals
 
 _LEVELS = 24
 """A limit on work: number of distance levels, the threshold, half of it, a quarter, ...; exact points need more."""
+_LEAST = 1e-300
+"""From floating point: a distance that is 0."""
 _NEAREST = 16
 """From a probability, whose relative error is then a quarter: fractions of wrong pairs at small distances are
 extrapolated from this number of nearest ones."""
@@ -48,24 +50,20 @@ def by_chance(distances: Reals, wrong: Reals, threshold: float, freedom: Freedom
     points are inliers independently, with the same probability as wrong pairs. The smaller bound over all distance
     levels is used.
     """
-    nearest = np.sort(wrong[np.isfinite(wrong)])
+    nearest = wrong[np.isfinite(wrong)]
     if not len(nearest):
         return False
-    base = nearest[min(_NEAREST, max(len(nearest) // 2, 1)) - 1]
-    bounds = []
-    for level in range(_LEVELS):
-        limit = threshold / 2**level
-        if limit >= base:
-            share = np.searchsorted(nearest, limit, side="right") / len(wrong)
-        else:
-            within = np.searchsorted(nearest, base, side="right") / len(wrong)
-            share = within * (limit / base) ** freedom.codimension
-        count = int((distances <= limit).sum())
-        bounds.append(
-            (level + 1) * np.log(2)
-            + float(log_false_alarms(len(distances), np.asarray(count), np.asarray(share), freedom))
-        )
-    return bool(min(bounds) > np.log(freedom.false_alarms))
+    k = min(_NEAREST, max(len(nearest) // 2, 1)) - 1
+    base = np.partition(nearest, k)[k]
+    levels = np.arange(_LEVELS)
+    limits = threshold / 2.0**levels
+    within = np.array([np.count_nonzero(nearest <= limit) for limit in np.append(limits[limits >= base], base)])
+    extrapolated = within[-1] * (limits / max(base, _LEAST)) ** freedom.codimension
+    counted = within[np.minimum(levels, len(within) - 1)]
+    share = np.where(limits >= base, counted, extrapolated) / len(wrong)
+    counts = np.array([np.count_nonzero(distances <= limit) for limit in limits])
+    bounds = (levels + 1) * np.log(2) + log_false_alarms(len(distances), counts, share, freedom)
+    return bool(bounds.min() > np.log(freedom.false_alarms))
 
 
 def least_by_chance(distances: Reals, share: Callable[[Reals], Reals], freedom: Freedom) -> tuple[float, float]:

@@ -21,7 +21,7 @@ _KEPT = 32
 """and this number of models is scored on all items."""
 _STEPS = 10
 """A limit on work: the number of refinement steps of a model."""
-N_WRONG = 20000
+N_WRONG = 5000
 """A limit on work: number of wrong pairs by which the distances of unrelated items are estimated."""
 _ROUNDING = 1e-9
 """From floating point: a relative change of a cost below this is rounding."""
@@ -45,6 +45,12 @@ class Problem:
     """Function from models (m, ...) and both sides (k, ...) of pairs to nonnegative distances (m, k)."""
     improve: Callable[[Reals, Indices], Reals | None]
     """Function from a model and its inliers to a better model, or None."""
+    costs: Callable[[Reals, Reals, Reals, float], Reals] | None = None
+    """Function from models (m, ...), both sides (k, ...) of pairs and a threshold to sums (m,) of truncated squared
+    distances; by default, they are computed from `distances`."""
+    descend: Callable[[Reals, float], Reals | None] | None = None
+    """Function from a model and a threshold to the model near it with the least truncated squares, or None. It replaces
+    `improve` in problems that have it."""
 
 
 class Hypothesis(NamedTuple):
@@ -100,13 +106,13 @@ def consensus(problem: Problem, threshold: float, seed: int, confidence: float, 
         models = _promising(problem, models, threshold, rng)
         if not len(models):
             continue
-        costs, within = _scores(problem, models, threshold, slice(None))
+        costs = _costs(problem, models, threshold, slice(None))
         k = int(np.argmin(costs))
         if costs[k] >= least:
             continue
         # Refine each new best sample. If compared with refined models, few would be, and maybe not the right one.
         least = costs[k]
-        found = _merged(found, _improved(problem, Hypothesis(float(costs[k]), models[k], within[k]), threshold))
+        found = _merged(found, polished(problem, models[k], threshold))
         share = float(found[0].inliers.mean())
         wanted = np.log(1 - confidence) / min(np.log1p(-min(share**size, 1 - 1e-12)), -1e-300)
     explained = not found or explained_by_chance(problem, found[0].model, threshold, rng)
@@ -124,8 +130,7 @@ def _merged(found: list[Hypothesis], new: Hypothesis) -> list[Hypothesis]:
 
 def polished(problem: Problem, model: Reals, threshold: float) -> Hypothesis:
     """Return a model that is refined until its cost stops decreasing."""
-    costs, within = _scores(problem, model[None], threshold, slice(None))
-    return _improved(problem, Hypothesis(float(costs[0]), model, within[0]), threshold)
+    return _improved(problem, _hypothesis(problem, model, threshold), threshold)
 
 
 def explained_by_chance(problem: Problem, model: Reals, threshold: float, rng: np.random.Generator) -> bool:
@@ -136,18 +141,30 @@ def explained_by_chance(problem: Problem, model: Reals, threshold: float, rng: n
     first, second = problem.first[once], problem.second[once]
     distances = problem.distances(model[None], first, second)[0]
     order = rng.permutation(len(once))
-    wrong = [
-        problem.distances(model[None], first[order], second[np.roll(order, shift)])[0]
-        for shift in range(1, min(len(once) - 1, -(-N_WRONG // len(once))) + 1)
-    ]
+    shifts = np.arange(1, min(len(once) - 1, -(-N_WRONG // len(once))) + 1)
+    partner = (np.arange(len(once)) - shifts[:, None]) % max(len(once), 1)
+    wrong = problem.distances(
+        model[None], np.tile(first[order], (len(shifts), *(1,) * (first.ndim - 1))), second[order[partner.ravel()]]
+    )
     return len(once) <= problem.freedom.sample_size or by_chance(
-        np.nan_to_num(distances, nan=np.inf), np.concatenate(wrong), threshold, problem.freedom
+        np.nan_to_num(distances, nan=np.inf), wrong[0], threshold, problem.freedom
     )
 
 
-def _scores(problem: Problem, models: Reals, threshold: float, where: slice | Indices) -> tuple[Reals, Indices]:
-    squares = np.nan_to_num(problem.distances(models, problem.first[where], problem.second[where]) ** 2, nan=np.inf)
-    return np.minimum(squares, threshold * threshold).sum(-1), squares <= threshold * threshold
+def _costs(problem: Problem, models: Reals, threshold: float, where: slice | Indices) -> Reals:
+    """Return the sums (m,) of truncated squared distances of some items."""
+    first, second = problem.first[where], problem.second[where]
+    if problem.costs is not None:
+        return np.nan_to_num(problem.costs(models, first, second, threshold), nan=np.inf)
+    squares = np.nan_to_num(problem.distances(models, first, second) ** 2, nan=np.inf)
+    return np.asarray(np.minimum(squares, threshold * threshold).sum(-1))
+
+
+def _hypothesis(problem: Problem, model: Reals, threshold: float) -> Hypothesis:
+    """Return a model with its cost and its inliers."""
+    distances = np.nan_to_num(problem.distances(model[None], problem.first, problem.second)[0], nan=np.inf)
+    cost = np.minimum(distances, threshold) ** 2
+    return Hypothesis(float(cost.sum()), model, distances <= threshold)
 
 
 def _promising(problem: Problem, models: Reals, threshold: float, rng: np.random.Generator) -> Reals:
@@ -155,25 +172,28 @@ def _promising(problem: Problem, models: Reals, threshold: float, rng: np.random
     n = len(problem.first)
     if n <= 2 * _SUBSET or len(models) <= 2 * _KEPT:
         return models
-    costs, _ = _scores(problem, models, threshold, rng.integers(0, n, _SUBSET))
+    costs = _costs(problem, models, threshold, rng.integers(0, n, _SUBSET))
     return np.asarray(models[np.argpartition(costs, _KEPT)[:_KEPT]])
 
 
 def _improved(problem: Problem, best: Hypothesis, threshold: float) -> Hypothesis:
     """Refine a model on the items within twice the threshold, which helps from farther away, then on the inliers."""
-    wide = _scores(problem, best.model[None], 2 * threshold, slice(None))[1][0]
-    best = _step(problem, best, wide, threshold) or best
+    if problem.descend is not None:
+        best = _better(problem, best, problem.descend(best.model, 2 * threshold), threshold) or best
+        return _better(problem, best, problem.descend(best.model, threshold), threshold) or best
+    wide = problem.distances(best.model[None], problem.first, problem.second)[0] <= 2 * threshold
+    best = _better(problem, best, problem.improve(best.model, wide), threshold) or best
     for _ in range(_STEPS):
-        better = _step(problem, best, best.inliers, threshold)
+        better = _better(problem, best, problem.improve(best.model, best.inliers), threshold)
         if better is None:
             break
         best = better
     return best
 
 
-def _step(problem: Problem, best: Hypothesis, used: Indices, threshold: float) -> Hypothesis | None:
-    model = problem.improve(best.model, used)
+def _better(problem: Problem, best: Hypothesis, model: Reals | None, threshold: float) -> Hypothesis | None:
+    """Return the hypothesis of a model if its cost is less than that of the best one."""
     if model is None or not np.isfinite(model).all():
         return None
-    costs, within = _scores(problem, model[None], threshold, slice(None))
-    return Hypothesis(float(costs[0]), model, within[0]) if costs[0] < best.cost * (1 - _ROUNDING) else None
+    found = _hypothesis(problem, model, threshold)
+    return found if found.cost < best.cost * (1 - _ROUNDING) else None

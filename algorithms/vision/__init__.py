@@ -22,6 +22,7 @@ from .localization import Localization, localize
 from .navigation import LandmarkPose, localize_by_landmarks
 from .omnidirectional import OmnidirectionalCamera, conic_value
 from .planes import homography, robust_homography
+from .relative_pose import RelativePose, relative_pose
 from .robust import RobustEstimate
 from .robust_fundamental import robust_fundamental_matrix
 from .status import DegenerateError, VisionStatus
@@ -68,6 +69,7 @@ __all__ = [
     "PlaneCalibration",
     "Recognition",
     "RectifiedPair",
+    "RelativePose",
     "RobustEstimate",
     "Triangulation",
     "VisionStatus",
@@ -102,6 +104,7 @@ __all__ = [
     "quadrifocal_tensor",
     "read_bal",
     "read_colmap",
+    "relative_pose",
     "robust_fundamental_matrix",
     "robust_homography",
     "sampson_distance",

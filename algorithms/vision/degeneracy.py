@@ -61,7 +61,7 @@ def degenerate(matrix: Reals, first: Reals, second: Reals, known: float | None =
     plane = _left_by_plane(first, second).sum(-1) <= allowed
     result = flat | line | plane | _several(first, second, known is None)
     if known is not None:
-        result |= _plane_but_one(first, second, known) | _few_places(first, second, known)
+        result |= _plane_but_one(first, second, known) | few_places(first, second, known)
     return np.asarray(result)
 
 
@@ -113,11 +113,11 @@ def _plane_but_one(first: Reals, second: Reals, noise: float) -> Reals:
     return np.asarray(left <= (2 * n - 10) * _quantile(2 * n - 10, np.inf) * noise**2)
 
 
-def _few_places(first: Reals, second: Reals, noise: float) -> Reals:
-    """Return whether fewer than eight pairs of pixels differ by more than noise."""
+def few_places(first: Reals, second: Reals, noise: float, least: int = 8) -> Reals:
+    """Return whether fewer than `least` pairs of pixels differ by more than noise."""
     pairs = np.concatenate([first, second], -1)
     left = np.ones(pairs.shape[:-1], np.bool_)
-    for _ in range(7):
+    for _ in range(least - 1):
         chosen = np.take_along_axis(pairs, left.argmax(-1)[..., None, None], -2)
         left &= ((pairs - chosen) ** 2).sum(-1) > 2 * noise**2 * scipy.special.chdtri(4, 1 - _SURELY)
     return np.asarray(~left.any(-1))

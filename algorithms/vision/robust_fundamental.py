@@ -101,7 +101,7 @@ def robust_fundamental_matrix(
         return found
     found = _beyond_a_plane(problem, found, threshold, seed, confidence)
     if found.status == VisionStatus.OK and (
-        _hidden_by_a_line(problem, found, threshold, seed)
+        hidden_by_a_line(problem, found.model, found.inliers, threshold, seed, _OFF_A_LINE)
         or degenerate(found.model, one[found.inliers], two[found.inliers])
     ):
         return no_estimate(VisionStatus.DEGENERATE, len(one), n_samples=found.n_samples)
@@ -121,13 +121,15 @@ def _in_space(problem: Problem, found: RobustEstimate, threshold: float, seed: i
     """Return the estimate, unless partners displaced in random directions from a linear map agree as well."""
     places = homogeneous(problem.first)
     linear = np.linalg.lstsq(places[found.inliers], problem.second[found.inliers], rcond=None)[0]
-    if _displaced_by_chance(problem, found.model, places @ linear, threshold, seed):
+    if displaced_by_chance(problem, found.model, places @ linear, threshold, seed, problem.freedom):
         return no_estimate(VisionStatus.NO_CONSENSUS, len(places), n_samples=found.n_samples)
     return found
 
 
-def _displaced_by_chance(problem: Problem, model: Reals, expected: Reals, threshold: float, seed: int) -> bool:
-    """Return whether partners displaced as far, but in random directions, agree with F as well.
+def displaced_by_chance(
+    problem: Problem, model: Reals, expected: Reals, threshold: float, seed: int, freedom: Freedom
+) -> bool:
+    """Return whether partners displaced as far, but in random directions, agree with a model as well.
 
     Pairs that were searched only near each other agree more often than shuffled pairs. Partners are displaced from
     their `expected` places, and from the places of the points in the first image.
@@ -136,12 +138,11 @@ def _displaced_by_chance(problem: Problem, model: Reals, expected: Reals, thresh
     distances = np.nan_to_num(problem.distances(model[None], problem.first, problem.second)[0], nan=np.inf)
     for place in (expected, problem.first):
         size = np.linalg.norm(problem.second - place, axis=1)
-        angles = rng.uniform(0, 2 * np.pi, (-(-N_WRONG // (2 * len(size))), len(size)))
-        wrong = [
-            problem.distances(model[None], problem.first, place + size[:, None] * np.stack([c, s], -1))[0]
-            for c, s in zip(np.cos(angles), np.sin(angles), strict=True)
-        ]
-        if by_chance(distances, np.concatenate(wrong), threshold, problem.freedom):
+        repeats = -(-N_WRONG // (2 * len(size)))
+        angles = rng.uniform(0, 2 * np.pi, (repeats, len(size)))
+        partners = place + size[:, None] * np.stack([np.cos(angles), np.sin(angles)], -1)
+        wrong = problem.distances(model[None], np.tile(problem.first, (repeats, 1)), partners.reshape(-1, 2))[0]
+        if by_chance(distances, wrong, threshold, freedom):
             return True
     return False
 
@@ -161,7 +162,9 @@ def _beyond_a_plane(
     parallax = _parallax(problem, plane.model, on_plane, threshold, seed, confidence)
     rest = replace(problem, first=one[off], second=two[off], freedom=_OFF_A_PLANE)
     expected = np.asarray(projective2.transform_point(plane.model, one[off]))
-    if parallax.status == VisionStatus.OK and not _displaced_by_chance(rest, parallax.model, expected, threshold, seed):
+    if parallax.status == VisionStatus.OK and not displaced_by_chance(
+        rest, parallax.model, expected, threshold, seed, rest.freedom
+    ):
         models = np.array([found.model, parallax.model, polished(problem, parallax.model, threshold).model])
         # Pairs off the plane decide: an F that is wrong there is freer to fit the noise of those on the plane.
         squares = np.nan_to_num(problem.distances(models, one[off], two[off]) ** 2, nan=np.inf)
@@ -201,22 +204,24 @@ def _parallax(
     return robust_estimate(off, threshold, seed, confidence, len(one) ** 2 + 5000)
 
 
-def _hidden_by_a_line(problem: Problem, found: RobustEstimate, threshold: float, seed: int) -> bool:
-    """Return whether pairs off the line with the most points, in either image, could agree with F by chance."""
+def hidden_by_a_line(
+    problem: Problem, model: Reals, inliers: Indices, threshold: float, seed: int, freedom: Freedom
+) -> bool:
+    """Return whether pairs off the line with the most points, in either image, could agree with a model by chance."""
     rng = np.random.default_rng(seed)
     for points in (problem.first, problem.second):
-        inliers = points[found.inliers]
-        a, b = (inliers[rng.integers(0, len(inliers), 50)] for _ in range(2))
+        good = points[inliers]
+        a, b = (good[rng.integers(0, len(good), 50)] for _ in range(2))
         along = b - a
         normal = np.stack([-along[:, 1], along[:, 0]], -1)
         with np.errstate(divide="ignore", invalid="ignore"):
             normal = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
         across = np.abs(((points - a[:, None]) * normal[:, None]).sum(-1))
         near = across <= _WIDE * threshold
-        off = ~near[near[:, found.inliers].sum(1).argmax()]
+        off = ~near[near[:, inliers].sum(1).argmax()]
         if off.all():
             continue
-        rest = replace(problem, first=problem.first[off], second=problem.second[off], freedom=_OFF_A_LINE)
-        if off.sum() <= _OFF_A_LINE.sample_size or explained_by_chance(rest, found.model, threshold, rng):
+        rest = replace(problem, first=problem.first[off], second=problem.second[off], freedom=freedom)
+        if off.sum() <= freedom.sample_size or explained_by_chance(rest, model, threshold, rng):
             return True
     return False

@@ -95,6 +95,8 @@ def is_representable(value: int | Fraction) -> bool:
 
 
 _MOST_BITS = 8192
+_LONGEST = 4096
+"""Number of bits from which messages give only the size of a number; Python prints no more than 4300 digits."""
 _LARGEST = Fraction(sys.float_info.max)
 
 
@@ -147,18 +149,25 @@ def _is_mpmath(value: Coefficient) -> bool:
     return type(value).__module__.startswith("mpmath")
 
 
+def _text(x: Any) -> str:
+    """Return a number for a message: Python refuses to print exact numbers of thousands of digits."""
+    x = Fraction(x)
+    size = max(x.numerator.bit_length(), x.denominator.bit_length())
+    return str(x) if size < _LONGEST else f"a number of {size} bits"
+
+
 def _exact_sqrt(x: Any) -> Fraction:
     x = Fraction(x)
     root = Fraction(math.isqrt(abs(x.numerator)), math.isqrt(x.denominator))
     if root * root != x:
-        raise InexactError("sqrt", f"{x} has no rational root", remedy="use floats or mpmath numbers")
+        raise InexactError("sqrt", f"{_text(x)} has no rational root", remedy="use floats or mpmath numbers")
     return root
 
 
 def _exact_at(point: int, value: int, name: str) -> Callable[[Any], Fraction]:
     def function(x: Any) -> Fraction:
         if x != point:
-            raise InexactError(name, f"{name}({x}) is not rational", remedy="use floats or mpmath numbers")
+            raise InexactError(name, f"{name}({_text(x)}) is not rational", remedy="use floats or mpmath numbers")
         return Fraction(value)
 
     return function
@@ -166,7 +175,8 @@ def _exact_at(point: int, value: int, name: str) -> Callable[[Any], Fraction]:
 
 def _exact_atan2(y: Any, x: Any) -> Fraction:
     if y != 0 or x <= 0:
-        raise InexactError("atan2", f"atan2({y}, {x}) is not rational", remedy="use floats or mpmath numbers")
+        found = f"atan2({_text(y)}, {_text(x)}) is not rational"
+        raise InexactError("atan2", found, remedy="use floats or mpmath numbers")
     return Fraction(0)
 
 

@@ -99,6 +99,15 @@ TABLE: list[tuple[str, Callable[[], Any], Result]] = [
     ("robust_fundamental_matrix", lambda: vision.robust_fundamental_matrix(PIXELS[0], SPOILED[1]), R.NOT_FINITE),
     ("robust_fundamental_matrix", lambda: vision.robust_fundamental_matrix(FAR[0], PIXELS[1]), R.NOT_FINITE),
     ("robust_fundamental_matrix", lambda: vision.robust_fundamental_matrix(PIXELS[0], PIXELS[1][1:]), R.REFUSED),
+    # Relative poses
+    ("relative_pose", lambda: vision.relative_pose(PIXELS[0][:4], PIXELS[1][:4], K), R.TOO_FEW),
+    ("relative_pose", lambda: vision.relative_pose(*(x[FEW[3]] for x in PIXELS[:2]), K), R.TOO_FEW),
+    ("relative_pose", lambda: vision.relative_pose(*LINE[:2], K), R.DEGENERATE),
+    ("relative_pose", lambda: vision.relative_pose(PIXELS[0], PIXELS[0], K, threshold=1.0), R.DEGENERATE),
+    ("relative_pose", lambda: vision.relative_pose(PIXELS[0], RANDOM, K, threshold=1.0), R.NO_CONSENSUS),
+    ("relative_pose", lambda: vision.relative_pose(PIXELS[0], SPOILED[1], K), R.NOT_FINITE),
+    ("relative_pose", lambda: vision.relative_pose(FAR[0], PIXELS[1], K, threshold=1.0), R.NOT_FINITE),
+    ("relative_pose", lambda: vision.relative_pose(PIXELS[0], PIXELS[1][1:], K), R.REFUSED),
     # Homographies
     ("fundamental_matrix", lambda: vision.fundamental_matrix(*NEARLY_FLAT[:2]), R.DEGENERATE),
     ("fundamental_matrix", lambda: vision.fundamental_matrix(*(NEARLY_FLAT[:2] + NOISE[:2]), noise=0.3), R.DEGENERATE),
@@ -308,6 +317,7 @@ NOT_APPLICABLE = {
     "Observations": "arguments",
     "PlaneCalibration": "a result",
     "Recognition": "a result",
+    "RelativePose": "a result",
     "RobustEstimate": "a result",
     "VisionStatus": "a status",
     "read_bal": "a file, which test_bundle_files.py spoils",
