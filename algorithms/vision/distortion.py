@@ -134,10 +134,10 @@ class Distortion:
 def _limit(model: Model, k: Reals) -> float:
     """Return the end of the range in which no two directions have the same image.
 
-    The matrix of derivatives of the model "brown" is symmetric. Where it is positive definite, the model is the gradient
-    of a convex function, which has every value once. Its eigenvalues without tangential terms are N / D, with the
-    polynomials N and D of the square of the distance r, and the derivative of r N / D; tangential terms change them by
-    at most ``6 r hypot(p1, p2)``.
+    The matrix of derivatives of the model "brown" is symmetric. Where it is positive definite, the model is the
+    gradient of a convex function, which has every value once. Its eigenvalues without tangential terms are N / D, with
+    the polynomials N and D of the square of the distance r, and the derivative of r N / D; tangential terms change them
+    by at most ``6 r hypot(p1, p2)``.
     """
     if model == "fisheye":
         return min(float(np.sqrt(_first_root(k * [3, 5, 7, 9]))), np.pi)
