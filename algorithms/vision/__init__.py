@@ -6,6 +6,7 @@ from .calibrations import MOTORCYCLE
 from .camera import Camera
 from .completion import camera_centre, complete_points, projective_depths
 from .conics import ConicThroughPoints, conic_through_points
+from .distortion import Distortion
 from .endoscope import calibrate_endoscope
 from .factorization import Factorization, factorize
 from .hand_eye import hand_eye, hand_eye_from_poses
@@ -42,6 +43,7 @@ __all__ = [
     "Camera",
     "ConicThroughPoints",
     "DegenerateError",
+    "Distortion",
     "Factorization",
     "HandEye",
     "HandEyeOfPoses",
