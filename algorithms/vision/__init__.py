@@ -4,6 +4,7 @@ from .batch import BatchEstimate, fundamental_matrices, homographies, localizati
 from .calibrate import PlaneCalibration, calibrate_by_pascal, calibrate_from_planes
 from .calibrations import MOTORCYCLE
 from .camera import Camera
+from .camera_files import read_camera, write_camera
 from .completion import camera_centre, complete_points, projective_depths
 from .conics import ConicThroughPoints, conic_through_points
 from .distortion import Distortion
@@ -36,6 +37,7 @@ from .two_views import (
     fundamental_matrix,
     sampson_distance,
 )
+from .undistortion import undistort_image
 
 __all__ = [
     "MOTORCYCLE",
@@ -86,6 +88,7 @@ __all__ = [
     "permutation_invariant",
     "projective_depths",
     "quadrifocal_tensor",
+    "read_camera",
     "robust_fundamental_matrix",
     "robust_homography",
     "sampson_distance",
@@ -94,4 +97,6 @@ __all__ = [
     "triangulate",
     "triangulation",
     "trifocal_tensor",
+    "undistort_image",
+    "write_camera",
 ]

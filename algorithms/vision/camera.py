@@ -109,7 +109,7 @@ class Camera:
         lens, to_camera = self.distortion, pga3.motor_to_matrix(pga3.motor_inverse(self.pose))[:3]
         project = lenses.project_brown if lens.model == "brown" else lenses.project_fisheye
         with np.errstate(all="ignore"):
-            pixels, is_valid = project(to_camera, intrinsics_of(self.intrinsics), lens.padded, lens.limit, exact)
+            pixels, is_valid = project(to_camera, intrinsics_of(self.intrinsics), lens.array, lens.limit, exact)
         return np.where(np.asarray(is_valid)[..., None] > 0, pixels, np.nan).astype(array.dtype)
 
     def distort(self, pixels: ArrayLike) -> Reals:
@@ -222,6 +222,15 @@ def camera_matrix(camera: Camera | ArrayLike, name: str) -> Reals:
             "which goes with camera.undistort(pixels)"
         )
     return camera.matrix
+
+
+def pinhole_pixels(
+    camera: Camera | ArrayLike, pixels: ArrayLike, name: str, shape: tuple[int, ...] = (2,)
+) -> tuple[ArrayLike, Reals]:
+    """Return the matrix K of a camera, or what is given in its place, and the pixels of the pinhole camera."""
+    if not isinstance(camera, Camera):
+        return camera, real_array(pixels, name, shape, "x y in pixels")
+    return camera.intrinsics, camera.undistort(real_array(pixels, name, shape, "x y in pixels"))
 
 
 def intrinsics_of(matrix: Reals) -> NDArray[np.float64]:

@@ -36,7 +36,7 @@ class Distortion:
     ----------
     model : {"brown", "fisheye"}
     coefficients : tuple of float
-        ``k1 k2 p1 p2 k3 k4 k5 k6``, or ``k1 k2 k3 k4`` of a fisheye lens. Those left out at the end are 0.
+        ``k1 k2 p1 p2 k3 k4 k5 k6``, or ``k1 k2 k3 k4`` of a fisheye lens. Those left out at the end are added as 0.
     limit : float
         The end of the range in which the model is monotonic: a distance ``hypot(x, y)`` of normalised coordinates,
         which may be infinite, or an angle of a fisheye lens in radians, at most pi. Farther points have no image:
@@ -59,15 +59,13 @@ class Distortion:
         if len(self.coefficients) > most:
             raise ValueError(f"coefficients: {len(self.coefficients)} numbers; expected at most {most}")
         numbers = tuple(finite_number(c, f"coefficients[{k}]") for k, c in enumerate(self.coefficients))
-        object.__setattr__(self, "coefficients", numbers)
-        object.__setattr__(self, "limit", _limit(self.model, self.padded))
+        object.__setattr__(self, "coefficients", numbers + (0.0,) * (most - len(numbers)))
+        object.__setattr__(self, "limit", _limit(self.model, self.array))
 
     @property
-    def padded(self) -> NDArray[np.float64]:
-        """All coefficients of the model, (8,) or (4,)."""
-        found = np.zeros(len(NAMES[self.model]))
-        found[: len(self.coefficients)] = self.coefficients
-        return found
+    def array(self) -> NDArray[np.float64]:
+        """The coefficients as an array, (8,) or (4,)."""
+        return np.array(self.coefficients)
 
     def distort(self, directions: ArrayLike) -> Reals:
         """Return where the lens shows directions.
@@ -93,9 +91,9 @@ class Distortion:
         with np.errstate(all="ignore"):
             if self.model == "brown":
                 places = np.where(exact[..., 2:] > 0, exact[..., :2] / exact[..., 2:], np.nan)
-                found, is_valid = lenses.distort_brown(places, self.padded, self.limit)
+                found, is_valid = lenses.distort_brown(places, self.array, self.limit)
             else:
-                found, is_valid = lenses.distort_fisheye(exact, self.padded, self.limit)
+                found, is_valid = lenses.distort_fisheye(exact, self.array, self.limit)
         return np.where(np.asarray(is_valid)[..., None] > 0, found, np.nan).astype(array.dtype)
 
     def undistort(self, places: ArrayLike) -> Reals:
@@ -124,10 +122,10 @@ class Distortion:
         array = real_array(places, "places", (2,), "x y")
         exact = np.asarray(array, np.float64)
         if self.model == "brown":
-            plain, is_found = lenses.undistort_brown(exact, self.padded, self.limit)
+            plain, is_found = lenses.undistort_brown(exact, self.array, self.limit)
             found = np.concatenate([plain, np.ones((*plain.shape[:-1], 1))], -1)
         else:
-            found, is_found = lenses.undistort_fisheye(exact, self.padded, self.limit)
+            found, is_found = lenses.undistort_fisheye(exact, self.array, self.limit)
         return np.where(np.asarray(is_found)[..., None] > 0, found, np.nan).astype(array.dtype)
 
 
