@@ -150,6 +150,8 @@ def calibrate_from_planes(
     else:
         if 2 * len(every) <= len(used) + 6 * len(places):
             return replace(result, intrinsics=nothing, status=VisionStatus.TOO_FEW)
+        if len({image.tobytes() for image in pixels}) < 2:
+            return replace(result, intrinsics=nothing)
         starts, usable = lens_starts(points, distortion, skew)
         if not starts and np.isfinite(closed).all():
             starts = [lens_of_homographies(closed, matrices @ shifts, distortion)]

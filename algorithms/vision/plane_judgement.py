@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from generated import projective2
+from generated import pga3, projective2
 
 from ..arguments import Reals
-from ..evidence import Noise, largest_ratio, rank
+from ..evidence import WRONG, largest_ratio, rank
 from .distortion import Distortion
 from .plane_adjustment import N_INTRINSICS, N_POSE, Adjustment, Lens, Views, adjusted, equations
 from .plane_equations import contradicts, explained_by
@@ -23,8 +23,8 @@ _EXPLAINED = 0.03
 more, as in `localize`."""
 _ROUNDING = 1e-9
 """From floating point: distances below this fraction of pixels are rounding errors."""
-_ROUNDS = 10
-"""A limit on work: the number of selections of views."""
+_CANDIDATES = 12
+"""A limit on work: the number of views that are left out for a trial."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,20 +53,30 @@ def likely_views(views: Views, matrices: Reals) -> Reals:
 
 def agreeing(costs: Reals, freedoms: Reals, views: Views) -> Reals:
     """Return which sums of squares (v,) with degrees of freedom (v,) are not larger than those of others explain."""
-    known = freedoms > 0
+    return np.asarray(costs <= _largest(costs, freedoms, views))
+
+
+def _largest(costs: Reals, freedoms: Reals, views: Views) -> Reals:
+    """Return the largest sums of squares (v,) that the noise of other views explains."""
+    known = (freedoms > 0) & np.isfinite(costs)
     if not known.any():
-        return np.isfinite(costs)
+        return np.full(len(costs), np.inf)
     exact = (_ROUNDING * np.abs(views.pixels).max()) ** 2
-    usual = Noise(max(float(np.median(costs[known] / freedoms[known])), exact), _WEIGHT)
-    pairs = zip(costs, freedoms, strict=True)
-    return np.array([np.isfinite(c) and not usual.contradicted(c, int(f)) for c, f in pairs], bool)
+    usual = max(float(np.median(costs[known] / freedoms[known])), exact)
+    ratios = np.array([largest_ratio(max(int(n), 1), _WEIGHT) for n in freedoms])
+    return np.asarray(usual * np.maximum(freedoms, 1) * ratios)
 
 
 def judged(starts: list[Lens], views: Views, used: Reals, inliers: Reals) -> Judged:
-    """Return the least minimum from several starts, over the views that agree, with its status."""
+    """Return the least minimum from several starts, over the views that agree, with its status.
+
+    While views do not agree, the one without which the others agree best is left out. At last those that agree with the
+    result are taken back.
+    """
     n = len(views.places)
     least = max(2, -(-n // 2))
-    for _ in range(_ROUNDS):
+    is_last = False
+    for _ in range(n):
         if inliers.sum() < least:
             return _nothing(VisionStatus.NO_CONSENSUS, inliers, len(used))
         fits = [adjusted(_with(each, each.poses[inliers]), views.part(inliers), used) for each in starts]
@@ -74,22 +84,78 @@ def judged(starts: list[Lens], views: Views, used: Reals, inliers: Reals) -> Jud
         if not fits:
             return _nothing(VisionStatus.DEGENERATE, inliers, len(used))
         fit = min(fits, key=lambda each: each.cost)
-        poses = np.array(starts[0].poses)
-        poses[inliers] = fit.lens.poses
-        costs = np.empty(n)
-        costs[inliers] = fit.costs
+        poses, costs = np.array(starts[0].poses), np.empty(n)
+        poses[inliers], costs[inliers] = fit.lens.poses, fit.costs
         if not inliers.all():
             rest = adjusted(_with(fit.lens, poses[~inliers]), views.part(~inliers), np.empty(0, int))
             poses[~inliers], costs[~inliers] = rest.lens.poses, rest.costs
-        before, starts = inliers, [_with(fit.lens, poses)]
-        inliers = agreeing(costs, 2 * views.weights.sum(1) - N_POSE, views)
+        starts = [_with(fit.lens, poses)]
+        if is_last:
+            break
+        excess = _excess(starts[0], costs, views)
+        worst = np.where(inliers, excess, 0)
+        is_last = not (worst > 1).any()
+        before = inliers
+        inliers = _without_one(starts[0], views, used, inliers, worst) if not is_last else excess <= 1
         if np.array_equal(before, inliers):
             break
     whole = Adjustment(starts[0], costs, fit.information, fit.converged)
     counts = views.weights.sum(1)
-    residual = float(np.sqrt(fit.cost / counts[before].sum()))
-    status, covariance = _status(fit, views.part(before), used)
-    return Judged(status, whole, before, residual, np.sqrt(costs / counts), covariance)
+    residual = float(np.sqrt(fit.cost / counts[inliers].sum()))
+    status, covariance = _status(fit, views.part(inliers), used)
+    if (_excess(starts[0], costs, views)[inliers] > 1).any() and status == VisionStatus.OK:
+        status = VisionStatus.NOT_CONVERGED
+    return Judged(status, whole, inliers, residual, np.sqrt(costs / counts), covariance)
+
+
+def _without_one(lens: Lens, views: Views, used: Reals, inliers: Reals, worst: Reals) -> Reals:
+    """Return the inliers without the one that leaves the least mean square of the others.
+
+    A wrong view bends the camera, so that others may look worse than itself.
+    """
+    best, least = inliers, np.inf
+    for k in np.argsort(-worst)[:_CANDIDATES]:
+        rest = inliers & (np.arange(len(inliers)) != k)
+        if not inliers[k] or rest.sum() < 2:
+            continue
+        fit = adjusted(_with(lens, lens.poses[rest]), views.part(rest), used)
+        mean = fit.cost / max(2 * float(views.weights[rest].sum()) - N_POSE * float(rest.sum()), 1.0)
+        if mean < least:
+            best, least = rest, mean
+    return best
+
+
+def _excess(lens: Lens, costs: Reals, views: Views) -> Reals:
+    """Return how far views (v,) disagree with the others: more than 1 if they do.
+
+    A view disagrees if its sum of squares is larger than the noise of the others explains. It also does if a homography
+    explains more of it than it leaves, and than noise would: two terms more than the pose of the plane, its shear and
+    the ratio of its sides.
+    """
+    counts = 2 * views.weights.sum(1)
+    ratios = costs / np.maximum(_largest(costs, counts - N_POSE, views), np.finfo(float).tiny)
+    off, rows, _ = equations(lens, views)
+    rows = rows[..., N_INTRINSICS + len(lens.k) :]
+    turn = np.swapaxes(pga3.motor_to_matrix(lens.poses)[:, :3, :2], 1, 2)
+    x, y = views.places[..., :1], views.places[..., 1:]
+    motions = np.stack([x * turn[:, :1] - y * turn[:, 1:], y * turn[:, :1] + x * turn[:, 1:]], -1)
+    # The last three columns are the derivatives by translations, up to a factor.
+    slopes = rows[..., 3:].reshape(*views.weights.shape, 2, 3)
+    terms = (slopes @ motions).reshape(*off.shape, 2)
+    columns = np.concatenate([rows, terms, off[..., None]], -1)
+    size = np.sqrt((columns**2).sum(1, keepdims=True))
+    columns = columns / np.where(size > 0, size, 1)
+    normal = _eliminated(np.swapaxes(columns, 1, 2) @ columns, N_POSE)
+    exact = (_ROUNDING * np.abs(views.pixels).max()) ** 2
+    for k, own in enumerate(normal):
+        freedom = int(counts[k]) - N_POSE - 2
+        if freedom <= 0 or not np.isfinite(own).all():
+            continue
+        explained = explained_by(own).explained * float(size[k, 0, -1]) ** 2
+        left = max(costs[k] - explained, 0.0)
+        by_noise = 2 * largest_ratio(2, freedom, WRONG / len(costs)) * left / freedom
+        ratios[k] = max(ratios[k], explained / max(by_noise, left, exact * counts[k]))
+    return ratios
 
 
 def _nothing(status: VisionStatus, inliers: Reals, size: int) -> Judged:
