@@ -102,7 +102,7 @@ def calibrate_from_planes(
         TOO_FEW if there are fewer views than the parameters need, or not more pixel coordinates than parameters.
         DEGENERATE if points of a plane are on a line, if planes are parallel, if the conic is not that of a camera, or
         if the views do not determine a parameter: the information about the parameters is then singular, or the focal
-        lengths or the principal point have a standard deviation, times 3.3, of a focal length. NO_CONSENSUS if fewer
+        lengths or the principal point have a standard deviation, times 3.3, of a focal length. NO_CONSENSUS if no more
         than half of the views agree. NOT_CONVERGED if points are beyond the range of the lens, or if the residuals
         contradict the camera: if further terms of distortion explain more of them than they leave, and than noise
         would with a probability of a thousandth. Without `distortion`, `intrinsics` are then those of the closed form.

@@ -15,8 +15,8 @@ from .distortion import NAMES, Model
 N_INTRINSICS = 5
 """Of the kernels: ``fx fy cx cy skew``."""
 N_POSE = 6
-_STEPS = 200
-"""A limit on work: the number of iterations from a start."""
+_STEPS = 1000
+"""A limit on work: the number of iterations from a start. Ten are usual; correlated rational terms need hundreds."""
 _FIRST, _LEAST, _MOST = 1e-4, 1e-12, 1e8
 """Limits on work: the damping relative to the diagonal with which iterations start, below which it has no effect, and
 from which steps are shorter than rounding."""

@@ -70,13 +70,11 @@ def _largest(costs: Reals, freedoms: Reals, views: Views) -> Reals:
 def judged(starts: list[Lens], views: Views, used: Reals, inliers: Reals) -> Judged:
     """Return the least minimum from several starts, over the views that agree, with its status.
 
-    While views do not agree, the one without which the others agree best is left out. At last those that agree with the
-    result are taken back.
+    While views do not agree, the one without which the others agree best is left out, while more than half of them remain.
     """
     n = len(views.places)
-    least = max(2, -(-n // 2))
-    is_last = False
-    for _ in range(n):
+    least = n // 2 + 1
+    while True:
         if inliers.sum() < least:
             return _nothing(VisionStatus.NO_CONSENSUS, inliers, len(used))
         fits = [adjusted(_with(each, each.poses[inliers]), views.part(inliers), used) for each in starts]
@@ -90,21 +88,16 @@ def judged(starts: list[Lens], views: Views, used: Reals, inliers: Reals) -> Jud
             rest = adjusted(_with(fit.lens, poses[~inliers]), views.part(~inliers), np.empty(0, int))
             poses[~inliers], costs[~inliers] = rest.lens.poses, rest.costs
         starts = [_with(fit.lens, poses)]
-        if is_last:
+        worst = np.where(inliers, _excess(starts[0], costs, views, not inliers.all()), 0)
+        if not (worst > 1).any() or inliers.sum() <= least:
             break
-        excess = _excess(starts[0], costs, views)
-        worst = np.where(inliers, excess, 0)
-        is_last = not (worst > 1).any()
-        before = inliers
-        inliers = _without_one(starts[0], views, used, inliers, worst) if not is_last else excess <= 1
-        if np.array_equal(before, inliers):
-            break
+        inliers = _without_one(starts[0], views, used, inliers, worst)
     whole = Adjustment(starts[0], costs, fit.information, fit.converged)
     counts = views.weights.sum(1)
     residual = float(np.sqrt(fit.cost / counts[inliers].sum()))
     status, covariance = _status(fit, views.part(inliers), used)
-    if (_excess(starts[0], costs, views)[inliers] > 1).any() and status == VisionStatus.OK:
-        status = VisionStatus.NOT_CONVERGED
+    if status == VisionStatus.OK and (_excess(starts[0], costs, views, False)[inliers] > 1).any():
+        status = VisionStatus.NOT_CONVERGED if inliers.all() else VisionStatus.NO_CONSENSUS
     return Judged(status, whole, inliers, residual, np.sqrt(costs / counts), covariance)
 
 
@@ -125,12 +118,13 @@ def _without_one(lens: Lens, views: Views, used: Reals, inliers: Reals, worst: R
     return best
 
 
-def _excess(lens: Lens, costs: Reals, views: Views) -> Reals:
+def _excess(lens: Lens, costs: Reals, views: Views, is_strict: bool) -> Reals:
     """Return how far views (v,) disagree with the others: more than 1 if they do.
 
     A view disagrees if its sum of squares is larger than the noise of the others explains. It also does if a homography
-    explains more of it than it leaves, and than noise would: two terms more than the pose of the plane, its shear and
-    the ratio of its sides.
+    explains more of it than noise would, and than it leaves: two terms more than the pose of the plane, its shear and
+    the ratio of its sides. Boards are not exactly flat, which explains a little. If other views are known to be wrong
+    (`is_strict`), it is more likely that this one is, too.
     """
     counts = 2 * views.weights.sum(1)
     ratios = costs / np.maximum(_largest(costs, counts - N_POSE, views), np.finfo(float).tiny)
@@ -154,7 +148,8 @@ def _excess(lens: Lens, costs: Reals, views: Views) -> Reals:
         explained = explained_by(own).explained * float(size[k, 0, -1]) ** 2
         left = max(costs[k] - explained, 0.0)
         by_noise = 2 * largest_ratio(2, freedom, WRONG / len(costs)) * left / freedom
-        ratios[k] = max(ratios[k], explained / max(by_noise, left, exact * counts[k]))
+        least = by_noise if is_strict else max(by_noise, left)
+        ratios[k] = max(ratios[k], explained / max(least, exact * counts[k]))
     return ratios
 
 
