@@ -124,39 +124,40 @@ def calibrate_from_planes(
     if status != VisionStatus.OK:
         return PlaneCalibration(nothing, status, matrices, np.empty(0))
     points, centroids = views_of(places, pixels)
-    every = np.concatenate(pixels)
-    closed, values = closed_form(matrices, similarity(every), normalizations(places), skew)
-    result = PlaneCalibration(closed, VisionStatus.DEGENERATE, matrices, values)
-    used = used_parameters(distortion or "brown", skew, count)
     shifts = np.tile(np.eye(3), (len(centroids), 1, 1))
     shifts[:, :2, 2] = centroids
+    used = used_parameters(distortion or "brown", skew, count)
     if distortion is None:
         usable = likely_views(points, matrices @ shifts)
-        if not usable.all() and usable.sum() >= (3 if skew else 2):
-            some = np.flatnonzero(usable)
-            closed, values = closed_form(
-                matrices[some], similarity(every), normalizations([places[k] for k in some]), skew
-            )
-        if not np.isfinite(closed).all():
-            return replace(result, intrinsics=nothing)
-        some = np.flatnonzero(usable)
-        bending, residual, status = bending_of(
-            closed, matrices[some], [places[k] for k in some], [pixels[k] for k in some]
-        )
-        result = replace(result, intrinsics=closed, singular_values=values, bending=bending, residual=residual)
-        if status != VisionStatus.OK:
-            return replace(result, status=status, inliers=usable)
-        starts = [lens_of_homographies(closed, matrices @ shifts, "brown")]
+        result = _of_pinhole(places, pixels, matrices, usable, skew)
+        if result.status != VisionStatus.OK:
+            return result
+        starts = [lens_of_homographies(result.intrinsics, matrices @ shifts, "brown")]
     else:
-        if 2 * len(every) <= len(used) + 6 * len(places):
-            return replace(result, intrinsics=nothing, status=VisionStatus.TOO_FEW)
+        result = PlaneCalibration(nothing, VisionStatus.DEGENERATE, matrices, np.empty(0))
+        if 2 * sum(map(len, pixels)) <= len(used) + 6 * len(places):
+            return replace(result, status=VisionStatus.TOO_FEW)
         if len({image.tobytes() for image in pixels}) < 2:
-            return replace(result, intrinsics=nothing)
+            return result
         starts, usable = lens_starts(points, distortion, skew)
-        if not starts and np.isfinite(closed).all():
-            starts = [lens_of_homographies(closed, matrices @ shifts, distortion)]
     found = judged(starts, points, used, usable)
     return _result(result, found, distortion, count, skew, centroids)
+
+
+def _of_pinhole(
+    places: list[Reals], pixels: list[Reals], matrices: Reals, usable: Reals, skew: bool
+) -> PlaneCalibration:
+    """Return the camera without distortion in closed form, by the usable views if they suffice."""
+    some = np.flatnonzero(usable)
+    if len(some) < (3 if skew else 2):
+        some = np.arange(len(places))
+    own, seen = [places[k] for k in some], [pixels[k] for k in some]
+    closed, values = closed_form(matrices[some], similarity(np.concatenate(seen)), normalizations(own), skew)
+    result = PlaneCalibration(closed, VisionStatus.DEGENERATE, matrices, values)
+    if not np.isfinite(closed).all():
+        return result
+    bending, residual, status = bending_of(closed, matrices[some], own, seen)
+    return replace(result, status=status, bending=bending, residual=residual, inliers=usable)
 
 
 def _checked_count(distortion: Model | None, n_coefficients: int | None) -> int:

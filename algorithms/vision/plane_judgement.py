@@ -70,7 +70,8 @@ def _largest(costs: Reals, freedoms: Reals, views: Views) -> Reals:
 def judged(starts: list[Lens], views: Views, used: Reals, inliers: Reals) -> Judged:
     """Return the least minimum from several starts, over the views that agree, with its status.
 
-    While views do not agree, the one without which the others agree best is left out, while more than half of them remain.
+    While views do not agree, and more than half of them remain, the one without which the others agree best is left
+    out.
     """
     n = len(views.places)
     least = n // 2 + 1

@@ -19,7 +19,7 @@ _ANGLES = np.radians([15, 25, 35, 45, 55, 65, 75, 85, 95, 105])
 """A limit on work: angles from the axis of an equidistant lens at the farthest pixel from the centre."""
 _WIDEST = np.radians(80)
 """From floating point: points at larger angles are not used, whose tangents make homographies ill-conditioned."""
-_FEW = 24
+_FEW = 16
 """A limit on work: the number of points of a view with which models are compared."""
 _FEWEST = 6
 """Points of a view without which a model is not tried: a homography leaves at least four residuals."""
@@ -103,13 +103,13 @@ def _homographies(places: Reals, plain: Reals, slope: Reals, usable: Reals, most
     spread = np.where(count > n, np.linspace(0, count[:, 0] - 1, n).T.round().astype(int), np.arange(n) % count)
     index = np.take_along_axis(order, spread, 1)
     own, there = (np.take_along_axis(each, index[..., None], 1) for each in (places, plain))
-    matrices, gaps = linear_homography(own, there)
+    matrices, _ = linear_homography(own, there)
     with np.errstate(all="ignore"):
         off = projective2.transform_point(matrices[:, None], places) - plain
         squares = (off**2).sum(-1) / slope**2
     costs = np.where(usable, squares, 0).sum(1)
     cost = float(np.median(costs / count[:, 0]))
-    if not np.isfinite(cost) or not np.isfinite(matrices).all() or (gaps <= 0).any():
+    if not np.isfinite(cost) or not np.isfinite(matrices).all():
         return nothing
     return cost, np.asarray(matrices), costs
 
