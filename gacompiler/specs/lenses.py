@@ -43,12 +43,14 @@ def _in_pixels(place, intrinsics):
 
 @kernel(place=PIXEL, k=BROWN, returns=PIXEL)
 def _brown(place, k):
-    return lens_models.brown(*place, tuple(k))
+    x, y = place
+    return lens_models.brown(x, y, tuple(k))
 
 
 @kernel(place=PLACE, k=FISHEYE, returns=PIXEL)
 def _fisheye(place, k):
-    return lens_models.fisheye_of_direction(*place, tuple(k))
+    x, y, z = place
+    return lens_models.fisheye_of_direction(x, y, z, tuple(k))
 
 
 @kernel(r=SCALAR, k=BROWN)
