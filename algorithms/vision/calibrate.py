@@ -101,9 +101,9 @@ def calibrate_from_planes(
     PlaneCalibration
         TOO_FEW if there are fewer views than the parameters need, or not more pixel coordinates than parameters.
         DEGENERATE if points of a plane are on a line, if planes are parallel, if the conic is not that of a camera, or
-        if the views do not determine a parameter: the information about the parameters is then singular, or the focal
-        lengths or the principal point have a standard deviation, times 3.3, of a focal length. NO_CONSENSUS if no more
-        than half of the views agree. NOT_CONVERGED if points are beyond the range of the lens, or if the residuals
+        if the views do not determine a parameter: the information about the parameters is then singular, or 3.3
+        standard deviations of 1 / f^2 include 0, or those of the principal point a focal length. NO_CONSENSUS if no
+        more than half of the views agree. NOT_CONVERGED if points are beyond the range of the lens, or if the residuals
         contradict the camera: if further terms of distortion explain more of them than they leave, and than noise
         would with a probability of a thousandth. Without `distortion`, `intrinsics` are then those of the closed form.
 
@@ -116,7 +116,9 @@ def calibrate_from_planes(
     Notes
     -----
     The noise of a photograph, by blur and light, is known from that of the others as well as by four residuals. A view
-    is not used (`inliers`) if its mean square is larger than that explains: with 54 points, 6.7 times the median.
+    is not used (`inliers`) if its mean square is larger than that explains, or if a homography fits it better. With
+    distortion, two to four nearly parallel views may have several minima: of 150 such sets with tilts of 0.01 to 0.5,
+    66 are OK, and 2 of these are off by more than 5 standard deviations. Five views or more are not affected.
     """
     count = _checked_count(distortion, n_coefficients)
     nothing = np.full((3, 3), np.nan)

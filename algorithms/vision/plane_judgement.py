@@ -173,7 +173,8 @@ def _status(fit: Adjustment, views: Views, used: Reals) -> tuple[VisionStatus, R
     if freedom > 0:
         variance = fit.cost / freedom
         covariance = variance * np.linalg.inv(fit.information)
-        spread = np.sqrt(np.diag(covariance)[:4] * largest_ratio(1, freedom))
+        # The equations are linear in 1 / f^2; if that may be 0, the views may be parallel projections.
+        spread = np.array([2, 2, 1, 1]) * np.sqrt(np.diag(covariance)[:4] * largest_ratio(1, freedom))
         if not (spread < np.abs(fit.lens.intrinsics[[0, 1, 0, 1]])).all():
             return VisionStatus.DEGENERATE, covariance
     middle = (views.weights[..., None] * views.pixels).sum(1) / views.weights.sum(1)[:, None]

@@ -21,6 +21,11 @@ _WIDEST = np.radians(80)
 """From floating point: points at larger angles are not used, whose tangents make homographies ill-conditioned."""
 _FEW = 16
 """A limit on work: the number of points of a view with which models are compared."""
+_SCALES = (0.6, 1.7)
+"""A limit on work: further focal lengths from which few views, which have several minima, are adjusted, relative to
+that of the equations;"""
+_FEW_VIEWS = 4
+"""and the largest number of such views."""
 _FEWEST = 6
 """Points of a view without which a model is not tried: a homography leaves at least four residuals."""
 
@@ -51,7 +56,10 @@ def lens_starts(views: Views, model: Model, skew: bool) -> tuple[list[Lens], Rea
         return [], np.ones(len(views.places), bool)
     usable_views = agreeing(radius**2 * costs, 2 * weights.sum(1) - 8, views)
     result = []
-    for k in _intrinsics(matrices[usable_views], skew):
+    candidates = _intrinsics(matrices[usable_views], skew)
+    if len(matrices) <= _FEW_VIEWS and candidates:
+        candidates += [candidates[-1] * [[scale], [scale], [1.0]] for scale in _SCALES]
+    for k in candidates:
         lens = _lens(k, matrices, model)
         if model == "brown":
             lens.k[0] = strengths[best] * k[0, 0] * k[1, 1]
