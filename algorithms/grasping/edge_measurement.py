@@ -13,7 +13,6 @@ from ..elements import MOTOR, elements
 from ..shapes.colour_segmentation import noise_of_image
 from .image_arguments import check_outline, checked_mesh, checked_start, real_image
 from .image_status import ImageStatus
-from .lens import distorted_pixels
 from .pose_models import ObjectModel, View
 from .predicted_curves import Mesh, PredictedCurves, predicted_curves
 from .scene import SceneCamera
@@ -118,10 +117,10 @@ def edges_near(
     model: ObjectModel, camera: SceneCamera, image: Reals, pose: Reals, reach: float, mesh: Mesh
 ) -> MeasuredEdges:
     """As `measure_edges`, of checked arguments: an image (h, w, c) of float64."""
-    nothing = MeasuredEdges(ImageStatus.NOT_FOUND, View(camera.camera), np.zeros(0), 0)
+    nothing = MeasuredEdges(ImageStatus.NOT_FOUND, View(camera.pinhole), np.zeros(0), 0)
     if not np.isfinite(image).all():
         return _because(ImageStatus.NOT_FINITE, nothing)
-    curves = predicted_curves(model, pose, camera.camera, mesh)
+    curves = predicted_curves(model, pose, camera.pinhole, mesh)
     if curves is None:
         return _because(ImageStatus.BEHIND_CAMERA, nothing)
     curves = curves.part(curves.is_visible)
@@ -132,7 +131,7 @@ def edges_near(
     is_edge &= _is_seen(curves, is_edge)
     found, offsets = curves.part(is_edge), offsets[is_edge]
     pixels = found.pixels + offsets[:, None] * found.normals
-    view = view_of_elements(camera.camera, found.kinds, found.elements, pixels)
+    view = view_of_elements(camera.pinhole, found.kinds, found.elements, pixels)
     share = len(offsets) / len(curves.pixels)
     status = ImageStatus.NOT_FOUND if not share else ImageStatus.OK if share >= _LEAST_SHOWN else ImageStatus.OCCLUDED
     order = np.argsort(found.kinds, kind="stable")
@@ -144,7 +143,7 @@ def _because(status: ImageStatus, nothing: MeasuredEdges) -> MeasuredEdges:
 
 
 def _in_image(curves: PredictedCurves, camera: SceneCamera) -> Reals:
-    pixels = distorted_pixels(curves.pixels, camera.camera.intrinsics, camera.distortion)
+    pixels = camera.camera.distort(curves.pixels)
     return np.asarray(((pixels >= _BORDER) & (pixels <= np.array(camera.size) - 1 - _BORDER)).all(1))
 
 
@@ -178,7 +177,7 @@ def _offsets(curves: PredictedCurves, camera: SceneCamera, image: Reals, reach: 
     profiles = np.zeros((image.shape[2], len(curves.pixels), len(along)))
     for aside in _ASIDE:
         places = (curves.pixels + aside * tangents)[:, None] + along[:, None] * curves.normals[:, None]
-        bent = distorted_pixels(places, camera.camera.intrinsics, camera.distortion)
+        bent = camera.camera.distort(places)
         rows = [
             scipy.ndimage.map_coordinates(image[..., k], [bent[..., 1], bent[..., 0]], order=1, mode="nearest")
             for k in range(image.shape[2])

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 from ..arguments import Reals
 from ..extras import extra
 from .image_arguments import checked_mesh
-from .lens import distorted_pixels
 from .pose_models import ObjectModel
 from .predicted_curves import predicted_curves
 from .silhouette_views import MeasuredSilhouettes
@@ -61,10 +60,10 @@ def _draw_model(
     axes: Axes, model: ObjectModel, pose: Reals, silhouette: Silhouette, mesh: tuple[ArrayLike, ArrayLike] | None
 ) -> None:
     camera = silhouette.camera
-    curves = predicted_curves(model, pose, camera.camera, checked_mesh(model, mesh))
+    curves = predicted_curves(model, pose, camera.pinhole, checked_mesh(model, mesh))
     if curves is None:
         return
-    pixels = distorted_pixels(curves.pixels, camera.camera.intrinsics, camera.distortion)
+    pixels = camera.camera.distort(curves.pixels)
     for where, colour, name in (
         (curves.is_outline & curves.is_visible, "blue", "outline of the model"),
         (~curves.is_outline & curves.is_visible, "cyan", "edges of the model"),

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, finite, real_array
-from ..vision.camera import Camera
+from ..vision.camera import Camera, camera_matrix
 
 KINDS = ("points", "edges", "balls", "tubes", "rims")
 """Points, straight edges, silhouettes of spheres, straight sides of cylinders, and circles, such as their ends."""
@@ -206,7 +206,9 @@ def measurements(model: ObjectModel, views: tuple[View, ...]) -> Measurements:
         raise ValueError("views: none; expected at least one View")
     found = dict(_ABSENT)
     missing, count, equations, present, is_finite = 0, 0, 0, [], True
-    arguments: list[Reals] = [np.array([view.camera.matrix for view in views])]
+    arguments: list[Reals] = [
+        np.array([camera_matrix(view.camera, f"views[{k}].camera") for k, view in enumerate(views)])
+    ]
     for kind in KINDS:
         parts = []
         table = model.tables[kind]

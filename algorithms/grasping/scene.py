@@ -15,7 +15,6 @@ from ..elements import MOTOR, elements
 from ..geometry.meshes import hit_mesh
 from ..kinematics import Robot
 from ..vision.camera import Camera
-from .lens import distorted_pixels, undistorted_pixels
 from .pose_models import ObjectModel, View
 from .scene_silhouettes import element_pixels
 
@@ -28,13 +27,16 @@ class SceneCamera:
     """A camera of a scene."""
 
     camera: Camera
-    """Its pose is in the world, or in the frame of the end effector if it is mounted."""
+    """Its pose is in the world, or in the frame of the end effector if it is mounted. Its lens may have distortion."""
     size: tuple[int, int] = (640, 480)
     """Width and height of the image in pixels. Integer coordinates are the centres of pixels."""
     is_mounted: bool = False
     """Whether the robot carries the camera at its end effector."""
-    distortion: float = 0.0
-    """The coefficient k of the radial distortion ``1 + k r**2`` of normalised coordinates."""
+
+    @property
+    def pinhole(self) -> Camera:
+        """The camera without distortion."""
+        return self.camera.pinhole
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,25 +138,18 @@ class Scene:
     def _view(self, k: int, seen: SceneObject, noise: float, rng: np.random.Generator) -> View:
         camera = self.camera(k)
         found: dict[str, object] = {}
-        for kind, (index, places) in element_pixels(seen.model, seen.pose, camera).items():
+        for kind, (index, places) in element_pixels(seen.model, seen.pose, camera.pinhole).items():
             shown = self.shows(k, places)
-            pixels = self._measured(k, camera, places, noise, rng)
+            pixels = _measured(camera, places, noise, rng)
             if kind == "points":
                 found[kind] = np.where(shown[:, None], pixels, np.nan)
             else:
                 found[kind] = (index[shown], pixels[shown])
-        return View(camera, **found)  # type: ignore[arg-type]
-
-    def _measured(self, k: int, camera: Camera, places: Reals, noise: float, rng: np.random.Generator) -> Reals:
-        one = self.cameras[k]
-        with np.errstate(all="ignore"):
-            exact = camera.project(places)
-            pixels = distorted_pixels(exact, camera.intrinsics, one.distortion) + rng.normal(0, noise, exact.shape)
-            return undistorted_pixels(pixels, camera.intrinsics, one.distortion)
+        return View(camera.pinhole, **found)  # type: ignore[arg-type]
 
     def shows(self, k: int, places: Reals) -> Reals:
         """Return whether points (n, 3) of the world are in front of a camera, in its image, and not hidden."""
-        camera, (width, height) = self.camera(k), self.cameras[k].size
+        camera, (width, height) = self.camera(k).pinhole, self.cameras[k].size
         front = camera.depth(places) > _NEAR
         pixels = np.full((len(places), 2), -1.0)
         pixels[front] = camera.project(places[front])
@@ -205,3 +200,10 @@ def simulate(
         if len(waiting) > delay:
             scene = scene.with_joints(scene.q + interval * np.asarray(control(waiting.pop(0), scene.q)))
         yield scene
+
+
+def _measured(camera: Camera, places: Reals, noise: float, rng: np.random.Generator) -> Reals:
+    """Return the pixels of a pinhole camera by measurements of points in the image of a lens."""
+    with np.errstate(all="ignore"):
+        exact = camera.pinhole.project(places)
+        return camera.undistort(camera.distort(exact) + rng.normal(0, noise, exact.shape))

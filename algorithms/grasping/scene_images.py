@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, finite, finite_number, real_array
-from .lens import distorted_pixels, undistorted_pixels
 from .scene import Scene, SceneObject
 from .surface_rays import Surfaces, hit_ball, hit_tube
 
@@ -140,8 +139,8 @@ class _Eye:
     """A camera with the surfaces of a scene."""
 
     def __init__(self, scene: Scene, k: int) -> None:
-        self.camera = scene.camera(k)
-        self.coefficient = scene.cameras[k].distortion
+        self.lens = scene.camera(k)
+        self.camera = self.lens.pinhole
         self.origin = np.asarray(pga3.move_point(self.camera.pose, np.zeros(3)))
         self.objects = scene.objects
         self.parts = [_surfaces(one) for one in scene.objects]
@@ -155,7 +154,7 @@ class _Eye:
         """
         places = np.argwhere(at >= 0)[:, None, ::-1] + offsets
         n, s = places.shape[:2]
-        plain = undistorted_pixels(places.reshape(-1, 2), self.camera.intrinsics, self.coefficient)
+        plain = self.lens.undistort(places.reshape(-1, 2))
         sights = np.column_stack([plain, np.ones(len(plain))]) @ self.back.T
         directions = np.asarray(pga3.move_direction(self.camera.pose, np.ascontiguousarray(sights)))
         directions[~np.isfinite(directions).all(1)] = 0
@@ -211,9 +210,9 @@ class _Eye:
         rim = np.concatenate([a + share * (b - a) for a, b in _sides(corners)], axis=1)
         last = np.array(shape[::-1]) - 1
         with np.errstate(all="ignore"):
-            pixels = distorted_pixels(self.camera.project(rim), self.camera.intrinsics, self.coefficient)
+            pixels = self.lens.distort(self.camera.project(rim))
             least, most = pixels.min(1), pixels.max(1)
-        margin += _SAG if self.coefficient else 0.0
+        margin += 0.0 if self.lens.distortion is None else _SAG
         # Of a triangle that is partly behind the camera, the image has no bounds.
         is_cut = ~(self.camera.depth(corners) > _NEAR).all(1, keepdims=True) | ~np.isfinite(least + most)
         low = np.where(is_cut, 0, np.ceil(np.clip(least - margin, 0, last + 1)))

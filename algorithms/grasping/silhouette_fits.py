@@ -74,7 +74,7 @@ def _triangulated(model: ObjectModel, poses: Reals, usable: list[Silhouette]) ->
     """Return poses moved so that the centre of the model is nearest to the lines of sight of all silhouettes."""
     sums, right = np.zeros((3, 3)), np.zeros(3)
     for one in usable:
-        camera = one.camera.camera
+        camera = one.camera.pinhole
         sight = np.linalg.solve(camera.intrinsics, np.array([*_middle(one.pixels), 1.0]))
         direction = np.asarray(pga3.move_direction(camera.pose, sight / np.linalg.norm(sight)))
         across = np.eye(3) - np.outer(direction, direction)
@@ -107,7 +107,7 @@ def _fit(
         parts = _assignments(model, usable, pose, mesh, gate)
         if parts is None:
             return None
-        views = tuple(a.view(one.camera.camera, one.pixels) for a, one in zip(parts, usable, strict=True))
+        views = tuple(a.view(one.camera.pinhole, one.pixels) for a, one in zip(parts, usable, strict=True))
         if sum(len(a.rows) for a in parts) < FEWEST:
             return None
         estimate = estimate_pose(model, views, pose, max(noise, gate / 3))
@@ -117,7 +117,7 @@ def _fit(
     final = _assignments(model, usable, pose, mesh, max(gates[-1], _LAST_GATES[-1]))
     if final is None or estimate is None:
         return None
-    views = tuple(a.view(one.camera.camera, one.pixels) for a, one in zip(final, usable, strict=True))
+    views = tuple(a.view(one.camera.pinhole, one.pixels) for a, one in zip(final, usable, strict=True))
     if not left_out:
         estimate = estimate_pose(model, views, pose, noise)
         if estimate.status not in _FOUND:
@@ -132,7 +132,7 @@ def _assignments(
 ) -> list[Assignment] | None:
     found = []
     for one in usable:
-        curves = predicted_curves(model, pose, one.camera.camera, mesh)
+        curves = predicted_curves(model, pose, one.camera.pinhole, mesh)
         if curves is None:
             return None
         found.append(assigned(one, curves, gate, _COARSE_AGREE if gate > _LAST_GATES[0] else 0.85))

@@ -52,7 +52,7 @@ def _ball(model: ObjectModel, silhouette: Silhouette) -> Reals:
 
     The vector m points to the centre, and its length is the inverse of the cosine of the cone's half angle.
     """
-    camera = silhouette.camera.camera
+    camera = silhouette.camera.pinhole
     sights = np.column_stack([silhouette.pixels, np.ones(len(silhouette.pixels))]) @ np.linalg.inv(camera.intrinsics).T
     sights /= np.linalg.norm(sights, axis=1, keepdims=True)
     weights, focal = np.ones(len(sights)), float(abs(camera.intrinsics[0, 0]))
@@ -72,7 +72,7 @@ def _ball(model: ObjectModel, silhouette: Silhouette) -> Reals:
 
 
 def _similar(model: ObjectModel, silhouette: Silhouette, mesh: Mesh, most: int) -> Reals:
-    camera = silhouette.camera.camera
+    camera = silhouette.camera.pinhole
     middle = silhouette.pixels.mean(0)
     turned = _towards(camera, middle)
     seen = _in_plane(camera, turned, silhouette.pixels)

@@ -14,7 +14,6 @@ from ..shapes.colour_status import ColourStatus
 from ..vision.camera import Camera
 from .image_arguments import check_size
 from .image_status import ImageStatus
-from .lens import distorted_pixels, undistorted_pixels
 from .pose_models import KINDS, ObjectModel, View
 from .predicted_curves import Mesh, PredictedCurves, predicted_curves
 from .scene import SceneCamera
@@ -97,10 +96,12 @@ def expected_region(
     model: ObjectModel, pose: Reals, camera: SceneCamera, mesh: Mesh
 ) -> tuple[ImageStatus, NDArray[np.bool_] | None]:
     """Return where an object at a pose is expected in an image, or why it cannot be there."""
-    curves = predicted_curves(model, pose, camera.camera, mesh)
+    curves = predicted_curves(model, pose, camera.pinhole, mesh)
     if curves is None:
         return ImageStatus.BEHIND_CAMERA, None
-    pixels = distorted_pixels(curves.pixels, camera.camera.intrinsics, camera.distortion)
+    pixels = camera.camera.distort(curves.pixels)
+    if not np.isfinite(pixels).all():
+        return ImageStatus.OUTSIDE_IMAGE, None  # Points are beyond the range of the lens.
     low, high = pixels.min(0), pixels.max(0)
     size = np.array(camera.size)
     wider = max(_WIDER * float((high - low).max()), _LEAST_WIDER)
@@ -129,7 +130,7 @@ class Assignment:
 
     def shown(self, camera: SceneCamera) -> float:
         """Return the part of the outline within the image that is seen."""
-        pixels = distorted_pixels(self.outline.pixels, camera.camera.intrinsics, camera.distortion)
+        pixels = camera.camera.distort(self.outline.pixels)
         inside = ((pixels > _BORDER) & (pixels < np.array(camera.size) - 1 - _BORDER)).all(1)
         weight = np.where(inside, self.outline.steps, 0)
         return float(weight @ self.seen / weight.sum()) if weight.sum() > 0 else 0.0
@@ -180,8 +181,7 @@ def view_of_elements(camera: Camera, kinds: Reals, elements: Reals, pixels: Real
 
 def _points(camera: SceneCamera, line: Reals) -> tuple[Reals, Reals]:
     """Return points of a closed contour (n, 2), with normals, without lens distortion and the border of the image."""
-    intrinsics = camera.camera.intrinsics
-    plain = undistorted_pixels(line, intrinsics, camera.distortion)
+    plain = camera.camera.undistort(line)
     chord = np.roll(plain, -_REACH, 0) - np.roll(plain, _REACH, 0)
     # The object is to the left of the direction, with x to the right and y down.
     normals = np.column_stack([-chord[:, 1], chord[:, 0]])

@@ -10,8 +10,10 @@ from .calibrate import PlaneCalibration, calibrate_by_pascal, calibrate_from_pla
 from .calibrations import MOTORCYCLE
 from .camera import Camera
 from .colmap import ColmapCamera, ColmapImage, ColmapModel, ColmapPoint, read_colmap, write_colmap
+from .camera_files import read_camera, write_camera
 from .completion import camera_centre, complete_points, projective_depths
 from .conics import ConicThroughPoints, conic_through_points
+from .distortion import Distortion
 from .endoscope import calibrate_endoscope
 from .factorization import Factorization, factorize
 from .hand_eye import hand_eye, hand_eye_from_poses
@@ -42,6 +44,7 @@ from .two_views import (
     fundamental_matrix,
     sampson_distance,
 )
+from .undistortion import undistort_image
 
 __all__ = [
     "MOTORCYCLE",
@@ -57,6 +60,7 @@ __all__ = [
     "ColmapPoint",
     "ConicThroughPoints",
     "DegenerateError",
+    "Distortion",
     "Factorization",
     "HandEye",
     "HandEyeOfPoses",
@@ -105,6 +109,7 @@ __all__ = [
     "read_bal",
     "read_colmap",
     "relative_pose",
+    "read_camera",
     "robust_fundamental_matrix",
     "robust_homography",
     "sampson_distance",
@@ -115,4 +120,6 @@ __all__ = [
     "trifocal_tensor",
     "write_bal",
     "write_colmap",
+    "undistort_image",
+    "write_camera",
 ]

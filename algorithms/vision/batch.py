@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from generated import projective2
 
 from ..arguments import Reals, finite_number, real_array
+from .camera import Camera, pinhole_pixels
 from .degeneracy import degenerate
 from .fundamental import eight_points
 from .localization import checked_intrinsics
@@ -99,7 +100,9 @@ def homographies(first: ArrayLike, second: ArrayLike) -> BatchEstimate:
     return _all(solve, one, two, leading, 4, (3, 3))
 
 
-def localizations(points: ArrayLike, pixels: ArrayLike, intrinsics: ArrayLike, n_steps: int = 200) -> BatchEstimate:
+def localizations(
+    points: ArrayLike, pixels: ArrayLike, intrinsics: ArrayLike | Camera, n_steps: int = 200
+) -> BatchEstimate:
     """Estimate the poses of many cameras, or of one camera at many times, from known points and their pixels.
 
     It corresponds to `localize` without `threshold`, for many sets of points at once.
@@ -109,8 +112,9 @@ def localizations(points: ArrayLike, pixels: ArrayLike, intrinsics: ArrayLike, n
     points : array_like, (..., n, 3)
         World coordinates of n points in each set, with n at least 4, in space or on a plane.
     pixels : array_like, (..., n, 2)
-    intrinsics : array_like, (3, 3)
-        As in `Camera`.
+    intrinsics : array_like, (3, 3), or Camera
+        As in `Camera`. The pose of a camera is not used; the distortion of its lens is removed from the pixels first,
+        and distances are those in the image of its pinhole. Pixels that the lens shows for no point are not finite.
     n_steps : int
         Maximum number of Levenberg-Marquardt iterations; if they do not suffice, the status is NOT_CONVERGED.
 
@@ -124,8 +128,9 @@ def localizations(points: ArrayLike, pixels: ArrayLike, intrinsics: ArrayLike, n
     TypeError, ValueError
         If the numbers of points and pixels differ, or if `intrinsics` is not upper triangular and regular.
     """
-    places, image, leading = _sets(points, pixels, "points", "pixels", (3, 2))
-    k = checked_intrinsics(intrinsics)
+    matrix, plain = pinhole_pixels(intrinsics, pixels, "pixels", (-1, 2))
+    places, image, leading = _sets(points, plain, "points", "pixels", (3, 2))
+    k = checked_intrinsics(matrix)
     inverse = np.linalg.inv(k)
 
     def solve(a: Reals, b: Reals) -> tuple[Reals, Reals]:

@@ -1,99 +1,209 @@
-"""Intrinsic parameters from views of planes: the circular points of planes lie on the image of the absolute conic."""
+"""Intrinsic parameters and distortion from views of planes: circular points, and least squares over everything."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from generated import projective2
+from generated import pga3, projective2
 
-from ..arguments import Reals, real_array
-from ..evidence import Noise, largest_ratio
-from .normalization import flatness, homogeneous, similarity
-from .planes import linear_homography
-from .status import VisionStatus, check_points
+from ..arguments import Reals
+from .camera import Camera
+from .distortion import NAMES, Distortion, Model
+from .normalization import similarity
+from .plane_adjustment import used_parameters, views_of
+from .plane_equations import bending_of, closed_form, homographies_of, intrinsics_of_conics, normalizations
+from .plane_judgement import Judged, judged, likely_views
+from .plane_starts import lens_of_homographies, lens_starts
+from .status import VisionStatus
 
-_RANK = 1e-9
-"""Points of a view are on a line, up to noise, if the eighth singular value is below this fraction of the first."""
+_USUAL: dict[Model, int] = {"brown": 5, "fisheye": 4}
+"""Numbers of coefficients that are estimated by default, as by OpenCV."""
 _OPEN = 1e-6
-"""Equations are underdetermined if their last but one singular value is below this fraction of the first."""
-_FLAT = 1e-6
-"""From floating point: points are on a line if their extent across it is below this fraction of that along it."""
-_BENDINGS = 4
-"""Number of terms of `_bending`."""
-_ROUNDING = 1e-9
-"""From floating point: distances below this fraction of pixels are rounding errors."""
+"""Conics are undetermined if their norm is below the square of this number."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlaneCalibration:
-    """Intrinsic parameters estimated from views of planes."""
+    """Intrinsic parameters estimated from views of planes, and what the views say about them."""
 
     intrinsics: Reals
     """(3, 3) as in `Camera`; NaN if the status is neither OK nor NOT_CONVERGED."""
     status: VisionStatus
     homographies: Reals
-    """(v, 3, 3) from each plane to its view, of norm 1."""
+    """(v, 3, 3) from each plane to its view, of norm 1, without distortion."""
     singular_values: Reals
-    """Singular values of the equations, descending. The last is due to noise; the one before measures how much the
-    views differ."""
+    """Singular values of the equations of the closed form, descending. The last is due to noise; the one before
+    measures how much the views differ."""
     residual: float = np.nan
-    """The root mean square distance of pixels from the images of the points by the homographies, in pixels."""
-    distortion: float = np.nan
-    """The coefficient of the square of the radius, in focal lengths, of the radial distortion that residuals show."""
+    """The root mean square distance of pixels from the images of the points, in pixels, over the views of `inliers`. If
+    there is no camera, the images are those by the homographies."""
+    bending: float = np.nan
+    """Without `distortion`, the coefficient of the square of the radius, in focal lengths, of the radial distortion
+    that the distances from the images by the homographies show."""
+    distortion: Distortion | None = None
+    """The distortion of the lens, if it was requested and the status is OK or NOT_CONVERGED."""
+    parameters: tuple[str, ...] = ()
+    """Names of the estimated parameters: ``fx fy cx cy``, ``skew`` if requested, and the coefficients."""
+    covariance: Reals = field(default_factory=lambda: np.empty((0, 0)))
+    """(p, p) Covariance of the parameters, for independent noise of pixels with the variance that residuals show;
+    infinite if there are no more pixels than unknowns."""
+    poses: Reals = field(default_factory=lambda: np.empty((0, 8)))
+    """(v, 8) Unit motors from the frames of the planes, whose points are ``(x, y, 0)``, to the camera frame."""
+    view_residuals: Reals = field(default_factory=lambda: np.empty(0))
+    """(v,) The root mean square distance of the pixels of each view, in pixels."""
+    inliers: Reals = field(default_factory=lambda: np.empty(0, bool))
+    """(v,) bool, whether a view agrees with the others. The other views were not used for the camera."""
+
+    @property
+    def camera(self) -> Camera:
+        """The camera in its own frame, with its distortion."""
+        return Camera(self.intrinsics, np.eye(8)[0], self.distortion)
 
 
 def calibrate_from_planes(
-    planes: ArrayLike | Sequence[ArrayLike], views: Sequence[ArrayLike] | Reals, skew: bool = False
+    planes: ArrayLike | Sequence[ArrayLike],
+    views: Sequence[ArrayLike] | Reals,
+    skew: bool = False,
+    *,
+    distortion: Model | None = None,
+    n_coefficients: int | None = None,
 ) -> PlaneCalibration:
-    """Estimate the intrinsic parameters of a camera from views of known points of planes.
+    """Estimate the intrinsic parameters and the distortion of a camera from views of known points of planes.
 
-    The homography of a plane maps its circular points to ``h1 + i h2`` and its conjugate, which lie on the image of
-    the absolute conic, ``(K K')^-1``: each view gives two real equations (as in Zhang 2000, derived differently). The
-    equations are solved by least squares in normalised coordinates.
+    The squared distances of the pixels from the images of the points are minimised over the intrinsic parameters, the
+    coefficients of the distortion and the poses of all planes, by Levenberg and Marquardt's method; the poses are
+    eliminated view by view (Schur complement). It starts from a closed form. The homography of a plane maps its
+    circular points to ``h1 + i h2`` and its conjugate, which lie on the image of the absolute conic, ``(K K')^-1``:
+    each view gives two real equations (as in Zhang 2000, derived differently). With distortion, models with one
+    parameter first straighten the pixels: the division model of Fitzgibbon (2001), or the equidistant one.
 
     Parameters
     ----------
     planes : array_like, (n, 2), or a sequence of (n_k, 2)
         Points of one plane for all views, or of one plane for each view, in any unit.
     views : sequence of array_like, (n_k, 2)
-        Their pixels, without lens distortion.
+        Their pixels. The numbers of points may differ.
     skew : bool
         Whether entry (0, 1) of K is estimated too. This requires three views, otherwise two suffice.
+    distortion : {"brown", "fisheye"}, optional
+        The model of the lens, as in `Distortion`. By default, pixels are without distortion.
+    n_coefficients : int, optional
+        The number of coefficients that are estimated, in the order of the model; the others are 0. The default is five
+        for "brown", and four for "fisheye". The rational model has eight.
 
     Returns
     -------
     PlaneCalibration
-        DEGENERATE if points of a plane are on a line, if planes are parallel, or if the conic is not that of a camera.
-        NOT_CONVERGED if the residuals contradict a camera without distortion: if radial distortion explains more of
-        them than it leaves, and than noise would with a probability of a thousandth. `intrinsics` are then those
-        without distortion.
+        TOO_FEW if there are fewer views than the parameters need, or not more pixel coordinates than parameters.
+        DEGENERATE if points of a plane are on a line, if planes are parallel, if the conic is not that of a camera, or
+        if the views do not determine a parameter: the information about the parameters is then singular, or 3.3
+        standard deviations of 1 / f^2 include 0, or those of the principal point a focal length. NO_CONSENSUS if no
+        more than half of the views agree. NOT_CONVERGED if points are beyond the range of the lens, or if the residuals
+        contradict the camera: if further terms of distortion explain more of them than they leave, and than noise
+        would with a probability of a thousandth. Without `distortion`, `intrinsics` are then those of the closed form.
 
     Raises
     ------
     TypeError, ValueError
-        If the numbers of points and pixels differ.
+        If the numbers of points and pixels differ, if `distortion` is not a model, or if `n_coefficients` is not a
+        number of its coefficients.
+
+    Notes
+    -----
+    The noise of a photograph, by blur and light, is known from that of the others as well as by four residuals. A view
+    is not used (`inliers`) if its mean square is larger than that explains, or if a homography fits it better. With
+    distortion, two to four nearly parallel views may have several minima: of 150 such sets with tilts of 0.01 to 0.5,
+    66 are OK, and 2 of these are off by more than 5 standard deviations.
+    All 95 accepted of 150 such sets of five to eight views are within 3.4.
     """
+    count = _checked_count(distortion, n_coefficients)
     nothing = np.full((3, 3), np.nan)
-    matrices, places, pixels, status = _homographies(planes, views, 3 if skew else 2)
+    matrices, places, pixels, status = homographies_of(planes, views, 3 if skew else 2)
     if status != VisionStatus.OK:
         return PlaneCalibration(nothing, status, matrices, np.empty(0))
-    scale = similarity(np.concatenate(pixels))
-    # Normalise the planes too: this preserves the circular points and gives the equations of all views equal weight.
-    own = np.stack([np.linalg.inv(similarity(a)) for a in places])
-    rows = projective2.circular_point_equations(scale @ (matrices / _third(matrices, own)) @ own).reshape(-1, 6)
-    if not skew:
-        rows = np.delete(rows, 1, axis=1)
-    _, values, right = np.linalg.svd(rows)
-    if len(values) < rows.shape[1] - 1 or values[rows.shape[1] - 2] <= _OPEN * values[0]:
-        return PlaneCalibration(nothing, VisionStatus.DEGENERATE, matrices, values)
-    conic = right[-1] if skew else np.insert(right[-1], 1, 0.0)
-    intrinsics = _intrinsics(conic[None], scale)[0]
-    return _calibration(intrinsics, matrices, values, places, pixels)
+    points, centroids = views_of(places, pixels)
+    shifts = np.tile(np.eye(3), (len(centroids), 1, 1))
+    shifts[:, :2, 2] = centroids
+    used = used_parameters(distortion or "brown", skew, count)
+    if distortion is None:
+        usable = likely_views(points, matrices @ shifts)
+        result = _of_pinhole(places, pixels, matrices, usable, skew)
+        if result.status != VisionStatus.OK:
+            return result
+        starts = [lens_of_homographies(result.intrinsics, matrices @ shifts, "brown")]
+    else:
+        result = PlaneCalibration(nothing, VisionStatus.DEGENERATE, matrices, np.empty(0))
+        if 2 * sum(map(len, pixels)) <= len(used) + 6 * len(places):
+            return replace(result, status=VisionStatus.TOO_FEW)
+        if len({image.tobytes() for image in pixels}) < 2:
+            return result
+        starts, usable = lens_starts(points, distortion, skew)
+    found = judged(starts, points, used, usable)
+    return _result(result, found, distortion, count, skew, centroids)
+
+
+def _of_pinhole(
+    places: list[Reals], pixels: list[Reals], matrices: Reals, usable: Reals, skew: bool
+) -> PlaneCalibration:
+    """Return the camera without distortion in closed form, by the usable views if they suffice."""
+    some = np.flatnonzero(usable)
+    if len(some) < (3 if skew else 2):
+        some = np.arange(len(places))
+    own, seen = [places[k] for k in some], [pixels[k] for k in some]
+    closed, values = closed_form(matrices[some], similarity(np.concatenate(seen)), normalizations(own), skew)
+    result = PlaneCalibration(closed, VisionStatus.DEGENERATE, matrices, values)
+    if not np.isfinite(closed).all():
+        return result
+    bending, residual, status = bending_of(closed, matrices[some], own, seen)
+    return replace(result, status=status, bending=bending, residual=residual, inliers=usable)
+
+
+def _checked_count(distortion: Model | None, n_coefficients: int | None) -> int:
+    if distortion is None:
+        if n_coefficients is not None:
+            raise ValueError(f"n_coefficients: {n_coefficients!r} without a model; expected distortion='brown'")
+        return 0
+    if distortion not in NAMES:
+        raise ValueError(f"distortion: {distortion!r}; expected 'brown', 'fisheye' or None")
+    if n_coefficients is None:
+        return _USUAL[distortion]
+    most = len(NAMES[distortion])
+    if isinstance(n_coefficients, bool) or not isinstance(n_coefficients, (int, np.integer)):
+        raise TypeError(f"n_coefficients: {n_coefficients!r}; expected a whole number")
+    if not 1 <= n_coefficients <= most:
+        raise ValueError(f"n_coefficients: {n_coefficients}; expected 1 to {most} for {distortion!r}")
+    return int(n_coefficients)
+
+
+def _result(
+    before: PlaneCalibration, found: Judged, distortion: Model | None, count: int, skew: bool, centroids: Reals
+) -> PlaneCalibration:
+    """Return the result of an adjustment."""
+    if found.status not in (VisionStatus.OK, VisionStatus.NOT_CONVERGED) or found.fit is None:
+        return replace(before, intrinsics=np.full((3, 3), np.nan), status=found.status, inliers=found.inliers)
+    lens = found.fit.lens
+    fx, fy, cx, cy, s = lens.intrinsics
+    names = ("fx", "fy", "cx", "cy", *(("skew",) if skew else ()), *NAMES[lens.model][:count])
+    back = np.zeros((len(centroids), 3))
+    back[:, :2] = -centroids
+    shifts = pga3.motor_from_rotor_translation(np.eye(4)[0], back)
+    return replace(
+        before,
+        intrinsics=np.array([[fx, s, cx], [0, fy, cy], [0, 0, 1]]),
+        status=found.status,
+        residual=found.residual,
+        distortion=None if distortion is None else Distortion(distortion, tuple(map(float, lens.k[:count]))),
+        parameters=names,
+        covariance=found.covariance,
+        poses=pga3.motor_product(lens.poses, shifts),
+        view_residuals=found.view_residuals,
+        inliers=found.inliers,
+    )
 
 
 def calibrate_by_pascal(
@@ -124,7 +234,7 @@ def calibrate_by_pascal(
         If the numbers of points and pixels differ.
     """
     nothing = np.full((3, 3), np.nan)
-    matrices, places, pixels, status = _homographies(planes, views, 3)
+    matrices, places, pixels, status = homographies_of(planes, views, 3)
     if status != VisionStatus.OK:
         return PlaneCalibration(nothing, status, matrices, np.empty(0))
     scale = similarity(np.concatenate(pixels))
@@ -142,100 +252,10 @@ def calibrate_by_pascal(
         phase = np.sqrt((conics**2).sum(-1, keepdims=True))
         real = (conics * (phase.conj() / np.abs(phase))).real
     usable = np.isfinite(real).all(-1) & (sizes[:, 0] > _OPEN**2)
-    found = _intrinsics(real[usable], scale)
+    found = intrinsics_of_conics(real[usable], scale)
     found = found[np.isfinite(found).all((1, 2))]
     if not len(found):
         return PlaneCalibration(nothing, VisionStatus.DEGENERATE, matrices, defects)
-    return _calibration(np.median(found, axis=0), matrices, defects, places, pixels)
-
-
-def _calibration(
-    intrinsics: Reals, matrices: Reals, values: Reals, places: list[Reals], pixels: list[Reals]
-) -> PlaneCalibration:
-    """Return the result with its residual, and whether radial distortion explains that better than noise.
-
-    Residuals and their derivatives by terms of distortion are compared across the derivatives by the homographies,
-    which would follow them. Their ratio has Fisher's distribution, with as many degrees of freedom as there are terms.
-    """
-    if not np.isfinite(intrinsics).all():
-        return PlaneCalibration(intrinsics, VisionStatus.DEGENERATE, matrices, values)
-    inverse, normal, freedom, rounding = np.linalg.inv(intrinsics), np.zeros((_BENDINGS + 1,) * 2), -_BENDINGS, 0.0
-    for matrix, place, image in zip(matrices, places, pixels, strict=True):
-        there = homogeneous(place) @ matrix.T
-        seen = there[:, :2] / there[:, 2:]
-        off = (image - seen).ravel()
-        ray = homogeneous(seen) @ inverse.T
-        bent = (_bending(ray[:, :2]) @ intrinsics[:2, :2].T).reshape(_BENDINGS, -1)
-        across, nothing = homogeneous(place) / there[:, 2:], np.zeros((len(place), 3))
-        rows = np.stack(
-            [
-                np.concatenate([across, nothing, -seen[:, :1] * across], 1),
-                np.concatenate([nothing, across, -seen[:, 1:] * across], 1),
-            ],
-            1,
-        ).reshape(-1, 9)
-        basis = np.linalg.svd(rows / np.linalg.norm(rows, axis=0), full_matrices=False)[0][:, :8]
-        columns = np.stack([*bent, off], 1)
-        columns = columns - basis @ (basis.T @ columns)
-        normal += columns.T @ columns
-        freedom, rounding = freedom + len(off) - 8, rounding + (_ROUNDING**2 * image**2).sum()
-    cost = float(normal[-1, -1])
-    coefficients = np.linalg.lstsq(normal[:-1, :-1], normal[:-1, -1], rcond=None)[0]
-    explained = float(normal[:-1, -1] @ coefficients)
-    noise = Noise(0.0, 0.0).raised(np.asarray(cost - explained), freedom)
-    # A distortion that leaves more than it explains is hidden in the noise, and moves the parameters as little.
-    is_bent = (
-        freedom > 0
-        and explained > max(_BENDINGS * largest_ratio(_BENDINGS, freedom) * float(noise), cost - explained) + rounding
-    )
-    status = VisionStatus.NOT_CONVERGED if is_bent else VisionStatus.OK
-    residual = float(np.sqrt(cost / sum(map(len, pixels))))
-    return PlaneCalibration(intrinsics, status, matrices, values, residual, float(coefficients[0]))
-
-
-def _bending(ray: Reals) -> Reals:
-    """Return displacements (4, n, 2) of directions by two radial terms, and by those of another centre (Brown 1971)."""
-    x, y = ray.T
-    square = x * x + y * y
-    terms = [x * square, y * square], [x * square**2, y * square**2]
-    return np.moveaxis(np.array([*terms, [square + 2 * x * x, 2 * x * y], [2 * x * y, square + 2 * y * y]]), 1, 2)
-
-
-def _intrinsics(conics: Reals, scale: Reals) -> Reals:
-    """Return K from images of the absolute conic (n, 6) in scaled coordinates; NaN if there is no such camera."""
-    a, b, c, d, e, f = np.moveaxis(conics, -1, 0)
-    rows = [np.stack(row, -1) for row in ((a, b / 2, d / 2), (b / 2, c, e / 2), (d / 2, e / 2, f))]
-    matrix = np.stack(rows, -2)
-    matrix = matrix * np.sign(np.trace(matrix, axis1=-2, axis2=-1))[:, None, None]
-    good = np.linalg.eigvalsh(matrix)[:, 0] > 0
-    safe = np.where(good[:, None, None], matrix, np.eye(3))
-    upper = np.linalg.inv(np.swapaxes(np.linalg.cholesky(safe), 1, 2))
-    found = np.linalg.inv(scale) @ upper
-    return np.where(good[:, None, None], found / found[:, 2:, 2:], np.nan)
-
-
-def _homographies(
-    planes: ArrayLike | Sequence[ArrayLike], views: Sequence[ArrayLike] | Reals, least: int
-) -> tuple[Reals, list[Reals], list[Reals], VisionStatus]:
-    """Return the homography of each view, and the points and pixels; empty if the status is not OK."""
-    pixels = [real_array(view, f"views[{k}]", (2,), "x y") for k, view in enumerate(views)]
-    one_plane = np.ndim(planes[0] if len(pixels) else 0) < 2  # type: ignore[index]
-    given: Sequence[ArrayLike] = [planes] * len(pixels) if one_plane else planes  # type: ignore[assignment, list-item]
-    if len(given) != len(pixels):
-        raise ValueError(f"planes: {len(given)} planes; expected {len(pixels)}, one for each view")
-    places = [real_array(plane, f"planes[{k}]", (2,), "x y") for k, plane in enumerate(given)]
-    pairs = list(zip(places, pixels, strict=True))
-    states = [check_points({f"planes[{k}]": a, f"views[{k}]": b}, 4, "points") for k, (a, b) in enumerate(pairs)]
-    worst = VisionStatus.TOO_FEW if len(pixels) < least else max(states)
-    if worst != VisionStatus.OK:
-        return np.empty((0, 3, 3)), places, pixels, worst
-    if any(min(flatness(a), flatness(b)) <= _FLAT for a, b in pairs):
-        return np.empty((0, 3, 3)), places, pixels, VisionStatus.DEGENERATE
-    matrices, gaps = zip(*(linear_homography(a, b) for a, b in pairs), strict=True)
-    status = VisionStatus.OK if min(gaps) > _RANK else VisionStatus.DEGENERATE
-    return np.stack(matrices), places, pixels, status
-
-
-def _third(matrices: Reals, own: Reals) -> Reals:
-    """Return the last entry of each homography at the centroid of its plane: the weight of the pixel there."""
-    return (matrices @ own)[:, 2:, 2:]
+    intrinsics = np.median(found, axis=0)
+    bending, residual, status = bending_of(intrinsics, matrices, places, pixels)
+    return PlaneCalibration(intrinsics, status, matrices, defects, residual, bending)

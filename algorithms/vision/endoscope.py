@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import real_array
+from .camera import Camera
 from .hand_eye import hand_eye_from_poses
 from .hand_eye_results import HandEyeOfPoses
 from .localization import localize
@@ -18,7 +19,7 @@ _FEWEST = 3
 
 
 def calibrate_endoscope(
-    bodies: ArrayLike, points: ArrayLike, views: ArrayLike, intrinsics: ArrayLike
+    bodies: ArrayLike, points: ArrayLike, views: ArrayLike, intrinsics: ArrayLike | Camera
 ) -> HandEyeOfPoses:
     """Estimate the pose of an endoscope camera in the frame of the body on it that a tracker observes.
 
@@ -31,9 +32,9 @@ def calibrate_endoscope(
     points : array_like, (m, 3)
         Points of the pattern, in its own frame and the tracker's unit of length.
     views : array_like, (n, m, 2)
-        Their pixels, without lens distortion.
-    intrinsics : array_like, (3, 3)
-        As in `Camera`.
+        Their pixels.
+    intrinsics : array_like, (3, 3), or Camera
+        As in `localize`; without a lens, pixels are those of a pinhole camera.
 
     Returns
     -------

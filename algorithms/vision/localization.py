@@ -11,6 +11,7 @@ from generated import projective2
 
 from ..arguments import Reals, finite_number, real_array
 from ..evidence import WRONG, Freedom, Noise, Problem, all_or_some_sets, check_sampling, least_by_chance
+from .camera import Camera, pinhole_pixels
 from .normalization import homogeneous
 from .pose_refinement import (
     Poses,
@@ -60,7 +61,7 @@ class Localization:
 def localize(
     points: ArrayLike,
     pixels: ArrayLike,
-    intrinsics: ArrayLike,
+    intrinsics: ArrayLike | Camera,
     threshold: float | None = None,
     seed: int = 0,
     confidence: float = 0.999,
@@ -79,8 +80,9 @@ def localize(
     points : array_like, (n, 3)
         World coordinates of at least four points, in space or on a plane, in any unit of length.
     pixels : array_like, (n, 2)
-    intrinsics : array_like, (3, 3)
-        As in `Camera`.
+    intrinsics : array_like, (3, 3), or Camera
+        As in `Camera`. The pose of a camera is not used; the distortion of its lens is removed from the pixels first,
+        and distances are those in the image of its pinhole. Pixels that the lens shows for no point are not finite.
     threshold : float, optional
         Distance in pixels from which a pixel counts as wrong. If given, inliers are found by random samples of three
         points. By default all pixels are used, unless the residuals of six or more points show that some are wrong:
@@ -118,8 +120,9 @@ def localize(
     With half a pixel of noise, for boards of 9 x 6 points bent by 0 to 5 mm, for 4 to 12 points of any thickness and
     for origins up to 1e6 units away, errors equal those of the best of OpenCV's IPPE and SQPNP with refinement.
     """
-    places, image = real_array(points, "points", (3,), "x y z"), real_array(pixels, "pixels", (2,), "x y")
-    k = checked_intrinsics(intrinsics)
+    places = real_array(points, "points", (3,), "x y z")
+    matrix, image = pinhole_pixels(intrinsics, pixels, "pixels")
+    k = checked_intrinsics(matrix)
     if threshold is not None:
         check_sampling(threshold, confidence, max_samples)
     if noise is not None and finite_number(noise, "noise") <= 0:

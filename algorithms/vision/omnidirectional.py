@@ -30,6 +30,13 @@ class OmnidirectionalCamera:
     camera: Camera
     mirror: float
 
+    def __post_init__(self) -> None:
+        if self.camera.distortion is not None:
+            raise ValueError(
+                "camera: with distortion; expected camera.pinhole: the projection from the sphere has no lens; a "
+                "fisheye lens is Camera.from_intrinsics(..., distortion=Distortion('fisheye', ...))"
+            )
+
     @classmethod
     def from_intrinsics(
         cls,

@@ -26,8 +26,9 @@ def trifocal_tensor(*views: Camera | ArrayLike) -> Reals:
     Parameters
     ----------
     *views : three Cameras or array_like, (..., 3, 4) or (n, 2)
-        Cameras or their matrices, whose leading axes broadcast: the entries are then brackets of their rows. Or pixels
-        of the same points, with n at least 7: the result is then the tensor of cameras fitted to linear equations.
+        Cameras without distortion or their matrices, whose leading axes broadcast: the entries are then brackets of
+        their rows. Or pixels of the same points, with n at least 7: the result is then the tensor of cameras fitted to
+        linear equations.
 
     Returns
     -------
@@ -64,9 +65,9 @@ def quadrifocal_tensor(*views: Camera | ArrayLike) -> Reals:
     Parameters
     ----------
     *views : four Cameras or array_like, (..., 3, 4) or (n, 2)
-        Cameras or their matrices, whose leading axes broadcast: the entries are then brackets of their rows. Or pixels
-        of the same points, with n at least 6: the result is then the least-squares solution of linear equations, which
-        for noisy pixels need not belong to cameras.
+        Cameras without distortion or their matrices, whose leading axes broadcast: the entries are then brackets of
+        their rows. Or pixels of the same points, with n at least 6: the result is then the least-squares solution
+        of linear equations, which for noisy pixels need not belong to cameras.
 
     Returns
     -------

@@ -10,13 +10,15 @@ from numpy.typing import ArrayLike
 
 from generated import projective3
 
-from ..arguments import Reals, finite_number, real_array
+from ..arguments import Reals, finite_number
 from ..evidence import gate_of, largest_ratio
-from .camera import Camera, camera_matrix
+from .camera import Camera, camera_matrix, pinhole_pixels
 from .status import VisionStatus
 
 _ROUNDING = 1e-12
 """From floating point: rounding errors of pixels, as a fraction of their size, if no noise is stated."""
+_SIDE = 0.01
+"""From floating point: differences of pixels by this number give slopes of distortion to a millionth."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,7 +46,7 @@ def triangulate(cameras: Sequence[Camera | ArrayLike], pixels: Sequence[ArrayLik
     Parameters
     ----------
     cameras : sequence of Camera or of array_like, (..., 3, 4)
-        Two cameras.
+        Two cameras. The distortion of a lens is removed from its pixels first.
     pixels : sequence of array_like, (..., 2)
         One for each camera; leading axes broadcast.
 
@@ -69,7 +71,7 @@ def triangulation(
     Parameters
     ----------
     cameras : sequence of Camera or of array_like, (..., 3, 4)
-        Two cameras.
+        Two cameras. The distortion of a lens is removed from its pixels first.
     pixels : sequence of array_like, (..., 2)
         One for each camera; leading axes broadcast.
     noise : float, optional
@@ -91,6 +93,9 @@ def triangulation(
     points = _points(*parts)
     size = np.max([np.abs(image).max(-1) for image in np.broadcast_arrays(*images)], axis=0)
     sigma = np.maximum(_ROUNDING * size, np.finfo(float).tiny) if noise is None else np.full(size.shape, float(noise))
+    # The larger of the magnifications of both lenses bounds the noise of either image.
+    larger = np.broadcast_arrays(size, *map(_magnification, cameras, pixels))[1:]
+    sigma = sigma * np.maximum(*larger)
     homogeneous = np.concatenate([points, np.ones((*points.shape[:-1], 1))], -1)
     information, behind = np.zeros((*points.shape, 3)), np.zeros(points.shape[:-1])
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -121,12 +126,29 @@ def triangulation(
 
 
 def _two(cameras: Sequence[Camera | ArrayLike], pixels: Sequence[ArrayLike]) -> tuple[Reals, Reals, Reals, Reals]:
-    """Return the matrices of two cameras and the pixels of both."""
+    """Return the matrices of two pinhole cameras and the pixels of both."""
     if len(cameras) != 2 or len(pixels) != 2:
         raise ValueError(f"triangulate: {len(cameras)} cameras, {len(pixels)} arrays of pixels; expected 2 and 2")
-    one, two = (camera_matrix(camera, f"cameras[{k}]") for k, camera in enumerate(cameras))
-    first, second = (real_array(part, f"pixels[{k}]", (2,), "x y in pixels") for k, part in enumerate(pixels))
+    one, two = (
+        camera_matrix(camera.pinhole if isinstance(camera, Camera) else camera, f"cameras[{k}]")
+        for k, camera in enumerate(cameras)
+    )
+    first, second = (
+        pinhole_pixels(camera, part, f"pixels[{k}]")[1]
+        for k, (camera, part) in enumerate(zip(cameras, pixels, strict=True))
+    )
     return one, two, first, second
+
+
+def _magnification(camera: Camera | ArrayLike, pixels: ArrayLike) -> Reals:
+    """Return the factors by which the noise of pixels (..., 2) is larger in the image of the pinhole camera."""
+    array = np.asarray(pixels, np.float64)
+    if not isinstance(camera, Camera) or camera.distortion is None:
+        return np.ones(array.shape[:-1])
+    columns = [camera.undistort(array + side) - camera.undistort(array - side) for side in _SIDE * np.eye(2)]
+    slope = np.stack(columns, -1) / (2 * _SIDE)
+    usable = np.asarray(np.isfinite(slope).all((-1, -2)))
+    return np.where(usable, np.linalg.norm(np.where(usable[..., None, None], slope, 0), ord=2, axis=(-2, -1)), np.inf)
 
 
 def _points(one: Reals, two: Reals, first: Reals, second: Reals) -> Reals:

@@ -39,7 +39,7 @@ def fundamental_matrix(
     Parameters
     ----------
     first, second : Camera or array_like, (..., 3, 4) or (n, 2)
-        Cameras or camera matrices, whose leading axes broadcast; or pixels.
+        Cameras without distortion or camera matrices, whose leading axes broadcast; or pixels without distortion.
     method : {"8-point", "7-point", "robust"}
         The method for pixels: "8-point" is the normalised eight-point algorithm, with n at least 8; "7-point" solves
         the cubic of seven points, with n = 7; "robust" uses samples of seven points, with n at least 8, if some pairs

@@ -20,6 +20,7 @@ from ..frontend.recorded import Record
 from ..ir.procedure import Loop, Procedure, Repeat, Statement, Storage
 from ..ir.run_procedure import run_procedure
 from ..rings.decimals import digits, from_decimal, to_decimal
+from ..rings.residues import Residue
 from .loop_samples import Case
 from .prove import same
 from .samples import WORKING_DIGITS
@@ -103,7 +104,8 @@ def _difference(case: Case, results: Results, procedure: Procedure, random: Rand
     for arguments, values in points:
         found = exact_results(procedure, case.lengths, arguments)
         expected = iter(values)
-        scale = max((abs(x) for value in values for x in value.terms.values()), default=0)
+        numbers = (x for value in values for x in value.terms.values())
+        scale = max((abs(x) for x in numbers if not isinstance(x, Residue)), default=0)
         for name, record in results:
             for leaf in record.leaves:
                 for row in found[name]:

@@ -184,7 +184,7 @@ def test_a_bent_lens_contradicts_the_camera() -> None:
             found.append(800 * bent + [320, 240] + rng.normal(0, 0.2, bent.shape))
     straight, bent_lens = (calibrate_from_planes(board, each) for each in views.values())
     assert straight.status == VisionStatus.OK and 0.1 < straight.residual < 0.35
-    assert bent_lens.status == VisionStatus.NOT_CONVERGED and bent_lens.distortion == pytest.approx(-0.3, rel=0.3)
+    assert bent_lens.status == VisionStatus.NOT_CONVERGED and bent_lens.bending == pytest.approx(-0.3, rel=0.3)
 
 
 def test_images_without_common_content() -> None:

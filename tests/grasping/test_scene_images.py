@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from algorithms.grasping import ImageSettings, ObjectModel, Scene, SceneCamera, SceneObject, scene_image
-from algorithms.grasping.lens import distorted_pixels, undistorted_pixels
 from algorithms.grasping.scene_images import textured_background
 from algorithms.shapes import ColourStatus, segment_colour
-from algorithms.vision.camera import Camera
+from algorithms.vision import Camera, Distortion
 from generated import pga3
 from tests.support.grasp_scene import motor
 from tests.support.scans import box, scan
@@ -19,11 +18,14 @@ RED = (0.8, 0.25, 0.15)
 NOTHING = ObjectModel.of(points=[[0, 0, 0]])
 
 
+def with_lens(k):
+    """The camera with a lens of radial distortion k."""
+    return Camera(CAMERA.intrinsics, CAMERA.pose, Distortion("brown", (k,)) if k else None)
+
+
 def seen(*objects, distortion=0.0, **settings):
     settings = {"background": (0.0, 0.0, 0.0), "ambient": 1.0, **settings}
-    return scene_image(
-        Scene((SceneCamera(CAMERA, SIZE, distortion=distortion),), objects), 0, ImageSettings(**settings)
-    )
+    return scene_image(Scene((SceneCamera(with_lens(distortion), SIZE),), objects), 0, ImageSettings(**settings))
 
 
 def ball(place, radius, colour=WHITE):
@@ -64,7 +66,7 @@ def test_contours_of_spheres_are_the_exact_conics(distortion: float) -> None:
                      background=(0.4, 0.45, 0.5))  # fmt: skip
         found = segment_colour(image, RED)
         assert found.status == ColourStatus.OK and len(found.contours) == 1
-        pixels = undistorted_pixels(found.contours[0], CAMERA.intrinsics, distortion)
+        pixels = with_lens(distortion).undistort(found.contours[0])
         off = distances_from_silhouette(pixels, place, 0.08)
         # Blur moves the contour of a small disc inwards, by about the square of the width over the diameter.
         assert abs(off.mean()) < 0.08 and np.sqrt(np.mean(off**2)) < 0.1 and np.abs(off).max() < 0.35
@@ -98,15 +100,6 @@ def test_sensor_and_background() -> None:
     sharp, blurred = (seen(ball((0, 0, 0.6), 0.1), blur=b)[60, :, 0] for b in (0.0, 1.5))
     # The largest slope of a blurred step is the height of the Gaussian, together with the width of the pixel.
     assert abs(np.diff(blurred).max() - 1 / np.sqrt(2 * np.pi * (1.5**2 + 1 / 12))) < 0.02 < np.diff(sharp).max()
-
-
-def test_distortion_and_its_inverse() -> None:
-    pixels = np.random.default_rng(0).uniform(0, 160, (100, 2))
-    for k in (-0.4, 0.0, 0.3):
-        there = distorted_pixels(pixels, CAMERA.intrinsics, k)
-        assert np.abs(undistorted_pixels(there, CAMERA.intrinsics, k) - pixels).max() < 1e-6
-    # Beyond the turning point of the polynomial, no pixel is seen.
-    assert np.isnan(undistorted_pixels(np.array([[900.0, 60.0]]), CAMERA.intrinsics, -0.4)).all()
 
 
 def test_a_scan_covers_what_rays_hit() -> None:

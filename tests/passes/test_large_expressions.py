@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gacompiler import SCALAR, array, kernel
+import gacompiler
+from gacompiler import SCALAR, array, kernel, total
 from gacompiler.ir.cost import cost
 from gacompiler.ir.interpret import interpret
 from gacompiler.passes.pipeline import compile_kernel
@@ -55,3 +56,25 @@ def test_large_expressions(
     ((found,),) = interpret(program, dict(zip(names, ([*np.ravel(each)] for each in given), strict=True))).values()
     assert found == function(*(each.tolist() for each in given))
     assert multiplications is None or cost(program).mul == multiplications
+
+
+def test_deep_rational_expressions_in_loops() -> None:
+    """Their exact values are residues modulo a prime, since rational numbers would have too many digits."""
+
+    @kernel(x=array(SCALAR, "n"), a=SCALAR)
+    def deep(x: Any, a: Any) -> Any:
+        def body(v: Any) -> Any:
+            y = v
+            for _ in range(9):
+                y = (y * v + a) / (y * y + 1)
+            return y
+
+        return total(body, x)
+
+    expected = 0.0
+    for v in (1.0, 2.0):
+        y = v
+        for _ in range(9):
+            y = (y * v + 0.5) / (y * y + 1)
+        expected += y
+    assert gacompiler.compile(deep)(np.array([1.0, 2.0]), 0.5) == pytest.approx(expected, rel=1e-14)

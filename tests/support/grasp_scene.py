@@ -5,7 +5,7 @@ import numpy as np
 from algorithms.grasping.pose_models import ObjectModel
 from algorithms.grasping.scene import Scene, SceneCamera, SceneObject
 from algorithms.kinematics import Robot
-from algorithms.vision.camera import Camera
+from algorithms.vision import Camera, Distortion
 from generated import pga3
 from tests.support.scans import box
 
@@ -38,8 +38,12 @@ def cameras(distortion=0.0):
     places = np.array([1.0, -0.3, 0.6]), np.array([0.9, 0.5, 0.6])
     return tuple(
         SceneCamera(
-            Camera.from_intrinsics(1000.0, (320.0, 240.0), looking(TARGET, place)),
-            distortion=distortion,
+            Camera.from_intrinsics(
+                1000.0,
+                (320.0, 240.0),
+                looking(TARGET, place),
+                distortion=Distortion("brown", (distortion,)) if distortion else None,
+            )
         )
         for place in places
     )

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 
 from algorithms.grasping import ImageSettings, ObjectModel, Scene, SceneCamera, SceneObject, scene_image
-from algorithms.vision.camera import Camera
+from algorithms.vision import Camera, Distortion
 from generated import pga3
 from tests.support.grasp_scene import EDGES, FACES, TARGET, VERTICES, looking, motor
 from tests.support.scans import box, cylinder, sphere
@@ -22,7 +22,10 @@ SETTINGS = ImageSettings(blur=0.6, noise=0.01)
 SIZE = (320, 240)
 PLACES = np.array([[1.0, -0.3, 0.6], [0.9, 0.5, 0.6]])
 CAMERAS = tuple(
-    SceneCamera(Camera.from_intrinsics(500.0, (160.0, 120.0), looking(TARGET, place)), SIZE, distortion=-0.1)
+    SceneCamera(
+        Camera.from_intrinsics(500.0, (160.0, 120.0), looking(TARGET, place), distortion=Distortion("brown", (-0.1,))),
+        SIZE,
+    )
     for place in PLACES
 )
 

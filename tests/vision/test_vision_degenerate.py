@@ -19,6 +19,7 @@ from algorithms.vision import (
     MOTORCYCLE,
     Camera,
     DegenerateError,
+    Distortion,
     HandEyeStatus,
     LandmarkMap,
     OmnidirectionalCamera,
@@ -45,6 +46,7 @@ OTHERS = pga3.motor_product(pga3.motor_inverse(X), pga3.motor_product(MOTORS, X)
 SCREWS = pga3.motor_exponential(np.linspace(0.2, 1, 6)[:, None] * np.array([0.3, 0, 0.4, 0, 0, 0.2]))
 BAD_MOTORS = np.where(np.arange(6)[:, None] == 2, np.nan, MOTORS)
 EYE = OmnidirectionalCamera.from_intrinsics(300.0, (320, 240), 1.0)
+LENS = Camera.from_intrinsics(600.0, (320, 240), distortion=Distortion("brown", (-0.3,)))
 RAYS = EYE.directions(RNG.uniform(200, 400, (10, 2)))
 MAP = LandmarkMap.learn([RAYS[None]])
 SIX = [x[:6] for x in PIXELS]
@@ -209,6 +211,13 @@ TABLE: list[tuple[str, Callable[[], Any], Result]] = [
     ("calibrate_from_planes", lambda: vision.calibrate_from_planes(GRID, [BOARD[0]] * 3, True), R.DEGENERATE),
     ("calibrate_from_planes", lambda: vision.calibrate_from_planes(GRID, [BOARD[0] * np.nan, *BOARD]), R.NOT_FINITE),
     ("calibrate_from_planes", lambda: vision.calibrate_from_planes(GRID[1:], BOARD), R.REFUSED),
+    ("calibrate_from_planes", lambda: vision.calibrate_from_planes(GRID, BOARD[:1], distortion="brown"), R.TOO_FEW),
+    (
+        "calibrate_from_planes",
+        lambda: vision.calibrate_from_planes(GRID, [BOARD[0]] * 4, distortion="fisheye"),
+        R.DEGENERATE,
+    ),
+    ("calibrate_from_planes", lambda: vision.calibrate_from_planes(GRID, BOARD, distortion="cubic"), R.REFUSED),
     ("calibrate_by_pascal", lambda: vision.calibrate_by_pascal(GRID, BOARD[:2]), R.TOO_FEW),
     ("calibrate_by_pascal", lambda: vision.calibrate_by_pascal(GRID[:9], [b[:9] for b in BOARD]), R.DEGENERATE),
     ("calibrate_by_pascal", lambda: vision.calibrate_by_pascal(GRID, [BOARD[0]] * 3), R.DEGENERATE),
@@ -274,6 +283,13 @@ TABLE: list[tuple[str, Callable[[], Any], Result]] = [
     # Classes
     ("Camera", lambda: Camera.from_intrinsics(np.nan, (0, 0)), R.REFUSED),
     ("Camera", lambda: CAMERAS[0].project(np.where(np.arange(30)[:, None] == 7, np.nan, POINTS)), R.UNDEFINED_THERE),
+    ("Camera", lambda: LENS.project([[9.0, 0, 1]]), R.NAN),
+    ("Camera", lambda: LENS.undistort(SPOILED[0] / 100 + 300), R.UNDEFINED_THERE),
+    ("Distortion", lambda: Distortion("cubic", ()), R.REFUSED),  # type: ignore[arg-type]
+    ("Distortion", lambda: Distortion("brown", (-0.3,)).distort([2.0, 0, 1]), R.NAN),
+    ("undistort_image", lambda: vision.undistort_image(np.zeros(5), LENS), R.REFUSED),
+    ("read_camera", lambda: vision.read_camera(__file__), R.REFUSED),
+    ("write_camera", lambda: vision.write_camera("nowhere.yml", LENS, format="ros"), R.REFUSED),
     ("OmnidirectionalCamera", lambda: EYE.project([[0, 0, 0.0]]), R.NAN),
     ("OmnidirectionalCamera", lambda: EYE.directions(SPOILED[0]), R.UNDEFINED_THERE),
     ("OmnidirectionalCamera", lambda: EYE.conic_of_line([0, 0, 1.0], [0, 0, 2.0]), R.NAN),

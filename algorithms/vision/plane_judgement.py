@@ -1,0 +1,229 @@
+"""Whether views of planes agree with a camera, and whether they determine it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from generated import pga3, projective2
+
+from ..arguments import Reals
+from ..evidence import WRONG, largest_ratio, rank
+from .distortion import Distortion
+from .plane_adjustment import N_INTRINSICS, N_POSE, Adjustment, Lens, Views, adjusted, equations
+from .plane_equations import contradicts, explained_by
+from .status import VisionStatus
+
+_WEIGHT = 4.0
+"""From a probability: the noise of a photograph is known from that of others as well as by this number of residuals; a
+seventh to five times as much is not a contradiction."""
+_EXPLAINED = 0.03
+"""The largest part of the squares of pixels about their centroid that the images of points leave; random pixels leave
+more, as in `localize`."""
+_ROUNDING = 1e-9
+"""From floating point: distances below this fraction of pixels are rounding errors."""
+_CANDIDATES = 12
+"""A limit on work: the number of views that are left out for a trial."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Judged:
+    """A minimum, and what it is worth."""
+
+    status: VisionStatus
+    fit: Adjustment | None
+    """With the poses of all views."""
+    inliers: Reals
+    """(v,) bool"""
+    residual: float
+    view_residuals: Reals
+    """(v,)"""
+    covariance: Reals
+    """(p, p)"""
+
+
+def likely_views(views: Views, matrices: Reals) -> Reals:
+    """Return which views (v,) are images of a plane by a homography (v, 3, 3), as well as the others are."""
+    with np.errstate(all="ignore"):
+        off = projective2.transform_point(matrices[:, None], views.places) - views.pixels
+    squares = np.where(views.weights > 0, (off**2).sum(-1), 0).sum(1)
+    return agreeing(squares, 2 * views.weights.sum(1) - 8, views)
+
+
+def agreeing(costs: Reals, freedoms: Reals, views: Views) -> Reals:
+    """Return which sums of squares (v,) with degrees of freedom (v,) are not larger than those of others explain."""
+    return np.asarray(costs <= _largest(costs, freedoms, views))
+
+
+def _largest(costs: Reals, freedoms: Reals, views: Views) -> Reals:
+    """Return the largest sums of squares (v,) that the noise of other views explains."""
+    known = (freedoms > 0) & np.isfinite(costs)
+    if not known.any():
+        return np.full(len(costs), np.inf)
+    exact = (_ROUNDING * np.abs(views.pixels).max()) ** 2
+    usual = max(float(np.median(costs[known] / freedoms[known])), exact)
+    ratios = np.array([largest_ratio(max(int(n), 1), _WEIGHT) for n in freedoms])
+    return np.asarray(usual * np.maximum(freedoms, 1) * ratios)
+
+
+def judged(starts: list[Lens], views: Views, used: Reals, inliers: Reals) -> Judged:
+    """Return the least minimum from several starts, over the views that agree, with its status.
+
+    While views do not agree, and more than half of them remain, the one without which the others agree best is left
+    out.
+    """
+    n = len(views.places)
+    least = n // 2 + 1
+    while True:
+        if inliers.sum() < least:
+            return _nothing(VisionStatus.NO_CONSENSUS, inliers, len(used))
+        fits = [adjusted(_with(each, each.poses[inliers]), views.part(inliers), used) for each in starts]
+        fits = [each for each in fits if np.isfinite(each.cost)]
+        if not fits:
+            return _nothing(VisionStatus.DEGENERATE, inliers, len(used))
+        fit = min(fits, key=lambda each: each.cost)
+        poses, costs = np.array(starts[0].poses), np.empty(n)
+        poses[inliers], costs[inliers] = fit.lens.poses, fit.costs
+        if not inliers.all():
+            rest = adjusted(_with(fit.lens, poses[~inliers]), views.part(~inliers), np.empty(0, int))
+            poses[~inliers], costs[~inliers] = rest.lens.poses, rest.costs
+        starts = [_with(fit.lens, poses)]
+        worst = np.where(inliers, _excess(starts[0], costs, views, not inliers.all()), 0)
+        if not (worst > 1).any() or inliers.sum() <= least:
+            break
+        inliers = _without_one(starts[0], views, used, inliers, worst)
+    whole = Adjustment(starts[0], costs, fit.information, fit.converged)
+    counts = views.weights.sum(1)
+    residual = float(np.sqrt(fit.cost / counts[inliers].sum()))
+    status, covariance = _status(fit, views.part(inliers), used)
+    if status == VisionStatus.OK and (_excess(starts[0], costs, views, False)[inliers] > 1).any():
+        status = VisionStatus.NOT_CONVERGED if inliers.all() else VisionStatus.NO_CONSENSUS
+    return Judged(status, whole, inliers, residual, np.sqrt(costs / counts), covariance)
+
+
+def _without_one(lens: Lens, views: Views, used: Reals, inliers: Reals, worst: Reals) -> Reals:
+    """Return the inliers without the one that leaves the least mean square of the others.
+
+    A wrong view bends the camera, so that others may look worse than itself.
+    """
+    best, least = inliers, np.inf
+    for k in np.argsort(-worst)[:_CANDIDATES]:
+        rest = inliers & (np.arange(len(inliers)) != k)
+        if not inliers[k] or rest.sum() < 2:
+            continue
+        fit = adjusted(_with(lens, lens.poses[rest]), views.part(rest), used)
+        mean = fit.cost / max(2 * float(views.weights[rest].sum()) - N_POSE * float(rest.sum()), 1.0)
+        if mean < least:
+            best, least = rest, mean
+    return best
+
+
+def _excess(lens: Lens, costs: Reals, views: Views, is_strict: bool) -> Reals:
+    """Return how far views (v,) disagree with the others: more than 1 if they do.
+
+    A view disagrees if its sum of squares is larger than the noise of the others explains. It also does if a homography
+    explains more of it than noise would, and than it leaves: two terms more than the pose of the plane, its shear and
+    the ratio of its sides. Boards are not exactly flat, which explains a little. If other views are known to be wrong
+    (`is_strict`), it is more likely that this one is, too.
+    """
+    counts = 2 * views.weights.sum(1)
+    ratios = costs / np.maximum(_largest(costs, counts - N_POSE, views), np.finfo(float).tiny)
+    off, rows, _ = equations(lens, views)
+    rows = rows[..., N_INTRINSICS + len(lens.k) :]
+    turn = np.swapaxes(pga3.motor_to_matrix(lens.poses)[:, :3, :2], 1, 2)
+    x, y = views.places[..., :1], views.places[..., 1:]
+    motions = np.stack([x * turn[:, :1] - y * turn[:, 1:], y * turn[:, :1] + x * turn[:, 1:]], -1)
+    # The last three columns are the derivatives by translations, up to a factor.
+    slopes = rows[..., 3:].reshape(*views.weights.shape, 2, 3)
+    terms = (slopes @ motions).reshape(*off.shape, 2)
+    columns = np.concatenate([rows, terms, off[..., None]], -1)
+    size = np.sqrt((columns**2).sum(1, keepdims=True))
+    columns = columns / np.where(size > 0, size, 1)
+    normal = _eliminated(np.swapaxes(columns, 1, 2) @ columns, N_POSE)
+    exact = (_ROUNDING * np.abs(views.pixels).max()) ** 2
+    for k, own in enumerate(normal):
+        freedom = int(counts[k]) - N_POSE - 2
+        if freedom <= 0 or not np.isfinite(own).all():
+            continue
+        explained = explained_by(own).explained * float(size[k, 0, -1]) ** 2
+        left = max(costs[k] - explained, 0.0)
+        by_noise = 2 * largest_ratio(2, freedom, WRONG / len(costs)) * left / freedom
+        least = by_noise if is_strict else max(by_noise, left)
+        ratios[k] = max(ratios[k], explained / max(least, exact * counts[k]))
+    return ratios
+
+
+def _nothing(status: VisionStatus, inliers: Reals, size: int) -> Judged:
+    return Judged(status, None, inliers, np.nan, np.full(len(inliers), np.nan), np.full((size, size), np.inf))
+
+
+def _with(lens: Lens, poses: Reals) -> Lens:
+    return Lens(lens.model, lens.intrinsics, lens.k, poses)
+
+
+def _status(fit: Adjustment, views: Views, used: Reals) -> tuple[VisionStatus, Reals]:
+    """Return the status of a minimum, and the covariance of its parameters."""
+    size = len(used)
+    unknown = np.full((size, size), np.inf)
+    freedom = int(2 * views.weights.sum()) - size - N_POSE * len(views.places)
+    if not np.isfinite(fit.information).all() or rank(fit.information) < size:
+        return VisionStatus.DEGENERATE, unknown
+    covariance = unknown
+    if freedom > 0:
+        variance = fit.cost / freedom
+        covariance = variance * np.linalg.inv(fit.information)
+        # The equations are linear in 1 / f^2; if that may be 0, the views may be parallel projections.
+        spread = np.array([2, 2, 1, 1]) * np.sqrt(np.diag(covariance)[:4] * largest_ratio(1, freedom))
+        if not (spread < np.abs(fit.lens.intrinsics[[0, 1, 0, 1]])).all():
+            return VisionStatus.DEGENERATE, covariance
+    middle = (views.weights[..., None] * views.pixels).sum(1) / views.weights.sum(1)[:, None]
+    squares = (views.weights[..., None] * (views.pixels - middle[:, None]) ** 2).sum()
+    valid = fit.converged and fit.cost <= _EXPLAINED * squares and not _contradicted(fit, views, used, freedom)
+    return (VisionStatus.OK if valid else VisionStatus.NOT_CONVERGED), covariance
+
+
+def _contradicted(fit: Adjustment, views: Views, used: Reals, freedom: int) -> bool:
+    """Return whether points are beyond the range of a lens, or further terms of distortion explain the residuals.
+
+    Residuals and their derivatives by the terms are compared across the derivatives by all parameters.
+    """
+    off, rows, sights = equations(fit.lens, views)
+    seen = views.weights > 0
+    lens = Distortion(fit.lens.model, tuple(map(float, fit.lens.k)))
+    if not np.isfinite(lens.distort(sights[seen])).all():
+        return True
+    terms = np.where(seen[..., None, None], _terms(fit.lens, sights), 0)
+    terms = terms.reshape(*off.shape, terms.shape[-1])
+    size = len(used)
+    columns = np.concatenate([rows[..., N_INTRINSICS + len(fit.lens.k) :], rows[..., used], terms, off[..., None]], -1)
+    scale = np.sqrt((columns**2).sum((0, 1)))
+    columns = columns / np.where(scale > 0, scale, 1)
+    normal = _eliminated(np.swapaxes(columns, 1, 2) @ columns, N_POSE).sum(0)
+    normal = _eliminated(normal[None], size)[0]
+    found = explained_by(normal)
+    rounding = float((_ROUNDING**2 * views.pixels[seen] ** 2).sum()) / max(float(scale[-1]) ** 2, 1e-300)
+    return contradicts(found.explained, float(normal[-1, -1]), found.n_terms, freedom - found.n_terms, rounding)
+
+
+def _eliminated(normal: Reals, size: int) -> Reals:
+    """Return sums of products (v, q - size, q - size) across the first columns."""
+    own, across = normal[:, :size, :size], normal[:, :size, size:]
+    return np.asarray(normal[:, size:, size:] - np.swapaxes(across, 1, 2) @ np.linalg.solve(own, across))
+
+
+def _terms(lens: Lens, sights: Reals) -> Reals:
+    """Return displacements in pixels (v, n, 2, 11) by radial, tangential and prism terms of distortion."""
+    with np.errstate(all="ignore"):
+        if lens.model == "brown":
+            places = sights[..., :2] / sights[..., 2:]
+        else:
+            far = np.linalg.norm(sights[..., :2], axis=-1)
+            places = sights[..., :2] * (np.arctan2(far, sights[..., 2]) / np.where(far > 0, far, 1))[..., None]
+    x, y = places[..., 0], places[..., 1]
+    s, zero = x * x + y * y, np.zeros_like(x)
+    pairs = [(x * s**k, y * s**k) for k in range(1, 6)]
+    pairs += [(2 * x * y, s + 2 * y * y), (s + 2 * x * x, 2 * x * y)]
+    pairs += [(s, zero), (zero, s), (s * s, zero), (zero, s * s)]
+    fx, fy, _, _, skew = lens.intrinsics
+    return np.stack([np.stack([fx * a + skew * b, fy * b], -1) for a, b in pairs], -1)
