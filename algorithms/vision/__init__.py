@@ -9,8 +9,8 @@ from .bundle_results import BundleAdjustment, Observations
 from .calibrate import PlaneCalibration, calibrate_by_pascal, calibrate_from_planes
 from .calibrations import MOTORCYCLE
 from .camera import Camera
-from .colmap import ColmapCamera, ColmapImage, ColmapModel, ColmapPoint, read_colmap, write_colmap
 from .camera_files import read_camera, write_camera
+from .colmap import ColmapCamera, ColmapImage, ColmapModel, ColmapPoint, read_colmap, write_colmap
 from .completion import camera_centre, complete_points, projective_depths
 from .conics import ConicThroughPoints, conic_through_points
 from .distortion import Distortion
@@ -107,9 +107,9 @@ __all__ = [
     "projective_depths",
     "quadrifocal_tensor",
     "read_bal",
+    "read_camera",
     "read_colmap",
     "relative_pose",
-    "read_camera",
     "robust_fundamental_matrix",
     "robust_homography",
     "sampson_distance",
@@ -118,8 +118,8 @@ __all__ = [
     "triangulate",
     "triangulation",
     "trifocal_tensor",
-    "write_bal",
-    "write_colmap",
     "undistort_image",
+    "write_bal",
     "write_camera",
+    "write_colmap",
 ]

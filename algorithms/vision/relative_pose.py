@@ -100,7 +100,8 @@ def relative_pose(
     first, second : array_like, (n, 2) or (n, 1, 2)
         Pixels of the same points in both images, n at least 5.
     camera : Camera or array_like, (3, 3)
-        The first camera, or its matrix K. The pose of a `Camera` is not used.
+        The first camera, or its matrix K. The pose of a `Camera` is not used; distances are those in the image without
+        distortion.
     second_camera : Camera or array_like, (3, 3), optional
         The second camera; by default the first.
     threshold : float, optional
@@ -127,9 +128,9 @@ def relative_pose(
         If the numbers of points differ, if a matrix K is not upper triangular and regular, or if `threshold` is not
         positive.
     """
-    one, two = _pixels(first, "first"), _pixels(second, "second")
-    k = _intrinsics(camera)
-    k_two = k if second_camera is None else _intrinsics(second_camera)
+    other = camera if second_camera is None else second_camera
+    one, two = _pixels(first, "first", camera), _pixels(second, "second", other)
+    k, k_two = _intrinsics(camera), _intrinsics(other)
     if threshold is not None:
         check_sampling(threshold, _CONFIDENCE, _MAX_SAMPLES)
     status = check_points({"first": one, "second": two}, 5, "points")
@@ -355,12 +356,12 @@ def _no_pose(status: VisionStatus, n_points: int, rotation: Reals | None = None,
     )
 
 
-def _pixels(value: ArrayLike, name: str) -> Reals:
-    """Return pixels (n, 2), also from (n, 1, 2)."""
+def _pixels(value: ArrayLike, name: str, camera: Camera | ArrayLike) -> Reals:
+    """Return pixels (n, 2) of the camera without distortion, also from (n, 1, 2)."""
     array = real_array(value, name, (2,), "x y in pixels")
     if array.ndim == 3 and array.shape[1] == 1:
         array = array[:, 0]
-    return array.astype(np.float64)
+    return np.asarray(camera.undistort(array) if isinstance(camera, Camera) else array, np.float64)
 
 
 def _intrinsics(camera: Camera | ArrayLike) -> Reals:

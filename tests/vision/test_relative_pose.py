@@ -11,7 +11,7 @@ from relative_scenes import SIZE, K, Views, cloud, degrees_off, essential, pixel
 
 from algorithms.evidence import Noise, largest_likely
 from algorithms.evidence.status import WRONG
-from algorithms.vision import Camera, RelativePose, VisionStatus, relative_pose
+from algorithms.vision import Camera, Distortion, RelativePose, VisionStatus, relative_pose
 from generated import pga3
 
 Array = np.ndarray[Any, Any]
@@ -200,6 +200,18 @@ def test_different_cameras_types_and_layouts() -> None:
         assert np.abs(found.motor - expected.motor).max() < 1e-12
     single = relative_pose(scene.first.astype(np.float32), scene.second.astype(np.float32), k, k_two)
     assert single.status == VisionStatus.OK and error(single, scene) < 0.05
+
+
+def test_cameras_with_distortion() -> None:
+    """Pixels that a lens has moved by up to 40 give the motion of those of the camera without it."""
+    rng = np.random.default_rng(77)
+    scene = views(rng, cloud(rng, 60))
+    camera = Camera(K, np.eye(8)[0], Distortion("brown", (-0.25, 0.08, 0.001, -0.002)))
+    one, two = (camera.distort(seen) for seen in (scene.first, scene.second))
+    assert np.abs(one - scene.first).max() > 5
+    found, usual = relative_pose(one, two, camera), relative_pose(scene.first, scene.second, K)
+    assert found.status == usual.status == VisionStatus.OK
+    assert np.abs(found.motor - usual.motor).max() < 1e-8
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1e3])
