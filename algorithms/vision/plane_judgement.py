@@ -71,10 +71,10 @@ def judged(starts: list[Lens], views: Views, used: Reals, inliers: Reals) -> Jud
     """Return the least minimum from several starts, over the views that agree, with its status.
 
     While views do not agree, and more than half of them remain, the one without which the others agree best is left
-    out.
+    out. Views that only the starts exclude are taken back once, if their sums of squares agree.
     """
     n = len(views.places)
-    least = n // 2 + 1
+    least, excluded = n // 2 + 1, not inliers.all()
     while True:
         if inliers.sum() < least:
             return _nothing(VisionStatus.NO_CONSENSUS, inliers, len(used))
@@ -89,8 +89,13 @@ def judged(starts: list[Lens], views: Views, used: Reals, inliers: Reals) -> Jud
             rest = adjusted(_with(fit.lens, poses[~inliers]), views.part(~inliers), np.empty(0, int))
             poses[~inliers], costs[~inliers] = rest.lens.poses, rest.costs
         starts = [_with(fit.lens, poses)]
-        worst = np.where(inliers, _excess(starts[0], costs, views, not inliers.all()), 0)
+        excess = _excess(starts[0], costs, views, not inliers.all())
+        worst = np.where(inliers, excess, 0)
         if not (worst > 1).any() or inliers.sum() <= least:
+            alike = agreeing(costs, 2 * views.weights.sum(1) - N_POSE, views)
+            if excluded and alike[~inliers].any():
+                inliers, excluded = inliers | alike, False
+                continue
             break
         inliers = _without_one(starts[0], views, used, inliers, worst)
     whole = Adjustment(starts[0], costs, fit.information, fit.converged)
