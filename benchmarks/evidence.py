@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import evidence_estimation, evidence_others, evidence_vision, pages
+from . import evidence_estimation, evidence_others, evidence_views, evidence_vision, pages
 from .evidence_scenes import ROWS, Row
 
 PAGE = Path("docs/evidence.md")
@@ -19,7 +19,7 @@ SEED = 2026
 """Scenes of other seeds were used while thresholds were chosen."""
 SLOW = 200
 """Number of trials of rows that take more than a twentieth of a second each; others have five times more."""
-CHAPTERS = evidence_vision, evidence_estimation, evidence_others
+CHAPTERS = evidence_vision, evidence_views, evidence_estimation, evidence_others
 
 
 def counted(row: Row, n_trials: int) -> tuple[int, int, int]:
@@ -70,15 +70,26 @@ def main(arguments: list[str] | None = None) -> int:
     arguments : list of str, optional
         Of the command line; left out, those of the process.
     """
-    options = pages.options("evidence", __doc__, PAGE).parse_args(arguments)
+    parser = pages.options("evidence", __doc__, PAGE)
+    parser.add_argument("--only", metavar="NAME", help="measure the rows of one estimator, and print them")
+    options = parser.parse_args(arguments)
+    rows = [row for row in ROWS if options.only is None or row.estimator.startswith(f"`{options.only}")]
+    if not rows:
+        parser.error(
+            f"argument --only: {options.only}; expected one of {', '.join(sorted({r.estimator for r in ROWS}))}"
+        )
     found = []
     with pages.progress() as bar:
-        task = bar.add_task("scenes", total=len(ROWS))
-        for row in ROWS:
+        task = bar.add_task("scenes", total=len(rows))
+        for row in rows:
             found.append((row, counted(row, 2 if options.quick else (SLOW if row.slow else 5 * SLOW))))
             bar.advance(task)
     before = json.loads(BEFORE.read_text()) if BEFORE.exists() else {}
-    return pages.publish("evidence", options.out, page(found, before), f"{len(found)} rows")
+    text = page(found, before)
+    if options.only is not None:
+        print("\n".join(line for line in text.splitlines() if line.startswith("| `")))
+        return 0
+    return pages.publish("evidence", options.out, text, f"{len(found)} rows")
 
 
 if __name__ == "__main__":

@@ -41,31 +41,32 @@ def _in_pixels(place, intrinsics):
 # Distortion and its inverse.
 
 
-@kernel(place=PIXEL, k=BROWN, returns=PIXEL)
-def _brown(place, k):
-    x, y = place
-    return lens_models.brown(x, y, tuple(k))
+def _derived():
+    """Return derivatives of both models by a distance from the axis, by a place, and by the coefficients."""
+
+    @kernel(place=PIXEL, k=BROWN, returns=PIXEL)
+    def brown(place, k):
+        x, y = place
+        return lens_models.brown(x, y, tuple(k))
+
+    @kernel(place=PLACE, k=FISHEYE, returns=PIXEL)
+    def fisheye(place, k):
+        x, y, z = place
+        return lens_models.fisheye_of_direction(x, y, z, tuple(k))
+
+    @kernel(r=SCALAR, k=BROWN)
+    def brown_radius(r, k):
+        return r * lens_models.brown_factor(tuple(k), r * r)
+
+    @kernel(r=SCALAR, k=FISHEYE)
+    def fisheye_radius(r, k):
+        return lens_models.fisheye_angle(r, tuple(k))
+
+    radii = [jacobian(radius, "r") for radius in (brown_radius, fisheye_radius)]
+    return radii, [jvp(model, "place") for model in (brown, fisheye)], [jvp(model, "k") for model in (brown, fisheye)]
 
 
-@kernel(place=PLACE, k=FISHEYE, returns=PIXEL)
-def _fisheye(place, k):
-    x, y, z = place
-    return lens_models.fisheye_of_direction(x, y, z, tuple(k))
-
-
-@kernel(r=SCALAR, k=BROWN)
-def _brown_radius(r, k):
-    return r * lens_models.brown_factor(tuple(k), r * r)
-
-
-@kernel(r=SCALAR, k=FISHEYE)
-def _fisheye_radius(r, k):
-    return lens_models.fisheye_angle(r, tuple(k))
-
-
-_BROWN_RADIUS, _FISHEYE_RADIUS = jacobian(_brown_radius, "r"), jacobian(_fisheye_radius, "r")
-_BROWN_BY_PLACE, _BROWN_BY_K = (jvp(_brown, name) for name in ("place", "k"))
-_FISHEYE_BY_PLACE, _FISHEYE_BY_K = (jvp(_fisheye, name) for name in ("place", "k"))
+(_BROWN_RADIUS, _FISHEYE_RADIUS), (_BROWN_BY_PLACE, _FISHEYE_BY_PLACE), (_BROWN_BY_K, _FISHEYE_BY_K) = _derived()
 
 
 def _columns(derived, size, *arguments):

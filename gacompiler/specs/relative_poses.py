@@ -9,6 +9,7 @@ relative to a point of the image, such as the principal point; `left` and `right
 both cameras, for these coordinates.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import gacompiler as ga
@@ -50,7 +51,7 @@ from gacompiler.specs.families.two_views import (
 MOTOR = PGA3.MOTOR
 THREE, FIVE = array(SCALAR, 3, 3), array(SCALAR, 5, 2)
 PIXELS, NUMBERS = array(SCALAR, "n", 2, shared=True), array(SCALAR, "n")
-ROOT_TWO = 2**0.5
+ROOT_TWO = math.sqrt(2)
 
 
 @kernel(first=FIVE, second=FIVE, returns=(array(SCALAR, 10), array(SCALAR, 3, 13), array(SCALAR, 4, 9)))
