@@ -13,6 +13,7 @@ from algorithms.estimation import (
     ExtendedKalmanFilter,
     KalmanFilter,
     MotorFilter,
+    OrientationFilter,
     OrientationSettings,
     filter_lines,
     orientation,
@@ -40,6 +41,28 @@ def _recording(quick: bool) -> Task:
         peer = importlib.import_module("vqf")
         calls["VQF"] = lambda: peer.VQF(1 / rate).updateBatch(*samples)
     return Task(f"orientation of an inertial sensor, a sample of {n:,}", n, calls)
+
+
+def _samples(quick: bool) -> Task:
+    """Single updates from Python, after the first seconds."""
+    with np.load(RECORDING) as file:
+        n = 200 if quick else 2000
+        arrays = [np.ascontiguousarray(file[k], float) for k in ("rates", "accelerations", "fields")]
+        rate = float(file["rate"])
+    rows = [tuple(np.array(x[1000 + k]) for x in arrays) for k in range(n)]
+    ours = OrientationFilter(rate)
+    for k in range(1000):
+        ours.update(*(x[k] for x in arrays))
+
+    def updated(update: Any) -> None:
+        for row in rows:
+            update(*row)
+
+    calls: dict[str, Any] = {OURS: lambda: updated(ours.update)}
+    if installed("vqf"):
+        theirs = importlib.import_module("vqf").VQF(1 / rate)
+        calls["VQF"] = lambda: updated(theirs.update)
+    return Task("the same, one update from Python", n, calls)
 
 
 def _system(axes: int) -> tuple[Any, ...]:
@@ -148,6 +171,7 @@ def tasks(quick: bool) -> list[Task]:
     t = 50 if quick else 1000
     return [
         _recording(quick),
+        _samples(quick),
         *(_kalman(axes, t) for axes in (1, 2, 3)),
         *map(_steps, (1, 2, 3, 4)),
         *map(_extended, (2, 3)),

@@ -91,6 +91,7 @@ class Mapper:
     Notes
     -----
     Of each scan the pose and the status are kept, and of added ones also the readings on surfaces and the segments.
+    `pickle` stores a mapper in a file, and it continues where it was.
     """
 
     def __init__(self, settings: BuildSettings | None = None) -> None:
@@ -166,10 +167,12 @@ class Mapper:
         Raises
         ------
         TypeError, ValueError
-            If `scan` is no `Scan`, or the odometry has another shape.
+            If `scan` is no `Scan`, the odometry has another shape, or the time is no number.
         """
         if not isinstance(scan, Scan):
             raise TypeError(f"scan: {type(scan).__name__}; expected a Scan")
+        if not (time is None or isinstance(time, (int, float, np.integer, np.floating))):
+            raise TypeError(f"time: {time!r}; expected a number of seconds, or None")
         n_loops, optimised_at = len(self._path.loops), self._optimised_at
         self._take(scan, _pose(odometry), time)
         loops = self._path.loops

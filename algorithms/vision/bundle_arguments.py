@@ -28,6 +28,8 @@ Table = Observations | tuple[ArrayLike, ArrayLike, ArrayLike]
 
 def checked_cameras(cameras: Cameras) -> tuple[Reals, Reals]:
     """Return the matrices K (c, 3, 3) and the motors (c, 8) of cameras."""
+    if not isinstance(cameras, (np.ndarray, Sequence)):
+        raise TypeError(f"cameras: {type(cameras).__name__}; expected a sequence of Camera objects, or arrays")
     if not isinstance(cameras, np.ndarray) and all(isinstance(each, Camera) for each in cameras):
         matrices = np.array([each.intrinsics for each in cameras]).reshape(-1, 3, 3)  # type: ignore[union-attr]
         motors = np.array([each.pose for each in cameras]).reshape(-1, 8)  # type: ignore[union-attr]

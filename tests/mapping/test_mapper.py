@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 from test_building import DATA, house_log, motors, poses_of, with_noise
@@ -28,12 +30,15 @@ def corridor(x: float, rng: np.random.Generator) -> Scan:
 
 
 def test_steps_are_those_of_whole_logs() -> None:
-    """The same statuses and closures as `build_map`, and the same poses where the last optimisation left them."""
+    """The same statuses, closures and map as from `build_map`, also if the mapper is stored on the way."""
     graph = read_g2o(DATA / "killian_start.g2o.gz")
     readings, poses = graph.readings[100:220], graph.poses[100:220]
     odometry = with_noise(motors(poses), 2.0, 0.08, 1)
-    mapper = Mapper()
-    steps = [mapper.add(each.scan, pose, each.time) for each, pose in zip(readings, odometry, strict=True)]
+    mapper, steps = Mapper(), []
+    for each, pose in zip(readings, odometry, strict=True):
+        steps.append(mapper.add(each.scan, pose, each.time))
+        if len(steps) == 60:
+            mapper = pickle.loads(pickle.dumps(mapper))
     whole = build_map((each.scan, pose, each.time) for each, pose in zip(readings, odometry, strict=True))
     assert [step.status for step in steps] == whole.statuses.tolist()
     assert [list(step.closure) for step in steps if step.closure] == whole.closures.tolist()
@@ -118,3 +123,5 @@ def test_messages() -> None:
         mapper.add([1.0, 2.0])  # type: ignore[arg-type]
     with pytest.raises(ValueError, match=r"odometry: shape \(2,\)"):
         mapper.add(corridor(0, np.random.default_rng(0)), [0, 0])
+    with pytest.raises(TypeError, match="time: 'now'; expected a number of seconds"):
+        mapper.add(corridor(0, np.random.default_rng(0)), time="now")  # type: ignore[arg-type]
