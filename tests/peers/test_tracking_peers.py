@@ -36,7 +36,7 @@ def test_axis_of_scipy() -> None:
     """The minimum of the sum of squared distances from all circles is the same."""
     rng = np.random.default_rng(0)
     for _ in range(5):
-        turns = pga3.motor_from_line([0.6, 0, 0.8, 0.3, 0.2, -0.225], np.linspace(-0.4, 0.4, 15))
+        turns = pga3.motor_from_line([0.6, 0, 0.8, 0.3, 0.2, -0.4], np.linspace(-0.4, 0.4, 15))
         points = pga3.move_point(turns[:, None], rng.uniform(-1, 1, (8, 3)))
         points += 1e-3 * rng.normal(size=points.shape)
         ours, theirs = joint_axis(points).line, by_scipy(points)()

@@ -10,7 +10,7 @@ import gacompiler as ga
 N_BROWN, N_FISHEYE = 8, 4
 """Numbers of coefficients of the models."""
 TINY = Fraction(1, 10**30)
-"""Squares of sines of angles from the axis are increased by this number, so that derivatives exist on the axis."""
+"""Squares of tangents of angles from the axis are increased by this number, so that derivatives exist on the axis."""
 
 
 def _polynomial(coefficients, s):
@@ -72,7 +72,7 @@ def fisheye_of_direction(x, y, z, k):
         Up to four coefficients ``k1 k2 k3 k4``.
     """
     square = x * x + y * y
-    far = ga.sqrt(square + TINY * (square + z * z))
+    far = ga.sqrt(square + TINY * z * z)
     scale = fisheye_angle(ga.atan2(far, z), k) / far
     return x * scale, y * scale
 
