@@ -165,7 +165,7 @@ def undistort_brown(target, k, limit):
     Returns
     -------
     place
-        The normalised coordinates.
+        The normalised coordinates, or 0.
     is_found
         1 if they are within the limit and distortion takes them to the target up to 1e-12, otherwise 0.
     """
@@ -187,7 +187,9 @@ def undistort_brown(target, k, limit):
     )  # fmt: skip
     x, y, off, area = found
     is_exact = select(off <= EXACT * size, 1, 0) * select(area > 0, 1, 0)
-    return (x, y), is_exact * select(ga.sqrt(x * x + y * y) <= limit, 1, 0)
+    is_found = is_exact * select(ga.sqrt(x * x + y * y) <= limit, 1, 0)
+    # Iterations that find nothing may end anywhere.
+    return (select(is_found > 0, x, 0), select(is_found > 0, y, 0)), is_found
 
 
 @kernel(target=PIXEL, k=FISHEYE, limit=SCALAR, returns=(PLACE, SCALAR))
