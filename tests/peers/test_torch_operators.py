@@ -116,7 +116,7 @@ def test_graphs_without_breaks() -> None:
     def cost(m: Any, p: Any) -> Any:
         return (g(m.sin(), p) ** 2).sum()
 
-    compiled: Callable[..., Any] = torch.compile(cost, fullgraph=True)
+    compiled: Callable[..., Any] = torch.compile(cost, fullgraph=True, backend="aot_eager")
     for shape in ((5, 8), (9, 8)):
         (one,), p = tensors(shape), torch.ones(3, dtype=torch.float64)
         other = one.detach().clone().requires_grad_()
