@@ -72,8 +72,8 @@ def operator(kernel: Kernel) -> Callable[..., Any]:
     -----
     Coefficients are independent variables: relations such as ``m ~m = 1`` of unit motors are not assumed, so that
     derivatives are those of the values for every tensor, on the manifold and off it. On the manifold, values are those
-    of the compiled kernel. The derivative by a parameter is
-    compiled when it is first needed, from `vjp`; it is an operator, too, which gives derivatives of higher orders.
+    of the compiled kernel. The derivative by a parameter is compiled when it is first needed, from `vjp`; it is an
+    operator, too, which gives derivatives of higher orders.
     """
     if not isinstance(kernel, Kernel):
         found = type(kernel).__name__

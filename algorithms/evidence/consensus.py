@@ -141,14 +141,19 @@ def explained_by_chance(problem: Problem, model: Reals, threshold: float, rng: n
     first, second = problem.first[once], problem.second[once]
     distances = problem.distances(model[None], first, second)[0]
     order = rng.permutation(len(once))
-    shifts = np.arange(1, min(len(once) - 1, -(-N_WRONG // len(once))) + 1)
-    partner = (np.arange(len(once)) - shifts[:, None]) % max(len(once), 1)
+    repeats, partner = partners_of_others(len(once))
     wrong = problem.distances(
-        model[None], np.tile(first[order], (len(shifts), *(1,) * (first.ndim - 1))), second[order[partner.ravel()]]
+        model[None], np.tile(first[order], (repeats, *(1,) * (first.ndim - 1))), second[order[partner]]
     )
     return len(once) <= problem.freedom.sample_size or by_chance(
         np.nan_to_num(distances, nan=np.inf), wrong[0], threshold, problem.freedom
     )
+
+
+def partners_of_others(n: int) -> tuple[int, Indices]:
+    """Return how often n pairs are repeated for about `N_WRONG` wrong ones, and which other pair each partner is of."""
+    shifts = np.arange(1, min(n - 1, -(-N_WRONG // n)) + 1)
+    return len(shifts), ((np.arange(n) - shifts[:, None]) % n).ravel()
 
 
 def _costs(problem: Problem, models: Reals, threshold: float, where: slice | Indices) -> Reals:

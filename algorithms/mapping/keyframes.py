@@ -35,6 +35,8 @@ class Keyframes:
         self._motions: list[Reals] = []
         self._information: list[Reals] = []
         self._is_loop: list[bool] = []
+        self.loops: list[tuple[int, int]] = []
+        """The closures of loops."""
         self.covariance = np.zeros((3, 3))
         """Of the perturbation, angle and translation in its own frame, of the last pose relative to the first one."""
 
@@ -51,11 +53,6 @@ class Keyframes:
     def travelled(self) -> Reals:
         """(n,) The length of the path up to each pose, in metres."""
         return self._travelled[: len(self)]
-
-    @property
-    def loops(self) -> Reals:
-        """(m, 2) int. The closures of loops."""
-        return np.array([e for e, loop in zip(self._edges, self._is_loop, strict=True) if loop], int).reshape(-1, 2)
 
     def add(self, surface: Surface, motion: Reals, information: Reals) -> None:
         """Add a pose that follows the last one by a motion with an information matrix."""
@@ -76,6 +73,7 @@ class Keyframes:
     def add_loop(self, edge: tuple[int, int], motion: Reals, information: Reals) -> None:
         """Add a measured motion between two poses that do not follow each other."""
         self._append(edge, motion, information, True)
+        self.loops.append(edge)
 
     def _append(self, edge: tuple[int, int], motion: Reals, information: Reals, loop: bool) -> None:
         self._edges.append(edge)

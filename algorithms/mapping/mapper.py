@@ -372,8 +372,9 @@ class Mapper:
         report("lines")
         line_map, residual = self._line_map()
         added = np.array(self._added, int)
+        closures = added[np.array(self._path.loops, int).reshape(-1, 2)]
         return BuiltMap(
-            self._motors(), np.array(self._statuses, int), line_map, added, added[self._path.loops], wrong, residual,
+            self._motors(), np.array(self._statuses, int), line_map, added, closures, wrong, residual,
             np.array(self._times),
         )  # fmt: skip
 

@@ -27,7 +27,7 @@ from .bundle_descent import BundleStep, Descent, Information, descended
 from .bundle_parts import Parts, parts_of
 from .bundle_results import BundleAdjustment
 from .bundle_system import N_PINHOLE, Layout, Scene, State
-from .camera import Camera
+from .camera import Camera, intrinsics_of, matrix_of
 from .pose_refinement import pixel_noise
 from .status import VisionStatus
 
@@ -174,7 +174,7 @@ def _checked(
         raise ValueError(f"points: shape {places.shape}; expected (m, 3)")
     camera, point, pixels = checked_table(observations, c, len(places))
     model, bent, n_given = checked_distortion(cameras, distortion, coefficients, c)
-    lenses = np.concatenate([matrices[:, [0, 1, 0, 1, 0], [0, 1, 2, 2, 1]], bent], 1)
+    lenses = np.concatenate([intrinsics_of(matrices), bent], 1)
     lens_of, by_parameter = checked_lenses(intrinsics, estimated, lenses, model, n_given)
     nothing = np.zeros((0, 2), np.int64)
     whole = Scene(
@@ -225,8 +225,7 @@ def _mean_matrix(lenses: Reals) -> Reals:
 
 def _camera(cameras: Cameras, number: int, state: State) -> Camera:
     """Return an adjusted camera, with the distortion of its lens if it has one of its own."""
-    fx, fy, cx, cy, skew = state.lenses[number, :N_PINHOLE]
-    matrix, motor = np.array([[fx, skew, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]), state.motors[number]
+    matrix, motor = matrix_of(state.lenses[number, :N_PINHOLE]), state.motors[number]
     start = cameras[number] if number < len(cameras) else None
     lens: Any = getattr(start, "distortion", None)
     if not isinstance(start, Camera) or lens is None:

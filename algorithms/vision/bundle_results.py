@@ -39,7 +39,7 @@ class BundleAdjustment:
     """(c,) int, a `VisionStatus` each. TOO_FEW: the camera sees too few points that others see. DISCONNECTED: no chain
     of points leads to what is fixed. DEGENERATE: noise may explain a turn by a radian, a shift by the distance of its
     points and of fixed cameras, as with parts of unknown scale, or a focal length of 0. BEHIND: half of its
-    points are behind it. NO_CONSENSUS: with a robust loss, half of its pixels are far from their points."""
+    points are behind the camera. NO_CONSENSUS: with a robust loss, half of its pixels are far from their points."""
     point_status: Reals
     """(m,) int, a `VisionStatus` each. TOO_FEW: less than two cameras see the point. DISCONNECTED: as for cameras.
     DEGENERATE: noise may move it by the distance of the nearest camera. BEHIND: it is behind a camera that sees it.

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from generated import pga3, projective2
 
 from ..arguments import Reals
-from .camera import Camera
+from .camera import Camera, matrix_of
 from .distortion import NAMES, Distortion, Model
 from .normalization import similarity
 from .plane_adjustment import used_parameters, views_of
@@ -187,14 +187,13 @@ def _result(
     if found.status not in (VisionStatus.OK, VisionStatus.NOT_CONVERGED) or found.fit is None:
         return replace(before, intrinsics=np.full((3, 3), np.nan), status=found.status, inliers=found.inliers)
     lens = found.fit.lens
-    fx, fy, cx, cy, s = lens.intrinsics
     names = ("fx", "fy", "cx", "cy", *(("skew",) if skew else ()), *NAMES[lens.model][:count])
     back = np.zeros((len(centroids), 3))
     back[:, :2] = -centroids
     shifts = pga3.motor_from_rotor_translation(np.eye(4)[0], back)
     return replace(
         before,
-        intrinsics=np.array([[fx, s, cx], [0, fy, cy], [0, 0, 1]]),
+        intrinsics=matrix_of(lens.intrinsics),
         status=found.status,
         residual=found.residual,
         distortion=None if distortion is None else Distortion(distortion, tuple(map(float, lens.k[:count]))),

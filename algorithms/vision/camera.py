@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -69,7 +70,7 @@ class Camera:
             raise ValueError("focal_length: 0; expected another number of pixels")
         cx, cy = _pair(centre, "centre")
         motor = _unit_motor(np.eye(8)[0] if pose is None else pose)
-        return cls(np.array([[fx, finite_number(skew, "skew"), cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]), motor, distortion)
+        return cls(matrix_of((fx, fy, cx, cy, finite_number(skew, "skew"))), motor, distortion)
 
     @property
     def pinhole(self) -> Camera:
@@ -233,9 +234,15 @@ def pinhole_pixels(
     return camera.intrinsics, camera.undistort(real_array(pixels, name, shape, "x y in pixels"))
 
 
-def intrinsics_of(matrix: Reals) -> NDArray[np.float64]:
-    """Return ``fx fy cx cy skew`` of a matrix K."""
-    return np.array([matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2], matrix[0, 1]], np.float64)
+def intrinsics_of(matrices: Reals) -> NDArray[np.float64]:
+    """Return ``fx fy cx cy skew`` of matrices K (..., 3, 3)."""
+    return np.asarray(matrices[..., [0, 1, 0, 1, 0], [0, 1, 2, 2, 1]], np.float64)
+
+
+def matrix_of(intrinsics: Iterable[float]) -> NDArray[np.float64]:
+    """Return the matrix K of ``fx fy cx cy skew``."""
+    fx, fy, cx, cy, skew = intrinsics
+    return np.array([[fx, skew, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
 
 
 def _unit_motor(pose: ArrayLike) -> NDArray[np.float64]:

@@ -21,7 +21,7 @@ from ..evidence import (
     log_false_alarms,
     rank,
 )
-from ..evidence.consensus import N_WRONG
+from ..evidence.consensus import partners_of_others
 from ..evidence.observability import spectrum
 from .camera import Camera
 from .degeneracy import few_places
@@ -261,10 +261,8 @@ def _lost_by_chance(share: float, squares: Reals, limit: float) -> bool:
 def _share_of_wrong_pairs(scene: Scene, motor: Reals, limit: float) -> float:
     """Return the fraction of pairs with the partners of others that a motion explains."""
     matrix = scene.fundamental(np.asarray(relative_poses.essential_of_motion(motor)))
-    n = len(scene.first)
-    shifts = np.arange(1, min(n - 1, -(-N_WRONG // n)) + 1)
-    partner = ((np.arange(n) - shifts[:, None]) % n).ravel()
-    wrong = relative_poses.squared_distances(matrix, np.tile(scene.first, (len(shifts), 1)), scene.second[partner])
+    repeats, partner = partners_of_others(len(scene.first))
+    wrong = relative_poses.squared_distances(matrix, np.tile(scene.first, (repeats, 1)), scene.second[partner])
     return max(float(np.mean(wrong <= limit)), 1 / int(wrong.size))
 
 
