@@ -45,17 +45,14 @@ def number(value: Rational) -> str:
     """
     value = Fraction(value)
     top, bottom = value.numerator, value.denominator
-    if bottom == 1 and abs(top) < 2**31:
-        return str(top)
     try:
         nearest = float(value)
     except OverflowError as error:
         raise BackendError("constant", f"{value} overflows a double", "a smaller number") from error
-    if Fraction(nearest) == value:
-        return repr(nearest)
-    if max(abs(top), bottom) <= _EXACT_INTEGER:
+    if Fraction(nearest) != value and max(abs(top), bottom) <= _EXACT_INTEGER:
         return f"({top}.0 / {bottom}.0)"
-    return repr(nearest)
+    # Also a number that is rounded to an integer, so that the text of what is read back is the same.
+    return str(int(nearest)) if nearest.is_integer() and abs(nearest) < 2**31 else repr(nearest)
 
 
 def as_printed(program: Program) -> Program:

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from fractions import Fraction
 from random import Random
 
 import pytest
 from text_mutations import Mutation, mutations
 
-from gacompiler import kernel, sandwich
+from gacompiler import SCALAR, kernel, sandwich
 from gacompiler.algebra.catalog import PGA3
 from gacompiler.backends import c_programs, c_source, python_programs, python_source
 from gacompiler.backends.module import ModuleSource
@@ -105,6 +106,17 @@ def test_a_wrong_library_is_detected() -> None:
     python, c = python_programs(python_source(module)), c_programs(c_source(module))
     wrong = verify_kernel(record, python, c, lambda a, b: (a * 0 + 1).repeat(2, -1), "c")
     assert not wrong.python and not wrong.c and not wrong.is_proved
+
+
+@pytest.mark.parametrize("constant", [1 + Fraction(1, 10**30), -7 - Fraction(1, 10**30), Fraction(1, 10**400)])
+def test_a_constant_that_rounds_to_an_integer_is_proved(constant: Fraction) -> None:
+    @kernel(x=SCALAR, y=SCALAR)
+    def line(x, y):  # type: ignore[no-untyped-def]
+        return constant * x + y
+
+    record = compile_definition(line)
+    module = ModuleSource("line", "", "", "", (record.source,))
+    assert verify_kernel(record, python_programs(python_source(module)), c_programs(c_source(module))).is_proved
 
 
 def test_measured_error_is_small_and_repeatable() -> None:
