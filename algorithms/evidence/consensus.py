@@ -19,8 +19,6 @@ _SUBSET = 64
 """A limit on work: if there are many items, models are first scored on this number of them,"""
 _KEPT = 32
 """and this number of models is scored on all items."""
-_STEPS = 10
-"""A limit on work: the number of refinement steps of a model."""
 N_WRONG = 5000
 """A limit on work: number of wrong pairs by which the distances of unrelated items are estimated."""
 _ROUNDING = 1e-9
@@ -43,14 +41,11 @@ class Problem:
     """Function from index sets (b, sample_size) to models (m, ...); missing ones are NaN."""
     distances: Callable[[Reals, Reals, Reals], Reals]
     """Function from models (m, ...) and both sides (k, ...) of pairs to nonnegative distances (m, k)."""
-    improve: Callable[[Reals, Indices], Reals | None]
-    """Function from a model and its inliers to a better model, or None."""
-    costs: Callable[[Reals, Reals, Reals, float], Reals] | None = None
+    costs: Callable[[Reals, Reals, Reals, float], Reals]
     """Function from models (m, ...), both sides (k, ...) of pairs and a threshold to sums (m,) of truncated squared
-    distances; by default, they are computed from `distances`."""
-    descend: Callable[[Reals, float], Reals | None] | None = None
-    """Function from a model and a threshold to the model near it with the least truncated squares, or None. It replaces
-    `improve` in problems that have it."""
+    distances."""
+    descend: Callable[[Reals, float], Reals]
+    """Function from a model and a threshold to the model near it with the least truncated squares."""
 
 
 class Hypothesis(NamedTuple):
@@ -159,10 +154,7 @@ def partners_of_others(n: int) -> tuple[int, Indices]:
 def _costs(problem: Problem, models: Reals, threshold: float, where: slice | Indices) -> Reals:
     """Return the sums (m,) of truncated squared distances of some items."""
     first, second = problem.first[where], problem.second[where]
-    if problem.costs is not None:
-        return np.nan_to_num(problem.costs(models, first, second, threshold), nan=np.inf)
-    squares = np.nan_to_num(problem.distances(models, first, second) ** 2, nan=np.inf)
-    return np.asarray(np.minimum(squares, threshold * threshold).sum(-1))
+    return np.nan_to_num(problem.costs(models, first, second, threshold), nan=np.inf)
 
 
 def _hypothesis(problem: Problem, model: Reals, threshold: float) -> Hypothesis:
@@ -182,23 +174,15 @@ def _promising(problem: Problem, models: Reals, threshold: float, rng: np.random
 
 
 def _improved(problem: Problem, best: Hypothesis, threshold: float) -> Hypothesis:
-    """Refine a model on the items within twice the threshold, which helps from farther away, then on the inliers."""
-    if problem.descend is not None:
-        best = _better(problem, best, problem.descend(best.model, 2 * threshold), threshold) or best
-        return _better(problem, best, problem.descend(best.model, threshold), threshold) or best
-    wide = problem.distances(best.model[None], problem.first, problem.second)[0] <= 2 * threshold
-    best = _better(problem, best, problem.improve(best.model, wide), threshold) or best
-    for _ in range(_STEPS):
-        better = _better(problem, best, problem.improve(best.model, best.inliers), threshold)
-        if better is None:
-            break
-        best = better
+    """Refine a model with twice the threshold, which helps from farther away, and then with the threshold."""
+    for limit in (2 * threshold, threshold):
+        best = _better(problem, best, problem.descend(best.model, limit), threshold) or best
     return best
 
 
-def _better(problem: Problem, best: Hypothesis, model: Reals | None, threshold: float) -> Hypothesis | None:
+def _better(problem: Problem, best: Hypothesis, model: Reals, threshold: float) -> Hypothesis | None:
     """Return the hypothesis of a model if its cost is less than that of the best one."""
-    if model is None or not np.isfinite(model).all():
+    if not np.isfinite(model).all():
         return None
     found = _hypothesis(problem, model, threshold)
     return found if found.cost < best.cost * (1 - _ROUNDING) else None

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from generated import projective3
+from generated import projective3, robust_views
 
 from ..arguments import Reals
 from .normalization import extents, normalized, undone
-from .planes import homography_distance, linear_homography
-from .rank_two import directions, factors, of_factors
+from .fundamental import ALL
+from .planes import linear_homography
 
 _FLAT = 1e-7
 """Points are on a line if their extent across it is below this fraction of the extent along it."""
@@ -80,23 +80,16 @@ def _left_by_f(matrix: Reals, first: Reals, second: Reals) -> Reals:
     size = np.sqrt((first.var((-1, -2)) + second.var((-1, -2))) / 2)
     size = np.where(size > 0, size, 1.0)
     (one, left), (two, right) = normalized(first, 1 / size), normalized(second, 1 / size)
-    u, ratio, v = factors(np.swapaxes(undone(right), -1, -2) @ matrix @ undone(left))
-    scaled = of_factors(u, ratio, v)
-    distances = projective3.sampson_distance(scaled[..., None, :, :], one, two)
-    gradient = projective3.sampson_distance_gradient(scaled[..., None, :, :], one, two)
-    rows = gradient.reshape(*first.shape[:-1], 9) @ directions(u, ratio, v)
-    usable = np.isfinite(rows).all((-1, -2)) & np.isfinite(distances).all(-1)
-    basis = np.linalg.qr(np.where(usable[..., None, None], rows, 0))[0]
-    off = np.where(usable[..., None], distances, 0)
-    rest = off - (basis @ (np.swapaxes(basis, -1, -2) @ off[..., None]))[..., 0]
-    return np.asarray((rest**2).sum(-1) * size**2)
+    start = np.swapaxes(undone(right), -1, -2) @ matrix @ undone(left)
+    _, numbers = robust_views.descend_fundamental(start, one, two, ALL, 1.0)
+    return np.asarray(numbers[..., 3] * size**2)
 
 
 def _left_by_plane(first: Reals, second: Reals) -> Reals:
     """Return squared distances (..., n) to pairs that fit a homography, fitted in the direction that leaves less."""
     forward, _ = linear_homography(first, second)
     back, _ = linear_homography(second, first)
-    off, other = homography_distance(forward, first, second) ** 2, homography_distance(back, second, first) ** 2
+    off, other = robust_views.plane_squares(forward, first, second), robust_views.plane_squares(back, second, first)
     smaller = np.nan_to_num(off.sum(-1), nan=np.inf) <= np.nan_to_num(other.sum(-1), nan=np.inf)
     return np.where(smaller[..., None], off, other)
 

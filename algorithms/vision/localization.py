@@ -7,21 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from generated import projective2
+from generated import projective2, robust_views
 
 from ..arguments import Reals, finite_number, real_array
 from ..evidence import WRONG, Freedom, Noise, Problem, all_or_some_sets, check_sampling, least_by_chance
 from .camera import Camera, pinhole_pixels
-from .normalization import homogeneous
 from .pose_refinement import (
     Poses,
     all_poses,
     camera_motors,
     deviations,
     pixel_noise,
-    pixel_squares,
     pose_status,
-    refined_poses,
 )
 from .pose_starts import three_points
 from .robust import robust_estimate
@@ -29,6 +26,8 @@ from .status import VisionStatus, check_points
 
 _STEPS = 200
 """A limit on work: the number of iterations from each start."""
+_SOON = 10.0
+"""A limit on work: the number of iterations from a sample."""
 _SETS = 400
 """A limit on work: the number of samples of three points if some pixels seem wrong and no threshold is given: 12 points
 have 220 of them, and if half of many pixels are wrong, 50 of these are free of wrong ones."""
@@ -189,9 +188,7 @@ class _Scene:
 
     def squares(self, pose: Reals) -> Reals:
         """Return the squared distances (n,) of all pixels in a pose (3, 4)."""
-        found = pixel_squares(pose[None], self.places[None], self.image[None], self.k)[0]
-        depths = self.places @ pose[2, :3] + pose[2, 3]
-        return np.where((depths > 0) & np.isfinite(found), found, np.inf)
+        return np.asarray(robust_views.pixel_squares(pose, self.k, self.places, self.image))
 
     def suspicious(self, found: Poses) -> bool:
         """Return whether the residuals of the best of the minima exceed the usual noise."""
@@ -242,17 +239,16 @@ def _problem(scene: _Scene) -> Problem:
         return three_points(places[sets], seen[sets]).reshape(-1, 3, 4)
 
     def distances(models: Reals, points: Reals, pixels: Reals) -> Reals:
-        in_camera = np.einsum("mij,nj->mni", models, homogeneous(points))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            off = np.linalg.norm(in_camera[..., :2] / in_camera[..., 2:] @ k[:2, :2].T + k[:2, 2] - pixels, axis=-1)
-        return np.where(in_camera[..., 2] > 0, off, np.inf)
+        return np.sqrt(robust_views.pixel_squares(models, k, points, pixels))
 
-    def improve(model: Reals, inliers: Reals) -> Reals | None:
-        if inliers.sum() < 4:
-            return None
-        return np.asarray(refined_poses(model[None], places[None, inliers], image[None, inliers], k, _STEPS).matrix[0])
+    def costs(models: Reals, points: Reals, pixels: Reals, threshold: float) -> Reals:
+        return np.asarray(robust_views.truncated_pixel_squares(models, k, points, pixels, threshold * threshold))
 
-    return Problem(places, image, _FREEDOM, solve, distances, improve)
+    def descend(model: Reals, threshold: float) -> Reals:
+        found, _, _ = robust_views.descend_pose(model, k, places, image, threshold * threshold, _SOON)
+        return np.asarray(found)
+
+    return Problem(places, image, _FREEDOM, solve, distances, costs, descend)
 
 
 def checked_intrinsics(intrinsics: ArrayLike) -> Reals:

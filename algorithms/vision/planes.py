@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import ArrayLike
 
-from generated import linear_views, matrices, projective2
+from generated import linear_views, matrices, robust_views
 
 from ..arguments import Reals, real_array
 from ..evidence import Freedom, Problem, check_sampling
-from .normalization import three_on_a_line
+from ..evidence.consensus import Indices
 from .robust import RobustEstimate, no_estimate, robust_estimate
 from .status import VisionStatus, check_points, refuse
 
@@ -19,6 +17,8 @@ _RANK = 1e-9
 """A singular value below this fraction of the first is rounding,"""
 _NOISE = 1.5
 """and one below this multiple of the last is noise."""
+_STEPS = 10.0
+"""A limit on work: the number of steps of a descent."""
 _FREEDOM = Freedom(sample_size=4, parameters=8, codimension=2, solutions=1, false_alarms=1e-2)
 
 
@@ -62,24 +62,6 @@ def linear_homography(first: Reals, second: Reals) -> tuple[Reals, Reals]:
     return np.asarray(matrix), np.where(gap <= _NOISE * noise, 0.0, gap)
 
 
-def homography_distance(matrix: Reals, first: Reals, second: Reals) -> Reals:
-    """Return the Sampson distances (..., n) of pairs (..., n, 2) from those that fit H (..., 3, 3) exactly.
-
-    Noise in both images is taken into account: the mean square is twice the variance of a pixel's coordinate.
-    """
-    with np.errstate(all="ignore"):
-        moved = projective2.transform_point(matrix[..., None, :, :], first)
-        weight = (matrix[..., None, 2, :2] * first).sum(-1) + matrix[..., None, 2, 2]
-        off = moved - second
-        change = matrix[..., None, :2, :2] - moved[..., :, None] * matrix[..., None, 2:, :2]
-        change = change / weight[..., None, None]
-        a, b = 1 + (change[..., 0, :] ** 2).sum(-1), (change[..., 0, :] * change[..., 1, :]).sum(-1)
-        c = 1 + (change[..., 1, :] ** 2).sum(-1)
-        x, y = off[..., 0], off[..., 1]
-        square = (c * x * x - 2 * b * x * y + a * y * y) / (a * c - b * b)
-        return np.asarray(np.sqrt(np.maximum(square, 0)))
-
-
 def robust_homography(
     first: ArrayLike,
     second: ArrayLike,
@@ -119,26 +101,36 @@ def robust_homography(
     status = check_points({"first": one, "second": two}, 4, "points")
     if status != VisionStatus.OK:
         return no_estimate(status, len(one))
-    problem = homography_problem(one, two, _transfer_distance)
+    one, two = one.astype(np.float64), two.astype(np.float64)
+    problem = homography_problem(one, two)
     found = robust_estimate(problem, threshold, seed, confidence, max_samples)
     if found.status == VisionStatus.OK and linear_homography(one[found.inliers], two[found.inliers])[1] <= _RANK:
         return no_estimate(VisionStatus.DEGENERATE, len(one), n_samples=found.n_samples)
     return found
 
 
-def homography_problem(first: Reals, second: Reals, distances: Callable[[Reals, Reals, Reals], Reals]) -> Problem:
-    """Return the problem of homographies from samples of four pairs."""
+def homography_problem(first: Reals, second: Reals, in_both: bool = False) -> Problem:
+    """Return the problem of homographies from samples of four pairs.
 
-    def solve(sets: Reals) -> Reals:
-        good = ~(three_on_a_line(first[sets]) | three_on_a_line(second[sets]))
-        return linear_homography(first[sets[good]], second[sets[good]])[0] if good.any() else np.empty((0, 3, 3))
+    Distances are those in the second image, or Sampson distances if there is noise in both.
+    """
+    squares = robust_views.plane_squares if in_both else robust_views.transfer_squares
+    truncated = robust_views.truncated_plane_squares if in_both else robust_views.truncated_transfer_squares
+    # Sampson's squares of two images are about half of those in the second one.
+    ratio = 2.0 if in_both else 1.0
 
-    def improve(_: Reals, inliers: Reals) -> Reals | None:
-        return linear_homography(first[inliers], second[inliers])[0] if inliers.sum() > 4 else None
+    def solve(sets: Indices) -> Reals:
+        models, is_determined = robust_views.homography_of_four(first[sets], second[sets])
+        return np.asarray(models[is_determined > 0])
 
-    return Problem(first, second, _FREEDOM, solve, distances, improve)
+    def distances(models: Reals, one: Reals, two: Reals) -> Reals:
+        return np.sqrt(squares(models, one, two))
 
+    def costs(models: Reals, one: Reals, two: Reals, threshold: float) -> Reals:
+        return np.asarray(truncated(models, one, two, threshold * threshold))
 
-def _transfer_distance(models: Reals, first: Reals, second: Reals) -> Reals:
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(np.linalg.norm(projective2.transform_point(models[:, None], first) - second, axis=-1))
+    def descend(model: Reals, threshold: float) -> Reals:
+        limit = ratio * threshold * threshold
+        return np.asarray(robust_views.descend_homography(model, first, second, limit, _STEPS)[0])
+
+    return Problem(first, second, _FREEDOM, solve, distances, costs, descend)

@@ -6,10 +6,10 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from generated import pga3, projective3
+from generated import pga3, robust_views
 
 from ..arguments import Reals
-from ..evidence import WRONG, Noise, differ, largest_likely, likely, minima
+from ..evidence import WRONG, Noise, differ, largest_likely, likely
 from .pose_starts import pose_starts, reversed_pose
 from .status import VisionStatus
 
@@ -22,8 +22,8 @@ _USUAL = 1e-3
 """The usual noise of pixels, in focal lengths: most points are located to half a pixel, by cameras of 500 pixels,"""
 _WEIGHT = 4.0
 """and the number of residuals that this is worth: a noise of a seventh to five times as much is not a contradiction."""
-_ROUNDING = 1e-26
-"""From floating point: squared residuals below this part of squared pixels are rounding errors."""
+_ALL = 1e20
+"""A sum of squares of pixels beyond which no limit is meant."""
 _SOON = 25
 """A limit on work: the number of iterations between tests whether a start can still lead to a likely minimum."""
 _PARAMETERS = 6
@@ -121,7 +121,7 @@ def pose_status(found: Poses, places: Reals, image: Reals, k: Reals, noise: Nois
     spread = ((image - image.mean(1, keepdims=True)) ** 2).sum((1, 2))
     explained = best.cost <= min(WRONG ** (1 / (n - 3)), _EXPLAINED) * spread
     explained &= ~noise.contradicted(best.cost, freedom)
-    squares = pixel_squares(best.matrix, places, image, k)
+    squares = robust_views.pixel_squares(best.matrix, k, places, image)
     explained &= ~noise.outlying(squares, 2, best.cost[:, None] - squares, freedom - 2).any(1)
     # A minimum that was not reached may be as likely as the linear problem says.
     costs = np.where(found.converged, found.cost, np.maximum(found.lowest, best.cost[:, None]))
@@ -138,12 +138,6 @@ def pose_status(found: Poses, places: Reals, image: Reals, k: Reals, noise: Nois
     status = np.where(best.converged & best.in_front & explained, status, VisionStatus.NOT_CONVERGED)
     status = np.where(left_open, VisionStatus.DEGENERATE, status)
     return np.where(_n_distinct(places) < 4, VisionStatus.TOO_FEW, status), rivals
-
-
-def pixel_squares(matrix: Reals, places: Reals, image: Reals, k: Reals) -> Reals:
-    """Return squared distances (b, n) of pixels from the images of points in poses (b, 3, 4)."""
-    off = _residual(matrix, places, image, k)[0]
-    return np.asarray((off.reshape(len(off), -1, 2) ** 2).sum(-1))
 
 
 def deviations(pose: Poses, n_points: int, noise: Noise) -> Reals:
@@ -166,39 +160,19 @@ def _offsets(found: Poses, i: int) -> Reals:
 
 def refined_poses(start: Reals, places: Reals, image: Reals, k: Reals, n_steps: int) -> Poses:
     """Return the minima near poses (b, 3, 4), with steps on the manifold of motions."""
-
-    def equations(matrix: Reals, which: Reals) -> tuple[Reals, Reals]:
-        residual, in_camera = _residual(matrix, places[which], image[which], k)
-        size = np.ones((len(matrix), 1, 6))
-        size[..., 3:] = _depth(matrix)[:, None, None]
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            rows = k[:2, :2] @ projective3.image_derivative(in_camera)
-        return residual, rows.reshape(len(matrix), -1, 6) * size
-
-    found = minima(start, equations, _moved, _ROUNDING * (image**2).sum((1, 2)), n_steps)
-    depths = (places @ found.state[:, 2, :3, None])[..., 0] + found.state[:, 2, 3:]
-    return Poses(found.state, found.cost, found.normal, found.converged, np.asarray((depths > 0).all(1)), found.lowest)
+    found, triangle, numbers = robust_views.descend_pose(start, k, places, image, _ALL, n_steps + 1.0)
+    cost = np.where(numbers[..., 0] < _ALL, numbers[..., 0], np.nan)
+    depths = (places @ found[:, 2, :3, None])[..., 0] + found[:, 2, 3:]
+    in_front = np.asarray((depths > 0).all(1))
+    normal = np.empty((len(start), _PARAMETERS, _PARAMETERS))
+    rows, columns = np.triu_indices(_PARAMETERS)
+    normal[:, rows, columns] = normal[:, columns, rows] = triangle
+    return Poses(np.asarray(found), cost, normal, numbers[:, 1] > 0, in_front, numbers[:, 3])
 
 
 def _depth(matrix: Reals) -> Reals:
     """Return the distances of the centroids of points from cameras (..., 3, 4): the unit of translations."""
     return np.asarray(np.maximum(np.sqrt((matrix[..., 3] ** 2).sum(-1)), 1e-300))
-
-
-def _residual(matrix: Reals, places: Reals, image: Reals, k: Reals) -> tuple[Reals, Reals]:
-    in_camera = places @ np.swapaxes(matrix[..., :3], 1, 2) + matrix[:, None, :, 3]
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        off = np.asarray(projective3.project_point((k @ matrix)[:, None], places) - image)
-    return off.reshape(len(matrix), -1), in_camera
-
-
-def _moved(step: Reals, matrix: Reals, _: Reals) -> Reals:
-    """Return the matrices composed with small motions, whose translations are in units of the depth."""
-    rotations, shifts = np.ascontiguousarray(step[:, :3]), step[:, 3:] * _depth(matrix)[:, None]
-    motion = pga3.motor_to_matrix(pga3.motor_from_rotation_vector_translation(rotations, shifts))
-    moved = np.asarray(motion[:, :3, :3] @ matrix)
-    moved[..., 3] += motion[:, :3, 3]
-    return moved
 
 
 def _n_distinct(places: Reals) -> Reals:

@@ -10,7 +10,7 @@ from itertools import combinations
 
 import numpy as np
 
-from generated import linear_views, matrices
+from generated import linear_views, matrices, robust_views
 
 from ..arguments import Reals
 from .normalization import homogeneous
@@ -48,32 +48,10 @@ def reversed_pose(pose: Reals, places: Reals) -> Reals:
 def three_points(places: Reals, seen: Reals) -> Reals:
     """Return the four [R | t] (..., 4, 3, 4) of three points (..., 3, 3) with images (..., 3, 2); missing ones are NaN.
 
-    Distances between the points give two conics in the ratios of the depths, and those give a quartic (Grunert 1841).
     For complex roots, which noise makes of double roots, the real part is used.
     """
-    rays = homogeneous(seen)
-    rays = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
-    alpha, beta, gamma = ((rays[..., i, :] * rays[..., j, :]).sum(-1) for i, j in ((1, 2), (0, 2), (0, 1)))
-    a, b, c = (((places[..., i, :] - places[..., j, :]) ** 2).sum(-1) for i, j in ((1, 2), (0, 2), (0, 1)))
-    with np.errstate(all="ignore"):
-        ratio, other = (a - c) / b, c / b
-        # Depths are s, u s and v s; u = numerator / denominator, and u^2 - 2 gamma u + rest = 0, polynomials in v.
-        numerator = np.stack([1 + ratio, -2 * ratio * beta, ratio - 1], -1)
-        denominator = np.stack([2 * gamma, -2 * alpha], -1)
-        rest = np.stack([1 - other, 2 * other * beta, -other], -1)
-        quartic = _product(numerator, numerator) + _product(rest, _product(denominator, denominator))
-        quartic[..., :4] -= 2 * gamma[..., None] * _product(numerator, denominator)
-        v = _roots(quartic)
-        u = _at(numerator, v) / _at(denominator, v)
-        first = np.sqrt(b[..., None] / (1 + v * v - 2 * v * beta[..., None]))
-        depths = np.stack([first, u * first, v * first], -1)
-        depths = np.where((depths > 0).all(-1, keepdims=True), depths, np.nan)
-        there = _frame(depths[..., None] * rays[..., None, :, :])
-        rotation = there @ np.swapaxes(_frame(places), -1, -2)[..., None, :, :]
-    shift = (depths[..., None] * rays[..., None, :, :]).mean(-2) - (rotation @ places.mean(-2)[..., None, :, None])[
-        ..., 0
-    ]
-    return np.concatenate([rotation, shift[..., None]], -1)
+    poses, is_there = robust_views.poses_of_three(places, seen)
+    return np.where(np.asarray(is_there)[..., None, None] > 0, poses, np.nan)
 
 
 def linear_camera_and_gap(places: Reals, pixels: Reals) -> tuple[Reals, float]:
@@ -118,34 +96,3 @@ def _from_triples(places: Reals, seen: Reals) -> Reals:
 def _plane_axes(places: Reals) -> Reals:
     """Return axes, as rows (..., 3, 3), of which the first two are those of the largest extents of centred points."""
     return np.swapaxes(matrices.singular_vectors(places)[1], -1, -2)
-
-
-def _frame(triangle: Reals) -> Reals:
-    """Return orthonormal axes, as columns, of triangles (..., 3, 3): first edge, in-plane normal, normal."""
-    edge, other = triangle[..., 1, :] - triangle[..., 0, :], triangle[..., 2, :] - triangle[..., 0, :]
-    x = edge / np.linalg.norm(edge, axis=-1, keepdims=True)
-    z = np.cross(x, other)
-    z = z / np.linalg.norm(z, axis=-1, keepdims=True)
-    return np.stack([x, np.cross(z, x), z], -1)
-
-
-def _product(one: Reals, two: Reals) -> Reals:
-    """Return the products of polynomials, with coefficients on the last axis."""
-    result = np.zeros((*one.shape[:-1], one.shape[-1] + two.shape[-1] - 1))
-    for k in range(two.shape[-1]):
-        result[..., k : k + one.shape[-1]] += one * two[..., k, None]
-    return result
-
-
-def _at(polynomial: Reals, x: Reals) -> Reals:
-    value = np.zeros_like(x)
-    for k in range(polynomial.shape[-1] - 1, -1, -1):
-        value = value * x + polynomial[..., k, None]
-    return value
-
-
-def _roots(quartic: Reals) -> Reals:
-    """Return the real parts of the four roots, NaN if the leading coefficient is 0 or NaN."""
-    rest = quartic[..., 3::-1] / quartic[..., 4:]
-    usable = np.isfinite(rest).all(-1, keepdims=True)
-    return np.where(usable, matrices.polynomial_roots(np.where(usable, rest, 0))[0], np.nan)

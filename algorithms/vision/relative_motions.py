@@ -111,13 +111,13 @@ class Scene:
             square = threshold * threshold
             return np.asarray(relative_poses.truncated_squares(self.fundamental(models), first, second, square))
 
-        def descend(model: Reals, threshold: float) -> Reals | None:
+        def descend(model: Reals, threshold: float) -> Reals:
             start = relative_poses.motions_of_essential(model)[0]
             return np.asarray(
                 relative_poses.essential_of_motion(self.descended(start[None], threshold**2, _SOON).motors[0])
             )
 
-        return Problem(self.first, self.second, FREEDOM, solve, distances, lambda _, __: None, costs, descend)
+        return Problem(self.first, self.second, FREEDOM, solve, distances, costs, descend)
 
     def minima(self, starts: Reals, good: Indices, limit: float, wide: float) -> Motions:
         """Return distinct minima of squares truncated at a limit, to which starts and pairs that are `good` lead.

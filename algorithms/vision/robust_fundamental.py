@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from generated import projective2, projective3
+from generated import projective2, relative_poses, robust_views
 
 from ..arguments import Reals, real_array
 from ..evidence import Freedom, Problem, by_chance, check_sampling, explained_by_chance, polished
 from ..evidence.consensus import N_WRONG, Indices
 from .degeneracy import degenerate
-from .fundamental import refined, seven_points
+from .fundamental import Pixels, of_seven
 from .normalization import extents, homogeneous
-from .planes import homography_distance, homography_problem
+from .planes import homography_problem
 from .robust import RobustEstimate, estimate, no_estimate, robust_estimate
 from .status import VisionStatus, check_points
 
@@ -30,6 +30,8 @@ _SIGMAS = 5.0
 """nor do those within this many standard deviations of the others."""
 _SAMPLES = 600
 """Number of samples, enough to find a plane with a third of the pairs."""
+_STEPS = 10
+"""A limit on work: the number of steps of a descent."""
 _SHALLOW = 4.0
 """Points of a plane with more than this multiple of the variance that F leaves are points in space."""
 
@@ -87,13 +89,7 @@ def robust_fundamental_matrix(
         return no_estimate(status, len(one))
     one, two = one.astype(np.float64), two.astype(np.float64)
 
-    def solve(sets: Indices) -> Reals:
-        return seven_points(one[sets], two[sets]).reshape(-1, 3, 3)
-
-    def improve(model: Reals, inliers: Indices) -> Reals | None:
-        return refined(model, one[inliers], two[inliers]) if inliers.sum() >= 8 else None
-
-    problem = Problem(one, two, _FREEDOM, solve, _distances, improve)
+    problem = _problem(one, two)
     if min(extents(one)[0], extents(two)[0]) <= threshold * np.sqrt(len(one)):
         return no_estimate(VisionStatus.DEGENERATE, len(one))  # all on one line
     found = robust_estimate(problem, threshold, seed, confidence, max_samples)
@@ -108,13 +104,25 @@ def robust_fundamental_matrix(
     return found
 
 
+def _problem(first: Reals, second: Reals) -> Problem:
+    """Return the problem of fundamental matrices from samples of seven pairs."""
+    pixels = Pixels.of(first, second)
+
+    def solve(sets: Indices) -> Reals:
+        return of_seven(pixels.one[sets], pixels.two[sets], pixels.left, pixels.right).reshape(-1, 3, 3)
+
+    def descend(model: Reals, threshold: float) -> Reals:
+        return pixels.descended(model, threshold, _STEPS)
+
+    return Problem(first, second, _FREEDOM, solve, _distances, _costs, descend)
+
+
 def _distances(models: Reals, first: Reals, second: Reals) -> Reals:
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(np.abs(projective3.sampson_distance(models[:, None], first, second)))
+    return np.sqrt(relative_poses.squared_distances(models, first, second))
 
 
-def _plane_distances(models: Reals, first: Reals, second: Reals) -> Reals:
-    return homography_distance(models, first, second)
+def _costs(models: Reals, first: Reals, second: Reals, threshold: float) -> Reals:
+    return np.asarray(relative_poses.truncated_squares(models, first, second, threshold * threshold))
 
 
 def _in_space(problem: Problem, found: RobustEstimate, threshold: float, seed: int) -> RobustEstimate:
@@ -152,12 +160,12 @@ def _beyond_a_plane(
 ) -> RobustEstimate:
     """Return the estimate, or a better one, if pairs off the plane with the most inliers determine it."""
     one, two = problem.first, problem.second
-    planar = homography_problem(one[found.inliers], two[found.inliers], _plane_distances)
+    planar = homography_problem(one[found.inliers], two[found.inliers], in_both=True)
     plane = robust_estimate(planar, _WIDE * threshold, seed, confidence, _SAMPLES)
     if plane.status != VisionStatus.OK:
         return _in_space(problem, found, threshold, seed)
     tolerance = max(_WIDE * threshold, _SIGMAS * plane.distance / np.sqrt(2))
-    on_plane = _plane_distances(plane.model[None], one, two)[0] <= tolerance
+    on_plane = np.sqrt(robust_views.plane_squares(plane.model, one, two)) <= tolerance
     off = np.nonzero(~on_plane)[0]
     parallax = _parallax(problem, plane.model, on_plane, threshold, seed, confidence)
     rest = replace(problem, first=one[off], second=two[off], freedom=_OFF_A_PLANE)
@@ -187,7 +195,7 @@ def _parallax(
         return no_estimate(VisionStatus.NO_CONSENSUS, len(one))
     with np.errstate(divide="ignore", invalid="ignore"):
         moved = homogeneous(np.asarray(projective2.transform_point(plane, one)))
-    lines = np.cross(moved, homogeneous(two))
+    lines, pixels = np.cross(moved, homogeneous(two)), Pixels.of(problem.first, problem.second)
 
     def solve(sets: Indices) -> Reals:
         epipole = np.cross(lines[sets[:, 0]], lines[sets[:, 1]])
@@ -195,12 +203,10 @@ def _parallax(
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(models / np.linalg.norm(models, axis=(-1, -2), keepdims=True))
 
-    def improve(model: Reals, inliers: Indices) -> Reals | None:
-        used = on_plane.copy()
-        used[~on_plane] = inliers
-        return refined(model, problem.first[used], problem.second[used]) if used.sum() >= 8 else None
+    def descend(model: Reals, threshold: float) -> Reals:
+        return pixels.descended(model, threshold, _STEPS)
 
-    off = Problem(one, two, _OFF_A_PLANE, solve, problem.distances, improve)
+    off = Problem(one, two, _OFF_A_PLANE, solve, problem.distances, _costs, descend)
     return robust_estimate(off, threshold, seed, confidence, len(one) ** 2 + 5000)
 
 

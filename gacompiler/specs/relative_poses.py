@@ -10,23 +10,16 @@ both cameras, for these coordinates.
 """
 
 import math
-from typing import Any, NamedTuple
 
 import gacompiler as ga
-from gacompiler import SCALAR, array, each, iterate, kernel, maximum, minimum, select, sqrt, total
+from gacompiler import SCALAR, array, each, kernel, maximum, minimum, select, sqrt, total
 from gacompiler.algebra.catalog import PGA3
 from gacompiler.specs.families.covariances import choose, cross, dot
+from gacompiler.specs.families.descents import TINY, UNKNOWN, descend
 from gacompiler.specs.families.essential import constraints, eliminated, minus, nonzero, null_space, pencil, times
 from gacompiler.specs.families.rotations import quaternion_of_matrix
 from gacompiler.specs.families.sights import rotor_of, translator_of
 from gacompiler.specs.families.two_views import (
-    FIRST_DAMPING,
-    LARGEST_DAMPING,
-    LEAST_DAMPING,
-    ROUNDING,
-    SETTLED,
-    TINY,
-    UNKNOWN,
     applied,
     crossed,
     descended,
@@ -39,7 +32,6 @@ from gacompiler.specs.families.two_views import (
     product,
     rotation_matrix,
     sampson,
-    step_of,
     tangents,
     transfer,
     transfer_sums,
@@ -260,16 +252,6 @@ def tangents_of_direction(t):
 # Rotations.
 
 
-class _Turning(NamedTuple):
-    quaternion: Any
-    next_quaternion: Any
-    table: Any
-    slope: Any
-    cost: Any
-    damping: Any
-    done: Any
-
-
 @kernel(
     m=MOTOR, left=THREE, onto=THREE, first=PIXELS, second=PIXELS, limit=SCALAR, at_most=SCALAR,
     returns=(MOTOR, array(SCALAR, 6), array(SCALAR, 2)),
@@ -297,24 +279,13 @@ def descend_rotation(m, left, onto, first, second, limit, at_most):
     """
     quaternion, _ = parts(m)
 
-    def sums(q):
-        rotation = rotation_matrix(q)
-        return total(lambda x, y: transfer_sums(rotation, left, onto, x, y, limit), first, second)
+    def sums(state):
+        rotation = rotation_matrix(state)
+        table, slope, cost = total(lambda x, y: transfer_sums(rotation, left, onto, x, y, limit), first, second)
+        return (*table, *slope, cost)
 
-    def body(now):
-        table, slope, cost = sums(now.next_quaternion)
-        better = cost < now.cost
-        kept = choose(
-            better, (*now.next_quaternion, *table, *slope, cost), (*now.quaternion, *now.table, *now.slope, now.cost)
-        )  # fmt: skip
-        damping = select(better, maximum(now.damping / 10, LEAST_DAMPING), now.damping * 10)
-        step, gain = step_of(kept[4:10], kept[10:13], damping)
-        small = select(gain <= SETTLED * kept[13] + ROUNDING, 1, select(damping > LARGEST_DAMPING, 1, 0))
-        return _Turning(kept[:4], turned_by(kept[:4], step), kept[4:10], kept[10:13], kept[13], damping, small)
-
-    start = _Turning(quaternion, quaternion, (0,) * 6, (0,) * 3, UNKNOWN, 10 * FIRST_DAMPING, 0)
-    found, ended, _ = iterate(body, start, lambda _, new: new.done > 0, at_most)
-    return rotor_of(found.quaternion), found.table, (found.cost, ended)
+    found = descend(quaternion, 3, sums, turned_by, at_most)
+    return rotor_of(found.state), found.table, (found.cost, found.ended)
 
 
 @kernel(

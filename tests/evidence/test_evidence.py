@@ -139,11 +139,15 @@ def test_consensus_keeps_several_hypotheses() -> None:
     def distances(models: Array, first: Array, second: Array) -> Array:
         return np.asarray(np.abs(models[:, :1] * first + models[:, 1:] - second))
 
-    def improve(model: Array, inliers: Array) -> Array:
+    def costs(models: Array, first: Array, second: Array, threshold: float) -> Array:
+        return np.asarray((distances(models, first, second).clip(max=threshold) ** 2).sum(-1))
+
+    def descend(model: Array, threshold: float) -> Array:
+        inliers = distances(model[None], x, y)[0] <= threshold
         return np.polyfit(x[inliers], y[inliers], 1)
 
     free = Freedom(sample_size=2, parameters=2, codimension=1, solutions=1, false_alarms=1e-2)
-    problem = Problem(x, y, free, solve, distances, improve)
+    problem = Problem(x, y, free, solve, distances, costs, descend)
     found = consensus(problem, 0.02, 0, 0.999, 2000)
     assert found.reached and not found.by_chance
     assert np.abs(found.hypotheses[0].model - [2, 1]).max() < 0.01 and found.hypotheses[0].inliers[:40].all()

@@ -72,7 +72,7 @@ def test_rationals_are_solved_exactly(n: int) -> None:
             assert [list(row) for row in several] == identity(n)
 
 
-@pytest.mark.parametrize("n", SIZES)
+@pytest.mark.parametrize("n", [*SIZES, 7, 8])
 def test_symmetric_rationals_are_solved_exactly(n: int) -> None:
     numbers = Random(n)
     for _ in range(20 if n < 6 else 5):

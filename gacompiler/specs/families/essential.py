@@ -76,14 +76,15 @@ def _reflected(column, vector, factor):
 
 
 def null_space(equations):
-    """Return four orthonormal vectors that solve five equations of nine unknowns."""
+    """Return orthonormal vectors that solve equations of nine unknowns, four for five equations."""
+    n = len(equations)
     columns, reflections = [tuple(row) for row in equations], []
-    for k in range(5):
+    for k in range(n):
         vector, factor, _ = _reflection(columns[k][k:])
         reflections.append((vector, factor))
         columns = [(*c[:k], *_reflected(c[k:], vector, factor)) for c in columns]
-    basis = [tuple(int(i == j) for i in range(9)) for j in range(5, 9)]
-    for k in reversed(range(5)):
+    basis = [tuple(int(i == j) for i in range(9)) for j in range(n, 9)]
+    for k in reversed(range(n)):
         vector, factor = reflections[k]
         basis = [(*b[:k], *_reflected(b[k:], vector, factor)) for b in basis]
     return basis

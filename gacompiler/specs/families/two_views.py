@@ -4,23 +4,11 @@ A motion is the unit quaternion of its rotation and its translation, of length 1
 the matrices K of both cameras, and `onto` is that of the second.
 """
 
-from fractions import Fraction
-from typing import Any, NamedTuple
-
 import gacompiler as ga
-from gacompiler import iterate, maximum, minimum, select, sqrt, total
-from gacompiler.specs.families.covariances import choose, cross, dot, square
+from gacompiler import maximum, minimum, select, sqrt, total
+from gacompiler.specs.families.covariances import choose, cross, dot
+from gacompiler.specs.families.descents import TINY, descend
 from gacompiler.specs.families.sights import DIRECTION, place_of, rotor_of, translator_of
-
-FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = Fraction(1, 10**4), Fraction(1, 10**12), 10**8
-"""Damping relative to the diagonal: at the start, where it has no effect, and where steps are shorter than rounding."""
-SETTLED = Fraction(1, 10**14)
-"""The part of the sum of squares by which a step must be expected to decrease it: less is rounding."""
-ROUNDING = Fraction(1, 10**22)
-"""A sum of squares of pixels below this is rounding."""
-TINY = Fraction(1, 10**40)
-UNKNOWN = 10**30
-"""The sum of squares before the first step."""
 
 
 def unit(vector):
@@ -121,7 +109,8 @@ def sampson_sums(distance, x, y, changes, limit):
         outer[i][j] = outer[i][j] - far[j] * (*y, 1)[i]
     entries = [entry for row in outer for entry in row]
     rows = [dot([entry for row in change for entry in row], entries) for change in changes]
-    table = tuple(weight * rows[i] * rows[j] for i in range(5) for j in range(i, 5))
+    n = len(rows)
+    table = tuple(weight * rows[i] * rows[j] for i in range(n) for j in range(i, n))
     return (*table, *(weight * row * residual for row in rows), minimum(residual * residual, limit))
 
 
@@ -152,16 +141,6 @@ def normal_equations_in_front(quaternion, shift, left, right, onto, first, secon
         return choose(in_front > 0, own, (*wide, *slope, 0, 0, square_))
 
     return total(of, first, second)
-
-
-def step_of(table, slope, damping):
-    """Return the damped step, and the decrease of the sum of squares that it is expected to cause."""
-    matrix = square(table, len(slope))
-    damped = [list(row) for row in matrix]
-    for k in range(len(slope)):
-        damped[k][k] = matrix[k][k] * (1 + damping) + TINY
-    step, _ = ga.solve_symmetric(damped, slope)
-    return [-x for x in step], dot(step, slope)
 
 
 def transfer(rotation, left, onto, x, y):
@@ -213,36 +192,17 @@ def transfer_sums(rotation, left, onto, x, y, limit):
     return table, tuple(weight * form(weights, row, off) for row in rows), minimum(found, limit)
 
 
-class Descent(NamedTuple):
-    """The motion with the least sum of squares so far, the next one, and the normal equations of the former."""
-
-    quaternion: Any
-    shift: Any
-    next_quaternion: Any
-    next_shift: Any
-    table: Any
-    slope: Any
-    cost: Any
-    damping: Any
-    done: Any
-
-
 def descended(m, equations, at_most):
     """Return the motion to which steps from a motor lead, the normal equations there, and numbers of the descent."""
     quaternion, shift = parts(m)
 
-    def body(now):
-        sums = equations(now.next_quaternion, now.next_shift)
-        better = sums[20] < now.cost
-        old = (*now.quaternion, *now.shift, *now.table, *now.slope, now.cost)
-        kept = choose(better, (*now.next_quaternion, *now.next_shift, *sums), old)
-        damping = select(better, maximum(now.damping / 10, LEAST_DAMPING), now.damping * 10)
-        q, t, table, slope, cost = kept[:4], kept[4:7], kept[7:22], kept[22:27], kept[27]
-        step, gain = step_of(table, slope, damping)
-        ended = select(gain <= SETTLED * cost + ROUNDING, 1, select(damping > LARGEST_DAMPING, 1, 0))
-        next_q, next_t = moved(q, t, step)
-        return Descent(q, t, next_q, next_t, table, slope, cost, damping, ended)
+    def sums(state):
+        return equations(state[:4], state[4:])
 
-    start = Descent(quaternion, shift, quaternion, shift, (0,) * 15, (0,) * 5, UNKNOWN, 10 * FIRST_DAMPING, 0)
-    found, ended, steps = iterate(body, start, lambda _, new: new.done > 0, at_most)
-    return translator_of(found.shift) * rotor_of(found.quaternion), found.table, (found.cost, ended, steps)
+    def stepped(state, step):
+        turned, t = moved(state[:4], state[4:], step)
+        return (*turned, *t)
+
+    found = descend((*quaternion, *shift), 5, sums, stepped, at_most)
+    motion = translator_of(found.state[4:]) * rotor_of(found.state[:4])
+    return motion, found.table, (found.cost, found.ended, found.steps)
