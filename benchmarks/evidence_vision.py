@@ -17,6 +17,7 @@ from algorithms.vision import (
     localize,
     localize_by_landmarks,
     robust_fundamental_matrix,
+    robust_homography,
 )
 from generated import pga3
 
@@ -324,3 +325,46 @@ def plane_with_near_partners(rng: np.random.Generator) -> Trial:
 def space_with_near_partners(rng: np.random.Generator) -> Trial:
     points = np.stack([*rng.uniform(-3, 3, (2, 120)), rng.uniform(5, 12, 120)], -1)
     return _two_views(rng, points, 0.2, rng.choice([8, 20]))
+
+
+def _plane_pairs(rng: np.random.Generator, n: int, share: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Two views of a plane with a noise of 0.5 pixels, a share of partners anywhere, and the homography."""
+    normal = np.array([*rng.normal(0, 0.3, 2), 1]) / 8
+    shift = np.array([*rng.normal(0, 1, 2), rng.normal(0, 0.5)])
+    turn = pga3.rotor_to_matrix(pga3.rotor_from_rotation_vector(rng.normal(0, 0.1, 3)))
+    matrix = _K @ (turn + np.outer(shift, normal)) @ np.linalg.inv(_K)
+    one = rng.uniform([0, 0], [640, 480], (n, 2))
+    two = _moved_pixels(matrix, one)
+    wrong = rng.random(n) < share
+    two[wrong] = rng.uniform([0, 0], [640, 480], (int(wrong.sum()), 2))
+    return one + rng.normal(0, 0.5, one.shape), two + rng.normal(0, 0.5, two.shape), matrix
+
+
+def _moved_pixels(matrix: np.ndarray, pixels: np.ndarray) -> np.ndarray:
+    """Return the images of pixels by a homography."""
+    moved = pixels @ matrix[:, :2].T + matrix[:, 2]
+    return np.asarray(moved[:, :2] / moved[:, 2:])
+
+
+@row(
+    "`robust_homography`",
+    "30 to 200 pairs of a plane, up to half of the partners wrong; wrong: 2 pixels off in the mean of an image",
+    good=True,
+)
+def plane_with_wrong_partners(rng: np.random.Generator) -> Trial:
+    one, two, truth = _plane_pairs(rng, int(rng.integers(30, 200)), rng.uniform(0, 0.5))
+    found = robust_homography(one, two, threshold=1.5, seed=1)
+    if found.status != 0:
+        return Trial(False, False)
+    grid = np.stack(np.meshgrid([100.0, 320, 540], [80.0, 240, 400]), -1).reshape(-1, 2)
+    off = np.linalg.norm(_moved_pixels(found.model, grid) - _moved_pixels(truth, grid), axis=1)
+    return Trial(True, bool(off.mean() < 2))
+
+
+@row("`robust_homography`", "10 to 100 pairs at random, or three or four of a plane among them")
+def few_pairs_of_a_plane(rng: np.random.Generator) -> Trial:
+    n = int(rng.integers(10, 100))
+    one, two = rng.uniform([0, 0], [640, 480], (2, n, 2))
+    few = int(rng.choice([0, 3, 4]))
+    one[:few], two[:few], _ = _plane_pairs(rng, few, 0.0) if few else (one[:0], two[:0], None)
+    return Trial(robust_homography(one, two, threshold=1.5, seed=1).status == 0, False)

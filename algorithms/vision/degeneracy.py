@@ -8,8 +8,8 @@ import scipy
 from generated import projective3, robust_views
 
 from ..arguments import Reals
-from .normalization import extents, normalized, undone
 from .fundamental import ALL
+from .normalization import extents, normalized, undone
 from .planes import linear_homography
 
 _FLAT = 1e-7

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from generated import projective2, robust_views
+from generated import camera_poses, projective2
 
 from ..arguments import Reals, finite_number, real_array
 from ..evidence import WRONG, Freedom, Noise, Problem, all_or_some_sets, check_sampling, least_by_chance
@@ -188,7 +188,7 @@ class _Scene:
 
     def squares(self, pose: Reals) -> Reals:
         """Return the squared distances (n,) of all pixels in a pose (3, 4)."""
-        return np.asarray(robust_views.pixel_squares(pose, self.k, self.places, self.image))
+        return np.asarray(camera_poses.pixel_squares(pose, self.k, self.places, self.image))
 
     def suspicious(self, found: Poses) -> bool:
         """Return whether the residuals of the best of the minima exceed the usual noise."""
@@ -239,13 +239,13 @@ def _problem(scene: _Scene) -> Problem:
         return three_points(places[sets], seen[sets]).reshape(-1, 3, 4)
 
     def distances(models: Reals, points: Reals, pixels: Reals) -> Reals:
-        return np.sqrt(robust_views.pixel_squares(models, k, points, pixels))
+        return np.sqrt(camera_poses.pixel_squares(models, k, points, pixels))
 
     def costs(models: Reals, points: Reals, pixels: Reals, threshold: float) -> Reals:
-        return np.asarray(robust_views.truncated_pixel_squares(models, k, points, pixels, threshold * threshold))
+        return np.asarray(camera_poses.truncated_pixel_squares(models, k, points, pixels, threshold * threshold))
 
     def descend(model: Reals, threshold: float) -> Reals:
-        found, _, _ = robust_views.descend_pose(model, k, places, image, threshold * threshold, _SOON)
+        found, _, _ = camera_poses.descend_pose(model, k, places, image, threshold * threshold, _SOON)
         return np.asarray(found)
 
     return Problem(places, image, _FREEDOM, solve, distances, costs, descend)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from generated import pga3, robust_views
+from generated import camera_poses, pga3
 
 from ..arguments import Reals
 from ..evidence import WRONG, Noise, differ, largest_likely, likely
@@ -121,7 +121,7 @@ def pose_status(found: Poses, places: Reals, image: Reals, k: Reals, noise: Nois
     spread = ((image - image.mean(1, keepdims=True)) ** 2).sum((1, 2))
     explained = best.cost <= min(WRONG ** (1 / (n - 3)), _EXPLAINED) * spread
     explained &= ~noise.contradicted(best.cost, freedom)
-    squares = robust_views.pixel_squares(best.matrix, k, places, image)
+    squares = camera_poses.pixel_squares(best.matrix, k, places, image)
     explained &= ~noise.outlying(squares, 2, best.cost[:, None] - squares, freedom - 2).any(1)
     # A minimum that was not reached may be as likely as the linear problem says.
     costs = np.where(found.converged, found.cost, np.maximum(found.lowest, best.cost[:, None]))
@@ -160,7 +160,7 @@ def _offsets(found: Poses, i: int) -> Reals:
 
 def refined_poses(start: Reals, places: Reals, image: Reals, k: Reals, n_steps: int) -> Poses:
     """Return the minima near poses (b, 3, 4), with steps on the manifold of motions."""
-    found, triangle, numbers = robust_views.descend_pose(start, k, places, image, _ALL, n_steps + 1.0)
+    found, triangle, numbers = camera_poses.descend_pose(start, k, places, image, _ALL, n_steps + 1.0)
     cost = np.where(numbers[..., 0] < _ALL, numbers[..., 0], np.nan)
     depths = (places @ found[:, 2, :3, None])[..., 0] + found[:, 2, 3:]
     in_front = np.asarray((depths > 0).all(1))

@@ -10,7 +10,7 @@ from itertools import combinations
 
 import numpy as np
 
-from generated import linear_views, matrices, robust_views
+from generated import camera_poses, linear_views, matrices
 
 from ..arguments import Reals
 from .normalization import homogeneous
@@ -50,7 +50,7 @@ def three_points(places: Reals, seen: Reals) -> Reals:
 
     For complex roots, which noise makes of double roots, the real part is used.
     """
-    poses, is_there = robust_views.poses_of_three(places, seen)
+    poses, is_there = camera_poses.poses_of_three(places, seen)
     return np.where(np.asarray(is_there)[..., None, None] > 0, poses, np.nan)
 
 

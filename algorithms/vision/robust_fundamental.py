@@ -222,7 +222,7 @@ def hidden_by_a_line(
         normal = np.stack([-along[:, 1], along[:, 0]], -1)
         with np.errstate(divide="ignore", invalid="ignore"):
             normal = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
-        across = np.abs(((points - a[:, None]) * normal[:, None]).sum(-1))
+        across = np.abs(normal @ points.T - (normal * a).sum(1, keepdims=True))
         near = across <= _WIDE * threshold
         off = ~near[near[:, inliers].sum(1).argmax()]
         if off.all():

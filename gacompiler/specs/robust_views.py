@@ -1,7 +1,7 @@
-"""Models of random samples, and the models near them with the least truncated squares, for robust estimates of views.
+"""Homographies and fundamental matrices of random samples, and those near them with the least truncated squares.
 
-Homographies come from four pairs of pixels, fundamental matrices from seven, and poses of a camera from three points.
-Descents use all points whose squared distance is below a limit.
+Homographies come from four pairs of pixels and fundamental matrices from seven. Descents use all pairs whose squared
+distance is below a limit.
 """
 
 from fractions import Fraction
@@ -9,7 +9,7 @@ from fractions import Fraction
 import gacompiler as ga
 from gacompiler import SCALAR, absolute, array, each, kernel, matrices, maximum, minimum, select, sqrt, total
 from gacompiler.specs.families.covariances import choose, cross, dot
-from gacompiler.specs.families.descents import TINY, UNKNOWN, descend
+from gacompiler.specs.families.descents import descend
 from gacompiler.specs.families.essential import nonzero, null_space
 from gacompiler.specs.families.rotations import quaternion_of_matrix
 from gacompiler.specs.families.two_views import (
@@ -23,15 +23,12 @@ from gacompiler.specs.families.two_views import (
     unit,
 )
 
-THREE, POSE = array(SCALAR, 3, 3), array(SCALAR, 3, 4)
-PIXELS, PLACES, NUMBERS = array(SCALAR, "n", 2, shared=True), array(SCALAR, "n", 3, shared=True), array(SCALAR, "n")
-OWN_PIXELS, OWN_PLACES = array(SCALAR, "n", 2), array(SCALAR, "n", 3)
+THREE, NUMBERS = array(SCALAR, 3, 3), array(SCALAR, "n")
+PIXELS, OWN_PIXELS = array(SCALAR, "n", 2, shared=True), array(SCALAR, "n", 2)
 FLAT = Fraction(1, 1000)
 """A triangle whose height is below this part of its longest side leaves the homography of four points undetermined."""
 SMALL = Fraction(1, 10**28)
 """A sum of squares of coordinates near 1 that is rounding."""
-ALL = 10**20
-"""A squared distance of pixels beyond which no limit is meant."""
 AXES = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 
 
@@ -129,7 +126,7 @@ def _scale(points):
     """Return the mean of points, and the inverse of their root mean square distance from it."""
     sums, count = total(lambda p: (tuple(p), 1), points)
     mean = tuple(x / count for x in sums)
-    square = total(lambda p: dot([x - m for x, m in zip(p, mean, strict=True)], [x - m for x, m in zip(p, mean, strict=True)]), points)  # fmt: skip
+    square = total(lambda p: sum((x - m) * (x - m) for x, m in zip(p, mean, strict=True)), points)
     return mean, 1 / sqrt(select(square > 0, square / count, 1))
 
 
@@ -170,8 +167,8 @@ def descend_homography(matrix, first, second, limit, at_most):
     def moved(state, step):
         now = state[:3], state[3:6], state[6:]
         change = step[:3], step[3:6], (*step[6:], 0)
-        entries = [a + b for row, more in zip(now, product(now, change), strict=True) for a, b in zip(row, more, strict=True)]  # fmt: skip
-        return unit(entries)
+        steps = [x for row in product(now, change) for x in row]
+        return unit([a + b for a, b in zip(state, steps, strict=True)])
 
     found = descend(unit([x for row in start for x in row]), 8, equations, moved, at_most)
     rows = found.state[:3], found.state[3:6], found.state[6:]
@@ -198,12 +195,12 @@ def fundamentals_of_seven(first, second):
     a, b = ((each_[:3], each_[3:6], each_[6:]) for each_ in basis)
     outer = [[cross(m[j], m[k]) for j, k in ((1, 2), (2, 0), (0, 1))] for m in (a, b)]
     cubic, constant = dot(outer[0][0], a[0]), dot(outer[1][0], b[0])
-    mixed = [sum(dot(minor, row) for minor, row in zip(minors, rows, strict=True)) for minors, rows in zip(outer, (b, a), strict=True)]  # fmt: skip
+    flat = [tuple(x for row in m for x in row) for m in (a, b)]
+    mixed = [dot([x for row in outer[k] for x in row], flat[1 - k]) for k in (0, 1)]
     # The matrices are a + x b, or x a + b if the roots would be large.
     swap = absolute(constant) < absolute(cubic)
     highest, high, low, lowest = choose(swap, (cubic, *mixed, constant), (constant, *mixed[::-1], cubic))
     real, _, number = ga.cubic_roots(highest, high, low, lowest)
-    flat = [tuple(x for row in m for x in row) for m in (a, b)]
     scaled, fixed = choose(swap, flat[0], flat[1]), choose(swap, flat[1], flat[0])
     found = []
     for x in real:
@@ -260,164 +257,9 @@ def descend_fundamental(matrix, first, second, limit, at_most):
     start = (*quaternion_of_matrix(u), *quaternion_of_matrix(v), values[1] / nonzero(values[0]))
     found = descend(start, 7, equations, moved, at_most, SMALL)
     entries = unit([x for row in whole(*factors(found.state)) for x in row])
-    return (entries[:3], entries[3:6], entries[6:]), (found.cost, found.ended, found.steps, maximum(found.cost - found.gain, 0))
-
-
-# Poses.
-
-
-def _frame(triangle):
-    """Return orthonormal axes, as rows, of a triangle: its first edge, the normal of this in its plane, the normal."""
-    edge, other = [[b - a for a, b in zip(triangle[0], p, strict=True)] for p in triangle[1:]]
-    x = unit(edge)
-    z = unit(cross(x, other))
-    return x, cross(z, x), z
-
-
-@kernel(places=array(SCALAR, 3, 3), seen=array(SCALAR, 3, 2), returns=(array(SCALAR, 4, 3, 4), array(SCALAR, 4)))
-def poses_of_three(places, seen):
-    """Compute the poses [R | t] of a camera that sees three points in directions (x, y, 1).
-
-    Distances between the points give two conics in the ratios of the depths, and those give a quartic (Grunert 1841).
-    For complex roots, which noise makes of double roots, the real part is used.
-
-    Returns
-    -------
-    poses
-    is_there
-        1 if the depths of a pose are positive, else 0.
-    """
-    rays = [unit((*p, 1)) for p in seen]
-    alpha, beta, gamma = (dot(rays[i], rays[j]) for i, j in ((1, 2), (0, 2), (0, 1)))
-    edges = [[p - q for p, q in zip(places[i], places[j], strict=True)] for i, j in ((1, 2), (0, 2), (0, 1))]
-    a, b, c = (dot(edge, edge) for edge in edges)
-    ratio, other = (a - c) / b, c / b
-    # Depths are s, u s and v s; u = numerator / denominator, and u^2 - 2 gamma u + rest = 0, polynomials in v.
-    numerator = [1 + ratio, -2 * ratio * beta, ratio - 1]
-    denominator = [2 * gamma, -2 * alpha]
-    rest = [1 - other, 2 * other * beta, -other]
-    quartic = [0, 0, 0, 0, 0]
-    for left, right, factor in (
-        (numerator, numerator, 1),
-        (rest, _times(denominator, denominator), 1),
-        (numerator, denominator, -2 * gamma),
-    ):
-        for k, x in enumerate(_times(left, right)):
-            quartic[k] = quartic[k] + factor * x
-    roots, _, _ = ga.quartic_roots(*quartic[::-1])
-    frame = _frame(places)
-    poses, there = [], []
-    middle = [sum(column[1:], column[0]) / 3 for column in zip(*places, strict=True)]
-    for v in roots:
-        u = _at(numerator, v) / nonzero(_at(denominator, v))
-        square = 1 + v * v - 2 * v * beta
-        first = sqrt(b / maximum(square, TINY))
-        depths = first, u * first, v * first
-        points = [tuple(d * x for x in ray) for d, ray in zip(depths, rays, strict=True)]
-        rotation = product(transposed(_frame(points)), frame)
-        centre = [sum(column[1:], column[0]) / 3 for column in zip(*points, strict=True)]
-        shift = [x - dot(row, middle) for x, row in zip(centre, rotation, strict=True)]
-        poses.append(tuple((*row, s) for row, s in zip(rotation, shift, strict=True)))
-        there.append(select(u > 0, select(v > 0, 1, 0), 0))
-    return tuple(poses), tuple(there)
-
-
-def _times(a, b):
-    """Return the product of two polynomials, with coefficients from the constant one."""
-    found = [0] * (len(a) + len(b) - 1)
-    for i, x in enumerate(a):
-        for j, y in enumerate(b):
-            found[i + j] = found[i + j] + x * y
-    return found
-
-
-def _at(polynomial, x):
-    value = polynomial[-1]
-    for coefficient in polynomial[-2::-1]:
-        value = value * x + coefficient
-    return value
-
-
-def _seen(rotation, shift, k, place, pixel):
-    """Return the offset of the image of a point from a pixel, and the point in the frame of the camera."""
-    x, y, z = (a + s for a, s in zip(applied(rotation, place), shift, strict=True))
-    depth = nonzero(z)
-    u, v = x / depth, y / depth
-    image = [dot(row, (u, v, 1)) for row in k[:2]]
-    return [a - b for a, b in zip(image, pixel, strict=True)], (u, v, z)
-
-
-def _parts(pose):
-    return [row[:3] for row in pose], [row[3] for row in pose]
-
-
-def _pixel_square(rotation, shift, k, place, pixel):
-    off, (_, _, z) = _seen(rotation, shift, k, place, pixel)
-    return select(z > 0, dot(off, off), UNKNOWN)
-
-
-@kernel(pose=POSE, k=THREE, places=OWN_PLACES, pixels=OWN_PIXELS, returns=NUMBERS)
-def pixel_squares(pose, k, places, pixels):
-    """Compute squared distances of pixels from the images of points in a pose; 1e30 behind the camera."""
-    rotation, shift = _parts(pose)
-    return each(lambda x, y: _pixel_square(rotation, shift, k, x, y), places, pixels)
-
-
-@kernel(pose=POSE, k=THREE, places=PLACES, pixels=PIXELS, limit=SCALAR, returns=SCALAR)
-def truncated_pixel_squares(pose, k, places, pixels, limit):
-    """Sum `pixel_squares`, each at most `limit`."""
-    rotation, shift = _parts(pose)
-    return total(lambda x, y: minimum(_pixel_square(rotation, shift, k, x, y), limit), places, pixels)
-
-
-@kernel(
-    pose=POSE, k=THREE, places=OWN_PLACES, pixels=OWN_PIXELS, limit=SCALAR, at_most=SCALAR,
-    returns=(POSE, array(SCALAR, 21), array(SCALAR, 4)),
-)  # fmt: skip
-def descend_pose(pose, k, places, pixels, limit, at_most):
-    """Find the pose near another with the least `pixel_squares`, each at most `limit`.
-
-    Steps of Levenberg and Marquardt are by a rotation vector that follows the pose, and by a translation in units of
-    the distance of the origin from the camera. Points behind the camera count as `limit`, unless it is 1e20 or more:
-    all points are used then, and those behind the camera have the images that the formulas give.
-
-    Returns
-    -------
-    pose
-    triangle
-        The upper triangle of the normal equations, by a step.
-    numbers
-        The sum of truncated squares, 1 if a minimum was reached, else 0, the number of steps, and the sum that linear
-        equations at the pose would leave.
-    """
-    start, offset = _parts(pose)
-    beyond = select(limit < ALL, 2 * limit, 0)
-
-    def equations(state):
-        rotation, shift = rotation_matrix(state[:4]), state[4:]
-        size = sqrt(dot(shift, shift))
-
-        def of(place, pixel):
-            off, (u, v, z) = _seen(rotation, shift, k, place, pixel)
-            square = dot(off, off) + select(z > 0, 0, beyond)
-            used, nearness = select(square < limit, 1, 0), size / nonzero(z)
-            turned = ((-u * v, 1 + u * u, -v), (-1 - v * v, u * v, u))
-            shifted = ((nearness, 0, -u * nearness), (0, nearness, -v * nearness))
-            change = [(*a, *b) for a, b in zip(turned, shifted, strict=True)]
-            columns = [tuple(dot(row[:2], column) for row in k[:2]) for column in zip(*change, strict=True)]
-            table = tuple(used * dot(columns[i], columns[j]) for i in range(6) for j in range(i, 6))
-            return (*table, *(used * dot(column, off) for column in columns), minimum(square, limit))
-
-        return total(of, places, pixels)
-
-    def moved(state, step):
-        shift = state[4:]
-        size = sqrt(dot(shift, shift))
-        turned = turned_by((1, 0, 0, 0), step[:3])
-        after = applied(rotation_matrix(turned), shift)
-        return (*turned_by(state[:4], step[:3]), *(a + size * s for a, s in zip(after, step[3:], strict=True)))
-
-    found = descend((*quaternion_of_matrix(start), *offset), 6, equations, moved, at_most)
-    rows = rotation_matrix(found.state[:4])
-    pose = tuple((*row, s) for row, s in zip(rows, found.state[4:], strict=True))
-    return pose, found.table, (found.cost, found.ended, found.steps, found.cost - found.gain)
+    return (entries[:3], entries[3:6], entries[6:]), (
+        found.cost,
+        found.ended,
+        found.steps,
+        maximum(found.cost - found.gain, 0),
+    )

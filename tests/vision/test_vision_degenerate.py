@@ -27,7 +27,7 @@ from algorithms.vision import (
     fundamental,
 )
 from algorithms.vision.status import distinct
-from generated import pga3, projective3
+from generated import pga3
 
 Array = np.ndarray[Any, Any]
 RNG = np.random.default_rng(31)

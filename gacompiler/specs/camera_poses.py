@@ -1,0 +1,166 @@
+"""Poses of a camera from three points, and the poses near others with the least truncated squares of pixels.
+
+A pose [R | t] takes the frame of the points to that of the camera. Pixels are those of the matrix K.
+"""
+
+import gacompiler as ga
+from gacompiler import SCALAR, array, each, kernel, maximum, minimum, select, sqrt, total
+from gacompiler.specs.families.covariances import cross, dot
+from gacompiler.specs.families.descents import TINY, UNKNOWN, descend
+from gacompiler.specs.families.essential import nonzero, times
+from gacompiler.specs.families.rotations import quaternion_of_matrix
+from gacompiler.specs.families.two_views import applied, product, rotation_matrix, transposed, turned_by, unit
+
+THREE, POSE, NUMBERS = array(SCALAR, 3, 3), array(SCALAR, 3, 4), array(SCALAR, "n")
+PIXELS, PLACES = array(SCALAR, "n", 2, shared=True), array(SCALAR, "n", 3, shared=True)
+OWN_PIXELS, OWN_PLACES = array(SCALAR, "n", 2), array(SCALAR, "n", 3)
+ALL = 10**20
+"""A squared distance of pixels beyond which no limit is meant."""
+
+
+def _frame(triangle):
+    """Return orthonormal axes, as rows, of a triangle: its first edge, the normal of this in its plane, the normal."""
+    edge, other = [[b - a for a, b in zip(triangle[0], p, strict=True)] for p in triangle[1:]]
+    x = unit(edge)
+    z = unit(cross(x, other))
+    return x, cross(z, x), z
+
+
+@kernel(places=array(SCALAR, 3, 3), seen=array(SCALAR, 3, 2), returns=(array(SCALAR, 4, 3, 4), array(SCALAR, 4)))
+def poses_of_three(places, seen):
+    """Compute the poses [R | t] of a camera that sees three points in directions (x, y, 1).
+
+    Distances between the points give two conics in the ratios of the depths, and those give a quartic (Grunert 1841).
+    For complex roots, which noise makes of double roots, the real part is used.
+
+    Returns
+    -------
+    poses
+    is_there
+        1 if the depths of a pose are positive, else 0.
+    """
+    rays = [unit((*p, 1)) for p in seen]
+    alpha, beta, gamma = (dot(rays[i], rays[j]) for i, j in ((1, 2), (0, 2), (0, 1)))
+    edges = [[p - q for p, q in zip(places[i], places[j], strict=True)] for i, j in ((1, 2), (0, 2), (0, 1))]
+    a, b, c = (dot(edge, edge) for edge in edges)
+    ratio, other = (a - c) / b, c / b
+    # Depths are s, u s and v s; u = numerator / denominator, and u^2 - 2 gamma u + rest = 0, polynomials in v.
+    numerator = [1 + ratio, -2 * ratio * beta, ratio - 1]
+    denominator = [2 * gamma, -2 * alpha]
+    rest = [1 - other, 2 * other * beta, -other]
+    quartic = [0, 0, 0, 0, 0]
+    for left, right, factor in (
+        (numerator, numerator, 1),
+        (rest, times(denominator, denominator), 1),
+        (numerator, denominator, -2 * gamma),
+    ):
+        for k, x in enumerate(times(left, right)):
+            quartic[k] = quartic[k] + factor * x
+    roots, _, _ = ga.quartic_roots(*quartic[::-1])
+    frame = _frame(places)
+    poses, there = [], []
+    middle = [sum(column[1:], column[0]) / 3 for column in zip(*places, strict=True)]
+    for v in roots:
+        u = _at(numerator, v) / nonzero(_at(denominator, v))
+        square = 1 + v * v - 2 * v * beta
+        first = sqrt(b / maximum(square, TINY))
+        depths = first, u * first, v * first
+        points = [tuple(d * x for x in ray) for d, ray in zip(depths, rays, strict=True)]
+        rotation = product(transposed(_frame(points)), frame)
+        centre = [sum(column[1:], column[0]) / 3 for column in zip(*points, strict=True)]
+        shift = [x - dot(row, middle) for x, row in zip(centre, rotation, strict=True)]
+        poses.append(tuple((*row, s) for row, s in zip(rotation, shift, strict=True)))
+        there.append(select(u > 0, select(v > 0, 1, 0), 0))
+    return tuple(poses), tuple(there)
+
+
+def _at(polynomial, x):
+    value = polynomial[-1]
+    for coefficient in polynomial[-2::-1]:
+        value = value * x + coefficient
+    return value
+
+
+def _seen(rotation, shift, k, place, pixel):
+    """Return the offset of the image of a point from a pixel, and the point in the frame of the camera."""
+    x, y, z = (a + s for a, s in zip(applied(rotation, place), shift, strict=True))
+    depth = nonzero(z)
+    u, v = x / depth, y / depth
+    image = [dot(row, (u, v, 1)) for row in k[:2]]
+    return [a - b for a, b in zip(image, pixel, strict=True)], (u, v, z)
+
+
+def _parts(pose):
+    return [row[:3] for row in pose], [row[3] for row in pose]
+
+
+def _pixel_square(rotation, shift, k, place, pixel):
+    off, (_, _, z) = _seen(rotation, shift, k, place, pixel)
+    return select(z > 0, dot(off, off), UNKNOWN)
+
+
+@kernel(pose=POSE, k=THREE, places=OWN_PLACES, pixels=OWN_PIXELS, returns=NUMBERS)
+def pixel_squares(pose, k, places, pixels):
+    """Compute squared distances of pixels from the images of points in a pose; 1e30 behind the camera."""
+    rotation, shift = _parts(pose)
+    return each(lambda x, y: _pixel_square(rotation, shift, k, x, y), places, pixels)
+
+
+@kernel(pose=POSE, k=THREE, places=PLACES, pixels=PIXELS, limit=SCALAR, returns=SCALAR)
+def truncated_pixel_squares(pose, k, places, pixels, limit):
+    """Sum `pixel_squares`, each at most `limit`."""
+    rotation, shift = _parts(pose)
+    return total(lambda x, y: minimum(_pixel_square(rotation, shift, k, x, y), limit), places, pixels)
+
+
+@kernel(
+    pose=POSE, k=THREE, places=OWN_PLACES, pixels=OWN_PIXELS, limit=SCALAR, at_most=SCALAR,
+    returns=(POSE, array(SCALAR, 21), array(SCALAR, 4)),
+)  # fmt: skip
+def descend_pose(pose, k, places, pixels, limit, at_most):
+    """Find the pose near another with the least `pixel_squares`, each at most `limit`.
+
+    Steps of Levenberg and Marquardt are by a rotation vector that follows the pose, and by a translation in units of
+    the distance of the origin from the camera. Points behind the camera count as `limit`, unless it is 1e20 or more:
+    all points are used then, and those behind the camera have the images that the formulas give.
+
+    Returns
+    -------
+    pose
+    triangle
+        The upper triangle of the normal equations, by a step.
+    numbers
+        The sum of truncated squares, 1 if a minimum was reached, else 0, the number of steps, and the sum that linear
+        equations at the pose would leave.
+    """
+    start, offset = _parts(pose)
+    beyond = select(limit < ALL, 2 * limit, 0)
+
+    def equations(state):
+        rotation, shift = rotation_matrix(state[:4]), state[4:]
+        size = sqrt(dot(shift, shift))
+
+        def of(place, pixel):
+            off, (u, v, z) = _seen(rotation, shift, k, place, pixel)
+            square = dot(off, off) + select(z > 0, 0, beyond)
+            used, nearness = select(square < limit, 1, 0), size / nonzero(z)
+            turned = ((-u * v, 1 + u * u, -v), (-1 - v * v, u * v, u))
+            shifted = ((nearness, 0, -u * nearness), (0, nearness, -v * nearness))
+            change = [(*a, *b) for a, b in zip(turned, shifted, strict=True)]
+            columns = [tuple(dot(row[:2], column) for row in k[:2]) for column in zip(*change, strict=True)]
+            table = tuple(used * dot(columns[i], columns[j]) for i in range(6) for j in range(i, 6))
+            return (*table, *(used * dot(column, off) for column in columns), minimum(square, limit))
+
+        return total(of, places, pixels)
+
+    def moved(state, step):
+        shift = state[4:]
+        size = sqrt(dot(shift, shift))
+        turned = turned_by((1, 0, 0, 0), step[:3])
+        after = applied(rotation_matrix(turned), shift)
+        return (*turned_by(state[:4], step[:3]), *(a + size * s for a, s in zip(after, step[3:], strict=True)))
+
+    found = descend((*quaternion_of_matrix(start), *offset), 6, equations, moved, at_most)
+    rows = rotation_matrix(found.state[:4])
+    pose = tuple((*row, s) for row, s in zip(rows, found.state[4:], strict=True))
+    return pose, found.table, (found.cost, found.ended, found.steps, found.cost - found.gain)

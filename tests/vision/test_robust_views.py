@@ -1,0 +1,187 @@
+"""Models of random samples and descents of `robust_views` and `camera_poses`, beside exact scenes and scipy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.optimize
+
+from generated import camera_poses, pga3, relative_poses, robust_views
+
+Array = np.ndarray[Any, Any]
+K = np.array([[700.0, 3, 320], [0, 690, 240], [0, 0, 1]])
+ALL = 1e20
+
+
+def motion(rng: np.random.Generator) -> Array:
+    """A pose [R | t] about six units away."""
+    motor = pga3.motor_from_rotation_vector_translation(rng.normal(size=3), rng.normal(loc=(0, 0, 6)))
+    return np.asarray(pga3.motor_to_matrix(motor)[:3])
+
+
+def seen(matrix: Array, places: Array) -> Array:
+    """The images of points (n, d) by a matrix (3, d + 1)."""
+    moved = places @ matrix[:, :-1].T + matrix[:, -1]
+    return np.asarray(moved[:, :2] / moved[:, 2:])
+
+
+def views(rng: np.random.Generator, n: int) -> tuple[Array, Array, Array]:
+    """Directions of points in two cameras, and the essential matrix."""
+    one, two = motion(rng), motion(rng)
+    places = rng.normal(size=(n, 3))
+    turn = two[:, :3] @ one[:, :3].T
+    t = two[:, 3] - turn @ one[:, 3]
+    cross = np.array([[0, -t[2], t[1]], [t[2], 0, -t[0]], [-t[1], t[0], 0]])
+    essential = cross @ turn
+    return seen(one, places), seen(two, places), essential / np.linalg.norm(essential)
+
+
+def up_to_sign(a: Array, b: Array) -> float:
+    return float(min(np.abs(a - b).max(), np.abs(a + b).max()))
+
+
+def test_homographies_of_four_pairs() -> None:
+    rng = np.random.default_rng(1)
+    for _ in range(50):
+        matrix = np.eye(3) + 0.3 * rng.normal(size=(3, 3)) * [[1, 1, 100], [1, 1, 100], [1e-3, 1e-3, 1]]
+        first = rng.uniform(0, 600, (4, 2))
+        found, is_determined = robust_views.homography_of_four(first, seen(matrix, first))
+        if is_determined:
+            assert up_to_sign(found, matrix / np.linalg.norm(matrix)) < 1e-7
+    line = np.array([[0.0, 0], [1, 1], [3, 3], [0, 2]])
+    square = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])
+    assert not robust_views.homography_of_four(line, square)[1]
+    assert not robust_views.homography_of_four(square, line)[1]
+    assert robust_views.homography_of_four(square, 2 * square)[1]
+
+
+def test_fundamental_matrices_of_seven_pairs_are_all_singular_ones_that_fit() -> None:
+    """Their number is that of the real roots of the determinant in the null space of the equations."""
+    rng, numbers = np.random.default_rng(2), set()
+    for k in range(60):
+        first, second, truth = views(rng, 7)
+        if k % 2:
+            second = rng.normal(size=(7, 2))
+        found, number = robust_views.fundamentals_of_seven(first, second)
+        x, y = (np.insert(p, 2, 1, axis=1) for p in (first, second))
+        equations = (y[:, :, None] * x[:, None]).reshape(7, 9)
+        a, b = np.linalg.svd(equations)[2][7:].reshape(2, 3, 3)
+        at = np.array([-1.0, 0, 1, 2])
+        cubic = np.linalg.solve(np.vander(at, 4), [np.linalg.det(a + t * b) for t in at])
+        assert number == (np.abs(np.roots(cubic).imag) < 1e-7).sum()
+        numbers.add(int(number))
+        for each in found[: int(number)]:
+            assert np.linalg.norm(each) == pytest.approx(1) and abs(np.linalg.det(each)) < 1e-12
+            assert np.abs(equations @ each.ravel()).max() < 1e-12
+        if not k % 2:
+            assert min(up_to_sign(each, truth) for each in found[: int(number)]) < 1e-8
+    assert numbers == {1, 3}
+
+
+def test_poses_of_three_points() -> None:
+    """Noise makes double roots of nearly double ones, where the error is the root of that of the coefficients."""
+    rng, counts, errors = np.random.default_rng(3), np.zeros(5, int), []
+    for _ in range(200):
+        pose, places = motion(rng), rng.normal(size=(3, 3))
+        directions = seen(pose, places)
+        found, is_there = camera_poses.poses_of_three(places, directions)
+        good = [each for each in found[is_there > 0] if np.abs(seen(each, places) - directions).max() < 1e-7]
+        errors.append(min(np.abs(each - pose).max() for each in good))
+        for each in good:
+            assert np.abs(each[:, :3] @ each[:, :3].T - np.eye(3)).max() < 1e-12 and np.linalg.det(each[:, :3]) > 0
+        counts[len(good)] += 1
+    assert counts[2] > 20 and counts[4] > 10
+    assert np.median(errors) < 1e-11 and np.quantile(errors, 0.95) < 1e-8 and max(errors) < 1e-4
+
+
+def minimum(residuals: Callable[[Array], Array], start: Array) -> float:
+    found = scipy.optimize.least_squares(residuals, start, x_scale="jac", xtol=1e-15, ftol=1e-15, gtol=1e-15)
+    return 2 * float(found.cost)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_descents_end_in_the_minima_of_scipy(seed: int) -> None:
+    """Wrong pairs count as the limit, and others are those that the minimum explains."""
+    rng = np.random.default_rng(seed)
+    n, wrong = 60, np.arange(60) < 15
+    pose, places = motion(rng), rng.normal(size=(60, 3))
+    pixels = seen(K @ pose, places) + rng.normal(size=(n, 2))
+    pixels[wrong] += 80
+    found, triangle, numbers = camera_poses.descend_pose(pose, K, places, pixels, 25.0, 50.0)
+    used = camera_poses.pixel_squares(found, K, places, pixels) < 25
+
+    def of_pose(step: Array) -> Array:
+        turn = np.asarray(pga3.motor_to_matrix(pga3.motor_from_rotation_vector_translation(step[:3], step[3:])))
+        return (seen(K @ (turn @ np.vstack([pose, [0, 0, 0, 1]]))[:3], places[used]) - pixels[used]).ravel()
+
+    known = minimum(of_pose, np.zeros(6)) + 25 * (~used).sum()
+    assert numbers[1] and numbers[0] == pytest.approx(known, rel=1e-10) and numbers[3] == pytest.approx(known)
+    assert (used == ~wrong).all()
+    spread = np.linalg.inv(_square(triangle, 6))
+    jacobian = scipy.optimize.approx_fprime(np.zeros(6), of_pose, 1e-7)
+    assert np.sqrt(np.diag(spread)[:3]) == pytest.approx(
+        np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian))[:3]), 0.3
+    )
+
+    matrix = np.eye(3) + 0.2 * rng.normal(size=(3, 3)) * [[1, 1, 100], [1, 1, 100], [1e-3, 1e-3, 1]]
+    first = rng.uniform(0, 400, (n, 2))
+    second = seen(matrix, first) + rng.normal(size=(n, 2))
+    second[wrong] += 80
+    fitted, numbers = robust_views.descend_homography(matrix, first, second, 25.0, 50.0)
+    used = robust_views.transfer_squares(fitted, first, second) < 25
+    start = (fitted / fitted[2, 2]).ravel()[:8]
+    known = minimum(lambda v: (seen(np.append(v, 1).reshape(3, 3), first[used]) - second[used]).ravel(), start)
+    assert numbers[1] and numbers[0] == pytest.approx(known + 25 * (~used).sum(), rel=1e-10)
+
+    x, y, essential = views(rng, n)
+    y = y + 1e-3 * rng.normal(size=(n, 2))
+    y[wrong] += 0.3
+    fitted, numbers = robust_views.descend_fundamental(essential, x, y, 2e-5, 60.0)
+    used = relative_poses.squared_distances(fitted, x, y) < 2e-5
+    u, s, v = np.linalg.svd(fitted)
+
+    def of_matrix(step: Array) -> Array:
+        left, right = (pga3.rotor_to_matrix(pga3.rotor_from_rotation_vector(w)) for w in (step[:3], step[3:6]))
+        now = left @ u @ np.diag([1, s[1] / s[0] + step[6], 0]) @ v @ right
+        a, b = np.insert(x[used], 2, 1, axis=1), np.insert(y[used], 2, 1, axis=1)
+        lines, others = a @ now.T, b @ now
+        size = np.sqrt((lines[:, :2] ** 2).sum(1) + (others[:, :2] ** 2).sum(1))
+        return np.asarray((b * lines).sum(1) / size)
+
+    known = minimum(of_matrix, np.zeros(7)) + 2e-5 * (~used).sum()
+    assert numbers[1] and numbers[0] == pytest.approx(known, rel=1e-8) and abs(np.linalg.det(fitted)) < 1e-15
+    assert relative_poses.truncated_squares(fitted, x, y, 2e-5) == pytest.approx(numbers[0])
+
+
+def _square(triangle: Array, n: int) -> Array:
+    matrix = np.zeros((n, n))
+    matrix[np.triu_indices(n)] = triangle
+    return matrix + np.triu(matrix, 1).T
+
+
+def test_squares_of_pairs() -> None:
+    rng = np.random.default_rng(4)
+    pose, places = motion(rng), rng.normal(size=(20, 3))
+    pixels = seen(K @ pose, places) + rng.normal(size=(20, 2))
+    behind = places - 20 * pose[2, :3]
+    squares = camera_poses.pixel_squares(pose, K, np.concatenate([places, behind]), np.tile(pixels, (2, 1)))
+    assert squares[:20] == pytest.approx(((seen(K @ pose, places) - pixels) ** 2).sum(1))
+    assert (squares[20:] == 1e30).all()
+    many = camera_poses.truncated_pixel_squares(np.stack([pose, pose]), K, places, pixels, 1.0)
+    assert many == pytest.approx(np.minimum(squares[:20], 1).sum())
+
+    # A pair that fits H, moved along the normals of the surface of such pairs, is as far off as it was moved.
+    matrix = np.array([[1.1, 0.2, 30], [-0.1, 0.9, 5], [1e-4, -2e-4, 1]])
+    first = rng.uniform(0, 400, (10, 2))
+    second = seen(matrix, first)
+    for k in range(10):
+        jacobian = np.concatenate([scipy.optimize.approx_fprime(first[k], lambda p: seen(matrix, p[None])[0], 1e-4),
+                                   -np.eye(2)], 1)  # fmt: skip
+        step = 1e-3 * jacobian.T @ np.linalg.solve(jacobian @ jacobian.T, rng.normal(size=2))
+        square = robust_views.plane_squares(matrix, (first[k] + step[:2])[None], (second[k] + step[2:])[None])[0]
+        assert square == pytest.approx(step @ step, rel=1e-3)
+        whole = robust_views.truncated_plane_squares(matrix, first, second + 0.1, 1e-3)
+        assert whole == pytest.approx(np.minimum(robust_views.plane_squares(matrix, first, second + 0.1), 1e-3).sum())
