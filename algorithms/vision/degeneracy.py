@@ -1,6 +1,8 @@
-"""Test whether noisy pixels of two views determine F, or also fit a plane, a line or too few distinct points."""
+"""Tests whether noisy pixels of two views determine F, or also fit a plane, a line, too few points, or chance."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import scipy
@@ -8,6 +10,8 @@ import scipy
 from generated import projective3, robust_views
 
 from ..arguments import Reals
+from ..evidence import Freedom, Problem, by_chance, explained_by_chance
+from ..evidence.consensus import N_WRONG, Indices
 from .fundamental import ALL
 from .normalization import extents, normalized, undone
 from .planes import linear_homography
@@ -28,6 +32,8 @@ _USUAL_NOISE = 1.2e-3
 """Prior standard deviation of pixels, as a fraction of the extent of the image that they cover,"""
 _WEIGHT = 4.0
 """and the number of residuals that this prior is worth."""
+WIDE = 2.5
+"""Pairs within this multiple of the threshold of a plane or line give no information about points off it."""
 _LINE = 3.0
 """On a line F leaves less than a homography on a plane does: the variance across it may be larger by this factor."""
 _SUSPECTS = 16
@@ -132,3 +138,47 @@ def _several(first: Reals, second: Reals, noisy: bool) -> Reals:
     if noisy and n > 8:
         several |= values[..., -8] <= _RATIO * values[..., 0]
     return np.asarray(several)
+
+
+def displaced_by_chance(
+    problem: Problem, model: Reals, expected: Reals, threshold: float, seed: int, freedom: Freedom
+) -> bool:
+    """Return whether partners displaced as far, but in random directions, agree with a model as well.
+
+    Pairs that were searched only near each other agree more often than shuffled pairs. Partners are displaced from
+    their `expected` places, and from the places of the points in the first image.
+    """
+    rng = np.random.default_rng(seed)
+    distances = np.nan_to_num(problem.distances(model[None], problem.first, problem.second)[0], nan=np.inf)
+    for place in (expected, problem.first):
+        size = np.linalg.norm(problem.second - place, axis=1)
+        repeats = -(-N_WRONG // (2 * len(size)))
+        angles = rng.uniform(0, 2 * np.pi, (repeats, len(size)))
+        partners = place + size[:, None] * np.stack([np.cos(angles), np.sin(angles)], -1)
+        wrong = problem.distances(model[None], np.tile(problem.first, (repeats, 1)), partners.reshape(-1, 2))[0]
+        if by_chance(distances, wrong, threshold, freedom):
+            return True
+    return False
+
+
+def hidden_by_a_line(
+    problem: Problem, model: Reals, inliers: Indices, threshold: float, seed: int, freedom: Freedom
+) -> bool:
+    """Return whether pairs off the line with the most points, in either image, could agree with a model by chance."""
+    rng = np.random.default_rng(seed)
+    for points in (problem.first, problem.second):
+        good = points[inliers]
+        a, b = (good[rng.integers(0, len(good), 50)] for _ in range(2))
+        along = b - a
+        normal = np.stack([-along[:, 1], along[:, 0]], -1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            normal = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
+        across = np.abs(normal @ points.T - (normal * a).sum(1, keepdims=True))
+        near = across <= WIDE * threshold
+        off = ~near[near[:, inliers].sum(1).argmax()]
+        if off.all():
+            continue
+        rest = replace(problem, first=problem.first[off], second=problem.second[off], freedom=freedom)
+        if off.sum() <= freedom.sample_size or explained_by_chance(rest, model, threshold, rng):
+            return True
+    return False

@@ -24,12 +24,11 @@ from ..evidence import (
 from ..evidence.consensus import partners_of_others
 from ..evidence.observability import spectrum
 from .camera import Camera
-from .degeneracy import few_places
+from .degeneracy import displaced_by_chance, few_places, hidden_by_a_line
 from .localization import checked_intrinsics
 from .normalization import extents
 from .pose_refinement import pixel_noise
 from .relative_motions import ALL, FREEDOM, Motions, Scene, halfway, joined, steps_to
-from .robust_fundamental import displaced_by_chance, hidden_by_a_line
 from .status import VisionStatus, check_points, distinct
 
 _CONFIDENCE = 0.999

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 from generated import projective2, relative_poses, robust_views
 
 from ..arguments import Reals, real_array
-from ..evidence import Freedom, Problem, by_chance, check_sampling, explained_by_chance, polished
-from ..evidence.consensus import N_WRONG, Indices
-from .degeneracy import degenerate
+from ..evidence import Freedom, Problem, check_sampling, polished
+from ..evidence.consensus import Indices
+from .degeneracy import WIDE, degenerate, displaced_by_chance, hidden_by_a_line
 from .fundamental import Pixels, of_seven
 from .normalization import extents, homogeneous
 from .planes import homography_problem
@@ -24,10 +24,8 @@ _FREEDOM = Freedom(sample_size=7, parameters=7, codimension=1, solutions=3, fals
 _OFF_A_PLANE = Freedom(sample_size=2, parameters=2, codimension=1, solutions=1, false_alarms=1e-2)
 """A plane leaves the epipole undetermined."""
 _OFF_A_LINE = Freedom(sample_size=4, parameters=4, codimension=1, solutions=3, false_alarms=1e-2)
-_WIDE = 2.5
-"""Pairs within this multiple of the threshold of a plane or line give no information about points off it,"""
 _SIGMAS = 5.0
-"""nor do those within this many standard deviations of the others."""
+"""Pairs within this many standard deviations of the others of a plane give no information about points off it."""
 _SAMPLES = 600
 """Number of samples, enough to find a plane with a third of the pairs."""
 _STEPS = 10
@@ -134,37 +132,16 @@ def _in_space(problem: Problem, found: RobustEstimate, threshold: float, seed: i
     return found
 
 
-def displaced_by_chance(
-    problem: Problem, model: Reals, expected: Reals, threshold: float, seed: int, freedom: Freedom
-) -> bool:
-    """Return whether partners displaced as far, but in random directions, agree with a model as well.
-
-    Pairs that were searched only near each other agree more often than shuffled pairs. Partners are displaced from
-    their `expected` places, and from the places of the points in the first image.
-    """
-    rng = np.random.default_rng(seed)
-    distances = np.nan_to_num(problem.distances(model[None], problem.first, problem.second)[0], nan=np.inf)
-    for place in (expected, problem.first):
-        size = np.linalg.norm(problem.second - place, axis=1)
-        repeats = -(-N_WRONG // (2 * len(size)))
-        angles = rng.uniform(0, 2 * np.pi, (repeats, len(size)))
-        partners = place + size[:, None] * np.stack([np.cos(angles), np.sin(angles)], -1)
-        wrong = problem.distances(model[None], np.tile(problem.first, (repeats, 1)), partners.reshape(-1, 2))[0]
-        if by_chance(distances, wrong, threshold, freedom):
-            return True
-    return False
-
-
 def _beyond_a_plane(
     problem: Problem, found: RobustEstimate, threshold: float, seed: int, confidence: float
 ) -> RobustEstimate:
     """Return the estimate, or a better one, if pairs off the plane with the most inliers determine it."""
     one, two = problem.first, problem.second
     planar = homography_problem(one[found.inliers], two[found.inliers], in_both=True)
-    plane = robust_estimate(planar, _WIDE * threshold, seed, confidence, _SAMPLES)
+    plane = robust_estimate(planar, WIDE * threshold, seed, confidence, _SAMPLES)
     if plane.status != VisionStatus.OK:
         return _in_space(problem, found, threshold, seed)
-    tolerance = max(_WIDE * threshold, _SIGMAS * plane.distance / np.sqrt(2))
+    tolerance = max(WIDE * threshold, _SIGMAS * plane.distance / np.sqrt(2))
     on_plane = np.sqrt(robust_views.plane_squares(plane.model, one, two)) <= tolerance
     off = np.nonzero(~on_plane)[0]
     parallax = _parallax(problem, plane.model, on_plane, threshold, seed, confidence)
@@ -208,26 +185,3 @@ def _parallax(
 
     off = Problem(one, two, _OFF_A_PLANE, solve, problem.distances, _costs, descend)
     return robust_estimate(off, threshold, seed, confidence, len(one) ** 2 + 5000)
-
-
-def hidden_by_a_line(
-    problem: Problem, model: Reals, inliers: Indices, threshold: float, seed: int, freedom: Freedom
-) -> bool:
-    """Return whether pairs off the line with the most points, in either image, could agree with a model by chance."""
-    rng = np.random.default_rng(seed)
-    for points in (problem.first, problem.second):
-        good = points[inliers]
-        a, b = (good[rng.integers(0, len(good), 50)] for _ in range(2))
-        along = b - a
-        normal = np.stack([-along[:, 1], along[:, 0]], -1)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            normal = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
-        across = np.abs(normal @ points.T - (normal * a).sum(1, keepdims=True))
-        near = across <= _WIDE * threshold
-        off = ~near[near[:, inliers].sum(1).argmax()]
-        if off.all():
-            continue
-        rest = replace(problem, first=problem.first[off], second=problem.second[off], freedom=freedom)
-        if off.sum() <= freedom.sample_size or explained_by_chance(rest, model, threshold, rng):
-            return True
-    return False
