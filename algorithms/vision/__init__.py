@@ -21,8 +21,10 @@ from .hand_eye_results import HandEye, HandEyeOfPoses, HandEyeStatus
 from .invariants import cross_ratio, invariants_3d, invariants_3d_deviation, p2_invariants, permutation_invariant
 from .landmarks import LandmarkMap, Recognition
 from .localization import Localization, localize
+from .minimal_poses import poses_of_three_points
 from .navigation import LandmarkPose, localize_by_landmarks
 from .omnidirectional import OmnidirectionalCamera, conic_value
+from .plane_motions import PlaneMotions, motions_of_plane
 from .planes import homography, robust_homography
 from .relative_pose import RelativePose, relative_pose
 from .robust import RobustEstimate
@@ -71,6 +73,7 @@ __all__ = [
     "Observations",
     "OmnidirectionalCamera",
     "PlaneCalibration",
+    "PlaneMotions",
     "Recognition",
     "RectifiedPair",
     "RelativePose",
@@ -102,8 +105,10 @@ __all__ = [
     "localizations",
     "localize",
     "localize_by_landmarks",
+    "motions_of_plane",
     "p2_invariants",
     "permutation_invariant",
+    "poses_of_three_points",
     "projective_depths",
     "quadrifocal_tensor",
     "read_bal",

@@ -257,3 +257,8 @@ def checked_intrinsics(intrinsics: ArrayLike) -> Reals:
     if k.ndim != 2 or not np.isfinite(k).all() or np.tril(k, -1).any() or not np.diag(k).all():
         raise ValueError("intrinsics: not an upper triangular matrix with inverse; expected that of a camera")
     return np.asarray(k / k[2, 2])
+
+
+def intrinsics_of_camera(camera: Camera | ArrayLike) -> Reals:
+    """Return the matrix K of a camera, or the matrix that is given in its place, after validation."""
+    return np.asarray(checked_intrinsics(camera.intrinsics if isinstance(camera, Camera) else camera), np.float64)

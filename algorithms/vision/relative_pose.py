@@ -25,7 +25,7 @@ from ..evidence.consensus import partners_of_others
 from ..evidence.observability import spectrum
 from .camera import Camera
 from .degeneracy import displaced_by_chance, few_places, hidden_by_a_line
-from .localization import checked_intrinsics
+from .localization import intrinsics_of_camera
 from .normalization import extents
 from .pose_refinement import pixel_noise
 from .relative_motions import ALL, FREEDOM, Motions, Scene, halfway, joined, steps_to
@@ -129,7 +129,7 @@ def relative_pose(
     """
     other = camera if second_camera is None else second_camera
     one, two = _pixels(first, "first", camera), _pixels(second, "second", other)
-    k, k_two = _intrinsics(camera), _intrinsics(other)
+    k, k_two = intrinsics_of_camera(camera), intrinsics_of_camera(other)
     if threshold is not None:
         check_sampling(threshold, _CONFIDENCE, _MAX_SAMPLES)
     status = check_points({"first": one, "second": two}, 5, "points")
@@ -359,10 +359,6 @@ def _pixels(value: ArrayLike, name: str, camera: Camera | ArrayLike) -> Reals:
     if array.ndim == 3 and array.shape[1] == 1:
         array = array[:, 0]
     return np.asarray(camera.undistort(array) if isinstance(camera, Camera) else array, np.float64)
-
-
-def _intrinsics(camera: Camera | ArrayLike) -> Reals:
-    return np.asarray(checked_intrinsics(camera.intrinsics if isinstance(camera, Camera) else camera), np.float64)
 
 
 def _scene(one: Reals, two: Reals, k: Reals, k_two: Reals) -> Scene:

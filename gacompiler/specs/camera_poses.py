@@ -1,14 +1,16 @@
-"""Poses of a camera from three points, and the poses near others with the least truncated squares of pixels.
+"""Poses of a camera from three points, poses near others with the least truncated squares, and motions about a plane.
 
 A pose [R | t] takes the frame of the points to that of the camera. Pixels are those of the matrix K.
 """
 
 import gacompiler as ga
-from gacompiler import SCALAR, array, each, kernel, maximum, minimum, select, sqrt, total
+from gacompiler import SCALAR, array, each, kernel, matrices, maximum, minimum, select, sqrt, total
+from gacompiler.algebra.catalog import PGA3
 from gacompiler.specs.families.covariances import cross, dot
 from gacompiler.specs.families.descents import TINY, UNKNOWN, descend
 from gacompiler.specs.families.essential import nonzero, times
 from gacompiler.specs.families.rotations import quaternion_of_matrix
+from gacompiler.specs.families.sights import rotor_of, translator_of
 from gacompiler.specs.families.two_views import applied, product, rotation_matrix, transposed, turned_by, unit
 
 THREE, POSE, NUMBERS = array(SCALAR, 3, 3), array(SCALAR, 3, 4), array(SCALAR, "n")
@@ -164,3 +166,47 @@ def descend_pose(pose, k, places, pixels, limit, at_most):
     rows = rotation_matrix(found.state[:4])
     pose = tuple((*row, s) for row, s in zip(rows, found.state[4:], strict=True))
     return pose, found.table, (found.cost, found.ended, found.steps, found.cost - found.gain)
+
+
+@kernel(matrix=THREE, seen=array(SCALAR, 3), returns=(PGA3.MOTOR, PGA3.MOTOR, array(SCALAR, 2, 3)))
+def motions_of_homography(matrix, seen):
+    """Compute the two motions, and normals of the plane, of the homography of directions in two cameras.
+
+    The homography is a multiple of ``R + t n'``: the motion ``R X + t`` takes the frame of the first camera to that of
+    the second, n is the unit normal of the plane, at the distance 1 from the first camera, and both cameras are on the
+    same side of it. The second solution is another plane and motion with the same images. Ma, Soatto, Kosecka and
+    Sastry, *An Invitation to 3-D Vision*, 2004, section 5.3.
+
+    Parameters
+    ----------
+    matrix
+    seen
+        A direction in which the first camera sees the plane; the normals are on the side of this direction.
+
+    Returns
+    -------
+    first, second
+        Unit motors. Both are the same rotation if the homography is one.
+    normals
+    """
+    values, right = matrices.three_singular_vectors(matrix)
+    sign = select(dot(matrix[0], cross(matrix[1], matrix[2])) < 0, -1, 1)
+    scale = sign / nonzero(values[1])
+    scaled = [[scale * x for x in row] for row in matrix]
+    large, small = values[0] / nonzero(values[1]), values[2] / nonzero(values[1])
+    a, b = sqrt(maximum(1 - small * small, 0)), sqrt(maximum(large * large - 1, 0))
+    a = select(a + b > 0, a, 1)
+    size = sqrt(a * a + b * b)
+    first, middle, last = transposed(right)
+    image = applied(scaled, middle)
+    motors, normals = [], []
+    for side in (b, -b):
+        along = [(a * x + side * y) / size for x, y in zip(first, last, strict=True)]
+        normal = cross(middle, along)
+        moved = applied(scaled, along)
+        rotation = product(transposed((image, moved, cross(image, moved))), (middle, along, normal))
+        normal = [select(dot(normal, seen) < 0, -x, x) for x in normal]
+        shift = [dot(row, normal) - dot(other, normal) for row, other in zip(scaled, rotation, strict=True)]
+        motors.append(translator_of(shift) * rotor_of(quaternion_of_matrix(rotation)))
+        normals.append(tuple(normal))
+    return (*motors, tuple(normals))
