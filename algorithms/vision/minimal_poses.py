@@ -19,6 +19,8 @@ _STEPS = 10.0
 _EXACT = 1e-6
 """From floating point: a pose fits if its pixels are off by less than this fraction of a focal length; near a double
 root, rounding moves poses by the square root of its size."""
+_OPEN = 1e-7
+"""From floating point: points are on a line if their extent across it is below this fraction of that along it."""
 _SAME = 1e-5
 """From floating point: poses that differ by less are those of one double root."""
 
@@ -54,12 +56,14 @@ def poses_of_three_points(points: ArrayLike, pixels: ArrayLike, camera: Camera |
     matrix, image = pinhole_pixels(camera, pixels, "pixels")
     k = intrinsics_of_camera(matrix)
     status = check_points({"points": places, "pixels": image}, 3, "points")
-    if places.shape != (3, 3) or status != VisionStatus.OK:
-        refuse(VisionStatus.DEGENERATE, "poses_of_three_points", "three finite points and their pixels")
+    if places.shape != (3, 3):
+        raise ValueError(f"points: shape {places.shape}; expected (3, 3), three points")
+    refuse(status, "poses_of_three_points", "three finite points and their pixels")
     image = image.astype(np.float64)
     centroid = places.mean(0)
     centred = places - centroid
-    if np.linalg.matrix_rank(centred) < 2:
+    extents = np.linalg.svd(centred, compute_uv=False)
+    if extents[1] <= _OPEN * extents[0]:
         refuse(VisionStatus.DEGENERATE, "poses_of_three_points", "three points that are not on a line")
     found = three_points(centred, np.asarray(projective2.transform_point(np.linalg.inv(k), image)))
     found = found[np.isfinite(found).all((1, 2))]

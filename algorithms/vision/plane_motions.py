@@ -13,7 +13,7 @@ from ..arguments import Reals, real_array
 from .camera import Camera, pinhole_pixels
 from .localization import intrinsics_of_camera
 from .normalization import homogeneous
-from .status import VisionStatus, refuse
+from .status import VisionStatus, check_points, refuse
 
 _SAME = 1e-7
 """From floating point: the square root of a rounding error, by which two motions that coincide are apart."""
@@ -72,13 +72,19 @@ def motions_of_plane(
     matrix = real_array(homography, "homography", (3, 3), "a homography").astype(np.float64)
     k, other = (intrinsics_of_camera(each) for each in (camera, camera if second_camera is None else second_camera))
     inner = np.linalg.inv(other) @ matrix @ k
-    if matrix.ndim != 2 or not np.isfinite(inner).all() or np.linalg.cond(inner) > 1 / np.finfo(float).eps:
-        refuse(VisionStatus.DEGENERATE, "motions_of_plane", "one finite homography with an inverse")
+    if matrix.ndim != 2:
+        raise ValueError(f"homography: shape {matrix.shape}; expected (3, 3), one homography")
+    expected = "a finite homography with an inverse"
+    if not np.isfinite(inner).all():
+        refuse(VisionStatus.NOT_FINITE, "motions_of_plane", expected)
+    if np.linalg.cond(inner) > 1 / np.finfo(float).eps:
+        refuse(VisionStatus.DEGENERATE, "motions_of_plane", expected)
     seen = np.array([[0.0, 0, 1]])
     if pixels is not None:
         seen = homogeneous(np.atleast_2d(pinhole_pixels(camera, pixels, "pixels")[1])) @ np.linalg.inv(k).T
-        if not len(seen) or not np.isfinite(seen).all():
-            refuse(VisionStatus.DEGENERATE, "motions_of_plane", "finite pixels of the plane, at least one")
+        refuse(
+            check_points({"pixels": seen}, 1, "pixels"), "motions_of_plane", "finite pixels of the plane, at least one"
+        )
     *motors, normals = camera_poses.motions_of_homography(inner, seen.mean(0))
     found, possible = np.array(motors), (seen @ normals.T > 0).all(0)
     if not possible.any():

@@ -66,9 +66,11 @@ def test_lenses_and_invalid_input() -> None:
     )
     assert np.array_equal(one.motors.shape, two.motors.shape) and np.abs(one.motors - two.motors).max() < 1e-12
     assert motions_of_plane(homography.astype(np.float32), K, OTHER).motors.shape[1] == 8
-    for wrong in (np.ones((3, 3)), np.full((3, 3), np.nan), np.tile(homography, (2, 1, 1))):
+    for wrong in (np.ones((3, 3)), np.full((3, 3), np.nan)):
         with pytest.raises(DegenerateError, match="homography with an inverse"):
             motions_of_plane(wrong, K)
+    with pytest.raises(ValueError, match="one homography"):
+        motions_of_plane(np.tile(homography, (2, 1, 1)), K)
     for few in (np.empty((0, 2)), [[np.nan, 1.0]]):
         with pytest.raises(DegenerateError, match="at least one"):
             motions_of_plane(homography, K, OTHER, pixels=few)

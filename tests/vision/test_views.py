@@ -14,6 +14,7 @@ from test_vision import homogeneous, random_camera, same_up_to_scale, through_ma
 
 from algorithms.vision import (
     MOTORCYCLE,
+    Camera,
     DegenerateError,
     OmnidirectionalCamera,
     VisionStatus,
@@ -496,3 +497,24 @@ def test_blocks_of_the_page_run() -> None:
     blocks = re.findall(r"```python\n(.*?)```", (Path(__file__).parents[2] / "docs/vision.md").read_text(), re.DOTALL)
     assert len(blocks) >= 6
     exec(compile("\n".join(blocks), "docs/vision.md", "exec"), {"__name__": "vision"})
+
+
+@pytest.mark.parametrize("far", [0.0, 1e3, 1e6, 1e9])
+def test_cameras_far_from_the_origin(far: float) -> None:
+    """Their fundamental matrix is that of the same cameras near the origin, up to the rounding of the places."""
+    rng = np.random.default_rng(12)
+    turns, places = 0.1 * rng.normal(size=(2, 3)), np.array([[-1.0, 0.2, -6], [1, 0, -6.5]])
+    there = [np.array([far, -2 * far, far]) + place for place in places]
+    known, found = (
+        fundamental_matrix(
+            *(Camera.from_intrinsics(700.0, (320, 240), pose(w, t)) for w, t in zip(turns, at, strict=True))
+        )
+        for at in (places, there)
+    )
+    assert np.abs(found / np.linalg.norm(found) - known / np.linalg.norm(known)).max() < 1e-12 + 1e-14 * far
+    with pytest.raises(ValueError, match="same centre"):
+        fundamental_matrix(*(Camera.from_intrinsics(700.0, (320, 240), pose(w, there[0])) for w in turns))
+
+
+def pose(turn: Array, place: Array) -> Array:
+    return np.asarray(pga3.motor_from_rotation_vector_translation(turn, place))
