@@ -48,7 +48,7 @@ target_option = click.option(
     "gac generate horizon.clu --algebra cga3   compile a script in Gaalop's language",
     "gac generate my_kernels.py --effort 3     search for hours, for kernels that ship",
     "gac generate my_kernels.py --cost latency  minimise the time of one element",
-    "gac generate my_kernels.py --only move_point,join_points",
+    "gac generate my_kernels.py --only move,join_points",
 )
 @click.argument("specs", nargs=-1)
 @click.option(

@@ -906,6 +906,8 @@ def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
         role = _roles.get(first)
         if role is not None:
             return _play(role, a, b)
+        if isinstance(b, Expression) and isinstance(a, MultivectorArray):
+            return apply(SYMBOLS[symbol, 2], a, b)
         if not _is_operand(b):
             raise TypeError(f"a versor can be applied to multivectors only; found {second.__name__}")
         if not isinstance(a, (MultivectorArray, Multivector)):

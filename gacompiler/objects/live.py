@@ -8,7 +8,7 @@ import json
 import keyword
 import re
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -305,17 +305,14 @@ def _traced(items: Sequence[Item], computed: Callable[..., list[Any]], parameter
         found[:] = computed(*given)
         return given[0]
 
-    function = next((item.function for item in items if item.function), None)
     if not parameters:
         return computed()
-    kernel = Kernel(_NAME, called, parameters, None, "")
     try:
-        trace(kernel)
+        trace(Kernel(_NAME, partial(called), parameters, None, ""))  # partial: no file and line, which are not here
     except GacError as error:
-        code = getattr(function, "__code__", None)
-        if code is None or code.co_filename in str(error):
-            raise
-        raise error.at(f"{code.co_filename}:{code.co_firstlineno}") from None
+        origin = error.__cause__ or error.__context__ or error
+        places = [Kernel(_NAME, item.function, (), None, "").place_of(origin) for item in items if item.function]
+        raise error.at(next(filter(None, places), "view").partition(": kernel")[0]) from origin
     return found
 
 

@@ -24,7 +24,7 @@ class Browser:
     ----------
     width, height : int
     is_dark : bool
-        Whether pages are asked for dark colours.
+        Whether pages are to use dark colours.
     """
 
     def __init__(self, width: int = 800, height: int = 600, is_dark: bool = False) -> None:
