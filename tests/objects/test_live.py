@@ -264,6 +264,19 @@ def test_a_point_is_dragged_in_a_browser(tmp_path: Path) -> None:
 
 @needs_browser
 @pytest.mark.slow
+def test_a_point_is_dragged_by_a_finger(tmp_path: Path) -> None:
+    """In space, the point moves at its distance from the eye; its coordinates change and its handle follows."""
+    view(screw, drag=[P, Q], sliders={"angle": (0, 6.28)}, file=tmp_path / "scene.html")
+    with browser.Browser(390, 700) as page:
+        page.open(tmp_path / "scene.html", "window.liveScene && document.querySelector('.handle[transform]')")
+        x, y = page.run(TURNED)
+        page.swipe((x, y), (x - 40, y + 30))
+        assert np.allclose(page.run(TURNED), [x - 40, y + 30], atol=0.51)
+        assert not np.allclose(page.run("Array.from(liveScene.state().points[1])"), Q.values)
+
+
+@needs_browser
+@pytest.mark.slow
 def test_a_scene_in_a_page_of_a_notebook_follows_its_colours(tmp_path: Path) -> None:
     live = view(P, Q, drag=[P, Q])
     (tmp_path / "page.html").write_text(

@@ -108,6 +108,16 @@ class Browser:
             self.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y, **mouse)
         self.call("Input.dispatchMouseEvent", type="mouseReleased", x=end[0], y=end[1], **mouse)
 
+    def swipe(self, start: tuple[float, float], end: tuple[float, float], steps: int = 10) -> None:
+        """Touch a position of the page, move the finger, and lift it."""
+        self.call("Emulation.setTouchEmulationEnabled", enabled=True)
+        for k in range(steps + 1):
+            x, y = (a + (b - a) * k / steps for a, b in zip(start, end, strict=True))
+            self.call(
+                "Input.dispatchTouchEvent", type="touchMove" if k else "touchStart", touchPoints=[{"x": x, "y": y}]
+            )
+        self.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+
     def picture(self, file: Path) -> None:
         """Write a screenshot."""
         file.write_bytes(base64.b64decode(self.call("Page.captureScreenshot")["data"]))
