@@ -59,7 +59,7 @@ target_option = click.option(
 @click.option("--no-build", is_flag=True, help="Do not compile the C files.")
 @target_option
 @click.option("--standalone", is_flag=True, help="Include the runtime in each .py and .c, so that they can be copied.")
-@click.option("--header-only", is_flag=True, help="Write one header of inline functions for C and C++, without runtime.")
+@click.option("--header-only", is_flag=True, help="Write one header of inline C and C++ functions, without runtime.")
 @jobs_option
 @cache_option
 @algebra_option
