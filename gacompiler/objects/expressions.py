@@ -45,9 +45,12 @@ def assembled(layout: Layout, given: tuple[Any, ...]) -> Any:
     Raises
     ------
     LayoutError
-        If the number of coefficients is not that of the layout.
+        If the number of coefficients is not that of the layout, or an element may have other blades.
     """
     if len(given) == 1 and isinstance(given[0], Expression) and not given[0].is_scalar:
+        if not given[0].blades <= layout.support:
+            names = " ".join(layout.algebra.spelling(blade)[1] for blade in sorted(given[0].blades - layout.support))
+            raise LayoutError(str(layout), f"an element with {names}", f"only {' '.join(layout.blades)}")
         return given[0]
     parts = tuple(given[0]) if len(given) == 1 and isinstance(given[0], (list, tuple, np.ndarray)) else given
     if len(parts) != layout.size:

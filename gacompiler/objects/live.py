@@ -219,15 +219,17 @@ class LiveScene:
             return {**named, "kind": kinds[k][0]}
         if not is_element(x):
             raise AlgebraError("view", f"a result of type {type(x).__name__}", "objects", REMEDY)
+        if not np.isfinite(x.values).all():
+            raise AlgebraError("view", f"object {k} with coefficients that are not finite", "finite ones")
         if _is_motor(x):
             return {**named, "kind": "frame", "numbers": [float(n) for n in numbers_of(x, "frame", 0)]}
         return {**named, "shapes": [_plain(shape) for shape in shapes_of(x)]}
 
     @cached_property
     def _scene(self) -> Scene:
-        """The objects as they start, without motors, which are drawn in a browser only."""
+        """The objects that can be drawn as they start, without motors, which are drawn in a browser only."""
         rows = list(zip(self._start, self.labels, self.colours, strict=True))
-        kept = [row for row in rows if not _is_motor(row[0])] or [(x, "", COLOURS[0]) for x in self.points]
+        kept = [row for row in rows if _has_shape(row[0])] or [(x, "", COLOURS[0]) for x in self.points]
         if not kept:
             kept = [(_space(self._start[0].algebra)._origin, "", COLOURS[0])]
         objects, labels, colours = zip(*kept, strict=True)
@@ -289,6 +291,16 @@ def _point(k: int, x: Any) -> Any:
 
 def _is_motor(x: Any) -> bool:
     return kind_of("view", x.layout) == "frame"
+
+
+def _has_shape(x: Any) -> bool:
+    """Whether an object has a picture where the scene starts; the line through a point and itself has none."""
+    if _is_motor(x):
+        return False
+    try:
+        return bool(shapes_of(x))
+    except AlgebraError:
+        return False
 
 
 def _parameter(k: int, name: str) -> str:

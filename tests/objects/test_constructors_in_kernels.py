@@ -106,6 +106,7 @@ def test_wrong_arguments_in_a_kernel_name_the_constructor() -> None:
     for form, words in (
         (lambda s, p, q, r, a: s.motor(p, a), "PGA3.motor: .point, a number"),
         (lambda s, p, q, r, a: s.point(a, a), "2 coefficients; expected 3"),
+        (lambda s, p, q, r, a: s.direction(p), "PGA3.DIRECTION: an element with e123"),
     ):
         with pytest.raises(GacError, match=words):
             trace(kernel_of(PGA3, form))

@@ -144,6 +144,13 @@ def test_dragged_points_alone_are_a_scene() -> None:
     assert len(view(lambda size: [PGA2.point(size, 0), PGA2.e1], sliders={"size": (0, 1)}).at()) == 2
 
 
+def test_objects_without_a_picture_at_the_start_appear_later() -> None:
+    """Two points that coincide have no line, until one of them is dragged."""
+    live = view(lambda p, q: {"p": p, "line": p & q, "motor": PGA3.motor(p & R, 1.0)}, drag=[P, P])
+    assert "Live scene" in live.html() and [each.get("kind") for each in live._parts] == [None, "line3", "frame"]
+    assert np.allclose(live.at(P, Q)[1].distance(Q), 0, atol=1e-12)
+
+
 def test_pages_need_no_network_and_quote_what_they_contain(tmp_path: Path) -> None:
     live = view(lambda p: {"</script><b>": p & R}, drag=[P], file=tmp_path / "scene.html")
     text = (tmp_path / "scene.html").read_text()
@@ -209,6 +216,7 @@ NAN = PGA3.point(np.nan, 0, 0)
         (lambda: view(lambda size: [P], sliders={"size": (0, float("nan"))}), LayoutError, "finite numbers"),
         (lambda: view(lambda size: [P], sliders={"size": 3}), LayoutError, "low, high"),
         (lambda: view(lambda p: [p, 3], drag=[P]), AlgebraError, "result of type int"),
+        (lambda: view(lambda p: [p, NAN], drag=[P]), AlgebraError, "object 1 with coefficients that are not finite"),
         (lambda: view(P, "q", drag=[P]), AlgebraError, "object of type str"),
         (lambda: view(lambda p: [p], drag=[P], labels=["a", "b"]), LayoutError, "2 labels"),
         (lambda: view(lambda p: [np.cos(p["e123"]) * p], drag=[P]), KernelError, "functions of gacompiler"),
