@@ -19,7 +19,7 @@ from ..algebra.algebra import Algebra
 from ..algebra.catalog import CGA2, CGA3, PGA2, PGA3
 from ..algebra.layout import SCALAR, Layout
 from ..errors import AlgebraError, GacError, LayoutError
-from ..frontend.expression import Expression
+from ..frontend.expression import Expression, topological
 from ..frontend.kernel import Kernel, Parameter, array, trace
 from ..passes.decide import decide
 from ..passes.rewrite import rewrite
@@ -62,7 +62,7 @@ class LiveScene:
         self.points = tuple(_point(k, x) for k, x in enumerate(dragged))
         self.sliders = tuple(slider_of(name, given) for name, given in sliders.items())
         self._items = tuple(Item(x, dragged, self.sliders) for x in items)
-        self._check_use()
+        self._check_items()
         named = self._named(self.points, [each.start for each in self.sliders])
         self._start = [each.value for each in named]
         for what, given in (("labels", labels), ("colours", colours)):
@@ -155,24 +155,31 @@ class LiveScene:
     def _named(self, points: Sequence[Any], values: Sequence[Any]) -> list[Named]:
         return [each for item in self._items for each in item.named(points, values)]
 
-    def _check_use(self) -> None:
-        """Refuse dragged points and sliders on which nothing depends, and objects that would not follow them."""
-        functions = [item for item in self._items if item.function]
-        for k in range(len(self.points)):
-            if not functions and all(item.point != k for item in self._items):
-                raise AlgebraError("view", f"no object that depends on drag[{k}]", "an object that follows it", REMEDY)
-        for each in self.sliders:
-            if functions and not any(each.name in item.slider_names for item in functions):
-                raise AlgebraError(
-                    "view", f"the slider {each.name!r}, which no function takes", "a function with this parameter",
-                    f"as in view(lambda {each.name}: [...], sliders=...)",
-                )  # fmt: skip
+    def _check_items(self) -> None:
+        """Refuse fixed objects beside dragged points only: they look as if they would follow."""
+        if any(item.function for item in self._items):
+            return
         for k, item in enumerate(self._items):
-            if not functions and item.point is None:
+            if item.point is None:
                 raise AlgebraError(
                     "view", f"object {k}, whose numbers do not follow what is dragged", "dragged points or functions",
                     REMEDY,
                 )  # fmt: skip
+
+    def _check_use(self, found: Sequence[Any], symbols: Sequence[Any]) -> None:
+        """Refuse dragged points on which nothing depends, and sliders that no function uses."""
+        used = set(topological([x for x in found if isinstance(x, Expression)]))
+        count = len(self.points)
+        for k, symbol in enumerate(symbols):
+            if symbol in used or (k >= count and not any(item.function for item in self._items)):
+                continue
+            if k < count:
+                raise AlgebraError("view", f"no object that depends on drag[{k}]", "an object that follows it", REMEDY)
+            name = self.sliders[k - count].name
+            raise AlgebraError(
+                "view", f"no object that depends on the slider {name!r}", "a function that uses it",
+                f"as in view(lambda {name}: [...], sliders=...)",
+            )  # fmt: skip
 
     def _recorded(self) -> Kernel | None:
         """Record the scene as a kernel, and what is drawn of its result."""
@@ -187,6 +194,7 @@ class LiveScene:
 
         symbols = [parameter.symbols() for parameter in parameters]
         found = _traced(self._items, computed, parameters)
+        self._check_use(found, symbols)
         moving = [k for k, x in enumerate(found) if isinstance(x, Expression) and x not in symbols[:count]]
         kinds: dict[int, tuple[str, int]] = {}
         if moving:
@@ -203,12 +211,13 @@ class LiveScene:
                 numbers += numbers_of(values[k] if kind == "frame" else values[k].grade(grade), kind, grade)
             return numbers
 
-        kernel = Kernel(_NAME, drawn, parameters, None, "Compute the numbers that a scene draws.")
-        sizes = [len(numbers_of(found[k].grade(grade), kind, grade)) for k, (kind, grade) in kinds.items()]
-        starts = np.cumsum([0, *sizes])
-        for n, k in enumerate(kinds):
-            self._parts[k] |= {"start": int(starts[n]), "size": sizes[n]}
-        return Kernel(_NAME, drawn, parameters, array(SCALAR, int(starts[-1])), kernel.summary)
+        count_of_numbers = 0
+        for k, (kind, grade) in kinds.items():
+            size = len(numbers_of(found[k].grade(grade), kind, grade))
+            self._parts[k] |= {"start": count_of_numbers, "size": size}
+            count_of_numbers += size
+        returns = array(SCALAR, count_of_numbers)
+        return Kernel(_NAME, drawn, parameters, returns, "Compute the numbers that a scene draws.")
 
     def _part(self, k: int, x: Any, symbols: Sequence[Any], kinds: Mapping[int, tuple[str, int]]) -> dict[str, Any]:
         """Return how an object is drawn: as a dragged point, from numbers of the kernel, or as fixed shapes."""
