@@ -62,16 +62,12 @@ class Item:
     function : callable or None
     point : int or None
         The index of the dragged point that the object is.
-    slider_names : tuple of str
-        The parameters of the function that are sliders. The others are the dragged points, in order.
     """
 
     def __init__(self, x: Any, dragged: Sequence[Any], sliders: Sequence[Slider]) -> None:
         self.function: Callable[..., Any] | None = None
-        self.slider_names: tuple[str, ...] = ()
         self.point = next((k for k, each in enumerate(dragged) if each is x), None)
         self._object = x
-        self._places: list[tuple[bool, int]] = []
         if not is_element(x):
             if not callable(x):
                 raise AlgebraError(
@@ -81,9 +77,8 @@ class Item:
             self._bind(x, len(dragged), [each.name for each in sliders])
 
     def _bind(self, function: Any, count: int, sliders: list[str]) -> None:
-        """Find what each parameter of the function is."""
+        """Find what each parameter of the function is: a slider by its name, or else the next dragged point."""
         parameters = list(inspect.signature(function).parameters.values())
-        self.slider_names = tuple(each.name for each in parameters if each.name in sliders)
         rest = [each.name for each in parameters if each.name not in sliders and each.default is each.empty]
         if len(rest) != count or any(each.kind in (each.VAR_POSITIONAL, each.VAR_KEYWORD) for each in parameters):
             raise LayoutError(
