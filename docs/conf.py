@@ -38,6 +38,7 @@ add_module_names = False
 toc_object_entries = False
 
 # All files are local: no fonts, styles or scripts are loaded from the network.
+html_extra_path = [str(Path(__file__).parents[1] / "build" / "site-scenes")]
 html_theme = "furo"
 html_title = f"gacompiler {release}"
 html_math_renderer = "mathml"

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import extras as extras  # fails with a one-line message if packages are missing, before others are loaded
 from . import load_time as load_time  # records the time before the rest is loaded
+from . import packages as packages  # finds gacompiler.generated and gacompiler.algorithms
 
 if TYPE_CHECKING:
     from .objects import Cl as Cl
@@ -21,7 +22,7 @@ _HOMES = {"Cl": "objects", "Space": "objects", "compile": "runtime", "read_clusc
 
 def __getattr__(name: str) -> Any:
     """Load a public name on first access, since ``gac --help`` and packages such as `wheels` need no vocabulary."""
-    if name in ("symbolic", "calculus", "robots", "matrices"):
+    if name in ("symbolic", "calculus", "robots", "matrices", *packages.NAMES):
         return import_module(f"{__name__}.{name}")
     if name == "__all__" or not name.startswith("__"):
         home = import_module(f"{__name__}.{_HOMES.get(name, 'vocabulary')}")

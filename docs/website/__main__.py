@@ -7,7 +7,7 @@ import shutil
 import sys
 from collections.abc import Mapping
 
-from . import commands, contents, gallery, interfaces, modules
+from . import commands, contents, gallery, interfaces, modules, scenes
 from .markdown import table
 from .places import BUILD, DOCS, ROOT, SITE, SOURCE, notebooks, pages, write
 
@@ -59,6 +59,10 @@ def collect() -> None:
     for path in pages():
         name = path.relative_to(ROOT).as_posix()
         written[name] = contents.with_links_to_index(path.read_text(), name)
+    for name in ("index.md", *(path.relative_to(ROOT).as_posix() for path in pages())):
+        written[name], files = scenes.shown(written[name], name)
+        for scene, page in files.items():
+            write(scenes.SCENES / "scenes" / scene, page)
     for name, text in written.items():
         write(SOURCE / name, text)
     copied = [*notebooks(), *(p for p in DOCS.rglob("*.*") if p.suffix in (".png", ".svg", ".gif"))]

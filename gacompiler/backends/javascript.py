@@ -120,7 +120,8 @@ def _entry(part: Part, k: int) -> str:
 
 def _one(printed: Function, name: str) -> list[str]:
     """Print the function for one element, which allocates omitted results and returns scalar ones as numbers."""
-    made = [f"{part.name} = $result({part.name}, {part.size});" for part in printed.outputs]
+    made = [f'$check("{part.name}", {part.name}, {part.size});' for part in printed.inputs if not part.is_scalar]
+    made += [f"{part.name} = $result({part.name}, {part.size});" for part in printed.outputs]
     passed = [part.name if part.is_scalar else f"{part.name}, 0" for part in printed.inputs]
     passed += [f"{part.name}, 0" for part in printed.outputs]
     results = [f"{part.name}[0]" if part.is_scalar else part.name for part in printed.outputs]

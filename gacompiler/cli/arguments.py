@@ -46,7 +46,7 @@ def find_kernel(target: str, algebra: str | None = None) -> Kernel:
         target = f"{target}:{Path(target).stem}"
     path, colon, name = target.rpartition(":")
     if not colon:
-        raise SpecError(target, "it names no kernel", "SPEC:KERNEL, such as my_kernels.py:move_point")
+        raise SpecError(target, "it names no kernel", "SPEC:KERNEL, such as my_kernels.py:move")
     kernels = {kernel.name: kernel for kernel in find_spec(path, algebra).kernels}
     if name not in kernels:
         raise SpecError(path, f"it defines no kernel {name}", "one of " + " ".join(kernels))

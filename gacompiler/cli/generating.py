@@ -16,7 +16,7 @@ from ..generation.cache import Cache
 from ..generation.checked_in import generated_folder
 from ..generation.compiling import compile_spec
 from ..generation.files import write
-from ..generation.rendering import TARGETS, render, render_standalone, render_targets
+from ..generation.rendering import TARGETS, render, render_header, render_standalone, render_targets
 from ..generation.selection import select
 from ..generation.spec_files import Spec, load_spec
 from ..generation.workers import each_spec
@@ -43,12 +43,13 @@ target_option = click.option(
     "gac generate my_kernels.py -o out",
     "gac generate my_kernels.py --target rust --target cuda   write out/my_kernels.rs and .cu, but no C",
     "gac generate my_kernels.py --standalone   write out/my_kernels.py and .c that need no other file",
+    "gac generate my_kernels.py --header-only  write out/my_kernels_inline.h, for C99 and C++",
     "gac generate --all           regenerate the modules under generated/",
     "gac generate --all pga3 cga3",
     "gac generate horizon.clu --algebra cga3   compile a script in Gaalop's language",
     "gac generate my_kernels.py --effort 3     search for hours, for kernels that ship",
     "gac generate my_kernels.py --cost latency  minimise the time of one element",
-    "gac generate my_kernels.py --only move_point,join_points",
+    "gac generate my_kernels.py --only move,join_points",
 )
 @click.argument("specs", nargs=-1)
 @click.option(
@@ -58,6 +59,7 @@ target_option = click.option(
 @click.option("--no-build", is_flag=True, help="Do not compile the C files.")
 @target_option
 @click.option("--standalone", is_flag=True, help="Include the runtime in each .py and .c, so that they can be copied.")
+@click.option("--header-only", is_flag=True, help="Write one header of inline C and C++ functions, without runtime.")
 @jobs_option
 @cache_option
 @algebra_option
@@ -71,6 +73,7 @@ def generate(
     no_build: bool,
     targets: tuple[str, ...],
     standalone: bool,
+    header_only: bool,
     jobs: int,
     cache: Cache | None,
     algebra: str | None,
@@ -86,15 +89,32 @@ def generate(
     """
     if not specs and not own:
         raise click.UsageError("name at least one spec file, or give --all")
-    if standalone and own and output is None:
-        raise click.UsageError("--standalone writes copies of modules; choose their folder with -o")
+    if (standalone or header_only) and own and output is None:
+        option = "--standalone" if standalone else "--header-only"
+        raise click.UsageError(f"{option} writes copies of modules; choose their folder with -o")
+    if header_only and (standalone or targets != ("c",)):
+        raise click.UsageError("--header-only writes one file; give it without --standalone and --target")
     if only and own and output is None:
         raise click.UsageError("--only writes modules with some kernels; choose their folder with -o")
     found = own_modules(specs) if own else [load_spec(Path(spec), algebra=algebra) for spec in specs]
     elsewhere = output or Path("out")
     folder = generated_folder() if own and output is None else elsewhere
     chosen = select(found, only)
+    if header_only:
+        _write_headers(chosen, elsewhere, jobs, cache, effort, model)
+        return
     _write_modules(chosen, targets, standalone, folder, elsewhere, jobs, cache, no_build, effort, model)
+
+
+def _write_headers(
+    specs: Sequence[Spec], folder: Path, jobs: int, cache: Cache | None, effort: int, model: str
+) -> None:
+    """Write the headers of modules."""
+    with progress_bar(sum(len(spec.kernels) for spec in specs)) as advance, searching(advance):
+        modules = each_spec(partial(compile_spec, cache=cache, effort=effort, cost=model), specs, advance, jobs)
+    for spec, module in zip(specs, modules, strict=True):
+        unchanged = "" if write(render_header(module), folder) else ", unchanged"
+        click.echo(f"{near(folder / spec.name)}_inline.h: {len(spec.kernels)} kernels{unchanged}")
 
 
 def _write_modules(

@@ -34,10 +34,10 @@ from .output import print_table, searching
 
 
 @command(
-    "gac show my_kernels.py:move_point",
-    "gac show my_kernels.py:move_point --stage candidates",
-    "gac show my_kernels.py:move_point --why",
-    "gac show my_kernels.py:move_point --latex",
+    "gac show my_kernels.py:move",
+    "gac show my_kernels.py:move --stage candidates",
+    "gac show my_kernels.py:move --why",
+    "gac show my_kernels.py:move --latex",
 )
 @click.argument("target", metavar="SPEC:KERNEL")
 @click.option("--stage", type=click.Choice(list(dict.fromkeys([*STAGES, *LOOP_STAGES]))), help="Show only this stage.")

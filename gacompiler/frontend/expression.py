@@ -8,6 +8,7 @@ of the algebra layer. Nodes, their evaluation and their text are in one file bec
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
 from weakref import WeakValueDictionary
@@ -30,6 +31,16 @@ LONGEST, BRIEF = 10_000, 300
 """Maximum number of characters of the text of an expression, and of its representation and in messages."""
 IN_FUNCTION: ContextVar[bool] = ContextVar("in_function", default=False)
 """Whether the function of a kernel without loops is being called on symbols."""
+
+
+@contextmanager
+def outside_functions() -> Iterator[None]:
+    """Compile another kernel while the function of a kernel is being called."""
+    token = IN_FUNCTION.set(False)
+    try:
+        yield
+    finally:
+        IN_FUNCTION.reset(token)
 
 
 class Expression(Immutable, WithCoefficients):

@@ -14,6 +14,7 @@ from ..backends import (
     standalone_python_source,
 )
 from ..backends.cuda import cuda_source
+from ..backends.header import header_source
 from ..backends.javascript import javascript_source
 from ..backends.module import ModuleSource
 from ..backends.opencl import opencl_source
@@ -46,6 +47,11 @@ def render_standalone(module: ModuleSource) -> dict[str, str]:
         f"{module.name}.c": standalone_c_source(alone),
         f"{module.name}.h": c_header(alone),
     }
+
+
+def render_header(module: ModuleSource) -> dict[str, str]:
+    """Return the text of the header that contains a module's functions of one element, by its name."""
+    return {f"{module.name}_inline.h": header_source(replace(module, command=f"{module.command} --header-only"))}
 
 
 def render_targets(module: ModuleSource, targets: Iterable[str]) -> dict[str, str]:

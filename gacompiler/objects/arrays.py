@@ -24,6 +24,7 @@ from ..algebra.methods import Unordered
 from ..algebra.multivector import Multivector
 from ..algebra.operations import Kind, Operation
 from ..errors import AlgebraError, LayoutError, OperandError
+from ..frontend.expression import Expression
 from ..frontend.operands import own_operations
 from ..gac_runtime.annotations import Numbers, Real
 from ..gac_runtime.layout import Layout as PlainLayout
@@ -740,6 +741,9 @@ def apply(definition: Definition, *operands: Any) -> Any:
     known = _PACKED.get((id(definition), *map(type, operands)))
     if known is not None and not OBSERVERS:
         return known.call(known.holder(*_flat(operands)))
+    symbolic = next((each for each in operands if isinstance(each, Expression)), None)
+    if symbolic is not None:
+        return definition.function(definition.algebra or symbolic.algebra)(*operands)
     algebra = definition.algebra
     refused = (list, tuple, np.ndarray) if definition in _OF_MULTIVECTORS else (list, tuple)
     for each in operands:
@@ -902,6 +906,8 @@ def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
         role = _roles.get(first)
         if role is not None:
             return _play(role, a, b)
+        if isinstance(b, Expression) and isinstance(a, MultivectorArray):
+            return apply(SYMBOLS[symbol, 2], a, b)
         if not _is_operand(b):
             raise TypeError(f"a versor can be applied to multivectors only; found {second.__name__}")
         if not isinstance(a, (MultivectorArray, Multivector)):

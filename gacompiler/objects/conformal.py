@@ -15,11 +15,13 @@ from ..algebra.catalog import CGA2 as _CGA2
 from ..algebra.catalog import CGA3 as _CGA3
 from ..algebra.layout import Layout
 from ..errors import AlgebraError, LayoutError
+from ..frontend.expression import Expression
 from ..gac_runtime.annotations import Array, Real
 from .arrays import MultivectorArray
 from .caches import cached_by_name
 from .checks import refuse, require_blade
 from .constructors import Rigid, given_of, round_arguments
+from .expressions import is_symbolic, layout_in
 from .operators import layout_of
 from .shapes import CENTRE, SQUARED
 from .spaces import Argument, M, define, numbers, unit
@@ -87,6 +89,8 @@ class Conformal(Rigid[M]):
 
     def dilator(self, factor: Argument[M]) -> M:
         """Create the versor that scales by a positive factor about the origin."""
+        if is_symbolic(factor):
+            return self._make(_DILATOR, factor)
         factors = np.asarray(numbers("dilator", factor))
         if np.any(factors <= 0):
             raise LayoutError("dilator", f"a factor of {np.min(factors):.6g}", "positive factors")
@@ -124,8 +128,21 @@ class Conformal(Rigid[M]):
         end = "inf" if {blade.bit_count() for blade in x.layout.support} == {2} else ""
         return np.stack(np.broadcast_arrays(*(np.asarray(x[f"{name}{end}"]) for name in self._names)), -1)
 
+    def _scaled(self, role: str, x: Any) -> Any:
+        """Divide a point by its weight."""
+        return x / x["e0"] if role == "point" else x
+
+    def _of_equation(self, name: str, coefficients: Any) -> Any:
+        if len(coefficients) == 6:
+            e12, e13, e23, e01, e02, e03 = coefficients
+            return self.of(_CGA3.LINE, e03, -e02, e01, -e23, e13, -e12)
+        *normal, last = coefficients
+        return self._make(_PLANE, self.direction(*normal), -last)
+
     def _kind(self, x: Any) -> str:
-        kind = _kind_of(x.layout)
+        kind = _kind_of(layout_in(x))
+        if isinstance(x, Expression):
+            return "point" if kind == "vector" else kind
         if kind == "vector":
             square = np.abs(np.asarray(x.scalar_product(x)))
             is_null = np.all(square <= 1e-9 * np.max(np.abs(x.values), axis=-1, initial=0.0) ** 2)
@@ -199,7 +216,10 @@ class PlaneConformal(Conformal[M]):
         rotated = self._make(_ROTOR2, angle)
         if centre is None:
             return rotated
-        moved = self.translator(self.coordinates(centre))
+        if isinstance(centre, Expression):
+            moved = self.translator(*(centre[each] for each in self._names))  # its weight is 1
+        else:
+            moved = self.translator(self.coordinates(centre))
         return moved * rotated * ~moved
 
 
@@ -334,7 +354,7 @@ class SpaceConformal(Conformal[M]):
 
     def _as_line(self, x: Any) -> Any:
         """Convert a circle that is flat to the layout of lines."""
-        return x if x.layout == _CGA3.LINE else x.as_layout(_CGA3.LINE)
+        return x if isinstance(x, Expression) or x.layout == _CGA3.LINE else x.as_layout(_CGA3.LINE)
 
     def _along(self, line: Any) -> Any:
         return np.stack(np.broadcast_arrays(*(np.asarray(line[name]) for name in self._along_names)), -1)

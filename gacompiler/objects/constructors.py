@@ -19,9 +19,12 @@ import numpy as np
 from ..algebra.layout import Layout
 from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, LayoutError
+from ..frontend.expression import Expression
 from .arrays import MultivectorArray, from_exact, packed, wrap
 from .checks import largest, refuse, require_blade, require_finite
 from .direct import OFTEN, called, form_of, look_of
+from .expressions import built, is_symbolic
+from .expressions import coordinates as coordinates_of
 from .forms import COEFFICIENTS, Form, Given, SquaredRadius, forms_of
 from .native import extension
 from .operators import OBSERVERS, operator_of
@@ -50,6 +53,7 @@ class Rigid(Poses[M], Space[M]):
         coordinates: Callable[..., Any]
         rotor: Callable[..., Any]
         _kind: Callable[..., str]
+        _scaled: Callable[..., Any]
         _components: Callable[..., Any]
         _spanned: Callable[..., Any]
         _along: Callable[..., Any]
@@ -73,7 +77,7 @@ class Rigid(Poses[M], Space[M]):
 
     def point(self, *coordinates: Argument[M]) -> M:
         """Create points from coordinates, or from an array with these along its last axis; also accepts points."""
-        if len(coordinates) == 1 and isinstance(coordinates[0], MultivectorArray):
+        if len(coordinates) == 1 and isinstance(coordinates[0], (MultivectorArray, Expression)):
             return self._object("point", self._given("point", coordinates[0]))
         return self.of(self.algebra.POINT, *coordinates)
 
@@ -98,7 +102,7 @@ class Rigid(Poses[M], Space[M]):
         """
         if direction is not None:
             arguments = (*arguments, self._along_coordinates(direction))
-        elif [isinstance(x, (MultivectorArray, Multivector)) for x in arguments] == [True, False]:
+        elif [isinstance(x, (MultivectorArray, Multivector, Expression)) for x in arguments] == [True, False]:
             # Coordinates after an object are a direction; coordinates after coordinates are a point.
             arguments = arguments[0], self._along_coordinates(arguments[1])
         return self._construct("line", arguments)
@@ -154,8 +158,9 @@ class Rigid(Poses[M], Space[M]):
 
     def _construct(self, name: str, arguments: Sequence[Any]) -> Any:
         """Create an object by the first matching form of the table."""
+        symbolic = is_symbolic(arguments)
         look = type(self), name, *look_of(arguments)
-        direct = None if OBSERVERS else _DIRECT.get(look, 0)
+        direct = None if OBSERVERS or symbolic else _DIRECT.get(look, 0)
         if type(direct) is tuple:
             form, holder, call = direct
             made = called(form, holder, call, arguments)
@@ -171,7 +176,10 @@ class Rigid(Poses[M], Space[M]):
             form = next((each for each in forms if self._fits(each, given)), None)
         if form is not None:
             _KNOWN[key] = form
-            made = getattr(self, form.builder)(name, *self._parts(form, given))
+            parts = self._parts(form, given)
+            if symbolic:
+                return built(self, name, form.builder, parts)
+            made = getattr(self, form.builder)(name, *parts)
             return require_finite(name, made, [each.value for each in given])
         raise LayoutError(
             f"{self.algebra.name}.{name}", f"({', '.join(each.text() for each in given)})",
@@ -199,7 +207,9 @@ class Rigid(Poses[M], Space[M]):
         if isinstance(x, Multivector):
             x = from_exact(x)
         if isinstance(x, SquaredRadius):
-            return Given("squared radius", x.value, np.ndim(x.value))
+            return Given("squared radius", x.value, 0 if is_symbolic(x.value) else np.ndim(x.value))
+        if is_symbolic(x):
+            return self._symbolic(x)
         if not isinstance(x, MultivectorArray):
             array = numbers(name, x)
             return Given("numbers", array, array.ndim)
@@ -207,6 +217,12 @@ class Rigid(Poses[M], Space[M]):
             found = f"multivectors of {self.algebra.name} and {x.algebra.name}"
             raise AlgebraError(name, found, "one algebra", "carry coordinates over by hand")
         return Given(self._kind(x), x, x.ndim + 1)
+
+    def _symbolic(self, x: Any) -> Given:
+        """Return an expression, or coordinates with expressions, as an argument."""
+        if not isinstance(x, Expression):
+            return Given("numbers", coordinates_of(x), 1)
+        return Given("numbers", x, 0) if x.is_scalar else Given(self._kind(x), x, 1)
 
     def _fits(self, form: Form, given: Sequence[Given]) -> bool:
         if form.takes == ("coefficients",):
@@ -232,7 +248,10 @@ class Rigid(Poses[M], Space[M]):
     def _parts(self, form: Form, given: Sequence[Given]) -> list[Any]:
         if form.takes == ("coefficients",):
             names = COEFFICIENTS[form.constructor, self._d]
-            return [stacked(form.constructor, names, tuple(each.value for each in given))]
+            values = tuple(each.value for each in given)
+            if any(map(is_symbolic, values)):
+                return [values[0] if len(values) == 1 else coordinates_of(values)]
+            return [stacked(form.constructor, names, values)]
         parts = []
         for role, each in zip(form.takes, given, strict=True):
             if role == "radius":
@@ -247,6 +266,8 @@ class Rigid(Poses[M], Space[M]):
             return getattr(self, role)(given.value)
         if given.kind != role:
             raise LayoutError(role, f"a {given.kind}", f"a {role}, or coordinates")
+        if isinstance(given.value, Expression):
+            return self._scaled(role, given.value)
         layout = self._point_layout if role == "point" else self._direction_layout
         if given.value.layout is layout or given.value.layout == layout:
             return given.value
@@ -256,8 +277,10 @@ class Rigid(Poses[M], Space[M]):
 
     def _shift(self, name: str, coordinates: tuple[Any, ...]) -> Any:
         """Convert a translation to a direction."""
-        if len(coordinates) == 1 and isinstance(coordinates[0], MultivectorArray):
+        if len(coordinates) == 1 and isinstance(coordinates[0], (MultivectorArray, Expression)):
             return coordinates[0]
+        if any(map(is_symbolic, coordinates)):
+            return self.direction(*coordinates)
         if all(type(x) is float or type(x) is int for x in coordinates) and len(coordinates) == self._d:
             return self.direction(*coordinates)
         return self.direction(stacked(name, self._names, coordinates))
@@ -283,6 +306,8 @@ class Rigid(Poses[M], Space[M]):
 
     def _axis(self, name: str, line: Any) -> Any:
         """Check that a line can be an axis, a blade that is not at infinity, and scale its direction to about 1."""
+        if isinstance(line, Expression):
+            return line
         require_blade(name, line)
         if not line.shape and line.values.dtype == np.float64:
             found, size = max(abs(getattr(line, each)) for each in self._along_names), largest(line.values)
@@ -316,7 +341,9 @@ def round_arguments(name: str, arguments: tuple[Any, ...], radius_squared: Any, 
     if radius_squared is not None:
         if len(found) > least:
             raise LayoutError(name, "two radii", "a radius, or radius_squared=")
-        return (*found, SquaredRadius(numbers(f"{name}: radius_squared", radius_squared)))
+        is_known = not is_symbolic(radius_squared)
+        squared = numbers(f"{name}: radius_squared", radius_squared) if is_known else radius_squared
+        return (*found, SquaredRadius(squared))
     if len(found) == least:
         raise LayoutError(name, "no radius", "a radius, or radius_squared=; or only points")
     return found
@@ -354,6 +381,8 @@ def _squared(name: str, given: Given) -> Any:
     if given.kind == "squared radius":
         return given.value
     r = given.value
+    if isinstance(r, Expression):
+        return r * r
     if np.any(np.real(r) < 0):
         raise LayoutError(name, f"a radius of {np.min(r):.6g}", "0 or more, or radius_squared= of an imaginary one")
     return r * r

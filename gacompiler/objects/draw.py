@@ -67,7 +67,11 @@ def draw(
     >>> ax = draw(c, CGA2.point(1, 1), labels=["c", "p"])
     >>> ax.figure.savefig("picture.png")    # doctest: +SKIP
     """
-    scene = scene_of(objects, labels, colours, limits)
+    return draw_scene(scene_of(objects, labels, colours, limits), ax)
+
+
+def draw_scene(scene: Scene, ax: Any = None) -> Any:
+    """Draw a scene with matplotlib, as `draw` does, and return the axes."""
     if ax is None:
         from matplotlib import pyplot
 

@@ -22,7 +22,7 @@ from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..backends.python_text import function_text
 from ..backends.transcendental import is_transcendental
 from ..errors import KernelError, SpecError
-from ..frontend.expression import evaluate
+from ..frontend.expression import evaluate, outside_functions
 from ..frontend.facts import is_unit
 from ..frontend.kernel import Kernel, Parameter, trace
 from ..ir.cost import cost
@@ -55,7 +55,6 @@ the compiled function is ready."""
 MANY_OPERATIONS = 1000
 """Number of operations above which an expression is computed as written. Examining other forms would double the time,
 and pays off only for operations that are called so often that they are compiled as generated modules."""
-
 
 WORTH_A_PROOF = 0.75
 """Another form of an expression is used only if it has at most this fraction of the operations, because proving it
@@ -250,7 +249,8 @@ def operator_of(definition: Definition, layouts: tuple[Layout, ...]) -> Operator
     key = key_of((definition, layouts))
     with _LOCK:
         if key not in _OPERATORS:
-            _OPERATORS[key] = Operator(definition, layouts)
+            with outside_functions():  # constants of a kernel are computed while its function is called
+                _OPERATORS[key] = Operator(definition, layouts)
         _BY_IDENTITY[identity] = _OPERATORS[key], definition, layouts
         return _OPERATORS[key]
 

@@ -14,11 +14,13 @@ from ..algebra.catalog import PGA2 as _PGA2
 from ..algebra.catalog import PGA3 as _PGA3
 from ..algebra.layout import Layout
 from ..errors import LayoutError
+from ..frontend.expression import Expression
 from ..gac_runtime.annotations import Array
 from .caches import cached_by_name
 from .checks import refuse, require_blade
 from .constructors import Rigid, given_of
 from .definitions import normalize_of
+from .expressions import layout_in
 from .spaces import Argument, M, define, unit
 
 if TYPE_CHECKING:
@@ -44,8 +46,14 @@ class Projective(Rigid[M]):
     def _components(self, x: Any) -> Any:
         return np.stack(np.broadcast_arrays(*(np.asarray(x[name]) for name in self._names)), -1)
 
+    def _scaled(self, role: str, x: Any) -> Any:
+        """Divide a point by its weight."""
+        return x / x[self._weight] if role == "point" else x
+
     def _kind(self, x: Any) -> str:
-        kind = _kind_of(x.layout)
+        kind = _kind_of(layout_in(x))
+        if isinstance(x, Expression):
+            return "direction" if kind == "point" and self.algebra.blade(self._weight)[1] not in x.blades else kind
         if kind != "point" or x.layout is self._point_layout or x.layout == self._point_layout:
             return kind
         weight = np.asarray(x[self._weight])
@@ -86,6 +94,9 @@ class PlaneProjective(Projective[M]):
     def _line_of(self, name: str, coefficients: Any) -> Any:
         made = self.of(_PGA2.LINE, coefficients)
         return refuse(name, made, np.all(coefficients[..., :2] == 0, axis=-1), "a = b = 0", "a line")
+
+    def _of_equation(self, name: str, coefficients: Any) -> Any:
+        return self.of(_PGA2.LINE, *coefficients)
 
     def _translator(self, name: str, shift: Any) -> Any:
         return self._make(_TRANSLATE2, shift)
@@ -155,6 +166,9 @@ class SpaceProjective(Projective[M]):
         return refuse(name, made, np.all(coefficients[..., :3] == 0, axis=-1), "a = b = c = 0", "a plane")
 
     def _plane_at(self, name: str, normal: Any, distance: Any) -> Any:
+        if isinstance(normal, Expression) or isinstance(distance, Expression):
+            along = unit(name, normal)
+            return self.of(_PGA3.PLANE, *(along[each] for each in self._names), -distance)
         n = unit(name, normal).values
         if n.ndim == 1 and type(distance) is float:
             return self.of(_PGA3.PLANE, *n.tolist(), -distance)
@@ -167,12 +181,15 @@ class SpaceProjective(Projective[M]):
         bad = np.max(np.abs(made.values), axis=-1) <= 8 * np.finfo(made.values.dtype).eps * size
         return refuse(name, made, bad, "a point on the line", "a point off the line")
 
+    def _of_equation(self, name: str, coefficients: Any) -> Any:
+        return self.of(_PGA3.LINE if name == "line" else _PGA3.PLANE, *coefficients)
+
     def _translator(self, name: str, shift: Any) -> Any:
         return self._make(_TRANSLATE3, shift)
 
     def _rotate(self, name: str, axis: Any, angle: Any, centre: Any = None) -> Any:
         line = (self._origin if centre is None else centre) & unit(name, axis)
-        return self._make(_ROTATE3, self._make(_normalize_of(line.layout), line), angle)
+        return self._make(_ROTATE3, self._make(_normalize_of(layout_in(line)), line), angle)
 
     def _rotate_about(self, name: str, line: Any, angle: Any) -> Any:
         return self._make(_ROTATE3, self._unit_line(name, line), angle)
@@ -181,7 +198,7 @@ class SpaceProjective(Projective[M]):
         return self._make(_SCREW, self._unit_line(name, line), angle, distance)
 
     def _unit_line(self, name: str, line: Any) -> Any:
-        return self._make(_normalize_of(line.layout), self._axis(name, line))
+        return self._make(_normalize_of(layout_in(line)), self._axis(name, line))
 
     def _along(self, line: Any) -> Any:
         return np.stack(np.broadcast_arrays(*(np.asarray(line[name]) for name in self._along_names)), -1)

@@ -15,12 +15,15 @@ from ..algebra.immutable import Immutable
 from ..algebra.layout import Layout
 from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, LayoutError
+from ..frontend.expression import Expression
 from ..gac_runtime.annotations import Numbers, Stored
 from ..gac_runtime.arrays import plain
 from .arrays import MultivectorArray, apply, of_rows, plain_layout, single_type, wrap
 from .caches import cached_by_name
 from .checks import check_relations, refuse
 from .definitions import Definition
+from .expressions import assembled, by_blade, is_symbolic
+from .expressions import unit as symbolic_unit
 from .operators import layout_of
 
 if TYPE_CHECKING:
@@ -28,8 +31,8 @@ if TYPE_CHECKING:
 
 M = TypeVar("M", bound=MultivectorArray)
 """The elements of a space, whose coefficients have the names of its blades."""
-Argument: TypeAlias = Numbers | Multivector | M
-"""An argument of a constructor: coordinates or numbers, an exact element, or elements."""
+Argument: TypeAlias = Numbers | Multivector | Expression | M
+"""An argument of a constructor: coordinates or numbers, an exact element, elements, or an expression in a kernel."""
 
 
 class Space(Immutable, Generic[M]):
@@ -116,6 +119,8 @@ class Space(Immutable, Generic[M]):
         """
         if layout.algebra is not self.algebra and layout.algebra != self.algebra:
             raise AlgebraError("of", f"the layout {layout}", f"one of {self.algebra.name}")
+        if is_symbolic(coefficients):
+            return assembled(layout, coefficients)
         single = _single_of_numbers(layout, coefficients)
         if single is not None:
             return single
@@ -133,6 +138,10 @@ class Space(Immutable, Generic[M]):
         if not coefficients:
             raise LayoutError("multivector", "no coefficients", 'coefficients by blade, as in {"1": 2}')
         blades = {name: self.algebra.blade(name) for name in coefficients}
+        if is_symbolic(list(coefficients.values())):
+            given: Mapping[str, Any] = coefficients
+            signed = {blade: given[name] * sign for name, (sign, blade) in blades.items()}
+            return by_blade(self.algebra, signed)
         layout = layout_of(self.algebra, {blade for _, blade in blades.values()})
         parts: dict[int, Any] = {}
         for name, (sign, blade) in blades.items():
@@ -240,6 +249,8 @@ def _always(layouts: tuple[Layout, ...]) -> bool:
 
 def unit(where: str, direction: Any) -> Any:
     """Divide directions by their length, which must not be 0."""
+    if isinstance(direction, Expression):
+        return symbolic_unit(direction)
     v = direction.values
     if v.dtype.kind == "c":
         return direction

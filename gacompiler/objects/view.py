@@ -1,15 +1,17 @@
-"""Interactive pictures with plotly, in a notebook or as a self-contained HTML file."""
+"""Interactive pictures in a notebook or in one HTML file: fixed objects with plotly, live scenes by emitted code."""
 
 from __future__ import annotations
 
 import importlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from ..errors import BackendError
+from .live_items import is_element
 from .scene import (
     Arrow,
     Circle,
@@ -29,38 +31,74 @@ from .scene import (
     scene_of,
 )
 
+_NONE: Mapping[str, Any] = MappingProxyType({})
+
 
 def view(
-    *objects: Any,
+    *items: Any,
+    drag: Any = (),
+    sliders: Mapping[str, Any] = _NONE,
     labels: Sequence[str] | None = None,
     colours: Sequence[str] | None = None,
     limits: Any = None,
     file: str | Path | None = None,
 ) -> Any:
-    """Create an interactive picture of objects with plotly.
+    """Create an interactive picture of objects, or a live scene of points that can be dragged and of sliders.
 
     Parameters
     ----------
-    *objects, labels, colours, limits
-        As in `draw`; colours are CSS colours.
+    *items : MultivectorArray or callable
+        Objects, as in `draw`. A function makes the scene live: it takes the dragged points in order, and sliders by the
+        names of its parameters, and returns an object, a list of objects, or a dictionary of objects by label. Motors
+        are drawn as moved coordinate axes in live scenes. The function is recorded as a kernel: in place of functions
+        of numpy, use those of `gacompiler`, such as `gacompiler.cos`.
+    drag : MultivectorArray or sequence of these, optional
+        Single points that can be dragged, where they start. Those that are also items are drawn themselves.
+    sliders : mapping of str to tuple, optional
+        Numbers by name: ``(low, high)`` or ``(low, high, start)``.
+    labels, colours, limits
+        As in `draw`; colours are CSS colours. Labels replace those of a dictionary.
     file : path, optional
         Write the picture to this HTML file, which can be viewed without a network connection.
 
     Returns
     -------
-    plotly.graph_objects.Figure
-        The figure, which a notebook displays.
+    LiveScene or plotly.graph_objects.Figure
+        A notebook displays both. A live scene has ``save(path)`` for HTML, SVG and glTF, and needs no other package;
+        it is recomputed in the browser by JavaScript that the compiler emits and proves.
 
     Raises
     ------
+    AlgebraError
+        If an object cannot be drawn, `drag` has something other than single finite points, or an object, a point or
+        a slider has no effect: nothing drawn depends on it.
+    LayoutError
+        If a range, the number of labels, or the parameters of a function are wrong.
     BackendError
-        If plotly is not installed, or the file cannot be written.
+        If plotly is needed and not installed, or the file cannot be written.
+
+    Examples
+    --------
+    >>> from gacompiler.objects import PGA2, view
+    >>> p, q = PGA2.point(0, 0), PGA2.point(2, 1)
+    >>> def scene(p, q, angle):
+    ...     return {"p": p, "q": q, "line": p & q, "turned": PGA2.rotor(angle, p) >> q}
+    >>> live = view(scene, drag=[p, q], sliders={"angle": (0, 6.28)})
+    >>> live.at(p, q, angle=0.0)[3].isclose(q)
+    True
     """
+    if is_element(drag) or len(drag) or sliders or any(callable(x) and not is_element(x) for x in items):
+        from .live import LiveScene
+
+        live = LiveScene(items, drag, sliders, labels, colours, limits)
+        if file is not None:
+            live.save(file)
+        return live
     try:
         graph_objects = importlib.import_module("plotly.graph_objects")
     except ImportError:
         raise BackendError("view", "plotly is not installed", remedy="pip install plotly, or use draw()") from None
-    scene = scene_of(objects, labels, colours, limits)
+    scene = scene_of(items, labels, colours, limits)
     figure = graph_objects.Figure()
     for item in scene.items:
         for k, shape in enumerate(item.shapes):

@@ -221,6 +221,10 @@ is(swap(a, a) === a && a, [2, 1]);
 is(Array.from(normalize_batch([3, 0, 4, 0, 2, 0])[1]), [5, 2]);
 is(normalize_batch([])[1].length, 0);
 fails(() => swap(a, [1, 2, 3]));
+fails(() => swap([1, 2, 3]));
+fails(() => normalize([3, 0]));
+fails(() => normalize(3));
+fails(() => swap());
 fails(() => normalize_batch([1, 2, 3, 4]));
 """)
     compiled("node", folder / "one.mjs")

@@ -100,6 +100,7 @@ def test_the_example_of_the_readme_is_compiled_automatically(tmp_path: Path) -> 
     """Run with an empty cache, and again in a second process, which has nothing to compile."""
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
     (example,) = (block for block in blocks if "gacompiler.objects" in block)
+    example = example.replace("scene.html", str(tmp_path / "scene.html"))
     assert ran(example + PRODUCTS, environment(tmp_path)).endswith("compiled\n")
     second = """
 m, n = PGA3.motor([1, 2, 3], 0.3, 2), PGA3.motor([0, 1, 0], -0.4, 1)

@@ -43,6 +43,7 @@ ALLOWED: dict[str, set[str]] = {
     "cache_folder": {"errors", "gac_runtime.cache"},
     "extras": set(),
     "load_time": set(),
+    "packages": set(),
     "wheels": {
         *("wheels", "errors", "backends", "gac_runtime.names", "gac_runtime.processor", "__version__"),
         *("elftools", "packaging", "wheel"),
@@ -106,7 +107,7 @@ ALLOWED: dict[str, set[str]] = {
             "rich",
         ),
     },
-    "__init__": {"extras", "load_time", "vocabulary", "runtime", "scripts"},
+    "__init__": {"extras", "load_time", "packages", "vocabulary", "runtime", "scripts"},
     "vocabulary": {"algebra", "frontend", "derivatives"},
     "__main__": {"cli"},
 }

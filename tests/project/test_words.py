@@ -1,11 +1,13 @@
 """Prose is free of the words that CONTRIBUTING says not to use."""
 
 import ast
+import itertools
 import re
 import tokenize
 from pathlib import Path
 
 import pytest
+from markdown_it import MarkdownIt
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
@@ -73,3 +75,23 @@ def test_pages_avoid_the_words() -> None:
         for match in words.finditer(text):
             found.append(f"{path.relative_to(ROOT)}:{text.count(chr(10), 0, match.start()) + 1}: {match[0]}")
     assert not found, "\n".join(found)
+
+
+def sentences(text: str) -> list[str]:
+    """The sentences of the paragraphs of a page; code counts as a word, and tables do not count."""
+    found: list[str] = []
+    tokens = MarkdownIt("commonmark").enable("table").parse(text)
+    for before, token in itertools.pairwise(tokens):
+        if token.type == "inline" and before.type == "paragraph_open":
+            words = "".join(part.content if part.content else " " for part in token.children or ())
+            found += re.split(r"(?<=[.!?])\s+", words)
+    return found
+
+
+def test_sentences_have_at_most_fifty_words() -> None:
+    assert len(max(sentences("One. Two three\nfour! `x` five.\n\n| a b c d e |\n|---|\n"), key=len).split()) == 3
+    for path in PAGES:
+        if path.name == "CHANGELOG.md":  # its entries are lists of changes
+            continue
+        for sentence in sentences(path.read_text()):
+            assert len(sentence.split()) <= 50, f"{path.name}: {sentence}"
