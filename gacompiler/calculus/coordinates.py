@@ -324,6 +324,11 @@ class Chart(Curved):
         return SymbolicMultivector(self.algebra, terms)
 
     @cached_property
+    def is_flat(self) -> bool:
+        """Whether fields are those of a flat space, in which the derivatives along coordinates commute."""
+        return self.position is not None or not any(self._riemann.values())
+
+    @cached_property
     def grad(self) -> FieldOperator:
         """The vector derivative as an operator, ``grad * F``, which composes; see `FieldOperator`."""
         return FieldOperator(self, [(e, (k,)) for k, e in enumerate(self.reciprocal_frame)])

@@ -56,8 +56,8 @@ class FieldOperator:
         zero = SymbolicMultivector(chart.algebra, {})
         found: dict[Word, SymbolicMultivector] = {}
         for coefficient, word in terms:
-            # Derivatives of fields with a fixed basis commute; those along curved coordinates need not.
-            key = tuple(sorted(word)) if chart.position is not None else tuple(word)
+            # Derivatives along coordinates commute, except in a curved space.
+            key = tuple(sorted(word)) if len(word) < 2 or chart.is_flat else tuple(word)
             found[key] = found.get(key, zero) + coefficient
         reduced = {word: reduce(value) for word, value in found.items()}
         self.chart, self.right = chart, right
@@ -136,10 +136,10 @@ class FieldOperator:
     def __ror__(self, other: Any) -> Any:
         return self._rtimes(Operation.INNER_PRODUCT, other)
 
-    def __pow__(self, exponent: int) -> Any:
+    def __pow__(self, exponent: int) -> FieldOperator:
         if not isinstance(exponent, int) or exponent < 0:
             raise AlgebraError("power of an operator", f"the exponent {exponent!r}", "an integer of at least 0")
-        found = self._made([(SymbolicMultivector(self.chart.algebra, {0: 1}), ())])
+        found: FieldOperator = self._made([(SymbolicMultivector(self.chart.algebra, {0: 1}), ())])
         for _ in range(exponent):
             found = self * found
         return found
@@ -161,10 +161,10 @@ class FieldOperator:
         return self._made((-coefficient, word) for coefficient, word in self.terms)
 
     def __sub__(self, other: Any) -> FieldOperator:
-        return self + -other
+        return self.__add__(-other)
 
     def __rsub__(self, other: Any) -> FieldOperator:
-        return -self + other
+        return (-self).__add__(other)
 
     def __eq__(self, other: object) -> bool:
         """Return whether both operators have the same coefficients; 0 is the operator without terms."""
