@@ -136,6 +136,13 @@ class Algebra(Immutable):
     def __repr__(self) -> str:
         return f"Algebra({self.name}: {' '.join(self.vectors)})"
 
+    def _latex(self, printer: object = None) -> str:
+        """Return the name in LaTeX, for `sympy.latex`."""
+        return rf"\mathrm{{{self.name}}}".replace("_", r"\_")
+
+    def _repr_latex_(self) -> str:
+        return f"${self._latex()}$"
+
     @property
     def spellings(self) -> tuple[str, ...]:
         """The names of blades that are not in ascending order of the vectors."""

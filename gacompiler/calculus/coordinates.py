@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
+from itertools import combinations_with_replacement
 from typing import Any
 
 import sympy
@@ -23,6 +24,7 @@ from ..symbolic import inverse as inverse_blade
 from ..symbolic import left_contraction, reduce
 from ..symbolic.functions import signless
 from ..symbolic.multivector import SymbolicMultivector, symbolic
+from ..symbolic.printing import latex
 from .curvature import Curved, inverse_of, short
 from .operators import FieldOperator
 
@@ -119,6 +121,21 @@ class Chart(Curved):
     def __repr__(self) -> str:
         given = repr(self.position) if self.position is not None else f"{self.algebra.name}: {self.metric.tolist()}"
         return f"Chart({given}, {', '.join(map(str, self.parameters))})"
+
+    def _latex(self, printer: object = None) -> str:
+        """Return the line element in LaTeX, for `sympy.latex`."""
+        names = [rf"\mathrm{{d}}{latex(each)}" for each in self.parameters]
+        n, parts = len(names), []
+        for i, j in combinations_with_replacement(range(n), 2):
+            value = self.metric[i, j] * (1 if i == j else 2)
+            if value != 0:
+                square = rf"{names[i]}^{{2}}" if i == j else rf"{names[i]}\,{names[j]}"
+                factor = "" if value == 1 else "-" if value == -1 else latex(value) + r"\,"
+                parts.append((rf"\left({latex(value)}\right)" if value.is_Add else factor) + square)
+        return r"\mathrm{d}s^{2} = " + " + ".join(parts).replace("+ -", "- ")
+
+    def _repr_latex_(self) -> str:
+        return f"${self._latex()}$"
 
     @cached_property
     def frame(self) -> tuple[SymbolicMultivector, ...]:

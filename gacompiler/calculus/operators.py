@@ -196,7 +196,8 @@ class FieldOperator:
         parts = []
         for coefficient, word in self.terms:
             text = coefficient._latex()
-            plain = len(coefficient.terms) == 1 and " + " not in text and " - " not in text[1:]
+            blades = list(coefficient.terms)
+            plain = len(blades) == 1 and (blades != [0] or not coefficient.scalar.is_Add)
             parts.append((text if plain else rf"\left({text}\right)") + _derivative_latex(self.chart.parameters, word))
         return " + ".join(parts).replace("+ -", "- ") or "0"
 

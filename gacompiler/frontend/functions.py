@@ -20,6 +20,8 @@ from .facts import is_unit
 from .logarithms import number_logarithm, number_square_root, unit_versor_logarithm, unit_versor_square_root
 from .operands import check_operand, own_operations
 from .powers import number_power, unit_versor_power, weights
+from .precise import by_doubles, corrected_logarithm, is_precise
+from .precise import exponential as precise_exponential
 from .squares import blades_of, form_of
 
 _LARGEST_PRODUCT = 64
@@ -56,6 +58,8 @@ def exp(a: Any) -> Any:
         return scalar.exp(a)
     if (run := own_operations((a,))) is not None:
         return run(Operation.EXP, a)
+    if is_precise(a):
+        return precise_exponential(a)
     blades = blades_of(a)
     if 0 not in blades:
         return exponential(a)
@@ -107,6 +111,9 @@ def log(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
 
 
 def _logarithm(a: Any, unit: bool | None, along: Any) -> Any:
+    if is_precise(a):
+        found = by_doubles(lambda x: _logarithm(x, unit, along), a)
+        return corrected_logarithm(a, found) if _is_versor(a, unit) else found
     return unit_versor_logarithm(a) if _is_versor(a, unit) else number_logarithm(a, along)
 
 
@@ -142,6 +149,10 @@ def sqrt(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
 
 
 def _square_root(a: Any, unit: bool | None, along: Any) -> Any:
+    if is_precise(a):
+        if _is_versor(a, unit):
+            return precise_exponential(_logarithm(a, unit, along).map(lambda x: x / 2))
+        return by_doubles(lambda x: _square_root(x, unit, along), a)
     return unit_versor_square_root(a) if _is_versor(a, unit) else number_square_root(a, along)
 
 
@@ -174,6 +185,8 @@ def power(a: Any, t: Any, *, unit: bool | None = None, along: Any = None) -> Any
         return _power_of_scalar(a, t)
     if isinstance(t, (float, Fraction)) and t == Fraction(1, 2):
         return sqrt(a, unit=unit, along=along)
+    if is_precise(a):
+        return exp(t * log(a, unit=unit, along=along))
     found = unit_versor_power(a, t) if _is_versor(a, unit) else number_power(a, t, along)
     return exp(t * log(a, unit=unit, along=along)) if found is None else found
 

@@ -24,7 +24,7 @@ from ..algebra.methods import Unordered
 from ..algebra.multivector import Multivector
 from ..algebra.operations import Kind, Operation
 from ..algebra.versors import n_vectors
-from ..errors import AlgebraError, LayoutError, OperandError
+from ..errors import AlgebraError, LayoutError, OperandError, ZeroDivisorError
 from ..frontend.operands import own_operations
 from ..gac_runtime.annotations import Numbers, Real
 from ..gac_runtime.layout import Layout as PlainLayout
@@ -900,6 +900,10 @@ def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
     first, second = type(a), type(b)
     if (first is _Array and _predates_extension(a)) or (second is _Array and _predates_extension(b)):
         return _OPERATORS[symbol, 1 if b is _ABSENT else 2](*(_as_single(x) for x in (a, b) if x is not _ABSENT))
+    if symbol == "/" and not np.shape(a) and second in (int, float, Scalar, np.float64) and b == 0:
+        raise ZeroDivisorError(
+            "division", f"{a} / 0", "a divisor other than zero", "in an array, such quotients are infinite or NaN"
+        )
     if any(hasattr(kind, "family") for kind in (first, second)) and first not in _roles:
         raise _of_another_module(f"a {symbol} b" if symbol != "()" else "a(b)", (a, b))
     if symbol in ("()", ">>"):

@@ -7,7 +7,9 @@ from typing import Any
 
 import sympy
 
+from ..algebra.blades import reordering_sign
 from ..algebra.coefficients import is_zero
+from ..algebra.factorization import factorize_blade as exact_factors
 from ..algebra.functions import binary, unary
 from ..algebra.meanings import MEANINGS
 from ..algebra.multivector import Multivector
@@ -19,10 +21,11 @@ from .printing import common_factor
 from .relations import reduce
 
 __all__ = [
-    "anticommutator", "clifford_conjugate", "commutator", "determinant", "dual", "exp", "geometric_product",
-    "grade", "grade_involution", "hestenes_product", "inner_product", "inverse", "left_contraction", "log", "norm",
-    "norm_squared", "normalize", "outer_product", "polarity", "power", "regressive_product", "reverse",
-    "right_contraction", "sandwich", "scalar_product", "sqrt", "undual",
+    "anticommutator", "clifford_conjugate", "commutator", "cos", "cosh", "determinant", "dual", "exp",
+    "factorize_blade", "geometric_product", "grade", "grade_involution", "hestenes_product", "inner_product", "inverse",
+    "is_blade", "is_null", "is_versor", "left_contraction", "log", "norm", "norm_squared", "normalize",
+    "outer_product", "polarity", "power", "regressive_product", "reverse", "right_contraction", "sandwich",
+    "scalar_product", "sin", "sinh", "sqrt", "tan", "tanh", "undual",
 ]  # fmt: skip
 
 
@@ -177,6 +180,107 @@ def power(a: SymbolicMultivector, t: Any) -> SymbolicMultivector:
     return sqrt(a) if exponent == sympy.Rational(1, 2) else exp(symbolic(log(a) * exponent))
 
 
+def sin(a: SymbolicMultivector) -> SymbolicMultivector:
+    """Return the sine ``a - a**3 / 6 + ...`` of a scalar plus a part whose square is a scalar."""
+    return _wave("sin()", a, sympy.sin, sympy.cos, -1)
+
+
+def cos(a: SymbolicMultivector) -> SymbolicMultivector:
+    """Return the cosine ``1 - a**2 / 2 + ...`` of a scalar plus a part whose square is a scalar."""
+    return _wave("cos()", a, sympy.cos, lambda w: -sympy.sin(w), -1)
+
+
+def sinh(a: SymbolicMultivector) -> SymbolicMultivector:
+    """Return the hyperbolic sine ``a + a**3 / 6 + ...`` of a scalar plus a part whose square is a scalar."""
+    return _wave("sinh()", a, sympy.sinh, sympy.cosh, 1)
+
+
+def cosh(a: SymbolicMultivector) -> SymbolicMultivector:
+    """Return the hyperbolic cosine ``1 + a**2 / 2 + ...`` of a scalar plus a part whose square is a scalar."""
+    return _wave("cosh()", a, sympy.cosh, sympy.sinh, 1)
+
+
+def tan(a: SymbolicMultivector) -> SymbolicMultivector:
+    """Return the tangent, the sine divided by the cosine."""
+    return reduce(sin(a) / cos(a))
+
+
+def tanh(a: SymbolicMultivector) -> SymbolicMultivector:
+    """Return the hyperbolic tangent, the hyperbolic sine divided by the hyperbolic cosine."""
+    return reduce(sinh(a) / cosh(a))
+
+
+def _wave(where: str, a: Any, even: Callable[..., Any], odd: Callable[..., Any], sign: int) -> SymbolicMultivector:
+    """Return ``f(w + b) = f(w) C + f'(w) S b``, with ``C`` and ``S`` of `_even_and_odd` for the square of `b`."""
+    w, b, _ = _number(where, a)
+    size, rest = _factor(b)
+    cosine, sine = _even_and_odd(sign * reduce(rest * rest)["1"], size)
+    return symbolic(odd(w) * sine * rest + even(w) * cosine)
+
+
+def is_blade(a: SymbolicMultivector, *given: Any) -> bool:
+    """Return whether `a` is proved to be an outer product of vectors; zero is one.
+
+    Parameters
+    ----------
+    a : SymbolicMultivector
+    *given
+        Relations, as for `reduce`: multivectors made by `symbols`, or expressions that vanish.
+    """
+    lifted = reduce(required("is_blade()", a), *given)
+    if len(lifted.grades) != 1:
+        return not lifted.terms
+    # The contractions of a blade onto itself by all blades of one grade less are vectors within it.
+    vectors = [_without(blade, lifted) for blade in lifted.algebra.blades(lifted.grades[0] - 1)]
+    return all(not reduce(vector ^ lifted, *given).terms for vector in vectors)
+
+
+def _without(blade: int, x: SymbolicMultivector) -> SymbolicMultivector:
+    """Return the vector that remains of each basis blade of `x` without those of `blade`, which needs no metric."""
+    terms = {
+        other ^ blade: value if reordering_sign(blade, other ^ blade) > 0 else -value
+        for other, value in x.terms.items()
+        if other & blade == blade
+    }
+    return SymbolicMultivector(x.algebra, terms)
+
+
+def is_versor(a: SymbolicMultivector, *given: Any) -> bool:
+    """Return whether `a` is proved to be a versor: ``a ~a`` is a scalar other than 0, and it moves vectors to vectors.
+
+    Parameters
+    ----------
+    a : SymbolicMultivector
+    *given
+        Relations, as for `reduce`.
+    """
+    lifted = reduce(required("is_versor()", a), *given)
+    size = reduce(lifted * ~lifted, *given)
+    if len({k & 1 for k in lifted.grades}) != 1 or set(size.terms) != {0}:
+        return False
+    moved = (reduce(lifted * each * ~lifted, *given) for each in lifted.algebra.basis())
+    return all(set(each.grades) <= {1} for each in moved)
+
+
+def is_null(a: SymbolicMultivector, *given: Any) -> bool:
+    """Return whether the squared norm, the scalar part of ``a ~a``, is proved to be 0; relations as for `reduce`."""
+    return not reduce(norm_squared(required("is_null()", a)), *given).terms
+
+
+def factorize_blade(a: SymbolicMultivector) -> tuple[Any, tuple[SymbolicMultivector, ...]]:
+    """Return a scalar and vectors whose outer product, times the scalar, is the blade `a`.
+
+    The scalar is the first coefficient, which must not vanish. The vectors have the coefficient 1 in one direction each.
+
+    Raises
+    ------
+    AlgebraError
+        If the element is zero, has mixed grades, or is not an outer product of vectors.
+    """
+    found = exact_factors(required("factorize_blade()", a))
+    return Expanded.of(found.scale).expression, tuple(map(symbolic, found.vectors))
+
+
 def _number(where: str, a: Any) -> tuple[Any, SymbolicMultivector, Any]:
     """Split `a` into a scalar and a part whose square is the scalar that is returned last."""
     lifted = required(where, a)
@@ -189,7 +293,9 @@ def _number(where: str, a: Any) -> tuple[Any, SymbolicMultivector, Any]:
     return lifted["1"], b, sympy.factor(square["1"])
 
 
-_OWN: Mapping[str, Callable[..., SymbolicMultivector]] = {"exp": exp, "log": log, "sqrt": sqrt, "power": power}
+_OWN: Mapping[str, Callable[..., SymbolicMultivector]] = {
+    "exp": exp, "log": log, "sqrt": sqrt, "power": power, "sin": sin, "cos": cos,
+}  # fmt: skip
 SymbolicMultivector.run_operation = staticmethod(run_operation)
 
 
