@@ -122,13 +122,10 @@ def corrected_logarithm(versor: Multivector, start: Multivector) -> Multivector:
     import mpmath
 
     exact = versor.map(lambda x: mpmath.mpmathify(_plain(x)))
-    sign = None
+    if (exact * exponential(-start)).scalar < 0:
+        exact = -exact
     for _ in range(MOST_STEPS):
-        back = exponential(-start)
-        if sign is None:
-            sign = 1 if (exact * back).scalar >= 0 else -1
-        residual = (exact * back).grade(2).map(lambda x: sign * x)
-        step = term = residual
+        step = term = (exact * exponential(-start)).grade(2)
         for k in range(1, TERMS):
             term = (start * term - term * start).grade(2).map(lambda x, k=k: x / k)  # type: ignore[misc]
             step = step + term.map(lambda x, k=k: x * mpmath.bernoulli(k))  # type: ignore[misc]

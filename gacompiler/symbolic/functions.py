@@ -270,7 +270,7 @@ def is_null(a: SymbolicMultivector, *given: Any) -> bool:
 def factorize_blade(a: SymbolicMultivector) -> tuple[Any, tuple[SymbolicMultivector, ...]]:
     """Return a scalar and vectors whose outer product, times the scalar, is the blade `a`.
 
-    The scalar is the first coefficient, which must not vanish. The vectors have the coefficient 1 in one direction each.
+    The scalar is the first coefficient, which must not vanish. Each vector has the coefficient 1 in one direction.
 
     Raises
     ------
