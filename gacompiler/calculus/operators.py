@@ -8,8 +8,9 @@ An operator is a sum of terms, each a coefficient and a sequence of parameters: 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
+from ..algebra.algebra import Algebra
 from ..algebra.multivector import Multivector
 from ..algebra.operations import Operation
 from ..errors import AlgebraError
@@ -17,11 +18,25 @@ from ..symbolic import reduce
 from ..symbolic.multivector import SymbolicMultivector
 from ..symbolic.printing import latex
 
-if TYPE_CHECKING:
-    from .coordinates import Chart
-
 Word = tuple[int, ...]
 """The numbers of the parameters of a repeated derivative; the last one is applied first."""
+
+
+class Fields(Protocol):
+    """The part of the interface of `gacompiler.calculus.Chart`, which uses this module."""
+
+    algebra: Algebra
+    parameters: tuple[Any, ...]
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether derivatives along coordinates commute."""
+
+    def lift(self, field: Any) -> SymbolicMultivector:
+        """Return a field as a symbolic multivector."""
+
+    def partial(self, field: Any, k: int) -> SymbolicMultivector:
+        """Return the derivative of a field by parameter `k`."""
 
 
 class FieldOperator:
@@ -45,14 +60,14 @@ class FieldOperator:
         Whether fields are at the left of the operator.
     """
 
-    chart: Chart
+    chart: Fields
     terms: tuple[tuple[SymbolicMultivector, Word], ...]
     right: bool
     __array_ufunc__ = None
     takes_over_multivector = True
     acts_on_fields = True
 
-    def __init__(self, chart: Chart, terms: Iterable[tuple[Any, Sequence[int]]], *, right: bool = False) -> None:
+    def __init__(self, chart: Fields, terms: Iterable[tuple[Any, Sequence[int]]], *, right: bool = False) -> None:
         zero = SymbolicMultivector(chart.algebra, {})
         found: dict[Word, SymbolicMultivector] = {}
         for coefficient, word in terms:

@@ -13,6 +13,8 @@ from typing import Any
 
 from ..algebra.operations import Operation
 from ..errors import AlgebraError, OperandError
+from ..rings.precise import by_doubles, corrected_logarithm, is_precise
+from ..rings.precise import exponential as precise_exponential
 from . import operations as scalar
 from .exponentials import exponential
 from .expression import Expression
@@ -20,8 +22,6 @@ from .facts import is_unit
 from .logarithms import number_logarithm, number_square_root, unit_versor_logarithm, unit_versor_square_root
 from .operands import check_operand, own_operations
 from .powers import number_power, unit_versor_power, weights
-from .precise import by_doubles, corrected_logarithm, is_precise
-from .precise import exponential as precise_exponential
 from .squares import blades_of, form_of
 
 _LARGEST_PRODUCT = 64

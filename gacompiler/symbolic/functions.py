@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 import sympy
 
-from ..algebra.blades import reordering_sign
 from ..algebra.coefficients import is_zero
-from ..algebra.factorization import factorize_blade as exact_factors
 from ..algebra.functions import binary, unary
 from ..algebra.meanings import MEANINGS
 from ..algebra.multivector import Multivector
@@ -21,11 +19,10 @@ from .printing import common_factor
 from .relations import reduce
 
 __all__ = [
-    "anticommutator", "clifford_conjugate", "commutator", "cos", "cosh", "determinant", "dual", "exp",
-    "factorize_blade", "geometric_product", "grade", "grade_involution", "hestenes_product", "inner_product", "inverse",
-    "is_blade", "is_null", "is_versor", "left_contraction", "log", "norm", "norm_squared", "normalize",
-    "outer_product", "polarity", "power", "regressive_product", "reverse", "right_contraction", "sandwich",
-    "scalar_product", "sin", "sinh", "sqrt", "tan", "tanh", "undual",
+    "anticommutator", "clifford_conjugate", "commutator", "determinant", "dual", "exp", "geometric_product",
+    "grade", "grade_involution", "hestenes_product", "inner_product", "inverse", "left_contraction", "log", "norm",
+    "norm_squared", "normalize", "outer_product", "polarity", "power", "regressive_product", "reverse",
+    "right_contraction", "sandwich", "scalar_product", "sqrt", "undual",
 ]  # fmt: skip
 
 
@@ -65,8 +62,8 @@ normalize = unary(_apply, Operation.NORMALIZE)
 
 def run_operation(name: str, *operands: Any) -> Any:
     """Apply the function `name` of this module, or any other operation of the table."""
-    if name in _OWN:
-        return _OWN[name](*operands)
+    if name in OWN:
+        return OWN[name](*operands)
     return _apply(BY_NAME[name], *operands)
 
 
@@ -103,7 +100,7 @@ def exp(a: SymbolicMultivector) -> SymbolicMultivector:
     """
     lifted = required("exp()", a)
     b = lifted.keep(bool)
-    size, rest = _factor(b)
+    size, rest = factor_of(b)
     square = reduce(rest * rest)
     p = square.keep(bool)
     if not (_vanishes(p * p) and _vanishes(rest * p - p * rest)):
@@ -114,7 +111,7 @@ def exp(a: SymbolicMultivector) -> SymbolicMultivector:
             "split it into commuting blades and multiply their exponentials",
         )
     s = square["1"]
-    cosine, sine = _even_and_odd(s, size)
+    cosine, sine = even_and_odd(s, size)
     result = cosine + sine * rest
     if p.terms:
         derivative = size**3 / 6 if s == 0 else (size * cosine - sine) / (2 * s)
@@ -122,7 +119,7 @@ def exp(a: SymbolicMultivector) -> SymbolicMultivector:
     return symbolic(sympy.exp(lifted["1"]) * result)
 
 
-def _factor(b: SymbolicMultivector) -> tuple[Any, SymbolicMultivector]:
+def factor_of(b: SymbolicMultivector) -> tuple[Any, SymbolicMultivector]:
     """Split `b` into a scalar and an element whose product is `b`; the element has as few symbols as possible."""
     if len(b.terms) == 1:
         ((blade, value),) = b.expressions.items()
@@ -131,7 +128,7 @@ def _factor(b: SymbolicMultivector) -> tuple[Any, SymbolicMultivector]:
     return size, symbolic(b / size)
 
 
-def _even_and_odd(s: Any, size: Any) -> tuple[Any, Any]:
+def even_and_odd(s: Any, size: Any) -> tuple[Any, Any]:
     """Return ``cosh(size sqrt(s))`` and ``sinh(size sqrt(s)) / sqrt(s)``; the sign of the root is arbitrary."""
     if s == 0:
         return sympy.Integer(1), size
@@ -157,7 +154,7 @@ def log(a: SymbolicMultivector) -> SymbolicMultivector:
 
     This is half the logarithm of the squared size, and the angle in [0, pi] along `b`; see `exp` for the forms of `b`.
     """
-    w, b, s = _number("log()", a)
+    w, b, s = split_number("log()", a)
     if s == 0:
         return symbolic(b / w + sympy.log(w)) if b.terms else symbolic(b + sympy.log(w))
     negative, root = _signed_root(s)
@@ -167,7 +164,7 @@ def log(a: SymbolicMultivector) -> SymbolicMultivector:
 
 def sqrt(a: SymbolicMultivector) -> SymbolicMultivector:
     """Return the square root with a positive scalar part, of a scalar plus a part whose square is a scalar."""
-    w, b, s = _number("sqrt()", a)
+    w, b, s = split_number("sqrt()", a)
     root = sympy.sqrt(sympy.simplify((w + sympy.sqrt(sympy.simplify(w**2 - s))) / 2))
     return symbolic(b / (2 * root) + root)
 
@@ -180,108 +177,7 @@ def power(a: SymbolicMultivector, t: Any) -> SymbolicMultivector:
     return sqrt(a) if exponent == sympy.Rational(1, 2) else exp(symbolic(log(a) * exponent))
 
 
-def sin(a: SymbolicMultivector) -> SymbolicMultivector:
-    """Return the sine ``a - a**3 / 6 + ...`` of a scalar plus a part whose square is a scalar."""
-    return _wave("sin()", a, sympy.sin, sympy.cos, -1)
-
-
-def cos(a: SymbolicMultivector) -> SymbolicMultivector:
-    """Return the cosine ``1 - a**2 / 2 + ...`` of a scalar plus a part whose square is a scalar."""
-    return _wave("cos()", a, sympy.cos, lambda w: -sympy.sin(w), -1)
-
-
-def sinh(a: SymbolicMultivector) -> SymbolicMultivector:
-    """Return the hyperbolic sine ``a + a**3 / 6 + ...`` of a scalar plus a part whose square is a scalar."""
-    return _wave("sinh()", a, sympy.sinh, sympy.cosh, 1)
-
-
-def cosh(a: SymbolicMultivector) -> SymbolicMultivector:
-    """Return the hyperbolic cosine ``1 + a**2 / 2 + ...`` of a scalar plus a part whose square is a scalar."""
-    return _wave("cosh()", a, sympy.cosh, sympy.sinh, 1)
-
-
-def tan(a: SymbolicMultivector) -> SymbolicMultivector:
-    """Return the tangent, the sine divided by the cosine."""
-    return reduce(sin(a) / cos(a))
-
-
-def tanh(a: SymbolicMultivector) -> SymbolicMultivector:
-    """Return the hyperbolic tangent, the hyperbolic sine divided by the hyperbolic cosine."""
-    return reduce(sinh(a) / cosh(a))
-
-
-def _wave(where: str, a: Any, even: Callable[..., Any], odd: Callable[..., Any], sign: int) -> SymbolicMultivector:
-    """Return ``f(w + b) = f(w) C + f'(w) S b``, with ``C`` and ``S`` of `_even_and_odd` for the square of `b`."""
-    w, b, _ = _number(where, a)
-    size, rest = _factor(b)
-    cosine, sine = _even_and_odd(sign * reduce(rest * rest)["1"], size)
-    return symbolic(odd(w) * sine * rest + even(w) * cosine)
-
-
-def is_blade(a: SymbolicMultivector, *given: Any) -> bool:
-    """Return whether `a` is proved to be an outer product of vectors; zero is one.
-
-    Parameters
-    ----------
-    a : SymbolicMultivector
-    *given
-        Relations, as for `reduce`: multivectors made by `symbols`, or expressions that vanish.
-    """
-    lifted = reduce(required("is_blade()", a), *given)
-    if len(lifted.grades) != 1:
-        return not lifted.terms
-    # The contractions of a blade onto itself by all blades of one grade less are vectors within it.
-    vectors = [_without(blade, lifted) for blade in lifted.algebra.blades(lifted.grades[0] - 1)]
-    return all(not reduce(vector ^ lifted, *given).terms for vector in vectors)
-
-
-def _without(blade: int, x: SymbolicMultivector) -> SymbolicMultivector:
-    """Return the vector that remains of each basis blade of `x` without those of `blade`, which needs no metric."""
-    terms = {
-        other ^ blade: value if reordering_sign(blade, other ^ blade) > 0 else -value
-        for other, value in x.terms.items()
-        if other & blade == blade
-    }
-    return SymbolicMultivector(x.algebra, terms)
-
-
-def is_versor(a: SymbolicMultivector, *given: Any) -> bool:
-    """Return whether `a` is proved to be a versor: ``a ~a`` is a scalar other than 0, and it moves vectors to vectors.
-
-    Parameters
-    ----------
-    a : SymbolicMultivector
-    *given
-        Relations, as for `reduce`.
-    """
-    lifted = reduce(required("is_versor()", a), *given)
-    size = reduce(lifted * ~lifted, *given)
-    if len({k & 1 for k in lifted.grades}) != 1 or set(size.terms) != {0}:
-        return False
-    moved = (reduce(lifted * each * ~lifted, *given) for each in lifted.algebra.basis())
-    return all(set(each.grades) <= {1} for each in moved)
-
-
-def is_null(a: SymbolicMultivector, *given: Any) -> bool:
-    """Return whether the squared norm, the scalar part of ``a ~a``, is proved to be 0; relations as for `reduce`."""
-    return not reduce(norm_squared(required("is_null()", a)), *given).terms
-
-
-def factorize_blade(a: SymbolicMultivector) -> tuple[Any, tuple[SymbolicMultivector, ...]]:
-    """Return a scalar and vectors whose outer product, times the scalar, is the blade `a`.
-
-    The scalar is the first coefficient, which must not vanish. Each vector has the coefficient 1 in one direction.
-
-    Raises
-    ------
-    AlgebraError
-        If the element is zero, has mixed grades, or is not an outer product of vectors.
-    """
-    found = exact_factors(required("factorize_blade()", a))
-    return Expanded.of(found.scale).expression, tuple(map(symbolic, found.vectors))
-
-
-def _number(where: str, a: Any) -> tuple[Any, SymbolicMultivector, Any]:
+def split_number(where: str, a: Any) -> tuple[Any, SymbolicMultivector, Any]:
     """Split `a` into a scalar and a part whose square is the scalar that is returned last."""
     lifted = required(where, a)
     b = lifted.keep(bool)
@@ -293,9 +189,8 @@ def _number(where: str, a: Any) -> tuple[Any, SymbolicMultivector, Any]:
     return lifted["1"], b, sympy.factor(square["1"])
 
 
-_OWN: Mapping[str, Callable[..., SymbolicMultivector]] = {
-    "exp": exp, "log": log, "sqrt": sqrt, "power": power, "sin": sin, "cos": cos,
-}  # fmt: skip
+OWN: dict[str, Callable[..., SymbolicMultivector]] = {"exp": exp, "log": log, "sqrt": sqrt, "power": power}
+"""Functions with closed forms of their own; `gacompiler.symbolic.waves` adds the sine and the cosine."""
 SymbolicMultivector.run_operation = staticmethod(run_operation)
 
 

@@ -16,7 +16,7 @@ from gacompiler.algebra.algebra import Algebra
 from gacompiler.algebra.catalog import CGA3, PGA3, STA, VGA3, orthogonal
 from gacompiler.algebra.multivector import Multivector
 from gacompiler.calculus import Chart, LinearFunction
-from gacompiler.errors import AlgebraError, OperandError, ZeroDivisorError
+from gacompiler.errors import AlgebraError, KernelError, OperandError, ZeroDivisorError
 from gacompiler.symbolic import (
     SymbolicMultivector,
     cos,
@@ -34,6 +34,7 @@ from gacompiler.symbolic import (
     symbols,
     tan,
     tanh,
+    to_kernel,
     unknowns,
 )
 
@@ -161,6 +162,19 @@ def test_quotients_by_zero() -> None:
     assert (e1 / 2).isclose(objects.VGA3.vector(0.5, 0, 0))
     with np.errstate(all="ignore"):
         assert np.isinf((objects.VGA3.vector(np.ones(2), 0, 0) / 0)["e1"]).all()
+
+
+def test_kernels_and_metrics_with_symbols() -> None:
+    """Scalars of such algebras become kernels, if the symbols of the metric are arguments; numbers have no metric."""
+    aa, ab, bb = symbols("aa ab bb")
+    algebra = Algebra("plane", "a b", [[aa, ab], [ab, bb]], layouts=lambda each: [each.layout("V", "a b")])
+    v, w = symbols("v w", layout=algebra.V)
+    inner = gacompiler.compile(to_kernel((v * w).scalar, v, w, aa, ab, bb, name="inner"))
+    assert inner([1.0, 2.0], [3.0, -1.0], 2.0, 0.5, 1.0) == 6 + 0.5 * (6 - 1) - 2
+    with pytest.raises(KernelError, match="metric has symbols"):
+        gacompiler.kernel(v=algebra.V)(lambda v: v)
+    with pytest.raises(AlgebraError, match="metric has symbols"):
+        gacompiler.Space(algebra)
 
 
 def test_latex() -> None:
