@@ -53,6 +53,8 @@ def exp(a: Any) -> Any:
     as measured by ``tests/frontend/test_large_exponentials.py``. Above 1024 the result may be NaN, and far above it
     always is. The result is also NaN or infinite if a coefficient overflows, for example for a boost by 710. It is
     never finite and wrong.
+
+    For multivectors with numbers of mpmath, `exp`, `log`, `sqrt` and `power` have all digits of mpmath.
     """
     if _is_scalar(a):
         return scalar.exp(a)
