@@ -39,8 +39,9 @@ TURNED = 0.5
 """Distance of a pair of eigenvalues from -1, below which its half turn is removed: 1/2 is as good as any other number
 that keeps the remaining eigenvalues away from -1."""
 RESIDUAL = 2.0**-36
-"""Residual ``R exp(-B) - 1`` from which no logarithm was found, relative to the largest coefficient of `R`. Newton's
-method squares it, so that results are either correct to rounding, or far from this limit."""
+"""Largest difference between the exponential of a result and the versor, relative to the largest coefficient. Newton's
+method squares it, so that results are either correct to rounding, or far from this limit. The rounding error of boosts
+grows with the square of their coefficients, and exceeds it if these are several hundreds."""
 
 
 class Frame(NamedTuple):
