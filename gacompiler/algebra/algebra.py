@@ -14,7 +14,7 @@ from weakref import WeakValueDictionary
 
 from ..errors import AlgebraError
 from .blades import BladeProducts, Gram, Rational, Terms, exact, reverse_sign
-from .coefficients import Coefficient, is_zero
+from .coefficients import Coefficient, is_exact, is_zero
 from .immutable import Immutable
 from .methods import AttributeAlgebraError
 from .multivector import Multivector
@@ -46,7 +46,9 @@ class Algebra(Immutable):
         Names of the basis vectors, ``"e1 e2 e3 e0"``. Their order is the order of the bits in a bitmap.
     gram : sequence
         Either the squares of the vectors (an orthogonal basis) or the full symmetric matrix of their inner products,
-        as exact rationals. Zero squares, null pairs and oblique bases are supported without a change of basis.
+        as exact rationals or sympy expressions. Zero squares, null pairs and oblique bases are supported without a
+        change of basis. Symbolic entries may be constants or functions of coordinates. They are for derivations with
+        `gacompiler.symbolic`: kernels and numeric objects need numbers.
     spellings : str, optional
         Names of blades whose vectors are not in ascending order, ``"e01 e02 e03 e0123"``. The name of the pseudoscalar
         determines its sign.
@@ -134,6 +136,13 @@ class Algebra(Immutable):
     def __repr__(self) -> str:
         return f"Algebra({self.name}: {' '.join(self.vectors)})"
 
+    def _latex(self, printer: object = None) -> str:
+        """Return the name in LaTeX, for `sympy.latex`."""
+        return rf"\mathrm{{{self.name}}}".replace("_", r"\_")
+
+    def _repr_latex_(self) -> str:
+        return f"${self._latex()}$"
+
     @property
     def spellings(self) -> tuple[str, ...]:
         """The names of blades that are not in ascending order of the vectors."""
@@ -215,6 +224,11 @@ class Algebra(Immutable):
     def is_degenerate(self) -> bool:
         """Whether the metric is degenerate: some vector is orthogonal to all, and the pseudoscalar has no inverse."""
         return is_zero((self.pseudoscalar * self.pseudoscalar).scalar)
+
+    @cached_property
+    def has_symbolic_metric(self) -> bool:
+        """Whether some inner product of basis vectors is a formula, and not a number."""
+        return not all(is_exact(value) for row in self.gram for value in row)
 
     @cached_property
     def null_pairs(self) -> tuple[tuple[int, int], ...]:
@@ -331,11 +345,12 @@ def _of_signature(*given: Any) -> tuple[Any, ...]:
 
 
 def _gram(name: str, gram: Sequence[Rational] | Sequence[Sequence[Rational]], n: int) -> Gram:
+    rows: Sequence[Any] = gram.tolist() if hasattr(gram, "tolist") else gram
     matrix = tuple(
-        tuple(exact(Fraction(value)) for value in row)
+        tuple(_entry(value) for value in row)
         if isinstance(row, Sequence)
-        else (0,) * i + (exact(Fraction(row)),) + (0,) * (len(gram) - 1 - i)
-        for i, row in enumerate(gram)
+        else (0,) * i + (_entry(row),) + (0,) * (len(rows) - 1 - i)
+        for i, row in enumerate(rows)
     )
     if len(matrix) != n or any(len(row) != n for row in matrix):
         raise AlgebraError(
@@ -344,3 +359,13 @@ def _gram(name: str, gram: Sequence[Rational] | Sequence[Sequence[Rational]], n:
     if any(matrix[i][j] != matrix[j][i] for i in range(n) for j in range(i)):
         raise AlgebraError(name, "a Gram matrix that is not symmetric")
     return matrix
+
+
+def _entry(value: Any) -> Any:
+    """Return an entry of a Gram matrix: an exact number, or an element of the ring of sympy's expressions."""
+    if not hasattr(value, "free_symbols") and not hasattr(value, "scalar_function"):
+        return exact(Fraction(value))
+    ring: Any = import_module(f"{__name__.partition('.')[0]}.rings.symbolic")  # Only formulas need sympy.
+    found = ring.Expanded.of(value)
+    number = found.terms.get((), 0) if found.terms.keys() <= {()} else found
+    return exact(Fraction(number)) if isinstance(number, float) else number

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping
 from fractions import Fraction
 
 Rational = int | Fraction
+"""An entry of a Gram matrix; symbolic metrics have `gacompiler.rings.symbolic.Expanded` in the same places."""
 Gram = tuple[tuple[Rational, ...], ...]
 Terms = Mapping[int, Rational]
 

@@ -46,10 +46,24 @@ def constant(value: Element) -> str:
 
 
 def blade_latex(name: str) -> str:
-    """Return the name of a blade in LaTeX: ``e12`` as ``e_{12}``, ``e0inf`` as ``e_{0\\infty}``."""
+    """Return the name of a blade in LaTeX: ``e12`` as ``e_{12}``, ``e_r_theta`` as ``e_{r} \\wedge e_{\\theta}``."""
     if name == "1":
         return "1"
-    return " ".join(rf"{part[0]}_{{{part[1:].replace('inf', chr(92) + 'infty ')}}}" for part in name.split("^"))
+    vectors = []
+    for part in name.split("^"):
+        letter, *labels = (part[0], *part[2:].split("_")) if part[1:2] == "_" else (part[0], part[1:])
+        vectors += [f"{letter}_{{{_label(label)}}}" if label else letter for label in labels]
+    return r" \wedge ".join(vectors)
+
+
+_GREEK = (
+    "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau upsilon phi chi psi"
+    " omega Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega"
+)
+
+
+def _label(label: str) -> str:
+    return rf"\{label}" if label in _GREEK.split() else label.replace("inf", r"\infty ")
 
 
 def number_latex(number: Any) -> str:

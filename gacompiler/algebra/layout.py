@@ -206,6 +206,13 @@ class Layout(Immutable):
     def __str__(self) -> str:
         return f"{self.algebra.name}.{self.name}"
 
+    def _latex(self, printer: object = None) -> str:
+        """Return the name in LaTeX, for `sympy.latex`."""
+        return rf"\mathrm{{{self}}}".replace("_", r"\_")
+
+    def _repr_latex_(self) -> str:
+        return f"${self._latex()}$"
+
 
 def _of_name(algebra: Algebra, name: str) -> Layout | None:
     return algebra.named_layout(name)

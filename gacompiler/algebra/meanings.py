@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
+from ..errors import OperandError
 from . import duality, involutions, versors
 from .coefficients import scalar_function
 from .multivector import Multivector
@@ -23,6 +24,10 @@ def _involution(signs: Callable[[int], int], a: Multivector) -> Multivector:
 
 def _scalar(operation: Operation, *arguments: Multivector) -> Multivector:
     first = arguments[0]
+    if any(any(argument.terms) for argument in arguments):
+        found = ", ".join(str(argument) for argument in arguments)
+        remedy = "take coefficients such as x.e12; exp, log, sqrt and power take multivectors"
+        raise OperandError(f"{operation}()", found, "scalars", remedy)
     return first.lift(scalar_function(operation.value, *(argument.scalar for argument in arguments)))
 
 

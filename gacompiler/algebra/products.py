@@ -11,9 +11,9 @@ from fractions import Fraction
 from math import lcm
 from typing import Protocol
 
-from .blades import Rational, bits, exact, grade, outer
+from .blades import Rational, bits, grade, outer
 from .blades import Terms as BladeTerms
-from .coefficients import Coefficient, is_zero, scale
+from .coefficients import Coefficient, divide, is_zero, scale
 from .operations import BY_NAME, Operation
 
 Terms = Mapping[int, Coefficient]
@@ -45,7 +45,7 @@ def product(algebra: BladeAlgebra, name: str, a: Terms, b: Terms) -> dict[int, C
     if len(a) * len(b) >= MANY and (whole := _common_denominators(a, b)) is not None:
         numerators, others, denominator = whole
         terms = product(algebra, name, numerators, others)
-        return {blade: exact(Fraction(value, denominator)) for blade, value in terms.items()}
+        return {blade: divide(value, denominator) for blade, value in terms.items()}
     result: dict[int, Coefficient] = {}
     rights = tuple(b.items())
     near = _near(algebra, name, b) if len(rights) > _FEW else None
@@ -115,7 +115,7 @@ def kept(algebra: BladeAlgebra, name: str, left: int, right: int) -> tuple[tuple
         # For basis blades that commute or anticommute, a bracket is the whole product or zero.
         there, back = algebra.blade_product(left, right), algebra.blade_product(right, left)
         sums = {blade: there.get(blade, 0) + bracket * back.get(blade, 0) for blade in sorted({*there, *back})}
-        return tuple((blade, exact(Fraction(value) / 2)) for blade, value in sums.items() if value)
+        return tuple((blade, divide(value, 2)) for blade, value in sums.items() if value)
     if keeps is None:
         raise KeyError(f"{name} does not select parts of the geometric product")
     p, q = grade(left), grade(right)

@@ -37,8 +37,11 @@ class Signs:
 def norm_signs(algebra: Algebra, blades: frozenset[int]) -> Signs:
     """Return the signs that the scalar part of ``a ~a`` can have for elements with these blades.
 
-    Only one sign can occur in a Euclidean metric, degenerate or not; both can occur in Minkowski and conformal metrics.
+    Only one sign can occur in a Euclidean metric, degenerate or not. Both can occur in Minkowski, conformal and
+    symbolic metrics.
     """
+    if algebra.has_symbolic_metric:
+        return Signs(True, True)
     found = Signs(False, False)
     for group in _not_orthogonal(algebra, blades):
         reversion = algebra.reverse_sign(grade(group[0]))  # all blades of a group have the same grade

@@ -74,8 +74,12 @@ class LinearFunction:
     def __repr__(self) -> str:
         return f"LinearFunction({self.algebra.name}, {self.matrix.tolist()})"
 
+    def _latex(self, printer: object = None) -> str:
+        """Return the matrix in LaTeX, for `sympy.latex`."""
+        return str(sympy.latex(self.matrix))
+
     def _repr_latex_(self) -> str:
-        return f"${sympy.latex(self.matrix)}$"
+        return f"${self._latex()}$"
 
     def __call__(self, element: Any) -> SymbolicMultivector:
         """Return the image of a multivector, with ``f(a ^ b) = f(a) ^ f(b)``; scalars are unchanged."""

@@ -13,6 +13,8 @@ from typing import Any
 
 from ..algebra.operations import Operation
 from ..errors import AlgebraError, OperandError
+from ..rings.precise import by_doubles, corrected_logarithm, is_precise
+from ..rings.precise import exponential as precise_exponential
 from . import operations as scalar
 from .exponentials import exponential
 from .expression import Expression
@@ -51,11 +53,15 @@ def exp(a: Any) -> Any:
     as measured by ``tests/frontend/test_large_exponentials.py``. Above 1024 the result may be NaN, and far above it
     always is. The result is also NaN or infinite if a coefficient overflows, for example for a boost by 710. It is
     never finite and wrong.
+
+    For multivectors with numbers of mpmath, `exp`, `log`, `sqrt` and `power` have all digits of mpmath.
     """
     if _is_scalar(a):
         return scalar.exp(a)
     if (run := own_operations((a,))) is not None:
         return run(Operation.EXP, a)
+    if is_precise(a):
+        return precise_exponential(a)
     blades = blades_of(a)
     if 0 not in blades:
         return exponential(a)
@@ -107,6 +113,9 @@ def log(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
 
 
 def _logarithm(a: Any, unit: bool | None, along: Any) -> Any:
+    if is_precise(a):
+        found = by_doubles(lambda x: _logarithm(x, unit, along), a)
+        return corrected_logarithm(a, found) if _is_versor(a, unit) else found
     return unit_versor_logarithm(a) if _is_versor(a, unit) else number_logarithm(a, along)
 
 
@@ -142,6 +151,10 @@ def sqrt(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
 
 
 def _square_root(a: Any, unit: bool | None, along: Any) -> Any:
+    if is_precise(a):
+        if _is_versor(a, unit):
+            return precise_exponential(_logarithm(a, unit, along).map(lambda x: x / 2))
+        return by_doubles(lambda x: _square_root(x, unit, along), a)
     return unit_versor_square_root(a) if _is_versor(a, unit) else number_square_root(a, along)
 
 
@@ -174,6 +187,8 @@ def power(a: Any, t: Any, *, unit: bool | None = None, along: Any = None) -> Any
         return _power_of_scalar(a, t)
     if isinstance(t, (float, Fraction)) and t == Fraction(1, 2):
         return sqrt(a, unit=unit, along=along)
+    if is_precise(a):
+        return exp(t * log(a, unit=unit, along=along))
     found = unit_versor_power(a, t) if _is_versor(a, unit) else number_power(a, t, along)
     return exp(t * log(a, unit=unit, along=along)) if found is None else found
 

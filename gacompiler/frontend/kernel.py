@@ -268,6 +268,11 @@ def _where(function: Callable[..., Any], name: str) -> str:
 
 def _type(where: str, name: str, given: Any) -> Type:
     if isinstance(given, (Layout, ArrayOf, RowsOf, IndexOf)):
+        if isinstance(given, Layout) and given.algebra.has_symbolic_metric:
+            raise KernelError(
+                where, f"{name} is of {given.algebra.name}, whose metric has symbols", "a metric of numbers",
+                "derive with gacompiler.symbolic, and convert scalars with to_kernel()",
+            )  # fmt: skip
         return given
     if isinstance(given, tuple) and given and all(isinstance(each, Layout) for each in given):
         if len(set(given)) == 1:

@@ -463,7 +463,9 @@ static PyObject *operate_two(int symbol, PyObject *a, PyObject *b)
     const double *x, *y;
     double numbers[2];
     const Kind *left = operand(a, &x, &numbers[0]), *right = operand(b, &y, &numbers[1]);
-    const int known = left != NULL && right != NULL && left->operate == right->operate;
+    /* Python reports a number 0 as divisor. */
+    const int divides_by_zero = symbol == SYMBOL_true_divide && right == number_kind && right != NULL && *y == 0;
+    const int known = left != NULL && right != NULL && left->operate == right->operate && !divides_by_zero;
     if (known && right->index < left->n_operations[symbol]) {
         const Operation *operation = &left->operations[symbol][right->index];
         if (operation->function != NULL)

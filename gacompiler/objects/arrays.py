@@ -23,7 +23,8 @@ from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..algebra.methods import Unordered
 from ..algebra.multivector import Multivector
 from ..algebra.operations import Kind, Operation
-from ..errors import AlgebraError, LayoutError, OperandError
+from ..algebra.versors import n_vectors
+from ..errors import AlgebraError, LayoutError, OperandError, ZeroDivisorError
 from ..frontend.expression import Expression
 from ..frontend.operands import own_operations
 from ..gac_runtime.annotations import Numbers, Real
@@ -35,6 +36,7 @@ from .definitions import BINARY, FUNCTIONS, UNARY, Definition, grade_of, normali
 from .exponentials import MOST_VECTORS, exponential, layout_of_exponential, longer
 from .geometry import Geometry
 from .inverses import inverted
+from .logarithms import versor_logarithm
 from .methods import Engine, Operations, curried, run_by
 from .native import extension, extension_is_settled
 from .normalizing import normalized
@@ -230,7 +232,7 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
     def exp(self) -> Self:
         """Return the exponential, which for a bivector in up to five dimensions is a unit versor; see `gacompiler.exp`.
 
-        If the result has more than 32 coefficients, in seven dimensions and more, it is computed by products, and the
+        If the result has more than 16 coefficients, in six dimensions and more, it is computed by products, and the
         argument may be arbitrarily large. In other cases without a closed form, the result is NaN for arguments with
         norms far above 1000.
         """
@@ -327,6 +329,8 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
             the axis of -1 in space. In an array, such elements give NaN.
         """
         versor = self._as_unit("log", tolerance)
+        if _has_many_vectors(versor.layout):
+            return self._determined("log", versor_logarithm(versor, wrap, shorter))
         found = _LOG[0](versor)
         if not (shorter or self.layout.is_scalar or self.algebra.conjugates):  # logarithms of numbers are exact
             found = longer(versor, found, wrap)
@@ -338,15 +342,15 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         By default it is half of the shorter motion: the square of the root of a rotor of more than half a turn is its
         negative.
         """
-        if not shorter:
-            return (self.log(tolerance=tolerance, shorter=False) / 2).exp()
+        if not shorter or _has_many_vectors(self.layout):
+            return (self.log(tolerance=tolerance, shorter=shorter) / 2).exp()
         return self._determined("sqrt", _SQRT[0](self._as_unit("sqrt", tolerance)))
 
     def power(self, exponent: Numbers, *, tolerance: float = 1e-9, shorter: bool = True) -> Self:
         """Return ``exp(exponent * log(x))``, for a unit versor a fraction of its motion; arguments as in `log`."""
         factor: Any = float(exponent) if isinstance(exponent, int) else exponent
-        if not shorter:
-            return (factor * self.log(tolerance=tolerance, shorter=False)).exp()
+        if not shorter or _has_many_vectors(self.layout):
+            return (factor * self.log(tolerance=tolerance, shorter=shorter)).exp()
         return self._determined("power", _POWER[0](self._as_unit("power", tolerance))(factor))
 
     def _determined(self, what: str, found: Any) -> Any:
@@ -900,6 +904,10 @@ def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
     first, second = type(a), type(b)
     if (first is _Array and _predates_extension(a)) or (second is _Array and _predates_extension(b)):
         return _OPERATORS[symbol, 1 if b is _ABSENT else 2](*(_as_single(x) for x in (a, b) if x is not _ABSENT))
+    if symbol == "/" and not np.shape(a) and second in (int, float, Scalar, np.float64) and b == 0:
+        raise ZeroDivisorError(
+            "division", f"{a} / 0", "a divisor other than zero", "in an array, such quotients are infinite or NaN"
+        )
     if any(hasattr(kind, "family") for kind in (first, second)) and first not in _roles:
         raise _of_another_module(f"a {symbol} b" if symbol != "()" else "a(b)", (a, b))
     if symbol in ("()", ">>"):
@@ -953,6 +961,12 @@ def unit_layout(layout: Layout) -> Layout | None:
     """Return the layout of unit elements with the same coefficients; None if there is none."""
     found = chosen_layout(layout, True)
     return found if found.unit else None
+
+
+def _has_many_vectors(layout: Layout) -> bool:
+    """Return whether a layout has even versors over more vectors than kernels of logarithms support."""
+    blades = layout.support
+    return n_vectors(blades) > MOST_VECTORS and not any(blade.bit_count() & 1 for blade in blades) and len(blades) > 2
 
 
 def _other_slots(own: Layout, wanted: Layout) -> list[str]:

@@ -16,11 +16,14 @@ from ..algebra.layout import Layout
 from ..frontend.scaling import HEAD, PLAIN, SCALED, TAYLOR, weights
 from .caches import cached_by_name
 from .elements import Elements
+from .tables import product_table
 
 MOST_VECTORS = 5
 """Dimension of an algebra up to which every exponential is one kernel."""
-LARGEST = 32
-"""Number of coefficients up to which an exponential is one kernel."""
+LARGEST = 16
+"""Number of coefficients up to which an exponential is one kernel; one of 32 takes ten seconds to compile."""
+FEW = 1 << 14
+"""Number of coefficients up to which products are computed by a table. Beyond it a kernel is worth its compilation."""
 _MOST = 1100
 """Largest number of squarings for arguments that are doubles."""
 
@@ -48,11 +51,14 @@ def _weights(layout: Layout) -> tuple[tuple[str, float], ...]:
 def exponential(x: Elements, whole: Layout, wrap: Callable[[Layout, Any], Any]) -> Any:
     """Compute ``exp(x)`` in a layout that is closed under products."""
     start = np.stack([np.broadcast_to(x[name], x.shape) for name in whole.blades], -1).astype(float)
+    table = product_table(whole, whole) if start.size <= FEW else None
     scalar = whole.blades.index("1")
     factor = np.exp(start[..., scalar])
     start[..., scalar] = 0
 
     def product(a: Any, b: Any) -> Any:
+        if table is not None:
+            return table.product(a, b)
         found = wrap(whole, a) * wrap(whole, b)
         assert found.layout == whole
         return found.values

@@ -71,6 +71,11 @@ class Space(Immutable, Generic[M]):
                     "an algebra, or the numbers of squares 1, -1 and 0",
                     "as in Space(3, 0, 1)",
                 )
+            if self.algebra.has_symbolic_metric:
+                raise AlgebraError(
+                    "Space()", f"{self.algebra.name}, whose metric has symbols", "an algebra with numbers as metric",
+                    "use gacompiler.symbolic.multivector(algebra, {...})",
+                )  # fmt: skip
 
         def __getattr__(self, name: str) -> Any:
             if name.startswith("_") or name == "algebra":

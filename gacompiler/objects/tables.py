@@ -62,6 +62,13 @@ def _of_one_shape(a: Any, b: Any) -> tuple[Any, Any]:
     return np.broadcast_to(a, (*leading, a.shape[-1])), np.broadcast_to(b, (*leading, b.shape[-1]))
 
 
+def product_table(a: Layout, b: Layout) -> Table:
+    """Return the table of the geometric product, for computations with few elements that are not worth a kernel."""
+    found = _table(_PRODUCT, a, b)
+    assert found is not None
+    return found
+
+
 def table_of(definition: Definition, layouts: tuple[Layout, ...]) -> Table | None:
     """Return the table of a product; None if it is compiled: it has few terms, or is not a part of the product."""
     if definition not in _GRADES:

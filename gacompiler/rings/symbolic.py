@@ -2,7 +2,8 @@
 
 A *generator* is an expression that sympy does not expand: a symbol, ``sin(x)``, ``pi``, the base of a root, a sum whose
 reciprocal occurs. A monomial is a tuple of generators with their exponents, which may be negative or fractions. Like
-terms are collected in a dictionary, so products of sums are hundreds of times faster than in sympy.
+terms are collected in a dictionary, so products of sums are hundreds of times faster than in sympy. Reading, arithmetic
+and substitution share the table of generators, and are one file.
 """
 
 from __future__ import annotations
@@ -104,6 +105,9 @@ class Expanded:
         """Whether the expression has no terms, and is zero by its form."""
         return not self.terms
 
+    def __bool__(self) -> bool:
+        return bool(self.terms)
+
     def __add__(self, other: Any) -> Expanded:
         terms = dict(self.terms)
         for monomial, value in Expanded.of(other).terms.items():
@@ -183,12 +187,27 @@ class Expanded:
             factor = Expanded({(): _quotient(1, value) ** -exponent})
             single, whole = _times(inverted, ())
             return (whole or Expanded({single: 1})).power(-exponent) * factor
+        common = self._common()
+        if common.terms.keys() != {()}:
+            return (self * common.power(-1)).power(exponent) * common.power(exponent)
         content, primitive = self.expression.as_content_primitive()
         if primitive.could_extract_minus_sign():
             content, primitive = -content, -primitive
         if primitive.is_Add:
             return Expanded({((_generator(primitive), exponent),): 1}) * Expanded.of(content**exponent)
         return _read(primitive).power(exponent) * Expanded.of(content**exponent)
+
+    def _common(self) -> Expanded:
+        """Return the product of powers that divides every term, so that ``1 - 2 m / r`` becomes ``(r - 2 m) / r``.
+
+        The same denominator then has the same form wherever it occurs.
+        """
+        lowest = dict(next(iter(self.terms)))
+        for monomial in self.terms:
+            powers = dict(monomial)
+            lowest = {g: min(lowest.get(g, 0), powers.get(g, 0)) for g in {**lowest, **powers}}
+        found = sorted((g, e) for g, e in lowest.items() if e and g not in _composite)
+        return Expanded({tuple(found): 1})
 
     def substitute(self, values: Mapping[Any, Any]) -> Expanded:
         """Replace symbols by expressions, simultaneously.
@@ -226,6 +245,9 @@ class Expanded:
         """Apply a scalar function; called by `gacompiler.algebra.coefficients.scalar_function`."""
         lifted = [Expanded.of(argument).expression for argument in arguments]
         return Expanded.of(sympy.sympify(scalar_function(name, *lifted)))
+
+    def _sympy_(self) -> Any:
+        return self.expression
 
     def __str__(self) -> str:
         return str(self.expression)

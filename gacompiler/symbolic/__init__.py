@@ -19,14 +19,25 @@ from .conversion import program_of as program_of
 from .conversion import to_kernel as to_kernel
 from .functions import *  # noqa: F403
 from .multivector import SymbolicMultivector as SymbolicMultivector
+from .predicates import factorize_blade as factorize_blade
+from .predicates import is_blade as is_blade
+from .predicates import is_null as is_null
+from .predicates import is_versor as is_versor
 from .relations import equal as equal
 from .relations import reduce as reduce
 from .relations import relations as relations
 from .solve import solve as solve
+from .waves import cos as cos
+from .waves import cosh as cosh
+from .waves import sin as sin
+from .waves import sinh as sinh
+from .waves import tan as tan
+from .waves import tanh as tanh
 
 if not TYPE_CHECKING:
     # Type checkers cannot evaluate a computed list; for them, `as` and `*` above declare the exported names.
     __all__ = sorted([
-        "DerivedProgram", "SymbolicMultivector", "equal", "from_kernel", "multivector", "program_of", "reduce",
-        "relations", "solve", "symbols", "to_kernel", "unknowns", *functions.__all__,
+        "DerivedProgram", "SymbolicMultivector", "cos", "cosh", "equal", "factorize_blade", "from_kernel", "is_blade",
+        "is_null", "is_versor", "multivector", "program_of", "reduce", "relations", "sin", "sinh", "solve", "symbols",
+        "tan", "tanh", "to_kernel", "unknowns", *functions.__all__,
     ])  # fmt: skip

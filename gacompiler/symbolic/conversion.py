@@ -58,6 +58,14 @@ def to_kernel(
     many = isinstance(formula, (tuple, list))
     results = tuple(symbolic(r) if isinstance(r, Multivector) else r for r in (formula if many else [formula]))
     _check_name("to_kernel()", name)
+    for result in results:
+        if isinstance(result, SymbolicMultivector) and result.algebra.has_symbolic_metric:
+            raise KernelError(
+                f"to_kernel({name})",
+                f"a result in {result.algebra.name}, whose metric has symbols",
+                "results in algebras with numbers as metric, and scalars",
+                'pass its coefficients, such as x["e_r"] or x.coefficients.values()',
+            )
     parameters = tuple(_parameter(name, argument) for argument in arguments)
     _check_components(name, parameters)
     known = _component_symbols(arguments)

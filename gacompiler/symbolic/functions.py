@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 import sympy
@@ -62,8 +62,8 @@ normalize = unary(_apply, Operation.NORMALIZE)
 
 def run_operation(name: str, *operands: Any) -> Any:
     """Apply the function `name` of this module, or any other operation of the table."""
-    if name in _OWN:
-        return _OWN[name](*operands)
+    if name in OWN:
+        return OWN[name](*operands)
     return _apply(BY_NAME[name], *operands)
 
 
@@ -100,7 +100,7 @@ def exp(a: SymbolicMultivector) -> SymbolicMultivector:
     """
     lifted = required("exp()", a)
     b = lifted.keep(bool)
-    size, rest = _factor(b)
+    size, rest = factor_of(b)
     square = reduce(rest * rest)
     p = square.keep(bool)
     if not (_vanishes(p * p) and _vanishes(rest * p - p * rest)):
@@ -111,7 +111,7 @@ def exp(a: SymbolicMultivector) -> SymbolicMultivector:
             "split it into commuting blades and multiply their exponentials",
         )
     s = square["1"]
-    cosine, sine = _even_and_odd(s, size)
+    cosine, sine = even_and_odd(s, size)
     result = cosine + sine * rest
     if p.terms:
         derivative = size**3 / 6 if s == 0 else (size * cosine - sine) / (2 * s)
@@ -119,7 +119,7 @@ def exp(a: SymbolicMultivector) -> SymbolicMultivector:
     return symbolic(sympy.exp(lifted["1"]) * result)
 
 
-def _factor(b: SymbolicMultivector) -> tuple[Any, SymbolicMultivector]:
+def factor_of(b: SymbolicMultivector) -> tuple[Any, SymbolicMultivector]:
     """Split `b` into a scalar and an element whose product is `b`; the element has as few symbols as possible."""
     if len(b.terms) == 1:
         ((blade, value),) = b.expressions.items()
@@ -128,7 +128,7 @@ def _factor(b: SymbolicMultivector) -> tuple[Any, SymbolicMultivector]:
     return size, symbolic(b / size)
 
 
-def _even_and_odd(s: Any, size: Any) -> tuple[Any, Any]:
+def even_and_odd(s: Any, size: Any) -> tuple[Any, Any]:
     """Return ``cosh(size sqrt(s))`` and ``sinh(size sqrt(s)) / sqrt(s)``; the sign of the root is arbitrary."""
     if s == 0:
         return sympy.Integer(1), size
@@ -154,7 +154,7 @@ def log(a: SymbolicMultivector) -> SymbolicMultivector:
 
     This is half the logarithm of the squared size, and the angle in [0, pi] along `b`; see `exp` for the forms of `b`.
     """
-    w, b, s = _number("log()", a)
+    w, b, s = split_number("log()", a)
     if s == 0:
         return symbolic(b / w + sympy.log(w)) if b.terms else symbolic(b + sympy.log(w))
     negative, root = _signed_root(s)
@@ -164,7 +164,7 @@ def log(a: SymbolicMultivector) -> SymbolicMultivector:
 
 def sqrt(a: SymbolicMultivector) -> SymbolicMultivector:
     """Return the square root with a positive scalar part, of a scalar plus a part whose square is a scalar."""
-    w, b, s = _number("sqrt()", a)
+    w, b, s = split_number("sqrt()", a)
     root = sympy.sqrt(sympy.simplify((w + sympy.sqrt(sympy.simplify(w**2 - s))) / 2))
     return symbolic(b / (2 * root) + root)
 
@@ -177,7 +177,7 @@ def power(a: SymbolicMultivector, t: Any) -> SymbolicMultivector:
     return sqrt(a) if exponent == sympy.Rational(1, 2) else exp(symbolic(log(a) * exponent))
 
 
-def _number(where: str, a: Any) -> tuple[Any, SymbolicMultivector, Any]:
+def split_number(where: str, a: Any) -> tuple[Any, SymbolicMultivector, Any]:
     """Split `a` into a scalar and a part whose square is the scalar that is returned last."""
     lifted = required(where, a)
     b = lifted.keep(bool)
@@ -189,7 +189,8 @@ def _number(where: str, a: Any) -> tuple[Any, SymbolicMultivector, Any]:
     return lifted["1"], b, sympy.factor(square["1"])
 
 
-_OWN: Mapping[str, Callable[..., SymbolicMultivector]] = {"exp": exp, "log": log, "sqrt": sqrt, "power": power}
+OWN: dict[str, Callable[..., SymbolicMultivector]] = {"exp": exp, "log": log, "sqrt": sqrt, "power": power}
+"""Functions with closed forms of their own; `gacompiler.symbolic.waves` adds the sine and the cosine."""
 SymbolicMultivector.run_operation = staticmethod(run_operation)
 
 

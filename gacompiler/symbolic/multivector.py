@@ -226,6 +226,8 @@ class SymbolicMultivector(Immutable, Multivector):
         return symbolic(super().product(name, lifted), BY_NAME[name], self, lifted)
 
     def __add__(self, other: Any) -> SymbolicMultivector:
+        if _acts(other):
+            return NotImplemented
         lifted = self.lift(other)
         return symbolic(super().__add__(lifted), Operation.ADD, self, lifted)
 
@@ -233,6 +235,8 @@ class SymbolicMultivector(Immutable, Multivector):
         return self.lift(other) + self
 
     def __sub__(self, other: Any) -> SymbolicMultivector:
+        if _acts(other):
+            return NotImplemented
         lifted = self.lift(other)
         return symbolic(super().__sub__(lifted), Operation.SUBTRACT, self, lifted)
 
@@ -246,16 +250,19 @@ class SymbolicMultivector(Immutable, Multivector):
         return self
 
     def __mul__(self, other: Any) -> SymbolicMultivector:
-        return self.product(Operation.GEOMETRIC_PRODUCT, other)
+        return NotImplemented if _acts(other) else self.product(Operation.GEOMETRIC_PRODUCT, other)
 
     def __rmul__(self, other: Any) -> SymbolicMultivector:
         return self.lift(other) * self
 
     def __xor__(self, other: Any) -> SymbolicMultivector:
-        return self.product(Operation.OUTER_PRODUCT, other)
+        return NotImplemented if _acts(other) else self.product(Operation.OUTER_PRODUCT, other)
 
     def __rxor__(self, other: Any) -> SymbolicMultivector:
         return self.lift(other) ^ self
+
+    def __or__(self, other: Any) -> SymbolicMultivector:
+        return NotImplemented if _acts(other) else self.product(Operation.INNER_PRODUCT, other)
 
     def __and__(self, other: Any) -> SymbolicMultivector:
         lifted = self.lift(other)
@@ -362,3 +369,8 @@ def replacements(old: SymbolicMultivector, new: Any) -> dict[Any, Any]:
 
 def _named(value: Any) -> bool:
     return isinstance(value, SymbolicMultivector) and value.layout is not None
+
+
+def _acts(other: Any) -> bool:
+    """Return whether `other` is an operator on fields, whose own methods define sums and products."""
+    return getattr(other, "acts_on_fields", False) is True

@@ -63,6 +63,10 @@ class Printed:
     def __repr__(self) -> str:
         return f"{self.element.algebra.name}: {self}"
 
+    def _latex(self, printer: object = None) -> str:
+        """Return LaTeX without dollar signs, for `sympy.latex`."""
+        return self._repr_latex_().strip("$")
+
     def _repr_latex_(self) -> str:
         if not self.element.expressions:
             return "$0$"

@@ -71,8 +71,16 @@ def reduce(a: SymbolicMultivector, *given: Any) -> SymbolicMultivector:
     a : SymbolicMultivector
     *given
         As for `equal`.
+
+    Returns
+    -------
+    SymbolicMultivector
+        The element `a` itself if the ideal of the relations is too large.
     """
-    return _reduced(required("reduce()", a), given)
+    start = required("reduce()", a)
+    found = _reduced(start, given)
+    # The first pass can merge denominators whose relations the second pass then uses.
+    return found if found is start else _reduced(found, given)
 
 
 def _difference(a: Any, b: Any) -> SymbolicMultivector:

@@ -1,7 +1,8 @@
-"""Symbolic results against galgebra: products, inverses, exponentials, calculus, linear functions."""
+"""Symbolic results against galgebra: products, inverses, exponentials, calculus, linear functions, curved spaces."""
 
 from __future__ import annotations
 
+from itertools import product
 from typing import Any
 
 import pytest
@@ -16,7 +17,16 @@ from gacompiler.symbolic import SymbolicMultivector, multivector, symbols, unkno
 pytestmark = pytest.mark.peers
 
 OBLIQUE = Algebra("OBLIQUE", "u v w", [[2, 1, 0], [1, 3, -1], [0, -1, -1]])
-ALGEBRAS = [VGA2, VGA3, STA, OBLIQUE, orthogonal(2, 1, 1)]
+AA, AB, BB, C = symbols("aa ab bb c")
+SYMBOLIC = Algebra("SYMBOLIC", "u v", [[AA, AB], [AB, BB]])
+CONFORMAL = Algebra("CONFORMAL", "u v w", [[0, C, 0], [C, 0, 0], [0, 0, AA]])
+ALGEBRAS = [VGA2, VGA3, STA, OBLIQUE, orthogonal(2, 1, 1), SYMBOLIC, CONFORMAL]
+
+
+def plain_angles(value: Any) -> Any:
+    """Write galgebra's tangents and sines of double angles by sines and cosines of the angles."""
+    single = sympy.expand_trig(value) if value.has(sympy.sin, sympy.tan) else value
+    return single.replace(sympy.tan, lambda x: sympy.sin(x) / sympy.cos(x))
 
 
 class Peer:
@@ -25,7 +35,7 @@ class Peer:
     def __init__(self, algebra: Algebra, coordinates: tuple[Any, ...] | None = None) -> None:
         galgebra = pytest.importorskip("galgebra.ga")
         n = algebra.dimension
-        metric = [[sympy.Rational(str(algebra.gram[i][j])) for j in range(n)] for i in range(n)]
+        metric = [[sympy.sympify(algebra.gram[i][j]) for j in range(n)] for i in range(n)]
         names = " ".join(algebra.vectors)
         self.algebra, self.ga = algebra, galgebra.Ga(names, g=sympy.Matrix(metric).tolist(), coords=coordinates)
         self.blades = {
@@ -40,7 +50,7 @@ class Peer:
         if not hasattr(theirs, "blade_coefs"):
             return SymbolicMultivector(self.algebra, {0: theirs})
         values = theirs.blade_coefs(list(self.blades.values()))
-        return SymbolicMultivector(self.algebra, dict(zip(self.blades, values, strict=True)))
+        return SymbolicMultivector(self.algebra, dict(zip(self.blades, map(plain_angles, values), strict=True)))
 
     def same(self, mine: Any, theirs: Any) -> bool:
         difference = symbolic.reduce(self.back(theirs) - mine)
@@ -191,3 +201,77 @@ def test_derivatives_by_a_vector(algebra: Algebra) -> None:
     peer = Peer(algebra, tuple(x[name] for name in algebra.vectors))
     for function in (x * x, x * a, a * x, x * a * x):
         assert peer.same(derivative_by(x, function), peer.ga.grad * peer.of(function))
+
+
+R, THETA, PHI, X, Y = symbols("r theta phi x y")
+CURVED = {
+    "polar": ([[1, 0], [0, R**2]], (R, PHI)),
+    "sphere": ([[1, 0], [0, sympy.sin(THETA) ** 2]], (THETA, PHI)),
+    "oblique": ([[1 + Y**2, X * Y], [X * Y, 1 + X**2]], (X, Y)),
+    "spherical": ([[1, 0, 0], [0, R**2, 0], [0, 0, (R * sympy.sin(THETA)) ** 2]], (R, THETA, PHI)),
+}
+
+
+@pytest.fixture(scope="module", params=list(CURVED))
+def curved(request: pytest.FixtureRequest) -> tuple[Chart, Peer]:
+    metric, coordinates = CURVED[request.param]
+    chart = Chart.of_metric(metric, *coordinates)
+    return chart, Peer(chart.algebra, coordinates)
+
+
+def field(chart: Chart, *grades: int) -> SymbolicMultivector:
+    terms = {b: sympy.Function(f"F{b}")(*chart.parameters) for b in chart.algebra.blades(*grades)}
+    return SymbolicMultivector(chart.algebra, terms)
+
+
+class TestCurvedSpaces:
+    def test_christoffel_symbols(self, curved: tuple[Chart, Peer]) -> None:
+        chart, peer = curved
+        n = len(chart.parameters)
+        first, second = (peer.ga.Christoffel_symbols(mode=mode) for mode in (1, 2))
+        for i, j, k in product(range(n), repeat=3):
+            assert sympy.simplify(chart.christoffel_first[k, i, j] - first[i][j][k]) == 0
+            assert sympy.simplify(chart.christoffel[k, i, j] - second[i][j][k]) == 0
+
+    def test_derivatives_of_fields(self, curved: tuple[Chart, Peer]) -> None:
+        chart, peer = curved
+        whole = field(chart) if len(chart.parameters) == 2 else field(chart, 1)
+        there = peer.of(whole)
+        assert peer.same(chart.grad * whole, peer.ga.grad * there)
+        assert peer.same(chart.grad ^ whole, peer.ga.grad ^ there)
+        assert peer.same(chart.divergence(whole), peer.ga.grad < there)
+        assert peer.same(whole * chart.rgrad, there * peer.ga.rgrad)
+
+    def test_laplacians_and_directional_derivatives(self, curved: tuple[Chart, Peer]) -> None:
+        chart, peer = curved
+        scalar, vector = field(chart, 0), field(chart, 1)
+        assert peer.same((chart.grad**2) * scalar, peer.ga.grad * (peer.ga.grad * peer.of(scalar)))
+        direction = vector | chart.grad
+        assert peer.same(direction * scalar, (peer.of(vector) | peer.ga.grad) * peer.of(scalar))
+
+    def test_submanifolds(self) -> None:
+        from galgebra.ga import Ga
+
+        a, b = symbols("a b")
+        space = Ga("e", g=[1, R**2, R**2 * sympy.sin(THETA) ** 2], coords=(R, THETA, PHI))
+        there = space.sm([C, a, b], (a, b))
+        chart = Chart.of_metric([1, R**2, R**2 * sympy.sin(THETA) ** 2], R, THETA, PHI)
+        here = chart.submanifold([C, a, b], a, b)
+        assert (here.metric - sympy.Matrix(there.g)).applyfunc(sympy.simplify) == sympy.zeros(2, 2)
+
+
+@pytest.mark.parametrize("name", ["cartesian", "plane"])
+def test_products_of_operators(name: str) -> None:
+    algebra, names = CHARTS[name]
+    chart = cartesian(algebra, names)
+    peer = Peer(algebra, chart.parameters)
+    vector, whole = field(chart, 1), field(chart)
+    there = peer.of(vector)
+    pairs = [
+        (chart.grad * chart.grad, peer.ga.grad * peer.ga.grad),
+        (vector * chart.grad, there * peer.ga.grad),
+        (vector ^ chart.grad, there ^ peer.ga.grad),
+        (chart.grad * chart.grad - chart.grad / 2, peer.ga.grad * peer.ga.grad - peer.ga.grad / 2),
+    ]
+    for mine, theirs in pairs:
+        assert peer.same(mine * whole, theirs * peer.of(whole))

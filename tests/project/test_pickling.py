@@ -83,6 +83,7 @@ EXAMPLES: dict[str, Callable[[], Any]] = {
     "SymbolicMultivector": rotor,
     "DerivedProgram": lambda: symbolic.program_of(MOVE),
     "Chart": lambda: calculus.spherical(),
+    "FieldOperator": lambda: calculus.spherical().grad,
     "LinearFunction": lambda: calculus.linear_function("f", VGA3),
     "Script": lambda: SCRIPT,
     "Drawn": lambda: read_cluscript(":Red;\n:x = e1 + a * e2;\n", VGA3, "drawing").drawn[0],

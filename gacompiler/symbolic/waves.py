@@ -1,0 +1,53 @@
+"""Circular and hyperbolic functions of symbolic multivectors, in closed form."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import sympy
+
+from .functions import OWN, even_and_odd, factor_of, split_number
+from .multivector import SymbolicMultivector, symbolic
+from .relations import reduce
+
+
+def sin(a: SymbolicMultivector) -> SymbolicMultivector:
+    """Return the sine ``a - a**3 / 6 + ...`` of a scalar plus a part whose square is a scalar."""
+    return _wave("sin()", a, sympy.sin, sympy.cos, -1)
+
+
+def cos(a: SymbolicMultivector) -> SymbolicMultivector:
+    """Return the cosine ``1 - a**2 / 2 + ...`` of a scalar plus a part whose square is a scalar."""
+    return _wave("cos()", a, sympy.cos, lambda w: -sympy.sin(w), -1)
+
+
+def sinh(a: SymbolicMultivector) -> SymbolicMultivector:
+    """Return the hyperbolic sine ``a + a**3 / 6 + ...`` of a scalar plus a part whose square is a scalar."""
+    return _wave("sinh()", a, sympy.sinh, sympy.cosh, 1)
+
+
+def cosh(a: SymbolicMultivector) -> SymbolicMultivector:
+    """Return the hyperbolic cosine ``1 + a**2 / 2 + ...`` of a scalar plus a part whose square is a scalar."""
+    return _wave("cosh()", a, sympy.cosh, sympy.sinh, 1)
+
+
+def tan(a: SymbolicMultivector) -> SymbolicMultivector:
+    """Return the tangent, the sine divided by the cosine."""
+    return reduce(sin(a) / cos(a))
+
+
+def tanh(a: SymbolicMultivector) -> SymbolicMultivector:
+    """Return the hyperbolic tangent, the hyperbolic sine divided by the hyperbolic cosine."""
+    return reduce(sinh(a) / cosh(a))
+
+
+def _wave(where: str, a: Any, even: Callable[..., Any], odd: Callable[..., Any], sign: int) -> SymbolicMultivector:
+    """Return ``f(w + b) = f(w) C + f'(w) S b``, with ``C`` and ``S`` of `even_and_odd` for the square of `b`."""
+    w, b, _ = split_number(where, a)
+    size, rest = factor_of(b)
+    cosine, sine = even_and_odd(sign * reduce(rest * rest)["1"], size)
+    return symbolic(odd(w) * sine * rest + even(w) * cosine)
+
+
+OWN |= {"sin": sin, "cos": cos}
