@@ -14,13 +14,13 @@ from ...arguments import Reals, finite, real_array
 from ...elements import MOTOR, plain
 from ..model import Model
 from .chain import COINCIDE, SAME, Chain, apart
-from .closed import closed_form
+from .closed import Closed, closed_form
 from .elimination import Elimination
 from .meets import GEOMETRIES, Meets
 from .redundant import elbow_circle
 from .search import descend, polish, search
 from .slides import ThreeSlides, TwoSlides
-from .solutions import Solutions, Status
+from .solutions import Branches, Solutions, Status
 
 _BLOCK = 2048
 """Number of poses in a block, such that the data of a block fit into the second-level cache."""
@@ -37,19 +37,20 @@ _MOTION = 1e-3
 _AT_LIMIT = 1e-11
 """Variables beyond a limit by rounding errors up to this are set to the limit. The pose remains valid."""
 
-Solver = Callable[[Reals, slice], tuple[Reals, Reals]]
-"""Returns branches and discriminants of a block of goals."""
+Solver = Callable[[Reals, slice], tuple[Reals, Reals] | Branches]
+"""Returns branches and discriminants of a block of goals, and whether all branches are among them if that may fail."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Found:
-    """Branches of a batch of goals: q (N, B, n), valid (N, B), discriminants (N, B), nearest (N, n)."""
+    """Branches of a batch of goals: q (N, B, n), valid (N, B), discriminants (N, B), nearest (N, n), complete (N,)."""
 
     q: Reals
     valid: NDArray[np.bool_]
     gap: Reals
     nearest: Reals
     method: str
+    complete: NDArray[np.bool_]
 
 
 def inverse(
@@ -127,6 +128,7 @@ def _judge(
     status[:] = Status.OUT_OF_REACH if found.method != "search" else Status.NOT_FOUND
     status[valid.any(-1)] = Status.FOUND
     status[(valid & (np.abs(found.gap[block]) <= COINCIDE)).any(-1)] = Status.SINGULAR
+    status[valid.any(-1) & ~found.complete[block]] = Status.INCOMPLETE
     lost = ~is_finite[block]
     if lost.any():
         status[lost], valid[lost], nearest[lost] = Status.NOT_FINITE, False, np.nan
@@ -201,7 +203,9 @@ def _per_pose(value: ArrayLike, name: str, shape: tuple[int, ...]) -> Reals:
 def _with_locked(chain: Chain, goals: Reals, values: Mapping[int, Reals], geometry: str) -> _Found:
     """Return the branches where some joints have given values, (N,) each."""
     if not values:
-        form = closed_form(chain) or ThreeSlides.of(chain) or TwoSlides.of(chain) or Elimination.of(chain)
+        form: Closed | None = (
+            closed_form(chain) or ThreeSlides.of(chain) or TwoSlides.of(chain) or Elimination.of(chain)
+        )
         if geometry != "motors":
             form = Meets.of(form, geometry)
             if form is None:
@@ -228,22 +232,25 @@ def _with_locked(chain: Chain, goals: Reals, values: Mapping[int, Reals], geomet
     branches = max(part.q.shape[1] for _, part in parts)
     q, nearest = np.full((len(goals), branches, len(chain)), np.nan), np.full((len(goals), len(chain)), np.nan)
     valid, gap = np.zeros((len(goals), branches), bool), np.zeros((len(goals), branches))
+    complete = np.ones(len(goals), bool)
     for chosen, part in parts:
         here = slice(part.q.shape[1])
         q[chosen, here], valid[chosen, here], gap[chosen, here] = part.q, part.valid, part.gap
-        nearest[chosen] = part.nearest
+        nearest[chosen], complete[chosen] = part.nearest, part.complete
     methods = {part.method for _, part in parts}
-    return _Found(q, valid, gap, nearest, "search" if "search" in methods else parts[0][1].method)
+    return _Found(q, valid, gap, nearest, "search" if "search" in methods else parts[0][1].method, complete)
 
 
 def _inserted(found: _Found, joint: int, value: Reals) -> _Found:
     q = np.insert(found.q, joint, value[:, None], axis=-1)
-    return _Found(q, found.valid, found.gap, np.insert(found.nearest, joint, value, axis=-1), found.method)
+    return _Found(
+        q, found.valid, found.gap, np.insert(found.nearest, joint, value, axis=-1), found.method, found.complete
+    )
 
 
-def _searched(chain: Chain, goals: Reals) -> tuple[Reals, Reals]:
+def _searched(chain: Chain, goals: Reals) -> Branches:
     q = search(chain, goals)
-    return q, np.ones(q.shape[:2])
+    return Branches(q, np.ones(q.shape[:2]), np.zeros(len(q), bool))
 
 
 def _checked(chain: Chain, goals: Reals, solve: Solver, method: str) -> _Found:
@@ -253,12 +260,17 @@ def _checked(chain: Chain, goals: Reals, solve: Solver, method: str) -> _Found:
     free: list[tuple[Reals, Reals, Reals, Reals]] = []
     for start in range(0, max(len(goals), 1), _BLOCK):
         block = slice(start, start + _BLOCK)
-        q, gap = solve(goals[block], block)
+        q, gap, *complete = solve(goals[block], block)
         off = chain.distance(q, goals[block, None])
         if found is None:
             shape = len(goals), *q.shape[1:]
             found = _Found(
-                np.empty(shape), np.empty(shape[:2], bool), np.empty(shape[:2]), np.empty((shape[0], shape[2])), method
+                np.empty(shape),
+                np.empty(shape[:2], bool),
+                np.empty(shape[:2]),
+                np.empty((shape[0], shape[2])),
+                method,
+                np.ones(shape[0], bool),
             )
         # arctan2(-0.0, x) is -pi for negative x.
         q[q == -np.pi] = np.pi
@@ -278,6 +290,8 @@ def _checked(chain: Chain, goals: Reals, solve: Solver, method: str) -> _Found:
         found.nearest[block] = q[np.arange(len(q)), best]
         q[~valid] = np.nan
         found.q[block], found.valid[block], found.gap[block] = q, valid, gap
+        if complete:
+            found.complete[block] = complete[0]
     assert found is not None  # even an empty batch of goals has one block
     if rough:
         _polished(chain, goals, found, *(np.concatenate(part) for part in zip(*rough, strict=True)))
