@@ -99,11 +99,10 @@ def screw_motion(robot: Robot, start: ArrayLike, goal: ArrayLike, count: int) ->
     found = np.tile(first, (count, 1))
     q = first[None, variables]
     for k in range(1, count):
-        q, _ = descend(chain, q, goals[k : k + 1], _STEPS, 1e-14 * chain.size)
-        off = float(chain.distance(q, goals[k : k + 1])[0])
-        if not off <= _REACHED:
+        q, _, off = descend(chain, q, goals[k : k + 1], _STEPS)
+        if not off[0] <= _REACHED:
             raise ArithmeticError(
-                f"{robot.name}: step {k} of {count - 1}: the pose is missed by {off:.1e} of the arm's size"
+                f"{robot.name}: step {k} of {count - 1}: the pose is missed by {off[0]:.1e} of the arm's size"
             )
         found[k, variables] = q[0]
     return found

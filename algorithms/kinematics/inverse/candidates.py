@@ -10,10 +10,10 @@ from generated import pga3
 
 from ...arguments import Reals
 from .chain import SAME, Chain, apart
-from .search import descend, polish, remainder
+from .search import descend
 from .solutions import Branches
 
-_NEAR, _CLOSE, _STEPS = 0.3, 1e-10, 40
+_NEAR, _CLOSE, _STEPS = 0.3, 1e-9, 40
 """Candidates with errors below the first number are improved, and discarded unless they get below the second."""
 _SINGULAR = 1e-7
 """Branches coincide where the determinant of the joints' unit twists is at most this."""
@@ -51,7 +51,7 @@ def completed(chain: Chain, once: Once, goals: Reals) -> Branches:
         which, spot = np.nonzero(np.isfinite(near.q[..., 0]))
         own = found.q[rows[known], place]
         odd = (np.bincount(known, minlength=len(rows)) % 2 == 1)[known]
-        q = np.concatenate([own, near.q[which, spot], _beyond(chain, own[odd], goal[known[odd]])])
+        q = np.concatenate([own, near.q[which, spot], _beyond(chain, own[odd])])
         index = np.concatenate([known, which, np.tile(known[odd], len(_OFFSETS))])
         found.q[rows], found.gap[rows] = gathered(chain, index, q, goal)
         count = np.isfinite(found.q[rows][..., 0]).sum(-1)
@@ -61,10 +61,11 @@ def completed(chain: Chain, once: Once, goals: Reals) -> Branches:
     return found._replace(complete=found.complete | singular)
 
 
-def _beyond(chain: Chain, q: Reals, goals: Reals) -> Reals:
+def _beyond(chain: Chain, q: Reals) -> Reals:
     """Return configurations (M K, n) on both sides of branches (K, n), where another one is if both are almost one."""
-    _, rates = remainder(chain, q, goals)
-    along = np.linalg.svd(rates)[2][:, -1]
+    along = np.linalg.svd(chain.rates(q))[0][..., -1]
+    # Prismatic joints may be far from 0.
+    along *= np.maximum(1.0, np.abs(q * along).max(-1, keepdims=True))
     return np.reshape(q + _OFFSETS[:, None, None] * along, (-1, len(chain)))
 
 
@@ -76,23 +77,20 @@ def gathered(chain: Chain, which: Reals, q: Reals, goals: Reals) -> tuple[Reals,
     which, q, place = _once(chain, *_reached(chain, which, q, goals), len(goals))
     branches, gap = np.full((len(goals), _BRANCHES, len(chain)), np.nan), np.ones((len(goals), _BRANCHES))
     branches[which, place] = q
-    _, rates = remainder(chain, q, goals[which])
-    flat = np.abs(np.linalg.det(rates / np.linalg.norm(rates, axis=-2, keepdims=True))) <= _SINGULAR
+    rates = chain.rates(q)
+    flat = np.abs(np.linalg.det(rates / np.linalg.norm(rates, axis=-1, keepdims=True))) <= _SINGULAR
     gap[which[flat], place[flat]] = 0.0
     return branches, gap
 
 
 def _reached(chain: Chain, which: Reals, q: Reals, goals: Reals) -> tuple[Reals, Reals]:
     """Return the candidates that reach their goal after improvement, sorted by distance."""
-    off = chain.distance(q, goals[which])
-    rough = np.flatnonzero((off > _CLOSE) & (off < _NEAR))
-    q[rough], _ = descend(chain, q[rough], goals[which[rough]], _STEPS, 1e-13 * chain.size)
-    off[rough] = chain.distance(q[rough], goals[which[rough]])
+    near = chain.distance(q, goals[which]) < _NEAR
+    which = which[near]
+    q, _, off = descend(chain, q[near], goals[which], _STEPS)
     order = np.argsort(off)
-    order = order[off[order] < 10 * _CLOSE]
-    which, q = which[order], q[order]
-    # Near a singularity, candidates this close to the goal may be far from the branch and look like another branch.
-    return which, chain.wrapped(polish(chain, q, goals[which]))
+    order = order[off[order] < _CLOSE]
+    return which[order], chain.wrapped(q[order])
 
 
 def _once(chain: Chain, which: Reals, q: Reals, goals: int) -> tuple[Reals, Reals, Reals]:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
-from generated import arms, pga3
+from generated import pga3, reaching
 
 from ...arguments import Reals
 
@@ -21,7 +22,11 @@ COINCIDE = 1e-12
 
 SAME = 1e-5
 """Configurations are considered equal if their largest difference is less than this."""
-_ONE = np.eye(8)[0]
+ROUNDING = 1e-15
+"""Errors up to this, relative to the arm's size, are rounding errors."""
+
+Method = Any
+"""A kernel with the tables of a chain bound to it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,49 +64,49 @@ class Chain:
         total = float(np.linalg.norm(points[:-1] - on_next, axis=-1).sum() + np.linalg.norm(np.ptp(points, axis=0)))
         return total if total > 0 else 1.0
 
+    @cached_property
+    def ranges(self) -> Reals:
+        """Bounds of random configurations, (n, 2): a whole turn, or the arm's size."""
+        return np.where(np.array(self.slides), self.size, np.pi)[:, None] * [-1.0, 1.0]
+
+    @cached_property
+    def tables(self) -> dict[str, Reals]:
+        """The arguments `axes` and `turns` of the kernels of `generated.reaching`."""
+        still = np.zeros(3)
+        lines = [
+            pga3.twist_from_velocities(still, direction(axis)) if slides else axis
+            for axis, slides in zip(self.axes, self.slides, strict=True)
+        ]
+        return {"axes": np.array(lines), "turns": 1.0 - np.array(self.slides)}
+
+    @cached_property
+    def motion_of_all(self) -> Method:
+        """The motor of all joints, (..., n) to (..., 8)."""
+        return reaching.motion_of_joints.bind(**self.tables)
+
+    @cached_property
+    def distance(self) -> Method:
+        """The distance of the motor of all joints to goals, (..., n), (..., 8) to (...)."""
+        return reaching.distance_to_goal.bind(**self.tables, size=self.size)
+
+    @cached_property
+    def descent(self) -> Method:
+        """Damped least squares from configurations (..., n) to goals (..., 8), in a number of steps."""
+        return reaching.descend.bind(**self.tables, size=self.size, enough=ROUNDING * self.size)
+
+    @cached_property
+    def descent_inside(self) -> Method:
+        """The same with lower and upper limits, (n,) each, before the number of steps."""
+        return reaching.descend_inside.bind(**self.tables, size=self.size, enough=ROUNDING * self.size)
+
+    @cached_property
+    def rates(self) -> Method:
+        """Twists of the joints in the frame of the last link, angular velocities times the size: (..., n, 6)."""
+        return reaching.rates_of_joints.bind(**self.tables, size=self.size)
+
     def motion(self, joint: int, q: Reals) -> Reals:
         """Return the motor of one joint, (...) to (..., 8)."""
-        if self.slides[joint]:
-            return pga3.motor_from_screw(self.axes[joint], 0.0, q)  # type: ignore[no-any-return]
-        return pga3.motor_from_line(self.axes[joint], q)  # type: ignore[no-any-return]
-
-    def motions(self, q: Reals) -> list[Reals]:
-        """Return the motors of the first 1, 2, ..., n joints, (..., n) to n times (..., 8)."""
-        found = [self.motion(0, q[..., 0])]
-        for j in range(1, len(self)):
-            found.append(pga3.motor_product(found[-1], self.motion(j, q[..., j])))
-        return found
-
-    def motion_of_all(self, q: Reals) -> Reals:
-        """Return the motor of all joints, (..., n) to (..., 8)."""
-        first, *rest = self._groups(q)
-        for motion in rest:
-            first = pga3.motor_product(first, motion)
-        return first
-
-    def distance(self, q: Reals, goals: Reals) -> Reals:
-        """Return the distance of the motor of all joints to goals, (..., n), (..., 8) to (...).
-
-        The kernel `distance_to_goal` defines the distance.
-        """
-        *most, last = self._groups(q)
-        first = _ONE if not most else most[0]
-        for motion in most[1:]:
-            first = pga3.motor_product(first, motion)
-        return arms.distance_to_goal(first, last, goals, self.size)
-
-    def _groups(self, q: Reals) -> list[Reals]:
-        """Return the motors of groups of three consecutive revolute joints, and of the other joints."""
-        found, j = [], 0
-        while j < len(self):
-            three = slice(j, j + 3)
-            if j + 3 <= len(self) and not any(self.slides[three]):
-                found.append(arms.motion_of_three_turns(*self.axes[three], q[..., three]))  # type: ignore[call-overload]
-                j += 3
-            else:
-                found.append(self.motion(j, q[..., j]))
-                j += 1
-        return found
+        return self.part(slice(joint, joint + 1)).motion_of_all(np.asarray(q)[..., None])  # type: ignore[no-any-return]
 
     def wrapped(self, q: Reals) -> Reals:
         """Return joint variables with angles in (-pi, pi]."""

@@ -95,9 +95,9 @@ def elbow_angle(robot: Model, q: ArrayLike) -> Reals:
     """
     arm = elbow_circle(robot)
     joints = real_array(q, f"{robot.name}: q", (7,), "7 joint variables")
-    motions = arm.chain.motions(joints)
-    line, start, _ = arm.reference(pga3.move_point(motions[3], arm.wrist))
-    return arms.turn_between_lines(line, start, pga3.move_line(motions[2], arm.chain.axes[3]))  # type: ignore[no-any-return]
+    upper, lower = (arm.chain.part(slice(k)).motion_of_all(joints[..., :k]) for k in (3, 4))
+    line, start, _ = arm.reference(pga3.move_point(lower, arm.wrist))
+    return arms.turn_between_lines(line, start, pga3.move_line(upper, arm.chain.axes[3]))  # type: ignore[no-any-return]
 
 
 def elbow_circle(robot: Model) -> ElbowCircle:

@@ -18,7 +18,7 @@ from .closed import Closed, closed_form
 from .elimination import Elimination
 from .meets import GEOMETRIES, Meets
 from .redundant import elbow_circle
-from .search import descend, polish, search
+from .search import Hints, descend, search, search_within
 from .slides import ThreeSlides, TwoSlides
 from .solutions import Branches, Solutions, Status
 
@@ -96,7 +96,7 @@ def inverse(
         arm, turns = elbow_circle(robot), np.where(is_finite, angles, 0.0)
         found = _checked(chain, goals, lambda motors, block: arm.solve(motors, turns[block]), arm.name)
     else:
-        found = _with_locked(chain, goals, values, method)
+        found = _with_locked(chain, goals, values, method, Hints(robot.limits[:, :2], wanted))
     branches, n = found.q.shape[1:]
     status, within = np.empty(count, np.int8), np.empty((count, branches), bool)
     for start in range(0, count, _BLOCK):
@@ -200,7 +200,7 @@ def _per_pose(value: ArrayLike, name: str, shape: tuple[int, ...]) -> Reals:
         raise ValueError(f"{name}: shape {array.shape}; expected one number, or one for each pose, {shape}") from None
 
 
-def _with_locked(chain: Chain, goals: Reals, values: Mapping[int, Reals], geometry: str) -> _Found:
+def _with_locked(chain: Chain, goals: Reals, values: Mapping[int, Reals], geometry: str, hints: Hints) -> _Found:
     """Return the branches where some joints have given values, (N,) each."""
     if not values:
         form: Closed | None = (
@@ -214,20 +214,21 @@ def _with_locked(chain: Chain, goals: Reals, values: Mapping[int, Reals], geomet
                     "parallel axes before it, or three parallel axes; use method 'motors'"
                 )
         if form is None:
-            return _checked(chain, goals, lambda motors, _: _searched(chain, motors), "search")
+            return _checked(chain, goals, lambda motors, block: _searched(chain, motors, hints.at(block)), "search")
         return _checked(chain, goals, lambda motors, _: form.solve(motors), form.name)
     joint = max(values)
     value, others = values[joint], {j: v for j, v in values.items() if j != joint}
     if joint in (0, len(chain) - 1):
         rest, motors = chain.lock(joint, value, goals)
-        return _inserted(_with_locked(rest, motors, others, geometry), joint, value)
+        return _inserted(_with_locked(rest, motors, others, geometry, hints.without(joint)), joint, value)
     # A joint between others moves the axes of the joints after it, so that each value gives a different arm.
     different, which = np.unique(value, return_inverse=True)
     parts = []
     for k, one in enumerate(different if len(different) else np.zeros(1)):
         chosen = np.flatnonzero(which == k)
         rest, motors = chain.lock(joint, one, goals[chosen])
-        found = _with_locked(rest, motors, {j: v[chosen] for j, v in others.items()}, geometry)
+        rest_of_others = {j: v[chosen] for j, v in others.items()}
+        found = _with_locked(rest, motors, rest_of_others, geometry, hints.at(chosen).without(joint))
         parts.append((chosen, _inserted(found, joint, value[chosen])))
     branches = max(part.q.shape[1] for _, part in parts)
     q, nearest = np.full((len(goals), branches, len(chain)), np.nan), np.full((len(goals), len(chain)), np.nan)
@@ -248,8 +249,9 @@ def _inserted(found: _Found, joint: int, value: Reals) -> _Found:
     )
 
 
-def _searched(chain: Chain, goals: Reals) -> Branches:
-    q = search(chain, goals)
+def _searched(chain: Chain, goals: Reals, hints: Hints) -> Branches:
+    # Arms with up to six joints have few branches, of which limits would hide some.
+    q = search_within(chain, goals, hints) if len(chain) > 6 else search(chain, goals)
     return Branches(q, np.ones(q.shape[:2]), np.zeros(len(q), bool))
 
 
@@ -303,9 +305,9 @@ def _checked(chain: Chain, goals: Reals, solve: Solver, method: str) -> _Found:
         nowhere = ~np.isfinite(begin).all(-1)
         if nowhere.any():
             begin[nowhere] = search(chain, goals[missed[nowhere]], _FEW)[:, 0]
-        reached, _ = descend(chain, begin, goals[missed], _STEPS, 1e-13 * chain.size)
+        reached, _, distance = descend(chain, begin, goals[missed], _STEPS)
         # If a joint rotates freely, the goal may be reachable with another angle than the chosen one.
-        lost = (np.abs(found.gap[missed]) <= COINCIDE).any(-1) & (chain.distance(reached, goals[missed]) > _RIGHT)
+        lost = (np.abs(found.gap[missed]) <= COINCIDE).any(-1) & (distance > _RIGHT)
         reached[lost] = search(chain, goals[missed[lost]])[:, 0]
         found.nearest[missed] = chain.wrapped(reached)
         distance = chain.distance(reached, goals[missed])
@@ -318,8 +320,7 @@ def _checked(chain: Chain, goals: Reals, solve: Solver, method: str) -> _Found:
 
 def _polished(chain: Chain, goals: Reals, found: _Found, rows: Reals, branches: Reals, q: Reals, off: Reals) -> None:
     """Polish branches (K, n) with errors (K,), and insert those that become valid."""
-    better = polish(chain, q, goals[rows])
-    distance = chain.distance(better, goals[rows])
+    better, _, distance = descend(chain, q, goals[rows], _STEPS)
     improved = distance < off
     q = np.where(improved[:, None], chain.wrapped(better), q)
     right = np.where(improved, distance, off) <= _RIGHT
@@ -339,9 +340,9 @@ def _freed(chain: Chain, goals: Reals, found: _Found, rows: Reals, branches: Rea
     order = order[~has_one[rows[order]]]
     first = order[np.unique(rows[order], return_index=True)[1]]
     rows, branches = rows[first], branches[first]
-    better, _ = descend(chain, q[first], goals[rows], _STEPS, 1e-13 * chain.size)
-    better = chain.wrapped(polish(chain, better, goals[rows]))
+    better, _, distance = descend(chain, q[first], goals[rows], _STEPS)
+    better = chain.wrapped(better)
     known = (apart(found.q[rows], better[:, None], np.array(chain.slides)) < SAME).any(-1)
-    right = (chain.distance(better, goals[rows]) <= _RIGHT) & ~known
+    right = (distance <= _RIGHT) & ~known
     rows, branches = rows[right], branches[right]
     found.q[rows, branches], found.valid[rows, branches] = better[right], True
