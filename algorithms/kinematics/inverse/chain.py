@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import combinations
 from typing import Any
 
@@ -47,14 +47,14 @@ class Chain:
     def __len__(self) -> int:
         return len(self.slides)
 
-    def part(self, joints: slice) -> Chain:
-        """Return the chain of consecutive joints."""
-        return Chain(self.axes[joints], self.slides[joints])
+    def part(self, first: int, end: int) -> Chain:
+        """Return the chain of consecutive joints, from the first to the one before the end."""
+        return chain_of(self.axes[first:end], self.slides[first:end])
 
     @cached_property
     def backwards(self) -> Chain:
         """The chain with the inverse motion, with the same variables in reverse order."""
-        return Chain(-self.axes[::-1], self.slides[::-1])
+        return chain_of(-self.axes[::-1], self.slides[::-1])
 
     @cached_property
     def size(self) -> float:
@@ -85,9 +85,12 @@ class Chain:
         return reaching.motion_of_joints.bind(**self.tables)
 
     @cached_property
-    def distance(self) -> Method:
-        """The distance of the motor of all joints to goals, (..., n), (..., 8) to (...)."""
+    def _distance(self) -> Method:
         return reaching.distance_to_goal.bind(**self.tables, size=self.size)
+
+    def distance(self, q: Reals, goals: Reals) -> Reals:
+        """Return the distance of the motor of all joints to goals, (..., n), (..., 8) to (...)."""
+        return self._distance(*paired(q, goals))  # type: ignore[no-any-return]
 
     @cached_property
     def descent(self) -> Method:
@@ -106,7 +109,7 @@ class Chain:
 
     def motion(self, joint: int, q: Reals) -> Reals:
         """Return the motor of one joint, (...) to (..., 8)."""
-        return self.part(slice(joint, joint + 1)).motion_of_all(np.asarray(q)[..., None])  # type: ignore[no-any-return]
+        return self.part(joint, joint + 1).motion_of_all(np.ascontiguousarray(q, float)[..., None])  # type: ignore[no-any-return]
 
     def wrapped(self, q: Reals) -> Reals:
         """Return joint variables with angles in (-pi, pi]."""
@@ -123,11 +126,26 @@ class Chain:
         keep = [j for j in range(len(self)) if j != joint]
         slides = tuple(self.slides[j] for j in keep)
         if joint == 0:
-            return Chain(self.axes[1:], slides), pga3.motor_relative(motion, goals)
+            return chain_of(self.axes[1:], slides), pga3.motor_relative(motion, goals)
         axes = self.axes.copy()
         if joint < len(self) - 1:
             axes[joint + 1 :] = pga3.move_line(motion, axes[joint + 1 :])
-        return Chain(axes[keep], slides), pga3.motor_between_frames(motion, goals)
+        return chain_of(axes[keep], slides), pga3.motor_between_frames(motion, goals)
+
+
+def paired(q: Reals, goals: Reals) -> tuple[Reals, Reals]:
+    """Return configurations (..., n) and goals (..., 8) as contiguous arrays of one shape, the fast path of kernels."""
+    return np.ascontiguousarray(q), np.ascontiguousarray(np.broadcast_to(goals, (*q.shape[:-1], 8)))
+
+
+def chain_of(axes: Reals, slides: tuple[bool, ...]) -> Chain:
+    """Return a chain, the same object for equal arguments, so that what is computed for it once is found again."""
+    return _chain(np.ascontiguousarray(axes, float).tobytes(), slides)
+
+
+@lru_cache(maxsize=256)
+def _chain(axes: bytes, slides: tuple[bool, ...]) -> Chain:
+    return Chain(np.frombuffer(axes).reshape(-1, 6), slides)
 
 
 def apart(a: Reals, b: Reals, slides: Reals) -> Reals:

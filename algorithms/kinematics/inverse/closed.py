@@ -79,7 +79,7 @@ class SphericalWrist:
         centre = common_point(chain.axes[3:], chain.size)
         if centre is None or parallel(chain.axes[3], chain.axes[4]) or parallel(chain.axes[4], chain.axes[5]):
             return None
-        regional = Regional.of(chain.part(slice(0, 3)), centre)
+        regional = Regional.of(chain.part(0, 3), centre)
         return None if regional is None else cls(chain, regional)
 
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:

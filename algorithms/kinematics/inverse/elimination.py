@@ -22,7 +22,7 @@ from generated import arms, pga3
 
 from ...arguments import Reals
 from .candidates import completed, gathered
-from .chain import SAME, Chain, apart, direction
+from .chain import SAME, Chain, apart, chain_of, direction
 from .solutions import Branches
 
 _NOT_REAL = 1e-2
@@ -86,14 +86,14 @@ class Elimination:
     @classmethod
     def of(cls, whole: Chain) -> Elimination | None:
         """Return the best variant for an arm, or None if no variant recovers most random configurations."""
-        return _prepared(whole.axes.tobytes(), whole.slides)
+        return _prepared(whole)
 
     @classmethod
     def made(cls, whole: Chain, backwards: bool, factors: int) -> Elimination:
         """Return one variant."""
         some = whole.backwards if backwards else whole
         axes = np.concatenate([some.axes[:, :3], some.axes[:, 3:] / whole.size], axis=-1)
-        chain = Chain(axes, some.slides)
+        chain = chain_of(axes, some.slides)
         motion = pga3.motor_product(_sampled(chain, 2)[:, None], _sampled(chain, 3))
         values = _entity(chain, pga3.motor_product(motion[:, :, None], _sampled(chain, 4)))
         forms = [_SLIDE if slides else _HALF @ _TURN for slides in chain.slides[2:5]]
@@ -117,7 +117,7 @@ class Elimination:
         backwards = not self.backwards
         if self.whole.slides[0 if backwards else 5]:
             return None
-        return _made(self.whole.axes.tobytes(), self.whole.slides, backwards, 4)
+        return _made(self.whole, backwards, 4)
 
     def candidates(self, goals: Reals) -> tuple[Reals, Reals, NDArray[np.bool_]]:
         """Return indices of goals, (K,), configurations of the given arm that may reach them, (K, 6), and real roots.
@@ -183,7 +183,7 @@ class Elimination:
             q[:, j] = singles[:, c] if chain.slides[j] else angle
         for j, one in zip((2, 3, 4), x, strict=True):
             q[:, j] = one if chain.slides[j] else _ORIGINS[j] + 2 * np.arctan(one)
-        rest = pga3.motor_relative(chain.part(slice(0, 5)).motion_of_all(q[:, :5]), goals)
+        rest = pga3.motor_relative(chain.part(0, 5).motion_of_all(q[:, :5]), goals)
         last = chain.axes[5]
         across = pga3.line_from_direction_moment(np.eye(3)[np.argmin(np.abs(direction(last)))], np.zeros(3))
         q[:, 5] = arms.turn_between_lines(last, across, pga3.move_line(rest, across))
@@ -191,13 +191,13 @@ class Elimination:
 
 
 @lru_cache(maxsize=64)
-def _made(axes: bytes, slides: tuple[bool, ...], backwards: bool, factors: int) -> Elimination:
-    return Elimination.made(Chain(np.frombuffer(axes).reshape(-1, 6), slides), backwards, factors)
+def _made(whole: Chain, backwards: bool, factors: int) -> Elimination:
+    return Elimination.made(whole, backwards, factors)
 
 
 @lru_cache(maxsize=64)
-def _prepared(axes: bytes, slides: tuple[bool, ...]) -> Elimination | None:
-    whole = Chain(np.frombuffer(axes).reshape(-1, 6), slides)
+def _prepared(whole: Chain) -> Elimination | None:
+    slides = whole.slides
     if len(whole) != 6:
         return None
     q = np.random.default_rng(2).uniform(-np.pi, np.pi, (_TRIALS, 6))
@@ -208,7 +208,7 @@ def _prepared(axes: bytes, slides: tuple[bool, ...]) -> Elimination | None:
         for backwards in (False, True):
             if slides[0 if backwards else 5]:
                 continue
-            variant = _made(axes, slides, backwards, factors)
+            variant = _made(whole, backwards, factors)
             which, found, real = variant.candidates(goals)
             away = np.full(_TRIALS, np.inf)
             np.fmin.at(away, which, apart(found, q[which], np.array(slides)))

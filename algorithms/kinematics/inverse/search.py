@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...arguments import Reals
-from .chain import SAME, Chain, apart
+from .chain import SAME, Chain, apart, paired
 
 _STEPS, _STARTS = 60, 24
 _BRANCHES = 8
@@ -63,7 +63,7 @@ def search_within(chain: Chain, goals: Reals, hints: Hints) -> Reals:
     are not reached within the limits are searched from random starts around `near` and within the limits, then without
     limits.
     """
-    low, high = hints.limits.T
+    low, high = np.ascontiguousarray(hints.limits.T)
     found = np.full((len(goals), _BRANCHES, len(chain)), np.nan)
     missed = np.arange(len(goals))
     rng = np.random.default_rng(7)
@@ -75,8 +75,8 @@ def search_within(chain: Chain, goals: Reals, hints: Hints) -> Reals:
         around = hints.near[:, None] + _AROUND * (spread[:, 1] - spread[:, 0]) * rng.normal(size=random.shape)
         rounds = [hints.near[:, None], around, *rounds]
     for starts in rounds:
-        here = goals[missed]
-        q, error, _ = chain.descent_inside(starts[missed], here[:, None], low, high, float(_STEPS))
+        begin, ends = paired(starts[missed], goals[missed, None])
+        q, error, _ = chain.descent_inside(begin, ends, low, high, float(_STEPS))
         found[missed] = _distinct(chain, q, error)
         missed = missed[error.min(-1) > _REACHED * chain.size]
         if not len(missed):

@@ -192,6 +192,6 @@ def _rotation(goals: Reals) -> Reals:
 
 def _remaining(chain: Chain, slides: tuple[int, ...], q: Reals, goals: Reals) -> tuple[list[Reals], Reals]:
     """Return the directions of prismatic axes at given configurations, and the position error of the origin."""
-    before = [chain.part(slice(k)).motion_of_all(q[..., :k]) if k else _ONE for k in slides]
+    before = [chain.part(0, k).motion_of_all(q[..., :k]) if k else _ONE for k in slides]
     directions = [direction(pga3.move_line(motion, chain.axes[k])) for motion, k in zip(before, slides, strict=True)]
     return directions, pga3.move_point(goals, _ORIGIN) - pga3.move_point(chain.motion_of_all(q), _ORIGIN)

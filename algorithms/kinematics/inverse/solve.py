@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,7 +14,7 @@ from generated import pga3
 from ...arguments import Reals, finite, real_array
 from ...elements import MOTOR, plain
 from ..model import Model
-from .chain import COINCIDE, SAME, Chain, apart
+from .chain import COINCIDE, SAME, Chain, apart, chain_of
 from .closed import Closed, closed_form
 from .elimination import Elimination
 from .meets import GEOMETRIES, Meets
@@ -91,7 +92,7 @@ def inverse(
     goals = np.where(is_finite[:, None], goals, robot.tool)
     goals = pga3.motor_between_frames(robot.tool, goals)
     values = {joint: np.where(is_finite, value, 0.0) for joint, value in values.items()}
-    chain = Chain(robot.axes, tuple(kind.value == "prismatic" for kind in robot.kinds))
+    chain = chain_of(robot.axes, tuple(kind.value == "prismatic" for kind in robot.kinds))
     if angles is not None:
         arm, turns = elbow_circle(robot), np.where(is_finite, angles, 0.0)
         found = _checked(chain, goals, lambda motors, block: arm.solve(motors, turns[block]), arm.name)
@@ -150,19 +151,18 @@ def _shifted_into_limits(robot: Model, q: Reals, wanted: Reals | None, held: fro
     Of several multiples, the one nearest to `wanted`, or to 0, is chosen. Joints in `held` are unchanged. Return (...)
     whether all variables are within their limits.
     """
-    inside = np.ones(q.shape[:-1], bool)
-    for joint, kind in enumerate(robot.kinds):
-        (low, high), value = robot.limits[joint, :2], q[..., joint]
-        if joint not in held:
-            if kind.value == "revolute" and (wanted is not None or low > -np.pi or high < np.pi):
-                fewest = np.ceil((low - _AT_LIMIT - value) / (2 * np.pi))
-                most = np.floor((high + _AT_LIMIT - value) / (2 * np.pi))
-                turns = np.rint(((0.0 if wanted is None else wanted[..., joint]) - value) / (2 * np.pi))
-                value += 2 * np.pi * np.where(fewest <= most, np.clip(turns, fewest, most), turns)
-            value[(value < low) & (value >= low - _AT_LIMIT)] = low
-            value[(value > high) & (value <= high + _AT_LIMIT)] = high
-        inside &= (value >= low) & (value <= high)
-    return inside
+    low, high = robot.limits[:, 0], robot.limits[:, 1]
+    free = np.array([joint not in held for joint in range(len(robot.kinds))])
+    turns = free & np.array([kind.value == "revolute" for kind in robot.kinds])
+    away = q if wanted is None else q - wanted
+    wish = np.where(turns, np.rint(-away / (2 * np.pi)), 0.0)
+    fewest = np.ceil((low - _AT_LIMIT - q) / (2 * np.pi))
+    most = np.floor((high + _AT_LIMIT - q) / (2 * np.pi))
+    possible = turns & (fewest <= most)
+    q += 2 * np.pi * np.where(possible, np.minimum(np.maximum(wish, fewest), most), wish)
+    np.copyto(q, low, where=free & (q < low) & (q >= low - _AT_LIMIT))
+    np.copyto(q, high, where=free & (q > high) & (q <= high + _AT_LIMIT))
+    return np.asarray(((q >= low) & (q <= high)).all(-1))
 
 
 def _configurations(robot: Model, near: ArrayLike, shape: tuple[int, ...]) -> Reals:
@@ -200,19 +200,25 @@ def _per_pose(value: ArrayLike, name: str, shape: tuple[int, ...]) -> Reals:
         raise ValueError(f"{name}: shape {array.shape}; expected one number, or one for each pose, {shape}") from None
 
 
+@lru_cache(maxsize=256)
+def _form(chain: Chain, geometry: str) -> Closed | None:
+    """Return the method for a chain, or None if it must be searched."""
+    form: Closed | None = closed_form(chain) or ThreeSlides.of(chain) or TwoSlides.of(chain) or Elimination.of(chain)
+    if geometry == "motors":
+        return form
+    form = Meets.of(form, geometry)
+    if form is None:
+        raise ValueError(
+            f"method {geometry!r}: not available for this arm; expected a spherical wrist with intersecting or "
+            "parallel axes before it, or three parallel axes; use method 'motors'"
+        )
+    return form
+
+
 def _with_locked(chain: Chain, goals: Reals, values: Mapping[int, Reals], geometry: str, hints: Hints) -> _Found:
     """Return the branches where some joints have given values, (N,) each."""
     if not values:
-        form: Closed | None = (
-            closed_form(chain) or ThreeSlides.of(chain) or TwoSlides.of(chain) or Elimination.of(chain)
-        )
-        if geometry != "motors":
-            form = Meets.of(form, geometry)
-            if form is None:
-                raise ValueError(
-                    f"method {geometry!r}: not available for this arm; expected a spherical wrist with intersecting or "
-                    "parallel axes before it, or three parallel axes; use method 'motors'"
-                )
+        form = _form(chain, geometry)
         if form is None:
             return _checked(chain, goals, lambda motors, block: _searched(chain, motors, hints.at(block)), "search")
         return _checked(chain, goals, lambda motors, _: form.solve(motors), form.name)
