@@ -11,7 +11,7 @@ from generated import pga3
 
 from .. import evidence
 from ..arguments import Reals
-from ..kinematics import Robot, Status
+from ..kinematics import Robot
 from ..kinematics.denavit_hartenberg import Joint
 from .arm_capsules import ArmCapsules
 from .arm_paths import find_path, resampled

@@ -76,3 +76,15 @@ def test_branches_of_a_structured_posture_are_those_of_its_neighbours() -> None:
     q = np.array([0.4, -0.3, 0.9, 0.0, 0.7, 1.2])
     counts = {int(arm.inverse(arm.pose(q + shift)).valid.sum()) for shift in 1e-6 * np.eye(7)[:, :6]}
     assert len(counts) == 1
+
+
+def test_reachable_poses_next_to_singularities_are_not_called_unreachable() -> None:
+    """The wrist almost coincides with the shoulder, so that rounding decides about the angles of the shoulder."""
+    arm = Robot.named("iiwa")
+    q = np.random.default_rng(0).uniform(-pi, pi, (300, 7))
+    q[:, 3] = pi + np.random.default_rng(1).choice([1e-12, 1e-10, 1e-9], 300)
+    found = arm.inverse(arm.forward(q), locked={6: q[:, 6]})
+    assert (found.status != Status.OUT_OF_REACH).all()
+    pose = arm.pose(np.zeros(7))
+    pose[0, 3] += 10.0
+    assert arm.inverse(pose, locked={6: 0.0}).status == Status.OUT_OF_REACH

@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 class Status(IntEnum):
     """Outcome for one pose.
 
-    ``FOUND``: all branches are returned, and they are regular. ``SINGULAR``: two branches coincide to 1e-6 radians, or
-    a joint can rotate freely; one of the infinitely many configurations is returned. ``OUT_OF_REACH``: no
-    configuration reaches the pose. ``NOT_FOUND``: an iterative search from several starts did not converge. This does
-    not prove that the pose is unreachable. ``NOT_FINITE``: the pose is NaN, infinite, or not a rigid motion.
-    ``INCOMPLETE``: at least one branch is valid, but others may be missing. All poses that a search reaches have this
-    status, those of redundant arms included, which have infinitely many configurations.
+    ``FOUND``: all regular branches are returned. ``SINGULAR``: two branches coincide to 1e-6 radians, or a joint can
+    rotate freely; one of the infinitely many configurations is returned. ``OUT_OF_REACH``: no configuration reaches the
+    pose. ``NOT_FOUND``: an iterative search from several starts did not converge, or the pose is missed by less than
+    1e-8 of the arm's size, next to a singularity. This does not prove that the pose is unreachable. ``NOT_FINITE``: the
+    pose is NaN, infinite, or not a rigid motion. ``INCOMPLETE``: at least one branch is valid, but others may be
+    missing. All poses that a search reaches have this status, those of redundant arms included, which have infinitely
+    many configurations.
     """
 
     FOUND = 0

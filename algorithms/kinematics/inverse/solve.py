@@ -31,6 +31,8 @@ _EXACT = 1e-13
 """Branches with larger errors than this, up to `_ROUGH`, are polished."""
 _ROUGH, _NO_ROOT = 1e-3, -1e-6
 """Branches with a discriminant below the second number have no solution, whatever the rounding; they are skipped."""
+_SINGULAR = 1e-8
+"""Poses missed by less than this may be reachable: the root of the rounding errors is the accuracy at a singularity."""
 _STEPS, _FEW = 60, 8
 """Maximum steps of a descent to the nearest reachable pose, and number of starts where no start is known."""
 _MOTION = 1e-3
@@ -127,6 +129,7 @@ def _judge(
     """Set the status and the branches within limits for a block of poses, and set invalid branches to NaN."""
     q, valid, nearest = found.q[block], found.valid[block], found.nearest[block]
     status[:] = Status.OUT_OF_REACH if found.method != "search" else Status.NOT_FOUND
+    status[~found.complete[block]] = Status.NOT_FOUND
     status[valid.any(-1)] = Status.FOUND
     status[(valid & (np.abs(found.gap[block]) <= COINCIDE)).any(-1)] = Status.SINGULAR
     status[valid.any(-1) & ~found.complete[block]] = Status.INCOMPLETE
@@ -312,12 +315,14 @@ def _checked(chain: Chain, goals: Reals, solve: Solver, method: str) -> _Found:
         if nowhere.any():
             begin[nowhere] = search(chain, goals[missed[nowhere]], _FEW)[:, 0]
         reached, _, distance = descend(chain, begin, goals[missed], _STEPS)
-        # If a joint rotates freely, the goal may be reachable with another angle than the chosen one.
-        lost = (np.abs(found.gap[missed]) <= COINCIDE).any(-1) & (distance > _RIGHT)
-        reached[lost] = search(chain, goals[missed[lost]])[:, 0]
+        # Next to singularities, or if a joint rotates freely, the goal may be reachable from elsewhere.
+        lost = ((np.abs(found.gap[missed]) <= COINCIDE).any(-1) | (distance < _SINGULAR)) & (distance > _RIGHT)
+        if lost.any():
+            reached[lost] = search(chain, goals[missed[lost]])[:, 0]
         found.nearest[missed] = chain.wrapped(reached)
         distance = chain.distance(reached, goals[missed])
         right = missed[distance <= _RIGHT]
+        found.complete[missed[(distance > _RIGHT) & (distance < _SINGULAR)]] = False
         found.q[right, 0], found.valid[right, 0] = found.nearest[right], True
         # The equations had no solution although the pose is reachable: this happens at singularities.
         found.gap[right, 0] = 0.0
