@@ -151,7 +151,7 @@ def _chain(axes: bytes, slides: tuple[bool, ...]) -> Chain:
 def apart(a: Reals, b: Reals, slides: Reals) -> Reals:
     """Return the largest difference between two configurations."""
     away = a - b
-    away[..., ~slides] = (away[..., ~slides] + np.pi) % (2 * np.pi) - np.pi
+    away -= np.where(slides, 0.0, 2 * np.pi) * np.rint(away / (2 * np.pi))
     return np.asarray(np.abs(away).max(-1))
 
 
