@@ -11,7 +11,7 @@ from generated import pga3
 
 from .. import evidence
 from ..arguments import Reals
-from ..kinematics import Robot, Status
+from ..kinematics import Robot
 from ..kinematics.denavit_hartenberg import Joint
 from .arm_capsules import ArmCapsules
 from .arm_paths import find_path, resampled
@@ -241,7 +241,7 @@ def _approaches(setting: Setting, branches: Reals, hands: Reals) -> Iterator[Rea
         for tool in tools[-2::-1]:
             found = robot.inverse(tool, near=path[-1])
             jump = np.abs(found.nearest - path[-1]).max()
-            if found.status not in (Status.FOUND, Status.SINGULAR) or not jump <= _LARGEST_STEP:
+            if not found.valid.any() or not jump <= _LARGEST_STEP:
                 break
             if not ((found.nearest >= robot.limits[:, 0]) & (found.nearest <= robot.limits[:, 1])).all():
                 break

@@ -17,6 +17,7 @@ from generated import pga3, robots
 
 from .constants import Constants, Floats
 from .definite import solved
+from .methods import Attempts
 from .tables import (
     Joints,
     Pairs,
@@ -35,38 +36,6 @@ Method = Any
 
 _FLOAT64 = np.dtype(np.float64)
 _JOINTS = ("variables", "ratios", "offsets", "places", "screws", "turns")
-
-
-def _nothing(*_values: Any) -> None:
-    """Return None, in place of a kernel that is not bound yet."""
-
-
-@dataclass(slots=True, eq=False)
-class Attempts:
-    """For each kernel a fast call, which returns None if the extension cannot execute it directly.
-
-    Looking up a slot takes a few nanoseconds, a `cached_property` ten times as long. Methods look up the slot and call
-    it in two statements: Python 3.11 specialises the lookup of a slot, but not as part of a call.
-    """
-
-    centre_of_mass: Method = _nothing
-    centroidal_momentum_matrix: Method = _nothing
-    coriolis: Method = _nothing
-    coriolis_matrix: Method = _nothing
-    forward: Method = _nothing
-    forward_all: Method = _nothing
-    forward_dynamics: Method = _nothing
-    gravity: Method = _nothing
-    inverse_dynamics: Method = _nothing
-    inverse_dynamics_derivatives: Method = _nothing
-    inverse_mass_matrix: Method = _nothing
-    jacobian: Method = _nothing
-    jacobian_rate: Method = _nothing
-    kinetic_energy: Method = _nothing
-    mass_matrix: Method = _nothing
-    potential_energy: Method = _nothing
-    torque_regressor: Method = _nothing
-    twists_of_joints: Method = _nothing
 
 
 class _BoundOnce(cached_property[Any]):

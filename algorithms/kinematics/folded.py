@@ -14,48 +14,11 @@ from pathlib import Path
 from typing import Any
 
 from .constants import Constants
+from .methods import METHODS, PARTS_OF_KERNELS
 from .tables import followed
 
 GENERIC = "generated.robots"
 """The module with generic kernels for any robot."""
-
-_WHERE = ("joints", "axes", "tool")
-_MASSES = ("joints", "axes", "bodies")
-_DEPENDS: dict[str, tuple[str, ...]] = {
-    "forward": _WHERE,
-    "forward_all": ("joints", "axes", "home"),
-    "jacobian": _WHERE,
-    "jacobian_rate": _WHERE,
-    "inverse_dynamics": (*_MASSES, "armature", "gravity"),
-    "gravity": (*_MASSES, "gravity"),
-    "coriolis": _MASSES,
-    "mass_matrix": (*_MASSES, "armature"),
-    "forward_dynamics": (*_MASSES, "armature", "gravity"),
-    "coriolis_matrix": _MASSES,
-    "inverse_dynamics_derivatives": (*_MASSES, "gravity"),
-    "kinetic_energy": (*_MASSES, "armature"),
-    "potential_energy": (*_MASSES, "gravity"),
-    "centre_of_mass": _MASSES,
-    "centroidal_momentum_matrix": _MASSES,
-}
-"""The parts of a robot's description that were folded into each kernel."""
-
-_CALLS: dict[str, tuple[str, ...]] = {
-    **{name: (name,) for name in _DEPENDS},
-    "pose": ("forward",),
-    **{name: ("jacobian",) for name in ("velocity", "manipulability")},
-    "acceleration": ("jacobian", "jacobian_rate"),
-    "forward_dynamics_derivatives": ("inverse_mass_matrix", "inverse_dynamics_derivatives", "forward_dynamics"),
-    "simulate": ("forward_dynamics",),
-    "centroidal_momentum": ("centroidal_momentum_matrix",),
-}
-"""For each method the kernels it calls, if the robot's own module may provide them."""
-
-_NEVER_OWN = (
-    *("link", "inverse", "twists_of_joints", "torque_regressor", "inverse_mass_matrix"),
-    *("jacobian_of_point", "jacobian_of_line", "jacobian_of_plane"),
-)
-"""Methods that always use generic kernels."""
 
 _LINE = re.compile(r"^ {4}(\w+) ([0-9a-f]{12})$", re.MULTILINE)
 
@@ -68,7 +31,7 @@ def kernels_of(model: Constants) -> Mapping[str, Any]:
     other = differences(model) | unknown
     return {
         name: getattr(model.module, name)
-        for name, parts in _DEPENDS.items()
+        for name, parts in PARTS_OF_KERNELS.items()
         if hasattr(model.module, name) and not other.intersection(parts)
     }
 
@@ -89,14 +52,15 @@ def _docstring(module: Any) -> str:
 
 def folded_parts(module: Any) -> set[str]:
     """Return the parts that the kernels of a module depend on."""
-    return {part for name, parts in _DEPENDS.items() if hasattr(module, name) for part in parts}
+    return {part for name, parts in PARTS_OF_KERNELS.items() if hasattr(module, name) for part in parts}
 
 
 def uses(kernels: Mapping[str, Any], module: Any) -> Mapping[str, str]:
     """Return for each method the module whose kernels it calls."""
-    found = dict.fromkeys(_NEVER_OWN, GENERIC)
-    for method, names in _CALLS.items():
-        modules = {module.__name__ if name in kernels else GENERIC for name in names}
+    found = {}
+    for method, row in METHODS.items():
+        names = (method,) if row.folds else row.calls
+        modules = {module.__name__ if name in kernels else GENERIC for name in names} or {GENERIC}
         found[method] = ", ".join(sorted(modules, key=GENERIC.__eq__))
     return found
 

@@ -13,10 +13,11 @@ from numpy.typing import ArrayLike
 
 from ..arguments import Reals, real_array
 from . import folded
-from .computed import Attempts, Computed, Method
+from .computed import Computed, Method
 from .constants import Floats
 from .denavit_hartenberg import Joint
 from .errors import DescriptionError, JointCountError, NotFiniteError, UnknownJointTypeError
+from .methods import Attempts
 from .tables import path_to
 
 _FLOAT64 = np.dtype(np.float64)

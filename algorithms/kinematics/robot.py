@@ -337,7 +337,7 @@ class Robot(Simulated):
         near : array_like, (n,) or (..., n), optional
             A reference configuration, or one for each pose, such as the current one. `nearest` is then the branch
             closest to it, and of the angles that differ by multiples of 2 pi the closest one within the limits is
-            chosen.
+            chosen. For redundant arms, the search begins at it and remains within the limits where possible.
         way : str, optional
             Deprecated name of `method`.
 

@@ -10,7 +10,7 @@ from generated import pga3
 
 from ..arguments import Reals, real_array
 from ..elements import MOTOR, elements
-from .inverse.chain import Chain
+from .inverse.chain import chain_of
 from .inverse.search import descend
 from .robot import Robot
 
@@ -94,16 +94,15 @@ def screw_motion(robot: Robot, start: ArrayLike, goal: ArrayLike, count: int) ->
     end = pga3.normalize_motor(pose.astype(float)) if pose.shape == (8,) else pga3.motor_from_matrix(pose.astype(float))
     path = pga3.interpolate_motors(robot.forward(first), end, t**3 * (10 - 15 * t + 6 * t * t))
     arm, variables = robot._arm()
-    chain = Chain(arm.axes, tuple(kind.value == "prismatic" for kind in arm.kinds))
+    chain = chain_of(arm.axes, tuple(kind.value == "prismatic" for kind in arm.kinds))
     goals = pga3.motor_between_frames(arm.tool, path)
     found = np.tile(first, (count, 1))
     q = first[None, variables]
     for k in range(1, count):
-        q, _ = descend(chain, q, goals[k : k + 1], _STEPS, 1e-14 * chain.size)
-        off = float(chain.distance(q, goals[k : k + 1])[0])
-        if not off <= _REACHED:
+        q, _, off = descend(chain, q, goals[k : k + 1], _STEPS)
+        if not off[0] <= _REACHED:
             raise ArithmeticError(
-                f"{robot.name}: step {k} of {count - 1}: the pose is missed by {off:.1e} of the arm's size"
+                f"{robot.name}: step {k} of {count - 1}: the pose is missed by {off[0]:.1e} of the arm's size"
             )
         found[k, variables] = q[0]
     return found

@@ -11,7 +11,6 @@ error. It is 0 if the solutions coincide, or if all angles are equally good. Ang
 """
 
 from fractions import Fraction
-from functools import reduce
 
 import gacompiler as ga
 from gacompiler import SCALAR, array, kernel
@@ -342,28 +341,6 @@ def elbow_frame(shoulder, wrist, hinge):
     """
     line = ga.normalize(shoulder & wrist)
     return pga3.motor_from_flag(shoulder, line, ga.normalize(line & direction_of_line(hinge)))
-
-
-@kernel(first=UNIT_LINE, second=UNIT_LINE, third=UNIT_LINE, q=array(SCALAR, 3), returns=MOTOR)
-def motion_of_three_turns(first, second, third, q):
-    """Compose the rotations by three angles about three lines, the third applied first."""
-    turn = pga3.motor_from_line
-    return turn(first, q[0]) * turn(second, q[1]) * turn(third, q[2])
-
-
-@kernel(m=MOTOR, n=MOTOR, goal=MOTOR, size=SCALAR, returns=SCALAR)
-def distance_to_goal(m, n, goal, size):
-    """Compute the largest difference between coefficients of the motor ``m n`` and a goal or its negative.
-
-    Coefficients of the translation are in units of half of `size`.
-    """
-    made = m * n
-    near, far = [], []
-    for name in MOTOR.blades:
-        scale = 2 / size if "0" in name else 1
-        near.append(scale * ga.absolute(made[name] - goal[name]))
-        far.append(scale * ga.absolute(made[name] + goal[name]))
-    return ga.minimum(reduce(ga.maximum, near), reduce(ga.maximum, far))
 
 
 @kernel(p=POINT, line=LINE, returns=array(SCALAR, 14))

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from math import pi
-from typing import Any
 
 import numpy as np
 import pytest
+from arm_tables import JACO, OFFSET_WRIST, QUARTER, Rows, pose_by_matrices, random_arm
 from selection import some_slow
 
 from algorithms.kinematics import Robot, Status
@@ -16,26 +16,6 @@ from algorithms.kinematics.inverse.slides import Scan
 from algorithms.kinematics.named import TABLES
 from generated import pga3
 
-Rows = list[dict[str, Any]]
-QUARTER = pi / 2
-
-JACO: Rows = [
-    {"d": 0.2755, "alpha": QUARTER},
-    {"a": 0.41, "alpha": pi},
-    {"d": -0.0098, "alpha": QUARTER},
-    {"d": -0.2501, "alpha": 1.0472},
-    {"d": -0.0856, "alpha": 1.0472},
-    {"d": -0.2029, "alpha": pi},
-]
-"""Kinova's arm with a wrist of 60 degrees (data sheet, classic parameters, rounded)."""
-OFFSET_WRIST: Rows = [
-    {"d": 0.3, "alpha": QUARTER},
-    {"a": 0.4},
-    {"a": 0.05, "alpha": QUARTER},
-    {"d": 0.4, "alpha": -QUARTER},
-    {"a": 0.08, "alpha": QUARTER},
-    {"d": 0.1},
-]
 SIXTEEN: Rows = [
     {"a": 0.3, "alpha": QUARTER},
     {"a": 1.0, "alpha": pi / 180},
@@ -45,29 +25,6 @@ SIXTEEN: Rows = [
     {},
 ]
 """The arm of Manseur and Doty (*Int. J. Robotics Research* 8(5):75, 1989), which has sixteen configurations."""
-
-
-def random_arm(seed: int, *slides: int) -> Rows:
-    rng = np.random.default_rng(seed)
-    numbers = rng.uniform((-0.5, -0.5, -pi, -1), (0.5, 0.5, pi, 1), (6, 4))
-    rows: Rows = [dict(zip(("d", "a", "alpha", "theta"), map(float, row), strict=True)) for row in numbers]
-    for slide in slides:
-        rows[slide]["kind"] = "prismatic"
-    return rows
-
-
-def pose_by_matrices(rows: Rows, q: np.ndarray) -> np.ndarray:
-    pose = np.broadcast_to(np.eye(4), (*q.shape[:-1], 4, 4))
-    for j, row in enumerate(rows):
-        slides = row.get("kind") == "prismatic"
-        d = row.get("d", 0.0) + (q[..., j] if slides else 0 * q[..., j])
-        theta = row.get("theta", 0.0) + (0 * q[..., j] if slides else q[..., j])
-        c, s, o = np.cos(theta), np.sin(theta), 0 * d
-        about_z = np.stack([c, -s, o, o, s, c, o, o, o, o, o + 1, d, o, o, o, o + 1], -1).reshape(*c.shape, 4, 4)
-        ca, sa = np.cos(row.get("alpha", 0.0)), np.sin(row.get("alpha", 0.0))
-        about_x = np.array([[1, 0, 0, row.get("a", 0.0)], [0, ca, -sa, 0], [0, sa, ca, 0], [0, 0, 0, 1]])
-        pose = pose @ about_z @ about_x
-    return pose
 
 
 def calibrated(name: str, size: float) -> Rows:

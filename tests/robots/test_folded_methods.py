@@ -12,6 +12,8 @@ from selection import some_slow
 
 from algorithms.kinematics import DescriptionError, Robot
 from algorithms.kinematics.folded import GENERIC
+from algorithms.kinematics.methods import METHODS as TABLE
+from algorithms.kinematics.methods import PARTS_OF_KERNELS, Attempts
 from gacompiler.generation.compiling import compile_spec
 from gacompiler.generation.files import write
 from gacompiler.generation.rendering import render
@@ -85,3 +87,10 @@ def test_every_method_of_a_tree_with_prismatic_and_mimic_joints(which: str, tmp_
     other = replace(plain, coupling=plain.coupling * 1.001)
     with pytest.raises(DescriptionError, match="different joints"):
         other.with_module(robot.module)
+
+
+def test_the_command_writes_the_kernels_that_robots_look_for() -> None:
+    assert list(METHODS) == list(PARTS_OF_KERNELS)
+    for name, row in TABLE.items():
+        assert hasattr(Robot, name) and all(call in TABLE for call in row.calls)
+        assert hasattr(Attempts, name) == row.has_kernel

@@ -2,19 +2,71 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
+
+from generated import pga3
 
 from ...arguments import Reals
 from .chain import SAME, Chain, apart
-from .search import descend, polish, remainder
+from .search import descend
+from .solutions import Branches
 
-_NEAR, _CLOSE, _STEPS = 0.3, 1e-10, 40
+_NEAR, _CLOSE, _STEPS = 0.3, 1e-9, 40
 """Candidates with errors below the first number are improved, and discarded unless they get below the second."""
 _SINGULAR = 1e-7
 """Branches coincide where the determinant of the joints' unit twists is at most this."""
 _BRANCHES = 16
+_NEIGHBOUR, _ATTEMPTS = float(np.finfo(float).eps ** 0.25), 6
+"""Distance of a neighbouring pose, in angles and relative to the arm's size, and the largest number of attempts.
+
+Half of the digits are left for eigenvectors, whose errors are divided by the distance of the roots, and half for the
+return to the pose, whose error is the square of the distance.
+"""
 _OFFSETS = np.outer([0.01, 0.04, 0.15, 0.5], [1, -1]).ravel()
 """Offsets from a branch, in the direction of the smallest singular value, where a missing branch is searched for."""
+
+Once = Callable[[Reals, int], Branches]
+"""Returns the branches of goals; the second argument numbers the attempts, which may use different equations."""
+
+
+def completed(chain: Chain, once: Once, goals: Reals) -> Branches:
+    """Return the branches of goals, where necessary with those of random poses in their neighbourhood.
+
+    Roots that coincide at a goal, because a structured posture makes equations dependent, are distinct at a neighbour.
+    A regular branch there is the continuation of one at the goal. Every third attempt is at the goal itself, with other
+    equations.
+    """
+    found = once(goals, 0)
+    rng, singular = np.random.default_rng(3), np.zeros(len(goals), bool)
+    for attempt in range(1, _ATTEMPTS):
+        rows = np.flatnonzero(~found.complete)
+        if not len(rows):
+            break
+        goal, shift = goals[rows], rng.normal(size=(len(rows), 6)) * np.repeat([1.0, chain.size], 3)
+        beside = goal if attempt % 3 == 0 else pga3.motor_product(goal, pga3.motor_from_twist(_NEIGHBOUR * shift))
+        near = once(beside, attempt)
+        known, place = np.nonzero(np.isfinite(found.q[rows][..., 0]))
+        which, spot = np.nonzero(np.isfinite(near.q[..., 0]))
+        own = found.q[rows[known], place]
+        odd = (np.bincount(known, minlength=len(rows)) % 2 == 1)[known]
+        q = np.concatenate([own, near.q[which, spot], _beyond(chain, own[odd])])
+        index = np.concatenate([known, which, np.tile(known[odd], len(_OFFSETS))])
+        found.q[rows], found.gap[rows] = gathered(chain, index, q, goal)
+        count = np.isfinite(found.q[rows][..., 0]).sum(-1)
+        found.complete[rows] = near.complete & (count == np.bincount(which, minlength=len(rows)))
+        # A pair of branches of the neighbour ends between both poses only if it is singular at the goal.
+        singular[rows] |= near.complete & (found.gap[rows] == 0).any(-1)
+    return found._replace(complete=found.complete | singular)
+
+
+def _beyond(chain: Chain, q: Reals) -> Reals:
+    """Return configurations (M K, n) on both sides of branches (K, n), where another one is if both are almost one."""
+    along = np.linalg.svd(chain.rates(q))[0][..., -1]
+    # Prismatic joints may be far from 0.
+    along *= np.maximum(1.0, np.abs(q * along).max(-1, keepdims=True))
+    return np.reshape(q + _OFFSETS[:, None, None] * along, (-1, len(chain)))
 
 
 def gathered(chain: Chain, which: Reals, q: Reals, goals: Reals) -> tuple[Reals, Reals]:
@@ -23,33 +75,22 @@ def gathered(chain: Chain, which: Reals, q: Reals, goals: Reals) -> tuple[Reals,
     Missing branches are NaN. Discriminants are 0 where branches coincide.
     """
     which, q, place = _once(chain, *_reached(chain, which, q, goals), len(goals))
-    # The number of real roots is even: if it is odd, one is missing, most likely near another one.
-    odd = (np.bincount(which, minlength=len(goals)) % 2 == 1)[which]
-    if odd.any():
-        _, rates = remainder(chain, q[odd], goals[which[odd]])
-        along = np.linalg.svd(rates)[2][:, -1]
-        trials = (q[odd] + _OFFSETS[:, None, None] * along).reshape(-1, len(chain))
-        more, found = _reached(chain, np.tile(which[odd], len(_OFFSETS)), trials, goals)
-        which, q, place = _once(chain, np.concatenate([which, more]), np.concatenate([q, found]), len(goals))
     branches, gap = np.full((len(goals), _BRANCHES, len(chain)), np.nan), np.ones((len(goals), _BRANCHES))
     branches[which, place] = q
-    _, rates = remainder(chain, q, goals[which])
-    flat = np.abs(np.linalg.det(rates / np.linalg.norm(rates, axis=-2, keepdims=True))) <= _SINGULAR
+    rates = chain.rates(q)
+    flat = np.abs(np.linalg.det(rates / np.linalg.norm(rates, axis=-1, keepdims=True))) <= _SINGULAR
     gap[which[flat], place[flat]] = 0.0
     return branches, gap
 
 
 def _reached(chain: Chain, which: Reals, q: Reals, goals: Reals) -> tuple[Reals, Reals]:
     """Return the candidates that reach their goal after improvement, sorted by distance."""
-    off = chain.distance(q, goals[which])
-    rough = np.flatnonzero((off > _CLOSE) & (off < _NEAR))
-    q[rough], _ = descend(chain, q[rough], goals[which[rough]], _STEPS, 1e-13 * chain.size)
-    off[rough] = chain.distance(q[rough], goals[which[rough]])
+    near = chain.distance(q, goals[which]) < _NEAR
+    which = which[near]
+    q, _, off = descend(chain, q[near], goals[which], _STEPS)
     order = np.argsort(off)
-    order = order[off[order] < 10 * _CLOSE]
-    which, q = which[order], q[order]
-    # Near a singularity, candidates this close to the goal may be far from the branch and look like another branch.
-    return which, chain.wrapped(polish(chain, q, goals[which]))
+    order = order[off[order] < _CLOSE]
+    return which[order], chain.wrapped(q[order])
 
 
 def _once(chain: Chain, which: Reals, q: Reals, goals: int) -> tuple[Reals, Reals, Reals]:

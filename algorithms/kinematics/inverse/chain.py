@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
-from generated import arms, pga3
+from generated import pga3, reaching
 
 from ...arguments import Reals
 
@@ -21,7 +22,11 @@ COINCIDE = 1e-12
 
 SAME = 1e-5
 """Configurations are considered equal if their largest difference is less than this."""
-_ONE = np.eye(8)[0]
+ROUNDING = 1e-15
+"""Errors up to this, relative to the arm's size, are rounding errors."""
+
+Method = Any
+"""A kernel with the tables of a chain bound to it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,14 +47,14 @@ class Chain:
     def __len__(self) -> int:
         return len(self.slides)
 
-    def part(self, joints: slice) -> Chain:
-        """Return the chain of consecutive joints."""
-        return Chain(self.axes[joints], self.slides[joints])
+    def part(self, first: int, end: int) -> Chain:
+        """Return the chain of consecutive joints, from the first to the one before the end."""
+        return chain_of(self.axes[first:end], self.slides[first:end])
 
     @cached_property
     def backwards(self) -> Chain:
         """The chain with the inverse motion, with the same variables in reverse order."""
-        return Chain(-self.axes[::-1], self.slides[::-1])
+        return chain_of(-self.axes[::-1], self.slides[::-1])
 
     @cached_property
     def size(self) -> float:
@@ -59,49 +64,52 @@ class Chain:
         total = float(np.linalg.norm(points[:-1] - on_next, axis=-1).sum() + np.linalg.norm(np.ptp(points, axis=0)))
         return total if total > 0 else 1.0
 
-    def motion(self, joint: int, q: Reals) -> Reals:
-        """Return the motor of one joint, (...) to (..., 8)."""
-        if self.slides[joint]:
-            return pga3.motor_from_screw(self.axes[joint], 0.0, q)  # type: ignore[no-any-return]
-        return pga3.motor_from_line(self.axes[joint], q)  # type: ignore[no-any-return]
+    @cached_property
+    def ranges(self) -> Reals:
+        """Bounds of random configurations, (n, 2): a whole turn, or the arm's size."""
+        return np.where(np.array(self.slides), self.size, np.pi)[:, None] * [-1.0, 1.0]
 
-    def motions(self, q: Reals) -> list[Reals]:
-        """Return the motors of the first 1, 2, ..., n joints, (..., n) to n times (..., 8)."""
-        found = [self.motion(0, q[..., 0])]
-        for j in range(1, len(self)):
-            found.append(pga3.motor_product(found[-1], self.motion(j, q[..., j])))
-        return found
+    @cached_property
+    def tables(self) -> dict[str, Reals]:
+        """The arguments `axes` and `turns` of the kernels of `generated.reaching`."""
+        still = np.zeros(3)
+        lines = [
+            pga3.twist_from_velocities(still, direction(axis)) if slides else axis
+            for axis, slides in zip(self.axes, self.slides, strict=True)
+        ]
+        return {"axes": np.array(lines), "turns": 1.0 - np.array(self.slides)}
 
-    def motion_of_all(self, q: Reals) -> Reals:
-        """Return the motor of all joints, (..., n) to (..., 8)."""
-        first, *rest = self._groups(q)
-        for motion in rest:
-            first = pga3.motor_product(first, motion)
-        return first
+    @cached_property
+    def motion_of_all(self) -> Method:
+        """The motor of all joints, (..., n) to (..., 8)."""
+        return reaching.motion_of_joints.bind(**self.tables)
+
+    @cached_property
+    def _distance(self) -> Method:
+        return reaching.distance_to_goal.bind(**self.tables, size=self.size)
 
     def distance(self, q: Reals, goals: Reals) -> Reals:
-        """Return the distance of the motor of all joints to goals, (..., n), (..., 8) to (...).
+        """Return the distance of the motor of all joints to goals, (..., n), (..., 8) to (...)."""
+        return self._distance(*paired(q, goals))  # type: ignore[no-any-return]
 
-        The kernel `distance_to_goal` defines the distance.
-        """
-        *most, last = self._groups(q)
-        first = _ONE if not most else most[0]
-        for motion in most[1:]:
-            first = pga3.motor_product(first, motion)
-        return arms.distance_to_goal(first, last, goals, self.size)
+    @cached_property
+    def descent(self) -> Method:
+        """Damped least squares from configurations (..., n) to goals (..., 8), in a number of steps."""
+        return reaching.descend.bind(**self.tables, size=self.size, enough=ROUNDING * self.size)
 
-    def _groups(self, q: Reals) -> list[Reals]:
-        """Return the motors of groups of three consecutive revolute joints, and of the other joints."""
-        found, j = [], 0
-        while j < len(self):
-            three = slice(j, j + 3)
-            if j + 3 <= len(self) and not any(self.slides[three]):
-                found.append(arms.motion_of_three_turns(*self.axes[three], q[..., three]))  # type: ignore[call-overload]
-                j += 3
-            else:
-                found.append(self.motion(j, q[..., j]))
-                j += 1
-        return found
+    @cached_property
+    def descent_inside(self) -> Method:
+        """The same with lower and upper limits, (n,) each, before the number of steps."""
+        return reaching.descend_inside.bind(**self.tables, size=self.size, enough=ROUNDING * self.size)
+
+    @cached_property
+    def rates(self) -> Method:
+        """Twists of the joints in the frame of the last link, angular velocities times the size: (..., n, 6)."""
+        return reaching.rates_of_joints.bind(**self.tables, size=self.size)
+
+    def motion(self, joint: int, q: Reals) -> Reals:
+        """Return the motor of one joint, (...) to (..., 8)."""
+        return self.part(joint, joint + 1).motion_of_all(np.ascontiguousarray(q, float)[..., None])  # type: ignore[no-any-return]
 
     def wrapped(self, q: Reals) -> Reals:
         """Return joint variables with angles in (-pi, pi]."""
@@ -118,17 +126,32 @@ class Chain:
         keep = [j for j in range(len(self)) if j != joint]
         slides = tuple(self.slides[j] for j in keep)
         if joint == 0:
-            return Chain(self.axes[1:], slides), pga3.motor_relative(motion, goals)
+            return chain_of(self.axes[1:], slides), pga3.motor_relative(motion, goals)
         axes = self.axes.copy()
         if joint < len(self) - 1:
             axes[joint + 1 :] = pga3.move_line(motion, axes[joint + 1 :])
-        return Chain(axes[keep], slides), pga3.motor_between_frames(motion, goals)
+        return chain_of(axes[keep], slides), pga3.motor_between_frames(motion, goals)
+
+
+def paired(q: Reals, goals: Reals) -> tuple[Reals, Reals]:
+    """Return configurations (..., n) and goals (..., 8) as contiguous arrays of one shape, the fast path of kernels."""
+    return np.ascontiguousarray(q), np.ascontiguousarray(np.broadcast_to(goals, (*q.shape[:-1], 8)))
+
+
+def chain_of(axes: Reals, slides: tuple[bool, ...]) -> Chain:
+    """Return a chain, the same object for equal arguments, so that what is computed for it once is found again."""
+    return _chain(np.ascontiguousarray(axes, float).tobytes(), slides)
+
+
+@lru_cache(maxsize=256)
+def _chain(axes: bytes, slides: tuple[bool, ...]) -> Chain:
+    return Chain(np.frombuffer(axes).reshape(-1, 6), slides)
 
 
 def apart(a: Reals, b: Reals, slides: Reals) -> Reals:
     """Return the largest difference between two configurations."""
     away = a - b
-    away[..., ~slides] = (away[..., ~slides] + np.pi) % (2 * np.pi) - np.pi
+    away -= np.where(slides, 0.0, 2 * np.pi) * np.rint(away / (2 * np.pi))
     return np.asarray(np.abs(away).max(-1))
 
 

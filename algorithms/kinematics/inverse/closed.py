@@ -12,6 +12,7 @@ from generated import arms, pga3
 from ...arguments import Reals
 from .chain import COINCIDE, TOLERANCE, Chain, common_point, direction, parallel
 from .regional import Regional
+from .solutions import Branches
 
 
 class Closed(Protocol):
@@ -21,8 +22,11 @@ class Closed(Protocol):
     def name(self) -> str:
         """The structure of the arm that the method uses."""
 
-    def solve(self, goals: Reals) -> tuple[Reals, Reals]:
-        """Return variables (N, branches, n) and discriminants (N, branches) for goal motors (N, 8)."""
+    def solve(self, goals: Reals) -> tuple[Reals, Reals] | Branches:
+        """Return variables (N, branches, n) and discriminants (N, branches) for goal motors (N, 8).
+
+        Methods that may miss a branch return `Branches`.
+        """
 
 
 def closed_form(chain: Chain) -> Closed | None:
@@ -51,7 +55,7 @@ class Backwards:
 
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
         """As in `Closed`."""
-        q, gap = self.forwards.solve(pga3.motor_inverse(goals))
+        q, gap, *_ = self.forwards.solve(pga3.motor_inverse(goals))
         return q[..., ::-1], gap
 
 
@@ -75,7 +79,7 @@ class SphericalWrist:
         centre = common_point(chain.axes[3:], chain.size)
         if centre is None or parallel(chain.axes[3], chain.axes[4]) or parallel(chain.axes[4], chain.axes[5]):
             return None
-        regional = Regional.of(chain.part(slice(0, 3)), centre)
+        regional = Regional.of(chain.part(0, 3), centre)
         return None if regional is None else cls(chain, regional)
 
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:

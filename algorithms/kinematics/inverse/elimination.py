@@ -16,16 +16,23 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from generated import arms, pga3
 
 from ...arguments import Reals
-from .candidates import gathered
-from .chain import SAME, Chain, apart, direction
+from .candidates import completed, gathered
+from .chain import SAME, Chain, apart, chain_of, direction
+from .solutions import Branches
 
 _NOT_REAL = 1e-2
 """Imaginary parts up to this, relative to ``1 + |root|²``, may be rounding errors of a double root. Newton's method
 decides."""
+_ZERO = float(np.finfo(float).eps ** 0.5)
+"""A root is real if the relative singular value of the equations, after refinement, is below this number: at a double
+root, it is accurate to half the digits."""
+_MOVED = 1e-6
+"""Roots that differ by less than this, relative to ``1 + root²``, are the same."""
 _ROUGH, _STEPS = 1e-7, 2
 """Candidates with a larger error than the first number are refined by this number of Newton steps."""
 _TRIALS = 96
@@ -33,6 +40,9 @@ _TRIALS = 96
 structure."""
 _SURE = 1e-6
 """For a well conditioned variant, all trial configurations are found to this accuracy before improvement."""
+
+_RARE = 0.1
+"""Up to this part of the trial configurations may have doubtful branches, which take a second elimination."""
 
 _TURN = np.array([[1, 1, 1], [2, -1, -1], [0, np.sqrt(3), -np.sqrt(3)]]) / 3
 """Coefficients of 1, cos, sin from values at 0, 120 and -120 degrees."""
@@ -76,48 +86,51 @@ class Elimination:
     @classmethod
     def of(cls, whole: Chain) -> Elimination | None:
         """Return the best variant for an arm, or None if no variant recovers most random configurations."""
-        return _prepared(whole.axes.tobytes(), whole.slides)
+        return _prepared(whole)
 
     @classmethod
     def made(cls, whole: Chain, backwards: bool, factors: int) -> Elimination:
         """Return one variant."""
         some = whole.backwards if backwards else whole
         axes = np.concatenate([some.axes[:, :3], some.axes[:, 3:] / whole.size], axis=-1)
-        chain = Chain(axes, some.slides)
+        chain = chain_of(axes, some.slides)
         motion = pga3.motor_product(_sampled(chain, 2)[:, None], _sampled(chain, 3))
         values = _entity(chain, pga3.motor_product(motion[:, :, None], _sampled(chain, 4)))
         forms = [_SLIDE if slides else _HALF @ _TURN for slides in chain.slides[2:5]]
         return cls(chain, whole, backwards, factors, np.einsum("ai,bj,ck,ijkx->abcx", *forms, values))
 
-    def solve(self, goals: Reals) -> tuple[Reals, Reals]:
-        """Return variables (N, 16, 6), NaN for missing branches, and discriminants (N, 16), 0 for coinciding ones."""
-        branches, gap = gathered(self.whole, *self.candidates(goals), goals)
-        # The number of real roots is even, so that one was missed. The variant from the other end may find it.
-        odd = np.flatnonzero(np.isfinite(branches[..., 0]).sum(-1) % 2)
-        other = self._other_end() if len(odd) else None
-        if other is not None:
-            which, place = np.nonzero(np.isfinite(branches[odd, :, 0]))
-            more, q = other.candidates(goals[odd])
-            both = np.concatenate([which, more]), np.concatenate([branches[odd[which], place], q])
-            branches[odd], gap[odd] = gathered(self.whole, *both, goals[odd])
-        return branches, gap
+    def solve(self, goals: Reals) -> Branches:
+        """As in `Closed`: 16 branches, NaN for missing ones, with discriminants that are 0 for coinciding ones."""
+        return completed(self.whole, self._once, goals)
+
+    def _once(self, goals: Reals, attempt: int) -> Branches:
+        """Return the branches of one elimination, complete if every real root led to a branch of its own."""
+        variant = (self._other_end() if attempt and attempt % 3 == 0 else None) or self
+        which, q, real = variant.candidates(goals)
+        branches, gap = gathered(self.whole, which, q, goals)
+        count = np.isfinite(branches[..., 0]).sum(-1)
+        complete = (np.bincount(which[real], minlength=len(goals)) <= count) & (count % 2 == 0)
+        return Branches(branches, gap, complete)
 
     def _other_end(self) -> Elimination | None:
         """Return the variant from the other end, or None if the joint there is prismatic."""
         backwards = not self.backwards
         if self.whole.slides[0 if backwards else 5]:
             return None
-        return _made(self.whole.axes.tobytes(), self.whole.slides, backwards, 4)
+        return _made(self.whole, backwards, 4)
 
-    def candidates(self, goals: Reals) -> tuple[Reals, Reals]:
-        """Return indices of goals, (K,), and configurations of the given arm that may reach them, (K, 6)."""
+    def candidates(self, goals: Reals) -> tuple[Reals, Reals, NDArray[np.bool_]]:
+        """Return indices of goals, (K,), configurations of the given arm that may reach them, (K, 6), and real roots.
+
+        The last result, (K,), says whether the candidate is a real root of the equations, up to rounding errors.
+        """
         scale = np.array([1.0] * 4 + [1 / self.whole.size] * 4)
-        which, q = self._candidates((pga3.motor_inverse(goals) if self.backwards else goals) * scale)
+        which, q, real = self._candidates((pga3.motor_inverse(goals) if self.backwards else goals) * scale)
         q = np.where(self.chain.slides, q * self.whole.size, q)
-        return which, q[:, ::-1] if self.backwards else q
+        return which, q[:, ::-1] if self.backwards else q, real
 
-    def _candidates(self, goals: Reals) -> tuple[Reals, Reals]:
-        """Return indices of goals, (K,), and configurations of `chain` that may reach them, (K, 6)."""
+    def _candidates(self, goals: Reals) -> tuple[Reals, Reals, NDArray[np.bool_]]:
+        """As `candidates`, for `chain`."""
         chain, many = self.chain, len(goals)
         motion = pga3.motor_product(_sampled(chain, 0)[:, None], _sampled(chain, 1))
         values = _entity(chain, pga3.motor_relative(motion, goals[:, None, None]))
@@ -135,11 +148,24 @@ class Elimination:
         off = chain.distance(q, goals[which])
         # Eigenvectors of nearly equal roots, which occur for arms with a nearly special structure, are inaccurate.
         rough = np.flatnonzero(off > _ROUGH)
-        root, vector = _sharper(matrix[which[rough]], roots[which, k].real[rough])
+        start = roots[which, k].real[rough]
+        root, vector, smallest = _sharper(matrix[which[rough]], start)
         better = self._configurations(root, vector, tuple(side[rough] for side in sides), goals[which[rough]])
         improved = chain.distance(better, goals[which[rough]]) < off[rough]
         q[rough[improved]] = better[improved]
-        return which, q
+        real = np.ones(len(which), bool)
+        real[rough] = smallest < _ZERO
+        # A complex root may be refined to a real one that is among the others.
+        moved = rough[np.abs(root - start) > _MOVED * (1 + start * start)]
+        x = roots[which, k].real
+        x[rough] = root
+        order = np.lexsort((x, which))
+        apart_from_next = (np.diff(x[order]) > _MOVED * (1 + x[order[1:]] ** 2)) | (np.diff(which[order]) > 0)
+        alone = np.ones(len(which), bool)
+        alone[order[1:]] &= apart_from_next
+        alone[order[:-1]] &= apart_from_next
+        real[moved] &= alone[moved]
+        return which, q, real
 
     def _configurations(self, root: Reals, vector: Reals, sides: tuple[Reals, ...], goals: Reals) -> Reals:
         """Return configurations (K, 6) from values (K,) of the third variable and monomials (K, M) of the next two."""
@@ -157,7 +183,7 @@ class Elimination:
             q[:, j] = singles[:, c] if chain.slides[j] else angle
         for j, one in zip((2, 3, 4), x, strict=True):
             q[:, j] = one if chain.slides[j] else _ORIGINS[j] + 2 * np.arctan(one)
-        rest = pga3.motor_relative(chain.part(slice(0, 5)).motion_of_all(q[:, :5]), goals)
+        rest = pga3.motor_relative(chain.part(0, 5).motion_of_all(q[:, :5]), goals)
         last = chain.axes[5]
         across = pga3.line_from_direction_moment(np.eye(3)[np.argmin(np.abs(direction(last)))], np.zeros(3))
         q[:, 5] = arms.turn_between_lines(last, across, pga3.move_line(rest, across))
@@ -165,28 +191,30 @@ class Elimination:
 
 
 @lru_cache(maxsize=64)
-def _made(axes: bytes, slides: tuple[bool, ...], backwards: bool, factors: int) -> Elimination:
-    return Elimination.made(Chain(np.frombuffer(axes).reshape(-1, 6), slides), backwards, factors)
+def _made(whole: Chain, backwards: bool, factors: int) -> Elimination:
+    return Elimination.made(whole, backwards, factors)
 
 
 @lru_cache(maxsize=64)
-def _prepared(axes: bytes, slides: tuple[bool, ...]) -> Elimination | None:
-    whole = Chain(np.frombuffer(axes).reshape(-1, 6), slides)
+def _prepared(whole: Chain) -> Elimination | None:
+    slides = whole.slides
     if len(whole) != 6:
         return None
     q = np.random.default_rng(2).uniform(-np.pi, np.pi, (_TRIALS, 6))
     q[:, list(np.flatnonzero(slides))] *= whole.size / np.pi
     goals = whole.motion_of_all(q)
-    best, fewest = None, _TRIALS + 1
+    best, fewest = None, 2 * _TRIALS + 1
     for factors in (2, 4):
         for backwards in (False, True):
             if slides[0 if backwards else 5]:
                 continue
-            variant = _made(axes, slides, backwards, factors)
-            which, found = variant.candidates(goals)
+            variant = _made(whole, backwards, factors)
+            which, found, real = variant.candidates(goals)
             away = np.full(_TRIALS, np.inf)
             np.fmin.at(away, which, apart(found, q[which], np.array(slides)))
-            unsure = int((away > _SURE).sum())
+            # Some arms have real roots that lead to no configuration. They make every set of branches doubtful.
+            spurious = np.bincount(which[real & ~(whole.distance(found, goals[which]) < _ROUGH)], minlength=_TRIALS) > 0
+            unsure = int((away > _SURE).sum()) + (int(spurious.sum()) if spurious.mean() > _RARE else 0)
             if not unsure:
                 return variant
             if unsure < fewest:
@@ -239,8 +267,10 @@ def _eigen(matrix: Reals) -> tuple[Reals, Reals]:
     return roots, vectors[:, :size].swapaxes(-1, -2)
 
 
-def _sharper(matrix: Reals, root: Reals) -> tuple[Reals, Reals]:
+def _sharper(matrix: Reals, root: Reals) -> tuple[Reals, Reals, Reals]:
     """Refine roots (K,) and their vectors (K, M) from all rows, by Newton's method on the smallest singular value.
+
+    The last result, (K,), is this value relative to the largest one.
 
     Where roots are close to each other, eigenvalues of the companion matrix are much more accurate than eigenvectors.
     """
@@ -252,7 +282,8 @@ def _sharper(matrix: Reals, root: Reals) -> tuple[Reals, Reals]:
         with np.errstate(divide="ignore", invalid="ignore"):
             step = values[:, -1] / derivative
         root = np.where(np.abs(step) < _NOT_REAL * (1 + root * root), root - step, root)
-    return root, np.linalg.svd(_at(matrix, root), full_matrices=False)[2][:, -1]
+    _, values, vectors = np.linalg.svd(_at(matrix, root), full_matrices=False)
+    return root, vectors[:, -1], values[:, -1] / np.maximum(values[:, 0], np.finfo(float).tiny)
 
 
 def _at(matrix: Reals, root: Reals) -> Reals:

@@ -200,7 +200,7 @@ class Meets:
         goal = pga3.move_point(goals, centre)
         q, gap = self._three(chain, np.broadcast_to(centre, goal.shape), goal)
         rest = pga3.motor_relative(chain.motion_of_all(q), goals[:, None])
-        axes, turns = self.form.chain.axes[3:], self.form.chain.part(slice(3, 6))
+        axes, turns = self.form.chain.axes[3:], self.form.chain.part(3, 6)
         # on the unit sphere about the origin: the first two rotations take the direction `before` to `after`
         first, second = _through_origin(axes[0]), _through_origin(axes[1])
         after = direction(pga3.move_line(rest, axes[2]))

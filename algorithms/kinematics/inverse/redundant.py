@@ -11,7 +11,7 @@ from generated import arms, pga3
 
 from ...arguments import Reals, real_array
 from ..model import Model
-from .chain import Chain, common_point, parallel
+from .chain import Chain, chain_of, common_point, parallel
 from .closed import joined
 
 _ON_AXIS = 1e-20
@@ -95,14 +95,14 @@ def elbow_angle(robot: Model, q: ArrayLike) -> Reals:
     """
     arm = elbow_circle(robot)
     joints = real_array(q, f"{robot.name}: q", (7,), "7 joint variables")
-    motions = arm.chain.motions(joints)
-    line, start, _ = arm.reference(pga3.move_point(motions[3], arm.wrist))
-    return arms.turn_between_lines(line, start, pga3.move_line(motions[2], arm.chain.axes[3]))  # type: ignore[no-any-return]
+    upper, lower = (arm.chain.part(0, k).motion_of_all(joints[..., :k]) for k in (3, 4))
+    line, start, _ = arm.reference(pga3.move_point(lower, arm.wrist))
+    return arms.turn_between_lines(line, start, pga3.move_line(upper, arm.chain.axes[3]))  # type: ignore[no-any-return]
 
 
 def elbow_circle(robot: Model) -> ElbowCircle:
     """Return the closed form of a robot, or raise a `ValueError`."""
-    arm = ElbowCircle.of(Chain(robot.axes, tuple(kind.value == "prismatic" for kind in robot.kinds)))
+    arm = ElbowCircle.of(chain_of(robot.axes, tuple(kind.value == "prismatic" for kind in robot.kinds)))
     if arm is None:
         raise ValueError(
             f"{robot.name}: elbow: not an arm with spherical shoulder and wrist; expected seven revolute joints, the "

@@ -1,61 +1,23 @@
-"""Damped Gauss-Newton iteration on motors: polishing, nearest reachable poses, and arms without a closed form."""
+"""Damped least squares on motors: polishing, nearest reachable poses, and arms without a closed form."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from generated import pga3
-
 from ...arguments import Reals
-from .chain import SAME, Chain, apart, direction
+from .chain import SAME, Chain, apart, paired
 
-_STEPS = 60
+_STEPS, _STARTS = 60, 24
 _BRANCHES = 8
 """Number of configurations that a search keeps."""
-_SLIGHT = 1e-12
-"""Minimum damping relative to the squared arm's size, which merely keeps the equations nonsingular."""
-_SINGULAR = 1e-11
-"""Singular values up to this, relative to the arm's size, count as 0."""
 _REACHED = 1e-9
+_AROUND = 0.05
+"""Standard deviation of starts around a configuration, relative to the ranges of the joints."""
 
 
-def remainder(chain: Chain, q: Reals, goals: Reals) -> tuple[Reals, Reals]:
-    """Return the remaining twist to the goal, with angles times the arm's size, and the twists of the joints.
-
-    Parameters
-    ----------
-    chain : Chain
-    q : array, (..., n)
-    goals : array, (..., 8)
-
-    Returns
-    -------
-    left : array, (..., 6)
-    rates : array, (..., 6, n)
-        Twists of the joints, in the same frame.
-    """
-    motions = chain.motions(q)
-    back = pga3.motor_inverse(motions[-1])
-    remaining = pga3.motor_product(back, goals)
-    # Of the two motors of a motion, choose the one with the smaller angle.
-    remaining = np.where(remaining[..., :1] < 0, -remaining, remaining)
-    left = pga3.motor_to_twist(remaining)
-    rates = np.empty((*q.shape[:-1], 6, len(chain)))
-    for j in range(len(chain)):
-        # A joint's own motion does not change its axis.
-        rates[..., j] = pga3.move_line(pga3.motor_product(back, motions[j]), _twist(chain, j))
-    weights = np.array([chain.size] * 3 + [1.0] * 3)
-    return left * weights, rates * weights[:, None]
-
-
-def _twist(chain: Chain, joint: int) -> Reals:
-    axis: Reals = chain.axes[joint]
-    if chain.slides[joint]:
-        axis = pga3.twist_from_velocities(np.zeros(3), direction(axis))
-    return axis
-
-
-def descend(chain: Chain, q: Reals, goals: Reals, steps: int, enough: float) -> tuple[Reals, Reals]:
+def descend(chain: Chain, q: Reals, goals: Reals, steps: int = _STEPS) -> tuple[Reals, Reals, Reals]:
     """Apply damped least squares (Levenberg-Marquardt) from given configurations.
 
     Parameters
@@ -64,70 +26,88 @@ def descend(chain: Chain, q: Reals, goals: Reals, steps: int, enough: float) -> 
     q : array, (N, n)
     goals : array, (N, 8)
     steps : int
-        Maximum number of steps.
-    enough : float
-        Iteration stops for poses with a smaller error than this, and for relative improvements below 1e-7.
+        Maximum number of steps. Iteration stops at rounding errors, and for relative improvements below 1e-7.
 
     Returns
     -------
     q : array, (N, n)
     error : array, (N,)
-        Norm of the remaining twist.
+        Norm of the remaining twist, with angles times the arm's size.
+    off : array, (N,)
+        Distance of the motors, as `Chain.distance`.
     """
-    q = q.copy()
-    error, damping = np.full(len(q), np.inf), np.full(len(q), 1e-6 * chain.size**2)
-    active, identity = np.arange(len(q)), np.eye(len(chain))
-    left, rates = remainder(chain, q, goals)
-    error[:] = np.linalg.norm(left, axis=-1)
-    for _ in range(steps):
-        going = np.isfinite(error[active]) & (error[active] > enough)
-        active, left, rates = active[going], left[going], rates[going]
-        if not len(active):
-            break
-        square = rates.swapaxes(-1, -2) @ rates + damping[active, None, None] * identity
-        step = np.linalg.solve(square, rates.swapaxes(-1, -2) @ left[..., None])[..., 0]
-        trial = q[active] + step
-        left_next, rates_next = remainder(chain, trial, goals[active])
-        found = np.linalg.norm(left_next, axis=-1)
-        better = found < error[active]
-        settled = better & (found > (1 - 1e-7) * error[active]) | (damping[active] > 1e6 * chain.size**2)
-        chosen = active[better]
-        q[chosen], error[chosen] = trial[better], found[better]
-        damping[active] = np.maximum(damping[active] * np.where(better, 0.1, 10.0), _SLIGHT * chain.size**2)
-        left, rates = np.where(better[:, None], left_next, left), np.where(better[:, None, None], rates_next, rates)
-        active, left, rates = active[~settled], left[~settled], rates[~settled]
-    return q, error
+    return chain.descent(q, goals, float(steps))  # type: ignore[no-any-return]
 
 
-def polish(chain: Chain, q: Reals, goals: Reals) -> Reals:
-    """Improve configurations (N, n) with goals (N, 8) by a few undamped steps, for results with half the digits."""
-    for _ in range(3):
-        left, rates = remainder(chain, q, goals)
-        # normal equations would lose half the digits near a singularity
-        across, sizes, along = np.linalg.svd(rates, full_matrices=False)
-        inverse = np.where(sizes > _SINGULAR * chain.size, 1 / np.maximum(sizes, _SINGULAR * chain.size), 0.0)
-        q = q + np.einsum("kij,ki->kj", along, inverse * np.einsum("kij,ki->kj", across, left))
-    return q
+@dataclass(frozen=True, slots=True, eq=False)
+class Hints:
+    """What a search is to respect: limits of the joints, (n, 2), and configurations to begin at, (N, n), or None."""
+
+    limits: Reals
+    near: Reals | None
+
+    def at(self, rows: Reals | slice) -> Hints:
+        """Return the hints for some of the poses."""
+        return self if self.near is None else Hints(self.limits, self.near[rows])
+
+    def without(self, joint: int) -> Hints:
+        """Return the hints for the arm without a joint."""
+        near = None if self.near is None else np.delete(self.near, joint, -1)
+        return Hints(np.delete(self.limits, joint, 0), near)
 
 
-def search(chain: Chain, goals: Reals, starts: Reals | int = 24) -> Reals:
-    """Return configurations found from several starts, sorted by distance to the goal: (N, branches, n).
+def search_within(chain: Chain, goals: Reals, hints: Hints) -> Reals:
+    """Return configurations as `search`, within limits where possible.
+
+    Where `near` is given, the search begins there, and the configuration that it leads to is the only one. Poses that
+    are not reached within the limits are searched from random starts around `near` and within the limits, then without
+    limits.
+    """
+    low, high = np.ascontiguousarray(hints.limits.T)
+    found = np.full((len(goals), _BRANCHES, len(chain)), np.nan)
+    missed = np.arange(len(goals))
+    rng = np.random.default_rng(7)
+    spread = np.where(np.isfinite(hints.limits), hints.limits, chain.ranges)
+    many = rng.uniform(spread[:, 0], spread[:, 1], (5 * _STARTS, len(chain)))
+    random, more = many[:_STARTS], many[_STARTS:]
+    rounds = [np.broadcast_to(starts, (len(goals), *starts.shape)) for starts in (random, more)]
+    if hints.near is not None:
+        around = hints.near[:, None] + _AROUND * (spread[:, 1] - spread[:, 0]) * rng.normal(size=random.shape)
+        rounds = [hints.near[:, None], around, *rounds]
+    for starts in rounds:
+        begin, ends = paired(starts[missed], goals[missed, None])
+        q, error, _ = chain.descent_inside(begin, ends, low, high, float(_STEPS))
+        found[missed] = _distinct(chain, q, error)
+        missed = missed[error.min(-1) > _REACHED * chain.size]
+        if not len(missed):
+            return found
+    found[missed] = search(chain, goals[missed])
+    return found
+
+
+def search(chain: Chain, goals: Reals, starts: Reals | int = _STARTS) -> Reals:
+    """Return configurations found from several starts, first those that reach the goal: (N, branches, n).
 
     `starts` holds the start configurations, or is their number.
     """
     if isinstance(starts, int):
-        starts = np.random.default_rng(7).uniform(-np.pi, np.pi, (starts, len(chain)))
-        starts[:, list(np.flatnonzero(chain.slides))] *= chain.size / np.pi
-    many = len(starts)
-    q, error = descend(chain, np.tile(starts, (len(goals), 1)), np.repeat(goals, many, axis=0), _STEPS, 1e-13)
-    q, error = chain.wrapped(q).reshape(-1, many, len(chain)), error.reshape(-1, many)
-    order = np.argsort(error, axis=-1)
-    q, error = np.take_along_axis(q, order[..., None], 1), np.take_along_axis(error, order, 1)
-    same = np.tril(apart(q[:, :, None], q[:, None], np.array(chain.slides)) < SAME, -1).any(-1)
+        begin: Reals = np.random.default_rng(7).uniform(chain.ranges[:, 0], chain.ranges[:, 1], (starts, len(chain)))
+    else:
+        begin = starts
+    many = len(begin)
+    q, error, _ = descend(chain, np.tile(begin, (len(goals), 1)), np.repeat(goals, many, axis=0))
+    return _distinct(chain, chain.wrapped(q).reshape(-1, many, len(chain)), error.reshape(-1, many))
+
+
+def _distinct(chain: Chain, q: Reals, error: Reals) -> Reals:
+    """Return distinct ones of configurations (N, S, n) in the order of their starts, or the nearest if none reaches."""
+    reached = error <= _REACHED * chain.size
+    order = np.argsort(np.where(reached, -1.0, error), axis=-1, kind="stable")
+    q, reached = np.take_along_axis(q, order[..., None], 1), np.take_along_axis(reached, order, 1)
+    same = np.tril(apart(q[:, :, None], q[:, None], np.array(chain.slides)) < SAME, -1).any(-1) | ~reached
+    same[:, 0] = False
     order = np.argsort(same, axis=-1, kind="stable")[:, :_BRANCHES]
-    repeated = np.take_along_axis(same, order, 1)
-    q = np.take_along_axis(q, order[..., None], 1)
-    # Configurations that miss the goal are kept only as the nearest one.
-    repeated[:, 1:] |= np.take_along_axis(error, order, 1)[:, 1:] > _REACHED * chain.size
-    q[repeated] = np.nan
-    return q
+    q, same = np.take_along_axis(q, order[..., None], 1), np.take_along_axis(same, order, 1)
+    found = np.full((len(q), _BRANCHES, len(chain)), np.nan)
+    found[:, : q.shape[1]] = np.where(same[..., None], np.nan, q)
+    return found

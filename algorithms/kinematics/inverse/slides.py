@@ -16,8 +16,9 @@ import numpy as np
 from generated import arms, pga3
 
 from ...arguments import Reals
-from .candidates import gathered
+from .candidates import completed, gathered
 from .chain import COINCIDE, TOLERANCE, Chain, direction, parallel
+from .solutions import Branches
 
 _GRID = 48
 """Number of values of the free angle on the grid, at intervals of 7.5 degrees."""
@@ -82,8 +83,12 @@ class TwoSlides:
         scans = tuple((backwards, scan) for backwards, scan in found if scan is not None)
         return cls(chain, scans) if scans else None
 
-    def solve(self, goals: Reals) -> tuple[Reals, Reals]:
-        """As in `Closed`. Close roots that one end misses are usually found from the other end."""
+    def solve(self, goals: Reals) -> Branches:
+        """As in `Closed`. Close roots that one end misses are usually found from the other end, or from a neighbour."""
+        return completed(self.chain, self._once, goals)._replace(complete=np.zeros(len(goals), bool))
+
+    def _once(self, goals: Reals, _: int) -> Branches:
+        """Return the branches of one scan, complete if their number is even."""
         parts, nearest = [(np.zeros(0, int), np.zeros((0, 6)))], np.empty((len(goals), 6))
         for backwards, scan in self.scans:
             ends = pga3.motor_inverse(goals) if backwards else goals
@@ -96,7 +101,7 @@ class TwoSlides:
         found, gap = gathered(self.chain, which, q, goals)
         lost = np.isnan(found[..., 0]).all(-1)
         found[lost, 0] = nearest[lost]
-        return found, gap
+        return Branches(found, gap, lost | (np.isfinite(found[..., 0]).sum(-1) % 2 == 0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -187,6 +192,6 @@ def _rotation(goals: Reals) -> Reals:
 
 def _remaining(chain: Chain, slides: tuple[int, ...], q: Reals, goals: Reals) -> tuple[list[Reals], Reals]:
     """Return the directions of prismatic axes at given configurations, and the position error of the origin."""
-    motions = chain.motions(q)
-    directions = [direction(pga3.move_line(motions[k], chain.axes[k])) for k in slides]
-    return directions, pga3.move_point(goals, _ORIGIN) - pga3.move_point(motions[-1], _ORIGIN)
+    before = [chain.part(0, k).motion_of_all(q[..., :k]) if k else _ONE for k in slides]
+    directions = [direction(pga3.move_line(motion, chain.axes[k])) for motion, k in zip(before, slides, strict=True)]
+    return directions, pga3.move_point(goals, _ORIGIN) - pga3.move_point(chain.motion_of_all(q), _ORIGIN)

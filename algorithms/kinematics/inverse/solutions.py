@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +13,13 @@ from numpy.typing import NDArray
 class Status(IntEnum):
     """Outcome for one pose.
 
-    ``FOUND``: at least one branch is valid. ``SINGULAR``: at least one branch is valid, but two branches coincide to
-    1e-6 radians, or a joint can rotate freely; one of the infinitely many configurations is returned. ``OUT_OF_REACH``:
-    no configuration reaches the pose. ``NOT_FOUND``: an iterative search from several starts did not converge. This
-    does not prove that the pose is unreachable. ``NOT_FINITE``: the pose is NaN, infinite, or not a rigid motion.
+    ``FOUND``: all regular branches are returned. ``SINGULAR``: two branches coincide to 1e-6 radians, or a joint can
+    rotate freely; one of the infinitely many configurations is returned. ``OUT_OF_REACH``: no configuration reaches the
+    pose. ``NOT_FOUND``: an iterative search from several starts did not converge, or the pose is missed by less than
+    1e-8 of the arm's size, next to a singularity. This does not prove that the pose is unreachable. ``NOT_FINITE``: the
+    pose is NaN, infinite, or not a rigid motion. ``INCOMPLETE``: at least one branch is valid, but others may be
+    missing. All poses that a search reaches have this status, those of redundant arms included, which have infinitely
+    many configurations.
     """
 
     FOUND = 0
@@ -24,6 +27,15 @@ class Status(IntEnum):
     OUT_OF_REACH = 2
     NOT_FOUND = 3
     NOT_FINITE = 4
+    INCOMPLETE = 5
+
+
+class Branches(NamedTuple):
+    """Branches q (N, B, n) of a method, their discriminants (N, B), and whether none is missing, (N,)."""
+
+    q: NDArray[Any]
+    gap: NDArray[Any]
+    complete: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

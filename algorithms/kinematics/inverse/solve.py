@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,14 +14,14 @@ from generated import pga3
 from ...arguments import Reals, finite, real_array
 from ...elements import MOTOR, plain
 from ..model import Model
-from .chain import COINCIDE, SAME, Chain, apart
-from .closed import closed_form
+from .chain import COINCIDE, SAME, Chain, apart, chain_of
+from .closed import Closed, closed_form
 from .elimination import Elimination
 from .meets import GEOMETRIES, Meets
 from .redundant import elbow_circle
-from .search import descend, polish, search
+from .search import Hints, descend, search, search_within
 from .slides import ThreeSlides, TwoSlides
-from .solutions import Solutions, Status
+from .solutions import Branches, Solutions, Status
 
 _BLOCK = 2048
 """Number of poses in a block, such that the data of a block fit into the second-level cache."""
@@ -30,6 +31,8 @@ _EXACT = 1e-13
 """Branches with larger errors than this, up to `_ROUGH`, are polished."""
 _ROUGH, _NO_ROOT = 1e-3, -1e-6
 """Branches with a discriminant below the second number have no solution, whatever the rounding; they are skipped."""
+_SINGULAR = 1e-8
+"""Poses missed by less than this may be reachable: the root of the rounding errors is the accuracy at a singularity."""
 _STEPS, _FEW = 60, 8
 """Maximum steps of a descent to the nearest reachable pose, and number of starts where no start is known."""
 _MOTION = 1e-3
@@ -37,19 +40,20 @@ _MOTION = 1e-3
 _AT_LIMIT = 1e-11
 """Variables beyond a limit by rounding errors up to this are set to the limit. The pose remains valid."""
 
-Solver = Callable[[Reals, slice], tuple[Reals, Reals]]
-"""Returns branches and discriminants of a block of goals."""
+Solver = Callable[[Reals, slice], tuple[Reals, Reals] | Branches]
+"""Returns branches and discriminants of a block of goals, and whether all branches are among them if that may fail."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Found:
-    """Branches of a batch of goals: q (N, B, n), valid (N, B), discriminants (N, B), nearest (N, n)."""
+    """Branches of a batch of goals: q (N, B, n), valid (N, B), discriminants (N, B), nearest (N, n), complete (N,)."""
 
     q: Reals
     valid: NDArray[np.bool_]
     gap: Reals
     nearest: Reals
     method: str
+    complete: NDArray[np.bool_]
 
 
 def inverse(
@@ -90,12 +94,12 @@ def inverse(
     goals = np.where(is_finite[:, None], goals, robot.tool)
     goals = pga3.motor_between_frames(robot.tool, goals)
     values = {joint: np.where(is_finite, value, 0.0) for joint, value in values.items()}
-    chain = Chain(robot.axes, tuple(kind.value == "prismatic" for kind in robot.kinds))
+    chain = chain_of(robot.axes, tuple(kind.value == "prismatic" for kind in robot.kinds))
     if angles is not None:
         arm, turns = elbow_circle(robot), np.where(is_finite, angles, 0.0)
         found = _checked(chain, goals, lambda motors, block: arm.solve(motors, turns[block]), arm.name)
     else:
-        found = _with_locked(chain, goals, values, method)
+        found = _with_locked(chain, goals, values, method, Hints(robot.limits[:, :2], wanted))
     branches, n = found.q.shape[1:]
     status, within = np.empty(count, np.int8), np.empty((count, branches), bool)
     for start in range(0, count, _BLOCK):
@@ -125,8 +129,10 @@ def _judge(
     """Set the status and the branches within limits for a block of poses, and set invalid branches to NaN."""
     q, valid, nearest = found.q[block], found.valid[block], found.nearest[block]
     status[:] = Status.OUT_OF_REACH if found.method != "search" else Status.NOT_FOUND
+    status[~found.complete[block]] = Status.NOT_FOUND
     status[valid.any(-1)] = Status.FOUND
     status[(valid & (np.abs(found.gap[block]) <= COINCIDE)).any(-1)] = Status.SINGULAR
+    status[valid.any(-1) & ~found.complete[block]] = Status.INCOMPLETE
     lost = ~is_finite[block]
     if lost.any():
         status[lost], valid[lost], nearest[lost] = Status.NOT_FINITE, False, np.nan
@@ -148,19 +154,18 @@ def _shifted_into_limits(robot: Model, q: Reals, wanted: Reals | None, held: fro
     Of several multiples, the one nearest to `wanted`, or to 0, is chosen. Joints in `held` are unchanged. Return (...)
     whether all variables are within their limits.
     """
-    inside = np.ones(q.shape[:-1], bool)
-    for joint, kind in enumerate(robot.kinds):
-        (low, high), value = robot.limits[joint, :2], q[..., joint]
-        if joint not in held:
-            if kind.value == "revolute" and (wanted is not None or low > -np.pi or high < np.pi):
-                fewest = np.ceil((low - _AT_LIMIT - value) / (2 * np.pi))
-                most = np.floor((high + _AT_LIMIT - value) / (2 * np.pi))
-                turns = np.rint(((0.0 if wanted is None else wanted[..., joint]) - value) / (2 * np.pi))
-                value += 2 * np.pi * np.where(fewest <= most, np.clip(turns, fewest, most), turns)
-            value[(value < low) & (value >= low - _AT_LIMIT)] = low
-            value[(value > high) & (value <= high + _AT_LIMIT)] = high
-        inside &= (value >= low) & (value <= high)
-    return inside
+    low, high = robot.limits[:, 0], robot.limits[:, 1]
+    free = np.array([joint not in held for joint in range(len(robot.kinds))])
+    turns = free & np.array([kind.value == "revolute" for kind in robot.kinds])
+    away = q if wanted is None else q - wanted
+    wish = np.where(turns, np.rint(-away / (2 * np.pi)), 0.0)
+    fewest = np.ceil((low - _AT_LIMIT - q) / (2 * np.pi))
+    most = np.floor((high + _AT_LIMIT - q) / (2 * np.pi))
+    possible = turns & (fewest <= most)
+    q += 2 * np.pi * np.where(possible, np.minimum(np.maximum(wish, fewest), most), wish)
+    np.copyto(q, low, where=free & (q < low) & (q >= low - _AT_LIMIT))
+    np.copyto(q, high, where=free & (q > high) & (q <= high + _AT_LIMIT))
+    return np.asarray(((q >= low) & (q <= high)).all(-1))
 
 
 def _configurations(robot: Model, near: ArrayLike, shape: tuple[int, ...]) -> Reals:
@@ -198,52 +203,65 @@ def _per_pose(value: ArrayLike, name: str, shape: tuple[int, ...]) -> Reals:
         raise ValueError(f"{name}: shape {array.shape}; expected one number, or one for each pose, {shape}") from None
 
 
-def _with_locked(chain: Chain, goals: Reals, values: Mapping[int, Reals], geometry: str) -> _Found:
+@lru_cache(maxsize=256)
+def _form(chain: Chain, geometry: str) -> Closed | None:
+    """Return the method for a chain, or None if it must be searched."""
+    form: Closed | None = closed_form(chain) or ThreeSlides.of(chain) or TwoSlides.of(chain) or Elimination.of(chain)
+    if geometry == "motors":
+        return form
+    form = Meets.of(form, geometry)
+    if form is None:
+        raise ValueError(
+            f"method {geometry!r}: not available for this arm; expected a spherical wrist with intersecting or "
+            "parallel axes before it, or three parallel axes; use method 'motors'"
+        )
+    return form
+
+
+def _with_locked(chain: Chain, goals: Reals, values: Mapping[int, Reals], geometry: str, hints: Hints) -> _Found:
     """Return the branches where some joints have given values, (N,) each."""
     if not values:
-        form = closed_form(chain) or ThreeSlides.of(chain) or TwoSlides.of(chain) or Elimination.of(chain)
-        if geometry != "motors":
-            form = Meets.of(form, geometry)
-            if form is None:
-                raise ValueError(
-                    f"method {geometry!r}: not available for this arm; expected a spherical wrist with intersecting or "
-                    "parallel axes before it, or three parallel axes; use method 'motors'"
-                )
+        form = _form(chain, geometry)
         if form is None:
-            return _checked(chain, goals, lambda motors, _: _searched(chain, motors), "search")
+            return _checked(chain, goals, lambda motors, block: _searched(chain, motors, hints.at(block)), "search")
         return _checked(chain, goals, lambda motors, _: form.solve(motors), form.name)
     joint = max(values)
     value, others = values[joint], {j: v for j, v in values.items() if j != joint}
     if joint in (0, len(chain) - 1):
         rest, motors = chain.lock(joint, value, goals)
-        return _inserted(_with_locked(rest, motors, others, geometry), joint, value)
+        return _inserted(_with_locked(rest, motors, others, geometry, hints.without(joint)), joint, value)
     # A joint between others moves the axes of the joints after it, so that each value gives a different arm.
     different, which = np.unique(value, return_inverse=True)
     parts = []
     for k, one in enumerate(different if len(different) else np.zeros(1)):
         chosen = np.flatnonzero(which == k)
         rest, motors = chain.lock(joint, one, goals[chosen])
-        found = _with_locked(rest, motors, {j: v[chosen] for j, v in others.items()}, geometry)
+        rest_of_others = {j: v[chosen] for j, v in others.items()}
+        found = _with_locked(rest, motors, rest_of_others, geometry, hints.at(chosen).without(joint))
         parts.append((chosen, _inserted(found, joint, value[chosen])))
     branches = max(part.q.shape[1] for _, part in parts)
     q, nearest = np.full((len(goals), branches, len(chain)), np.nan), np.full((len(goals), len(chain)), np.nan)
     valid, gap = np.zeros((len(goals), branches), bool), np.zeros((len(goals), branches))
+    complete = np.ones(len(goals), bool)
     for chosen, part in parts:
         here = slice(part.q.shape[1])
         q[chosen, here], valid[chosen, here], gap[chosen, here] = part.q, part.valid, part.gap
-        nearest[chosen] = part.nearest
+        nearest[chosen], complete[chosen] = part.nearest, part.complete
     methods = {part.method for _, part in parts}
-    return _Found(q, valid, gap, nearest, "search" if "search" in methods else parts[0][1].method)
+    return _Found(q, valid, gap, nearest, "search" if "search" in methods else parts[0][1].method, complete)
 
 
 def _inserted(found: _Found, joint: int, value: Reals) -> _Found:
     q = np.insert(found.q, joint, value[:, None], axis=-1)
-    return _Found(q, found.valid, found.gap, np.insert(found.nearest, joint, value, axis=-1), found.method)
+    return _Found(
+        q, found.valid, found.gap, np.insert(found.nearest, joint, value, axis=-1), found.method, found.complete
+    )
 
 
-def _searched(chain: Chain, goals: Reals) -> tuple[Reals, Reals]:
-    q = search(chain, goals)
-    return q, np.ones(q.shape[:2])
+def _searched(chain: Chain, goals: Reals, hints: Hints) -> Branches:
+    # Arms with up to six joints have few branches, of which limits would hide some.
+    q = search_within(chain, goals, hints) if len(chain) > 6 else search(chain, goals)
+    return Branches(q, np.ones(q.shape[:2]), np.zeros(len(q), bool))
 
 
 def _checked(chain: Chain, goals: Reals, solve: Solver, method: str) -> _Found:
@@ -253,12 +271,17 @@ def _checked(chain: Chain, goals: Reals, solve: Solver, method: str) -> _Found:
     free: list[tuple[Reals, Reals, Reals, Reals]] = []
     for start in range(0, max(len(goals), 1), _BLOCK):
         block = slice(start, start + _BLOCK)
-        q, gap = solve(goals[block], block)
+        q, gap, *complete = solve(goals[block], block)
         off = chain.distance(q, goals[block, None])
         if found is None:
             shape = len(goals), *q.shape[1:]
             found = _Found(
-                np.empty(shape), np.empty(shape[:2], bool), np.empty(shape[:2]), np.empty((shape[0], shape[2])), method
+                np.empty(shape),
+                np.empty(shape[:2], bool),
+                np.empty(shape[:2]),
+                np.empty((shape[0], shape[2])),
+                method,
+                np.ones(shape[0], bool),
             )
         # arctan2(-0.0, x) is -pi for negative x.
         q[q == -np.pi] = np.pi
@@ -278,6 +301,8 @@ def _checked(chain: Chain, goals: Reals, solve: Solver, method: str) -> _Found:
         found.nearest[block] = q[np.arange(len(q)), best]
         q[~valid] = np.nan
         found.q[block], found.valid[block], found.gap[block] = q, valid, gap
+        if complete:
+            found.complete[block] = complete[0]
     assert found is not None  # even an empty batch of goals has one block
     if rough:
         _polished(chain, goals, found, *(np.concatenate(part) for part in zip(*rough, strict=True)))
@@ -289,13 +314,15 @@ def _checked(chain: Chain, goals: Reals, solve: Solver, method: str) -> _Found:
         nowhere = ~np.isfinite(begin).all(-1)
         if nowhere.any():
             begin[nowhere] = search(chain, goals[missed[nowhere]], _FEW)[:, 0]
-        reached, _ = descend(chain, begin, goals[missed], _STEPS, 1e-13 * chain.size)
-        # If a joint rotates freely, the goal may be reachable with another angle than the chosen one.
-        lost = (np.abs(found.gap[missed]) <= COINCIDE).any(-1) & (chain.distance(reached, goals[missed]) > _RIGHT)
-        reached[lost] = search(chain, goals[missed[lost]])[:, 0]
+        reached, _, distance = descend(chain, begin, goals[missed], _STEPS)
+        # Next to singularities, or if a joint rotates freely, the goal may be reachable from elsewhere.
+        lost = ((np.abs(found.gap[missed]) <= COINCIDE).any(-1) | (distance < _SINGULAR)) & (distance > _RIGHT)
+        if lost.any():
+            reached[lost] = search(chain, goals[missed[lost]])[:, 0]
         found.nearest[missed] = chain.wrapped(reached)
         distance = chain.distance(reached, goals[missed])
         right = missed[distance <= _RIGHT]
+        found.complete[missed[(distance > _RIGHT) & (distance < _SINGULAR)]] = False
         found.q[right, 0], found.valid[right, 0] = found.nearest[right], True
         # The equations had no solution although the pose is reachable: this happens at singularities.
         found.gap[right, 0] = 0.0
@@ -304,8 +331,7 @@ def _checked(chain: Chain, goals: Reals, solve: Solver, method: str) -> _Found:
 
 def _polished(chain: Chain, goals: Reals, found: _Found, rows: Reals, branches: Reals, q: Reals, off: Reals) -> None:
     """Polish branches (K, n) with errors (K,), and insert those that become valid."""
-    better = polish(chain, q, goals[rows])
-    distance = chain.distance(better, goals[rows])
+    better, _, distance = descend(chain, q, goals[rows], _STEPS)
     improved = distance < off
     q = np.where(improved[:, None], chain.wrapped(better), q)
     right = np.where(improved, distance, off) <= _RIGHT
@@ -325,9 +351,9 @@ def _freed(chain: Chain, goals: Reals, found: _Found, rows: Reals, branches: Rea
     order = order[~has_one[rows[order]]]
     first = order[np.unique(rows[order], return_index=True)[1]]
     rows, branches = rows[first], branches[first]
-    better, _ = descend(chain, q[first], goals[rows], _STEPS, 1e-13 * chain.size)
-    better = chain.wrapped(polish(chain, better, goals[rows]))
+    better, _, distance = descend(chain, q[first], goals[rows], _STEPS)
+    better = chain.wrapped(better)
     known = (apart(found.q[rows], better[:, None], np.array(chain.slides)) < SAME).any(-1)
-    right = (chain.distance(better, goals[rows]) <= _RIGHT) & ~known
+    right = (distance <= _RIGHT) & ~known
     rows, branches = rows[right], branches[right]
     found.q[rows, branches], found.valid[rows, branches] = better[right], True

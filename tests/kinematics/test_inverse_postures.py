@@ -1,0 +1,90 @@
+"""Structured postures, at which roots of the eliminated equations coincide: no regular branch is missing."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+import pytest
+from arm_tables import CRX10, OFFSET_WRIST, QUARTER, Rows, pose_by_matrices, random_arm
+from selection import some_slow
+
+from algorithms.kinematics import Robot, Status
+
+SLIDING: Rows = random_arm(33, 2)
+ARMS = {"crx10": CRX10, "offset wrist": OFFSET_WRIST, "random": random_arm(31), "slide": SLIDING}
+POSTURES = ("fourth joint", "wrist", "quarter turns", "15 degrees")
+
+
+def posture(name: str, count: int) -> np.ndarray:
+    rng = np.random.default_rng(POSTURES.index(name))
+    q = rng.uniform(-pi, pi, (count, 6))
+    if name == "fourth joint":
+        q[:, 3] = 0.0
+    elif name == "wrist":
+        q[:, 3:] = rng.integers(-1, 3, (count, 3)) * QUARTER
+    elif name == "quarter turns":
+        q = rng.integers(-1, 3, (count, 6)) * QUARTER
+    else:
+        q = rng.integers(-11, 13, (count, 6)) * (pi / 12)
+    return q
+
+
+def regular(rows: Rows, q: np.ndarray) -> np.ndarray:
+    """Whether the smallest singular value of the Jacobian, by central differences of matrices, is above 0.01."""
+    step, columns = 1e-6, []
+    for change in np.eye(6) * step:
+        rate = (pose_by_matrices(rows, q + change) - pose_by_matrices(rows, q - change)) / (2 * step)
+        spin = rate[..., :3, :3] @ pose_by_matrices(rows, q)[..., :3, :3].swapaxes(-1, -2)
+        columns.append(np.concatenate([spin[..., [2, 0, 1], [1, 2, 0]], rate[..., :3, 3]], -1))
+    return np.linalg.svd(np.stack(columns, -1), compute_uv=False)[..., -1] > 0.01
+
+
+CASES = [(arm, name) for arm in ARMS for name in POSTURES]
+
+
+@pytest.mark.parametrize(("arm", "name"), some_slow(CASES, *(case for case in CASES if case[0] in ("random", "slide"))))
+def test_no_regular_branch_is_missing(arm: str, name: str) -> None:
+    rows = ARMS[arm]
+    turns = np.array([row.get("kind") != "prismatic" for row in rows])
+    q = posture(name, 40)
+    q = q[regular(rows, q)]
+    poses = pose_by_matrices(rows, q)
+    found = Robot.from_dh(rows).inverse(poses)
+    assert found.method == "elimination"
+    away = found.q - q[:, None]
+    away[..., turns] = (away[..., turns] + pi) % (2 * pi) - pi
+    assert np.where(found.valid, np.abs(away).max(-1), np.inf).min(-1).max() < 1e-5
+    assert (found.status == Status.INCOMPLETE).mean() <= 0.05
+    assert (found.valid.sum(-1) % 2 == 0)[found.status == Status.FOUND].all()
+
+
+def test_a_search_never_claims_to_be_complete() -> None:
+    rows = random_arm(34, 1, 4)
+    arm = Robot.from_dh(rows)
+    poses = pose_by_matrices(rows, np.random.default_rng(0).uniform(-1, 1, (5, 6)))
+    found = arm.inverse(poses)
+    assert found.method == "search" and (found.status == Status.INCOMPLETE).all() and found.valid.any(-1).all()
+    redundant = Robot.named("panda")
+    found = redundant.inverse(redundant.pose(np.array([0.1, -0.4, 0.2, -2.0, 0.1, 1.6, 0.5])))
+    assert found.method == "search" and found.status == Status.INCOMPLETE
+
+
+def test_branches_of_a_structured_posture_are_those_of_its_neighbours() -> None:
+    """Branches depend continuously on the pose, so that their number is that of nearby poses without structure."""
+    arm = Robot.from_dh(CRX10)
+    q = np.array([0.4, -0.3, 0.9, 0.0, 0.7, 1.2])
+    counts = {int(arm.inverse(arm.pose(q + shift)).valid.sum()) for shift in 1e-6 * np.eye(7)[:, :6]}
+    assert len(counts) == 1
+
+
+def test_reachable_poses_next_to_singularities_are_not_called_unreachable() -> None:
+    """The wrist almost coincides with the shoulder, so that rounding decides about the angles of the shoulder."""
+    arm = Robot.named("iiwa")
+    q = np.random.default_rng(0).uniform(-pi, pi, (300, 7))
+    q[:, 3] = pi + np.random.default_rng(1).choice([1e-12, 1e-10, 1e-9], 300)
+    found = arm.inverse(arm.forward(q), locked={6: q[:, 6]})
+    assert (found.status != Status.OUT_OF_REACH).all()
+    pose = arm.pose(np.zeros(7))
+    pose[0, 3] += 10.0
+    assert arm.inverse(pose, locked={6: 0.0}).status == Status.OUT_OF_REACH
