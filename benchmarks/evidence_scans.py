@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 
+from algorithms.registration import estimate_normals
 from algorithms.shapes import register_spheres
 
 from .evidence_scenes import Trial, rotation, row
@@ -52,3 +54,38 @@ def unrelated_spheres(rng: np.random.Generator) -> Trial:
     b = _balls(rng, count) if rng.random() < 0.5 else a * [-1, 1, 1, 1]
     b[:, :3] = b[:, :3] @ rotation(rng, np.pi).T
     return Trial(register_spheres(a, b).status == 0, False)
+
+
+@row(
+    "`estimate_normals`",
+    "blobs, noise of 0 to 1 %, up to 100 % of outliers; wrong: worse than principal axes of 10, 20 or 50",
+    good=True,
+    slow=True,
+)
+def normals_of_blobs(rng: np.random.Generator) -> Trial:
+    count = int(rng.integers(500, 3000))
+    x = rng.normal(size=(count, 3))
+    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    # A radius of 1 + bump, whose gradient gives the normals.
+    wave, size = rng.normal(size=(3, 3)), rng.uniform(0, 0.15)
+    bump, slope = np.sin(x @ wave.T).sum(1), np.cos(x @ wave.T) @ wave
+    radius = 1 + size * bump
+    tangent = slope - (slope * x).sum(1, keepdims=True) * x
+    truth = x - size * tangent / radius[:, None]
+    truth /= np.linalg.norm(truth, axis=1, keepdims=True)
+    points = radius[:, None] * x
+    points = points + rng.choice([0, 0.003, 0.01, 0.03]) * rng.normal(size=points.shape)
+    wrong = rng.uniform(-1.5, 1.5, (int(count * rng.choice([0, 0, 0.5, 1])), 3))
+    points = np.concatenate([points, wrong])
+    found = estimate_normals(points)
+    tree = scipy.spatial.cKDTree(points)
+    errors = [_error(found.normals[:count], truth)]
+    for k in (10, 20, 50):
+        near = points[tree.query(points[:count], k + 1)[1]]
+        near = near - near.mean(1, keepdims=True)
+        errors.append(_error(np.linalg.eigh(np.einsum("nki,nkj->nij", near, near))[1][..., 0], truth))
+    return Trial(bool((found.status[:count] == 0).mean() > 0.99), errors[0] <= min(errors[1:]))
+
+
+def _error(normals: np.ndarray, truth: np.ndarray) -> float:
+    return float(np.arccos(np.minimum(np.abs((normals * truth).sum(1)), 1)).mean())
