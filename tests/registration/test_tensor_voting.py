@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.spatial import cKDTree
 from scipy.integrate import quad
+from scipy.spatial import cKDTree
 
 from algorithms.registration import VoteStatus, published_curvature, tensor_vote
 from generated import tensor_voting, vga3
