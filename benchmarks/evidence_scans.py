@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from algorithms.registration import estimate_normals
+from algorithms.registration import estimate_normals, separate_motions
 from algorithms.shapes import register_spheres
 
 from .evidence_scenes import Trial, rotation, row
@@ -89,3 +89,26 @@ def normals_of_blobs(rng: np.random.Generator) -> Trial:
 
 def _error(normals: np.ndarray, truth: np.ndarray) -> float:
     return float(np.arccos(np.minimum(np.abs((normals * truth).sum(1)), 1)).mean())
+
+
+@row(
+    "`separate_motions`",
+    "two to five motions 5 to 15 degrees apart, a third of the matches wrong",
+    good=True,
+    slow=True,
+)
+def near_motions(rng: np.random.Generator) -> Trial:
+    count = int(rng.integers(2, 6))
+    angle = np.radians(rng.uniform(5, 15)) * np.arange(count)
+    axis = rng.normal(size=3)
+    axis /= np.linalg.norm(axis)
+    cross = np.cross(np.eye(3), axis)
+    label = np.repeat(np.arange(count), int(rng.integers(80, 160)))
+    x = rng.normal(size=(len(label), 3)) * [1, 0.8, 0.6]
+    turns = np.eye(3) + np.sin(angle)[:, None, None] * cross + (1 - np.cos(angle))[:, None, None] * cross @ cross
+    y = np.einsum("nij,nj->ni", turns[label], x) + rng.normal(0, 0.003, x.shape)
+    wrong = rng.random(len(label)) < 1 / 3
+    y[wrong] = rng.normal(size=(int(wrong.sum()), 3))
+    found = separate_motions(x, y)
+    pure = [np.bincount(label[motion.inliers]).max() > 0.9 * motion.inliers.sum() for motion in found]
+    return Trial(len(found) > 0, len(found) == count and all(pure))

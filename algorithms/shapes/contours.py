@@ -162,7 +162,8 @@ def adapted(shape: Contour, samples: Reals) -> Contour:
     ----------
     shape : Contour
     samples : array, (m, 2)
-        The boundary of the shape after it moved, in order and in the same direction: `Contour.samples` of another image.
+        The boundary of the shape after it moved, in order and in the same direction: `Contour.samples` of another
+        image.
 
     Returns
     -------
@@ -184,6 +185,8 @@ def adapted(shape: Contour, samples: Reals) -> Contour:
     places = shape.path + samples.mean(0) - shape.samples.mean(0)
     _, at = tree.query(np.hstack([places, size * shape.normals]))
     at = _in_order(at, len(samples))
+    # The samples begin at the first node, wherever they began before: distances from chords need indices in order.
+    samples, at = np.roll(samples, -at[0], 0), (at - at[0]) % len(samples)
     return _result(samples, at, samples[at], shape.motors, shape.curve, shape.n_components, False, _CERTAIN)
 
 
@@ -199,8 +202,8 @@ def _check_order(samples: Reals) -> None:
     followed = step <= distance[:, -1]
     if 2 * np.count_nonzero(followed) < count:
         raise ValueError(
-            f"samples: {count - np.count_nonzero(followed)} of {count} points are not followed by a neighbour; expected "
-            "points in order along a closed curve, such as Contour.samples; surface() takes unordered points in space"
+            f"samples: {count - np.count_nonzero(followed)} of {count} points are not followed by a neighbour; "
+            "expected points in order along a closed curve, such as Contour.samples; surface() takes unordered points in space"
         )
 
 
