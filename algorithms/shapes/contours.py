@@ -203,7 +203,7 @@ def _check_order(samples: Reals) -> None:
     if 2 * np.count_nonzero(followed) < count:
         raise ValueError(
             f"samples: {count - np.count_nonzero(followed)} of {count} points are not followed by a neighbour; "
-            "expected points in order along a closed curve, such as Contour.samples; surface() takes unordered points in space"
+            "expected points in order along a closed curve, such as Contour.samples"
         )
 
 
