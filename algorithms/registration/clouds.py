@@ -21,6 +21,9 @@ _NEIGHBOURS, _NORMAL_NEIGHBOURS = 6, 12
 _MOST_WEIGHT = 3.0
 _UNEVEN = (0.3, 0.95)
 """Quantiles of distances of neighbours whose ratio is large among outliers."""
+_STRAY, _MOST_NEAR = 10.0, 0.9
+"""Points are stray if they are farther from the median than this multiple of the distance within which this part of the
+cloud is. Uniform outliers, which weights handle, are not so far."""
 _STRICT = 2e-3
 """Ratio of extents below which a cloud has no thickness that could be compared with another one."""
 _LINE, _FLAT, _ALSO = 0.02, 0.12, 1.5
@@ -81,6 +84,14 @@ def valid_points(value: ArrayLike, name: str) -> tuple[Reals, Any]:
     first = np.ones(len(points), bool)
     first[1:] = (ordered[1:] != ordered[:-1]).any(1)
     return points[np.sort(order[first])], rows
+
+
+def without_stray(points: Reals) -> Reals:
+    """Return points without the few that are far from all others, so that extents are those of the object."""
+    if len(points) < FEWEST:
+        return points
+    far = np.linalg.norm(points - np.median(points, axis=0), axis=1)
+    return np.asarray(points[far <= _STRAY * np.quantile(far, _MOST_NEAR)])
 
 
 class Shape(IntEnum):

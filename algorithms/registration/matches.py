@@ -34,6 +34,9 @@ _OWN = 4.0
 _DETERMINED = 1e-9
 _THIN = 1e-6
 """Ratio of extents below which inliers are on a line."""
+_PARTS, _NARROWED = (1.0, 0.5, 0.25, 0.1), 4
+"""Limits on work: differences of lengths, in residuals of a motion, at which narrower ones are sought among its
+inliers, and how often."""
 _BINS, _PEAKS = 400, 3
 """Bins of the logarithm of ratios of lengths between 1/20 and 20, and peaks that are tried."""
 
@@ -161,7 +164,9 @@ def _with_line(found: MatchRegistration, points: Reals) -> MatchRegistration:
         return found
     offsets = points - points.mean(0)
     extents, axes = np.linalg.svd(offsets, full_matrices=False)[1:]
-    if extents[1] > max(_THIN * extents[0], _OWN * found.residual * np.sqrt(len(points))):
+    # Noise gives a line the width of one coordinate of the residuals; a cloud as wide as it is long is no line.
+    noise = found.residual * (np.sqrt(len(points) / 3) + _OWN)
+    if extents[1] > max(_THIN * extents[0], noise) or _OWN * extents[1] > extents[0]:
         return found
     turn = kernels.turn_about_line(points.mean(0), axes[0])
     return replace(found, status=RegistrationStatus.COLLINEAR, free=np.asarray(turn)[None])
@@ -190,11 +195,48 @@ def _one_motion(x: Reals, y: Reals, tolerance: float | None) -> MatchRegistratio
             break
     if best.log_chance > np.log10(_FREEDOM.false_alarms):
         return _none(RegistrationStatus.NO_SUPPORT, len(x), best.log_chance)
+    if tolerance is None:
+        best = _narrowed(best, x, y)
     motor = between_places(best.motor, middle_x, middle_y)
     return replace(best, motor=motor)
 
 
-def _fitted(x: Reals, y: Reals, weights: Reals, reach: float, tolerance: float | None) -> MatchRegistration:
+def _narrowed(found: MatchRegistration, x: Reals, y: Reals) -> MatchRegistration:
+    """Return a motion of a part of the inliers, if these are not the matches of one motion with normal noise.
+
+    The residuals of one motion are nowhere denser than a normal distribution. If several similar motions were taken
+    for one, the inliers of one of them are denser than that by more than chance explains.
+    """
+    for _ in range(_NARROWED):
+        rows = np.flatnonzero(found.inliers)
+        if len(rows) < 2 * _FEWEST or found.residual <= 0:
+            break
+        seeds = np.random.default_rng(0).permutation(len(rows))[:_SEEDS]
+        one, two = kernels.lengths_of_pairs(x[rows][seeds], y[rows][seeds], x[rows], y[rows])
+        apart = np.abs(one - two)
+        room = _ROOM * (found.residual / np.sqrt(3)) ** 3
+        best = found
+        least = np.log10(_FREEDOM.false_alarms)
+        for part in _PARTS:
+            limit = part * found.residual
+            agree = (apart < limit).astype(np.float32)
+            top = np.argsort(-agree.sum(1))[:_BEST]
+            common = (agree[top][:, seeds] @ agree) * agree[top]
+            weights = (common > 0.5 * common.max(1, keepdims=True)).astype(float)
+            fitted = _fitted(x[rows], y[rows], weights, limit, None, room)
+            if fitted.log_chance < least:
+                best, least = fitted, fitted.log_chance
+        if best is found:
+            break
+        inliers = np.zeros(len(x), bool)
+        inliers[rows] = best.inliers
+        found = replace(best, inliers=inliers, log_chance=found.log_chance)
+    return found
+
+
+def _fitted(
+    x: Reals, y: Reals, weights: Reals, reach: float, tolerance: float | None, room: float | None = None
+) -> MatchRegistration:
     """Return the best of the motions of several sets of weights, after repeated selection of inliers."""
     status = RegistrationStatus.OK
     off = np.zeros((len(weights), len(x)))
@@ -204,7 +246,7 @@ def _fitted(x: Reals, y: Reals, weights: Reals, reach: float, tolerance: float |
         motors = kernels.motor_of_rotor(vectors[:, :, 0], x_mean, y_mean)
         off = np.linalg.norm(pga3.move_point(motors[:, None], x) - y, axis=-1)
         weights = (off < (tolerance or reach)).astype(float)
-    chances = [_log_chance(row, y, tolerance) for row in off]
+    chances = [_log_chance(row, y, tolerance, room) for row in off]
     k = int(np.argmin([chance for chance, _ in chances]))
     chance, radius = chances[k]
     inliers = off[k] <= radius
@@ -218,11 +260,12 @@ def _fitted(x: Reals, y: Reals, weights: Reals, reach: float, tolerance: float |
     return MatchRegistration(motor, 1.0, inliers, status, residual, chance, np.zeros((0, 6)))
 
 
-def _log_chance(off: Reals, y: Reals, tolerance: float | None) -> tuple[float, float]:
+def _log_chance(off: Reals, y: Reals, tolerance: float | None, room: float | None = None) -> tuple[float, float]:
     """Return the least expected number of chance motions over the radius of inliers, as a logarithm, and the radius."""
     # The volume of a normal distribution of this spread; that of a uniform one is larger.
     spread = y.std(0)
-    room = float(_ROOM * np.prod(np.maximum(spread, 1e-3 * spread.max())))
+    if room is None:
+        room = float(_ROOM * np.prod(np.maximum(spread, 1e-3 * spread.max())))
     floor = _LEAST_RESIDUAL * np.cbrt(room)
 
     def share(radii: Reals) -> Reals:

@@ -13,7 +13,7 @@ from generated import pga3
 from ..arguments import Reals
 from ..elements import MOTOR, POINT, elements
 from .alignment import Found, Task, different, hypothesis_refined, inverted, reach_of, solved
-from .clouds import Cloud, Shape, levels, shape_of, thickness, valid_points
+from .clouds import Cloud, Shape, levels, shape_of, thickness, valid_points, without_stray
 from .flat import flat_registered
 from .hypotheses import correlated_poses, descended
 from .lines import line_registered
@@ -123,8 +123,9 @@ def register(source: ArrayLike, target: ArrayLike) -> Registration:
     TypeError, ValueError
         If an argument is not an array of real numbers with rows of three.
     """
-    source_points, _ = valid_points(source, "source")
-    target_points, _ = valid_points(target, "target")
+    source_points, target_points = (
+        without_stray(valid_points(cloud, name)[0]) for cloud, name in ((source, "source"), (target, "target"))
+    )
     rows = np.asarray(source, float)
     shape, status = shape_of(source_points, target_points)
     if shape == Shape.MIXED:

@@ -128,7 +128,8 @@ def tensor_vote(
     tangents : array_like, (n, 3), optional
         Tangents of curves in space, which vote as plates, or of curves in the plane. Not together with normals.
     sigma : float, optional
-        The scale, in the units of the points; by default a third of the median distance to the 16th neighbour.
+        The scale, in the units of the points; by default it follows from the
+        spacing and the noise of the points, see `estimate_normals`.
     at : array_like, (m, d), optional
         Places for dense votes. By default, the tokens receive the votes of the others.
     passes : int, optional

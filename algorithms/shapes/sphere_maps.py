@@ -15,10 +15,14 @@ from ..motors.recovery import similarity_from_points
 Map = Callable[[Reals], Reals]
 _LEAST_WEIGHT = 1e-3
 """Pairs of less weight are left out."""
+FEWEST = {"similarity": 3, "affine": 4, "nonrigid": 5}
+"""Kinds of maps, and the fewest pairs for each."""
+_FLAT = 1e-6
+"""From floating point: the ratio of two extents of points below which they are in a plane, or on a line."""
 
 
-def fitted_map(kind: str, points: Reals, targets: Reals, weights: Reals, stiffness: float) -> Map:
-    """Fit a map of a kind, which must have enough pairs of weight.
+def fitted_map(kind: str, points: Reals, targets: Reals, weights: Reals, stiffness: float) -> Map | None:
+    """Fit a map of a kind, or return None if too few pairs have a weight, or if they do not determine it.
 
     Parameters
     ----------
@@ -31,6 +35,8 @@ def fitted_map(kind: str, points: Reals, targets: Reals, weights: Reals, stiffne
     """
     used = weights > _LEAST_WEIGHT
     points, targets, weights = points[used], targets[used], weights[used]
+    if len(points) < FEWEST[kind] or dimensions(points) < (2 if kind == "similarity" else 3):
+        return None
     if kind == "similarity":
         versor = similarity_from_points(points, targets, weights).versor
         return lambda x: np.asarray(cga3.transform_point(versor, x))
@@ -41,6 +47,12 @@ def fitted_map(kind: str, points: Reals, targets: Reals, weights: Reals, stiffne
         points, targets, kernel="linear", degree=1, smoothing=stiffness / weights
     )
     return lambda x: np.asarray(spline(x))
+
+
+def dimensions(points: Reals) -> int:
+    """Return of how many dimensions points (n, 3) are: 3 in space, 2 in a plane, 1 on a line."""
+    extents = np.linalg.svd(points - points.mean(0), compute_uv=False)
+    return int((extents > _FLAT * max(extents[0], 1e-300)).sum())
 
 
 def _affine(points: Reals, targets: Reals, weights: Reals) -> Map:

@@ -11,14 +11,16 @@ from numpy.typing import ArrayLike, NDArray
 from generated import sphere_models
 
 from ..arguments import Reals, finite, real_array
+from ..evidence import WRONG
 from .rasterising import checked_balls
-from .sphere_maps import Map, fitted_map, stretch
+from .sphere_evidence import log_chance, moved_balls
+from .sphere_maps import FEWEST, Map, dimensions, fitted_map
+from .sphere_search import likely_poses
 from .sphere_status import SphereMatchStatus
 
-_KINDS = {"similarity": 3, "affine": 4, "nonrigid": 5}
-"""Kinds of maps, and the fewest balls for each."""
-_START, _END, _COOLING = 0.1, 0.0006, 0.82
-"""Temperatures, in squares of the size of the models, and the factor of each step."""
+_START, _SEARCHED, _END, _COOLING = 0.1, 0.03, 0.0006, 0.82
+"""Temperatures, in squares of the size of the models, at the start, for poses that were searched, and at the end, and
+the factor of each step."""
 _OUTLIER = np.exp(-4.5)
 """Affinity of an outlier: that of a pair three standard deviations apart."""
 _BALANCING = 12
@@ -31,7 +33,7 @@ _AFFINE_UNTIL = 0.02
 _MATCHED = 0.5
 _DIRECTIONS = 80
 """Points on each sphere for the comparison of surfaces."""
-_SURFACE_STEPS = (0.3, 0.1, 0.1, 0.03, 0.03, 0.01, 0.01)
+_SURFACE_STEPS = (3.0, 3.0, 1.0, 1.0, 0.3)
 """Stiffness of the splines that move surface to surface."""
 _TURN = 0.05
 """Distance, in sizes of the models, that counts as much as a difference of normals by one radian."""
@@ -58,20 +60,20 @@ class SphereRegistration:
     _maps: tuple[Map, ...] = field(repr=False)
     _start: Reals = field(repr=False)
     _end: Reals = field(repr=False)
+    _unit: float = field(repr=False)
     _size: float = field(repr=False)
 
     def warp(self, points: ArrayLike) -> Reals:
         """Return the images (n, 3) of points of the first model."""
         x = finite(real_array(points, "points", (3,)).astype(float), "points")
-        moved = (x.reshape(-1, 3) - self._start) / self._size
+        moved = (x.reshape(-1, 3) - self._start) / self._unit
         for step in self._maps:
             moved = step(moved) if len(moved) else moved
         return (moved * self._size + self._end).reshape(x.shape)
 
     def warp_balls(self, balls: ArrayLike) -> Reals:
         """Return the images of balls; radii change as the cube root of volumes."""
-        rows = checked_balls(balls)
-        return np.column_stack([self.warp(rows[:, :3]), rows[:, 3] * stretch(self.warp, rows)])
+        return moved_balls(self.warp, checked_balls(balls))
 
     def unwarp(self, points: ArrayLike, steps: int = 12) -> Reals:
         """Return the points whose images are given, by a fixed-point iteration of the displacement."""
@@ -105,25 +107,70 @@ def register_spheres(
     -------
     SphereRegistration
     """
-    if kind not in _KINDS:
-        raise ValueError(f"kind: {kind!r}; expected one of {', '.join(_KINDS)}")
+    if kind not in FEWEST:
+        raise ValueError(f"kind: {kind!r}; expected one of {', '.join(FEWEST)}")
     one, two = checked_balls(a, "a"), checked_balls(b, "b")
     if min(len(one), len(two)) == 0:
-        raise ValueError(f"{'b' if len(one) else 'a'}: no balls; expected at least {_KINDS[kind]}")
+        raise ValueError(f"{'b' if len(one) else 'a'}: no balls; expected at least {FEWEST[kind]}")
     start, end = (np.median(x[:, :3], axis=0) for x in (one, two))
-    size = float(np.sqrt(np.square(two[:, :3] - end).sum(1).mean()) + np.sqrt(np.square(two[:, 3]).mean()))
-    size = size if size > 0 else 1.0
-    first, second = (np.column_stack([x[:, :3] - m, x[:, 3]]) / size for x, m in ((one, start), (two, end)))
-    if min(len(one), len(two)) < _KINDS[kind]:
-        none = np.zeros((0, 2), np.int64)
-        return SphereRegistration(none, SphereMatchStatus.TOO_FEW_BALLS, np.nan, (), start, end, size)
-    maps: tuple[Map, ...] = (_annealed(first, second, kind),)
-    if surfaces or (surfaces is None and kind == "nonrigid" and _solid(first) and _solid(second)):
-        maps = _with_surfaces(first, second, maps)
+    sizes = [_size(x, middle) for x, middle in ((one, start), (two, end))]
+    first, second = (
+        np.column_stack([x[:, :3] - middle, x[:, 3]]) / size
+        for x, middle, size in zip((one, two), (start, end), sizes, strict=True)
+    )
+    frame = start, end, sizes[0], sizes[1]
+    none = np.zeros((0, 2), np.int64)
+    if min(len(one), len(two)) < FEWEST[kind]:
+        return SphereRegistration(none, SphereMatchStatus.TOO_FEW_BALLS, np.nan, (), *frame)
+    if min(dimensions(first[:, :3]), dimensions(second[:, :3])) < (2 if kind == "similarity" else 3):
+        return SphereRegistration(none, SphereMatchStatus.FLAT, np.nan, (), *frame)
+    solid = _solid(first) and _solid(second)
+    found, chance = _matched(first, second, kind, solid)
+    maps: tuple[Map, ...] = (found,)
+    certain = chance < np.log(WRONG)
+    if surfaces or (surfaces is None and kind == "nonrigid" and solid):
+        maps = _with_surfaces(first, second, maps if certain else (_still(*frame),))
     match, residual = _matches(_moved(maps, first), second)
-    enough = 2 * len(match) >= min(len(one), len(two))
-    status = SphereMatchStatus.OK if enough else SphereMatchStatus.FEW_MATCHES
-    return SphereRegistration(match, status, size * residual, maps, start, end, size)
+    status = SphereMatchStatus.OK if certain else SphereMatchStatus.FEW_MATCHES
+    return SphereRegistration(match, status, sizes[1] * residual, maps, *frame)
+
+
+def _size(balls: Reals, middle: Reals) -> float:
+    size = float(np.sqrt(np.square(balls[:, :3] - middle).sum(1).mean()) + np.sqrt(np.square(balls[:, 3]).mean()))
+    return size if size > 0 else 1.0
+
+
+def _still(start: Reals, end: Reals, unit: float, size: float) -> Map:
+    """Return the map between relative coordinates that leaves points where they are, if the models are near."""
+    return (
+        _unmoved
+        if np.linalg.norm(start - end) > max(unit, size)
+        else lambda x: np.asarray((x * unit + start - end) / size)
+    )
+
+
+def _unmoved(points: Reals) -> Reals:
+    return points
+
+
+def _matched(first: Reals, second: Reals, kind: str, solid: bool) -> tuple[Map, float]:
+    """Return the map whose predictions of balls are least likely by chance, and the logarithm of that chance."""
+    best, least = _tried(first, second, kind, solid, _unmoved, _START)
+    if least < np.log(WRONG):
+        return best, least
+    for start in likely_poses(first, second):
+        found, chance = _tried(first, second, kind, solid, start, _SEARCHED)
+        if chance < least:
+            best, least = found, chance
+        if least < np.log(WRONG):
+            break
+    return best, least
+
+
+def _tried(first: Reals, second: Reals, kind: str, solid: bool, start: Map, temperature: float) -> tuple[Map, float]:
+    found = _annealed(first, second, kind, start, temperature)
+    _, matched, mean = _assigned(moved_balls(found, first), second, _END)
+    return found, log_chance(kind, first, second, mean, matched, _STIFFNESS * _END, _RADII, solid)
 
 
 def _moved(maps: tuple[Map, ...], balls: Reals) -> Reals:
@@ -132,7 +179,7 @@ def _moved(maps: tuple[Map, ...], balls: Reals) -> Reals:
             x = step(x)
         return x
 
-    return np.column_stack([whole(balls[:, :3]), balls[:, 3] * stretch(whole, balls)])
+    return moved_balls(whole, balls)
 
 
 def _assigned(moved: Reals, other: Reals, temperature: float) -> tuple[Reals, Reals, Reals]:
@@ -146,17 +193,15 @@ def _assigned(moved: Reals, other: Reals, temperature: float) -> tuple[Reals, Re
     return factor[:, None] * affinities * columns, np.asarray(matched), np.asarray(mean)
 
 
-def _annealed(first: Reals, second: Reals, kind: str) -> Map:
-    temperature = _START
-    found: Map = lambda x: x  # noqa: E731
-    moved = first
+def _annealed(first: Reals, second: Reals, kind: str, found: Map, temperature: float) -> Map:
+    """Improve assignments and a map alternately, from a map to start with."""
     while temperature > _END:
-        _, matched, mean = _assigned(moved, second, temperature)
-        if np.count_nonzero(matched > 0.01) < _KINDS[kind]:
-            break
+        _, matched, mean = _assigned(moved_balls(found, first), second, temperature)
         now = "affine" if kind == "nonrigid" and temperature > _AFFINE_UNTIL else kind
-        found = fitted_map(now, first[:, :3], mean[:, :3], matched, _STIFFNESS * temperature)
-        moved = _moved((found,), first)
+        better = fitted_map(now, first[:, :3], mean[:, :3], matched, _STIFFNESS * temperature)
+        if better is None:
+            break
+        found = better
         temperature *= _COOLING
     return found
 
@@ -216,10 +261,14 @@ def _with_surfaces(first: Reals, second: Reals, maps: tuple[Map, ...]) -> tuple[
         sought = rng.permutation(len(targets))[: _CONTROL // 2]
         away, source = backwards.query(np.column_stack([targets[sought], _TURN * ends[sought]]))
         x = np.vstack([points[chosen], points[source]])
-        y = np.vstack([targets[nearest], targets[sought]])
+        y, across = (np.vstack([z[nearest], z[sought]]) for z in (targets, ends))
+        # Surfaces determine displacements along normals; those along the surface follow from smoothness alone.
+        y = x + ((y - x) * across).sum(1, keepdims=True) * across
         off = np.concatenate([distance, away])
         scale = 3 * np.median(off) + 1e-9
         spline = fitted_map("nonrigid", x, y, 1 / (1 + (off / scale) ** 2), stiffness)
+        if spline is None:
+            break
         points = spline(points)
         maps = (*maps, spline)
     return maps

@@ -18,6 +18,10 @@ class SphereMatchStatus(Status):
 
     OK = 0
     FEW_MATCHES = 1
-    """Fewer than half of the balls of the smaller model have a match; the map may be wrong."""
+    """Chance explains the matches: maps fitted without some balls do not predict where these are. The map may be wrong.
+    If balls overlap, it moves the surfaces to each other as little as possible."""
     TOO_FEW_BALLS = 2
     """A model has too few balls for the kind of map; the map moves the mean and no more."""
+    FLAT = 3
+    """The centres of a model are in a plane or on a line and do not determine a map of this kind; it moves the mean and
+    no more."""

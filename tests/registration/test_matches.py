@@ -129,3 +129,29 @@ def test_coordinates_whose_squares_are_no_numbers_are_rejected(function, scale):
     points = np.random.default_rng(8).normal(size=(60, 3))
     with pytest.raises(ValueError, match=r"source: coordinates up to .* expected a unit"):
         function(scale * points, points)
+
+
+@pytest.mark.parametrize("seed", [20, 21, 22])
+def test_five_motions_eight_degrees_apart_do_not_merge(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    axis = rng.normal(size=3)
+    axis *= np.radians(8) / np.linalg.norm(axis)
+    x = rng.uniform(-1, 1, (600, 3))
+    label = np.repeat(np.arange(5), 120)
+    y = np.concatenate([Rotation.from_rotvec(k * axis).apply(x[label == k]) for k in range(5)])
+    y += rng.normal(0, 0.005, y.shape) + 0.05 * label[:, None]
+    wrong = rng.random(600) < 0.3
+    y[wrong] = rng.uniform(-1, 1, (wrong.sum(), 3))
+    found = separate_motions(x, y)
+    assert len(found) == 5
+    assert len({int(np.bincount(label[motion.inliers]).argmax()) for motion in found}) == 5
+    assert all(np.bincount(label[motion.inliers]).max() > 0.95 * motion.inliers.sum() for motion in found)
+
+
+def test_a_full_cloud_with_much_noise_is_not_on_a_line() -> None:
+    rng = np.random.default_rng(3)
+    x = rng.normal(size=(700, 3)) * [32, 31, 30]
+    y = Rotation.random(rng=1).apply(x) + rng.normal(0, 5, x.shape)
+    assert register_matches(x, y).status is RegistrationStatus.OK
+    line = np.outer(rng.uniform(-1, 1, 60), [10, 20, 20])
+    assert register_matches(line, line + rng.normal(0, 0.1, line.shape)).status is RegistrationStatus.COLLINEAR

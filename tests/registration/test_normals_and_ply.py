@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from algorithms.registration import VoteStatus, estimate_normals, read_ply
 
@@ -87,3 +88,34 @@ def test_errors_state_the_place(data: bytes, message: str, tmp_path: Path) -> No
     path.write_bytes(data)
     with pytest.raises(ValueError, match=message):
         read_ply(path)
+
+
+def _principal(points: np.ndarray, count: int) -> np.ndarray:
+    near = cKDTree(points).query(points, count + 1)[1]
+    offsets = points[near] - points[near].mean(1, keepdims=True)
+    return np.asarray(np.linalg.eigh(np.einsum("nki,nkj->nij", offsets, offsets))[1][:, :, 0])
+
+
+@pytest.mark.parametrize(("noise", "outliers"), [(0.0, 0), (0.003, 0), (0.02, 0), (0.005, 1500)])
+def test_normals_are_better_than_principal_axes(noise: float, outliers: int) -> None:
+    """A tilted ellipsoid, whose normals are those of its gradient."""
+    rng = np.random.default_rng(outliers + 7)
+    sphere = rng.normal(size=(1500, 3))
+    sphere /= np.linalg.norm(sphere, axis=1, keepdims=True)
+    axes = np.array([1.0, 0.8, 0.5])
+    truth = sphere / axes
+    truth /= np.linalg.norm(truth, axis=1, keepdims=True)
+    points = np.concatenate([sphere * axes + noise * rng.normal(size=(1500, 3)), rng.uniform(-1, 1, (outliers, 3))])
+
+    def error(normals: np.ndarray) -> float:
+        cosine = np.abs((normals[:1500] * truth).sum(1))
+        return float(np.arccos(np.minimum(cosine, 1)).mean())
+
+    assert error(estimate_normals(points).normals) <= min(error(_principal(points, k)) for k in (10, 20, 50))
+
+
+def test_refined_normals_keep_to_one_of_two_sheets() -> None:
+    rng = np.random.default_rng(5)
+    points = np.column_stack([rng.uniform(-1, 1, (2000, 2)), 0.3 * (rng.random(2000) < 0.5)])
+    inner = (np.abs(points[:, :2]) < 0.8).all(1)
+    assert np.abs(estimate_normals(points, sigma=0.08).normals[inner, 2]).min() > 0.999

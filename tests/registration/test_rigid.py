@@ -165,3 +165,14 @@ def test_the_type_and_the_place_of_the_numbers_do_not_matter():
     result = register(source, bunny + 1e3)
     assert result.status == RegistrationStatus.OK
     assert np.allclose(pga3.motor_to_matrix(result.motor)[:3, :3], turn, atol=1e-4)
+
+
+@pytest.mark.parametrize("far", [50.0, 1e6])
+def test_a_stray_point_far_away_does_not_refuse_a_cloud(far: float):
+    bunny = clouds()["bunny"]
+    turn = Rotation.random(random_state=8).as_matrix()
+    size = np.ptp(bunny, axis=0).max()
+    source = np.concatenate([bunny @ turn, [[far * size, size, 0]]])
+    for result in (register(source, bunny), register(bunny, source)):
+        assert result.status == RegistrationStatus.OK
+    assert np.allclose(pga3.motor_to_matrix(register(source, bunny).motor)[:3, :3], turn, atol=1e-4)

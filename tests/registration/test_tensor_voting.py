@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.spatial import cKDTree
 
 from algorithms.registration import VoteStatus, published_curvature, tensor_vote
 from generated import tensor_voting, vga3
@@ -189,12 +190,14 @@ def test_a_sphere_among_outliers(n: int, half: float, sigma: float, area: float,
 
 
 def test_the_default_scale_reaches_the_sixteenth_neighbour() -> None:
-    # On a grid of the plane, the neighbours 13 to 20 are at the distance sqrt(5).
-    grid = np.stack(np.meshgrid(np.arange(40.0), np.arange(40.0)), -1).reshape(-1, 2)
+    # On a grid of a plane in space, the neighbours 13 to 20 are at the distance sqrt(5); without noise, the scale is
+    # the least one.
+    grid = np.stack([*np.meshgrid(np.arange(40.0), np.arange(40.0)), np.zeros((40, 40))], -1).reshape(-1, 3)
     found = tensor_vote(grid, passes=1)
-    assert np.array_equal(found.tensors, tensor_vote(grid, sigma=np.sqrt(5) / 3, passes=1).tensors)
+    assert np.array_equal(found.tensors, tensor_vote(grid, sigma=1.4 * (np.sqrt(5) / 3), passes=1).tensors)
     points, truth = _sphere(1000, 2, 0)
-    assert _auc(tensor_vote(points).surface, truth) > 0.99
+    sixteenth = cKDTree(points).query(points, 17)[0][:, 16]
+    assert _auc(tensor_vote(points).surface, truth) > max(0.98, _auc(-sixteenth, truth))
 
 
 def test_tokens_vote_relative_to_their_first_eigenvalue() -> None:

@@ -117,3 +117,17 @@ def test_too_few_nodes_are_reported() -> None:
     assert trace_contour(image, nodes=12).status in (ContourStatus.TOO_FAR, ContourStatus.CROSSING)
     with pytest.raises(ValueError, match="allow more nodes"):
         contour(image, nodes=12)
+
+
+def test_samples_without_an_order_are_an_error() -> None:
+    turn = np.linspace(0, 2 * np.pi, 300, endpoint=False)
+    circle = 60 + 20 * np.stack([np.sin(turn), np.cos(turn)], 1)
+    rows, columns = np.indices((120, 120))
+    before = trace_contour(np.hypot(rows - 58, columns - 62) < 20)
+    assert adapted(before, circle).status is ContourStatus.OK
+    noisy = circle + np.random.default_rng(1).normal(0, 0.1, circle.shape)
+    assert adapted(before, noisy).status is not ContourStatus.CROSSING
+    with pytest.raises(ValueError, match=r"samples: 2.. of 300 points are not followed by a neighbour"):
+        adapted(before, np.random.default_rng(0).permutation(circle))
+    with pytest.raises(ValueError, match="samples: nan"):
+        adapted(before, np.full((20, 2), np.nan))

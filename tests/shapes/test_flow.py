@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import sparse
 
 from algorithms.shapes import gradient_vector_flow, streamline_samples
 from algorithms.shapes.flow import forces, second_difference
@@ -25,6 +26,21 @@ def test_flow_is_the_steady_state_of_an_explicit_solver(shape: tuple[int, ...]) 
         )
     found = gradient_vector_flow(image, 0.3, 90)
     assert np.abs(found - flow).max() < 0.02 * np.abs(flow).max()
+
+
+@pytest.mark.parametrize("shape", [(60, 150), (200, 180)])
+def test_the_default_number_of_sweeps_converges(shape: tuple[int, int]) -> None:
+    """The steady state is the solution of linear equations, which scipy solves directly."""
+    rows, columns = (np.indices(shape).T - np.array(shape) / 2).T
+    image = np.hypot(rows, columns) < 0.3 * min(shape) * (1 + 0.35 * np.cos(5 * np.arctan2(rows, columns)))
+    force, g = forces(image.astype(float), 0.05, 1.0, np.ones(2))
+    second = [
+        sparse.diags([np.ones(n - 1), np.r_[-1, np.full(n - 2, -2), -1], np.ones(n - 1)], [-1, 0, 1]) for n in shape
+    ]
+    laplacian = sparse.kron(second[0], sparse.eye(shape[1])) + sparse.kron(sparse.eye(shape[0]), second[1])
+    solved = sparse.linalg.splu((sparse.diags(g.ravel()) @ laplacian - sparse.diags(1 - g.ravel())).tocsc())
+    flow = np.stack([solved.solve(-((1 - g) * part).ravel()).reshape(shape) for part in force])
+    assert np.linalg.norm(gradient_vector_flow(image) - flow) < 0.02 * np.linalg.norm(flow)
 
 
 def test_tridiagonal_systems() -> None:

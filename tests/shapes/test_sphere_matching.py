@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 from algorithms.shapes.marching_cubes import CubeMesh, marching_cubes
 from algorithms.shapes.maximal_balls import fit_balls
@@ -100,3 +101,48 @@ def test_few_and_bad_balls() -> None:
         register_spheres(np.zeros((5, 3)), one)
     with pytest.raises(ValueError, match="kind"):
         register_spheres(one, one, "rigid")
+
+
+@pytest.mark.parametrize("degrees", [70, 180])
+def test_turned_models_are_found(degrees: int) -> None:
+    a, b, partner = warped_models(degrees, 100, 20)
+    turn = Rotation.from_rotvec(np.radians(degrees) * np.array([2, -1, 2]) / 3)
+    b[:, :3] = turn.apply(b[:, :3])
+    found = register_spheres(a, b)
+    right = partner[found.match[:, 0]] == found.match[:, 1]
+    assert found.status is SphereMatchStatus.OK and right.mean() > 0.95 and right.sum() > 90
+
+
+@pytest.mark.parametrize("seed", [11, 12, 13])
+def test_mirrored_and_unrelated_models_are_not_ok(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    a, b = (np.column_stack([rng.uniform(-10, 10, (100, 3)), rng.uniform(0.3, 1.5, 100)]) for _ in range(2))
+    assert register_spheres(a, b).status is SphereMatchStatus.FEW_MATCHES
+    assert register_spheres(a, a * [-1, 1, 1, 1]).status is SphereMatchStatus.FEW_MATCHES
+
+
+@pytest.mark.parametrize("kind", ["similarity", "affine", "nonrigid"])
+def test_centres_on_a_line_have_a_status(kind: str) -> None:
+    line = np.column_stack([np.outer(np.arange(20.0), [1, 2, 3]), np.ones(20)])
+    found = register_spheres(line, line + np.array([1, 0, 0, 0]), kind)
+    assert found.status is SphereMatchStatus.FLAT and len(found.match) == 0
+    np.testing.assert_allclose(found.warp([0.0, 0, 0]), [1, 0, 0], atol=1e-12)
+
+
+@pytest.mark.slow
+def test_models_of_one_surface_are_nearer_than_without_a_map() -> None:
+    grid = np.stack(np.meshgrid(*[np.arange(40.0)] * 3, indexing="ij"), -1) - 20
+
+    def inside(x: np.ndarray) -> np.ndarray:
+        return np.asarray((x[..., 0] / 16) ** 2 + (x[..., 1] / 12) ** 2 + ((x[..., 2] - x[..., 0] ** 2 / 40) / 9) ** 2)
+
+    bend = 1.5 * np.sin(grid[..., [1, 2, 0]] / 9)
+    masks = inside(grid) < 1, inside(grid - bend) < 1
+    found = register_spheres(*(fit_balls(mask, 0.95).balls for mask in masks))
+    points = grid[masks[0]] + 20
+    # The first mask is moved by x + u(x) with u(x + u(x)) = bend at the new place: fixed points of bend.
+    true = points.copy()
+    for _ in range(20):
+        true = points + 1.5 * np.sin((true - 20)[:, [1, 2, 0]] / 9)
+    off, before = (np.linalg.norm(x - true, axis=1).mean() for x in (found.warp(points), points))
+    assert found.status is SphereMatchStatus.FEW_MATCHES and off < before

@@ -1,0 +1,75 @@
+"""Normals from quadratic functions fitted to neighbours, with robust weights from normals that are roughly known."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy
+
+from ..arguments import Reals
+
+_FITTED = 64
+"""A limit on work: neighbours of a fit."""
+_FEWEST = 12.0
+"""Twice the number of coefficients: sums of weights below this leave the normal as it is."""
+_ROUNDS = 3
+"""A limit on work: fits, each over the plane of the last one."""
+_NEAR = 3
+"""The scale of residuals is that of this part of the neighbours, the nearest: a second sheet is farther away."""
+_WIDE = np.cos(np.radians(45.0))
+"""Neighbours whose normals differ by more are beyond an edge."""
+_TUKEY = 4.685
+"""From a probability: residuals beyond this number of standard deviations have no weight, at 95 % efficiency."""
+_BATCH = 20_000
+"""A limit on work: places at once, which bounds the memory."""
+
+
+def jet_normals(places: Reals, normals: Reals) -> Reals:
+    """Return unit normals (n, d) of quadratic functions over the planes or lines of rough ones.
+
+    The slope at the place has the noise of a fitted plane, but neither the error by curvature nor, because of the
+    weights, those by edges and outliers. Signs are those of the rough normals.
+    """
+    near = scipy.spatial.cKDTree(places).query(places, min(_FITTED, len(places)))[1]
+    found = normals.copy()
+    for start in range(0, len(places), _BATCH):
+        rows = slice(start, start + _BATCH)
+        offsets = places[near[rows]] - places[rows, None]
+        alike = np.abs(np.einsum("nki,ni->nk", normals[near[rows]], normals[rows])) > _WIDE
+        for _ in range(_ROUNDS):
+            found[rows] = _refined(offsets, alike, found[rows])
+    return found
+
+
+def _refined(offsets: Reals, alike: Reals, normals: Reals) -> Reals:
+    frames = np.linalg.svd(normals[:, None])[2][:, 1:]
+    height = np.einsum("nki,ni->nk", offsets, normals)
+    along = np.einsum("nki,nji->nkj", offsets, frames)
+    reach = np.maximum(np.sqrt((along**2).sum(2).max(1)), 1e-300)
+    along, height = along / reach[:, None, None], height / reach[:, None]
+    first, second = np.triu_indices(along.shape[2])
+    design = np.concatenate([np.ones_like(along[..., :1]), along, along[..., first] * along[..., second]], 2)
+    weights = alike.astype(float)
+    rest = height  # the first scale is that of distances from the rough plane or line
+    for _ in range(2):
+        weights = alike * _tukey(rest, alike)
+        table = np.einsum("nkp,nk,nkq->npq", design, weights, design)
+        size = np.einsum("npp->np", table)
+        table[:, range(design.shape[2]), range(design.shape[2])] += 1e-9 * size + 1e-30
+        side = np.einsum("nkp,nk,nk->np", design, weights, height)
+        fit = np.linalg.solve(table, side[..., None])[..., 0]
+        rest = height - np.einsum("nkp,np->nk", design, fit)
+    slope = np.einsum("nj,nji->ni", fit[:, 1 : frames.shape[1] + 1], frames)
+    better = normals - slope
+    better /= np.linalg.norm(better, axis=1, keepdims=True)
+    return np.where((weights.sum(1) >= _FEWEST)[:, None], better, normals)
+
+
+def _tukey(rest: Reals, alike: Reals) -> Reals:
+    """Return Tukey's weights of residuals, relative to the median of the absolute ones of the nearest neighbours."""
+    size = np.abs(rest)
+    near = alike & (np.cumsum(alike, 1) <= np.maximum(alike.sum(1) // _NEAR, 1)[:, None])
+    ordered = np.sort(np.where(near, size, np.inf), axis=1)
+    scale = 1.4826 * ordered[np.arange(len(rest)), near.sum(1) // 2]
+    scale = np.where(np.isfinite(scale), scale, 0)
+    share = size / np.maximum(_TUKEY * scale, 1e-12)[:, None]
+    return np.asarray(np.where(share < 1, (1 - np.minimum(share, 1) ** 2) ** 2, 0))

@@ -1,0 +1,114 @@
+"""Scenes of scans, volumes and models of spheres for the page of evidence."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy
+
+from algorithms.registration import estimate_normals, separate_motions
+from algorithms.shapes import register_spheres
+
+from .evidence_scenes import Trial, rotation, row
+
+
+def _balls(rng: np.random.Generator, count: int) -> np.ndarray:
+    return np.column_stack([rng.uniform(-1, 1, (count, 3)) * [9, 11, 13], rng.gamma(6.0, 0.15, count)])
+
+
+def _bent(x: np.ndarray, rng: np.random.Generator, size: float) -> np.ndarray:
+    """Points moved by a random quadratic map, by a root mean square of 4 % of the extent."""
+    bend = np.einsum("ni,nj,ijk->nk", x, x, rng.normal(size=(3, 3, 3)))
+    return x + bend * (0.08 * size / np.sqrt((bend**2).sum(1).mean()))
+
+
+def _turned(rng: np.random.Generator, least: float) -> tuple[np.ndarray, np.ndarray]:
+    """A model of 60 to 160 balls, and its bent and turned image; a fifth of the balls are outliers in both."""
+    count = int(rng.integers(60, 160))
+    a, noise = _balls(rng, count), _balls(rng, count)
+    turn = rotation(rng, np.pi)
+    while least and np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1)) < least:
+        turn = rotation(rng, np.pi)
+    b = np.column_stack([_bent(a[:, :3], rng, 11.0) @ turn.T + 5 * rng.normal(size=3), a[:, 3]])
+    wrong = rng.permutation(count)[: count // 5]
+    b[wrong, :3], b[wrong, 3] = noise[wrong, :3] @ turn.T + np.median(b[:, :3], 0), noise[wrong, 3]
+    return a, b
+
+
+@row(
+    "`register_spheres`",
+    "60 to 160 balls, a fifth of them outliers, bent, turned by 60 to 180 degrees",
+    good=True,
+    slow=True,
+)
+def turned_spheres(rng: np.random.Generator) -> Trial:
+    a, b = _turned(rng, np.pi / 3)
+    found = register_spheres(a, b)
+    right = found.match[:, 0] == found.match[:, 1]
+    return Trial(found.status == 0, len(right) > 0 and bool(right.mean() > 0.75))
+
+
+@row("`register_spheres`", "60 to 160 balls, unrelated, or the mirror image", slow=True)
+def unrelated_spheres(rng: np.random.Generator) -> Trial:
+    count = int(rng.integers(60, 160))
+    a = _balls(rng, count)
+    b = _balls(rng, count) if rng.random() < 0.5 else a * [-1, 1, 1, 1]
+    b[:, :3] = b[:, :3] @ rotation(rng, np.pi).T
+    return Trial(register_spheres(a, b).status == 0, False)
+
+
+@row(
+    "`estimate_normals`",
+    "blobs, noise of 0 to 1 %, up to 100 % of outliers; wrong: worse than principal axes of 10, 20 or 50",
+    good=True,
+    slow=True,
+)
+def normals_of_blobs(rng: np.random.Generator) -> Trial:
+    count = int(rng.integers(500, 3000))
+    x = rng.normal(size=(count, 3))
+    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    # A radius of 1 + bump, whose gradient gives the normals.
+    wave, size = rng.normal(size=(3, 3)), rng.uniform(0, 0.15)
+    bump, slope = np.sin(x @ wave.T).sum(1), np.cos(x @ wave.T) @ wave
+    radius = 1 + size * bump
+    tangent = slope - (slope * x).sum(1, keepdims=True) * x
+    truth = x - size * tangent / radius[:, None]
+    truth /= np.linalg.norm(truth, axis=1, keepdims=True)
+    points = radius[:, None] * x
+    points = points + rng.choice([0, 0.003, 0.01, 0.03]) * rng.normal(size=points.shape)
+    wrong = rng.uniform(-1.5, 1.5, (int(count * rng.choice([0, 0, 0.5, 1])), 3))
+    points = np.concatenate([points, wrong])
+    found = estimate_normals(points)
+    tree = scipy.spatial.cKDTree(points)
+    errors = [_error(found.normals[:count], truth)]
+    for k in (10, 20, 50):
+        near = points[tree.query(points[:count], k + 1)[1]]
+        near = near - near.mean(1, keepdims=True)
+        errors.append(_error(np.linalg.eigh(np.einsum("nki,nkj->nij", near, near))[1][..., 0], truth))
+    return Trial(bool((found.status[:count] == 0).mean() > 0.99), errors[0] <= min(errors[1:]))
+
+
+def _error(normals: np.ndarray, truth: np.ndarray) -> float:
+    return float(np.arccos(np.minimum(np.abs((normals * truth).sum(1)), 1)).mean())
+
+
+@row(
+    "`separate_motions`",
+    "two to five motions 5 to 15 degrees apart, a third of the matches wrong",
+    good=True,
+    slow=True,
+)
+def near_motions(rng: np.random.Generator) -> Trial:
+    count = int(rng.integers(2, 6))
+    angle = np.radians(rng.uniform(5, 15)) * np.arange(count)
+    axis = rng.normal(size=3)
+    axis /= np.linalg.norm(axis)
+    cross = np.cross(np.eye(3), axis)
+    label = np.repeat(np.arange(count), int(rng.integers(80, 160)))
+    x = rng.normal(size=(len(label), 3)) * [1, 0.8, 0.6]
+    turns = np.eye(3) + np.sin(angle)[:, None, None] * cross + (1 - np.cos(angle))[:, None, None] * cross @ cross
+    y = np.einsum("nij,nj->ni", turns[label], x) + rng.normal(0, 0.003, x.shape)
+    wrong = rng.random(len(label)) < 1 / 3
+    y[wrong] = rng.normal(size=(int(wrong.sum()), 3))
+    found = separate_motions(x, y)
+    pure = [np.bincount(label[motion.inliers]).max() > 0.9 * motion.inliers.sum() for motion in found]
+    return Trial(len(found) > 0, len(found) == count and all(pure))
