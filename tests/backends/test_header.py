@@ -104,7 +104,8 @@ def test_an_object_with_a_kernel_has_at_most_two_kilobytes_and_needs_nothing(fol
     if shutil.which("gcc") is None or shutil.which("nm") is None:
         pytest.skip("no gcc")
     (folder / "one.c").write_text(
-        '#include "shapes_inline.h"\nvoid one(const double *v, const double *x, double *out) { shapes_move(v, x, out); }\n'
+        '#include "shapes_inline.h"\n'
+        "void one(const double *v, const double *x, double *out) { shapes_move(v, x, out); }\n"
     )
     command = ["gcc", "-std=c99", "-Os", "-fno-asynchronous-unwind-tables", "-c", "one.c", "-o", "one.o"]
     subprocess.run(command, cwd=folder, check=True)

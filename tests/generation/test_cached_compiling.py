@@ -219,7 +219,10 @@ def loaded_by(module: str) -> set[str]:
     return {path.relative_to(package).as_posix() for path in paths if package in path.parents}
 
 
-ABOVE = ("__init__.py", "extras.py", "load_time.py", "packages.py", "derivatives/", "robots/", "cluscript/", "scripts.py")
+ABOVE = (
+    *("__init__.py", "extras.py", "load_time.py", "packages.py"),
+    *("derivatives/", "robots/", "cluscript/", "scripts.py"),
+)
 """Modules that the package itself loads: it creates definitions, which are traced before they are looked up."""
 
 
