@@ -41,12 +41,12 @@ def short(value: Any) -> Any:
     found = tidy(value)
     if not 1 < len(found.terms) <= FEW:
         return found.expression
-    above, below = sympy.fraction(sympy.together(found.expression))
-    forms = {found.expression}
+    fraction = sympy.fraction(sympy.together(found.expression))
+    forms = []
     for circular, hyperbolic in (((sympy.cos, sympy.sin), (sympy.cosh, sympy.sinh)), _REVERSED):
-        parts = [_replaced(_replaced(part, *circular, 1), *hyperbolic, -1) for part in (above, below)]
-        forms.add(_with_squares(sympy.factor(parts[0] / parts[1])))
-    return min(sorted(forms, key=str), key=sympy.count_ops)
+        forms.append([_replaced(_replaced(part, *circular, 1), *hyperbolic, -1) for part in fraction])
+    above, below = min(forms, key=lambda parts: sum(len(sympy.Add.make_args(part)) for part in parts))
+    return min(found.expression, _with_squares(sympy.factor(above / below)), key=sympy.count_ops)
 
 
 def _with_squares(value: Any) -> Any:

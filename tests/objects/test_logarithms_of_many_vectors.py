@@ -17,7 +17,6 @@ from gacompiler.objects.arrays import wrap
 
 PLANES = ["e12", "e34", "e56", "e78"]
 PI = mpmath.mpf("3.14159265358979323846264338327950288419716939937510")
-SIGNATURES = [(6,), (3, 3), (4, 2), *(pytest.param(each, marks=pytest.mark.slow) for each in ((8,), (4, 4)))]
 ANGLES = {
     "near zero": [1e-9, 2e-9, -1e-9, 3e-9],
     "of different sizes": [1e-12, 1.0, 2.0, 1e-8],
@@ -70,8 +69,14 @@ def size(x: Any) -> float:
     return float(np.max(np.abs(x.values)))
 
 
-@pytest.mark.parametrize("name", list(ANGLES))
-@pytest.mark.parametrize("signature", SIGNATURES, ids=str)
+CASES = [
+    *((signature, name) for signature in ((6,), (3, 3), (4, 2)) for name in ANGLES),
+    pytest.param((8,), "equal", marks=pytest.mark.slow),
+    pytest.param((4, 4), "of different sizes", marks=pytest.mark.slow),
+]
+
+
+@pytest.mark.parametrize(("signature", "name"), CASES, ids=str)
 def test_known_angles(signature: tuple[int, ...], name: str) -> None:
     b, versor = example(signature, ANGLES[name])
     found = versor.log()

@@ -94,6 +94,7 @@ def test_identities_of_waves() -> None:
     assert not reduce(tan(a) * cos(a) - sin(a)).simplify().terms
     assert not reduce(tanh(t * plane) * cosh(t * plane) - sinh(t * plane)).simplify().terms
     assert gacompiler.sin(a) == sin(a)
+    assert (sin(t), cosh(t), tan(t), tanh(t)) == (sympy.sin(t), sympy.cosh(t), sympy.tan(t), sympy.tanh(t))
     with pytest.raises(AlgebraError, match="a scalar as its square"):
         sin(unknowns("B", orthogonal(4), 2))
     with pytest.raises(OperandError, match="expected scalars"):
