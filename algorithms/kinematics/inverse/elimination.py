@@ -6,13 +6,13 @@ transform linearly under motions, and under a single joint by a trigonometric po
 14 equations of Raghavan and Roth (*J. Mechanical Design* 115:502, 1993). The first two variables occur in eight
 monomials on one side; projecting the 14 equations onto the complement of these eight leaves six equations in the other
 three variables. In tangents of half angles their determinant is a polynomial, whose roots are eigenvalues (Manocha and
-Canny, *IEEE Trans. Robotics Autom.* 10:648, 1994). Of the 24 roots, eight are not real for any arm, so that up to 16
-remain.
+Canny, *IEEE Trans. Robotics Autom.* 10:648, 1994). Of the 24 roots, four are i and four -i for every goal. Their
+vectors do not depend on the goal and are split off, so that up to 16 roots remain.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -73,6 +73,9 @@ class Elimination:
         Number of monomials that multiply the six equations: 2, or 4 if the equations are dependent.
     side : array, (3, 3, 3, 14)
         The side of the third to fifth joints, as polynomials of their variables.
+    space : array, (2 M, 2 M)
+        An orthogonal matrix. Its first `known` columns span the vectors of roots that are imaginary for every goal.
+    known : int
     """
 
     chain: Chain
@@ -80,6 +83,8 @@ class Elimination:
     backwards: bool
     factors: int
     side: Reals
+    space: Reals
+    known: int
 
     name = "elimination"
 
@@ -97,7 +102,14 @@ class Elimination:
         motion = pga3.motor_product(_sampled(chain, 2)[:, None], _sampled(chain, 3))
         values = _entity(chain, pga3.motor_product(motion[:, :, None], _sampled(chain, 4)))
         forms = [_SLIDE if slides else _HALF @ _TURN for slides in chain.slides[2:5]]
-        return cls(chain, whole, backwards, factors, np.einsum("ai,bj,ck,ijkx->abcx", *forms, values))
+        side = np.einsum("ai,bj,ck,ijkx->abcx", *forms, values)
+        size = 6 if factors == 2 else 8
+        found = cls(chain, whole, backwards, factors, side, np.eye(4 * size), 0)
+        if chain.slides[2]:
+            return found
+        q = np.random.default_rng(4).uniform(-np.pi, np.pi, (8, 6))
+        space, known = _imaginary_space(found._equations(chain.motion_of_all(q))[0])
+        return replace(found, space=space, known=known)
 
     def solve(self, goals: Reals) -> Branches:
         """As in `Closed`: 16 branches, NaN for missing ones, with discriminants that are 0 for coinciding ones."""
@@ -131,17 +143,9 @@ class Elimination:
 
     def _candidates(self, goals: Reals) -> tuple[Reals, Reals, NDArray[np.bool_]]:
         """As `candidates`, for `chain`."""
-        chain, many = self.chain, len(goals)
-        motion = pga3.motor_product(_sampled(chain, 0)[:, None], _sampled(chain, 1))
-        values = _entity(chain, pga3.motor_relative(motion, goals[:, None, None]))
-        forms = [_SLIDE if slides else _TURN for slides in chain.slides[:2]]
-        other = np.einsum("ai,bj,nijx->nxab", *forms, values).reshape(many, 14, 9)
-        base, triangle = np.linalg.qr(other[..., 1:], mode="complete")
-        ones = [np.array([1.0, 0, 0 if slides else 1]) for slides in chain.slides[2:5]]
-        constant = np.einsum("a,b,c,nx->nabcx", *ones, other[..., 0])
-        six = (self.side - constant).reshape(many, 27, 14) @ base[..., 8:]
-        matrix = _matrix(np.moveaxis(six.reshape(many, 3, 3, 3, 6), -1, 2), self.factors)
-        roots, vectors = _eigen(matrix)
+        chain = self.chain
+        matrix, base, triangle, other = self._equations(goals)
+        roots, vectors = _eigen(matrix, self.space, self.known)
         which, k = np.nonzero(np.abs(roots.imag) < _NOT_REAL * (1 + np.abs(roots) ** 2))
         sides = base[which][..., :8], triangle[which][:, :8], other[which, :, 0]
         q = self._configurations(roots[which, k].real, vectors[which, k], sides, goals[which])
@@ -166,6 +170,20 @@ class Elimination:
         alone[order[:-1]] &= apart_from_next
         real[moved] &= alone[moved]
         return which, q, real
+
+    def _equations(self, goals: Reals) -> tuple[Reals, Reals, Reals, Reals]:
+        """Return the matrix polynomial of goals, factors of the side of the first two joints, and this side."""
+        chain, many = self.chain, len(goals)
+        motion = pga3.motor_product(_sampled(chain, 0)[:, None], _sampled(chain, 1))
+        values = _entity(chain, pga3.motor_relative(motion, goals[:, None, None]))
+        forms = [_SLIDE if slides else _TURN for slides in chain.slides[:2]]
+        other = np.einsum("ai,bj,nijx->nxab", *forms, values).reshape(many, 14, 9)
+        base, triangle = np.linalg.qr(other[..., 1:], mode="complete")
+        ones = [np.array([1.0, 0, 0 if slides else 1]) for slides in chain.slides[2:5]]
+        constant = np.einsum("a,b,c,nx->nabcx", *ones, other[..., 0])
+        six = (self.side - constant).reshape(many, 27, 14) @ base[..., 8:]
+        matrix = _matrix(np.moveaxis(six.reshape(many, 3, 3, 3, 6), -1, 2), self.factors)
+        return matrix, base, triangle, other
 
     def _configurations(self, root: Reals, vector: Reals, sides: tuple[Reals, ...], goals: Reals) -> Reals:
         """Return configurations (K, 6) from values (K,) of the third variable and monomials (K, M) of the next two."""
@@ -249,22 +267,49 @@ def _matrix(six: Reals, factors: int) -> Reals:
     return rows.reshape(many, 3, 6 * factors, 4 * wide)
 
 
-def _eigen(matrix: Reals) -> tuple[Reals, Reals]:
-    """Return roots of the third variable, (N, R), and the monomials of the fourth and fifth there, (N, R, M)."""
-    many, _, rows, size = matrix.shape
-    if rows > size:
-        matrix = _MIX @ matrix
+def _square(matrix: Reals) -> Reals:
+    """Return as many equations as monomials."""
+    return _MIX @ matrix if matrix.shape[2] > matrix.shape[3] else matrix
+
+
+def _imaginary_space(matrix: Reals) -> tuple[Reals, int]:
+    """Return an orthogonal matrix whose first columns span the vectors of the roots i and -i, and their number.
+
+    There, an angle is that of an isotropic rotation, so that the equations do not contain the goal. The vectors are
+    those common to the matrix polynomials of several goals, (N, 3, M, M).
+    """
+    at = _square(matrix)
+    at = at[:, 0] - at[:, 2] + 1j * at[:, 1]
+    _, values, vectors = np.linalg.svd(at.reshape(-1, at.shape[-1]))
+    null = vectors[values < _ZERO * values[0]].conj()
+    both = np.concatenate([null, 1j * null], axis=-1)
+    basis = np.concatenate([both.real, both.imag]).T
+    return np.linalg.qr(basis, mode="complete")[0], basis.shape[1]
+
+
+def _eigen(matrix: Reals, space: Reals, known: int) -> tuple[Reals, Reals]:
+    """Return roots of the third variable, (N, R), and the monomials of the fourth and fifth there, (N, R, M).
+
+    The roots whose vectors are the first `known` columns of `space` are left out.
+    """
+    matrix = _square(matrix)
+    size = matrix.shape[-1]
     highest = matrix[:, 2]
     singular = np.linalg.slogdet(highest)[0] == 0
     if singular.any():
         # perturb the matrix so that it is only ill conditioned
         highest[singular] += 1e-12 * _MIX[:size, :size]
-    companion = np.zeros((many, 2 * size, 2 * size))
-    companion[:, :size, size:] = np.eye(size)
-    companion[:, size:] = -np.linalg.solve(highest, np.concatenate([matrix[:, 0], matrix[:, 1]], axis=-1))
+    upper, lower = space[:size], space[size:]
+    product = -np.linalg.solve(highest, matrix[:, 0] @ upper + matrix[:, 1] @ lower)
+    companion = upper.T @ np.broadcast_to(lower, product.shape) + lower.T @ product
     companion[~np.isfinite(companion).all((1, 2))] = 0.0
-    roots, vectors = np.linalg.eig(companion)
-    return roots, vectors[:, :size].swapaxes(-1, -2)
+    own, mixed = companion[:, :known, :known], companion[:, :known, known:]
+    roots, vectors = np.linalg.eig(companion[:, known:, known:])
+    # The square of `own` is -1, which gives its inverse after subtraction of a root.
+    part = mixed @ vectors
+    with np.errstate(divide="ignore", invalid="ignore"):
+        part = (own @ part + part * roots[:, None]) / (1 + roots * roots)[:, None]
+    return roots, (upper[:, :known] @ part + upper[:, known:] @ vectors).swapaxes(-1, -2)
 
 
 def _sharper(matrix: Reals, root: Reals) -> tuple[Reals, Reals, Reals]:
