@@ -410,7 +410,7 @@ def inverted(found: Found, task: Task) -> Found:
 
 
 def uncertainty(pose: Refined, task: Task) -> tuple[Reals, Reals, Reals]:
-    """Return the covariance of small bivectors, those that are free, as tangent planes do not resist, and the weakest."""
+    """Return the covariance of small bivectors, those that tangent planes leave free, and the weakest."""
     total = np.zeros((6, 6))
     parts = []
     for part, sums in zip(task.parts, pose.sums, strict=True):
