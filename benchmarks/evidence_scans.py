@@ -19,7 +19,7 @@ def _balls(rng: np.random.Generator, count: int) -> np.ndarray:
 def _bent(x: np.ndarray, rng: np.random.Generator, size: float) -> np.ndarray:
     """Points moved by a random quadratic map, by a root mean square of 4 % of the extent."""
     bend = np.einsum("ni,nj,ijk->nk", x, x, rng.normal(size=(3, 3, 3)))
-    return x + bend * (0.08 * size / np.sqrt((bend**2).sum(1).mean()))
+    return np.asarray(x + bend * (0.08 * size / np.sqrt((bend**2).sum(1).mean())))
 
 
 def _turned(rng: np.random.Generator, least: float) -> tuple[np.ndarray, np.ndarray]:

@@ -1,4 +1,7 @@
-"""From hypotheses of poses to all poses that explain two clouds equally well: refinement, support, symmetries."""
+"""From hypotheses of poses to all poses that explain two clouds equally well: refinement, support, symmetries.
+
+More than 400 lines are in one file because tasks, scores, symmetries and statuses depend on each other.
+"""
 
 from __future__ import annotations
 
