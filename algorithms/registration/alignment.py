@@ -1,8 +1,11 @@
-"""From hypotheses of poses to all poses that explain two clouds equally well: refinement, support, symmetries."""
+"""From hypotheses of poses to all poses that explain two clouds equally well: refinement, support, symmetries.
+
+More than 400 lines are in one file because tasks, scores, symmetries and statuses depend on each other.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -53,6 +56,10 @@ cloud with itself that a certain pose needs."""
 _TURN, _HELD = 0.1, 0.5
 """The weakest motion is also free if the score is larger than the second part of the best one after a motion by the
 first multiple of its unit bivector, in both senses: 0.55 to 0.9 for a scanned can, 0.45 or less for other objects."""
+_DIFFERENT = 4.5
+"""From a probability: standard deviations by which random counts differ with 1e-5, for 72 turns with a thousandth."""
+_TURNS, _TRANSLATES = 72, 0.1
+"""Limits on work: turns by the weakest motion, unless it is nearly a translation."""
 _SHIFTS = 1.2
 """Shift, in greatest distances of neighbours, with which the support of a pose is compared."""
 _FREE, _NEARLY_FREE, _GAP = 0.004, 0.03, 0.1
@@ -232,6 +239,48 @@ def hypothesis_refined(motor: Reals, task: Task) -> Reals:
     return refined(motor, task.parts, gates, [gate / 2 for gate in gates]).motor
 
 
+def unexplained(motor: Reals, task: Task) -> int:
+    """Return the number of points of both clouds without a point of the other one within the gate."""
+    there = pga3.move_point(motor, task.source.points)
+    back = pga3.move_point(pga3.motor_inverse(motor), task.target.points)
+    clouds = (task.target, there), (task.source, back)
+    near = [cloud.tree.query(points, distance_upper_bound=task.reach.gate)[0] for cloud, points in clouds]
+    return int(sum(np.isinf(distances).sum() for distances in near))
+
+
+def significantly_least(counts: Sequence[int]) -> Reals:
+    """Return which counts do not exceed the least one by more than two random counts differ."""
+    numbers = np.asarray(counts)
+    return np.asarray(numbers - numbers.min() <= _DIFFERENT * np.sqrt(numbers + numbers.min() + 1))
+
+
+def explaining(poses: list[Refined], task: Task) -> list[Refined]:
+    """Return the poses that leave no more points unexplained than the best of them."""
+    kept = significantly_least([unexplained(pose.motor, task) for pose in poses])
+    return [pose for pose, good in zip(poses, kept, strict=True) if good]
+
+
+class Turned(NamedTuple):
+    """What turns by the weakest motion of a pose leave unexplained."""
+
+    better: Reals | None
+    """The motor of a turn that leaves significantly less unexplained than the pose."""
+    matters: bool
+    """Whether some turns leave significantly more unexplained than others."""
+
+
+def least_unexplained(motor: Reals, task: Task, weakest: Reals) -> Turned:
+    """Compare full turns by the weakest motion of a pose, which hardly changes its distances from tangent planes."""
+    size = float(np.linalg.norm(weakest[:3]))
+    if size * task.size < _TRANSLATES * float(np.linalg.norm(weakest[3:])):
+        return Turned(None, False)
+    steps = np.pi / size * np.arange(_TURNS) / _TURNS
+    motors = np.asarray(pga3.motor_product(pga3.motor_exponential(steps[:, None] * weakest), motor))
+    counts = [unexplained(one, task) for one in motors]
+    least = significantly_least(counts)
+    return Turned(None if least[0] else motors[int(np.argmin(counts))], not least.all())
+
+
 def polished(motor: Reals, task: Task) -> Refined:
     """Refine a motor with fixed scales, and then with scales from the data and without weights of points."""
     gate = task.reach.gate
@@ -294,7 +343,19 @@ def solved(
     poses = [polished(fine[row], last) for row in order if scores[row] > bound]
     scores = np.array([score(pose.motor, last) for pose in poses])
     best = poses[int(np.argmax(scores))]
-    covariance, free = uncertainty(best, last)
+    covariance, free, weakest = uncertainty(best, last)
+    if last.exact is None:
+        turn = least_unexplained(best.motor, task, weakest)
+        if turn.better is not None:
+            # A small part, as the handle of a mug, decides between turns that the large one leaves open.
+            poses = [polished(hypothesis_refined(turn.better, task), last), *poses]
+        poses = explaining(poses, task)
+        scores = np.array([score(pose.motor, last) for pose in poses])
+        best = poses[int(np.argmax(scores))]
+        covariance, free, weakest = uncertainty(best, last)
+        if len(free) == 1 and turn.matters:
+            free = free[:0]
+        bound = min(bound, least_score(np.stack([pose.motor for pose in poses]), scores, last))
     found = shares(best.motor, last)
     contrast = contrast_of(best.motor, last, float(found[0]))
     supported = found[0] >= thresholds[0] and contrast * found[0] >= thresholds[1]
@@ -313,6 +374,8 @@ def solved(
         motors = np.stack(completed(list(motors), last, free, accepted))
     if same is not None and len(motors) > 1:
         motors = motors[same(best.motor, motors)]
+    if last.exact is None and len(motors) > 1:
+        motors = motors[significantly_least([unexplained(motor, task) for motor in motors])]
     order = np.argsort([-score(motor, last) for motor in motors], kind="stable")
     scores = np.array([support(motor, last) for motor in motors])
     status = RegistrationStatus.OK
@@ -349,8 +412,8 @@ def inverted(found: Found, task: Task) -> Found:
     )  # fmt: skip
 
 
-def uncertainty(pose: Refined, task: Task) -> tuple[Reals, Reals]:
-    """Return the covariance of small bivectors, and those that are free: tangent planes do not resist them."""
+def uncertainty(pose: Refined, task: Task) -> tuple[Reals, Reals, Reals]:
+    """Return the covariance of small bivectors, those that tangent planes leave free, and the weakest."""
     total = np.zeros((6, 6))
     parts = []
     for part, sums in zip(task.parts, pose.sums, strict=True):
@@ -369,4 +432,4 @@ def uncertainty(pose: Refined, task: Task) -> tuple[Reals, Reals]:
         steps = np.asarray(pga3.motor_exponential(_TURN * vectors[:, 0] * [[1], [-1]]))
         beside = [score(one, task) for one in pga3.motor_product(steps, pose.motor)]
         weak[0] = min(beside) > _HELD * score(pose.motor, task)
-    return covariance, vectors.T[weak]
+    return covariance, vectors.T[weak], vectors[:, 0]

@@ -20,8 +20,8 @@ _AWAY, _AWAY_SOLID = 2.0, 1.0
 half of one. Balls of solid models do not leave the shape, so that the shape alone is no evidence."""
 _FREEDOM = Freedom(sample_size=0, parameters=0, codimension=3, solutions=1, false_alarms=1.0)
 """Of maps that are fitted without the balls that they predict."""
-_POSE = 7
-"""Parameters of a similarity: its choice among all that so many balls determine is paid for."""
+_POSE = 12
+"""Parameters of an affine map: its choice among all that so many numbers determine is paid for."""
 
 
 def log_chance(
