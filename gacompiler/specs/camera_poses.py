@@ -188,6 +188,7 @@ def motions_of_homography(matrix, seen):
     first, second
         Unit motors. Both are the same rotation if the homography is one.
     normals
+        Unit vectors.
     """
     values, right = matrices.three_singular_vectors(matrix)
     sign = select(dot(matrix[0], cross(matrix[1], matrix[2])) < 0, -1, 1)

@@ -161,4 +161,4 @@ def test_limits_of_the_search_are_reported(record: Compilation) -> None:
 
 def test_help_explains_why() -> None:
     text = CliRunner().invoke(main, ["show", "--help"]).output
-    assert "--why" in text and "saves" in text and "move_point --why" in text
+    assert "--why" in text and "saves" in text and ":move --why" in text
