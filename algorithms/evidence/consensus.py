@@ -19,6 +19,8 @@ _SUBSET = 64
 """A limit on work: if there are many items, models are first scored on this number of them,"""
 _KEPT = 32
 """and this number of models is scored on all items."""
+_REFINED = 4
+"""A limit on work: models of samples that are refined together; truncated squares have several minima."""
 N_WRONG = 5000
 """A limit on work: number of wrong pairs by which the distances of unrelated items are estimated."""
 _ROUNDING = 1e-9
@@ -84,7 +86,7 @@ def check_sampling(threshold: float, confidence: float, max_samples: int) -> Non
 
 
 def consensus(problem: Problem, threshold: float, seed: int, confidence: float, max_samples: int) -> Consensus:
-    """Return the model with the least truncated squared distances (MSAC); every new best model is refined.
+    """Return the model with the least truncated squared distances (MSAC); new best models are refined.
 
     Samples are drawn until one of them is free of wrong items with the given confidence. Chum, Matas and Kittler,
     *Locally optimized RANSAC*, DAGM 2003.
@@ -102,12 +104,13 @@ def consensus(problem: Problem, threshold: float, seed: int, confidence: float, 
         if not len(models):
             continue
         costs = _costs(problem, models, threshold, slice(None))
-        k = int(np.argmin(costs))
-        if costs[k] >= least:
+        order = np.argsort(costs, kind="stable")[:_REFINED]
+        if costs[order[0]] >= least:
             continue
         # Refine each new best sample. If compared with refined models, few would be, and maybe not the right one.
-        least = costs[k]
-        found = _merged(found, polished(problem, models[k], threshold))
+        least = costs[order[0]]
+        for k in order:
+            found = _merged(found, polished(problem, models[k], threshold))
         share = float(found[0].inliers.mean())
         wanted = np.log(1 - confidence) / min(np.log1p(-min(share**size, 1 - 1e-12)), -1e-300)
     explained = not found or explained_by_chance(problem, found[0].model, threshold, rng)

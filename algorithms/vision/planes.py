@@ -17,7 +17,7 @@ _RANK = 1e-9
 """A singular value below this fraction of the first is rounding,"""
 _NOISE = 1.5
 """and one below this multiple of the last is noise."""
-_STEPS = 10.0
+_STEPS = 50.0
 """A limit on work: the number of steps of a descent."""
 _FREEDOM = Freedom(sample_size=4, parameters=8, codimension=2, solutions=1, false_alarms=1e-2)
 

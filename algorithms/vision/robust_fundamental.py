@@ -28,7 +28,7 @@ _SIGMAS = 5.0
 """Pairs within this many standard deviations of the others of a plane give no information about points off it."""
 _SAMPLES = 600
 """Number of samples, enough to find a plane with a third of the pairs."""
-_STEPS = 10
+_STEPS = 50
 """A limit on work: the number of steps of a descent."""
 _SHALLOW = 4.0
 """Points of a plane with more than this multiple of the variance that F leaves are points in space."""

@@ -64,7 +64,7 @@ def exponential(x: Elements, whole: Layout, wrap: Callable[[Layout, Any], Any]) 
         return found.values
 
     with np.errstate(over="ignore", invalid="ignore"):
-        size = np.sqrt(sum(weight * x[name] ** 2 for name, weight in _weights(x.layout)))
+        size = np.sqrt(sum(weight * np.square(np.asarray(x[name], float)) for name, weight in _weights(x.layout)))
         largest = np.max(size, where=np.isfinite(size), initial=0.0)
         squarings = PLAIN + max(int(np.frexp(largest / float(SCALED))[1]) - PLAIN, 0)
         small = np.ldexp(start, -min(squarings, _MOST))
