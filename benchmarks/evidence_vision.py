@@ -19,7 +19,7 @@ from algorithms.vision import (
     robust_fundamental_matrix,
     robust_homography,
 )
-from generated import pga3
+from generated import pga3, projective2
 
 from .evidence_scenes import BOUND, Trial, rotation, row
 
@@ -334,16 +334,10 @@ def _plane_pairs(rng: np.random.Generator, n: int, share: float) -> tuple[np.nda
     turn = pga3.rotor_to_matrix(pga3.rotor_from_rotation_vector(rng.normal(0, 0.1, 3)))
     matrix = _K @ (turn + np.outer(shift, normal)) @ np.linalg.inv(_K)
     one = rng.uniform([0, 0], [640, 480], (n, 2))
-    two = _moved_pixels(matrix, one)
+    two = np.asarray(projective2.transform_point(matrix, one))
     wrong = rng.random(n) < share
     two[wrong] = rng.uniform([0, 0], [640, 480], (int(wrong.sum()), 2))
     return one + rng.normal(0, 0.5, one.shape), two + rng.normal(0, 0.5, two.shape), matrix
-
-
-def _moved_pixels(matrix: np.ndarray, pixels: np.ndarray) -> np.ndarray:
-    """Return the images of pixels by a homography."""
-    moved = pixels @ matrix[:, :2].T + matrix[:, 2]
-    return np.asarray(moved[:, :2] / moved[:, 2:])
 
 
 @row(
@@ -357,7 +351,9 @@ def plane_with_wrong_partners(rng: np.random.Generator) -> Trial:
     if found.status != 0:
         return Trial(False, False)
     grid = np.stack(np.meshgrid([100.0, 320, 540], [80.0, 240, 400]), -1).reshape(-1, 2)
-    off = np.linalg.norm(_moved_pixels(found.model, grid) - _moved_pixels(truth, grid), axis=1)
+    off = np.linalg.norm(
+        projective2.transform_point(found.model, grid) - projective2.transform_point(truth, grid), axis=1
+    )
     return Trial(True, bool(off.mean() < 2))
 
 

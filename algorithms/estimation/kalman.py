@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from generated import kalman as kernels
 
 from ..arguments import Reals, finite, real_array
+from ..evidence.triangles import from_triangle, to_triangle
 from .kalman_steps import (
     JOINT,
     LARGEST,
@@ -20,7 +21,7 @@ from .kalman_steps import (
     padded_square,
     updated_in_sequence,
 )
-from .matrices import as_definite, from_triangle, to_triangle
+from .matrices import as_definite
 from .status import EstimationStatus
 
 _FLOAT64 = np.dtype(np.float64)

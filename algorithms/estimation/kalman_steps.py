@@ -15,7 +15,7 @@ import numpy as np
 from generated import kalman as kernels
 
 from ..arguments import Reals
-from .matrices import from_triangle, to_triangle
+from ..evidence.triangles import from_triangle, to_triangle
 
 JOINT = {2: 1, 4: 2, 6: 3}
 """The numbers of states of kernels, and how many measured numbers their joint updates take."""

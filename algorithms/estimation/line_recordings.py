@@ -8,7 +8,8 @@ from numpy.typing import ArrayLike
 from generated import motor_filters as kernels
 
 from ..arguments import Reals, real_array
-from .matrices import as_definite, from_triangle, to_triangle
+from ..evidence.triangles import from_triangle, to_triangle
+from .matrices import as_definite
 from .motor_objects import covariance_matrix, unit_motor, variances_of
 
 

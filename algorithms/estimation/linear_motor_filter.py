@@ -11,7 +11,8 @@ from generated import motor_filters as kernels
 
 from ..arguments import Reals, finite_number, real_array
 from ..elements import LINE, MOTOR, plain, restorer
-from .matrices import as_definite, from_triangle, to_triangle
+from ..evidence.triangles import from_triangle, to_triangle
+from .matrices import as_definite
 from .motor_objects import covariance_matrix, unit_motor
 
 

@@ -16,7 +16,8 @@ from ..arguments import Reals, finite, finite_number, real_array
 from ..elements import MOTOR, restorer
 from ..evidence import rank
 from ..evidence.gates import FEWEST, OPEN, SETTLED, UNLIKELY, WIDE, gate_of, is_lost
-from .matrices import as_definite, from_triangle, to_triangle
+from ..evidence.triangles import from_triangle, to_triangle
+from .matrices import as_definite
 from .motor_objects import LINES, PLANES, POINTS, Kind, covariance_matrix, unit_motor, variances_of
 from .motor_starts import Beginning, Fit, Update
 from .status import EstimationStatus

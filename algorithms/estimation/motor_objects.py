@@ -14,7 +14,7 @@ from generated import pga3
 from ..arguments import Reals, finite, real_array
 from ..elements import LINE, MOTOR, PLANE, POINT, Layouts, plain
 from ..evidence import rank, undetermined
-from .matrices import from_triangle
+from ..evidence.triangles import from_triangle
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from generated import estimation as kernels
 from generated import vga3
 
 from ..arguments import Reals, finite, finite_number
-from .matrices import to_triangle
+from ..evidence.triangles import to_triangle
 
 _STATES = 8
 ALIGNMENT = 2.0

@@ -14,7 +14,8 @@ from generated import vga3
 from ..arguments import Reals, finite, finite_number, real_array
 from ..elements import ROTOR, plain, restorer
 from ..evidence.gates import FEWEST, OPEN, SETTLED, UNLIKELY, WIDE, gate_of, is_lost
-from .matrices import as_definite, from_triangle, to_triangle
+from ..evidence.triangles import from_triangle, to_triangle
+from .matrices import as_definite
 from .rotor_starts import Beginning
 from .status import EstimationStatus
 

@@ -15,7 +15,8 @@ from generated import navigation as kernels
 from generated import pga2
 
 from ..arguments import Reals, finite, real_array
-from ..estimation.matrices import as_definite, from_triangle, to_triangle
+from ..estimation.matrices import as_definite
+from ..evidence.triangles import from_triangle, to_triangle
 from . import relocation
 from .motions import relative
 from .navigation_status import LocalizationStatus

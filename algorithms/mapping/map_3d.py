@@ -14,7 +14,7 @@ from generated import navigation as kernels
 
 from ..arguments import Reals, real_array
 from ..elements import LINE, MOTOR, elements
-from ..estimation.matrices import from_triangle
+from ..evidence.triangles import from_triangle
 from ..geometry.fits import Fit, fit_plane, fit_sphere
 from ..vision.stereo import RectifiedPair
 from .localization import Lines

@@ -6,11 +6,12 @@ import numpy as np
 import scipy
 
 from ..arguments import Reals
+from .vote_scale import quadratics
 
 _FITTED = 64
 """A limit on work: neighbours of a fit."""
 _FEWEST = 12.0
-"""Twice the number of coefficients: sums of weights below this leave the normal as it is."""
+"""Twice the number of coefficients: sums of weights below this leave the normal unchanged."""
 _ROUNDS = 3
 """A limit on work: fits, each over the plane of the last one."""
 _NEAR = 3
@@ -46,8 +47,7 @@ def _refined(offsets: Reals, alike: Reals, normals: Reals) -> Reals:
     along = np.einsum("nki,nji->nkj", offsets, frames)
     reach = np.maximum(np.sqrt((along**2).sum(2).max(1)), 1e-300)
     along, height = along / reach[:, None, None], height / reach[:, None]
-    first, second = np.triu_indices(along.shape[2])
-    design = np.concatenate([np.ones_like(along[..., :1]), along, along[..., first] * along[..., second]], 2)
+    design = quadratics(along)
     weights = alike.astype(float)
     rest = height  # the first scale is that of distances from the rough plane or line
     for _ in range(2):

@@ -164,7 +164,7 @@ def _with_line(found: MatchRegistration, points: Reals) -> MatchRegistration:
         return found
     offsets = points - points.mean(0)
     extents, axes = np.linalg.svd(offsets, full_matrices=False)[1:]
-    # Noise gives a line the width of one coordinate of the residuals; a cloud as wide as it is long is no line.
+    # Noise gives a line the width of one coordinate of the residuals; a cloud of equal width and length is no line.
     noise = found.residual * (np.sqrt(len(points) / 3) + _OWN)
     if extents[1] > max(_THIN * extents[0], noise) or _OWN * extents[1] > extents[0]:
         return found

@@ -14,9 +14,9 @@ from generated import registration as kernels
 
 from ..arguments import Reals, finite, real_array
 from ..elements import MOTOR, POINT, Coefficients, elements
+from ..evidence.triangles import from_triangle
 from .clouds import Cloud, cloud_of, normals_of
 
-_UPPER = np.triu_indices(6)
 _ACROSS = 0.02
 """Factor of squared distances along a plane: it holds motions that planes leave free."""
 _DAMPING = 1e-9
@@ -149,10 +149,7 @@ def _sums_of(motor: Reals, part: Part, gate: float, fixed: float) -> tuple[Sums,
     table, slope, (weight, squares) = kernels.alignment_sums(
         motor, points, part.weights * found, targets, directions, across, along, rows, scale
     )
-    information = np.zeros((6, 6))
-    information[_UPPER] = table
-    information = information + np.triu(information, 1).T
-    return Sums(information, float(weight), float(squares), distances), np.asarray(slope)
+    return Sums(from_triangle(table, 6), float(weight), float(squares), distances), np.asarray(slope)
 
 
 @dataclass(frozen=True, eq=False)

@@ -56,6 +56,12 @@ def sigmas(places: Reals) -> Reals:
     return np.asarray(spacing * np.clip(_GROWTH * np.cbrt(ratio), _LEAST, _LARGEST))
 
 
+def quadratics(along: Reals) -> Reals:
+    """Return the monomials (n, k, p) of quadratic functions of coordinates (n, k, d): 1, linear and quadratic ones."""
+    first, second = np.triu_indices(along.shape[2])
+    return np.concatenate([np.ones_like(along[..., :1]), along, along[..., first] * along[..., second]], 2)
+
+
 def _noise(places: Reals, near: Reals) -> Reals:
     """Return the standard deviation of neighbours from a quadratic function over their plane or line."""
     offsets = places[near] - places[near].mean(1, keepdims=True)
@@ -63,8 +69,7 @@ def _noise(places: Reals, near: Reals) -> Reals:
     own = np.einsum("nki,nij->nkj", offsets, axes)
     height, along = own[..., 0], own[..., 1:]
     along = along / np.maximum(np.abs(along).max((1, 2), keepdims=True), 1e-300)
-    first, second = np.triu_indices(along.shape[2])
-    design = np.concatenate([np.ones_like(along[..., :1]), along, along[..., first] * along[..., second]], 2)
+    design = quadratics(along)
     freedom = near.shape[1] - design.shape[2]
     if freedom <= 0:
         return np.zeros(len(near))

@@ -12,9 +12,9 @@ from generated import projective3, robust_views
 from ..arguments import Reals
 from ..evidence import Freedom, Problem, by_chance, explained_by_chance
 from ..evidence.consensus import N_WRONG, Indices
-from .fundamental import ALL
 from .normalization import extents, normalized, undone
 from .planes import linear_homography
+from .robust import ALL
 
 _FLAT = 1e-7
 """Points are on a line if their extent across it is below this fraction of the extent along it."""

@@ -10,11 +10,10 @@ from generated import linear_views, matrices, robust_views
 
 from ..arguments import Reals
 from .normalization import normalized, undone
+from .robust import ALL
 
 _STEPS = 30
 """A limit on work: the number of steps of a descent."""
-ALL = 1e20
-"""A squared distance that no pair reaches."""
 
 
 def eight_points(first: Reals, second: Reals) -> Reals:

@@ -10,8 +10,9 @@ from generated import camera_poses, projective2
 from ..arguments import Reals, real_array
 from .camera import Camera, pinhole_pixels
 from .localization import intrinsics_of_camera
-from .pose_refinement import camera_motors
+from .pose_refinement import OPEN, camera_motors
 from .pose_starts import three_points
+from .robust import ALL
 from .status import VisionStatus, check_points, refuse
 
 _STEPS = 10.0
@@ -19,8 +20,6 @@ _STEPS = 10.0
 _EXACT = 1e-6
 """From floating point: a pose fits if its pixels are off by less than this fraction of a focal length; near a double
 root, rounding moves poses by the square root of its size."""
-_OPEN = 1e-7
-"""From floating point: points are on a line if their extent across it is below this fraction of that along it."""
 _SAME = 1e-5
 """From floating point: poses that differ by less are those of one double root."""
 
@@ -63,11 +62,11 @@ def poses_of_three_points(points: ArrayLike, pixels: ArrayLike, camera: Camera |
     centroid = places.mean(0)
     centred = places - centroid
     extents = np.linalg.svd(centred, compute_uv=False)
-    if extents[1] <= _OPEN * extents[0]:
+    if extents[1] <= OPEN * extents[0]:
         refuse(VisionStatus.DEGENERATE, "poses_of_three_points", "three points that are not on a line")
     found = three_points(centred, np.asarray(projective2.transform_point(np.linalg.inv(k), image)))
     found = found[np.isfinite(found).all((1, 2))]
-    found = np.asarray(camera_poses.descend_pose(found, k, centred, image, 1e20, _STEPS)[0])
+    found = np.asarray(camera_poses.descend_pose(found, k, centred, image, ALL, _STEPS)[0])
     squares = np.asarray(camera_poses.pixel_squares(found, k, centred, image))
     found = found[(squares <= (_EXACT * abs(k[0, 0])) ** 2).all(1)]
     kept = list[int]()

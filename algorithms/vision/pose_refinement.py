@@ -10,10 +10,12 @@ from generated import camera_poses, pga3
 
 from ..arguments import Reals
 from ..evidence import WRONG, Noise, differ, largest_likely, likely
+from ..evidence.triangles import from_triangle
 from .pose_starts import pose_starts, reversed_pose
+from .robust import ALL
 from .status import VisionStatus
 
-_OPEN = 1e-7
+OPEN = 1e-7
 """From floating point: a motion is undetermined if it moves pixels by less than this fraction of what others do."""
 _EXPLAINED = 0.03
 """Maximum fraction of the squares of pixels about their centroid that a valid pose leaves. It was tuned on random
@@ -22,8 +24,6 @@ _USUAL = 1e-3
 """The usual noise of pixels, in focal lengths: most points are located to half a pixel, by cameras of 500 pixels,"""
 _WEIGHT = 4.0
 """and the number of residuals that this is worth: a noise of a seventh to five times as much is not a contradiction."""
-_ALL = 1e20
-"""A sum of squares of pixels beyond which no limit is meant."""
 _SOON = 25
 """A limit on work: the number of iterations between tests whether a start can still lead to a likely minimum."""
 _PARAMETERS = 6
@@ -117,7 +117,7 @@ def pose_status(found: Poses, places: Reals, image: Reals, k: Reals, noise: Nois
     best, freedom = found.at((slice(None), 0)), 2 * n - _PARAMETERS
     extent = np.linalg.svd(places, compute_uv=False)
     values = np.linalg.eigvalsh(np.where(np.isfinite(best.normal), best.normal, 0))
-    left_open = (extent[:, 1] <= _OPEN * extent[:, 0]) | ~(values[:, 0] > _OPEN**2 * values[:, -1])
+    left_open = (extent[:, 1] <= OPEN * extent[:, 0]) | ~(values[:, 0] > OPEN**2 * values[:, -1])
     spread = ((image - image.mean(1, keepdims=True)) ** 2).sum((1, 2))
     explained = best.cost <= min(WRONG ** (1 / (n - 3)), _EXPLAINED) * spread
     explained &= ~noise.contradicted(best.cost, freedom)
@@ -160,13 +160,11 @@ def _offsets(found: Poses, i: int) -> Reals:
 
 def refined_poses(start: Reals, places: Reals, image: Reals, k: Reals, n_steps: int) -> Poses:
     """Return the minima near poses (b, 3, 4), with steps on the manifold of motions."""
-    found, triangle, numbers = camera_poses.descend_pose(start, k, places, image, _ALL, n_steps + 1.0)
-    cost = np.where(numbers[..., 0] < _ALL, numbers[..., 0], np.nan)
+    found, triangle, numbers = camera_poses.descend_pose(start, k, places, image, ALL, n_steps + 1.0)
+    cost = np.where(numbers[..., 0] < ALL, numbers[..., 0], np.nan)
     depths = (places @ found[:, 2, :3, None])[..., 0] + found[:, 2, 3:]
     in_front = np.asarray((depths > 0).all(1))
-    normal = np.empty((len(start), _PARAMETERS, _PARAMETERS))
-    rows, columns = np.triu_indices(_PARAMETERS)
-    normal[:, rows, columns] = normal[:, columns, rows] = triangle
+    normal = from_triangle(triangle, _PARAMETERS)
     return Poses(np.asarray(found), cost, normal, numbers[:, 1] > 0, in_front, numbers[:, 3])
 
 

@@ -11,6 +11,8 @@ from generated import linear_views, matrices, pga3, relative_poses
 from ..arguments import Reals
 from ..evidence import Freedom, Noise, Problem, all_or_some_sets, differ
 from ..evidence.consensus import Indices
+from ..evidence.triangles import from_triangle
+from .robust import ALL
 
 _STEPS = 50
 """A limit on work: the number of iterations from each start,"""
@@ -30,8 +32,6 @@ _SUBSET = 500
 """and the number of pairs on which minima are first sought."""
 FREEDOM = Freedom(sample_size=5, parameters=5, codimension=1, solutions=10, false_alarms=1.0)
 """As for the fundamental matrix, the bound is conservative by a factor of more than 50."""
-ALL = 1e20
-"""A squared distance that no pair reaches: all pairs are used."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,14 +88,14 @@ class Scene:
         found, triangles, numbers = relative_poses.descend_motion(
             motors, self.left, self.right, self.first, self.second, limit, float(at_most)
         )
-        return Motions(found, numbers[:, 0], _square(triangles), numbers[:, 1] > 0)
+        return Motions(found, numbers[:, 0], from_triangle(triangles, 5), numbers[:, 1] > 0)
 
     def descended_in_front(self, motors: Reals, limit: float = ALL, at_most: int = _STEPS) -> Motions:
         """Return the minima near motors (m, 8) of the squares of `explained`."""
         found, triangles, numbers = relative_poses.descend_motion_in_front(
             motors, self.left, self.right, self.two, self.first, self.second, limit, float(at_most)
         )
-        return Motions(found, numbers[:, 0], _square(triangles), numbers[:, 1] > 0)
+        return Motions(found, numbers[:, 0], from_triangle(triangles, 5), numbers[:, 1] > 0)
 
     def problem(self) -> Problem:
         """Return the problem of essential matrices from samples of five pairs."""
@@ -279,13 +279,3 @@ def _of_sets(one: Reals, two: Reals) -> list[Reals]:
     found = np.asarray(relative_poses.essential_of_root(real, pencil[:, None], basis[:, None]))
     found = found[usable].reshape(-1, 3, 3)
     return [found[np.isfinite(found).all((1, 2))]]
-
-
-_ROWS, _COLUMNS = np.triu_indices(5)
-
-
-def _square(triangle: Reals) -> Reals:
-    """Return symmetric matrices (..., 5, 5) from their upper triangles."""
-    found = np.empty((*triangle.shape[:-1], 5, 5))
-    found[..., _ROWS, _COLUMNS] = found[..., _COLUMNS, _ROWS] = triangle
-    return found

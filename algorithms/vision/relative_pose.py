@@ -28,7 +28,8 @@ from .degeneracy import displaced_by_chance, few_places, hidden_by_a_line
 from .localization import intrinsics_of_camera
 from .normalization import extents
 from .pose_refinement import pixel_noise
-from .relative_motions import ALL, FREEDOM, Motions, Scene, halfway, joined, steps_to
+from .relative_motions import FREEDOM, Motions, Scene, halfway, joined, steps_to
+from .robust import ALL
 from .status import VisionStatus, check_points, distinct
 
 _CONFIDENCE = 0.999

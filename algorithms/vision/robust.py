@@ -11,6 +11,9 @@ from ..evidence import Problem, consensus
 from ..evidence.consensus import Indices
 from .status import VisionStatus
 
+ALL = 1e20
+"""A squared distance, or a sum of these, that no pixels reach: as a limit, it leaves out none."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RobustEstimate:

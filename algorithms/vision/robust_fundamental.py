@@ -172,7 +172,7 @@ def _parallax(
         return no_estimate(VisionStatus.NO_CONSENSUS, len(one))
     with np.errstate(divide="ignore", invalid="ignore"):
         moved = homogeneous(np.asarray(projective2.transform_point(plane, one)))
-    lines, pixels = np.cross(moved, homogeneous(two)), Pixels.of(problem.first, problem.second)
+    lines = np.cross(moved, homogeneous(two))
 
     def solve(sets: Indices) -> Reals:
         epipole = np.cross(lines[sets[:, 0]], lines[sets[:, 1]])
@@ -180,8 +180,5 @@ def _parallax(
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(models / np.linalg.norm(models, axis=(-1, -2), keepdims=True))
 
-    def descend(model: Reals, threshold: float) -> Reals:
-        return pixels.descended(model, threshold, _STEPS)
-
-    off = Problem(one, two, _OFF_A_PLANE, solve, problem.distances, _costs, descend)
+    off = replace(problem, first=one, second=two, freedom=_OFF_A_PLANE, solve=solve)
     return robust_estimate(off, threshold, seed, confidence, len(one) ** 2 + 5000)

@@ -35,6 +35,25 @@ ARITHMETIC: Mapping[Op, str] = {
 """Expressions common to all languages with the operators of C; minimum and maximum are NaN if an operand is NaN."""
 
 
+def c_operations(real: str) -> dict[Op, str]:
+    """Return the expressions of languages with the functions of C, for numbers of the type `real`."""
+    return {
+        **ARITHMETIC,
+        Op.SQRT: "sqrt({0})",
+        Op.SIN: "sin({0})",
+        Op.COS: "cos({0})",
+        Op.ATAN2: "atan2({0}, {1})",
+        Op.ACOS: "acos({0})",
+        Op.EXP: "exp({0})",
+        Op.LOG: "log({0})",
+        Op.ABS: "fabs({0})",
+        Op.LESS: f"({real})({{0}} < {{1}})",
+        Op.LESS_EQUAL: f"({real})({{0}} <= {{1}})",
+        Op.EQUAL: f"({real})({{0}} == {{1}})",
+        Op.SELECT: "{0} != 0 ? {1} : {2}",
+    }
+
+
 @dataclass(frozen=True, slots=True)
 class Element:
     """The function that processes one element in one thread.

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from ..errors import BackendError
-from ..ir.scalar import Op, Rational
-from .devices import ARITHMETIC, C_WORDS
+from ..ir.scalar import Rational
+from .devices import C_WORDS, c_operations
 from .module import ModuleSource
 from .printers import number
 from .targets import Function, Language, LanguageNames, comment, function, function_names, render_target
@@ -17,21 +17,7 @@ def _number(value: Rational) -> str:
 
 
 HEADER = Language(
-    operations={
-        **ARITHMETIC,
-        Op.SQRT: "sqrt({0})",
-        Op.SIN: "sin({0})",
-        Op.COS: "cos({0})",
-        Op.ATAN2: "atan2({0}, {1})",
-        Op.ACOS: "acos({0})",
-        Op.EXP: "exp({0})",
-        Op.LOG: "log({0})",
-        Op.ABS: "fabs({0})",
-        Op.LESS: "(GAC_REAL)({0} < {1})",
-        Op.LESS_EQUAL: "(GAC_REAL)({0} <= {1})",
-        Op.EQUAL: "(GAC_REAL)({0} == {1})",
-        Op.SELECT: "{0} != 0 ? {1} : {2}",
-    },
+    operations=c_operations("GAC_REAL"),
     declaration="const GAC_REAL {0} = {1};",
     number=_number,
     reserved=C_WORDS

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ..ir.scalar import Op, Rational
+from ..ir.scalar import Rational
 from .device_loops import LoopDialect, element_functions, function_lines, loop_batch
-from .devices import ARITHMETIC, C_WORDS, Grid, batch, element
+from .devices import C_WORDS, Grid, batch, c_operations, element
 from .module import LoopSource, ModuleSource
 from .printers import number
 from .target_loops import LoopNames, loop_comment, loop_names
@@ -29,21 +29,7 @@ def _number(value: Rational) -> str:
 
 
 OPENCL = Language(
-    operations={
-        **ARITHMETIC,
-        Op.SQRT: "sqrt({0})",
-        Op.SIN: "sin({0})",
-        Op.COS: "cos({0})",
-        Op.ATAN2: "atan2({0}, {1})",
-        Op.ACOS: "acos({0})",
-        Op.EXP: "exp({0})",
-        Op.LOG: "log({0})",
-        Op.ABS: "fabs({0})",
-        Op.LESS: "(REAL)({0} < {1})",
-        Op.LESS_EQUAL: "(REAL)({0} <= {1})",
-        Op.EQUAL: "(REAL)({0} == {1})",
-        Op.SELECT: "{0} != 0 ? {1} : {2}",
-    },
+    operations=c_operations("REAL"),
     declaration="const REAL {0} = {1};",
     number=_number,
     # Names of vectors, images and address spaces are types and keywords in OpenCL; variables would hide functions.

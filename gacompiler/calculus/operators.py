@@ -229,7 +229,7 @@ def _derivative_latex(parameters: Sequence[Any], word: Word) -> str:
 
 
 def _splits(word: Word) -> list[tuple[Word, Word]]:
-    """Return the ways in which the derivatives of a product act on its first and its second factor."""
+    """Return all splits of a word of derivatives of a product into those of its first and of its second factor."""
     found: list[tuple[Word, Word]] = [((), ())]
     for k in word:
         found = [pair for a, b in found for pair in ((((*a, k)), b), (a, (*b, k)))]

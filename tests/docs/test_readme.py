@@ -13,7 +13,7 @@ from gacompiler.cli import main
 
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "README.md").read_text()
-WAYS = TEXT.partition("## Four ways in")[2].partition("\n## ")[0]
+WAYS = TEXT.partition("## Four starting points")[2].partition("\n## ")[0]
 BLOCKS = re.findall(r"```python\n(.*?)```", WAYS, re.DOTALL)
 
 
