@@ -23,6 +23,7 @@ from gacompiler.specs.families.plane_based import (
     products,
     twists,
 )
+from gacompiler.specs.families.rotations import direction_of_matrix
 
 POINT, DIRECTION, LINE, UNIT_LINE = PGA2.POINT, PGA2.DIRECTION, PGA2.LINE, PGA2.UNIT_LINE
 MOTOR, ROTOR, EVEN, BIVECTOR = PGA2.MOTOR, PGA2.ROTOR, PGA2.EVEN, PGA2.BIVECTOR
@@ -388,10 +389,10 @@ def motor_to_matrix(m):
 def motor_from_matrix(matrix):
     """Convert a homogeneous 3 x 3 matrix of a rigid motion to the motor with nonnegative scalar part.
 
-    The last row is not read. If the rest is not a rotation, the nearest rotation is used.
+    The last row is not read. If the rest is not a rotation, the nearest rotation is used; the result is NaN if its
+    determinant is not positive, as that of a reflection.
     """
-    cosine, sine = matrix[0][0] + matrix[1][1], matrix[1][0] - matrix[0][1]
-    return _translator([matrix[0][2], matrix[1][2]]) * _rotor_of_direction(cosine, sine)
+    return _translator([matrix[0][2], matrix[1][2]]) * _rotor_of_direction(*direction_of_matrix(matrix))
 
 
 motor_exponential = MOTORS.motor_exponential.documented(

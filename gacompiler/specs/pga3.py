@@ -28,7 +28,7 @@ from gacompiler.specs.families.plane_based import (
     products,
     twists,
 )
-from gacompiler.specs.families.rotations import quaternion_of_matrix, rotations_of_space
+from gacompiler.specs.families.rotations import quaternion_of_matrix, quaternion_of_motion, rotations_of_space
 
 POINT, DIRECTION, LINE, PLANE, TRIVECTOR = PGA3.POINT, PGA3.DIRECTION, PGA3.LINE, PGA3.PLANE, PGA3.TRIVECTOR
 MOTOR, ROTOR, TRANSLATOR, EVEN = PGA3.MOTOR, PGA3.ROTOR, PGA3.TRANSLATOR, PGA3.EVEN
@@ -930,10 +930,11 @@ def motor_from_matrix(matrix):
 
     The largest squared coefficient of the quaternion, which is at least 1/4, selects the row of coefficient products
     that is normalised (Shepperd, *J. Guidance and Control* 1:223, 1978). All rotations, including half turns, are
-    therefore equally accurate, and the result is a unit motor even if the matrix is only nearly orthogonal. The last
-    row of the matrix is not read. At an exact half turn both signs are correct.
+    therefore equally accurate, and the result is a unit motor even if the matrix is only nearly orthogonal. It is NaN
+    if the determinant is not positive, as that of a reflection. The last row of the matrix is not read. At an exact
+    half turn both signs are correct.
     """
-    return _translator([matrix[i][3] for i in range(3)]) * _rotor_of_matrix(matrix)
+    return _translator([matrix[i][3] for i in range(3)]) * _rotor(*quaternion_of_motion(matrix))
 
 
 rotor_from_matrix = ROTATIONS.rotor_from_matrix
@@ -1196,14 +1197,15 @@ def motor_to_dual_quaternion_scalar_last(m):
 def motor_from_adjoint(matrix):
     """Convert a 6 x 6 matrix that acts on lines and twists to a motor: inverse of `motor_to_adjoint`, up to sign.
 
-    A matrix that is nearly of this form gives a motion that is nearly correct. The block that must be 0 is not read.
+    A matrix that is nearly of this form gives a motion that is nearly correct; a reflection of space gives NaN. The
+    block that must be 0 is not read.
     """
     places = ((2, 1), (1, -1), (0, 1))
     turn = tuple(tuple(s * u * matrix[i][j] for j, u in places) for i, s in places)
     shift = tuple(tuple(u * matrix[3 + i][j] for j, u in places) for i in range(3))
     cross = [[dot(shift[i], turn[j]) for j in range(3)] for i in range(3)]
     t = [HALF * (cross[2][1] - cross[1][2]), HALF * (cross[0][2] - cross[2][0]), HALF * (cross[1][0] - cross[0][1])]
-    return _translator(t) * _rotor_of_matrix(turn)
+    return _translator(t) * _rotor(*quaternion_of_motion(turn))
 
 
 translator_between_points = MOTIONS.translator_between_points

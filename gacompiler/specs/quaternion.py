@@ -9,7 +9,7 @@ accept any quaternion. Kernels for Fourier transforms and local phases are inclu
 import gacompiler as ga
 from gacompiler import SCALAR, array, kernel
 from gacompiler.algebra.catalog import VGA3
-from gacompiler.specs.families.rotations import coordinates, quaternion_of_matrix, rotor_between
+from gacompiler.specs.families.rotations import coordinates, quaternion_of_motion, rotor_between
 
 QUATERNION = VGA3.layout("QUATERNION", "1 e32 e13 e21")
 UNIT_QUATERNION = VGA3.layout("UNIT_QUATERNION", "1 e32 e13 e21", unit=True)
@@ -84,10 +84,10 @@ def from_matrix(matrix):
 
     The largest squared coefficient, which is at least 1/4, selects the row of coefficient products that is normalised
     (Shepperd, *J. Guidance and Control* 1:223, 1978). All rotations, including half turns, are therefore equally
-    accurate, and the result has norm 1 even if the matrix is only nearly orthogonal. At an exact half turn both signs
-    are correct.
+    accurate, and the result has norm 1 even if the matrix is only nearly orthogonal. It is NaN if the determinant is
+    not positive, as that of a reflection. At an exact half turn both signs are correct.
     """
-    return _quaternion(*quaternion_of_matrix(matrix))
+    return _quaternion(*quaternion_of_motion(matrix))
 
 
 @kernel(axis=VECTOR, angle=SCALAR, returns=UNIT_QUATERNION)

@@ -9,7 +9,7 @@ from gacompiler import SCALAR, array, kernel
 from gacompiler.algebra.catalog import VGA2
 from gacompiler.specs.families.euclidean import rotors, vectors
 from gacompiler.specs.families.products import products
-from gacompiler.specs.families.rotations import rotations_of_the_plane
+from gacompiler.specs.families.rotations import direction_of_matrix, rotations_of_the_plane
 
 VECTOR, ROTOR, EVEN, FULL = VGA2.VECTOR, VGA2.ROTOR, VGA2.EVEN, VGA2.full
 COMPLEX, MATRIX = array(SCALAR, 2), array(SCALAR, 2, 2)
@@ -130,8 +130,11 @@ def rotor_to_matrix(r):
 
 @kernel(matrix=MATRIX, returns=ROTOR)
 def rotor_from_matrix(matrix):
-    """Convert a 2 x 2 matrix to the rotor, with nonnegative scalar part, of the nearest rotation."""
-    return _rotor(matrix[0][0] + matrix[1][1], matrix[1][0] - matrix[0][1])
+    """Convert a 2 x 2 matrix to the rotor, with nonnegative scalar part, of the nearest rotation.
+
+    The result is NaN if the determinant is not positive, as that of a reflection.
+    """
+    return _rotor(*direction_of_matrix(matrix))
 
 
 # Fields.

@@ -191,8 +191,8 @@ rotor_from_matrix = ROTATIONS.rotor_from_matrix.documented(
 
     The largest squared coefficient of the quaternion, which is at least 1/4, selects the row of coefficient products
     that is normalised (Shepperd, *J. Guidance and Control* 1:223, 1978). All rotations, including half turns, are
-    therefore equally accurate, and the result is a unit rotor even if the matrix is only nearly orthogonal. At an exact
-    half turn both signs are correct.
+    therefore equally accurate, and the result is a unit rotor even if the matrix is only nearly orthogonal. It is NaN
+    if the determinant is not positive, as that of a reflection. At an exact half turn both signs are correct.
     """
 )
 

@@ -247,6 +247,27 @@ def test_a_motor_of_a_matrix_that_is_nearly_orthogonal_is_unit(rng: np.random.Ge
     close(pga3.motor_to_matrix(motors), matrices, 1e-5)
 
 
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("mirror", [(-1, 1, 1), (-1, -1, -1), (1, -1, 1)])
+def test_reflections_have_no_rotor(rng: np.random.Generator, mirror: tuple[int, ...], dtype: type) -> None:
+    matrices = poses(rng).astype(dtype)
+    turns = matrices[:, :3, :3]
+    with np.errstate(invalid="ignore"):
+        for rotor_of in (vga3.rotor_from_matrix, pga3.rotor_from_matrix, quaternion.from_matrix):
+            assert np.isfinite(rotor_of(turns)).all()
+            assert np.isnan(rotor_of(turns * np.array(mirror, dtype))).all()
+        assert np.isnan(pga3.motor_from_matrix(matrices * np.array([*mirror, 1], dtype))[:, :4]).all()
+
+
+def test_singular_matrices_have_no_rotor() -> None:
+    with np.errstate(all="ignore"):
+        for matrix in (np.ones((4, 4)), np.diag([0.0, 1, 1, 1]), np.zeros((4, 4))):
+            assert np.isnan(pga3.motor_from_matrix(matrix)[:4]).all()
+        for flat in (np.diag([-1.0, 1]), np.ones((2, 2)), np.array([[0.6, 0.8], [0.8, -0.6]]), np.zeros((2, 2))):
+            assert np.isnan(vga2.rotor_from_matrix(flat)).all()
+            assert np.isnan(pga2.motor_from_matrix(np.block([[flat, np.zeros((2, 1))], [0, 0, 1]]))[:2]).all()
+
+
 def test_motors_move_everything_as_matrices_do(rng: np.random.Generator) -> None:
     matrices = poses(rng)
     motors = pga3.motor_from_matrix(matrices)

@@ -21,11 +21,12 @@ def choose(condition, these, those):
     return tuple(ga.select(condition, a, b) for a, b in zip(these, those, strict=True))
 
 
-def quaternion_of_matrix(t):
+def quaternion_of_matrix(t, is_proper=True):
     """Return the quaternion (w, x, y, z), with nonnegative w, of a rotation matrix.
 
     The row of the matrix ``4 q q^T`` of the quaternion q with the largest diagonal entry is normalised (Shepperd, *J.
-    Guidance and Control* 1:223, 1978).
+    Guidance and Control* 1:223, 1978). Reflections and singular matrices give a quaternion too; `is_proper` is the
+    condition under which it is not NaN.
     """
     x, y, z = t[2][1] - t[1][2], t[0][2] - t[2][0], t[1][0] - t[0][1]
     xy, xz, yz = t[0][1] + t[1][0], t[0][2] + t[2][0], t[1][2] + t[2][1]
@@ -34,8 +35,24 @@ def quaternion_of_matrix(t):
     upper = choose(xx <= ww, (ww, x, y, z), (x, xx, xy, xz))
     lower = choose(zz <= yy, (y, xy, yy, yz), (z, xz, yz, zz))
     row = choose(ga.maximum(yy, zz) <= ga.maximum(ww, xx), upper, lower)
-    factor = ga.select(row[0] < 0, -1, 1) / ga.sqrt(sum(a * a for a in row))
+    squared = sum(a * a for a in row)
+    factor = ga.select(row[0] < 0, -1, 1) / ga.sqrt(squared if is_proper is True else ga.select(is_proper, squared, -1))
     return tuple(factor * a for a in row)
+
+
+def quaternion_of_motion(t):
+    """Return `quaternion_of_matrix`, NaN if the determinant of the first three rows and columns is not positive."""
+    minors = (t[1][i] * t[2][j] - t[1][j] * t[2][i] for i, j in ((1, 2), (2, 0), (0, 1)))
+    return quaternion_of_matrix(t, sum(t[0][k] * minor for k, minor in enumerate(minors)) > 0)
+
+
+def direction_of_matrix(t):
+    """Return multiples of the cosine and the sine of the rotation of the plane that is nearest to a 2 x 2 matrix.
+
+    Both are 0 if the determinant is not positive.
+    """
+    is_proper = t[0][0] * t[1][1] - t[0][1] * t[1][0] > 0
+    return (ga.select(is_proper, part, 0) for part in (t[0][0] + t[1][1], t[1][0] - t[0][1]))
 
 
 def rotor_between(a, b):
@@ -81,9 +98,10 @@ def rotations_of_space(algebra, rotor, axes, components):
         """Convert a 3 x 3 rotation matrix to the rotor with nonnegative scalar part.
 
         All rotations, including half turns, are equally accurate, and the result is a unit rotor even if the matrix is
-        only nearly orthogonal. At an exact half turn both signs are correct.
+        only nearly orthogonal. If its determinant is not positive, as that of a reflection, the result is NaN. At an
+        exact half turn both signs are correct.
         """
-        return rotor(*quaternion_of_matrix(matrix))
+        return rotor(*quaternion_of_motion(matrix))
 
     @family.kernel(r=ROTOR, returns=MATRIX)
     def rotor_to_matrix(r):
