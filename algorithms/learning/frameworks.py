@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -76,6 +76,67 @@ def torch_operator(layer: Layer, algebra: str | Algebra, channels: int) -> Calla
     for operator in (run, back):
         operator.register_vmap(batched(operator))
     return run  # type: ignore[no-any-return]
+
+
+def torch_module(layers: Layer | Sequence[Layer], algebra: str | Algebra, channels: int, seed: int = 0) -> Any:
+    """Return layers, one after the other, as a module of torch with parameters of its own.
+
+    Parameters
+    ----------
+    layers : Layer or sequence of Layer
+        Layers of this package, such as `GradeLinear` and `Gate`.
+    algebra : str or Algebra
+        The algebra of the first layer.
+    channels : int
+        The number of channels that the first layer takes.
+    seed : int
+        Seed of the initial parameters, which are those of `Network`.
+
+    Returns
+    -------
+    torch.nn.Module
+        It maps x (..., channels, blades) to y (..., channels, blades); leading axes are those of x. Its parameters have
+        the default type of torch; ``module.double()`` converts them. Values are computed on the CPU.
+
+    Raises
+    ------
+    ValueError
+        If there is no layer. A call raises it for an x with other numbers of channels or blades.
+    """
+    with extra("peers", "algorithms.learning.frameworks"):
+        import torch
+    stages = [layers] if isinstance(layers, Layer) else list(layers)
+    if not stages:
+        raise ValueError("torch_module: no layers; expected at least one")
+    algebra, random = Algebra.of(algebra), np.random.default_rng(seed)
+
+    class Module(torch.nn.Module):  # type: ignore[misc]
+        def __init__(self, layer: Layer, algebra: Algebra, channels: int) -> None:
+            super().__init__()
+            self.layer, self.shape = layer, (channels, algebra.size)
+            self.weights = torch.nn.ParameterList(
+                torch.nn.Parameter(torch.tensor(own, dtype=torch.get_default_dtype()))
+                for own in layer.initial(algebra, channels, random)
+            )
+            self._run = torch_operator(layer, algebra, channels)
+
+        def forward(self, x: torch.Tensor) -> torch.Tensor:
+            """Compute the results of the layer."""
+            if tuple(x.shape[-2:]) != self.shape:
+                found, expected = tuple(x.shape), "(..., {}, {})".format(*self.shape)
+                raise ValueError(f"{self.layer}: x has shape {found}; expected {expected}, channels and blades")
+            y = self._run(x.reshape(-1, *self.shape), list(self.weights))
+            return y.reshape(*x.shape[:-2], *y.shape[1:])
+
+        def extra_repr(self) -> str:
+            """Return the layer with the numbers of channels and blades that it takes."""
+            return f"{self.layer}, channels={self.shape[0]}, blades={self.shape[1]}"
+
+    modules = []
+    for layer in stages:
+        modules.append(Module(layer, algebra, channels))
+        algebra, channels = layer.output(algebra, channels)
+    return modules[0] if isinstance(layers, Layer) else torch.nn.Sequential(*modules)
 
 
 def jax_function(layer: Layer, algebra: str | Algebra, channels: int) -> Callable[..., Any]:

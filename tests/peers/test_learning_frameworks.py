@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.linalg import block_diag
 
-from algorithms.learning import Algebra, Gate, GradeProduct, Interaction, Invariants, Linear, Split
-from algorithms.learning.frameworks import jax_function, torch_operator
+from algorithms.learning import Algebra, Gate, GradeLinear, GradeProduct, Interaction, Invariants, Linear, Split
+from algorithms.learning.frameworks import jax_function, torch_module, torch_operator
 
 pytestmark = pytest.mark.peers
 LAYERS = [Linear(2), GradeProduct(), Gate(), Split("silu"), Invariants(), Interaction(2, steps=2, hidden=(4,))]
@@ -51,3 +52,40 @@ def test_jax(layer: Any) -> None:
             assert np.allclose(found, expected, atol=1e-10)
         many = jax.jit(jax.vmap(lambda x: function(x, *parameters)))(np.stack([x, 2 * x]))
         assert np.allclose(many[0], y) and np.allclose(many[1], layer.value(Algebra(3), 2 * x, parameters))
+
+
+def turned(x: Any) -> Any:
+    """Coefficients after a rotation of space, for blades in the order of their grades."""
+    turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+    turn *= np.linalg.det(turn)
+    pairs = ((0, 1), (0, 2), (1, 2))
+    minors = [[np.linalg.det(turn[np.ix_(a, b)]) for b in pairs] for a in pairs]
+    return x @ block_diag(1, turn, minors, 1).T
+
+
+def test_modules_learn_and_commute_with_rotations() -> None:
+    """The product of two vectors, learned from samples; a module whose weights got no gradient would not."""
+    torch = pytest.importorskip("torch")
+    torch.manual_seed(0)
+    net = torch_module([GradeLinear(4), GradeProduct(), Gate(), GradeLinear(1)], "G(3)", 2).double()
+    random = np.random.default_rng(1)
+    x = np.zeros((3, 64, 2, 8))
+    x[..., 1:4] = random.normal(size=(3, 64, 2, 3))
+    target = torch.tensor((x[..., 0, :] * x[..., 1, :]).sum(-1))  # the scalar product
+    given, optimiser = torch.tensor(x), torch.optim.Adam(net.parameters(), lr=0.02)
+
+    def loss() -> Any:
+        return (net(given)[..., 0, 0] - target).square().mean()
+
+    first = loss().item()
+    for _ in range(150):
+        optimiser.zero_grad()
+        loss().backward()
+        optimiser.step()
+    assert loss().item() < 0.1 * first
+    assert np.allclose(net(torch.tensor(turned(x))).detach(), turned(net(given).detach().numpy()), atol=1e-12)
+    again = torch_module([GradeLinear(4), GradeProduct(), Gate(), GradeLinear(1)], "G(3)", 2, seed=5).double()
+    again.load_state_dict(net.state_dict())
+    assert torch.equal(again(given), net(given))
+    with pytest.raises(ValueError, match=r"GradeLinear.*shape \(3, 64, 2, 4\); expected \(..., 2, 8\)"):
+        net(given[..., :4])
