@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from ..gac_runtime.boundaries import BOUNDARIES
 from .interpret import Tape
 from .procedure import (
     Add,
@@ -21,6 +22,7 @@ from .procedure import (
     Previous,
     Procedure,
     Repeat,
+    Shifted,
     Statement,
     Storage,
     Through,
@@ -174,6 +176,9 @@ class _Run:
                 return int(value) if 0 <= value < length else None
             case Counter(loop):
                 return self._counters[loop]
+            case Shifted(loop, by, boundary, stride, _):
+                k = BOUNDARIES[boundary](stride * self._counters[loop] + by, length)
+                return k if k >= 0 else None
             case Previous(loop, _):
                 direction, count = self._directions[loop]
                 k = self._counters[loop] - direction
