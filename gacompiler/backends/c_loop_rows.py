@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
+from ..gac_runtime.boundaries import BOUNDARIES
 from ..ir.procedure import (
     Along,
     Counter,
@@ -13,6 +15,7 @@ from ..ir.procedure import (
     Place,
     Previous,
     Row,
+    Shifted,
     Storage,
     Table,
     Through,
@@ -49,6 +52,10 @@ class RowReader(Tokens):
     def _place_or(self, pointer: Tree, condition: Tree, start: str) -> Place:
         """Read a row that is replaced by another one if a condition does not hold."""
         place = self._place(pointer, condition)
+        if any(isinstance(each, Shifted) for each in numbers_of(place.row)):
+            rows = (replace(each, start=start) if self._may_miss(each, length) else each
+                    for each, length in zip(numbers_of(place.row), self._known(place.table).lengths, strict=True))  # fmt: skip
+            return Place(place.table, row_at(tuple(rows)))
         if number := number_of(place.row):
             table = self._known(place.table)
             numbers = zip(numbers_of(place.row), table.lengths, strict=True)
@@ -100,7 +107,32 @@ class RowReader(Tokens):
                     raise self._wrong(f"the row {number!r} of {table.name}")
         return row_at((self._along_axis(table, number), *found))
 
-    def _along_axis(self, table: Table, number: Tree) -> Counter | Through | Numbered:
+    def _may_miss(self, row: Along, length: str) -> bool:
+        return isinstance(row, Shifted) and row.may_miss(self._loops[row.loop][0], length)
+
+    def _shifted(self, number: Tree) -> Shifted | None:
+        """Read a row at a distance, or return None if it is another row."""
+        match number:
+            case ("()", "GAC_ROW_AT", str(boundary), at, _):
+                pass
+            case ("()", str(function), at, _):
+                boundary = function.removeprefix("gac_")
+            case _:
+                return None
+        by, stride = 0, 1
+        match at:
+            case (("+" | "-") as sign, first, int(distance)):
+                at, by = first, distance if sign == "+" else -distance
+        match at:
+            case ("*", int(stride), first):
+                at = first
+        if boundary not in BOUNDARIES or not isinstance(at, str) or at not in self._loops:
+            raise self._wrong(f"the row {number!r}")
+        return Shifted(at, by, boundary, stride)
+
+    def _along_axis(self, table: Table, number: Tree) -> Counter | Through | Numbered | Shifted:
+        if found := self._shifted(number):
+            return found
         match number:
             case ("row", value):
                 return Numbered(self._place(value).table, "")

@@ -29,6 +29,7 @@ from ..ir.procedure import (
     Storage,
     Table,
     further_tables,
+    is_shifted,
     number_of,
     statements,
 )
@@ -287,5 +288,5 @@ def _read(named: Procedure) -> Iterable[str]:
             yield from further_tables(place.row)
             if isinstance(place.row, At):
                 yield from named.table(place.table).lengths[1:]
-            if number_of(place.row):
+            if number_of(place.row) or is_shifted(place.row):
                 yield from named.table(place.table).lengths

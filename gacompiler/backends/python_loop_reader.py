@@ -13,6 +13,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from ..errors import BackendError
+from ..gac_runtime.boundaries import NAMES
 from ..gac_runtime.definition import shapes_in
 from ..ir.procedure import (
     Add,
@@ -29,6 +30,7 @@ from ..ir.procedure import (
     Procedure,
     Repeat,
     Row,
+    Shifted,
     Statement,
     Storage,
     Table,
@@ -152,6 +154,7 @@ class _Reader:
         except (ValueError, TypeError, AttributeError, IndexError, KeyError) as error:
             raise BackendError(where, f"a declaration that cannot be read ({error})", "@_module.loops(...)") from error
         self._loops: dict[str, bool] = {}
+        self._over: dict[str, str] = {}  # the lengths of the loops
         self._may_miss = False
 
     def _declared(self, signature: str, options: Mapping[str, Mapping[str, str]]) -> dict[str, Table]:
@@ -270,7 +273,7 @@ class _Reader:
                 return self._repeat(node, limit, body)
             case _:
                 raise self._unreadable(node)
-        self._loops[counter] = reverse
+        self._loops[counter], self._over[counter] = reverse, self._lengths[n]
         until = ""
         match body:
             case [*before, ast.If(ast.Compare(end, [ast.NotEq()], [ast.Constant(0)]), [ast.Break()], [])]:
@@ -302,8 +305,10 @@ class _Reader:
             case ast.Call(ast.Name(function), [ast.Name(name), key, ast.Name(start)], []) if function == READ_OR:
                 first = self._table(node, start).name
                 match key:
-                    case ast.Name() | ast.Tuple() | ast.Subscript(ast.Name(), ast.Tuple([])) if self._computed(key):
+                    case ast.Call() | ast.Tuple() if self._is_shifted(key):
                         row: Row = self._row(key, first)
+                    case ast.Name() | ast.Tuple() | ast.Subscript(ast.Name(), ast.Tuple([])) if self._computed(key):
+                        row = self._row(key, first)
                     case ast.BinOp():
                         counter, step = self._neighbour(key)
                         if step != (1 if self._loops[counter] else -1):
@@ -347,8 +352,28 @@ class _Reader:
         keys = key.elts if isinstance(key, ast.Tuple) else [key]
         return any(isinstance(each, ast.Name) and each.id in self._tables for each in keys)
 
-    def _along_axis(self, key: ast.expr, start: str = "") -> Counter | Through | Numbered:
+    def _is_shifted(self, key: ast.expr) -> bool:
+        """Return whether rows are at a distance along an axis."""
+        keys = key.elts if isinstance(key, ast.Tuple) else [key]
+        return any(isinstance(each, ast.Call) for each in keys)
+
+    def _shifted(self, key: ast.expr, boundary: str, at: ast.expr, length: str, start: str) -> Shifted:
+        by, stride = 0, 1
+        match at:
+            case ast.BinOp(first, ast.Add() | ast.Sub() as operator, ast.Constant(int(distance))):
+                at, by = first, distance if isinstance(operator, ast.Add) else -distance
+        match at:
+            case ast.BinOp(ast.Constant(int(stride)), ast.Mult(), first):
+                at = first
+        if not isinstance(at, ast.Name) or at.id not in self._loops or length not in self._lengths:
+            raise self._unreadable(key)
+        row = Shifted(at.id, by, boundary, stride)
+        return replace(row, start=start) if row.may_miss(self._over[at.id], self._lengths[length]) else row
+
+    def _along_axis(self, key: ast.expr, start: str = "") -> Counter | Through | Numbered | Shifted:
         match key:
+            case ast.Call(ast.Name(function), [at, ast.Name(length)], []) if function in NAMES:
+                return self._shifted(key, function[1:], at, length, start)
             case ast.Name(name) if start and name in self._tables:
                 return Numbered(self._tables[name].name, start)
             case ast.Name(counter) if counter in self._loops:
