@@ -6,7 +6,7 @@ loop that contains no loops and whose rows can be computed in any order is split
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from ..ir.procedure import (
@@ -26,7 +26,33 @@ from ..ir.procedure import (
 )
 from ..ir.procedure_text import at_text
 
-HELPERS = """
+BODIES = {
+    "reflect": """
+    while (n > 0 && (k < 0 || k >= n))
+        k = k < 0 ? -1 - k : 2 * n - 1 - k;
+    return k;""",
+    "mirror": """
+    while (n > 1 && (k < 0 || k >= n))
+        k = k < 0 ? -k : 2 * n - 2 - k;
+    return n > 1 ? k : 0;""",
+    "nearest": """
+    return k < 0 ? 0 : k < n ? k : n - 1;""",
+    "wrap": """
+    while (n > 0 && (k < 0 || k >= n))
+        k += k < 0 ? n : -n;
+    return k;""",
+}
+"""The statements that find the row that a boundary mode puts at the number k of an axis of n rows, in C."""
+
+
+def boundary_functions(head: str) -> str:
+    """Return the functions of the boundary modes in a language like C; `head` is that of the function {name}."""
+    functions = (f"{head.format(name=f'gac_{mode}')}\n{{{body}\n}}\n" for mode, body in BODIES.items())
+    macros = "#define gac_constant(k, n) (k)\n#define gac_is_inside(k, n) ((k) >= 0 && (k) < (n))\n"
+    return "\n".join([*functions, macros])
+
+
+_DEFINED = f"""
 #ifndef GAC_WINDOWS
 #if defined(__GNUC__)
 #define GAC_BOUNDARY(name) static __attribute__((const, noinline, unused)) intptr_t name(intptr_t k, intptr_t n)
@@ -34,36 +60,11 @@ HELPERS = """
 #define GAC_BOUNDARY(name) static intptr_t name(intptr_t k, intptr_t n)
 #endif
 
-/* The rows at the numbers k of an axis of n rows; functions without branches in loops, which do not depend on them. */
-GAC_BOUNDARY(gac_reflect)
-{
-    while (k < 0 || k >= n)
-        k = k < 0 ? -1 - k : 2 * n - 1 - k;
-    return k;
-}
+/* The row that a boundary mode puts at the number k of an axis of n rows. Compilers call a function that has no other
+   effects outside of loops that do not change its arguments. */
+{boundary_functions("GAC_BOUNDARY({name})")}"""
 
-GAC_BOUNDARY(gac_mirror)
-{
-    while (n > 1 && (k < 0 || k >= n))
-        k = k < 0 ? -k : 2 * n - 2 - k;
-    return n > 1 ? k : 0;
-}
-
-GAC_BOUNDARY(gac_nearest)
-{
-    return k < 0 ? 0 : k < n ? k : n - 1;
-}
-
-GAC_BOUNDARY(gac_wrap)
-{
-    while (k < 0 || k >= n)
-        k += k < 0 ? n : -n;
-    return k;
-}
-
-#define gac_constant(k, n) (k)
-#define gac_is_inside(k, n) ((k) >= 0 && (k) < (n))
-
+_SPLIT = """
 /* A loop over n rows with counter i. From row `first` to the row before `last`, all neighbours exist. */
 #define GAC_ROW_AT(boundary, k, n) (GAC_INSIDE || ((k) >= 0 && (k) < (n)) ? (k) : gac_##boundary(k, n))
 #define GAC_EXISTS(condition) (GAC_INSIDE || (condition))
@@ -83,6 +84,8 @@ GAC_BOUNDARY(gac_wrap)
     }
 #endif
 """
+
+HELPERS = _DEFINED + _SPLIT
 """Functions and macros that precede the kernels of a module with windows; a file contains itself for each precision."""
 
 SPLIT = "GAC_WINDOWS"
@@ -101,9 +104,9 @@ def has_windows(procedure: Procedure) -> bool:
     return any(is_shifted(place.row) for each in statements(procedure.body) for place in _places(each))
 
 
-def helper_text(procedures: tuple[Procedure, ...]) -> list[str]:
-    """Return the lines that the procedures of a module need before them."""
-    return HELPERS.strip().splitlines() if any(map(has_windows, procedures)) else []
+def needed_by(procedures: Iterable[Procedure], text: str) -> list[str]:
+    """Return a list of a text if some of the procedures have windows, else an empty list."""
+    return [text.strip()] if any(map(has_windows, procedures)) else []
 
 
 def interior_of(procedure: Procedure, loop: Loop) -> Interior | None:
