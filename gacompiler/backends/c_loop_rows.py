@@ -19,6 +19,7 @@ from ..ir.procedure import (
     Storage,
     Table,
     Through,
+    is_shifted,
     number_of,
     numbers_of,
     row_at,
@@ -52,10 +53,9 @@ class RowReader(Tokens):
     def _place_or(self, pointer: Tree, condition: Tree, start: str) -> Place:
         """Read a row that is replaced by another one if a condition does not hold."""
         place = self._place(pointer, condition)
-        if any(isinstance(each, Shifted) for each in numbers_of(place.row)):
-            rows = (replace(each, start=start) if self._may_miss(each, length) else each
-                    for each, length in zip(numbers_of(place.row), self._known(place.table).lengths, strict=True))  # fmt: skip
-            return Place(place.table, row_at(tuple(rows)))
+        if is_shifted(place.row):
+            along = zip(numbers_of(place.row), self._known(place.table).lengths, strict=True)
+            return Place(place.table, row_at(tuple(self._or_start(row, length, start) for row, length in along)))
         if number := number_of(place.row):
             table = self._known(place.table)
             numbers = zip(numbers_of(place.row), table.lengths, strict=True)
@@ -107,8 +107,11 @@ class RowReader(Tokens):
                     raise self._wrong(f"the row {number!r} of {table.name}")
         return row_at((self._along_axis(table, number), *found))
 
-    def _may_miss(self, row: Along, length: str) -> bool:
-        return isinstance(row, Shifted) and row.may_miss(self._loops[row.loop][0], length)
+    def _or_start(self, row: Along, length: str, start: str) -> Along:
+        """Return a row with the table that replaces it if an axis may lack it."""
+        if isinstance(row, Shifted) and row.may_miss(self._loops[row.loop][0], length):
+            return replace(row, start=start)
+        return row
 
     def _shifted(self, number: Tree) -> Shifted | None:
         """Read a row at a distance, or return None if it is another row."""

@@ -159,7 +159,7 @@ def _in_any_order(procedure: Procedure, loop: Loop) -> bool:
             table = procedure.table(place.table)
             is_own = axis_of(place.row, loop.counter) is not None
             is_local = table.storage is Storage.WORK and not table.lengths
-            if place.table in read and place.table not in written or written.setdefault(place.table, place) != place:
+            if (place.table in read and place.table not in written) or written.setdefault(place.table, place) != place:
                 return False
             if not (is_own or is_local):
                 return False

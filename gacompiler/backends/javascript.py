@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from ..ir.scalar import Op, Rational
-from .devices import ARITHMETIC
 from .c_windows import needed_by
+from .devices import ARITHMETIC
 from .javascript_loops import HELPERS, WINDOWS, loop_functions, returned
 from .module import ModuleSource
 from .printers import number

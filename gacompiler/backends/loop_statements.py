@@ -62,8 +62,8 @@ class LoopWords:
     row, has_row : str
         The computed number {value} as the number of a row, and the condition that this is one of {length} rows.
     near, is_inside : str
-        The row that a boundary mode gives the number {at} in an axis of {length} rows, and the condition that the number
-        is one of these rows.
+        The row that a boundary mode puts at the number {at} of an axis of {length} rows, and the condition that there
+        is such a row in the axis.
     at : str
         The current row of a loop, before numbers are added to it.
     count, is_set : str

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from ..ir.scalar import Op, Rational
+from .c_windows import needed_by
 from .module import ModuleSource
 from .printers import number
-from .c_windows import needed_by
 from .rust_loops import HELPERS, WINDOWS, loop_functions
 from .target_loops import loop_names, programs
 from .targets import (

@@ -23,7 +23,19 @@ from ..frontend.recorded import Compute, Record, Recorded
 from ..frontend.recorder import Recorder
 from ..frontend.rows import Leaf
 from ..frontend.traced import substituted
-from ..ir.procedure import Add, Clear, Copy, Counter, Loop, Place, Repeat, goes_through, is_shifted, loops_of, numbers_of
+from ..ir.procedure import (
+    Add,
+    Clear,
+    Copy,
+    Counter,
+    Loop,
+    Place,
+    Repeat,
+    goes_through,
+    is_shifted,
+    loops_of,
+    numbers_of,
+)
 from .adjoints import Adjoint, adjoint, grouped
 from .cotangents import Cotangents, Seed
 from .replay import flattened, writes_of, written

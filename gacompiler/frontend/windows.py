@@ -167,7 +167,8 @@ def _along_known(arrays: Sequence[Unrolled], values: Sequence[Expression], chose
         rows = array.elements
         if depth:
             return Unrolled(tuple(along(row, value, depth - 1) for row in rows))
-        numbers = [BOUNDARIES[shift.boundary](shift.stride * k + shift.by, len(rows)) for k in range(chosen.length)]
+        number = BOUNDARIES[shift.boundary]
+        numbers = [number(shift.stride * k + shift.by, len(rows)) for k in range(int(chosen.length))]
         return Unrolled(tuple(rows[k] if k >= 0 else _filled(rows[0], value) for k in numbers))
 
     return [along(array, value, axis) for array, value in zip(arrays, values, strict=True)]
@@ -179,8 +180,7 @@ def _filled(row: Any, value: Expression) -> Any:
 
 
 def _along(arrays: Sequence[Rows], starts: Sequence[Callable[[], str]], chosen: Axis, axis: int) -> list[Rows]:
-    """Return arrays of the neighbours at a distance along an axis; `starts` return the rows for those beyond the ends.
-    """
+    """Return arrays of the neighbours at a distance along an axis; `starts` return the rows beyond the ends."""
     shift = chosen.shift
     assert shift is not None
     found = []

@@ -173,7 +173,7 @@ def number_of(row: Row) -> str:
 
 def start_of(row: Row) -> str:
     """Return the table whose only row stands for a row that does not exist, or an empty string."""
-    return next((e.start for e in numbers_of(row) if isinstance(e, (Previous, Parent, Numbered, Shifted)) and e.start), "")
+    return next(filter(None, (getattr(each, "start", "") for each in numbers_of(row))), "")
 
 
 def further_tables(row: Row) -> tuple[str, ...]:
