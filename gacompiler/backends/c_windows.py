@@ -65,22 +65,44 @@ _DEFINED = f"""
 {boundary_functions("GAC_BOUNDARY({name})")}"""
 
 _SPLIT = """
-/* A loop over n rows with counter i. From row `first` to the row before `last`, all neighbours exist. */
+/* A function with loops over rows of windows, for the widest vectors of the machine, see `GAC_HEAD` of the runtime. */
+#if defined(ON_v3) && !defined(GAC_LEVEL)
+#define GAC_WIDE(name, parameters, arguments)                                                                   \\
+    ON_v3 static void NAME(name##_v3) parameters { NAME(name##_within) arguments; }                             \\
+    ON_v4 static void NAME(name##_v4) parameters { NAME(name##_within) arguments; }                             \\
+    void NAME(name) parameters                                                                                  \\
+    {                                                                                                           \\
+        if (HAS_v4)                                                                                             \\
+            NAME(name##_v4) arguments;                                                                          \\
+        else if (HAS_v3)                                                                                        \\
+            NAME(name##_v3) arguments;                                                                          \\
+        else                                                                                                    \\
+            NAME(name##_within) arguments;                                                                      \\
+    }
+#elif defined(ON_v4) && GAC_LEVEL >= 4
+#define GAC_WIDE(name, parameters, arguments) ON_v4 void NAME(name) parameters { NAME(name##_within) arguments; }
+#else
+#define GAC_WIDE(name, parameters, arguments) void NAME(name) parameters { NAME(name##_within) arguments; }
+#endif
+
+/* A loop over n rows with counter i. From row `first` to the row before `last`, all neighbours exist; these rows are
+   computed in whole vectors, the last of which may overlap with the one before. */
 #define GAC_ROW_AT(boundary, k, n) (GAC_INSIDE || ((k) >= 0 && (k) < (n)) ? (k) : gac_##boundary(k, n))
 #define GAC_EXISTS(condition) (GAC_INSIDE || (condition))
-#define GAC_WINDOWS(i, n, first, last, ...)                                                                     \\
-    {                                                                                                           \\
-        const intptr_t gac_first = (first) < (n) ? (first) : (n), gac_end = (last) < (n) ? (last) : (n);        \\
-        const intptr_t gac_last = gac_end > gac_first ? gac_end : gac_first;                                    \\
-        enum { GAC_INSIDE = 0 };                                                                                \\
-        for (intptr_t i = gac_first > 0 ? 0 : gac_last; i < (n); i = i + 1 == gac_first ? gac_last : i + 1)     \\
-            __VA_ARGS__                                                                                         \\
-        {                                                                                                       \\
-            enum { GAC_INSIDE = 1 };                                                                            \\
-            ANY_ORDER                                                                                           \\
-            for (intptr_t i = gac_first; i < gac_last; i++)                                                     \\
-                __VA_ARGS__                                                                                     \\
-        }                                                                                                       \\
+#define GAC_WINDOWS(i, n, first, last, ...)                                                                    \\
+    {                                                                                                          \\
+        const intptr_t gac_first = (first) < (n) ? (first) : (n), gac_end = (last) < (n) ? (last) : (n);       \\
+        const intptr_t gac_last = gac_end - gac_first < LANES ? gac_first : gac_end;                           \\
+        enum { GAC_INSIDE = 0 };                                                                               \\
+        for (intptr_t i = gac_first > 0 ? 0 : gac_last; i < (n); i = i + 1 == gac_first ? gac_last : i + 1)    \\
+            __VA_ARGS__                                                                                        \\
+        for (intptr_t gac_done = gac_first; gac_done < gac_last; gac_done += LANES) {                          \\
+            enum { GAC_INSIDE = 1 };                                                                           \\
+            const intptr_t gac_start = gac_done + LANES <= gac_last ? gac_done : gac_last - LANES;             \\
+            ANY_ORDER                                                                                          \\
+            for (intptr_t i = gac_start; i < gac_start + LANES; i++)                                           \\
+                __VA_ARGS__                                                                                    \\
+        }                                                                                                      \\
     }
 #endif
 """
@@ -102,6 +124,13 @@ class Interior:
 def has_windows(procedure: Procedure) -> bool:
     """Return whether rows of a procedure lie at a distance from the current row of a loop."""
     return any(is_shifted(place.row) for each in statements(procedure.body) for place in _places(each))
+
+
+def has_split_loops(procedure: Procedure) -> bool:
+    """Return whether a loop of a procedure is split into borders and an interior."""
+    return any(
+        isinstance(each, Loop) and interior_of(procedure, each) is not None for each in statements(procedure.body)
+    )
 
 
 def needed_by(procedures: Iterable[Procedure], text: str) -> list[str]:
