@@ -140,9 +140,12 @@ def needed_by(procedures: Iterable[Procedure], text: str) -> list[str]:
 
 def interior_of(procedure: Procedure, loop: Loop) -> Interior | None:
     """Return the interior of a loop that is to be split, or None."""
-    shifts = list(_shifts(procedure, loop))
-    if loop.reverse or loop.until or not shifts or not _in_any_order(procedure, loop):
+    is_near = any(is_shifted(place.row) for each in loop.body for place in _places(each))
+    if loop.reverse or loop.until or not is_near or not _in_any_order(procedure, loop):
         return None
+    shifts = list(_shifts(procedure, loop))
+    if not shifts:
+        return Interior("0", loop.length)
     if len({(row.stride, length) for row, length in shifts}) > 1:
         return None
     (stride, length), distances = (shifts[0][0].stride, shifts[0][1]), [row.by for row, _ in shifts]
