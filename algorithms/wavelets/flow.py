@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from generated import images
+from generated import filters, images
 
 from ..arguments import Reals, finite_number
 from ..evidence import explains
@@ -18,7 +18,7 @@ from .flow_boundaries import chosen, visible
 from .flow_equations import BANDS, Level, outside
 from .flow_solver import filled, solved
 from .phase import gabor_taps
-from .separable import half_taps, smooth_rows
+from .separable import half_taps
 from .sharing import Progress, in_threads, n_threads, steps
 
 _HALVING = half_taps(gabor_taps(0.0, 1.0, False)[0], np.float32)
@@ -198,9 +198,7 @@ def _normalized(image: Reals) -> tuple[Reals, float]:
 
 def _halved(image: Reals) -> Reals:
     """Return every other pixel of the smoothed image, starting at the first row and the first column."""
-    smooth = np.empty_like(image)
-    smooth_rows(image[None], _HALVING, slice(0, len(image)), smooth[None])
-    return np.ascontiguousarray(smooth[::2, ::2])
+    return np.ascontiguousarray(filters.smoothed(image, _HALVING)[::2, ::2])
 
 
 def _enlarged(uv: Reals, shape: tuple[int, ...]) -> Reals:

@@ -70,27 +70,6 @@ def gabor_rows(image: Reals, taps: Reals, border: int, place: slice, out: Reals)
     out[...] = found.reshape(count, 8, rows, line)[..., :wide]
 
 
-def smooth_rows(images: Reals, taps: Reals, place: slice, out: Reals) -> None:
-    """Filter some rows of images, mirrored at their edges, along both axes.
-
-    Parameters
-    ----------
-    images : array, (K, M, N)
-        Dense array.
-    taps : array, (11,)
-        `half_taps` of a symmetric filter.
-    place : slice
-    out : array, (K, rows, N)
-    """
-    seen, (count, rows, wide) = _seen(images, 0, place), out.shape
-    line = seen.shape[2]
-    size, whole = rows * line, _whole(taps)
-    lines = np.zeros((count, size + 2 * _REACH), seen.dtype)
-    filters.symmetric_filter(_windows(seen.reshape(count, -1), size, line), whole, out=lines[:, :size])
-    found = filters.symmetric_filter(_windows(lines, size, 1), whole)
-    out[...] = found.reshape(count, rows, line)[..., :wide]
-
-
 def sampled_rows(spline: Reals, uv: Reals, place: slice, out: Reals) -> None:
     """Interpolate some rows of an image at (x + u, y + v); outside the image, the nearest pixel is repeated.
 
