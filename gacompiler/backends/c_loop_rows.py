@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import NamedTuple
 
-from ..gac_runtime.boundaries import BOUNDARIES
+from ..ir.boundaries import BOUNDARIES
 from ..ir.procedure import (
     Along,
     Counter,

@@ -12,7 +12,7 @@ from functools import cache, partial
 from typing import Any
 
 from ..errors import KernelError
-from ..gac_runtime.boundaries import BOUNDARIES
+from ..ir.boundaries import BOUNDARIES, row_near
 from .expression import Expression
 from .loop_bodies import is_unrolled, lifted
 from .recorded import is_constant
@@ -167,9 +167,9 @@ def _along_known(arrays: Sequence[Unrolled], values: Sequence[Expression], chose
         rows = array.elements
         if depth:
             return Unrolled(tuple(along(row, value, depth - 1) for row in rows))
-        number = BOUNDARIES[shift.boundary]
-        numbers = [number(shift.stride * k + shift.by, len(rows)) for k in range(int(chosen.length))]
-        return Unrolled(tuple(rows[k] if k >= 0 else _filled(rows[0], value) for k in numbers))
+        places = (shift.stride * k + shift.by for k in range(int(chosen.length)))
+        numbers = [row_near(shift.boundary, place, len(rows)) for place in places]
+        return Unrolled(tuple(_filled(rows[0], value) if k is None else rows[k] for k in numbers))
 
     return [along(array, value, axis) for array, value in zip(arrays, values, strict=True)]
 

@@ -47,14 +47,7 @@ def _constant(k: Any, n: Any) -> Any:
     return k if 0 <= k < n else -1
 
 
-BOUNDARIES: Mapping[str, Callable[[Any, Any], Any]] = {
-    "reflect": _reflect,
-    "mirror": _mirror,
-    "nearest": _nearest,
-    "wrap": _wrap,
-    "constant": _constant,
+NAMES: Mapping[str, Callable[[Any, Any], Any]] = {
+    function.__name__: function for function in (_reflect, _mirror, _nearest, _wrap, _constant)
 }
-"""The functions by mode."""
-
-NAMES: Mapping[str, Callable[[Any, Any], Any]] = {f"_{mode}": function for mode, function in BOUNDARIES.items()}
 """The functions by their free names in the text of a loop."""

@@ -110,10 +110,9 @@ class Numbered:
 
 @dataclass(frozen=True, slots=True)
 class Shifted:
-    """The row a few rows after the current one of a loop, at the place that a boundary mode gives it.
+    """The row ``stride * i + by`` for the current row i of a loop, at the place that a boundary mode gives it.
 
-    Its number is ``stride * i + by`` for the current row i. `boundary` is a key of `gac_runtime.boundaries.BOUNDARIES`.
-    If there is no such row, the only row of the table `start` stands for it.
+    `boundary` is one of `boundaries.BOUNDARIES`. The only row of the table `start` stands for a row that is missing.
     """
 
     loop: str

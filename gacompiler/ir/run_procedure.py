@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from ..gac_runtime.boundaries import BOUNDARIES
+from .boundaries import row_near
 from .interpret import Tape
 from .procedure import (
     Add,
@@ -177,8 +177,7 @@ class _Run:
             case Counter(loop):
                 return self._counters[loop]
             case Shifted(loop, by, boundary, stride, _):
-                k = BOUNDARIES[boundary](stride * self._counters[loop] + by, length)
-                return k if k >= 0 else None
+                return row_near(boundary, stride * self._counters[loop] + by, length)
             case Previous(loop, _):
                 direction, count = self._directions[loop]
                 k = self._counters[loop] - direction
