@@ -170,6 +170,20 @@ def test_the_gradient_equals_finite_differences(shape: tuple[int, ...]) -> None:
         assert abs(found[place] - difference) < 1e-8 * (1 + abs(difference))
 
 
+def test_exponentials_of_differences_that_vanish_in_one_pixel_are_proved() -> None:
+    @kernel(x=array(SCALAR, "n"), width=SCALAR)
+    def averaged(x, width):
+        """An average with weights that are exact where all neighbours are the same pixel."""
+
+        def pixel(*w):
+            weights = [exp(-((v - w[1]) ** 2) - k * k / width**2) for k, v in zip((-1, 0, 1), w, strict=True)]
+            return sum(a * b for a, b in zip(weights, w, strict=True)) / sum(weights)
+
+        return each(pixel, *window(x, 3))
+
+    compile_loops(averaged)
+
+
 def test_loops_that_carry_values_are_not_split() -> None:
     """The borders of a split loop are computed before its interior."""
     text = c_body("m", [], [compile_loops(smoothed).procedure])
