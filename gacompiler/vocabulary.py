@@ -53,6 +53,7 @@ from .frontend.searches import first_row as first_row
 from .frontend.searches import least as least
 from .frontend.searches import pick as pick
 from .frontend.searches import row_numbers as row_numbers
+from .frontend.windows import window as window
 
 if not TYPE_CHECKING:
     # Type checkers cannot read a computed list; for them, `as` and `*` above declare what is exported.
@@ -64,6 +65,6 @@ if not TYPE_CHECKING:
         "matrix_determinant", "matrix_of", "odd_part", "outer_cos", "outer_exp", "outer_sin", "pick", "power",
         "quadratic_roots", "quartic_roots", "read_cluscript", "robots", "row_numbers", "scan", "scatter",
         "solve_linear",
-        "solve_symmetric", "sqrt", "total", "transpose", "vjp",
+        "solve_symmetric", "sqrt", "total", "transpose", "vjp", "window",
         *frontend.operations.__all__,
     ])  # fmt: skip

@@ -8,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from generated import filters, images
+
 from ..arguments import Reals, finite_number
 from ..evidence import explains
 from .checks import single_image
@@ -16,7 +18,7 @@ from .flow_boundaries import chosen, visible
 from .flow_equations import BANDS, Level, outside
 from .flow_solver import filled, solved
 from .phase import gabor_taps
-from .separable import half_taps, median_rows, smooth_rows
+from .separable import half_taps
 from .sharing import Progress, in_threads, n_threads, steps
 
 _HALVING = half_taps(gabor_taps(0.0, 1.0, False)[0], np.float32)
@@ -171,7 +173,7 @@ def _motion(
             if k == count - 1:
                 uv = chosen(a, level, uv)
             sums, confidence, noise = level.equations(level.moved(uv), uv)
-            uv = _medians(solved(sums, uv, noise, BANDS, stiffness))
+            uv = images.medians(solved(sums, uv, noise, BANDS, stiffness))
             step_done()
     return uv, confidence, level
 
@@ -179,14 +181,6 @@ def _motion(
 def _rounds(levels: int) -> list[int]:
     """Return the number of comparisons at each level, coarse to fine: two at the finest level, which costs most."""
     return [_ROUNDS] * (levels - 1) + [2]
-
-
-def _medians(uv: Reals) -> Reals:
-    """Return the medians over 5 x 5 pixels."""
-    padded, result = np.pad(uv, [(0, 0), (2, 2), (2, 2)], "edge"), np.empty_like(uv)
-    for part, out in zip(padded, result, strict=True):
-        median_rows(part, slice(0, len(out)), out)
-    return result
 
 
 def _normalized(image: Reals) -> tuple[Reals, float]:
@@ -204,9 +198,7 @@ def _normalized(image: Reals) -> tuple[Reals, float]:
 
 def _halved(image: Reals) -> Reals:
     """Return every other pixel of the smoothed image, starting at the first row and the first column."""
-    smooth = np.empty_like(image)
-    smooth_rows(image[None], _HALVING, slice(0, len(image)), smooth[None])
-    return np.ascontiguousarray(smooth[::2, ::2])
+    return np.ascontiguousarray(filters.smoothed(image, _HALVING)[::2, ::2])
 
 
 def _enlarged(uv: Reals, shape: tuple[int, ...]) -> Reals:

@@ -11,12 +11,12 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from generated import images
+from generated import filters, images
 
 from ..arguments import Reals
 from .flow_equations import Level, median, outside
 from .phase import gabor_taps
-from .separable import cells, half_taps, smooth_rows
+from .separable import cells, half_taps
 
 _DISTANCE = 6
 """Distance in pixels of the candidates: about how far bands and averages spread motion across a boundary."""
@@ -132,9 +132,7 @@ class _Comparison:
     def cost(self, moved: Reals) -> Reals:
         """Return differences averaged over a few pixels, each clipped to a bound."""
         squares = np.minimum(self._squares(moved), np.float32(36 * self.noise + 0.05))
-        result = np.empty_like(squares)
-        smooth_rows(squares[None], _WINDOW, slice(0, len(squares)), result[None])
-        return result
+        return filters.smoothed(squares, _WINDOW)
 
     def _squares(self, moved: Reals) -> Reals:
         return np.asarray((self._first - self._gain * moved - self._offset) ** 2)

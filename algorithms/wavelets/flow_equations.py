@@ -9,11 +9,11 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from generated import images, quaternion
+from generated import filters, images, quaternion
 
 from ..arguments import Reals
 from .phase import gabor_taps
-from .separable import Sampler, gabor_rows, half_taps, smooth_rows
+from .separable import Sampler, gabor_rows, half_taps
 from .sharing import in_threads, n_threads, slices
 
 _FREQUENCIES = (0.7, 1.2)
@@ -115,10 +115,10 @@ class Level:
         self._each(compared, (8 * _COUNT + 6) * self._most * moved.shape[1])
         # Waves of amplitude 1 give sums of about 1: the second term matters only where the image is empty.
         ridge = np.asarray(1e-4 * (sums[0].mean() + sums[2].mean()) + 1e-12, moved.dtype)
-        smooth, found = np.empty_like(sums), np.empty((3, *moved.shape), moved.dtype)
+        smooth = filters.smoothed(sums, _NEIGHBOURHOOD, num_threads=n_threads(self._workers))
+        found = np.empty((3, *moved.shape), moved.dtype)
 
         def solved(place: slice) -> None:
-            smooth_rows(sums, _NEIGHBOURHOOD, place, smooth[:, place])
             images.solve_motion(_lines(smooth[:, place]), ridge, out=_lines(found[:, place]))
 
         in_threads(solved, self._places, self._workers)

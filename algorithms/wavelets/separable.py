@@ -1,4 +1,4 @@
-"""Filters of images along rows and columns, several at once, medians, and interpolation between pixels.
+"""Filters of images along rows and columns, several at once, and interpolation between pixels.
 
 All functions compute some rows of the result, so that intermediate values remain in a cache and threads can share rows.
 """
@@ -68,46 +68,6 @@ def gabor_rows(image: Reals, taps: Reals, border: int, place: slice, out: Reals)
     filters.three_filters(windows[:, :2], three[:, None], out=found[:, :3].transpose(0, 2, 3, 1))
     filters.even_and_odd_filter(windows[:, 2], three[:, :, :2], out=np.moveaxis(found[:, 3], 1, -1))
     out[...] = found.reshape(count, 8, rows, line)[..., :wide]
-
-
-def smooth_rows(images: Reals, taps: Reals, place: slice, out: Reals) -> None:
-    """Filter some rows of images, mirrored at their edges, along both axes.
-
-    Parameters
-    ----------
-    images : array, (K, M, N)
-        Dense array.
-    taps : array, (11,)
-        `half_taps` of a symmetric filter.
-    place : slice
-    out : array, (K, rows, N)
-    """
-    seen, (count, rows, wide) = _seen(images, 0, place), out.shape
-    line = seen.shape[2]
-    size, whole = rows * line, _whole(taps)
-    lines = np.zeros((count, size + 2 * _REACH), seen.dtype)
-    filters.symmetric_filter(_windows(seen.reshape(count, -1), size, line), whole, out=lines[:, :size])
-    found = filters.symmetric_filter(_windows(lines, size, 1), whole)
-    out[...] = found.reshape(count, rows, line)[..., :wide]
-
-
-def median_rows(padded: Reals, place: slice, out: Reals) -> None:
-    """Compute some rows of the medians of 5 x 5 pixels.
-
-    Parameters
-    ----------
-    padded : array, (M + 4, N + 4)
-        Dense array, padded by two pixels on all sides.
-    place : slice
-    out : array, (rows, N)
-    """
-    wide, size = padded.shape[1], padded.itemsize
-    # The rows form one line, in which neighbours are at constant distances; results at the right border are cut off.
-    medians = np.empty((place.stop - place.start, wide), padded.dtype)
-    line, inside = padded.ravel()[place.start * wide :], medians.ravel()[:-4]
-    pixels = np.lib.stride_tricks.as_strided(line, (inside.size, 5, 5), (size, wide * size, size), writeable=False)
-    images.median_of_25(pixels, out=inside)
-    out[...] = medians[:, :-4]
 
 
 def sampled_rows(spline: Reals, uv: Reals, place: slice, out: Reals) -> None:

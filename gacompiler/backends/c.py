@@ -33,6 +33,7 @@ from .c_loops import (
     work_lines,
     work_prototype,
 )
+from .c_windows import HELPERS, needed_by
 from .documentation import c_comment, c_loop_comment, stamp
 from .module import KernelSource, ModuleSource
 from .nesting import Nested, expression, nested
@@ -139,7 +140,7 @@ def _rendered(
     return {
         # A kernel may have the name of a macro of C headers that the runtime does not use, such as FLT_MAX.
         "hidden": [name for name in names if LIKE_A_MACRO.fullmatch(name)],
-        "helpers": helper_lines(programs, forms, row_sizes),
+        "helpers": [*needed_by(procedures, HELPERS), *helper_lines(programs, forms, row_sizes)],
         "kernels": ["\n".join(_kernel_and_loops(program, uniform)) for program, uniform in kernels]
         + ["\n".join(_procedure_lines(module, procedure)) for procedure in procedures],
     }

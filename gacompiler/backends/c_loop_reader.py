@@ -27,6 +27,7 @@ from ..ir.program import Program
 from .c_loop_rows import RowReader
 from .c_loop_tokens import Entry, Tree, factors_of, listed, tokens_of
 from .c_rounds import KEPT
+from .c_windows import SPLIT
 from .nesting import Shape
 
 START = "#define TABLES_"
@@ -205,6 +206,8 @@ class _Reader(RowReader):
         match self._next():
             case "for":
                 return self._loop()
+            case "GAC_WINDOWS":
+                return self._windows()
             case "ROUNDS":
                 return self._rounds()
             case "if":
@@ -269,6 +272,22 @@ class _Reader(RowReader):
         if braces:
             self._expect("}")
         return Loop(counter, length, reverse, tuple(body), until)
+
+    def _windows(self) -> Loop:
+        """Read a loop that is split into borders and an interior."""
+        self._expect(SPLIT, "(")
+        counter = self._take()
+        self._expect(",")
+        length = self._take()
+        for _ in range(2):
+            self._expect(",")
+            self._expression()
+        self._expect(",")
+        self._loops[counter] = self._length(length), False
+        braces = self._next() == "{"
+        body = self._block()
+        self._expect(*["}"] * braces, ")")
+        return Loop(counter, length, False, tuple(body))
 
     def _repeat(self) -> Repeat:
         counter = self._take()

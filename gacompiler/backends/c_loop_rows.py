@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
+from ..ir.boundaries import BOUNDARIES
 from ..ir.procedure import (
     Along,
     Counter,
@@ -13,9 +15,11 @@ from ..ir.procedure import (
     Place,
     Previous,
     Row,
+    Shifted,
     Storage,
     Table,
     Through,
+    is_shifted,
     number_of,
     numbers_of,
     row_at,
@@ -49,6 +53,9 @@ class RowReader(Tokens):
     def _place_or(self, pointer: Tree, condition: Tree, start: str) -> Place:
         """Read a row that is replaced by another one if a condition does not hold."""
         place = self._place(pointer, condition)
+        if is_shifted(place.row):
+            along = zip(numbers_of(place.row), self._known(place.table).lengths, strict=True)
+            return Place(place.table, row_at(tuple(self._or_start(row, length, start) for row, length in along)))
         if number := number_of(place.row):
             table = self._known(place.table)
             numbers = zip(numbers_of(place.row), table.lengths, strict=True)
@@ -100,7 +107,35 @@ class RowReader(Tokens):
                     raise self._wrong(f"the row {number!r} of {table.name}")
         return row_at((self._along_axis(table, number), *found))
 
-    def _along_axis(self, table: Table, number: Tree) -> Counter | Through | Numbered:
+    def _or_start(self, row: Along, length: str, start: str) -> Along:
+        """Return a row with the table that replaces it if an axis may lack it."""
+        if isinstance(row, Shifted) and row.may_miss(self._loops[row.loop][0], length):
+            return replace(row, start=start)
+        return row
+
+    def _shifted(self, number: Tree) -> Shifted | None:
+        """Read a row at a distance, or return None if it is another row."""
+        match number:
+            case ("()", "GAC_ROW_AT", str(boundary), at, _):
+                pass
+            case ("()", str(function), at, _):
+                boundary = function.removeprefix("gac_")
+            case _:
+                return None
+        by, stride = 0, 1
+        match at:
+            case (("+" | "-") as sign, first, int(distance)):
+                at, by = first, distance if sign == "+" else -distance
+        match at:
+            case ("*", int(stride), first):
+                at = first
+        if boundary not in BOUNDARIES or not isinstance(at, str) or at not in self._loops:
+            raise self._wrong(f"the row {number!r}")
+        return Shifted(at, by, boundary, stride)
+
+    def _along_axis(self, table: Table, number: Tree) -> Counter | Through | Numbered | Shifted:
+        if found := self._shifted(number):
+            return found
         match number:
             case ("row", value):
                 return Numbered(self._place(value).table, "")

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from ..errors import BackendError
-from ..ir.procedure import Apply, Place, Procedure, Repeat, Storage, Table, start_of
+from ..ir.procedure import Apply, Loop, Place, Procedure, Repeat, Shifted, Statement, Storage, Table, start_of
 from ..ir.program import Program
 from .c_rounds import kept_by_rounds
+from .c_windows import SPLIT, interior_of
 from .loop_statements import LoopWords, StatementText
 from .loop_statements import is_number as is_number
 from .loop_statements import product as product
@@ -44,6 +45,31 @@ class PlainText(StatementText):
     words = C_WORDS
     lanes = ""
     """The factor between the size of a row and its number."""
+    _split: Loop | None = None
+    """The loop that is split into borders and an interior, during the printing of its body."""
+
+    def _statement(self, statement: Statement) -> list[str]:
+        interior = interior_of(self._procedure, statement) if isinstance(statement, Loop) and not self.lanes else None
+        if interior is None:
+            return super()._statement(statement)
+        assert isinstance(statement, Loop)
+        self._loops[statement.counter] = self._split = statement
+        head = f"{SPLIT}({statement.counter}, {statement.length}, {interior.first}, {interior.last},"
+        body = [f"    {line}" for line in self.lines(statement.body)]
+        self._split = None
+        if len(body) == 1:
+            return [head, f"{body[0]})"]
+        return [f"{head} {{", *body, "})"]
+
+    def _near(self, row: Shifted, length: str) -> str:
+        if self._split is not None and row.loop == self._split.counter:
+            return f"GAC_ROW_AT({row.boundary}, {self._at(row)}, {length})"
+        return super()._near(row, length)
+
+    def _exists(self, row: Shifted, length: str) -> str:
+        condition = super()._exists(row, length)
+        is_split = self._split is not None and row.loop == self._split.counter
+        return f"GAC_EXISTS({condition})" if is_split else condition
 
     def _called(self, statement: Apply) -> list[str]:
         program = statement.program

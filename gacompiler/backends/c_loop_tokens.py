@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 from ..errors import BackendError
 
-_TOKEN = re.compile(r"\s+|\w+|--|\+\+|&&|>=|!=|\+=|\|=|[-+*<>=?:&()\[\]{},;]")
+_TOKEN = re.compile(r"\s+|\w+|--|\+\+|&&|>=|!=|\+=|\|=|[-+*/<>=?:&()\[\]{},;]")
 
 Tree = str | int | tuple["Tree", ...]
 """A name, a number, or an operation with its operands: ``("+", "q", "i")``."""
 
-_LEVELS: tuple[tuple[str, ...], ...] = (("&&",), (">=", "<", ">", "!="), ("+", "-"), ("*",))
+_LEVELS: tuple[tuple[str, ...], ...] = (("&&",), (">=", "<", ">", "!="), ("+", "-"), ("*", "/"))
 """Infix operators in order of increasing precedence."""
 
 _ENTRY = re.compile(r"\b(LENGTH|IN|NUMBER|SAME|INDEX|OUT|WORK)\((\d+), ([^()]*)\)")
@@ -86,6 +86,8 @@ class Tokens:
             self._expect(")")
         elif token.isdigit():
             found = int(token)
+        elif token.isidentifier() and self._next() == "(" and token.startswith(("gac_", "GAC_")):
+            found = self._call(token)
         elif token.isidentifier():
             found = token
         else:
@@ -95,6 +97,15 @@ class Tokens:
             found = ("[]", found, self._expression())
             self._expect("]")
         return found
+
+    def _call(self, name: str) -> Tree:
+        self._expect("(")
+        arguments = [self._expression()]
+        while self._next() == ",":
+            self._expect(",")
+            arguments.append(self._expression())
+        self._expect(")")
+        return ("()", name, *arguments)
 
     def _next(self) -> str:
         return self._tokens[self._at] if self._at < len(self._tokens) else ""

@@ -7,7 +7,8 @@ variables, which the compiler keeps in registers; other work tables are in the w
 In the function for NLANES elements (``gac_runtime.h``), every number is an array of NLANES numbers, and each part is a
 vectorised loop. Tables shared by all elements are stored once. Steps that are repeated until a condition holds are
 repeated until it holds for all of them (``c_rounds.py``). Procedures in which elements read different rows have no such
-version. Blocks with an argument too large for the vectorised sines are computed by the plain function.
+version, nor have those in which loops over neighbours are vectorised (``c_windows.py``). Blocks with an argument too
+large for the vectorised sines are computed by the plain function.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from ..ir.procedure import (
     Storage,
     Table,
     further_tables,
+    is_shifted,
     number_of,
     statements,
 )
@@ -37,9 +39,10 @@ from .c_batch import parts
 from .c_loop_names import named_in_c
 from .c_loop_text import LaneText, PlainText, is_number, is_shared, product
 from .c_rounds import kept_tables
+from .c_windows import has_split_loops
 from .transcendental import has_trigonometric, is_transcendental
 
-LOOP_ENDINGS = ("_within", "_v3", "_lanes", "_tables", "_call", "_rows", "_work")
+LOOP_ENDINGS = ("_within", "_v3", "_v4", "_lanes", "_tables", "_call", "_rows", "_work")
 """Suffixes of the names of the C functions of a kernel with loops."""
 
 SHARING = "PARTS_{}(IN, SAME, NUMBER, OUT, AND)"
@@ -62,8 +65,8 @@ def loop_parts(procedure: Procedure) -> tuple[Program, ...]:
 
 
 def has_lanes(procedure: Procedure) -> bool:
-    """Whether all elements read the same rows, so that NLANES elements can be computed at a time."""
-    return not procedure.selects
+    """Whether NLANES elements are computed at a time: all read the same rows, and no loop over rows is vectorised."""
+    return not procedure.selects and not has_split_loops(procedure)
 
 
 def lane_sizes(procedure: Procedure) -> set[int]:
@@ -121,14 +124,16 @@ def plain_lines(procedure: Procedure) -> list[str]:
     parameters = [*_lengths(named), *_declared(named, "REAL", False), f"REAL *{work}"]
     head = ", ".join(parameters)
     body = PlainText(named, names).lines(named.body)
-    is_busy = any(map(is_transcendental, loop_parts(procedure)))
-    name, storage = (f"{named.name}_within", "static INLINE ") if is_busy else (named.name, "")
+    is_busy, is_wide = any(map(is_transcendental, loop_parts(procedure))), has_split_loops(procedure)
+    name, storage = (f"{named.name}_within", "static INLINE ") if is_busy or is_wide else (named.name, "")
     lines = [f"{storage}void NAME({name})({head})", "{"]
     lines += _unread([*named.lengths, *(t.name for t in (*named.parameters, *named.results))], named, work)
     lines += _locals(named, work)
     lines += [*(f"    {line}" for line in body), "}"]
-    if is_busy:
-        own = ", ".join([*named.lengths, *(t.name for t in (*named.parameters, *named.results)), work])
+    own = ", ".join([*named.lengths, *(t.name for t in (*named.parameters, *named.results)), work])
+    if is_wide:
+        lines += ["", f"GAC_WIDE({named.name}, ({head}), ({own}))"]
+    elif is_busy:
         lines += ["", f"FUSED({named.name}, ({head}), ({own}))", f"void NAME({named.name})({head})", "{"]
         lines += [f"    RUN({named.name}, ({own}), ({own}));", "}"]
     return lines
@@ -287,5 +292,5 @@ def _read(named: Procedure) -> Iterable[str]:
             yield from further_tables(place.row)
             if isinstance(place.row, At):
                 yield from named.table(place.table).lengths[1:]
-            if number_of(place.row):
+            if number_of(place.row) or is_shifted(place.row):
                 yield from named.table(place.table).lengths

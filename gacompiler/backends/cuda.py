@@ -6,7 +6,7 @@ The text has no include directives. It uses the functions of ``<math.h>`` by the
 from __future__ import annotations
 
 from ..ir.scalar import Op, Rational
-from .device_loops import LoopDialect, element_functions, function_lines, loop_batch
+from .device_loops import LoopDialect, element_functions, function_lines, loop_batch, window_functions
 from .devices import ARITHMETIC, C_WORDS, Grid, batch, element
 from .module import LoopSource, ModuleSource
 from .printers import number
@@ -88,7 +88,7 @@ space of the next thread and to the next number.
 
 def cuda_source(module: ModuleSource) -> str:
     """Print the ``.cu`` file of a module: templates in a namespace, and ``extern "C"`` kernels over batches."""
-    kernels, loops, launched = [], [], []
+    kernels, loops, launched = [], window_functions((loop.procedure for loop in module.loops), _LOOPS), []
     global_names = LanguageNames(CUDA)
     space = global_names.fresh(module.name)
     local_names = LanguageNames(CUDA)

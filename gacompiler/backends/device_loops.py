@@ -8,7 +8,7 @@ variables: compilers keep them in registers, and parts take only pointers to mem
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from ..ir.procedure import (
@@ -30,6 +30,7 @@ from ..ir.procedure import (
     number_of,
     numbers_of,
 )
+from .c_windows import boundary_functions, needed_by
 from .devices import Grid, element
 from .loop_statements import is_number, product
 from .module import LoopSource
@@ -116,6 +117,13 @@ class LoopBatch:
     def declared(self, real: str) -> str:
         """Return the parameters for a type of numbers."""
         return ", ".join(self.parameters).format(real=real)
+
+
+def window_functions(procedures: Iterable[Procedure], dialect: LoopDialect) -> list[str]:
+    """Return the functions and macros for rows at a distance, if some of the procedures need them."""
+    index = dialect.grid.index
+    head = f"{dialect.whole} {index} {{name}}({index} k, {index} n)".strip()
+    return needed_by(procedures, f"#ifndef GAC_WINDOWS\n#define GAC_WINDOWS\n{boundary_functions(head)}#endif")
 
 
 def element_functions(loop: LoopSource, names: LoopNames, strided: str, dialect: LoopDialect) -> list[list[str]]:

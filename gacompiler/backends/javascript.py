@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from ..ir.scalar import Op, Rational
+from .c_windows import needed_by
 from .devices import ARITHMETIC
-from .javascript_loops import HELPERS, loop_functions, returned
+from .javascript_loops import HELPERS, WINDOWS, loop_functions, returned
 from .module import ModuleSource
 from .printers import number
 from .target_loops import loop_names, programs
@@ -72,7 +73,7 @@ def javascript_source(module: ModuleSource) -> str:
     The inner function of a kernel takes arrays with the offset of an element in them, ``m`` and ``m$``. Names in a
     program never contain ``$``.
     """
-    kernels, loops = [], []
+    kernels, loops, procedures = [], [], [loop.procedure for loop in module.loops]
     wanted = [kernel.program.name for kernel in module.kernels] + [loop.procedure.name for loop in module.loops]
     file_names = LanguageNames(JAVASCRIPT)
     names = function_names(wanted, file_names, "_batch")
@@ -103,7 +104,7 @@ def javascript_source(module: ModuleSource) -> str:
         _POLICY,
         kernels=kernels,
         about_loops=about_loops(module, _ABOUT_LOOPS),
-        helpers=[HELPERS.strip()] if module.loops else [],
+        helpers=[HELPERS.strip(), *needed_by(procedures, WINDOWS)] if procedures else [],
         loops=[joined(loops)] if loops else [],
     )
 

@@ -32,6 +32,35 @@ function $work(array, length) {
 }
 """
 
+WINDOWS = """
+function $reflect(k, n) {
+  while (n > 0 && (k < 0 || k >= n)) k = k < 0 ? -1 - k : 2 * n - 1 - k;
+  return k;
+}
+
+function $mirror(k, n) {
+  while (n > 1 && (k < 0 || k >= n)) k = k < 0 ? -k : 2 * n - 2 - k;
+  return n > 1 ? k : 0;
+}
+
+function $nearest(k, n) {
+  return Math.max(Math.min(k, n - 1), 0);
+}
+
+function $wrap(k, n) {
+  return (k % n + n) % n;
+}
+
+function $constant(k, n) {
+  return k;
+}
+
+function $isInside(k, n) {
+  return k >= 0 && k < n;
+}
+"""
+"""Functions for rows at a distance, which may be beyond the ends of an axis of n rows."""
+
 _WORDS = RowWords(
     language="JavaScript",
     forward="for (let {counter} = 0; {counter} < {length}; {counter}++)",
@@ -39,6 +68,8 @@ _WORDS = RowWords(
     repeat="for (let {counter} = 0; {counter} < {limit}; {counter}++)",
     is_set="{} !== 0",
     row="Math.trunc({value})",
+    near="${boundary}({at}, {length})",
+    is_inside="$isInside({at}, {length})",
     has_braces=True,
     indent="  ",
     each="for (let {k} = 0; {k} < {size}; {k}++)",

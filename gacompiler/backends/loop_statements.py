@@ -28,6 +28,7 @@ from ..ir.procedure import (
     Procedure,
     Repeat,
     Row,
+    Shifted,
     Statement,
     Storage,
     Table,
@@ -36,6 +37,7 @@ from ..ir.procedure import (
     numbers_of,
     start_of,
 )
+from ..ir.procedure_text import at_text
 from .printers import Names
 
 
@@ -59,6 +61,11 @@ class LoopWords:
         The entry {counter} of the index table {index}, as the number of a row.
     row, has_row : str
         The computed number {value} as the number of a row, and the condition that this is one of {length} rows.
+    near, is_inside : str
+        The row that a boundary mode puts at the number {at} of an axis of {length} rows, and the condition that there
+        is such a row in the axis.
+    at : str
+        The current row of a loop, before numbers are added to it.
     count, is_set : str
         The statement that adds 1 to a number, and the condition that a number is not zero.
     has_braces : bool
@@ -75,6 +82,9 @@ class LoopWords:
     index: str = "{index}[{counter}]"
     row: str = "(intptr_t){value}"
     has_row: str = "{value} >= 0 && {value} < {length}"
+    near: str = "gac_{boundary}({at}, {length})"
+    is_inside: str = "gac_is_inside({at}, {length})"
+    at: str = "{counter}"
     count: str = "{} += 1;"
     is_set: str = "{} != 0"
     has_braces: bool = False
@@ -205,9 +215,18 @@ class StatementText(ABC):
         forward = step > 0
         return f"{loop} {'-' if self._loops[loop].reverse == forward else '+'} 1"
 
-    def _number(self, table: Table, row: Row) -> str:
-        """Return the text of the number of an existing row."""
+    def _near(self, row: Shifted, length: str) -> str:
+        """Return the text of the number of a shifted row along an axis."""
+        return self.words.near.format(boundary=row.boundary, at=self._at(row), length=length)
+
+    def _at(self, row: Shifted) -> str:
+        return at_text(row.stride, self.words.at.format(counter=row.loop), row.by)
+
+    def _number(self, table: Table, row: Row, axis: int = 0) -> str:
+        """Return the text of the number of an existing row, along an axis if it is a number along one axis."""
         match row:
+            case Shifted():
+                return self._near(row, table.lengths[axis])
             case Counter(loop):
                 return loop
             case Previous(loop, _):
@@ -222,8 +241,9 @@ class StatementText(ABC):
                 return self.words.row.format(value=self._value(Place(number)))
             case At((first, *others)):
                 text = self._number(table, first)
-                for each, length in zip(others, table.lengths[1:], strict=True):
-                    text = f"{f'({text})' if ' ' in text else text} * {length} + {self._number(table, each)}"
+                for k, (each, length) in enumerate(zip(others, table.lengths[1:], strict=True), start=1):
+                    is_sum = " " in text and not (k == 1 and isinstance(first, Shifted))
+                    text = f"{f'({text})' if is_sum else text} * {length} + {self._number(table, each, k)}"
                 return text
         raise AssertionError(row)
 
@@ -232,14 +252,21 @@ class StatementText(ABC):
         first = product(self._procedure.table(row.index).size, row.loop)
         return f"{first} + {row.column}" if row.column else first
 
+    def _exists(self, row: Shifted, length: str) -> str:
+        """Return the condition that an axis has a shifted row that it may lack."""
+        is_inside = row.boundary == "constant"
+        return self.words.is_inside.format(at=self._at(row), length=length) if is_inside else f"{length} > 0"
+
     def _condition(self, place: Place) -> str:
         """Return the condition that a row exists, or an empty text if it always exists."""
         lengths = self._procedure.table(place.table).lengths
         each = map(self._condition_along, numbers_of(place.row), lengths)
-        return " && ".join(filter(None, each))
+        return " && ".join(dict.fromkeys(filter(None, each)))
 
     def _condition_along(self, row: Along, length: str) -> str:
         match row:
+            case Shifted() if row.may_miss(self._loops[row.loop].length, length):
+                return self._exists(row, length)
             case Numbered(number, _):
                 return self.words.has_row.format(value=self._value(Place(number)), length=length)
             case Previous(loop, _) | Following(loop):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..ir.scalar import Rational
-from .device_loops import LoopDialect, element_functions, function_lines, loop_batch
+from .device_loops import LoopDialect, element_functions, function_lines, loop_batch, window_functions
 from .devices import C_WORDS, Grid, batch, c_operations, element
 from .module import LoopSource, ModuleSource
 from .printers import number
@@ -59,7 +59,7 @@ are to the space of the next work item and to the next number.
 
 def opencl_source(module: ModuleSource) -> str:
     """Print the ``.cl`` file of a module. Numbers are double unless the program is built with ``-D REAL=float``."""
-    kernels, loops = [], []
+    kernels, loops = [], window_functions((loop.procedure for loop in module.loops), _LOOPS)
     wanted = [kernel.program.name for kernel in module.kernels] + [loop.procedure.name for loop in module.loops]
     file_names = LanguageNames(OPENCL)
     names = function_names([f"{module.name}_{name}" for name in wanted], file_names, "_batch")

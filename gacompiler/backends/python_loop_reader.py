@@ -19,28 +19,22 @@ from ..ir.procedure import (
     Apply,
     Clear,
     Copy,
-    Counter,
-    Following,
     Loop,
-    Numbered,
-    Parent,
     Place,
-    Previous,
     Procedure,
     Repeat,
-    Row,
     Statement,
     Storage,
     Table,
     Through,
     goes_through,
     numbers_of,
-    row_at,
 )
 from ..ir.procedure_cost import procedure_costs
 from ..ir.program import Program
 from .nesting import Shape
-from .python_loops import ADD_TO, READ_OR, SUM, costs_text, loop_text
+from .python_loop_rows import RowReader
+from .python_loops import ADD_TO, SUM, costs_text, loop_text
 from .readers import PythonFunction, python_function, python_program, python_statements
 
 
@@ -136,11 +130,12 @@ def _compare(where: str, expected: list[str], found: list[str]) -> None:
         raise BackendError(where, f"{len(found)} lines", f"{len(expected)}", "generate it again")
 
 
-class _Reader:
+class _Reader(RowReader):
     """Reads the function of a kernel with loops, with the tables and parts that its text refers to."""
 
     def __init__(self, where: str, function: PythonFunction, declared: ast.Call, parts: Mapping[str, _Part]) -> None:
-        self._where, self._function, self._parts = where, function, parts
+        super().__init__(where)
+        self._function, self._parts = function, parts
         try:
             signature = ast.literal_eval(declared.args[0])
             options = {
@@ -151,7 +146,6 @@ class _Reader:
             self._tables = self._declared(signature, options)
         except (ValueError, TypeError, AttributeError, IndexError, KeyError) as error:
             raise BackendError(where, f"a declaration that cannot be read ({error})", "@_module.loops(...)") from error
-        self._loops: dict[str, bool] = {}
         self._may_miss = False
 
     def _declared(self, signature: str, options: Mapping[str, Mapping[str, str]]) -> dict[str, Table]:
@@ -270,7 +264,7 @@ class _Reader:
                 return self._repeat(node, limit, body)
             case _:
                 raise self._unreadable(node)
-        self._loops[counter] = reverse
+        self._loops[counter], self._over[counter] = reverse, self._lengths[n]
         until = ""
         match body:
             case [*before, ast.If(ast.Compare(end, [ast.NotEq()], [ast.Constant(0)]), [ast.Break()], [])]:
@@ -290,101 +284,6 @@ class _Reader:
                 return Repeat(limit, *names, self._statements(inner))
             case _:
                 raise self._unreadable(node)
-
-    def _read(self, node: ast.expr) -> Place:
-        match node:
-            case ast.Name(name):
-                return Place(self._table(node, name).name)
-            case ast.Subscript(ast.Name(name), ast.Tuple([])):
-                return Place(self._table(node, name).name)
-            case ast.Subscript(ast.Name(name), key):
-                return Place(self._table(node, name).name, self._row(key))
-            case ast.Call(ast.Name(function), [ast.Name(name), key, ast.Name(start)], []) if function == READ_OR:
-                first = self._table(node, start).name
-                match key:
-                    case ast.Name() | ast.Tuple() | ast.Subscript(ast.Name(), ast.Tuple([])) if self._computed(key):
-                        row: Row = self._row(key, first)
-                    case ast.BinOp():
-                        counter, step = self._neighbour(key)
-                        if step != (1 if self._loops[counter] else -1):
-                            raise self._unreadable(node)
-                        row = Previous(counter, first)
-                    case ast.Subscript(ast.Name(index), ast.Name(counter)) if counter in self._loops:
-                        row = Parent(self._index(node, index), counter, first)
-                    case _:
-                        raise self._unreadable(node)
-                return Place(self._table(node, name).name, row)
-            case _:
-                raise self._unreadable(node)
-
-    def _written(self, node: ast.expr) -> Place:
-        match node:
-            case ast.Name(name):
-                return Place(self._table(node, name).name)
-            case ast.Subscript(ast.Name(name), ast.Tuple([]) | ast.Slice(None, None, None)):
-                return Place(self._table(node, name).name)
-            case ast.Subscript(ast.Name(name), ast.Name() | ast.Tuple() as key):
-                return Place(self._table(node, name).name, self._row(key))
-            case _:
-                raise self._unreadable(node)
-
-    def _row(self, key: ast.expr, start: str = "") -> Row:
-        """Read the number of a row that exists, or whose number is computed, with the table `start` in its place."""
-        keys = key.elts if isinstance(key, ast.Tuple) else [key]
-        return row_at(tuple(self._along_axis(each, start) for each in keys))
-
-    def _onto(self, key: ast.expr) -> Row:
-        """Read the number of a row that may not exist."""
-        if isinstance(key, ast.BinOp):
-            counter, step = self._neighbour(key)
-            if step != (-1 if self._loops[counter] else 1):
-                raise self._unreadable(key)
-            return Following(counter)
-        return self._row(key)
-
-    def _computed(self, key: ast.expr) -> bool:
-        """Return whether the number of a row is computed along an axis."""
-        keys = key.elts if isinstance(key, ast.Tuple) else [key]
-        return any(isinstance(each, ast.Name) and each.id in self._tables for each in keys)
-
-    def _along_axis(self, key: ast.expr, start: str = "") -> Counter | Through | Numbered:
-        match key:
-            case ast.Name(name) if start and name in self._tables:
-                return Numbered(self._tables[name].name, start)
-            case ast.Name(counter) if counter in self._loops:
-                return Counter(counter)
-            case ast.Subscript(ast.Name(index), ast.Name(counter)) if counter in self._loops:
-                return Through(self._index(key, index), counter)
-            case ast.Subscript(ast.Name(index), ast.Tuple([ast.Name(counter), ast.Constant(int(column))])):
-                if counter not in self._loops:
-                    raise self._unreadable(key)
-                return Through(self._index(key, index), counter, column)
-            case _:
-                raise self._unreadable(key)
-
-    def _neighbour(self, key: ast.expr) -> tuple[str, int]:
-        """Read the counter and the step in ``i - 1``."""
-        match key:
-            case ast.BinOp(ast.Name(counter), ast.Add() | ast.Sub() as operator, ast.Constant(1)) if (
-                counter in self._loops
-            ):
-                return counter, 1 if isinstance(operator, ast.Add) else -1
-            case _:
-                raise self._unreadable(key)
-
-    def _index(self, node: ast.AST, name: str) -> str:
-        table = self._table(node, name)
-        if table.storage is not Storage.INDEX:
-            raise self._unreadable(node)
-        return table.name
-
-    def _table(self, node: ast.AST, name: str) -> Table:
-        if name not in self._tables:
-            raise self._unreadable(node)
-        return self._tables[name]
-
-    def _unreadable(self, node: ast.AST) -> BackendError:
-        return BackendError(self._where, f"line {ast.unparse(node)!r}", "a statement written by gacompiler")
 
 
 def _sizes(text: str) -> tuple[tuple[str, ...], Shape]:

@@ -3,7 +3,7 @@
 Tables over lengths are parameters, which the function reads and writes by rows. Tables of a single row are variables.
 Three functions are free names, which must be bound to run the text: ``_row_or(table, k, start)`` returns row k of a
 table, or `start` if there is no such row; ``_add_to(table, k, row)`` adds a row to row k if it exists; and ``_sum(a,
-b)`` returns the sum of two rows.
+b)`` returns the sum of two rows. Functions such as ``_reflect(k, n)`` return the row that a boundary mode puts at k.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from ..ir.procedure import (
     Previous,
     Procedure,
     Repeat,
+    Shifted,
     Statement,
     Storage,
     Table,
@@ -39,6 +40,7 @@ from ..ir.procedure import (
     start_of,
     statements,
 )
+from ..ir.procedure_text import at_text
 from ..ir.program import Program
 from .module import LoopSource
 from .printers import Names
@@ -251,7 +253,7 @@ class _Printer:
                 return f"{name}[()]" if table.storage is Storage.RESULT and not table.shape else name
             case _ if (start := start_of(place.row)) and not self._tables[start].lengths:
                 return f"{READ_OR}({name}, {self._key(place)}, {self._read(Place(start))})"
-            case Counter() | Through() | At():
+            case Counter() | Through() | Shifted() | At():
                 return f"{name}[{self._key(place)}]"
             case _:
                 raise self._unknown(place)
@@ -276,12 +278,15 @@ class _Printer:
         self._over(place)
         if place.row is None:
             raise self._unknown(place)
-        numbers = [self._number(each) for each in numbers_of(place.row)]
+        lengths = self._tables[place.table].lengths
+        numbers = [self._number(each, n) for each, n in zip(numbers_of(place.row), lengths, strict=True)]
         return numbers[0] if len(numbers) == 1 else f"({', '.join(numbers)})"
 
-    def _number(self, row: Along) -> str:
-        """Return the text of the number of a row along one axis."""
+    def _number(self, row: Along, length: str = "") -> str:
+        """Return the text of the number of a row along one axis of the given length."""
         match row:
+            case Shifted(loop, by, boundary, stride, _):
+                return f"_{boundary}({at_text(stride, self._counters[loop], by)}, {self._lengths[length]})"
             case Numbered(number, _):
                 return self._read(Place(number))
             case Counter(loop):

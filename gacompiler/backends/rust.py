@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from ..ir.scalar import Op, Rational
+from .c_windows import needed_by
 from .module import ModuleSource
 from .printers import number
-from .rust_loops import HELPERS, loop_functions
+from .rust_loops import HELPERS, WINDOWS, loop_functions
 from .target_loops import loop_names, programs
 from .targets import (
     Function,
@@ -73,7 +74,7 @@ at least the size, in numbers, that is returned by the function _work.
 
 def rust_source(module: ModuleSource) -> str:
     """Print the ``.rs`` file of a module, for use as a module of a crate: ``mod pga3;``. It needs no other crate."""
-    kernels, loops = [], []
+    kernels, loops, procedures = [], [], [loop.procedure for loop in module.loops]
     wanted = [kernel.program.name for kernel in module.kernels] + [loop.procedure.name for loop in module.loops]
     file_names = LanguageNames(RUST)
     names = function_names(wanted, file_names, "_batch")
@@ -104,7 +105,7 @@ def rust_source(module: ModuleSource) -> str:
         precisions=("f64", "f32"),
         methods=("sqrt", "sin", "cos", "acos", "exp", "ln", "abs"),
         about_loops=about_loops(module, _ABOUT_LOOPS),
-        helpers=[HELPERS.strip()] if module.loops else [],
+        helpers=[HELPERS.strip(), *needed_by(procedures, WINDOWS)] if procedures else [],
         loops=[joined(loops)] if loops else [],
     )
 

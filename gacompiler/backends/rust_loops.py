@@ -49,6 +49,41 @@ fn _row_mut<T: Real, const K: usize>(table: &mut [T], k: usize) -> &mut [T; K] {
 """Functions for rows of the work space, which is one slice of numbers, and for sums of rows. No kernel can have their
 names."""
 
+WINDOWS = """
+fn _reflect(mut k: isize, n: usize) -> usize {
+    let n = n as isize;
+    while n > 0 && (k < 0 || k >= n) {
+        k = if k < 0 { -1 - k } else { 2 * n - 1 - k };
+    }
+    k as usize
+}
+
+fn _mirror(mut k: isize, n: usize) -> usize {
+    let n = n as isize;
+    while n > 1 && (k < 0 || k >= n) {
+        k = if k < 0 { -k } else { 2 * n - 2 - k };
+    }
+    if n > 1 { k as usize } else { 0 }
+}
+
+fn _nearest(k: isize, n: usize) -> usize {
+    k.min(n as isize - 1).max(0) as usize
+}
+
+fn _wrap(k: isize, n: usize) -> usize {
+    k.rem_euclid(n as isize) as usize
+}
+
+fn _constant(k: isize, _n: usize) -> usize {
+    k as usize
+}
+
+fn _is_inside(k: isize, n: usize) -> bool {
+    k >= 0 && (k as usize) < n
+}
+"""
+"""Functions for rows at a distance, which may be beyond the ends of an axis of n rows."""
+
 _ZERO, _ONE = "T::number(0.0)", "T::number(1.0)"
 _WORDS = LoopWords(
     language="Rust",
@@ -60,6 +95,9 @@ _WORDS = LoopWords(
     index="{index}[{counter}] as usize",
     row="{value}.row()",
     has_row="{value} >= T::number(0.0) && {value} < T::number({length} as f64)",
+    near="_{boundary}({at}, {length})",
+    is_inside="_is_inside({at}, {length})",
+    at="{counter} as isize",
     count=f"{{0}} = {{0}} + {_ONE};",
     is_set=f"{{}} != {_ZERO}",
     has_braces=True,

@@ -192,12 +192,15 @@ class Cotangents(Replay):
 
     def _cotangent(self, target: Place) -> Place:
         """Return the cotangent of a row that is the target of an addition, or zero if the row does not exist."""
-        if not isinstance(target.row, Following):
+        missing = start_of(target.row)
+        if not missing and not isinstance(target.row, Following):
             return self.place(target, self._adjoints)
         own = self._adjoints[target.table]
         zero = self.new_table("zero", (), own.leaves, own.shape)
         self.clear(zero, self.recorder.depth - 1)
-        return Place(own.name, Previous(self.counters[target.row.loop], zero.name))
+        if isinstance(target.row, Following):
+            return Place(own.name, Previous(self.counters[target.row.loop], zero.name))
+        return Place(own.name, self.row(target.row, {**self._adjoints, missing: zero}))
 
     def _add(self, source: Place, old: Place) -> None:
         """Add a row of cotangents to the cotangent of an old place."""

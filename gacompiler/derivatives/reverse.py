@@ -23,7 +23,19 @@ from ..frontend.recorded import Compute, Record, Recorded
 from ..frontend.recorder import Recorder
 from ..frontend.rows import Leaf
 from ..frontend.traced import substituted
-from ..ir.procedure import Add, Clear, Copy, Counter, Loop, Place, Repeat, goes_through, loops_of, numbers_of
+from ..ir.procedure import (
+    Add,
+    Clear,
+    Copy,
+    Counter,
+    Loop,
+    Place,
+    Repeat,
+    goes_through,
+    is_shifted,
+    loops_of,
+    numbers_of,
+)
 from .adjoints import Adjoint, adjoint, grouped
 from .cotangents import Cotangents, Seed
 from .replay import flattened, writes_of, written
@@ -294,8 +306,9 @@ class Reverse(Cotangents):
         A contribution that cannot be added directly is written to a new single row and appended to `further`.
         """
         is_inner = len(self._edges) > 1 and not is_set  # Sums that outlive a loop are not accumulated inside it.
-        # Rows addressed by index tables are in arbitrary order, so they cannot be accumulated directly.
-        is_scattered = any(p.table == place.table and goes_through(p.row) for p in self._reads) and not is_set
+        # Other iterations add to rows addressed by index tables or at a distance, so they are not accumulated directly.
+        others = (p.row for p in self._reads if p.table == place.table)
+        is_scattered = any(goes_through(row) or is_shifted(row) for row in others) and not is_set
         if all(isinstance(each, Counter) for each in numbers_of(place.row)) and not is_inner and not is_scattered:
             own = self.place(place, self._adjoints)
             return (None if is_set else own), own

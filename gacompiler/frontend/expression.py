@@ -349,9 +349,11 @@ def apply_operation(
 ) -> Multivector:
     """Evaluate one node, given the values of its arguments; see `evaluate`."""
     value = _apply(expression, values, inputs)
-    return (
-        value.map(lift) if lift is not None and expression.operation in (Operation.INPUT, Operation.CONSTANT) else value
-    )
+    return value.map(lift) if lift is not None and expression.operation in _EXACT else value
+
+
+_EXACT = frozenset({Operation.INPUT, Operation.CONSTANT, Operation.EXP, Operation.COS})
+"""Operations with exact results in a ring of inexact numbers: the exponential and the cosine of zero are 1."""
 
 
 def _apply(expression: Expression, values: list[Multivector], inputs: Mapping[str, Any]) -> Multivector:

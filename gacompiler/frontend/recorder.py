@@ -371,9 +371,9 @@ class Recorder:
         self.store(values, tables)
         return tables
 
-    def selectable(self, rows: Rows) -> Rows:
-        """Return an array whose rows can be selected by numbers: itself, or a copy if an index table selects them."""
-        if self.check_rows(rows).through is None:
+    def selectable(self, rows: Rows, axis: int = 0) -> Rows:
+        """Return an array whose rows along an axis can be selected: itself, or a copy if they are already selected."""
+        if not self.check_rows(rows).is_selected(axis):
             return rows
         return self.stored([rows], ["gathered"], [rows.leaf.layout], (rows,))[0]
 

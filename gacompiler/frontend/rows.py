@@ -13,7 +13,7 @@ from typing import Any, NoReturn
 
 from ..algebra.layout import Layout
 from ..errors import KernelError
-from ..ir.procedure import Counter, Numbered, Place, Row, Through, row_at
+from ..ir.procedure import Counter, Numbered, Place, Row, Shifted, Through, row_at
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +107,20 @@ class Index(Array):
 
 
 @dataclass(frozen=True, slots=True)
+class Shift:
+    """The rows of an axis as neighbours of others, see `ir.procedure.Shifted`."""
+
+    by: int
+    boundary: str
+    stride: int
+    start: str
+
+    def at(self, loop: str) -> Shifted:
+        """Return the row in the current iteration of a loop."""
+        return Shifted(loop, self.by, self.boundary, self.stride, self.start)
+
+
+@dataclass(frozen=True, slots=True)
 class Axis:
     """An axis of a table that is an axis of an array, too.
 
@@ -116,10 +130,13 @@ class Axis:
         The name of the length of the array along the axis.
     through : Index, optional
         If given, row i of the array is the row of the table that is given by entry i of this index table.
+    shift : Shift, optional
+        If given, row i of the array is a row of the table at a distance.
     """
 
     length: str
     through: Index | None = None
+    shift: Shift | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,10 +175,14 @@ class Rows(Array):
         """The name of the length over which a loop over the array iterates."""
         return self.lengths[0]
 
-    @property
-    def through(self) -> Index | None:
-        """The index table that selects the rows of the first axis, if any."""
-        return self.axes[self.order[0]].through  # type: ignore[no-any-return]
+    def is_selected(self, axis: int = 0) -> bool:
+        """Return whether index tables or distances select the rows of an axis, or another row stands for missing ones.
+
+        Such rows cannot be selected again.
+        """
+        own = self.axes[self.order[axis]]
+        shifts = [each if isinstance(each, Shifted) else getattr(each, "shift", None) for each in self.axes]
+        return own.through is not None or own.shift is not None or any(each and each.start for each in shifts)
 
     @property
     def is_whole(self) -> bool:
@@ -176,9 +197,11 @@ class Rows(Array):
     def at(self, row: Row) -> Rows:
         """Return a row of the array along its first axis, which is an array over the other axes."""
         first, *others = self.order
-        through = self.axes[first].through
-        if through is not None and isinstance(row, Counter):
-            row = Through(through.name, row.loop, through.column)
+        axis = self.axes[first]
+        if axis.through is not None and isinstance(row, Counter):
+            row = Through(axis.through.name, row.loop, axis.through.column)
+        if axis.shift is not None and isinstance(row, Counter):
+            row = axis.shift.at(row.loop)
         return self._with(first, row, tuple(others))
 
     def numbered(self, number: str, start: str) -> Rows:
@@ -189,6 +212,10 @@ class Rows(Array):
     def gathered(self, index: Index) -> Rows:
         """Return the array of the rows that are given by an index table."""
         return self._with(self.order[0], Axis(index.length, index), self.order)
+
+    def along(self, axis: int, chosen: Axis) -> Rows:
+        """Return the array with another choice of rows along an axis."""
+        return self._with(self.order[axis], chosen, self.order)
 
     def transposed(self) -> Rows:
         """Return the array with the first two axes exchanged."""

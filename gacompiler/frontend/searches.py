@@ -183,7 +183,7 @@ def pick(rows: Any, number: Any, otherwise: Any) -> Any:
     arrays = [recorder.selectable(array) for array in arrays]
     for array in arrays:
         record = recorder.records[recorder.check_rows(array).table]
-        found.append(array.numbered(row.table, _only_row(recorder, record, arrays, values).name))
+        found.append(array.numbered(row.table, only_row(recorder, record, arrays, values).name))
     return like(rows, recorder.symbols(["picked"] * len(arrays), found))
 
 
@@ -209,7 +209,7 @@ def _loop_of(recorder: Recorder, number: Expression, arrays: Sequence[Rows]) -> 
     return place.row if all(array.length == length for array in arrays) else None
 
 
-def _only_row(recorder: Recorder, record: Record, arrays: Sequence[Rows], values: Sequence[Expression]) -> Record:
+def only_row(recorder: Recorder, record: Record, arrays: Sequence[Rows], values: Sequence[Expression]) -> Record:
     """Return a table with a single row like those of another table, in which the given arrays have given values."""
     by = {array.leaf: value for array, value in zip(arrays, values, strict=True) if array.table == record.name}
     scope = recorder.scopes[-1].number

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from .boundaries import NAMES
 from .functions import array_functions, bound
 from .loop_definition import ADD_TO, ROW_OR, SUM, LoopDefinition, Part, Table
 
@@ -78,7 +79,7 @@ def evaluate_loops(
     step = 1 if definition.repeats else count
     names = array_functions(np)
     names |= {name: _on_rows(part, bound(part.function, names)) for name, part in definition.parts.items()}
-    run = bound(definition.function, {**names, ROW_OR: _row_or, ADD_TO: _add_to, SUM: _sum})
+    run = bound(definition.function, {**names, **NAMES, ROW_OR: _row_or, ADD_TO: _add_to, SUM: _sum})
     for first in range(0, count, max(step, 1)):
         chosen = slice(first, first + step)
         arguments = [

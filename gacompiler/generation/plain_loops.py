@@ -25,6 +25,7 @@ from ..ir.procedure import (
     Previous,
     Procedure,
     Repeat,
+    Shifted,
     Storage,
     Table,
     Through,
@@ -33,7 +34,7 @@ from ..ir.program import Program
 from .compiled import CompiledLoops, CompiledPart
 from .plain import layout_of, packed_layout, packed_program, packed_slots, program_of, slots_of
 
-_ROWS = (Counter, Through, Previous, Parent, Following, Numbered, At)
+_ROWS = (Counter, Through, Previous, Parent, Following, Numbered, Shifted, At)
 _KINDS: Mapping[str, type] = {kind.__name__: kind for kind in (*_ROWS, Place, Apply, Add, Copy, Clear, Loop, Repeat)}
 
 

@@ -109,13 +109,31 @@ class Numbered:
 
 
 @dataclass(frozen=True, slots=True)
+class Shifted:
+    """The row ``stride * i + by`` for the current row i of a loop, at the place that a boundary mode gives it.
+
+    `boundary` is one of `boundaries.BOUNDARIES`. The only row of the table `start` stands for a row that is missing.
+    """
+
+    loop: str
+    by: int
+    boundary: str
+    stride: int = 1
+    start: str = ""
+
+    def may_miss(self, loop_length: str, length: str) -> bool:
+        """Return whether an axis of a given length may lack the row, if the loop runs over another given length."""
+        return self.boundary == "constant" or self.stride != 1 or loop_length != length
+
+
+@dataclass(frozen=True, slots=True)
 class At:
     """A row of a table with several leading axes, by one number for each axis."""
 
-    rows: tuple[Counter | Through | Numbered, ...]
+    rows: tuple[Counter | Through | Numbered | Shifted, ...]
 
 
-Along = Counter | Through | Previous | Parent | Following | Numbered
+Along = Counter | Through | Previous | Parent | Following | Numbered | Shifted
 """A row along one axis."""
 
 Row = Along | At | None
@@ -154,7 +172,7 @@ def number_of(row: Row) -> str:
 
 def start_of(row: Row) -> str:
     """Return the table whose only row stands for a row that does not exist, or an empty string."""
-    return next((e.start for e in numbers_of(row) if isinstance(e, (Previous, Parent, Numbered))), "")
+    return next(filter(None, (getattr(each, "start", "") for each in numbers_of(row))), "")
 
 
 def further_tables(row: Row) -> tuple[str, ...]:
@@ -175,6 +193,9 @@ def with_tables(row: Row, change: Callable[[str], str], loops: Callable[[str], s
                 return Parent(change(index), loops(loop), change(start))
             case Numbered(number, start):
                 return Numbered(change(number), change(start))
+            case Shifted():
+                start = change(each.start) if each.start else ""
+                return replace(each, loop=loops(each.loop), start=start)
             case Counter() | Following():
                 return replace(each, loop=loops(each.loop))
 
@@ -184,6 +205,11 @@ def with_tables(row: Row, change: Callable[[str], str], loops: Callable[[str], s
 def goes_through(row: Row) -> bool:
     """Return whether a row is given by index tables, whose entries may be -1."""
     return any(isinstance(each, Through) for each in numbers_of(row))
+
+
+def is_shifted(row: Row) -> bool:
+    """Return whether a row lies at a distance from the current row of a loop."""
+    return any(isinstance(each, Shifted) for each in numbers_of(row))
 
 
 def with_loop(row: Row, old: str, new: str) -> Row:

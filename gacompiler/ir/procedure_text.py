@@ -19,6 +19,7 @@ from .procedure import (
     Previous,
     Procedure,
     Repeat,
+    Shifted,
     Statement,
     Storage,
     Table,
@@ -74,6 +75,12 @@ def place_text(place: Place) -> str:
     return f"{place.table}[{numbers}]" if numbers else place.table
 
 
+def at_text(stride: int, counter: str, by: int) -> str:
+    """Return the text of the number of a shifted row before the boundary mode applies: ``2 * i - 1``."""
+    first = counter if stride == 1 else f"{stride} * {counter}"
+    return f"{first} {'-' if by < 0 else '+'} {abs(by)}" if by else first
+
+
 def _number_text(row: Along) -> str:
     match row:
         case Counter(loop):
@@ -86,5 +93,7 @@ def _number_text(row: Along) -> str:
             return f"{index}[{loop}], else {start}"
         case Numbered(number, start):
             return f"{number}, else {start}"
+        case Shifted(loop, by, boundary, stride, start):
+            return f"{at_text(stride, loop, by)} ({boundary})" + (f", else {start}" if start else "")
         case Following(loop):
             return f"after {loop}"

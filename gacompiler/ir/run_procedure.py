@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from .boundaries import row_near
 from .interpret import Tape
 from .procedure import (
     Add,
@@ -21,6 +22,7 @@ from .procedure import (
     Previous,
     Procedure,
     Repeat,
+    Shifted,
     Statement,
     Storage,
     Through,
@@ -174,6 +176,8 @@ class _Run:
                 return int(value) if 0 <= value < length else None
             case Counter(loop):
                 return self._counters[loop]
+            case Shifted(loop, by, boundary, stride, _):
+                return row_near(boundary, stride * self._counters[loop] + by, length)
             case Previous(loop, _):
                 direction, count = self._directions[loop]
                 k = self._counters[loop] - direction

@@ -33,6 +33,7 @@ from ..ir.procedure import (
     axis_of,
     further_tables,
     goes_through,
+    is_shifted,
     numbers_of,
     statements,
     with_loop,
@@ -178,7 +179,8 @@ def _is_free(loop: Loop) -> bool:
     uses = _uses(loop.body)
     written = {place.table for place in uses.writes}
     in_order = any(
-        isinstance(place.row, (Previous, Following, Parent)) or (goes_through(place.row) and place.table in written)
+        isinstance(place.row, (Previous, Following, Parent))
+        or ((goes_through(place.row) or is_shifted(place.row)) and place.table in written)
         for place in (*uses.reads, *uses.writes)
     )
     return not in_order and all(axis_of(place.row, loop.counter) is not None for place in uses.writes)

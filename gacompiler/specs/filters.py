@@ -1,9 +1,10 @@
-"""Filters of signals and images, one result at a time.
+"""Filters of signals and images.
 
-The input of a filter is its window: views of one array, each shifted by one place, so that nothing is copied.
+The input of a filter of one result at a time is its window: views of one array, each shifted by one place, so that
+nothing is copied.
 """
 
-from gacompiler import SCALAR, array, kernel
+from gacompiler import SCALAR, array, each, kernel, window
 
 REACH = 10
 WIDTH = 2 * REACH + 1
@@ -36,10 +37,15 @@ def _antisymmetric(taps, window):
     return _sum([(taps[REACH + k] - taps[REACH - k]) / 2 for k in range(1, REACH + 1)], _odd(window))
 
 
-@kernel(window=WINDOW, taps=WINDOW, returns=SCALAR)
-def symmetric_filter(window, taps):
-    """Convolve with the symmetric part of the taps."""
-    return _symmetric(taps, window)
+@kernel(image=array(SCALAR, "n", "m"), taps=array(SCALAR, REACH + 1))
+def smoothed(image, taps):
+    """Filter an image along both axes with symmetric taps, given from the middle one on; its edges are mirrored."""
+
+    def filtered(*numbers):
+        return _sum(taps, _even(numbers))
+
+    low = each(lambda *rows: each(filtered, *rows), *window(image, WIDTH))
+    return each(lambda row: each(filtered, *window(row, WIDTH)), low)
 
 
 @kernel(window=WINDOW, taps=array(SCALAR, 2, WIDTH), returns=PAIR)

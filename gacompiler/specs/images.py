@@ -1,11 +1,11 @@
-"""Image operations, one pixel at a time: optical flow from the phases of complex bands, medians, interpolation.
+"""Image operations: optical flow from the phases of complex bands, medians, interpolation.
 
 The bands of a pixel are eight numbers: a quaternion, and the complex numbers of two waves, as computed by
 `algorithms.wavelets`. Lengths are in pixels, phases in radians.
 """
 
 import gacompiler as ga
-from gacompiler import SCALAR, array, each, gather, index, kernel
+from gacompiler import SCALAR, array, each, gather, index, kernel, window
 
 BANDS, DERIVATIVES, EQUATIONS = array(SCALAR, 8), array(SCALAR, 4, 2), array(SCALAR, 6)
 MOTION, SIDES, STEP = array(SCALAR, 2), array(SCALAR, 4), array(SCALAR, 10)
@@ -215,11 +215,19 @@ def _median_network():
     return found
 
 
-@kernel(pixels=array(SCALAR, 5, 5))
-def median_of_25(pixels):
-    """Compute the median of 5 x 5 numbers, which smooths a field of motions and preserves its discontinuities."""
+def _median_of_25(pixels):
+    """Return the median of 5 x 5 numbers."""
     values = [number for row in pixels for number in row]
     for i, j in _median_network():
         a, b = values[i], values[j]
         values[i], values[j] = ga.select(a < b, a, b), ga.select(a < b, b, a)
     return values[12]
+
+
+@kernel(image=array(SCALAR, "n", "m"))
+def medians(image):
+    """Compute the medians of 5 x 5 pixels, which smooth a field of motions and preserve its discontinuities.
+
+    Pixels outside the image are the nearest ones of the image.
+    """
+    return each(lambda row: each(_median_of_25, row), window(image, 5, 5, boundary="nearest"))

@@ -38,6 +38,7 @@ from gacompiler import (
     sqrt,
     total,
     transpose,
+    window,
 )
 from gacompiler.algebra.catalog import CGA3, PGA3
 from gacompiler.backends.module import LayoutText, LoopSource, ModuleSource
@@ -276,6 +277,34 @@ def triples(moves, samples, x):
     return each(lambda a, b, c: a + 2 * b + c / 2, *gather(moves, samples)), scatter(firsts, samples[2], x)
 
 
+@kernel(image=array(SCALAR, "n", "m"))
+def blurred(image):
+    """Windows with three boundaries, one of them over the result of another."""
+    rows = each(lambda row: each(lambda a, b, c: a + 2 * b + c, *row[0]), window(transpose(image), 1, (-4, 0, 1)))
+    return each(
+        lambda row: each(lambda w: w[0][0] - w[1][2] * w[2][1] / 2, row), window(image, 3, 3, boundary="mirror")
+    ), each(lambda row: each(lambda a, b: a * b, *row), window(rows, 2, boundary="wrap"))
+
+
+@kernel(signal=array(SCALAR, "n"), points=array(PGA3.DIRECTION, "n"))
+def differences(signal, points):
+    """Windows over single axes, of numbers and multivectors, with a constant outside and with the nearest row."""
+    outside = each(lambda a, b: a + b / 2, *window(points, (-2, 3), boundary="constant", value=3 * E032))
+    return outside, scan(lambda s, w: s + w[0] * w[2] - w[1], 0, window(signal, 3, boundary="nearest"))
+
+
+@kernel(image=array(SCALAR, "n", "m"), rows=array(SCALAR, "k"), columns=array(SCALAR, "m"))
+def halved(image, rows, columns):
+    """Every second pixel of an image, with sums of neighbours, and every third row with a frame of ones."""
+
+    def pixel(w):
+        return sum((sum(row, start=lift(0)) for row in w), start=lift(0))
+
+    small = window(image, 3, 3, stride=2, onto=(rows, columns))
+    framed = window(image, (-1, 2), 2, boundary="constant", value=1, stride=(3, 1), onto=(rows, columns))
+    return each(lambda row: each(pixel, row), small), each(lambda row: each(pixel, row), framed)
+
+
 # Hard to print.
 
 
@@ -491,6 +520,9 @@ EXAMPLES = (
     chosen,
     bounded,
     solved,
+    blurred,
+    differences,
+    halved,
     triples,
 )
 NAMES = tuple(definition.name for definition in EXAMPLES)

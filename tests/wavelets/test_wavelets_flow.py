@@ -11,8 +11,8 @@ from flow_truth import mean_error, moving_square, pair, warped
 from selection import some_slow
 
 from algorithms.wavelets import optical_flow
-from algorithms.wavelets.separable import gabor_rows, half_taps, median_rows, sampled_rows, smooth_rows
-from generated import images
+from algorithms.wavelets.separable import gabor_rows, half_taps, sampled_rows
+from generated import filters, images
 
 data = pytest.importorskip("skimage.data")
 
@@ -146,29 +146,24 @@ SIZES = [(37, 71), (8, 8), (1, 5), (130, 164), (9, 300)]
     ("dtype", "error"), [(np.float32, 2e-4), pytest.param(np.float64, 1e-12, marks=pytest.mark.slow)]
 )
 @pytest.mark.parametrize("size", SIZES)
-def test_filters_and_medians_equal_those_of_scipy(size: tuple[int, int], dtype: type, error: float) -> None:
+def test_filters_equal_those_of_scipy(size: tuple[int, int], dtype: type, error: float) -> None:
     """Filter in blocks of seven rows, with the largest number of taps."""
     rng = np.random.default_rng(0)
     images = rng.normal(size=(2, *size)).astype(dtype)
     even, low = ((taps + taps[:, ::-1]) / 2 for taps in rng.normal(size=(2, 2, 21)))
     odd = rng.normal(size=(2, 21))
     odd = (odd - odd[:, ::-1]) / 2
-    shapes = (2, *size), size, (2, 8, size[0] + 2, size[1] + 2)
-    smooth, medians, bands = (np.empty(shape, dtype) for shape in shapes)
+    bands = np.empty((2, 8, size[0] + 2, size[1] + 2), dtype)
     taps = half_taps(np.stack([low, even, odd], 1), dtype)
     for start in range(0, size[0] + 2, 7):
-        place, wide = slice(start, min(start + 7, size[0])), slice(start, min(start + 7, size[0] + 2))
+        wide = slice(start, min(start + 7, size[0] + 2))
         gabor_rows(images[0], taps, 1, wide, bands[:, :, wide])
-        if start < size[0]:
-            smooth_rows(images, taps[0, 0], place, smooth[:, place])
-            median_rows(np.pad(images[1], 2, "edge"), place, medians[place])
-    assert np.array_equal(medians, scipy.ndimage.median_filter(images[1], 5, mode="nearest"))
 
     def filtered(image: np.ndarray, across: np.ndarray, along: np.ndarray) -> np.ndarray:
         part = scipy.ndimage.convolve1d(image.astype(float), across, 0, mode="reflect")
         return scipy.ndimage.convolve1d(part, along, 1, mode="reflect")
 
-    for image, found in zip(images, smooth, strict=True):
+    for image, found in zip(images, filters.smoothed(images, taps[0, 0]), strict=True):
         assert np.abs(found - filtered(image, low[0], low[0])).max() < error
     padded = np.pad(images[0], 20, "symmetric")
     for f in range(2):
@@ -177,9 +172,13 @@ def test_filters_and_medians_equal_those_of_scipy(size: tuple[int, int], dtype: 
             assert np.abs(found - filtered(padded, across[f], along[f])[19:-19, 19:-19]).max() < error
 
 
-def test_medians_of_equal_numbers() -> None:
-    few = np.random.default_rng(0).integers(0, 3, (4000, 5, 5)).astype(np.float32)
-    assert np.array_equal(images.median_of_25(few), np.median(few.reshape(-1, 25), 1))
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_medians_equal_those_of_scipy(dtype: type) -> None:
+    rng = np.random.default_rng(0)
+    for size in [*SIZES, (1, 1), (2, 3), (1, 40)]:
+        many = np.stack([rng.normal(size=size), rng.integers(0, 3, size)]).astype(dtype)
+        for image, found in zip(many, images.medians(many), strict=True):
+            assert np.array_equal(found, scipy.ndimage.median_filter(image, 5, mode="nearest"))
 
 
 def test_filters_with_too_many_taps_are_rejected() -> None:

@@ -14,6 +14,7 @@ import numba
 import numpy as np
 from numba.extending import overload
 
+from ..boundaries import NAMES
 from ..foreign import LOCK, foreign
 from ..functions import bound
 from ..loop_definition import ADD_TO, ROW_OR, ROWS_TYPE, SUM, LoopDefinition, Part
@@ -219,6 +220,9 @@ def _pointer_to(typing: Any, address: Any, like: Any) -> Any:
     return types.CPointer(like.dtype)(types.intp, like), code
 
 
+_BOUNDARIES = {name: numba.njit(function) for name, function in NAMES.items()}
+
+
 class LoopRows:
     """A compiled kernel with loops over batches of one dtype.
 
@@ -231,6 +235,7 @@ class LoopRows:
         with LOCK:
             names: dict[str, Any] = {name: on_rows(part, real) for name, part in definition.parts.items()}
             names |= {"__name__": __name__, "range": range, ROW_OR: _row_or, ADD_TO: _add_to, SUM: _sum}
+            names |= _BOUNDARIES
             chosen = bound(definition.function, names)
             chosen.__qualname__ = f"{definition.name}_{real}"
             inner = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": True}
