@@ -6,7 +6,7 @@ import numpy as np
 import scipy
 
 from algorithms.registration import estimate_normals, register, separate_motions
-from algorithms.shapes import register_spheres
+from algorithms.shapes import march, register_spheres, segment, union_of_spheres
 from generated import pga3
 
 from .evidence_scenes import Trial, rotation, row
@@ -138,3 +138,63 @@ def knobs(rng: np.random.Generator) -> Trial:
     found = register(bottle() @ turn, bottle())
     off = pga3.motor_to_matrix(found.motor)[:3, :3] @ turn.T
     return Trial(found.status == 0, bool(np.trace(off) > 1 + 2 * np.cos(np.radians(4))))
+
+
+def _tissues(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """A volume of noisy tissues of different densities with blurred borders, and the organ in the middle."""
+    shape = (40, 44, 36)
+    grid = np.indices(shape) - np.array(shape)[:, None, None, None] / 2
+    organ = np.zeros(shape, bool)
+    for _ in range(int(rng.integers(1, 4))):  # Ellipsoids that overlap by far more than a neck.
+        axes, place = rng.uniform(7, 13, 3), rng.uniform(-4, 4, 3)
+        turned = np.einsum("ij,jxyz->ixyz", rotation(rng, np.pi), grid - place[:, None, None, None])
+        organ |= ((turned / axes[:, None, None, None]) ** 2).sum(0) < 1
+    field = scipy.ndimage.gaussian_filter(rng.normal(size=shape), 5)
+    around = np.digitize(field / field.std(), [-0.7, 0.7])
+    density = rng.permutation([-1.0, 0.0, 1.0, 2.0])
+    volume = np.where(organ, density[3], density[around])
+    volume = scipy.ndimage.gaussian_filter(volume, rng.uniform(0.3, 0.8))
+    return volume + rng.uniform(0.05, 0.25) * rng.normal(size=shape), organ
+
+
+@row(
+    "`segment`",
+    "organs among tissues, noise of 5 to 25 % of their difference; wrong: Dice below 0.85",
+    good=True,
+    slow=True,
+)
+def organs(rng: np.random.Generator) -> Trial:
+    volume, organ = _tissues(rng)
+    inner = np.argwhere(scipy.ndimage.distance_transform_edt(organ) > 2.5)
+    found = segment(volume, inner[rng.integers(len(inner))])
+    common = 2 * (found.mask & organ).sum() / (found.mask.sum() + organ.sum())
+    return Trial(found.status == 0, bool(common > 0.85))
+
+
+@row("`segment`", "sheets and rods of one to four voxels, ramps, and noise without a region", slow=True)
+def no_organs(rng: np.random.Generator) -> Trial:
+    shape = (36, 36, 36)
+    grid = np.indices(shape)
+    thick, kind = int(rng.integers(1, 5)), int(rng.integers(4))
+    thin = grid[0] % 12 < thick
+    volume = [thin, thin & (grid[1] % 12 < thick), grid[0] / rng.uniform(3, 10), np.zeros(shape)][kind]
+    volume = volume + rng.uniform(0.05, 0.2) * rng.normal(size=shape)
+    inner = np.argwhere(thin & (grid[1] % 12 < thick) & (grid[0] > 8) & (grid[0] < 28))
+    found = segment(volume, inner[rng.integers(len(inner))])
+    return Trial(found.status == 0, False)
+
+
+@row(
+    "`march`", "blobs, their shells and thin sheets; wrong: overlap below 0.95, or more balls than the union", slow=True
+)
+def marched(rng: np.random.Generator) -> Trial:
+    field = scipy.ndimage.gaussian_filter(rng.normal(size=(32, 32, 32)), rng.uniform(2, 4))
+    field, level = field / field.std(), rng.uniform(0.3, 1.2)
+    mask, kind = field > level, int(rng.integers(3))
+    if kind == 1:
+        mask = np.abs(field - level) < rng.uniform(0.05, 0.5)
+    elif kind == 2:
+        mask &= ~scipy.ndimage.binary_erosion(mask, iterations=int(rng.integers(1, 4)))
+    found = march(mask, int(rng.integers(2, 4)))
+    overlap = (found.filled & mask).sum() / (found.filled | mask).sum()
+    return Trial(found.status == 0, bool(overlap >= 0.95 and len(found.balls) <= len(union_of_spheres(mask))))

@@ -9,7 +9,8 @@ from .marching_cubes import CubeMesh, marching_cubes
 from .marching_spheres import MarchedModel, march, marching_spheres
 from .maximal_balls import BallModel, fit_balls, maximal_balls
 from .rasterising import filled
-from .segmentation import segment
+from .segment_status import SegmentStatus
+from .segmentation import Segment, segment
 from .sphere_matching import SphereRegistration, register_spheres
 from .sphere_status import BallStatus, SphereMatchStatus
 from .surface_status import SurfaceStatus
@@ -26,6 +27,8 @@ __all__ = [
     "ContourStatus",
     "CubeMesh",
     "MarchedModel",
+    "Segment",
+    "SegmentStatus",
     "SphereMatchStatus",
     "SphereRegistration",
     "Surface",
