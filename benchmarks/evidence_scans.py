@@ -198,3 +198,26 @@ def marched(rng: np.random.Generator) -> Trial:
     found = march(mask, int(rng.integers(2, 4)))
     overlap = (found.filled & mask).sum() / (found.filled | mask).sum()
     return Trial(found.status == 0, bool(overlap >= 0.95 and len(found.balls) <= len(union_of_spheres(mask))))
+
+
+@row(
+    "`separate_motions`",
+    "one motion with two levels of noise or heavy tails, up to half of the matches wrong; wrong: several",
+    good=True,
+    slow=True,
+)
+def heavy_tails(rng: np.random.Generator) -> Trial:
+    count, kind = int(rng.integers(150, 500)), int(rng.integers(3))
+    x = rng.normal(size=(count, 3)) * [1, 0.8, 0.6]
+    noise = rng.choice([0.002, 0.01]) * rng.normal(size=x.shape)
+    if kind == 0:
+        noise *= np.where(rng.random((count, 1)) < 0.5, 1, rng.uniform(3, 12))
+    elif kind == 1:
+        noise /= np.sqrt(rng.chisquare(2, x.shape) / 2)
+    else:
+        noise /= np.sqrt(rng.chisquare(2, (count, 1)) / 2)
+    y = x @ rotation(rng, np.pi).T + noise + 1
+    wrong = rng.random(count) < rng.choice([0, 0.3, 0.5])
+    y[wrong] = 1 + rng.normal(size=(int(wrong.sum()), 3))
+    found = separate_motions(x, y)
+    return Trial(len(found) > 0, len(found) == 1)

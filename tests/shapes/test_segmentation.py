@@ -126,7 +126,7 @@ def test_other_seeds_in_the_region_contradict_it() -> None:
 
 def test_missing_voxels_are_not_read() -> None:
     volume = blocks(10.0, 1.0)
-    valid: Array = np.random.default_rng(8).random(volume.shape) > 0.1
+    valid: Array = np.greater(np.random.default_rng(8).random(volume.shape), 0.1)
     seed = (20, 20, 20)
     valid[seed] = True
     holes = np.where(valid, volume, np.nan)
