@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from algorithms.registration import estimate_normals, register, separate_motions
+from algorithms.registration import estimate_normals, extract_curves, register, separate_motions
 from algorithms.shapes import march, register_spheres, segment, union_of_spheres
 from generated import pga3
 
@@ -221,3 +221,32 @@ def heavy_tails(rng: np.random.Generator) -> Trial:
     y[wrong] = 1 + rng.normal(size=(int(wrong.sum()), 3))
     found = separate_motions(x, y)
     return Trial(len(found) > 0, len(found) == 1)
+
+
+@row(
+    "`extract_curves`",
+    "closed curves, noise of up to 2 % of their length, up to as many outliers; wrong: a tenth of a curve is missing",
+    slow=True,
+)
+def noisy_curves(rng: np.random.Generator) -> Trial:
+    d = int(rng.integers(2, 4))
+    waves = rng.normal(size=(3, d, 2)) * np.array([1, 0.3, 0.15])[:, None, None]
+
+    def curve(turn: np.ndarray) -> np.ndarray:
+        angles = turn[:, None] * [1, 2, 3]
+        both = np.stack([np.cos(angles), np.sin(angles)], -1)
+        return np.asarray(np.einsum("nkc,kdc->nd", both, waves))
+
+    dense = curve(np.linspace(0, 2 * np.pi, 4001))
+    length = np.linalg.norm(np.diff(dense, axis=0), axis=1).sum()
+    count, noise = int(rng.uniform(200, 600)), rng.choice([0, 0.002, 0.005, 0.01, 0.02]) * length
+    points = curve(rng.uniform(0, 2 * np.pi, count))
+    points = points + noise * rng.normal(size=points.shape)
+    low, high = points.min(0) - 0.1, points.max(0) + 0.1
+    found = extract_curves(
+        np.concatenate([points, rng.uniform(low, high, (int(count * rng.choice([0, 0, 0.5, 1])), d))])
+    )
+    if not len(found.vertices):
+        return Trial(found.status == 0, False)
+    away = scipy.spatial.cKDTree(found.vertices).query(dense)[0]
+    return Trial(found.status == 0, bool((away < found.sigma).mean() > 0.9))
