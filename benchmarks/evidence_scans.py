@@ -6,7 +6,7 @@ import numpy as np
 import scipy
 
 from algorithms.registration import estimate_normals, extract_curves, register, separate_motions
-from algorithms.shapes import march, register_spheres, segment, union_of_spheres
+from algorithms.shapes import march, neural_gas, register_spheres, segment, union_of_spheres
 from generated import pga3
 
 from .evidence_scenes import Trial, rotation, row
@@ -250,3 +250,19 @@ def noisy_curves(rng: np.random.Generator) -> Trial:
         return Trial(found.status == 0, False)
     away = scipy.spatial.cKDTree(found.vertices).query(dense)[0]
     return Trial(found.status == 0, bool((away < found.sigma).mean() > 0.9))
+
+
+@row("`neural_gas`", "rings, spheres, tori and random points, noise of 0 to 3 %; wrong: other Betti numbers", slow=True)
+def gases(rng: np.random.Generator) -> Trial:
+    kind, count = int(rng.integers(4)), int(rng.integers(1500, 5000))
+    u, v = rng.uniform(0, 2 * np.pi, (2, count))
+    tube = rng.uniform(0.3, 0.6)
+    ball = rng.normal(size=(count, 3))
+    points = [
+        np.stack([np.cos(u), np.sin(u)], 1),
+        ball / np.linalg.norm(ball, axis=1, keepdims=True),
+        np.stack([(1 + tube * np.cos(v)) * np.cos(u), (1 + tube * np.cos(v)) * np.sin(u), tube * np.sin(v)], 1),
+        rng.random((count, 3)),
+    ][kind]
+    found = neural_gas(points + rng.choice([0, 0.01, 0.03]) * rng.normal(size=points.shape))
+    return Trial(found.status == 0, kind < 3 and found.betti == [(1, 1, 0), (1, 0, 1), (1, 2, 1)][kind])

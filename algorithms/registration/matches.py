@@ -183,8 +183,8 @@ def _tail_log(first: Reals, second: Reals, x: Reals, y: Reals, off: Reals, inlie
     apart = np.linalg.norm(np.asarray(pga3.move_point(second, x)) - place, axis=1)
     radius = float(off[inliers].max())
     caps = (radius**2 - (distance - apart) ** 2) / np.maximum(4 * distance * apart, 1e-300)
-    share = float(np.clip(caps, 0, 1).mean())
-    return float(log_false_alarms(len(x), np.count_nonzero(off <= radius), share, _FREEDOM))
+    share = np.asarray(np.clip(caps, 0, 1).mean())
+    return float(log_false_alarms(len(x), np.asarray((off <= radius).sum()), share, _FREEDOM))
 
 
 def _with_line(found: MatchRegistration, points: Reals) -> MatchRegistration:
