@@ -6,10 +6,10 @@ from .contour_status import ContourStatus
 from .contours import Contour, adapted, contour, trace_contour
 from .flow import gradient_vector_flow, streamline_samples
 from .gas_status import GasStatus
+from .growing_gas import NeuralGas, neural_gas, neural_gas_of_image
 from .marching_cubes import CubeMesh, marching_cubes
 from .marching_spheres import MarchedModel, march, marching_spheres
 from .maximal_balls import BallModel, fit_balls, maximal_balls
-from .neural_gas import NeuralGas, neural_gas, neural_gas_of_image
 from .rasterising import filled
 from .segment_status import SegmentStatus
 from .segmentation import Segment, segment
