@@ -30,7 +30,9 @@ def dice(a: Array, b: Array) -> float:
     return float(2 * (a & b).sum() / (a.sum() + b.sum()))
 
 
-@pytest.mark.parametrize("seed", [(22, 25, 15), (14, 30, 12), (26, 18, 18)])
+@pytest.mark.parametrize(
+    "seed", [(14, 30, 12), *(pytest.param(seed, marks=pytest.mark.slow) for seed in ((22, 25, 15), (26, 18, 18)))]
+)
 def test_region_does_not_leak_through_a_neck(seed: tuple[int, int, int]) -> None:
     volume, ball = scene()
     found = segment(volume, seed, (1, 1, 2), neck=4).mask
@@ -48,7 +50,9 @@ def test_holes_are_filled_and_slices_are_accepted() -> None:
     assert dice(found, disc) > 0.98 and found[hole].all()
 
 
-@pytest.mark.parametrize("kind", [np.uint8, np.int16, np.int32, np.float32])
+@pytest.mark.parametrize(
+    "kind", [np.int16, *(pytest.param(kind, marks=pytest.mark.slow) for kind in (np.uint8, np.int32, np.float32))]
+)
 def test_types_and_automatic_seed(kind: type) -> None:
     volume, _ = scene(2.0)
     whole = segment((volume + 20).clip(0, 200).astype(kind), neck=0).mask
