@@ -112,7 +112,7 @@ def segments(count: int) -> list[str]:
         depth = ndimage.distance_transform_edt(mask)
         inner = np.argwhere(depth > 0.8 * depth.max())
         seeds = [tuple(seed) for seed in inner[:: max(1, len(inner) // count)][:count]]
-        methods: dict[str, Callable[[Any], Array]] = {"`segment`": lambda seed: segment(density, seed, LIVER)}
+        methods: dict[str, Callable[[Any], Array]] = {"`segment`": lambda seed: segment(density, seed, LIVER).mask}
         if installed("SimpleITK"):
             methods["SimpleITK, `ConfidenceConnected`"] = lambda seed: connected(density, seed)
         for method, call in methods.items():

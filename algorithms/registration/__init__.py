@@ -10,10 +10,11 @@ from .ply import Ply, read_ply
 from .refinement import Refinement, refine
 from .rigid import Poses, Registration, register
 from .rigid_status import RegistrationStatus
-from .vote_status import DeformStatus, VoteStatus
+from .vote_status import CurveStatus, DeformStatus, VoteStatus
 from .voting import Votes, published_curvature, tensor_vote
 
 __all__ = [
+    "CurveStatus",
     "DeformStatus",
     "Deformation",
     "Extremal",

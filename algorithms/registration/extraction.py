@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,13 +10,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, finite_number
 from .ascent import finite_tokens
+from .curve_evidence import curve_status
 from .extremal import Extremal, no_extremal
 from .traced_curves import trace_curves
+from .vote_scale import default_sigma
+from .vote_status import CurveStatus
 from .voting import VoteField
 
 _MOST_NODES = 4_000_000
 _CURVATURE = 0.1
 """Weight of squared curvatures. With a large one, a straight continuation is preferred, and circles are too large."""
+_SCALES = (1.0, 1.5, 2.25, 3.4)
+"""A limit on work: multiples of the default scale that are tried for curves."""
 _PARALLEL = 0.5
 """The least cosine of the normals at both ends of an edge that crosses a surface."""
 
@@ -63,7 +69,7 @@ def extract_surface(points: ArrayLike, *, sigma: float, spacing: float | None = 
 def extract_curves(
     points: ArrayLike,
     *,
-    sigma: float,
+    sigma: float | None = None,
     spacing: float | None = None,
     least: float = 0.2,
     support: float = 2.0,
@@ -75,8 +81,9 @@ def extract_curves(
     ----------
     points : array_like, (n, 2) or (n, 3)
         Tokens. Those with numbers that are not finite are ignored.
-    sigma : float
-        The scale of votes, in the units of the points.
+    sigma : float, optional
+        The scale of votes, in the units of the points. By default it is the least of 1, 1.5, 2.25 and 3.4 times the
+        scale of `estimate_normals` whose curves explain the tokens, or else the last one.
     spacing : float, optional
         Of vertices along curves; by default a quarter of sigma.
     least : float, optional
@@ -94,7 +101,8 @@ def extract_curves(
         Polylines: each vertex belongs to at most two segments, and rings are closed. These are curves of tokens, and in
         space also those in which surfaces cross. Curves end at the last token, typically within half of sigma, and may
         have gaps of the length sigma at junctions. Those that are shorter than 3 sigma are left out, and parallel
-        curves closer to each other than half of sigma merge.
+        curves closer to each other than half of sigma merge. The status is UNEXPLAINED if tokens beside the curves are
+        denser than by chance, as with noise of more than 0.15 sigma.
 
     Raises
     ------
@@ -102,11 +110,20 @@ def extract_curves(
         If an argument has a wrong shape or is out of its range.
     """
     tokens = finite_tokens(points, (2, 3))
-    scale, step, share = _settings(sigma, spacing, least)
+    own = 1.0 if sigma is None else sigma
+    _settings(own, spacing, least)
     for name, value in (("support", support), ("contrast", contrast)):
         if finite_number(value, name) <= 0:
             raise ValueError(f"{name}: {value}; expected a positive number")
-    return trace_curves(VoteField(tokens, scale, _CURVATURE), scale, step, share, support, contrast)
+    scales = [own] if sigma is not None else [factor * default_sigma(tokens) for factor in _SCALES]
+    for trial in scales:
+        scale, step, share = _settings(trial, spacing, least)
+        field = VoteField(tokens, scale, _CURVATURE)
+        found = trace_curves(field, scale, step, share, support, contrast)
+        found = replace(found, status=curve_status(found, field.tokens, scale), sigma=scale)
+        if found.status == CurveStatus.OK:
+            break
+    return found
 
 
 def _settings(sigma: float, spacing: float | None, least: float) -> tuple[float, float, float]:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arguments import Reals
+from .vote_status import CurveStatus
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,11 +24,17 @@ class Extremal:
         order around each one. Neighbouring quadrilaterals may have opposite orders.
     saliency : array, (v,)
         Of the surface or curve at each vertex.
+    status : CurveStatus
+        Of curves, whether they explain the tokens; OK for surfaces, which have no such test.
+    sigma : float
+        Of curves, the scale of their votes.
     """
 
     vertices: Reals
     pieces: NDArray[np.int64]
     saliency: Reals
+    status: CurveStatus = CurveStatus.OK
+    sigma: float = np.nan
 
 
 def no_extremal(d: int, corners: int) -> Extremal:

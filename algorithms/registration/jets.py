@@ -20,8 +20,8 @@ _WIDE = np.cos(np.radians(45.0))
 """Neighbours whose normals differ by more are beyond an edge."""
 _TUKEY = 4.685
 """From a probability: residuals beyond this number of standard deviations have no weight, at 95 % efficiency."""
-_BATCH = 20_000
-"""A limit on work: places at once, which bounds the memory."""
+_BATCH = 200
+"""A limit on work: places at once, whose fits then remain in the cache."""
 
 
 def jet_normals(places: Reals, normals: Reals) -> Reals:
@@ -35,7 +35,7 @@ def jet_normals(places: Reals, normals: Reals) -> Reals:
     for start in range(0, len(places), _BATCH):
         rows = slice(start, start + _BATCH)
         offsets = places[near[rows]] - places[rows, None]
-        alike = np.abs(np.einsum("nki,ni->nk", normals[near[rows]], normals[rows])) > _WIDE
+        alike = np.abs((normals[near[rows]] @ normals[rows, :, None])[..., 0]) > _WIDE
         for _ in range(_ROUNDS):
             found[rows] = _refined(offsets, alike, found[rows])
     return found
@@ -43,8 +43,8 @@ def jet_normals(places: Reals, normals: Reals) -> Reals:
 
 def _refined(offsets: Reals, alike: Reals, normals: Reals) -> Reals:
     frames = np.linalg.svd(normals[:, None])[2][:, 1:]
-    height = np.einsum("nki,ni->nk", offsets, normals)
-    along = np.einsum("nki,nji->nkj", offsets, frames)
+    height = (offsets @ normals[..., None])[..., 0]
+    along = offsets @ frames.swapaxes(1, 2)
     reach = np.maximum(np.sqrt((along**2).sum(2).max(1)), 1e-300)
     along, height = along / reach[:, None, None], height / reach[:, None]
     design = quadratics(along)
@@ -52,13 +52,13 @@ def _refined(offsets: Reals, alike: Reals, normals: Reals) -> Reals:
     rest = height  # the first scale is that of distances from the rough plane or line
     for _ in range(2):
         weights = alike * _tukey(rest, alike)
-        table = np.einsum("nkp,nk,nkq->npq", design, weights, design)
+        weighted = (design * weights[..., None]).swapaxes(1, 2)  # products of matrices are faster than einsum
+        table = weighted @ design
         size = np.einsum("npp->np", table)
         table[:, range(design.shape[2]), range(design.shape[2])] += 1e-9 * size + 1e-30
-        side = np.einsum("nkp,nk,nk->np", design, weights, height)
-        fit = np.linalg.solve(table, side[..., None])[..., 0]
-        rest = height - np.einsum("nkp,np->nk", design, fit)
-    slope = np.einsum("nj,nji->ni", fit[:, 1 : frames.shape[1] + 1], frames)
+        fit = np.linalg.solve(table, weighted @ height[..., None])[..., 0]
+        rest = height - (design @ fit[..., None])[..., 0]
+    slope = (fit[:, None, 1 : frames.shape[1] + 1] @ frames)[:, 0]
     better = normals - slope
     better /= np.linalg.norm(better, axis=1, keepdims=True)
     return np.where((weights.sum(1) >= _FEWEST)[:, None], better, normals)

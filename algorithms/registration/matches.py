@@ -13,7 +13,7 @@ from generated import registration as kernels
 
 from ..arguments import Reals, finite_number, moderate, real_array
 from ..elements import MOTOR, POINT, elements
-from ..evidence import Freedom, least_by_chance
+from ..evidence import Freedom, least_by_chance, log_false_alarms
 from .rigid import between_places
 from .rigid_status import RegistrationStatus
 from .weighted_matches import form_about_means
@@ -37,6 +37,8 @@ _THIN = 1e-6
 _PARTS, _NARROWED = (1.0, 0.5, 0.25, 0.1), 4
 """Limits on work: differences of lengths, in residuals of a motion, at which narrower ones are sought among its
 inliers, and how often."""
+_ATTEMPTS = 3
+"""A limit on work: attempts for each motion; those that find the tail of another motion count."""
 _BINS, _PEAKS = 400, 3
 """Bins of the logarithm of ratios of lengths between 1/20 and 20, and peaks that are tried."""
 
@@ -145,17 +147,44 @@ def separate_motions(
     -------
     tuple of MatchRegistration
         The significant motions. A match is an inlier of at most one.
+
+    Notes
+    -----
+    Matches of one motion with several levels of noise, or with heavy tails, remain one motion. Noise about a motion has
+    random directions, whatever its distances are. A further motion must have more inliers than these directions give by
+    chance; otherwise they are inliers of the previous motion.
     """
     x, y = np.array(source, float), np.asarray(target, float)
     found: list[MatchRegistration] = []
-    while len(found) < most:
+    for _ in range(_ATTEMPTS * most):
         motion = register_matches(x, y, tolerance=tolerance)
-        if motion.status != RegistrationStatus.OK:
+        if motion.status != RegistrationStatus.OK or len(found) == most:
             break
-        found.append(motion)
         off = np.linalg.norm(pga3.move_point(motion.motor, x) - y, axis=1)
+        rows = np.flatnonzero(np.isfinite(off))
+        tails = [_tail_log(k.motor, motion.motor, x[rows], y[rows], off[rows], motion.inliers[rows]) for k in found]
         x[motion.inliers | (off < _OWN * motion.residual)] = np.nan
+        if max(tails, default=-np.inf) <= np.log(_FREEDOM.false_alarms):
+            found.append(motion)
+        else:
+            k = int(np.argmax(tails))
+            found[k] = replace(found[k], inliers=found[k].inliers | motion.inliers)
     return tuple(found)
+
+
+def _tail_log(first: Reals, second: Reals, x: Reals, y: Reals, off: Reals, inliers: Any) -> float:
+    """Return the logarithm of the number of motions that the tails of the noise of a motion support as well as another.
+
+    The distances of matches from the first motion are given, and their directions are random. A match is then within a
+    radius of the second motion with the probability of a cap of a sphere.
+    """
+    place = np.asarray(pga3.move_point(first, x))
+    distance = np.linalg.norm(y - place, axis=1)
+    apart = np.linalg.norm(np.asarray(pga3.move_point(second, x)) - place, axis=1)
+    radius = float(off[inliers].max())
+    caps = (radius**2 - (distance - apart) ** 2) / np.maximum(4 * distance * apart, 1e-300)
+    share = np.asarray(np.clip(caps, 0, 1).mean())
+    return float(log_false_alarms(len(x), np.asarray((off <= radius).sum()), share, _FREEDOM))
 
 
 def _with_line(found: MatchRegistration, points: Reals) -> MatchRegistration:

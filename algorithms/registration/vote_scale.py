@@ -12,7 +12,7 @@ _NEIGHBOURS = 16
 """Tokens within three times the least scale."""
 _FITTED = 24
 """Neighbours to which a quadratic function is fitted; the median of as many gives the noise of a token."""
-_MOST = 20_000
+_MOST = 1_000
 """A limit on work: tokens whose noise is estimated."""
 _ROUNDS = 4
 """A limit on work: fits with weights that leave out outliers."""
@@ -58,15 +58,20 @@ def sigmas(places: Reals) -> Reals:
 
 def quadratics(along: Reals) -> Reals:
     """Return the monomials (n, k, p) of quadratic functions of coordinates (n, k, d): 1, linear and quadratic ones."""
-    first, second = np.triu_indices(along.shape[2])
-    return np.concatenate([np.ones_like(along[..., :1]), along, along[..., first] * along[..., second]], 2)
+    d = along.shape[2]
+    found = np.empty((*along.shape[:2], 1 + d + d * (d + 1) // 2))
+    found[..., 0] = 1
+    found[..., 1 : d + 1] = along
+    for k, (i, j) in enumerate(zip(*np.triu_indices(d), strict=True)):
+        np.multiply(along[..., i], along[..., j], out=found[..., d + 1 + k])
+    return found
 
 
 def _noise(places: Reals, near: Reals) -> Reals:
     """Return the standard deviation of neighbours from a quadratic function over their plane or line."""
     offsets = places[near] - places[near].mean(1, keepdims=True)
-    axes = np.linalg.eigh(np.einsum("nki,nkj->nij", offsets, offsets))[1]
-    own = np.einsum("nki,nij->nkj", offsets, axes)
+    axes = np.linalg.eigh(offsets.swapaxes(1, 2) @ offsets)[1]
+    own = offsets @ axes
     height, along = own[..., 0], own[..., 1:]
     along = along / np.maximum(np.abs(along).max((1, 2), keepdims=True), 1e-300)
     design = quadratics(along)
@@ -78,7 +83,7 @@ def _noise(places: Reals, near: Reals) -> Reals:
     for _ in range(_ROUNDS):
         root = np.sqrt(weights)
         q = np.linalg.qr(root[..., None] * design)[0]
-        fit = np.einsum("nkp,np->nk", q, np.einsum("nkp,nk->np", q, root * height))
+        fit = (q @ (q.swapaxes(1, 2) @ (root * height)[..., None]))[..., 0]
         rest = height - fit / np.maximum(root, 1e-6)
         scale = np.median(np.abs(rest), 1, keepdims=True) / 0.6745
         weights = 1 / (1 + (rest / np.maximum(3 * scale, 1e-300)) ** 2) ** 2

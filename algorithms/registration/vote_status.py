@@ -17,6 +17,18 @@ class VoteStatus(Status):
     """A coordinate is infinite or NaN: the token neither votes nor receives votes."""
 
 
+class CurveStatus(Status):
+    """Whether curves explain the tokens."""
+
+    OK = 0
+    """Tokens on no curve and no surface are nowhere denser than chance makes them."""
+    NOTHING = 1
+    """No curve was found, and chance explains the tokens, or surfaces do."""
+    UNEXPLAINED = 2
+    """There are more tokens beside the curves than chance gives: the scale does not suit their noise or spacing, so
+    that curves are missing or broken. Repeat with a scale of at least six times the noise."""
+
+
 class DeformStatus(Status):
     """Whether a deformation was found."""
 

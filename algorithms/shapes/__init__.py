@@ -5,11 +5,14 @@ from .colour_status import ColourStatus
 from .contour_status import ContourStatus
 from .contours import Contour, adapted, contour, trace_contour
 from .flow import gradient_vector_flow, streamline_samples
+from .gas_status import GasStatus
+from .growing_gas import NeuralGas, neural_gas, neural_gas_of_image
 from .marching_cubes import CubeMesh, marching_cubes
 from .marching_spheres import MarchedModel, march, marching_spheres
 from .maximal_balls import BallModel, fit_balls, maximal_balls
 from .rasterising import filled
-from .segmentation import segment
+from .segment_status import SegmentStatus
+from .segmentation import Segment, segment
 from .sphere_matching import SphereRegistration, register_spheres
 from .sphere_status import BallStatus, SphereMatchStatus
 from .surface_status import SurfaceStatus
@@ -25,7 +28,11 @@ __all__ = [
     "Contour",
     "ContourStatus",
     "CubeMesh",
+    "GasStatus",
     "MarchedModel",
+    "NeuralGas",
+    "Segment",
+    "SegmentStatus",
     "SphereMatchStatus",
     "SphereRegistration",
     "Surface",
@@ -39,6 +46,8 @@ __all__ = [
     "marching_cubes",
     "marching_spheres",
     "maximal_balls",
+    "neural_gas",
+    "neural_gas_of_image",
     "register_spheres",
     "segment",
     "segment_colour",

@@ -50,7 +50,12 @@ def main(arguments: list[str] | None = None) -> int:
             raise ValueError(f"{options.output.parent}: no such folder; expected one to write to")
         with console.status("reading") as status:
             volume = read_volume(options.volume)
-            mask = segment(volume.voxels, options.seed, volume.spacing, neck=options.neck, progress=status.update)
+            found = segment(volume.voxels, options.seed, volume.spacing, neck=options.neck, progress=status.update)
+            mask = found.mask
+            if not mask.any():
+                raise ValueError(
+                    f"seed: {found.seeds.tolist()}: no region grows from it; move it, or pass a smaller neck"
+                )
             status.update("writing")
             mesh = boundary_mesh(mask, volume.spacing)
             write_mesh(options.output, mesh)
@@ -58,6 +63,7 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"shapes: {error}", file=sys.stderr)
         return 1
     volume_of_voxel = float(volume.spacing.prod())
+    console.print(f"{found.status.name}, confidence {found.confidence:.2f}")
     console.print(f"{mask.sum():,} voxels, {mask.sum() * volume_of_voxel / 1000:.1f} ml", highlight=False)
     console.print(f"{len(mesh.vertices):,} vertices, {len(mesh.faces):,} faces", highlight=False)
     return 0

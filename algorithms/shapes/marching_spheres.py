@@ -25,6 +25,9 @@ _SINGLE = (-0.25,)
 _OUTSIDE = 12
 """Voxels of the object that must be added for each voxel outside."""
 _ROUNDS = 20
+_LISTED = 3 / 4
+"""From counting: a boundary voxel has three numbers and a ball has four, so that with more balls per boundary voxel
+a list of these voxels is shorter than the model."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +47,9 @@ class MarchedModel:
     cells : int
         Number of cells that the surface crosses.
     status : BallStatus
-        LIMIT_REACHED if spheres in all cells do not reach an overlap of 0.95.
+        LIMIT_REACHED if spheres in all cells do not reach an overlap of 0.95. THIN if the cells are larger than a
+        voxel, but the model has more numbers than a list of the boundary voxels: the object is thinner than a sphere
+        that covers several of them, as cortical bone of one or two voxels is. The overlap is then still right.
     """
 
     balls: Reals
@@ -104,6 +109,8 @@ def march(mask: ArrayLike, size: int, spacing: ArrayLike = (1, 1, 1)) -> Marched
         # Half of the largest number of voxels that is left in a cell may remain in each round.
         _cover(model, cells, left, most / 2, growths, _OVERLAP)
     status = BallStatus.OK if model.overlap() >= _ENOUGH else BallStatus.LIMIT_REACHED
+    if status == BallStatus.OK and size > 1 and len(model.balls) > _LISTED * np.count_nonzero(border):
+        status = BallStatus.THIN
     return MarchedModel(np.array(model.balls).reshape(-1, 4), full, model.covered, model.overlap(), len(cells), status)
 
 

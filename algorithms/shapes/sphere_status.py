@@ -11,6 +11,9 @@ class BallStatus(Status):
     OK = 0
     LIMIT_REACHED = 1
     """The largest number of balls was reached first, or no further ball is of use."""
+    THIN = 2
+    """The overlap is reached, but by more numbers than a list of the boundary voxels has: the object is too thin for
+    balls."""
 
 
 class SphereMatchStatus(Status):

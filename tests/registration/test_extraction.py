@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.sparse import coo_matrix, csgraph
 
-from algorithms.registration import extract_curves, extract_surface
+from algorithms.registration import CurveStatus, extract_curves, extract_surface
 
 
 def test_a_sphere_among_outliers_is_a_surface_with_few_gaps() -> None:
@@ -50,3 +50,30 @@ def test_nothing_gives_nothing() -> None:
         extract_curves(np.zeros((3, 4)), sigma=1.0)
     with pytest.raises(ValueError, match="nodes; expected at most"):
         extract_surface([[0, 0, 0], [1e6, 1e6, 1e6]], sigma=1.0)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.03, 0.06])
+def test_scale_of_curves_follows_from_their_noise(noise: float) -> None:
+    """Rings with a given scale of 0.12 are broken and UNEXPLAINED if the noise is half of it."""
+    rng = np.random.default_rng(3)
+    turn = rng.uniform(0, 2 * np.pi, 400)
+    ring = np.stack([np.cos(turn), np.sin(turn)], 1) + noise * rng.normal(size=(400, 2))
+    tokens = np.concatenate([ring, rng.uniform(-1.8, 1.8, (150, 2))])
+    found = extract_curves(tokens)
+    assert found.status == CurveStatus.OK and found.sigma > 3 * noise
+    dense = np.stack([np.cos(np.linspace(0, 7, 500)), np.sin(np.linspace(0, 7, 500))], 1)
+    assert np.linalg.norm(dense[:, None] - found.vertices, axis=-1).min(1).max() < found.sigma
+    given = extract_curves(tokens, sigma=0.12)
+    assert given.sigma == 0.12 and (given.status == CurveStatus.OK) is (noise < 0.03)
+
+
+def test_tokens_without_curves_have_a_status() -> None:
+    rng = np.random.default_rng(4)
+    assert extract_curves(rng.uniform(-1, 1, (400, 2)), sigma=0.2).status == CurveStatus.NOTHING
+    assert extract_curves(np.zeros((0, 2)), sigma=0.2).status == CurveStatus.NOTHING
+    disc = rng.normal(size=(300, 3)) * 0.1
+    around = rng.uniform(-2, 2, (300, 3))
+    assert extract_curves(np.concatenate([disc, around]), sigma=0.2).status == CurveStatus.UNEXPLAINED
+    sphere = rng.normal(size=(2000, 3))
+    sphere /= np.linalg.norm(sphere, axis=1, keepdims=True)
+    assert extract_curves(sphere, sigma=0.25).status == CurveStatus.NOTHING

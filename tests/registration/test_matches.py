@@ -155,3 +155,17 @@ def test_a_full_cloud_with_much_noise_is_not_on_a_line() -> None:
     assert register_matches(x, y).status is RegistrationStatus.OK
     line = np.outer(rng.uniform(-1, 1, 60), [10, 20, 20])
     assert register_matches(line, line + rng.normal(0, 0.1, line.shape)).status is RegistrationStatus.COLLINEAR
+
+
+@pytest.mark.parametrize("levels", [(0.004, 0.004), (0.004, 0.03), (0.002, 0.02)])
+def test_levels_of_noise_are_not_motions(levels):
+    """Half of the matches of one motion are noisier than the others; a third more are wrong."""
+    rng = np.random.default_rng(31)
+    x = rng.normal(size=(450, 3))
+    turn = Rotation.from_rotvec([0.3, -0.8, 0.5]).as_matrix()
+    y = x @ turn.T + rng.choice(levels, (450, 1)) * rng.normal(size=(450, 3))
+    y[300:] = rng.normal(size=(150, 3))
+    (found,) = separate_motions(x, y)
+    matrix = pga3.motor_to_matrix(found.motor)
+    np.testing.assert_allclose(matrix[:3, :3], turn, atol=0.01)
+    assert found.inliers.sum() > 50 and found.inliers[300:].mean() < 0.05

@@ -88,6 +88,17 @@ def test_cells_that_are_too_coarse_are_reported() -> None:
     assert model.overlap < 0.95 and model.status is BallStatus.LIMIT_REACHED
 
 
+@pytest.mark.parametrize(("thickness", "status"), [(1.5, BallStatus.THIN), (4.0, BallStatus.OK)])
+def test_models_of_thin_shells_are_refused(thickness: float, status: BallStatus) -> None:
+    """A ball inside a shell of one voxel covers one voxel, so that the model is a list of voxels."""
+    radius = np.linalg.norm(np.indices((34, 34, 34)).T - 17.0, axis=-1)
+    shell = (radius < 14) & (radius > 14 - thickness)
+    model = march(shell, 2)
+    assert model.status is status and model.overlap >= 0.95
+    assert (len(model.balls) > len(union_of_spheres(shell))) is (status is BallStatus.THIN)
+    assert march(shell, 1).status is BallStatus.OK
+
+
 @pytest.mark.parametrize("step", some_slow([1, 2], 1))
 def test_maximal_balls_of_a_liver(step: int) -> None:
     mask = np.pad(stored_mask("liver")[::step, ::step, ::step], 4)
