@@ -13,9 +13,7 @@ from .localization import LineLocalizer, LocalizationSettings
 from .map_3d import (
     Map3D,
     Solid,
-    SolidFit,
     SolidKind,
-    fit_solid,
     pose_in_space,
     stereo_lines,
     stereo_points,
@@ -32,6 +30,7 @@ from .relocation import Hypothesis, Relocation, relocate
 from .scan import Scan
 from .scan_simulation import Odometry, Scanner, SimulatedLog, SimulatedScan, simulate_log, simulate_scan
 from .segments import Segments, segments
+from .solids import SolidFit, fit_solid
 from .status import MappingStatus
 
 __all__ = [
