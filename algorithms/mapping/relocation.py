@@ -13,6 +13,7 @@ from generated import pga2
 from ..arguments import Reals
 from .alignment import covariance_of
 from .motions import length_and_angle, relative
+from .outlines import still_points
 from .scan import Scan
 from .segments import Segments, segments
 from .status import MappingStatus
@@ -50,7 +51,8 @@ _LEAST_SCORE = 0.5
 _LEAST_SUPPORT = 3.0
 """Readings, of those that are aligned, that have to determine each direction."""
 _MARGIN = 0.06
-"""Difference of scores up to which two places explain a scan equally well."""
+"""Difference of scores up to which two places explain a scan equally well: this, or the share of readings that the best
+one leaves unexplained. The map lacks as much there, and may lack as much where the scan was taken."""
 _APART, _APART_ANGLE = 0.5, 0.15
 
 
@@ -88,7 +90,8 @@ class Relocation:
         Motor of `generated.pga2` from the coordinates of the scan to those of the map, of the best hypothesis; the
         identity if there is none.
     score : float
-        The share of readings on lines of the map, less readings behind lines; at most 1.
+        The share of readings on lines of the map, less readings behind lines; at most 1. Narrow objects in front of
+        others, such as people, are left out.
     covariance : array, (3, 3)
         Of the position x, y (metres) and the angle (radians) of the scanner in the map.
     status : MappingStatus
@@ -139,10 +142,11 @@ def relocate(scan: Scan, line_map: Lines, *, n_hypotheses: int = 5) -> Relocatio
     motors = _candidates(seen, line_map, lengths)
     if not len(motors):
         return Relocation(np.eye(4)[0], 0.0, np.diag(np.full(3, np.inf)), MappingStatus.NOT_MATCHED, ())
-    points = scan.points()[:: max(1, len(scan.beams) // _POINTS)]
+    still = still_points(scan)
+    points = still[:: max(1, len(still) // _POINTS)]
     motors = motors[np.argsort(-_scores(motors, points[::2], table, 0.3))[:_REFINED]]
     motors, information = _refined(motors, points, table)
-    scores = _scores(motors, scan.points()[:: 1 + len(scan.beams) // _MOST_POINTS], table, _SCALE)
+    scores = _scores(motors, still[:: 1 + len(still) // _MOST_POINTS], table, _SCALE)
     return _compared(motors, scores, information, n_hypotheses)
 
 
@@ -302,7 +306,7 @@ def _compared(motors: Reals, scores: Reals, information: Reals, n_hypotheses: in
     status = MappingStatus.OK
     if best.score < _LEAST_SCORE:
         status = MappingStatus.NOT_MATCHED
-    elif len(hypotheses) > 1 and hypotheses[1].score > best.score - _MARGIN:
+    elif len(hypotheses) > 1 and hypotheses[1].score > best.score - max(_MARGIN, 1 - best.score):
         status = MappingStatus.AMBIGUOUS
     elif undetermined[0]:
         status = MappingStatus.DEGENERATE
