@@ -12,6 +12,7 @@ from algorithms.mapping import (
     Match,
     PlanarPath,
     Relocation,
+    Relocator,
     Scan,
     SolidFit,
     SolidKind,
@@ -211,6 +212,51 @@ def places_in_changed_flats(rng: np.random.Generator) -> Trial:
         known = np.linalg.norm(middle - pose[:2], axis=1) > rng.uniform(3, 6)
     found = relocate(_scan(rng, _ranges(walls, pose, beams), beams, 2), _map_of(walls[known]))
     return Trial(found.status == 0, _right(found, _motor(pose)))
+
+
+def _walk(rng: np.random.Generator, walls: np.ndarray, rooms: np.ndarray, count: int) -> list[np.ndarray]:
+    """Poses 0.4 to 0.9 m apart, with a clear way between them; where there is none, the robot turns."""
+    poses = [_place(rng, walls, rooms)]
+    while len(poses) < count:
+        a = poses[-1]
+        for _ in range(30):
+            turn = rng.uniform(-0.5, 0.5)
+            ahead = a[2] + turn / 2
+            b = a + np.append(rng.uniform(0.4, 0.9) * np.array([np.cos(ahead), np.sin(ahead)]), turn)
+            if _clear(walls, a[:2] + np.linspace(0, 1, 5)[:, None] * (b - a)[:2]) > 0.3:
+                break
+        else:
+            b = a + [0, 0, rng.choice([-0.7, 0.7])]
+        poses.append(b)
+    return poses
+
+
+def _after_some_scans(rng: np.random.Generator, count: int, share: float) -> Trial:
+    """Whether a robot knows its place within some scans, in a map that lacks a share of the walls."""
+    walls, rooms = _flat(rng)
+    known = rng.random(len(walls)) >= share
+    finder, beams, before = Relocator(_map_of(walls[known])), _beams(rng), None
+    for pose in _walk(rng, walls, rooms, count):
+        motion = None
+        if before is not None:
+            truth = pga2.motor_product(pga2.motor_inverse(_motor(before)), _motor(pose))
+            noise = rng.normal(size=3) * [0.02, 0.02, 0.02]
+            motion = pga2.motor_product(truth, _motor(noise))
+        before = pose
+        found = finder.add(_scan(rng, _ranges(walls, pose, beams), beams, int(rng.integers(3))), motion)
+        if found.status == 0:
+            return Trial(True, _right(found, _motor(pose)))
+    return Trial(False, False)
+
+
+@row("`Relocator`", "flats, up to three scans 0.4 to 0.9 m apart, 0 to 2 people", good=True, slow=True)
+def places_after_three_scans(rng: np.random.Generator) -> Trial:
+    return _after_some_scans(rng, 3, 0.0)
+
+
+@row("`Relocator`", "the same, up to six scans, in maps that lack 30 % of the walls and of the furniture", slow=True)
+def places_after_six_scans(rng: np.random.Generator) -> Trial:
+    return _after_some_scans(rng, 6, 0.3)
 
 
 _PAIR = RectifiedPair(700.0, (320.0, 240.0), 0.0, 0.12)

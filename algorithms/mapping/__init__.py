@@ -27,6 +27,7 @@ from .objects import MapObject, ObjectDistance, ObjectFit, ObjectKind, ObjectMap
 from .paths import Located, PlanarPath
 from .pose_graph import GraphStatus, OptimisedPoses, optimise_poses
 from .relocation import Hypothesis, Relocation, relocate
+from .relocator import Relocator
 from .scan import Scan
 from .scan_simulation import Odometry, Scanner, SimulatedLog, SimulatedScan, simulate_log, simulate_scan
 from .segments import Segments, segments
@@ -72,6 +73,7 @@ __all__ = [
     "Reading",
     "RecallPrecision",
     "Relocation",
+    "Relocator",
     "Scan",
     "ScanStatus",
     "Scanner",
