@@ -179,7 +179,7 @@ def _loose_turn(a: Outline, b: Outline, motor: Reals) -> Reals:
         2 * n >= counts[0] and not noise.contradicted(total, n)
         for n, total in zip(counts[1:].tolist(), sums[1:], strict=True)
     )
-    return twist[: int(alike)] / np.linalg.norm(twist)
+    return np.asarray(twist[: int(alike)] / np.linalg.norm(twist))
 
 
 def _chain(points: Reals) -> Reals:

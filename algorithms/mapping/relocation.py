@@ -51,9 +51,9 @@ _LEAST_SCORE = 0.5
 _LEAST_SUPPORT = 3.0
 """Readings, of those that are aligned, that have to determine each direction."""
 _MARGIN = 0.06
-"""Difference of scores up to which two places explain a scan equally well: this, less for the means of several scans, or
-the share of readings that the best one leaves unexplained. The map lacks as much there, and may lack as much where the
-scan was taken."""
+"""Difference of scores up to which two places explain a scan equally well: this, less for the means of several scans,
+or the share of readings that the best one leaves unexplained. The map lacks as much there, and may lack as much where
+the scan was taken."""
 _APART, _APART_ANGLE = 0.5, 0.15
 
 

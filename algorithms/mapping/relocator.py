@@ -104,8 +104,8 @@ class Relocator:
         ----------
         scan : Scan
         motion : array_like, (4,), optional
-            The motion from the previous scan by odometry: a unit motor of `generated.pga2`, the pose of this scan in the
-            frame of the previous one. Without it the search begins again.
+            The motion from the previous scan by odometry: a unit motor of `generated.pga2`, the pose of this scan in
+            the frame of the previous one. Without it the search begins again.
 
         Returns
         -------
@@ -171,7 +171,7 @@ class Relocator:
         return np.column_stack([motors, information, *columns[::-1]])
 
     def _aligned(self, motors: Reals, points: Reals, motion: Reals) -> tuple[Reals, Reals, Reals]:
-        """Return places moved by odometry and aligned with the map, unless that moves them too far, and their scores."""
+        """Return places moved by odometry, aligned with the map unless that moves them too far, with their scores."""
         predicted = np.asarray(pga2.normalize_motor(pga2.motor_product(motors, motion)))
         aligned, scores, information = aligned_places(predicted, points, self._table)
         moved, turned = length_and_angle(relative(predicted, aligned))

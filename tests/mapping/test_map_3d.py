@@ -199,6 +199,15 @@ def test_ply(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.linalg.norm(ball - [2, 1, 0.5], axis=1), 0.3, atol=1e-3)
 
 
+def test_ply_keeps_all_digits(tmp_path: Path) -> None:
+    """Coordinates of UTM are read back exactly."""
+    points = np.array([[454321.123456789, 5412345.987654321, 0.1], [1 / 3, -2e-9, 7e5]])
+    lines = write_ply(Map3D().with_points(points), tmp_path / "map.ply").read_text().splitlines()
+    body = lines[lines.index("end_header") + 1 :]
+    assert "property double x" in lines
+    assert [[float(x) for x in line.split()[:3]] for line in body] == points.tolist()
+
+
 def test_svg(tmp_path: Path) -> None:
     root = ElementTree.parse(write_svg(example(), tmp_path / "map.svg")).getroot()
     kinds = [child.tag.rpartition("}")[2] for child in root]

@@ -62,7 +62,7 @@ def test_rooms_within_three_scans(rng: np.random.Generator) -> None:
                 right += 1
                 assert is_close(found, pose)
                 break
-            before, pose = pose, pose + [0.1, 0.1, 0.5]
+            before, pose = pose, pose + np.array([0.1, 0.1, 0.5])
     assert right >= 7
 
 
