@@ -22,8 +22,6 @@ _DEGENERATE = 1e-6
 """A spread of points below this fraction of the largest one counts as none."""
 _FEWEST = 3
 _ROUNDS, _SAMPLES = 8, 60
-_CERTAIN = float(np.sqrt(gate_of(1)))
-"""Standard deviations that a normal number exceeds with the probability `WRONG`."""
 _SURE = 4.0
 """Points are on a line unless the curvature of the circle exceeds this multiple of its standard deviation."""
 
@@ -238,9 +236,9 @@ def fit_box(points: ArrayLike, sigma: float = 0.01, viewpoint: ArrayLike = (0.0,
     if min(int(side.sum()) for side in sides) < _FEWEST or near.sum() < 0.5 * len(good):
         return ObjectFit(None, np.nan, inliers, FitStatus.DEGENERATE)
     first = np.array([seen.local[side, k].mean() for k, side in enumerate(sides)])
-    turned = _CERTAIN * sigma / np.sqrt(_slopes(seen, near)[1])
+    turned = _certain() * sigma / np.sqrt(_slopes(seen, near)[1])
     last, off = np.array([_end(seen, sides[1 - k], k, float(first[1 - k]), turned) for k in range(2)]).T
-    bounds = off + _CERTAIN * sigma * np.sqrt(1 + 1 / np.array([side.sum() for side in sides]))
+    bounds = off + _certain() * sigma * np.sqrt(1 + 1 / np.array([side.sum() for side in sides]))
     if (bounds > np.abs(last - first)).any() or not _is_bent(good[near], sigma):
         return ObjectFit(None, np.nan, inliers, FitStatus.DEGENERATE)
     if (seen.signs * (seen.eye - first) <= 0).any():
@@ -251,6 +249,11 @@ def fit_box(points: ArrayLike, sigma: float = 0.01, viewpoint: ArrayLike = (0.0,
     found = MapObject.box(pose, float(size[0]), float(size[1]), name)
     residual = float(np.sqrt(np.mean(ObjectMap((found,)).distance(good[near]).distance ** 2)))
     return ObjectFit(found, residual, inliers, FitStatus.OK, bounds)
+
+
+def _certain() -> float:
+    """Return the standard deviations that a normal number exceeds with the probability `WRONG`."""
+    return float(np.sqrt(gate_of(1)))
 
 
 class _Sides(NamedTuple):

@@ -42,8 +42,6 @@ _STRETCH = 2.0
 """The largest ratio of the depths of an object and of a point that are of the same thing."""
 _TINY = 1e-12
 """From floating point: squares below this, in units of the scene, are 0."""
-_CERTAIN = float(np.sqrt(gate_of(1)))
-"""Standard deviations that a normal number exceeds with the probability `WRONG`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -269,14 +267,19 @@ class _Scene:
             narrow = axes[:, 0] @ across
             noise = np.einsum("i,kij,j->k", narrow, from_triangle(self.spreads[inliers], 3), narrow)
             is_wide = Noise(1.0).contradicted(((centred @ narrow) ** 2 / noise).sum(), len(points) - 2)
-            return deviation, bool(is_wide and _CERTAIN * deviation <= WIDE)
+            return deviation, bool(is_wide and _certain() * deviation <= WIDE)
         rows = np.column_stack([normals, np.ones(len(points))])
         information = np.einsum("k,ki,kj->ij", weights, rows, rows)
         if rank(information) < len(information):
             return np.inf, False
         spread = raised * np.linalg.inv(information)
         deviation = float(np.sqrt(np.linalg.eigvalsh(spread[:3, :3])[-1]))
-        return deviation, _CERTAIN * np.sqrt(spread[3, 3]) * abs(vector[3]) <= 1
+        return deviation, _certain() * np.sqrt(spread[3, 3]) * abs(vector[3]) <= 1
+
+
+def _certain() -> float:
+    """Return the standard deviations that a normal number exceeds with the probability `WRONG`."""
+    return float(np.sqrt(gate_of(1)))
 
 
 def _one_for_each(viewpoint: ArrayLike, count: int) -> Reals:
