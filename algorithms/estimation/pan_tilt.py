@@ -19,6 +19,9 @@ from .tracking import Tracker, TrackingStatus, VelocityStep
 
 _ITERATIONS = 50
 _AIMED = 1e-10
+"""From floating point: images, and radians beyond a limit, up to this are rounding errors."""
+_SECOND, _LAST = 1e2, 1e9
+"""Ranks of solutions: more than the sum of two angles, and more than that many radians beyond limits."""
 _PAN, _TILT = np.array([[1.0, 0, 0, 0, 0, 0], [0.0, 1.0, 0, 0, 0, 0]])
 """The lines of z, and of -y: a positive tilt raises the view along x."""
 _FORWARDS = np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]])
@@ -78,7 +81,7 @@ class Aim:
     """Result of `aim`."""
 
     q: Reals
-    """(..., n) Angles; the nearest ones that were found if the point is not on the optical axis."""
+    """(..., n) Angles within the limits; the nearest ones that were found if they do not reach the point."""
     reached: Reals
     """(...) bool. Whether the point is on the optical axis, in front of the camera."""
 
@@ -122,10 +125,13 @@ def aim(robot: Robot, points: ArrayLike, near: ArrayLike | None = None) -> Aim:
     q = start[..., None, :] + (q - start[..., None, :] + np.pi) % (2 * np.pi) - np.pi
     low, high = robot.limits[:, 0], robot.limits[:, 1]
     q = np.where(q > high, q - 2 * np.pi, np.where(q < low, q + 2 * np.pi, q))
-    away = np.abs(q - start[..., None, :]).sum(-1) + 10.0 * (~((q >= low) & (q <= high)).all(-1))
-    score = np.where(reached, away, 1e3 + np.nan_to_num(size, nan=1e3))
+    outside = np.maximum(np.maximum(low - q, q - high), 0).sum(-1)
+    reached &= outside <= _AIMED
+    # Solutions within limits come first, then those that are least beyond them, then the others.
+    score = np.where(size <= _AIMED, _SECOND * outside, _LAST + np.nan_to_num(size, nan=_LAST))
+    score = np.where(reached, np.abs(q - start[..., None, :]).sum(-1), _SECOND + score)
     best = np.argmin(score, -1)[..., None]
-    chosen = np.take_along_axis(q, best[..., None], -2)[..., 0, :]
+    chosen = np.take_along_axis(np.clip(q, low, high), best[..., None], -2)[..., 0, :]
     return Aim(np.nan_to_num(chosen), np.take_along_axis(reached, best, -1)[..., 0])
 
 
@@ -148,7 +154,8 @@ def gaze_rates(tracker: Tracker, q: ArrayLike, points: ArrayLike) -> VelocitySte
     Returns
     -------
     VelocityStep
-        The status is NOT_VISIBLE where no angles were found. The singular value is 1, that of the angles themselves.
+        The status is NOT_VISIBLE where no angles within the limits were found; the rates are then 0. The singular value
+        is 1, that of the angles themselves.
 
     Raises
     ------

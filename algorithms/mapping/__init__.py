@@ -13,9 +13,7 @@ from .localization import LineLocalizer, LocalizationSettings
 from .map_3d import (
     Map3D,
     Solid,
-    SolidFit,
     SolidKind,
-    fit_solid,
     pose_in_space,
     stereo_lines,
     stereo_points,
@@ -29,9 +27,11 @@ from .objects import MapObject, ObjectDistance, ObjectFit, ObjectKind, ObjectMap
 from .paths import Located, PlanarPath
 from .pose_graph import GraphStatus, OptimisedPoses, optimise_poses
 from .relocation import Hypothesis, Relocation, relocate
+from .relocator import Relocator
 from .scan import Scan
 from .scan_simulation import Odometry, Scanner, SimulatedLog, SimulatedScan, simulate_log, simulate_scan
 from .segments import Segments, segments
+from .solids import SolidFit, fit_solid
 from .status import MappingStatus
 
 __all__ = [
@@ -73,6 +73,7 @@ __all__ = [
     "Reading",
     "RecallPrecision",
     "Relocation",
+    "Relocator",
     "Scan",
     "ScanStatus",
     "Scanner",

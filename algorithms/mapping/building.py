@@ -40,7 +40,7 @@ def build_map(
     OSError
         If a file cannot be read.
     TypeError, ValueError
-        If an element of the iterable has no `Scan`, or its odometry has another shape.
+        If an element of the iterable has no `Scan`, its odometry has another shape, or a file is of another format.
 
     Notes
     -----

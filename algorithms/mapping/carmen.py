@@ -58,7 +58,8 @@ def beam_angles(n: int) -> tuple[float, float]:
 class CarmenLog:
     """A log of lines ``FLASER``, ``ROBOTLASER1`` and ``ODOM``; iterating yields a `Reading` for each scan.
 
-    The memory does not grow with the log. Lines that are damaged are left out and listed in `problems`.
+    The memory does not grow with the log. Lines that are damaged are left out and listed in `problems`. A file that has
+    lines, but no scan, odometry or damaged one of them, is of another format: ValueError is raised at its end.
 
     Parameters
     ----------
@@ -102,8 +103,10 @@ class CarmenLog:
         self.problems, self.n_problems, self.n_scans, self.n_jumps, self.n_untimed = [], 0, 0, 0, 0
         odometry = self._first_odometry()
         before: float | None = None
+        number, known = 0, False
         for number, line in enumerate(self._lines(), 1):
             kind = line.split(maxsplit=1)[0] if not line.isspace() else ""
+            known |= kind == "ODOM" or kind in _PARSERS
             try:
                 if kind == "ODOM":
                     odometry = _pose(line.split()[1:4])
@@ -117,6 +120,11 @@ class CarmenLog:
                     yield reading if odometry is None else reading._replace(odometry=odometry)
             except ValueError as error:
                 self._report(number, f"{kind}: {error}; the line was left out")
+        if number and not known:
+            name = self._source if isinstance(self._source, (str, Path)) else "log"
+            raise ValueError(
+                f"{name}: {number} lines, none of them FLASER, ROBOTLASER1 or ODOM; expected a log of CARMEN"
+            )
 
     def _report(self, number: int, reason: str) -> None:
         self.n_problems += 1

@@ -18,6 +18,8 @@ _POINT, _LINE = (40, 110, 180), (30, 140, 60)
 def write_ply(found: Map3D, path: str | Path) -> Path:
     """Write a map as a PLY file in text form: faces of planes and spheres, edges of segments, and points.
 
+    Coordinates have all digits of double precision.
+
     Parameters
     ----------
     found : Map3D
@@ -49,11 +51,11 @@ def write_ply(found: Map3D, path: str | Path) -> Path:
         vertices.append((cloud, _POINT))
         count += len(cloud)
     head = ["ply", "format ascii 1.0", f"element vertex {count}"]
-    head += [f"property float {name}" for name in "xyz"]
+    head += [f"property double {name}" for name in "xyz"]
     head += [f"property uchar {name}" for name in ("red", "green", "blue")]
     head += [f"element face {len(faces)}", "property list uchar int vertex_indices"]
     head += [f"element edge {len(edges)}", "property int vertex1", "property int vertex2", "end_header"]
-    rows = [f"{x:.6g} {y:.6g} {z:.6g} {' '.join(map(str, colour))}" for part, colour in vertices for x, y, z in part]
+    rows = [f"{x!r} {y!r} {z!r} {' '.join(map(str, colour))}" for part, colour in vertices for x, y, z in part.tolist()]
     rows += [" ".join(map(str, [len(face), *face])) for face in faces]
     rows += [f"{a} {b}" for a, b in edges]
     target = Path(path)

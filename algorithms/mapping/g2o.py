@@ -16,6 +16,9 @@ import numpy as np
 from ..arguments import Reals
 from .carmen import FARTHEST, Problem, Reading, read_robotlaser
 
+_NAMED = 3
+"""A limit on work: kinds of lines that an error names."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseGraphFile:
@@ -52,7 +55,8 @@ def read_g2o(path: str | Path, max_range: float = FARTHEST) -> PoseGraphFile:
     Raises
     ------
     OSError, ValueError
-        If the file cannot be read, or an archive has no file whose name ends in ``.g2o``.
+        If the file cannot be read, has no line of these kinds, such as a graph of poses in space, or if an archive has
+        no file whose name ends in ``.g2o``.
 
     Notes
     -----
@@ -63,9 +67,11 @@ def read_g2o(path: str | Path, max_range: float = FARTHEST) -> PoseGraphFile:
     edges: list[tuple[int, int, int, list[float]]] = []
     readings: list[Reading] = []
     problems: list[Problem] = []
+    kinds: dict[str, None] = {}
     with _opened(Path(path)) as file:
         for number, line in enumerate(_decoded(file, problems), 1):
             words = line.split()
+            kinds.update(dict.fromkeys(words[:1]))
             try:
                 if words[:1] == ["VERTEX_SE2"]:
                     pose = _numbers(words[2:5], 3)
@@ -80,6 +86,11 @@ def read_g2o(path: str | Path, max_range: float = FARTHEST) -> PoseGraphFile:
                     readings.append(reading._replace(odometry=np.array(poses[-1])) if poses else reading)
             except (ValueError, IndexError) as error:
                 problems.append(Problem(number, f"{words[0]}: {error}; the line was left out"))
+    if not (poses or edges or readings or problems):
+        raise ValueError(
+            f"{path}: {'lines ' + ', '.join([repr(kind)[1:-1] for kind in kinds][:_NAMED]) if kinds else 'no line'}; "
+            "expected VERTEX_SE2, EDGE_SE2 or ROBOTLASER1, a graph of poses in the plane"
+        )
     known = []
     for number, a, b, values in edges:
         if a in index and b in index:

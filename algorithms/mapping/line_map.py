@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import struct
+import zipfile
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -25,6 +28,20 @@ _FLOOR = np.array([np.radians(0.3) ** 2, 0.0, 0.015**2])
 """The covariance of angle and offset that poses and scanners add to each measured segment, as an upper triangle."""
 _CHUNK = 256
 _VERSION = 1
+_DAMAGED = (
+    *(ValueError, EOFError, LookupError, TypeError, AttributeError, RuntimeError, OverflowError, SyntaxError),
+    *(struct.error, zipfile.BadZipFile, zlib.error),
+)
+"""What readers of archives and of numpy raise for damaged files."""
+_UNIT = 1e-6
+"""From floating point: relative rounding errors of norms and of covariances are far below this."""
+_EXPECTED = {
+    "lines": "a unit line",
+    "spans": "a start before its end",
+    "spreads": "the upper triangle of a covariance",
+    "counts": "a number of readings",
+    "n_views": "a number of views",
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -172,20 +189,39 @@ class LineMap:
         Raises
         ------
         OSError, ValueError
-            If the file cannot be read or is not a map.
+            If the file cannot be read, is damaged or not a map, or if its lines are not unit lines, spans are reversed,
+            or covariances have negative eigenvalues.
         """
-        with Path(path).open("rb") as raw, np.load(raw, allow_pickle=False) as file:
-            missing = {*cls.__dataclass_fields__, "version"} - set(file.files)
-            if missing:
-                raise ValueError(f"{path}: no array {', '.join(sorted(missing))}; expected a map of LineMap.save")
-            if int(file["version"]) != _VERSION:
-                raise ValueError(f"{path}: version {int(file['version'])}; expected {_VERSION}")
-            arrays = {name: file[name] for name in cls.__dataclass_fields__}
-        k = len(arrays["lines"])
+        try:
+            with Path(path).open("rb") as raw, np.load(raw, allow_pickle=False) as file:
+                arrays = {name: file[name] for name in file.files}
+        except _DAMAGED as error:
+            raise ValueError(f"{path}: {error}; expected a map of LineMap.save; the file is damaged") from error
+        missing = {*cls.__dataclass_fields__, "version"} - set(arrays)
+        if missing:
+            raise ValueError(f"{path}: no array {', '.join(sorted(missing))}; expected a map of LineMap.save")
+        version = arrays.pop("version")
+        if version.shape != () or version != _VERSION:
+            raise ValueError(f"{path}: version {version}; expected {_VERSION}")
+        arrays = {name: arrays[name] for name in cls.__dataclass_fields__}
+        k = arrays["lines"].shape[0] if arrays["lines"].ndim else 0
         shapes = {"lines": (k, 3), "spans": (k, 2), "spreads": (k, 3), "counts": (k,), "n_views": (k,)}
         for name, shape in shapes.items():
-            if arrays[name].shape != shape or not np.isfinite(arrays[name]).all():
-                raise ValueError(f"{path}: {name} has shape {arrays[name].shape}; expected {shape}, finite")
+            kind = arrays[name].dtype.kind
+            if arrays[name].shape != shape or kind not in "iuf" or not np.isfinite(arrays[name]).all():
+                raise ValueError(f"{path}: {name} has shape {arrays[name].shape}; expected {shape}, finite numbers")
+        lengths = np.hypot(*arrays["lines"][:, :2].T)
+        first, mixed, second = arrays["spreads"].T
+        for name, wrong in (
+            ("lines", np.abs(lengths - 1) > _UNIT),
+            ("spans", arrays["spans"][:, 0] > arrays["spans"][:, 1]),
+            ("spreads", (first < 0) | (second < 0) | (mixed**2 > first * second * (1 + _UNIT))),
+            ("counts", arrays["counts"] < 0),
+            ("n_views", arrays["n_views"] < 0),
+        ):
+            if wrong.any():
+                k = int(np.argmax(wrong))
+                raise ValueError(f"{path}: {name}[{k}] {arrays[name][k]}; expected {_EXPECTED[name]}")
         return cls(**arrays)
 
     def rows(self, rows: Reals) -> LineMap:

@@ -9,24 +9,13 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import ArrayLike
 
-from generated import cga3, pga2, pga3
 from generated import navigation as kernels
+from generated import pga2, pga3
 
 from ..arguments import Reals, real_array
 from ..elements import LINE, MOTOR, elements
-from ..evidence.triangles import from_triangle
-from ..geometry.fits import Fit, fit_plane, fit_sphere
 from ..vision.stereo import RectifiedPair
 from .localization import Lines
-from .navigation_status import FitStatus
-from .round_fitting import fit_round
-
-_ROUNDS = 5
-_NO_TURN = np.array([1.0, 0.0, 0.0, 0.0])
-_FEWEST = 5
-_OUTLINE = 0.92
-"""Points of a sphere are left out beyond this share of its radius from the ray to its centre: at its outline, their
-depth says nothing."""
 
 
 class SolidKind(IntEnum):
@@ -71,19 +60,6 @@ class Solid:
         if self.kind != SolidKind.PLANE:
             raise ValueError(f"{self.name or 'object'}: a sphere; expected a plane")
         return np.append(self.vector[:3], -self.vector[4])
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SolidFit:
-    """Result of `fit_solid`."""
-
-    solid: Solid | None
-    """None unless the status is OK."""
-    square: float
-    """The mean of the squared distances divided by their variances; about 1 if the covariances are right."""
-    inliers: Reals
-    """(n,) bool."""
-    status: FitStatus
 
 
 def pose_in_space(motor: ArrayLike, height: float = 0.0) -> Reals:
@@ -190,65 +166,6 @@ def stereo_lines(pair: RectifiedPair, left: ArrayLike, right: ArrayLike, pose: A
     return np.asarray(pga3.move_line(real_array(pose, "pose", (8,), "motors"), unit))
 
 
-def fit_solid(
-    points: ArrayLike, covariances: ArrayLike, kind: SolidKind, name: str = "", gate: float = 3.5
-) -> SolidFit:
-    """Fit a plane or a sphere to points with covariances.
-
-    The unit vector of conformal space with the least sum of squared distances, each divided by the variance of its
-    point along the normal, is found by Gauss-Newton steps. The depths of a stereo camera are far less certain than
-    directions, so that equal weights would distort the object. Points beyond the gate are left out.
-
-    Parameters
-    ----------
-    points : array_like, (n, 3)
-        What is not finite is left out.
-    covariances : array_like, (n, 6)
-        Upper triangles, as of `stereo_points`.
-    kind : SolidKind
-    name : str, optional
-    gate : float
-        In standard deviations.
-
-    Returns
-    -------
-    SolidFit
-    """
-    places = real_array(points, "points", (3,), "points").astype(float).reshape(-1, 3)
-    spreads = real_array(covariances, "covariances", (6,), "upper triangles").astype(float).reshape(-1, 6)
-    finite = np.isfinite(places).all(1) & np.isfinite(spreads).all(1)
-    if finite.sum() < _FEWEST:
-        return SolidFit(None, np.nan, np.zeros(len(places), bool), FitStatus.TOO_FEW)
-    shift = places[finite].mean(0)
-    local = places - shift
-    start = _start(local[finite], kind)
-    if start is None:
-        return SolidFit(None, np.nan, finite, FitStatus.DEGENERATE)
-    first = inliers = finite
-    vector, converged = start, False
-    for _ in range(_ROUNDS):
-        vector, converged = fit_round(
-            kernels.sphere_step, local[inliers], spreads[inliers], vector, curved=kind == SolidKind.SPHERE
-        )
-        if not np.isfinite(vector).all():
-            return SolidFit(None, np.nan, inliers, FitStatus.DEGENERATE)
-        squares = _squares(local, spreads, np.asarray(vector))
-        if kind == SolidKind.SPHERE and inliers is first:
-            finite = finite & _is_inside_outline(local, spreads, np.asarray(vector))
-        again = finite & (squares <= gate**2)
-        if again.sum() < _FEWEST:
-            return SolidFit(None, np.nan, again, FitStatus.TOO_FEW)
-        if np.array_equal(again, inliers):
-            break
-        inliers = again
-    square = float(_squares(local, spreads, np.asarray(vector))[inliers].mean())
-    status = FitStatus.OK if converged else FitStatus.NOT_CONVERGED
-    moved = np.asarray(cga3.move_vector(cga3.motor_from_rotor_translation(_NO_TURN, shift), vector))
-    corners = _corners(places[inliers], moved) if kind == SolidKind.PLANE else np.zeros((0, 3))
-    solid = Solid(kind, moved, corners, name) if status == FitStatus.OK else None
-    return SolidFit(solid, square, inliers, status)
-
-
 @dataclass(frozen=True, slots=True)
 class Map3D:
     """A map in space; adding returns another map."""
@@ -272,50 +189,3 @@ class Map3D:
         """Return the map with further segments (k, 2, 3)."""
         pairs = real_array(ends, "ends", (2, 3), "segments").astype(float).reshape(-1, 2, 3)
         return replace(self, lines=(*self.lines, *pairs))
-
-
-def _start(points: Reals, kind: SolidKind) -> Reals | None:
-    """Return the unit vector of the fit with equal weights."""
-    fit: Fit = fit_plane(points) if kind == SolidKind.PLANE else fit_sphere(points)
-    if not fit.determined or not np.isfinite(fit.object).all():
-        return None
-    if kind == SolidKind.PLANE:
-        dual = np.asarray(cga3.plane_polarity(fit.object))
-        vector = np.array([*dual[:3], 0.0, dual[3]])
-    else:
-        vector = np.asarray(cga3.sphere_polarity(fit.object))
-    square = float(cga3.inner_product_of_vectors(vector, vector))
-    return vector / np.sqrt(square) if square > 0 else None
-
-
-def _squares(points: Reals, spreads: Reals, vector: Reals) -> Reals:
-    """Return squared distances divided by the variances along the normals."""
-    curvature = vector[3]
-    inner = points @ vector[:3] - curvature * (points**2).sum(1) / 2 - vector[4]
-    root = np.sqrt(np.maximum(1 - 2 * curvature * inner, 1e-12))
-    normals = (vector[:3] - curvature * points) / root[:, None]
-    variances = np.einsum("ki,kij,kj->k", normals, from_triangle(spreads, 3), normals)
-    return np.asarray((2 * inner / (1 + root)) ** 2 / variances)
-
-
-def _is_inside_outline(points: Reals, spreads: Reals, vector: Reals) -> Reals:
-    """Return which points, moved along their most uncertain direction, meet a sphere far from its outline."""
-    good = np.asarray(np.isfinite(spreads).all(1))
-    known = np.where(good[:, None], spreads, [1.0, 0, 0, 1.0, 0, 1.0])
-    directions = np.linalg.eigh(from_triangle(known, 3))[1][:, :, 2]
-    arms = points - vector[:3] / vector[3]
-    aside = arms - np.einsum("ki,ki->k", arms, directions)[:, None] * directions
-    return np.asarray(np.linalg.norm(aside, axis=1) * abs(vector[3]) <= _OUTLINE)
-
-
-def _corners(points: Reals, vector: Reals) -> Reals:
-    """Return the rectangle, in a plane, about points; one side is horizontal."""
-    normal = vector[:3]
-    up = np.array([0.0, 0, 1]) if abs(normal[2]) < 0.9 else np.array([0.0, 1, 0])
-    along = np.cross(up, normal)
-    along /= np.linalg.norm(along)
-    other = np.cross(normal, along)
-    u, v = points @ along, points @ other
-    foot = vector[4] * normal
-    sides = [(u.min(), v.min()), (u.max(), v.min()), (u.max(), v.max()), (u.min(), v.max())]
-    return np.array([foot + a * along + b * other for a, b in sides])

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from generated import mapping as kernels
 from generated import pga2
 
 from ..arguments import Reals, finite, real_array
+from ..evidence import Noise, rank
 from .agreement import agreement
 from .alignment import Aligned, aligned, covariance_of
 from .motions import length_and_angle, relative
@@ -28,6 +30,13 @@ _SLIDES = np.arange(-12, 13) * 0.1
 """Metres by which the best hypothesis is moved along its least certain direction."""
 _SLIDE_SCALE, _SLIDE_POINTS, _SLID = 0.1, 45, 0.03
 """Scale in metres, points of a scan, and loss for a metre, with which these are compared."""
+_TURNED_BY, _LEAST_RADIUS = np.array([0.0, -1.2, -0.9, -0.6, -0.3, 0.3, 0.6, 0.9, 1.2]), 1.2
+"""Metres by which a scan is turned about the centre of a round room, at its wall; the radius below which it is less."""
+_ROUND = 0.5
+"""A limit on work: in a round room, normals pass the centre by less than this part of the radius; in a square room they
+pass it by more."""
+_SHORTEST = 1e-9
+"""From floating point: metres of a segment between two readings at the same place."""
 _SLIDES_APART, _FLAT = 0.25, 0.01
 """Metres between two of these, and difference of their scores, from which on the direction is determined."""
 _LEAST_SCORE = 0.5
@@ -45,6 +54,8 @@ _LARGEST_RESIDUAL = 0.026
 """Root mean square of the distances of readings from lines, in metres, above which they contradict the motion."""
 _NOISE = 0.02
 """Least standard deviation of readings, in metres."""
+_UNKNOWN = 30.0
+"""Standard deviation, in metres and radians, of what the scans do not determine: as far as scanners reach."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,14 +69,15 @@ class Match:
         no motion was found.
     covariance : array, (3, 3)
         Of x, y (metres) and the angle (radians) of the error: a small motion of the first scan's frame that follows the
-        motor. Infinite on the diagonal if no motion was found.
+        motor. Deviations along degenerate directions are at least 30. Infinite on the diagonal if no motion was found.
     status : MappingStatus
     score : float
         The mean score of points: 1 if all are on lines of the other scan, negative if they are in its free space.
     residual : float
         Root mean square of the distances of points from their lines, in metres.
     degenerate : array, (k, 3)
-        Unit directions of motions, by x, y and angle, that the scans do not determine.
+        Unit directions of motions, by x, y and angle, that scans do not determine: along a corridor, or a turn about
+        the centre of a round room.
     others : array, (h, 4)
         Motors of different motions that explain the scans almost as well.
     """
@@ -135,6 +147,49 @@ def _best_along(a: Outline, b: Outline, found: Aligned) -> tuple[Reals, Reals]:
     return motors[best], np.array([[*direction, 0.0]])[: int(flat)]
 
 
+def _loose_turn(a: Outline, b: Outline, motor: Reals) -> Reals:
+    """Return the turn (1, 3) about the centre of a round room, by x, y and angle, if it changes no score, or no rows.
+
+    The centre is nearest to the lines through the points along their normals. Lines of a few points are chords of the
+    wall, whose normals alone would determine the turn, so that the points of `b` are compared with the chain of those
+    of `a`: the turn is determined if their squared distances grow by more than noise explains.
+    """
+    tangents = np.stack([-a.normals[:, 1], a.normals[:, 0]], 1)
+    squares = tangents.T @ tangents
+    if rank(squares) < 2:
+        return np.zeros((0, 3))
+    centre = np.linalg.solve(squares, tangents.T @ np.einsum("ij,ij->i", tangents, a.points))
+    arms = a.points - centre
+    radius = float(np.sqrt((arms**2).sum(1).mean()))
+    if np.sqrt((np.einsum("ij,ij->i", tangents, arms) ** 2).mean()) > _ROUND * radius:
+        return np.zeros((0, 3))
+    there = pga2.motor_from_angle_translation(0.0, centre)
+    turns = pga2.motor_from_angle_translation(_TURNED_BY / max(radius, _LEAST_RADIUS), np.zeros(2))
+    motors = pga2.motor_product(pga2.motor_product(pga2.motor_product(there, turns), pga2.motor_inverse(there)), motor)
+    places = np.asarray(pga2.move_point(motors[:, None], b.points))
+    distances, _ = kernels.nearest_segment(places, _chain(a.points))
+    angles = np.arctan2(places[..., 1], places[..., 0])
+    own = np.arctan2(a.points[:, 1], a.points[:, 0])
+    # Only readings of what both scans show count: others are far from the chain in any case.
+    seen = (angles >= own.min()) & (angles <= own.max()) & (distances[0] < _SLIDE_SCALE**2)
+    counts, sums = seen.sum(1), (distances * seen).sum(1)
+    noise = Noise(float(sums[0] / max(counts[0], 1)), float(counts[0]))
+    twist = np.array([[centre[1], -centre[0], 1.0]])
+    alike = any(
+        2 * n >= counts[0] and not noise.contradicted(total, n)
+        for n, total in zip(counts[1:].tolist(), sums[1:], strict=True)
+    )
+    return np.asarray(twist[: int(alike)] / np.linalg.norm(twist))
+
+
+def _chain(points: Reals) -> Reals:
+    """Return the segments (k - 1, 5) between consecutive points: middle, normal and half of the length."""
+    steps = np.diff(points, axis=0)
+    lengths = np.maximum(np.hypot(*steps.T), _SHORTEST)
+    normals = np.stack([-steps[:, 1], steps[:, 0]], 1) / lengths[:, None]
+    return np.column_stack([(points[1:] + points[:-1]) / 2, normals, lengths / 2])
+
+
 def _result(a: Outline, b: Outline, found: Aligned, loose: Reals, motors: Reals, scores: Reals) -> Match:
     score = float(agreement(a, b, found.motors[None], 0.15)[0])
     if not np.isfinite(found.motors).all():
@@ -145,8 +200,10 @@ def _result(a: Outline, b: Outline, found: Aligned, loose: Reals, motors: Reals,
     residual = float(np.sqrt(squares / max(weight, 1e-9)))
     variance = max(residual**2, _NOISE**2)
     covariance, degenerate = covariance_of(found.information, variance)
-    if not len(degenerate):
-        degenerate = loose
+    turn = _loose_turn(a, b, found.motors)
+    degenerate = np.concatenate([degenerate if len(degenerate) else loose, turn])
+    # What nothing determines has the deviation of something unknown, whatever the noise of readings says.
+    covariance = covariance + _UNKNOWN**2 * degenerate.T @ degenerate
     status = MappingStatus.OK
     if score < _LEAST_SCORE:
         status = MappingStatus.NOT_MATCHED

@@ -44,6 +44,8 @@ class FitStatus(Status):
     DEGENERATE = 2
     """The points do not determine the object, for example a circle by points on a line."""
     NOT_CONVERGED = 3
+    UNEXPLAINED = 4
+    """Points at random would have as many points near some object."""
 
 
 class PathStatus(Status):

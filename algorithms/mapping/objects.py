@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -14,6 +14,7 @@ from generated import cga2, pga2
 from generated import navigation as kernels
 
 from ..arguments import Reals, real_array
+from ..evidence import Noise, gate_of
 from .navigation_status import FitStatus
 from .round_fitting import fit_round
 
@@ -130,6 +131,9 @@ class ObjectFit:
     inliers: Reals
     """(n,) bool. The points that agree."""
     status: FitStatus
+    bounds: Reals = field(default_factory=lambda: np.full(2, np.nan))
+    """(2,) How far the length and the width of a box may be off: by the noise, and by half of the step between the last
+    point on a side and the next beam, which missed it. NaN for circles and without a result."""
 
 
 def fit_circle(points: ArrayLike, sigma: float = 0.01, name: str = "") -> ObjectFit:
@@ -192,7 +196,8 @@ def fit_box(points: ArrayLike, sigma: float = 0.01, viewpoint: ArrayLike = (0.0,
     """Fit a box to the points of its two visible sides, which meet in a corner.
 
     Of all directions, that of the least sum of distances from the two sides is chosen and refined; each side is then
-    the mean of its points. The other ends of the sides are half a step behind their last points.
+    the mean of its points. The other ends of the sides are half a step behind their last points, where a step leads to
+    the beam that missed the side.
 
     Parameters
     ----------
@@ -207,7 +212,8 @@ def fit_box(points: ArrayLike, sigma: float = 0.01, viewpoint: ArrayLike = (0.0,
     Returns
     -------
     ObjectFit
-        DEGENERATE if only one side is visible.
+        DEGENERATE if only one side is visible, if a single line explains the points within their noise, or if a size
+        may be off by all of it.
     """
     places = real_array(points, "points", (2,), "points").astype(float).reshape(-1, 2)
     eye = real_array(viewpoint, "viewpoint", (2,)).astype(float)
@@ -230,7 +236,11 @@ def fit_box(points: ArrayLike, sigma: float = 0.01, viewpoint: ArrayLike = (0.0,
     if min(int(side.sum()) for side in sides) < _FEWEST or near.sum() < 0.5 * len(good):
         return ObjectFit(None, np.nan, inliers, FitStatus.DEGENERATE)
     first = np.array([seen.local[side, k].mean() for k, side in enumerate(sides)])
-    last = np.array([_end(seen.local[sides[1 - k], k], seen.signs[k]) for k in range(2)])
+    turned = _certain() * sigma / np.sqrt(_slopes(seen, near)[1])
+    last, off = np.array([_end(seen, sides[1 - k], k, float(first[1 - k]), turned) for k in range(2)]).T
+    bounds = off + _certain() * sigma * np.sqrt(1 + 1 / np.array([side.sum() for side in sides]))
+    if (bounds > np.abs(last - first)).any() or not _is_bent(good[near], sigma):
+        return ObjectFit(None, np.nan, inliers, FitStatus.DEGENERATE)
     if (seen.signs * (seen.eye - first) <= 0).any():
         return ObjectFit(None, np.nan, inliers, FitStatus.DEGENERATE)
     turned = pga2.motor_from_angle_translation(best, np.zeros(2))
@@ -238,7 +248,12 @@ def fit_box(points: ArrayLike, sigma: float = 0.01, viewpoint: ArrayLike = (0.0,
     size = np.abs(last - first)
     found = MapObject.box(pose, float(size[0]), float(size[1]), name)
     residual = float(np.sqrt(np.mean(ObjectMap((found,)).distance(good[near]).distance ** 2)))
-    return ObjectFit(found, residual, inliers, FitStatus.OK)
+    return ObjectFit(found, residual, inliers, FitStatus.OK, bounds)
+
+
+def _certain() -> float:
+    """Return the standard deviations that a normal number exceeds with the probability `WRONG`."""
+    return float(np.sqrt(gate_of(1)))
 
 
 class _Sides(NamedTuple):
@@ -269,6 +284,12 @@ def _to_sides(points: Reals, eye: Reals, angle: float) -> _Sides:
 
 def _slope(seen: _Sides, near: Reals) -> float:
     """Return the angle of the common slope of the points of both sides."""
+    top, bottom = _slopes(seen, near)
+    return top / bottom if bottom > 0 else 0.0
+
+
+def _slopes(seen: _Sides, near: Reals) -> tuple[float, float]:
+    """Return the sums of products and of squares along both sides, whose quotient is their common slope."""
     top = bottom = 0.0
     for k in range(2):
         own = seen.local[near & (seen.side == k)]
@@ -277,14 +298,32 @@ def _slope(seen: _Sides, near: Reals) -> float:
             centred = along - along.mean()
             top += float(centred @ across) * (1 if k == 1 else -1)
             bottom += float(centred @ centred)
-    return top / bottom if bottom > 0 else 0.0
+    return top, bottom
 
 
-def _end(along: Reals, sign: float) -> float:
-    """Return the end of a side away from the corner: between its last point and where the next would be."""
-    ordered = np.sort(sign * along)
-    step = float(np.diff(ordered[: min(4, len(ordered))]).mean())
-    return sign * float(ordered[0] - step / 2)
+def _end(seen: _Sides, own: Reals, k: int, level: float, turned: float) -> tuple[float, float]:
+    """Return the end of a side away from the corner, and how far it may be off.
+
+    The side is parallel to axis k, at a level of the other axis. Its end is between its last point and the beam that
+    missed it, which is farther away if the direction of the box is off by an angle `turned`.
+    """
+    sign = seen.signs[k]
+    ordered = np.sort(sign * seen.local[own, k])
+    rays = seen.local - seen.eye
+    turn = float(np.median(np.diff(np.sort(np.unwrap(np.arctan2(rays[:, 1], rays[:, 0]))))))
+    height, along = abs(level - seen.eye[1 - k]), float(ordered[0] - sign * seen.eye[k])
+    missed = np.arctan2(along, height) - turn - np.array([0.0, turned])
+    steps = np.where(missed > -np.pi / 2, along - height * np.tan(missed), np.inf)
+    # Points that are left out, or merged scans, can be farther apart than beams.
+    steps = np.maximum(steps, np.diff(ordered[: min(4, len(ordered))]).mean())
+    half = float(steps[0]) / 2 if np.isfinite(steps[0]) else 0.0
+    return sign * (float(ordered[0]) - half), max(half, float(steps[1]) - half)
+
+
+def _is_bent(points: Reals, sigma: float) -> bool:
+    """Return whether points are farther from every line than their noise explains."""
+    least = np.linalg.eigvalsh(np.cov(points.T))[0] * (len(points) - 1)
+    return bool(Noise(sigma**2).contradicted(least, len(points) - 2))
 
 
 def _agreeing(points: Reals, finite: Reals, distance: float) -> Reals:

@@ -81,7 +81,7 @@ class Outline(NamedTuple):
 
 def outline_of(scan: Scan) -> Outline:
     """Compute the outline of a scan with at least two valid readings."""
-    points = _still(scan)
+    points = still_points(scan)
     n = len(points)
     runs = straight_runs(points)
     is_line = _lines(points, runs)
@@ -120,7 +120,7 @@ def outline_of(scan: Scan) -> Outline:
     )
 
 
-def _still(scan: Scan) -> Reals:
+def still_points(scan: Scan) -> Reals:
     """Return the readings without narrow objects in front of others, or all if too few would remain."""
     still = ~narrow_objects(scan)
     return scan.points()[still] if still.sum() > _FEWEST else scan.points()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike
 from generated import line_maps, pga2
 
 from ..arguments import Reals, finite, real_array
-from ..evidence import Status
+from ..evidence import Status, gate_of, is_lost
 
 _STEPS = 50
 _SETTLED = 1e-10
@@ -20,6 +21,10 @@ _DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-9, 1e-12, 1e6
 """Relative increments of the diagonal: at the start, and their range."""
 _LOWERED = 16.0
 """The factor by which the bound of robust edges is lowered in each of the first steps."""
+_REJECTED = 0.25
+"""The weight of a robust edge at its bound, by definition; with less, it is rejected."""
+_ROUNDS = 20
+"""A limit on work: how often robust edges that agree are added; each round takes half of them."""
 
 
 class GraphStatus(Status):
@@ -30,6 +35,8 @@ class GraphStatus(Status):
     """The steps were still large after the last iteration; the poses are the best that were found."""
     DISCONNECTED = 2
     """Some poses are not connected to the first one by edges; they were not changed."""
+    CONTRADICTED = 3
+    """Most of the robust edges have lost three quarters of their weight: they contradict the others or each other."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,7 +102,9 @@ def optimise_poses(
 
     Notes
     -----
-    Each step solves the sparse normal equations by SuperLU, with the damping of Levenberg and Marquardt.
+    Each step solves the sparse normal equations by SuperLU, with the damping of Levenberg and Marquardt. If robust
+    edges are rejected, the poses are computed again from those that agree with the other edges within the covariance of
+    these (the test of innovations of filters), and the result with the smaller cost is returned.
     """
     poses = finite(real_array(motors, "motors", (-1, 4)).astype(float), "motors")
     pairs = np.asarray(edges).reshape(-1, 2) if np.size(edges) == 0 else np.asarray(edges)
@@ -147,15 +156,35 @@ class _Graph:
         return 0.5 * float(cost.sum()), np.where(self.robust, share**2, 1.0)
 
     def optimised(self, poses: Reals, wanted: Reals) -> OptimisedPoses:
+        """Take steps until they are small, again from another start if robust edges disagree with the first result."""
+        rows = _Rows(len(poses), self.edges, self.reached)
+        found = self._descended(poses, rows)
+        if (found.weights[self.robust] < _REJECTED).any():
+            start = self._gated(poses)
+            other = None if start is None else self._descended(start, rows, lowered=False)
+            # Sums of bounded squares at minima can be compared, as those of likelihoods with foreign measurements.
+            if other is not None and (other.settled, -other.cost) > (found.settled, -found.cost):
+                found = other
+        status = GraphStatus.OK if found.settled else GraphStatus.NOT_CONVERGED
+        used = int((found.weights[self.robust] >= _REJECTED).sum())
+        if found.settled and is_lost(used, int(self.robust.sum())):
+            status = GraphStatus.CONTRADICTED
+        if not self.reached.all():
+            status = GraphStatus.DISCONNECTED
+        misfits, by_a, by_b = self.misfits(found.poses)
+        spreads = rows.covariances(by_a, by_b, found.weights[:, None, None] * self.information, wanted)
+        motors = np.asarray(pga2.normalize_motor(found.poses))
+        return OptimisedPoses(motors, status, misfits, found.weights, found.cost, found.steps, spreads)
+
+    def _descended(self, poses: Reals, rows: _Rows, *, lowered: bool = True) -> _Descent:
         """Take steps until they are small.
 
         The bound of robust edges is lowered step by step, so that a large loop can pull the poses together first.
         """
         misfits, by_a, by_b = self.misfits(poses)
-        scale = max(self.scale, float(self.squares(misfits)[self.robust].max(initial=0.0)))
+        scale = max(self.scale, float(self.squares(misfits)[self.robust].max(initial=0.0)) if lowered else 0.0)
         cost, weights = self.weighed(misfits, scale)
         damping, settled, step = _DAMPING, not len(self.edges), 0
-        rows = _Rows(len(poses), self.edges, self.reached)
         while not settled and step < _STEPS and damping < _MOST_DAMPING:
             step += 1
             change = rows.solved(misfits, by_a, by_b, weights[:, None, None] * self.information, damping)
@@ -175,11 +204,61 @@ class _Graph:
                 # Rounding errors alone can raise the cost of a minimum.
                 settled |= new_cost - cost <= 1e-12 * cost
                 damping *= 30
-        status = GraphStatus.OK if settled else GraphStatus.NOT_CONVERGED
-        if not self.reached.all():
-            status = GraphStatus.DISCONNECTED
-        spreads = rows.covariances(by_a, by_b, weights[:, None, None] * self.information, wanted)
-        return OptimisedPoses(np.asarray(pga2.normalize_motor(poses)), status, misfits, weights, cost, step, spreads)
+        return _Descent(poses, bool(settled), weights, cost, step)
+
+    def _gated(self, poses: Reals) -> Reals | None:
+        """Return poses by the other edges and the robust ones that agree with them, or None if these do not suffice.
+
+        Robust edges are taken as filters take measurements: if the covariance of the misfit, from that of the poses by
+        the edges so far and that of the edge, explains it. Each round takes half of those that agree, which makes the
+        others more certain.
+        """
+        taken = ~self.robust
+        if not (_reached(len(poses), self.edges[taken]) == self.reached).all():
+            return None
+        for _ in range(_ROUNDS):
+            part = replace(
+                self,
+                edges=self.edges[taken],
+                motions=self.motions[taken],
+                information=self.information[taken],
+                robust=np.zeros(int(taken.sum()), bool),
+            )
+            rows = _Rows(len(poses), part.edges, self.reached)
+            poses = part._descended(poses, rows).poses
+            _, by_a, by_b = part.misfits(poses)
+            squares = self._innovations(poses, rows, by_a, by_b, part.information)
+            agrees = ~self.robust | (squares <= gate_of(3))
+            new = agrees & ~taken
+            # Half of the new ones, those that agree best, so that a wrong one among them is found by the others.
+            limit = np.median(squares[new]) if new.any() else 0.0
+            again = (taken & agrees) | (new & (squares <= limit))
+            if (again == taken).all():
+                break
+            taken = again
+        return poses
+
+    def _innovations(self, poses: Reals, rows: _Rows, by_a: Reals, by_b: Reals, information: Reals) -> Reals:
+        """Return the squared misfits (m,) of robust edges, divided by their covariances with that of the poses."""
+        misfits, left, right = self.misfits(poses)
+        squares = np.zeros(len(misfits))
+        chosen = np.flatnonzero(self.robust)
+        between = rows.between(by_a, by_b, information, self.edges[chosen], left[chosen], right[chosen])
+        spread = between + np.linalg.pinv(self.information[chosen], hermitian=True)
+        squares[chosen] = np.einsum(
+            "mi,mi->m", misfits[chosen], np.linalg.solve(spread, misfits[chosen][..., None])[..., 0]
+        )
+        return squares
+
+
+class _Descent(NamedTuple):
+    """Poses after some steps, whether these were small in the end, weights of edges, the cost, and the count."""
+
+    poses: Reals
+    settled: bool
+    weights: Reals
+    cost: float
+    steps: int
 
 
 class _Rows:
@@ -225,6 +304,23 @@ class _Rows:
             columns[places, range(3)] = 1
             found[k] = factor.solve(columns)[places]
         return np.asarray(found)
+
+    def between(self, by_a: Reals, by_b: Reals, information: Reals, edges: Reals, left: Reals, right: Reals) -> Reals:
+        """Return the covariances (k, 3, 3) of misfits of edges, whose derivatives by both poses are given."""
+        if not len(self._free):
+            return np.zeros((len(edges), 3, 3))
+        factor = self._factor(by_a, by_b, information, 0.0)
+        found = np.zeros((len(edges), 3, 3))
+        position = np.full(3 * self._n, -1)
+        position[self._free] = np.arange(len(self._free))
+        for k, pair in enumerate(edges.tolist()):
+            column = np.zeros((len(self._free), 3))
+            for pose, rows in zip(pair, (left[k], right[k]), strict=True):
+                places = position[3 * pose : 3 * pose + 3]
+                if places[0] >= 0:
+                    column[places] += rows.T
+            found[k] = column.T @ factor.solve(column)
+        return found
 
     def _factor(self, by_a: Reals, by_b: Reals, information: Reals, damping: float) -> scipy.sparse.linalg.SuperLU:
         """Return the factors of the damped normal equations."""

@@ -13,6 +13,7 @@ from generated import pga2
 from ..arguments import Reals
 from .alignment import covariance_of
 from .motions import length_and_angle, relative
+from .outlines import still_points
 from .scan import Scan
 from .segments import Segments, segments
 from .status import MappingStatus
@@ -50,7 +51,9 @@ _LEAST_SCORE = 0.5
 _LEAST_SUPPORT = 3.0
 """Readings, of those that are aligned, that have to determine each direction."""
 _MARGIN = 0.06
-"""Difference of scores up to which two places explain a scan equally well."""
+"""Difference of scores up to which two places explain a scan equally well: this, less for the means of several scans,
+or the share of readings that the best one leaves unexplained. The map lacks as much there, and may lack as much where
+the scan was taken."""
 _APART, _APART_ANGLE = 0.5, 0.15
 
 
@@ -88,7 +91,8 @@ class Relocation:
         Motor of `generated.pga2` from the coordinates of the scan to those of the map, of the best hypothesis; the
         identity if there is none.
     score : float
-        The share of readings on lines of the map, less readings behind lines; at most 1.
+        The share of readings on lines of the map, less readings behind lines; at most 1. Narrow objects in front of
+        others, such as people, are left out.
     covariance : array, (3, 3)
         Of the position x, y (metres) and the angle (radians) of the scanner in the map.
     status : MappingStatus
@@ -131,19 +135,46 @@ def relocate(scan: Scan, line_map: Lines, *, n_hypotheses: int = 5) -> Relocatio
     """
     if n_hypotheses < 1:
         raise ValueError(f"n_hypotheses: {n_hypotheses}; expected at least 1")
+    found = found_places(scan, table_of(line_map), line_map)
+    if isinstance(found, MappingStatus):
+        return nowhere(found)
+    return compared(*found, n_hypotheses)
+
+
+def table_of(line_map: Lines) -> Reals:
+    """Return the lines of a map as the kernels take them, (k, 5): middles, normals and halves of lengths."""
     lengths = np.linalg.norm(line_map.ends[:, 1] - line_map.ends[:, 0], axis=1)
+    return np.column_stack([line_map.ends.mean(1), line_map.normals, lengths / 2])
+
+
+def found_places(scan: Scan, table: Reals, line_map: Lines) -> tuple[Reals, Reals, Reals] | MappingStatus:
+    """Return the best places of a scan: motors (c, 4), scores (c,) and information (c, 6); or why there are none."""
     seen = segments(scan)
-    if len(scan.beams) < _FEWEST or len(lengths) < 2 or len(seen) < 2:
-        return Relocation(np.eye(4)[0], 0.0, np.diag(np.full(3, np.inf)), MappingStatus.TOO_FEW_READINGS, ())
-    table = np.column_stack([line_map.ends.mean(1), line_map.normals, lengths / 2])
-    motors = _candidates(seen, line_map, lengths)
+    if len(scan.beams) < _FEWEST or len(table) < 2 or len(seen) < 2:
+        return MappingStatus.TOO_FEW_READINGS
+    motors = _candidates(seen, line_map, 2 * table[:, 4])
     if not len(motors):
-        return Relocation(np.eye(4)[0], 0.0, np.diag(np.full(3, np.inf)), MappingStatus.NOT_MATCHED, ())
-    points = scan.points()[:: max(1, len(scan.beams) // _POINTS)]
-    motors = motors[np.argsort(-_scores(motors, points[::2], table, 0.3))[:_REFINED]]
-    motors, information = _refined(motors, points, table)
-    scores = _scores(motors, scan.points()[:: 1 + len(scan.beams) // _MOST_POINTS], table, _SCALE)
-    return _compared(motors, scores, information, n_hypotheses)
+        return MappingStatus.NOT_MATCHED
+    points = still_points(scan)
+    few = points[:: max(1, len(points) // _POINTS)]
+    motors = motors[np.argsort(-_scores(motors, few[::2], table, 0.3))[:_REFINED]]
+    return aligned_places(motors, points, table)
+
+
+def aligned_places(motors: Reals, points: Reals, table: Reals) -> tuple[Reals, Reals, Reals]:
+    """Return motors aligned with a map, their scores, and the upper triangles of their information."""
+    motors, information = _refined(motors, points[:: max(1, len(points) // _POINTS)], table)
+    return motors, scores_of(motors, points, table), information
+
+
+def scores_of(motors: Reals, points: Reals, table: Reals) -> Reals:
+    """Return the share of points near lines of a map, less those that would be seen through lines."""
+    return _scores(motors, points[:: 1 + len(points) // _MOST_POINTS], table, _SCALE)
+
+
+def nowhere(status: MappingStatus) -> Relocation:
+    """Return the result for a scan without a place."""
+    return Relocation(np.eye(4)[0], 0.0, np.diag(np.full(3, np.inf)), status, ())
 
 
 def _candidates(seen: Segments, line_map: Lines, lengths: Reals) -> Reals:
@@ -286,11 +317,20 @@ def _refined(motors: Reals, points: Reals, table: Reals) -> tuple[Reals, Reals]:
     return motors, information
 
 
-def _compared(motors: Reals, scores: Reals, information: Reals, n_hypotheses: int) -> Relocation:
+def different(motors: Reals, scores: Reals) -> list[int]:
+    """Return the rows of different places, best first."""
     kept: list[int] = []
     for k in np.argsort(-scores).tolist():
         if np.isfinite(motors[k]).all() and all(_differ(motors[k], motors[j]) for j in kept):
             kept.append(k)
+    return kept
+
+
+def compared(motors: Reals, scores: Reals, information: Reals, n_hypotheses: int, n_scans: int = 1) -> Relocation:
+    """Return the best of several places that explain a share of the readings of some scans, with its status."""
+    kept = different(motors, scores)
+    if not kept:
+        return nowhere(MappingStatus.NOT_MATCHED)
     hypotheses = []
     undetermined = []
     places = pga2.move_point(motors, np.zeros(2))
@@ -302,7 +342,7 @@ def _compared(motors: Reals, scores: Reals, information: Reals, n_hypotheses: in
     status = MappingStatus.OK
     if best.score < _LEAST_SCORE:
         status = MappingStatus.NOT_MATCHED
-    elif len(hypotheses) > 1 and hypotheses[1].score > best.score - _MARGIN:
+    elif len(hypotheses) > 1 and hypotheses[1].score > best.score - max(_MARGIN / np.sqrt(n_scans), 1 - best.score):
         status = MappingStatus.AMBIGUOUS
     elif undetermined[0]:
         status = MappingStatus.DEGENERATE

@@ -326,6 +326,24 @@ def test_aim() -> None:
         aim(Robot.named("ur5"), [1.0, 0, 0])
 
 
+def test_aim_beyond_limits() -> None:
+    """Points behind the head, and above it, are not reached; the rates are 0 instead of turning to and fro.
+
+    The pan of a point is that of its horizontal direction, or the opposite one with the tilt beyond the vertical.
+    """
+    head = pan_tilt_head()
+    low, high = head.limits[:, 0], head.limits[:, 1]
+    points = np.random.default_rng(8).normal(size=(400, 3)) * [-1.5, 1, 1]
+    pan, tilt = np.arctan2(points[:, 1], points[:, 0]), np.arctan2(points[:, 2], np.hypot(points[:, 0], points[:, 1]))
+    other = np.stack([pan - np.sign(pan) * np.pi, np.sign(tilt) * np.pi - tilt], 1)
+    inside = [((q >= low) & (q <= high)).all(1) for q in (np.stack([pan, tilt], 1), other)]
+    found = aim(head, points)
+    assert (found.reached == inside[0] | inside[1]).all() and 50 < found.reached.sum() < 390
+    assert ((found.q >= low) & (found.q <= high)).all()
+    behind = gaze_rates(Tracker(head), [0.4, 0.1], [-1.0, -0.05, 0.0])
+    assert behind.status == TrackingStatus.NOT_VISIBLE and not behind.rates.any()
+
+
 def test_default_head() -> None:
     """Pan turns about z, and a positive tilt raises the optical axis."""
     head = pan_tilt_head()

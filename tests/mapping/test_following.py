@@ -128,3 +128,31 @@ def test_closed_loop_stops_in_front_of_a_person() -> None:
     assert run.following[-1] == FollowStatus.BLOCKED
     gap = np.linalg.norm(pga2.motor_to_angle_translation(run.truth[-1])[1] - person) - 0.2
     assert 0.4 < gap < 0.6
+
+
+@pytest.mark.parametrize("law", ["lyapunov", "pursuit"])
+def test_obstacles_beside_the_path_stop_a_robot_that_returns_to_it(law: str) -> None:
+    """A robot 0.9 m beside the path stands before it touches an obstacle on its way back, and not for one elsewhere."""
+    path = PlanarPath.through([[0, 0], [10, 0]], 1.0)
+    settings = FollowSettings(law=law)
+    motor, obstacle = pose(0.2, 0.9, -0.3), np.array([1.0, 0.45])
+    nearest, status = np.inf, FollowStatus.OK
+    for _ in range(400):
+        command = follow(path, motor, 0.2, [obstacle], settings)
+        status = command.status
+        nearest = min(nearest, float(np.linalg.norm(pga2.motor_to_angle_translation(motor)[1] - obstacle)))
+        if status == FollowStatus.BLOCKED:
+            break
+        motor = np.asarray(pga2.motor_product(motor, motor_of_error(0.02 * np.array([command.turn, command.speed, 0]))))
+    assert status == FollowStatus.BLOCKED and nearest > settings.width / 2
+    # On the other side of the path, or at the robot and left behind, nothing is touched.
+    free = follow(path, pose(0.2, 0.9, -0.3), 0.2, [[1.0, -0.4], [0.1, 0.9]], settings)
+    assert free.status < FollowStatus.SLOWED and np.isinf(free.clearance)
+
+
+@pytest.mark.parametrize(
+    "option", [{"speed": -1.0}, {"deceleration": 0.0}, {"law": "x"}, {"gains": (1.0, -1.0)}, {"width": np.nan}]
+)
+def test_settings_are_checked(option: dict[str, object]) -> None:
+    with pytest.raises(ValueError, match=next(iter(option))):
+        FollowSettings(**option)

@@ -223,6 +223,30 @@ def test_map_is_saved_and_loaded(tmp_path: Path) -> None:
         LineMap.load(path)
 
 
+def test_damaged_maps_are_one_error(tmp_path: Path) -> None:
+    """A map that is cut or changed anywhere gives the map, or ValueError; so do wrong lines, spans and covariances."""
+    one = LineMap.empty().updated(segment((0, 2), (2, 2)), motor(1, 2, 0.3)).map
+    path = tmp_path / "map.npz"
+    one.save(path)
+    whole = path.read_bytes()
+    damaged = [b"", b"PK", b"no map", whole[:-1], *(whole[:k] for k in range(10, len(whole), 97))]
+    for cut in damaged:
+        path.write_bytes(cut)
+        with pytest.raises(ValueError, match=r"map\.npz"):
+            LineMap.load(path)
+    for k in range(0, len(whole), 41):
+        path.write_bytes(whole[:k] + bytes([whole[k] ^ 0x55]) + whole[k + 1 :])
+        try:
+            LineMap.load(path)
+        except ValueError as error:
+            assert "map.npz" in str(error)
+    arrays = {name: getattr(one, name) for name in ("lines", "spans", "spreads", "counts", "n_views")}
+    for name, value in (("lines", 2 * one.lines), ("spans", one.spans[:, ::-1]), ("spreads", -one.spreads)):
+        np.savez(path, version=1, **{**arrays, name: value})
+        with pytest.raises(ValueError, match=rf"{name}\[0\]"):
+            LineMap.load(path)
+
+
 def test_covariances_have_the_convention_of_segments() -> None:
     """A map of one scan at the origin has the covariances of its segments, and those that poses add."""
     found = segment((3, 2), (5, 2.5), deviation=0.5)

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from algorithms.mapping import build_map
 from algorithms.mapping.carmen import CarmenLog, beam_angles
 from algorithms.mapping.g2o import read_g2o
 
@@ -157,3 +158,18 @@ def test_graph_in_a_zip_archive_with_other_numbers(tmp_path: Path) -> None:
         archive.writestr("other.txt", text)
     with pytest.raises(ValueError, match=r"other\.txt; expected one named"):
         read_g2o(path)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["#ROSBAG V2.0\nbinary", "VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\nEDGE_SE3:QUAT 0 1 1 0 0 0 0 0 1\n", "a,b\n1,2\n"],
+)
+def test_files_of_other_formats_are_errors(tmp_path: Path, text: str) -> None:
+    """A bag, a graph in space and a table give errors that name what was found, and not an empty map."""
+    log, graph = tmp_path / "log.txt", tmp_path / "graph.g2o"
+    log.write_text(text)
+    graph.write_text(text)
+    with pytest.raises(ValueError, match=r"log\.txt: \d lines, none of them FLASER"):
+        build_map(log)
+    with pytest.raises(ValueError, match=r"graph\.g2o: lines .*; expected VERTEX_SE2"):
+        build_map(graph)

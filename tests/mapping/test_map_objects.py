@@ -123,3 +123,22 @@ def test_degenerate_points() -> None:
     assert fit_box(side).status == FitStatus.DEGENERATE and fit_box(side).fitted is None
     with pytest.raises(ValueError, match="points"):
         fit_circle(np.zeros((4, 3)))
+
+
+def test_bounds_of_boxes_contain_their_sizes() -> None:
+    """Seen at any angle, each size of a box is within its bound, and a side of few points gives no box."""
+    rng = np.random.default_rng(5)
+    n_found = 0
+    for turn in np.radians([0, 2, 4, 7, 10, 30, 40, 45, 55]):
+        truth = MapObject.box(pose(2.5, 0.1, turn), 0.9, 0.5)
+        corners = truth.outline[::-1]
+        plan = FloorPlan.from_walls(np.stack([corners[:-1], corners[1:]], 1), solid=True)
+        scan = simulate_scan(plan, pose(0, 0), Scanner(n_beams=721, noise=0.01), seed=int(rng.integers(100))).scan
+        found = fit_box(scan.points())
+        if found.status == FitStatus.OK:
+            n_found += 1
+            off = [np.abs(found.fitted.size[:2] - 2 * truth.size[order] / 2) * 2 for order in ([0, 1], [1, 0])]
+            assert any((each <= found.bounds).all() for each in off)
+        else:
+            assert turn < 0.2 and found.fitted is None and np.isnan(found.bounds).all()
+    assert n_found >= 4

@@ -189,3 +189,35 @@ def test_votes_are_meets_of_constraints(rng: np.random.Generator) -> None:
             assert np.abs(vote - shift).max() < 1e-12 and abs(weight - 4 * sine) < 1e-12
         rows[0][4] = shift[0] * rows[0][1] - shift[1] * rows[0][0] - 1e-3
         assert kernels.translation_votes(*rows)[1] == 0
+
+
+@pytest.mark.parametrize("turn", [0.3, 1.2])
+def test_the_turn_in_a_round_room_is_not_determined(rng: np.random.Generator, turn: float) -> None:
+    """The turn about the centre is named, and its deviation is that of the unknown; the position is not."""
+    angles = np.linspace(-np.pi / 2, np.pi / 2, 181)
+    scans = [Scan(3.1 + 0.01 * rng.normal(size=181), angles[0], angles[1] - angles[0], 30.0) for _ in range(2)]
+    m = match_scans(*scans)
+    assert m.status in (MappingStatus.DEGENERATE, MappingStatus.AMBIGUOUS)
+    assert np.abs(m.degenerate[-1] - [0, 0, 1]).max() < 0.05
+    assert m.covariance[2, 2] > np.pi**2 and np.sqrt(m.covariance[0, 0] + m.covariance[1, 1]) < 1
+
+
+def test_a_niche_in_a_round_room(rng: np.random.Generator) -> None:
+    """Normals of the chords of a round wall outweigh those of a niche: the turn is right, or not called OK."""
+    angles = np.linspace(-np.pi / 2, np.pi / 2, 181)
+    for turn in (0.1, 0.2, 0.3, 0.4):
+        scans = []
+        for heading in (0.0, turn):
+            ranges = 3.1 + 0.01 * rng.normal(size=181)
+            ranges[np.abs(angles + heading - 0.2) < 0.12] += 0.4
+            scans.append(Scan(ranges, angles[0], angles[1] - angles[0], 30.0))
+        m = match_scans(*scans)
+        assert m.status is not MappingStatus.OK or errors(m, np.array([0, 0, turn]))[1] < 2
+
+
+def test_the_covariance_of_a_corridor(rng: np.random.Generator) -> None:
+    """Along a corridor the deviation is that of the unknown, and across it that of readings."""
+    walls = np.array([[-500.0, 1, 500, 1], [-500.0, -1, 500, -1]])
+    m = match_scans(*(scan_at(rng, walls, np.array([x, 0.1, 0.0])) for x in (0.0, 0.6)))
+    assert m.status is not MappingStatus.OK
+    assert m.covariance[0, 0] > 25**2 and m.covariance[1, 1] < 0.1**2

@@ -174,3 +174,47 @@ def test_degenerate_graphs() -> None:
 def test_wrong_edges(edges: list[list[float]], match: str) -> None:
     with pytest.raises(ValueError, match=match):
         optimise_poses(np.eye(4)[[0, 0]], edges, np.eye(4)[:1], np.eye(3)[None])
+
+
+def walk_with_closures(seed: int, n_wrong: int) -> tuple[Reals, ...]:
+    """Three times around a square of 10 m, by odometry, with 30 closures between the rounds, and wrong ones."""
+    rng = np.random.default_rng(seed)
+    count, sigma = 120, np.array([0.02, 0.05, 0.05])
+    k = np.arange(count)
+    side, along = k // 10 % 4, k % 10
+    corners = np.array([[0, 0], [10, 0], [10, 10], [0, 10.0]])
+    headings = side * np.pi / 2
+    places = corners[side] + along[:, None] * np.stack([np.cos(headings), np.sin(headings)], 1)
+    truth = pga2.motor_from_angle_translation(headings, places)
+    later = rng.integers(40, count, 30)
+    closures = np.stack([later - 40 * rng.integers(1, later // 40 + 1), later], 1)
+    wrong = np.sort(np.array([rng.permutation(count)[:2] for _ in range(n_wrong)], int).reshape(-1, 2), 1)
+    edges = np.concatenate([np.stack([k[:-1], k[1:]], 1), closures, wrong])
+    motions = pga2.motor_product(pga2.motor_inverse(truth[edges[:, 0]]), truth[edges[:, 1]])
+    noise = sigma * rng.normal(size=(len(edges), 3))
+    motions = np.asarray(pga2.motor_product(motions, pga2.motor_from_angle_translation(noise[:, 0], noise[:, 1:])))
+    if n_wrong:
+        off = rng.uniform([-np.pi, -2, -2], [np.pi, 2, 2], (n_wrong, 3))
+        motions[-n_wrong:] = pga2.motor_from_angle_translation(off[:, 0], off[:, 1:])
+    start = [truth[0]]
+    for motion in motions[: count - 1]:
+        start.append(np.asarray(pga2.normalize_motor(pga2.motor_product(start[-1], motion))))
+    return np.array(start), edges, motions, np.tile(np.diag(1 / sigma**2), (len(edges), 1, 1)), truth
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_third_of_the_closures_is_wrong(seed: int) -> None:
+    """The poses are near to those by the right closures alone, and the wrong ones have no weight."""
+    start, edges, motions, information, _ = walk_with_closures(seed, 13)
+    best = optimise_poses(start, edges[:-13], motions[:-13], information[:-13])
+    found = optimise_poses(start, edges, motions, information, np.arange(len(edges)) >= 119)
+    assert found.status == GraphStatus.OK and (found.weights[-13:] < 0.25).all()
+    places = [pga2.motor_to_angle_translation(each)[1] for each in (best.motors, found.motors)]
+    assert np.linalg.norm(places[0] - places[1], axis=1).max() < 0.3
+
+
+def test_closures_that_contradict_each_other() -> None:
+    """If most robust edges are wrong, the status says so."""
+    start, edges, motions, information, _ = walk_with_closures(5, 40)
+    found = optimise_poses(start, edges, motions, information, np.arange(len(edges)) >= 119)
+    assert found.status != GraphStatus.OK
