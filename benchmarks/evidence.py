@@ -8,7 +8,15 @@ from pathlib import Path
 
 import numpy as np
 
-from . import evidence_estimation, evidence_others, evidence_scans, evidence_views, evidence_vision, pages
+from . import (
+    evidence_estimation,
+    evidence_objects,
+    evidence_others,
+    evidence_scans,
+    evidence_views,
+    evidence_vision,
+    pages,
+)
 from .evidence_scenes import ROWS, Row
 
 PAGE = Path("docs/evidence.md")
@@ -19,7 +27,7 @@ SEED = 2026
 """Scenes of other seeds were used while thresholds were chosen."""
 SLOW = 200
 """Number of trials of rows that take more than a twentieth of a second each; others have five times more."""
-CHAPTERS = evidence_vision, evidence_views, evidence_estimation, evidence_others, evidence_scans
+CHAPTERS = evidence_vision, evidence_views, evidence_estimation, evidence_others, evidence_scans, evidence_objects
 
 
 def counted(row: Row, n_trials: int) -> tuple[int, int, int]:

@@ -17,7 +17,7 @@ from ..evidence import Status
 from .edge_measurement import MeasuredEdges, edges_near
 from .image_arguments import check_outline, checked_mesh, checked_start, real_image
 from .image_status import ImageStatus
-from .pose_estimation import PoseEstimate, estimate_pose, pose_limits
+from .pose_estimation import PoseEstimate, estimated_pose, pose_limits
 from .pose_models import KINDS, ObjectModel
 from .pose_status import PoseStatus
 from .predicted_curves import Mesh
@@ -210,20 +210,20 @@ def _measured(task: _Task, pictures: tuple[Reals, ...], predicted: Reals, reach:
         if not views:
             return _predicted(_why(parts), predicted, estimate, parts)
         noise = task.noise if part == _ROUNDS[-1] else max(task.noise, far / 4)
-        estimate = estimate_pose(model, views, pose, noise, task.limits)
+        estimate = estimated_pose(model, views, pose, noise, task.limits)
         if estimate.status == PoseStatus.INCONSISTENT:
             clear = without_refuted_curves(parts, estimate)
             if clear is not None:
                 parts = clear
                 views = [one.view for one in parts if len(one.offsets)]
-                estimate = estimate_pose(model, views, pose, noise, task.limits)
+                estimate = estimated_pose(model, views, pose, noise, task.limits)
         if estimate.status not in _USABLE:
             cause = TrackStatus.INCONSISTENT if estimate.status == PoseStatus.INCONSISTENT else TrackStatus.UNCERTAIN
             return _predicted(cause if _shown(parts) >= _LEAST_SEEN else TrackStatus.OCCLUDED, predicted, None, parts)
         pose = estimate.motor
     # If most edges prove that the noise is smaller than its bound, those of other things are rejected more surely.
     noise = _proved_noise(parts, task.noise)
-    surer = estimate_pose(model, [one.view for one in parts if len(one.offsets)], pose, noise, task.limits)
+    surer = estimated_pose(model, [one.view for one in parts if len(one.offsets)], pose, noise, task.limits)
     if surer.status in _ESTIMATED:
         return _verified(parts, surer, predicted, noise, task)
     assert estimate is not None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +21,13 @@ _FLAT = 1e-9
 """A mesh has no volume if it is below this fraction of the cube of its size."""
 _EQUAL = 1e-6
 """Relative difference below which principal moments count as equal."""
+
+_OFF = 1e-9
+"""From floating point: rays begin this part of the size away from the surface, and do not meet their own face."""
+_SLANTED = np.array([0.0131, -0.0173, 0.0097])
+"""Added to the directions of rays, so that they meet no edges of regular meshes."""
+_PAIRS = 1 << 18
+"""A limit on memory: pairs of rays and triangles of a call."""
 
 Integers = NDArray[np.intp]
 Flags = NDArray[np.bool_]
@@ -42,6 +49,38 @@ class Surface:
     """(3,) The size along each axis."""
     length: float
     """The largest distance of a vertex from the centre of mass, by which torques are divided."""
+    vertices: Reals
+    """(n, 3) The vertices of the mesh in its own frame,"""
+    faces: Integers
+    """(m, 3) those of each face,"""
+    areas: Reals
+    """(m, 3) and the normals of faces, times their areas."""
+
+    def is_outer(self, points: Reals, normals: Reals) -> Flags:
+        """Return whether contacts (k, 3) in the frame of the mesh are on the outside of all its solids, (k,).
+
+        The ray from a contact along its normal enters as many solids as it leaves. Other contacts are inside of another
+        solid, or in a common face of two.
+        """
+        corners = self.vertices[self.faces.T]
+        starts, along = points + _OFF * self.length * normals, normals + _SLANTED
+        found = np.zeros(len(points), bool)
+        step = max(1, _PAIRS // len(self.areas))
+        for first in range(0, len(points), step):
+            p, d = starts[first : first + step], along[first : first + step]
+            with np.errstate(all="ignore"):
+                t, inside = pga3.hit_ray_triangle(p[:, None], d[:, None], *corners)
+            within = (inside[..., 0] >= 0) & (inside[..., 1] >= 0) & (inside[..., 2] >= 0)
+            ray, face = np.nonzero(within & (t > 0) & (t < np.inf))
+            signs = np.sign((d[ray] * self.areas[face]).sum(1))
+            found[first : first + step] = np.bincount(ray, signs, len(p)) == 0
+        return found
+
+    def outside(self) -> Surface:
+        """Return the surface with those samples that are on the outside."""
+        contacts = pga3.move_point(self.frame, self.points), pga3.move_direction(self.frame, self.normals)
+        kept = self.is_outer(*contacts)
+        return replace(self, points=self.points[kept], normals=self.normals[kept])
 
 
 def checked_mesh(vertices: ArrayLike, faces: ArrayLike, name: str) -> tuple[Reals, Integers]:
@@ -106,7 +145,8 @@ def surface_of(vertices: Reals, faces: Integers) -> Surface | GraspStatus:
     points, normals = _samples(placed, faces, np.sign(volume) * areas @ turn)
     length = float(np.sqrt(np.square(placed).sum(1).max()))
     outline = np.concatenate([placed[:: -(-len(placed) // _VERTICES)], points[::2]])
-    return Surface(pga3.motor_from_matrix(matrix), points, normals, outline, np.ptp(placed, axis=0), length)
+    frame, extents = pga3.motor_from_matrix(matrix), np.ptp(placed, axis=0)
+    return Surface(frame, points, normals, outline, extents, length, vertices, faces, areas)
 
 
 def _principal_axes(table: Reals, off: Reals) -> Reals:

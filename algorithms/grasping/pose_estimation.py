@@ -20,6 +20,8 @@ from .pose_status import PoseStatus
 
 _TURN_LIMIT, _SHIFT_LIMIT = radians(0.2), 1 / 125
 """The largest bounds of errors of a pose that is OK: in radians, and in sizes of the model."""
+_MORE = 2.0
+"""From a probability: if the stated noise is as certain as by four residuals, one in eleven is more than twice it."""
 _RETRIED = (PoseStatus.INCONSISTENT, PoseStatus.NOT_CONVERGED, PoseStatus.BEHIND_CAMERA)
 """The statuses after which other initial poses are tried."""
 
@@ -47,7 +49,8 @@ def estimate_pose(
     start : array_like, (8,), optional
         A pose near the true one, such as that of the preceding image.
     noise : float
-        The standard deviation of a pixel's coordinate.
+        The standard deviation of a pixel's coordinate, as certain as by four residuals. Larger residuals raise it, and
+        with it the bounds; if they are too large for it, twice as much is tried, and more is INCONSISTENT.
     tolerance : (float, float), optional
         The largest `bounds` of the errors for which the status is OK: of the rotation, in radians, and of the
         displacement of the model's centre. By default 0.2 degrees, and the size of the model divided by 125, which is
@@ -58,7 +61,8 @@ def estimate_pose(
     PoseEstimate
         The status OK guarantees a minimum with residuals that the noise explains, all elements in front of the cameras,
         no motion that leaves the images as they are, no second pose that was found to be as good, and errors below the
-        tolerance with a probability of at least 0.999 each. For every other status, `PoseStatus` states the cause.
+        tolerance with a probability of at least 0.999 each. SYMMETRIC guarantees the same up to motions that change no
+        image. For every other status, `PoseStatus` states the cause.
 
     Raises
     ------
@@ -66,6 +70,20 @@ def estimate_pose(
         If shapes or types disagree, there is no view, `noise` is not positive, `start` is not a motor, or `tolerance`
         is not two positive numbers.
     """
+    found = estimated_pose(model, views, start, noise, tolerance)
+    if found.status == PoseStatus.INCONSISTENT:
+        return estimated_pose(model, views, start, _MORE * noise, tolerance)
+    return found
+
+
+def estimated_pose(
+    model: ObjectModel,
+    views: View | Sequence[View],
+    start: ArrayLike | None,
+    noise: float,
+    tolerance: tuple[float, float] | None = None,
+) -> PoseEstimate:
+    """Return the pose of `estimate_pose` for one standard deviation of pixels, which is not tried again with more."""
     seen = measurements(model, (views,) if isinstance(views, View) else tuple(views))
     if not finite_number(noise, "noise") > 0:
         raise ValueError(f"noise: {noise}; expected a positive number of pixels")

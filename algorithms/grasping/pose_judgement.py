@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 from math import inf, sqrt
 
@@ -12,6 +13,7 @@ from generated import object_poses as kernels
 from generated import pga3
 
 from ..arguments import Reals
+from ..evidence import Noise, largest_ratio
 from .pose_images import without_thin_images
 from .pose_minima import (
     NONE,
@@ -25,7 +27,7 @@ from .pose_minima import (
     thorough_minima,
 )
 from .pose_models import KINDS, Measurements
-from .pose_record import PoseEstimate, deviations_of
+from .pose_record import PoseEstimate, bounds_of, deviations_of
 from .pose_starts import reversals
 from .pose_status import PoseStatus
 
@@ -46,12 +48,16 @@ _FREE = 1e-7
 _AS_GOOD = 30.0
 """Another pose is as good if its sum of squares is larger by less than this, in squared standard deviations."""
 _IMPROBABLE = 1e-6
+_WEIGHT = 4.0
+"""The number of residuals that the stated noise is worth, as for cameras in `vision`."""
 _EXACT = 1e-12
 """Least part of the variance of noise that residuals prove: rounding."""
 _SAME = 2e-3
 """Poses are the same if they move samples by less than this fraction of the size of the model."""
 _APART = 0.05
 """Poses are different, even if they are uncertain, if they move samples by this fraction of the size of the model."""
+_UNMOVED = 1e-6
+"""From floating point: what an undetermined motion of size 1 moves by less, it does not move."""
 _TURN = 0.4
 """The rotation in radians by which symmetries are verified."""
 _UPPER = np.triu_indices(6)
@@ -82,7 +88,7 @@ def judged(found: Minima, task: PoseTask) -> PoseEstimate:
         if result.status not in (PoseStatus.OK, PoseStatus.SYMMETRIC):
             return result
         found = _joined([found, *_neighbours(result, count, task)])
-        better = np.flatnonzero(found.costs < cost - _AS_GOOD * task.noise**2)
+        better = np.flatnonzero(found.costs < cost - _likely_difference(result, task))
         better = np.array([k for k in better if _is_in_front(found.poses[k], task)], int) if len(better) else better
         if not len(better):
             return _compared(result, cost, found, task, whole)
@@ -118,8 +124,12 @@ def _of_least(found: Minima, task: PoseTask) -> tuple[PoseEstimate, float, float
     if cause not in (PoseStatus.OK, PoseStatus.SYMMETRIC):
         motor = np.full(8, np.nan)
     residual = sqrt(squares / max(count, 1))
+    determined = covariance
+    if len(free):
+        unlimited = np.abs(_displacements(free, task)).max(0) > _UNMOVED
+        covariance = covariance + np.diag(np.where(unlimited, np.inf, 0))
     return (
-        PoseEstimate(motor, cause, residual, covariance, free, _NO_POSE, inliers),
+        PoseEstimate(motor, cause, residual, covariance, free, _NO_POSE, inliers, determined),
         min(cost, float(found.costs[best])),
         count,
     )
@@ -162,24 +172,30 @@ def _compared(result: PoseEstimate, cost: float, found: Minima, task: PoseTask, 
     if len(others) and whole.seen is not task.seen:
         # Thin images do not determine the pose, but they may rule others out.
         costs = limited_costs(np.concatenate([result.motor[None], others]), whole)
-        others = others[costs[1:] <= _RULED_OUT * costs[0] + _AS_GOOD * task.noise**2]
+        others = others[costs[1:] <= _RULED_OUT * costs[0] + _likely_difference(result, task)]
     status = result.status
     if len(others):
         status = PoseStatus.AMBIGUOUS
-    elif status == PoseStatus.OK and any(a > b for a, b in zip(result.bounds, task.limits, strict=True)):
+    elif any(a > b for a, b in zip(bounds_of(result.determined), task.limits, strict=True)):
         status = PoseStatus.UNCERTAIN
-    if status == result.status:
-        return result
-    return PoseEstimate(
-        result.motor, status, result.residual, result.covariance, result.freedoms, others, result.inliers
-    )
+    return replace(result, status=status, alternatives=others)
+
+
+def _likely_difference(found: PoseEstimate, task: PoseTask) -> float:
+    """Return how much larger the sum of squares of another pose may be that is as good, for noise that is found."""
+    return _AS_GOOD * max(task.noise, found.residual) ** 2
 
 
 def _variance(noise: float, squares: float, freedom: int) -> float:
-    """Return the variance of a pixel's coordinate: that of `noise`, or less if residuals prove that it is smaller."""
-    if freedom <= 0:
-        return noise * noise
-    return min(noise * noise, max(squares / _least(freedom), _EXACT * noise * noise))
+    """Return a variance of pixels with which normal numbers have the bounds of errors.
+
+    Residuals raise the stated one, which is only as certain as `_WEIGHT` of them; it is less if they prove that. As the
+    quantiles of Fisher's distribution exceed those of chi-square, few residuals prove little.
+    """
+    freedom = max(freedom, 0)
+    raised = max(noise * noise, float(Noise(noise * noise, _WEIGHT).raised(np.asarray(squares), freedom)))
+    raised *= largest_ratio(3, _WEIGHT + freedom) / largest_ratio(3)
+    return min(raised, max(squares / _least(freedom), _EXACT * noise * noise)) if freedom else raised
 
 
 @lru_cache(maxsize=1024)
@@ -207,20 +223,23 @@ def _verified(
 
 
 def _covariance(table: Reals, task: PoseTask) -> tuple[Reals, Reals]:
-    """Return the covariance for a noise of one pixel, infinite along undetermined bivectors, and these (k, 6)."""
+    """Return the covariance for a noise of one pixel without undetermined bivectors, and these (k, 6)."""
     matrix = np.zeros((6, 6))
     matrix[_UPPER] = table
     values, vectors = np.linalg.eigh(matrix, UPLO="U")
     open_ones = values <= _FREE * max(float(values[-1]), 1e-300)
     size = np.array([1, 1, 1, *[task.model.size] * 3])
     bivectors = (size[:, None] * vectors).T
+    motions = _displacements(bivectors, task)
+    spread = np.where(open_ones, 0, 1 / np.where(open_ones, 1, values))
+    return (motions.T * spread) @ motions, bivectors[open_ones]
+
+
+def _displacements(bivectors: Reals, task: PoseTask) -> Reals:
+    """Return the rotation vectors and displacements of the centre (k, 6) by bivectors."""
     motions = bivectors @ _MOTIONS
     motions[:, 3:] += motions[:, :3] @ task.model.lever
-    spread = np.where(open_ones, 0, 1 / np.where(open_ones, 1, values))
-    covariance = (motions.T * spread) @ motions
-    if open_ones.any():
-        covariance[np.diag_indices(6)] += np.where(np.abs(motions[open_ones]).max(0) > 1e-6, np.inf, 0)
-    return covariance, bivectors[open_ones]
+    return np.asarray(motions)
 
 
 def _are_symmetries(motor: Reals, free: Reals, table: Reals, task: PoseTask) -> bool:
@@ -239,7 +258,7 @@ def _are_symmetries(motor: Reals, free: Reals, table: Reals, task: PoseTask) -> 
 
 def _others(found: PoseEstimate, cost: float, near: Minima, task: PoseTask) -> Reals:
     """Return the minima (k, 8) in front of the cameras that explain the images as well as the pose that was found."""
-    as_good = near.costs <= cost + _AS_GOOD * task.noise**2
+    as_good = near.costs <= cost + _likely_difference(found, task)
     if not len(found.freedoms):
         as_good &= _away(near.poses, found.motor, found, task)
     if not as_good.any():
@@ -276,4 +295,5 @@ def _differ(pose: Reals, other: Reals, found: PoseEstimate, task: PoseTask) -> b
 def no_pose(status: PoseStatus, seen: Measurements) -> PoseEstimate:
     """Return the record of a pose that was not found."""
     rejected = {kind: np.zeros(len(seen.of[kind].pixels), bool) for kind in KINDS}
-    return PoseEstimate(np.full(8, np.nan), status, np.nan, np.full((6, 6), np.inf), _NO_FREEDOM, _NO_POSE, rejected)
+    unknown = np.full((6, 6), np.inf)
+    return PoseEstimate(np.full(8, np.nan), status, np.nan, unknown, _NO_FREEDOM, _NO_POSE, rejected, unknown)

@@ -31,6 +31,9 @@ class PoseEstimate:
     """(k, 8) Other poses that explain the images as well."""
     inliers: dict[str, Reals]
     """For each kind of element, whether its pixels agree with the pose, in the order of the views."""
+    determined: Reals
+    """(6, 6) The same covariance without the motions along `freedoms`: that of the error from the nearest pose with the
+    same images. Of an object without symmetries it is `covariance`."""
 
     @property
     def is_found(self) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 from generated import pga3
 
 from ..arguments import Reals
-from .pose_estimation import PoseEstimate, estimate_pose
+from .pose_estimation import PoseEstimate, estimated_pose
 from .pose_models import ObjectModel, View
 from .pose_status import PoseStatus
 from .predicted_curves import Mesh, predicted_curves
@@ -110,7 +110,7 @@ def _fit(
         views = tuple(a.view(one.camera.pinhole, one.pixels) for a, one in zip(parts, usable, strict=True))
         if sum(len(a.rows) for a in parts) < FEWEST:
             return None
-        estimate = estimate_pose(model, views, pose, max(noise, gate / 3))
+        estimate = estimated_pose(model, views, pose, max(noise, gate / 3))
         if estimate.status not in _FOUND:
             return None
         pose = estimate.motor
@@ -119,7 +119,7 @@ def _fit(
         return None
     views = tuple(a.view(one.camera.pinhole, one.pixels) for a, one in zip(final, usable, strict=True))
     if not left_out:
-        estimate = estimate_pose(model, views, pose, noise)
+        estimate = estimated_pose(model, views, pose, noise)
         if estimate.status not in _FOUND:
             return None
     counts = np.array([len(one.pixels) for one in usable])

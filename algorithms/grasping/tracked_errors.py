@@ -12,7 +12,7 @@ from generated import pga3
 
 from ..arguments import Reals
 from .edge_measurement import MeasuredEdges
-from .pose_estimation import estimate_pose
+from .pose_estimation import estimated_pose
 from .pose_models import KINDS, ObjectModel, View
 from .pose_record import PoseEstimate, bounds_of
 from .pose_status import PoseStatus
@@ -110,7 +110,7 @@ def disagreeing(
     found = right < _LEAST_AGREEING * total
     for k, one in enumerate(parts):
         if len(parts) > 1 and not found[k]:
-            alone = estimate_pose(model, one.view, estimate.motor, noise, limits)
+            alone = estimated_pose(model, one.view, estimate.motor, noise, limits)
             found[k] = alone.status in _COMPARED and _differ(model, with_common_errors(alone, [one]), estimate)
     return np.flatnonzero(found).tolist()
 

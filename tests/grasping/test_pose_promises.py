@@ -101,3 +101,31 @@ def test_elements_without_support_refute_a_pose() -> None:
     views[1].balls[1][:] -= [150.0, 0.0]
     found = estimate_pose(model, views)
     assert found.status == PoseStatus.INCONSISTENT and np.isnan(found.motor).all()
+
+
+@pytest.mark.parametrize("kind", ["6 points", "mixed"])
+def test_residuals_raise_the_bounds(kind: str) -> None:
+    # With the bounds of the stated noise, some of these errors exceed them.
+    found_ok = 0
+    for seed in range(200, 240):
+        model, truth, _ = scene(kind, seed)
+        rng = np.random.default_rng([3, seed])
+        camera = random_cameras(rng, pga3.move_point(truth, model.centre), 1)[0]
+        found = estimate_pose(model, view_of(model, truth, camera, rng, noise=0.6), tolerance=(10.0, 10.0))
+        if found.status == PoseStatus.OK:
+            found_ok += 1
+            e = error(found, truth, model.centre)
+            assert np.linalg.norm(e[:3]) < found.bounds[0] and np.linalg.norm(e[3:]) < found.bounds[1]
+    assert found_ok > 25
+
+
+def test_twice_the_noise_is_found_and_ten_times_is_not() -> None:
+    model, truth, views = scene("20 points", 1, n_views=2)
+    rng = np.random.default_rng(1)
+    usual = estimate_pose(model, views, tolerance=(1.0, 1.0))
+    for noise, status in ((0.6, PoseStatus.OK), (3.0, PoseStatus.INCONSISTENT)):
+        more = [view_of(model, truth, one.camera, rng, noise=noise) for one in views]
+        found = estimate_pose(model, more, tolerance=(1.0, 1.0))
+        assert found.status == status
+        if status == PoseStatus.OK:
+            assert 1.5 < found.bounds[0] / usual.bounds[0] < 4 and found.residual > 1.5 * usual.residual
