@@ -6,20 +6,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from algorithms.grasping import (
-    GraspPlan,
-    GraspStatus,
-    LoopStatus,
-    ObjectModel,
-    PoseEstimate,
-    PoseStatus,
-    View,
-    estimate_pose,
-    guided_grasp,
-    plan_grasps,
-)
+from algorithms.grasping import GraspPlan, GraspStatus, LoopStatus, guided_grasp, plan_grasps
 from algorithms.kinematics import Robot
 from algorithms.vision import Camera
+from algorithms.vision.objects import ObjectModel, PoseEstimate, PoseStatus, View, estimate_pose
 from generated import pga3
 
 from .evidence_scenes import Trial, rotation, row

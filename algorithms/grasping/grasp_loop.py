@@ -14,17 +14,17 @@ from ..arguments import Reals, finite, finite_number, real_array
 from ..elements import MOTOR, elements
 from ..evidence import Status
 from ..kinematics import Robot
-from .arm_capsules import ArmCapsules, default_capsules
+from ..kinematics.collisions.arm_capsules import ArmCapsules, default_capsules
+from ..kinematics.collisions.obstacles import MeshObstacle, Obstacle, mesh_obstacle
+from ..vision.objects.pose_estimation import PoseEstimate, estimate_pose
+from ..vision.objects.pose_models import ObjectModel, View
+from ..vision.objects.pose_record import bound_of
+from ..vision.objects.pose_status import PoseStatus
+from ..vision.objects.scene import Scene
 from .closing import APPROACH
 from .grasp_motion import PathStatus, Setting, grasp_motion
 from .hands import Hand, hand_of_table
-from .obstacles import MeshObstacle, Obstacle, mesh_obstacle
 from .planning import Grasp, GraspPlan
-from .pose_estimation import PoseEstimate, estimate_pose
-from .pose_models import ObjectModel, View
-from .pose_record import bound_of
-from .pose_status import PoseStatus
-from .scene import Scene
 from .status import GraspStatus
 
 

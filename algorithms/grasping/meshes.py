@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from generated import grasping, pga3
 
-from ..arguments import Reals, finite, moderate, real_array
+from ..arguments import Reals
+from ..geometry.meshes import Flags, Integers, is_closed
 from .status import GraspStatus
 
 _SAMPLES = 4096
@@ -28,9 +28,6 @@ _SLANTED = np.array([0.0131, -0.0173, 0.0097])
 """Added to the directions of rays, so that they meet no edges of regular meshes."""
 _PAIRS = 1 << 18
 """A limit on memory: pairs of rays and triangles of a call."""
-
-Integers = NDArray[np.intp]
-Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,34 +78,6 @@ class Surface:
         contacts = pga3.move_point(self.frame, self.points), pga3.move_direction(self.frame, self.normals)
         kept = self.is_outer(*contacts)
         return replace(self, points=self.points[kept], normals=self.normals[kept])
-
-
-def checked_mesh(vertices: ArrayLike, faces: ArrayLike, name: str) -> tuple[Reals, Integers]:
-    """Return vertices and faces as arrays if their shapes, types and values are valid."""
-    points = finite(real_array(vertices, f"{name}: vertices", (-1, 3), "vertices as rows"), f"{name}: vertices")
-    moderate(points.reshape(-1, 3), f"{name}: vertices")
-    numbers = np.asarray(faces)
-    if points.ndim != 2:
-        raise ValueError(f"{name}: vertices: shape {points.shape}; expected one mesh, (n, 3)")
-    if numbers.size == 0:
-        return points.astype(np.float64), np.zeros((0, 3), np.intp)
-    if numbers.ndim != 2 or numbers.shape[1] != 3:
-        raise ValueError(f"{name}: faces: shape {numbers.shape}; expected three integers for each triangle, (m, 3)")
-    if numbers.dtype.kind not in "iu":
-        raise TypeError(f"{name}: faces: dtype {numbers.dtype}; expected integers")
-    if numbers.min() < 0 or numbers.max() >= len(points):
-        raise ValueError(f"{name}: faces: vertices {numbers.min()} to {numbers.max()}; expected 0 to {len(points) - 1}")
-    return points.astype(np.float64), numbers.astype(np.intp)
-
-
-def is_closed(faces: Integers) -> bool:
-    """Determine whether each edge occurs equally often in both directions."""
-    count = int(faces.max()) + 1
-    # Short integers are sorted in half the time.
-    short = faces.astype(np.uint32) if count < 2**16 else faces
-    ends = np.roll(short, -1, 1).ravel()
-    starts = short.ravel()
-    return bool(np.array_equal(np.sort(starts * count + ends), np.sort(ends * count + starts)))
 
 
 def surface_of(vertices: Reals, faces: Integers) -> Surface | GraspStatus:

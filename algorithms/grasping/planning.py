@@ -12,10 +12,11 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, finite_number
+from ..geometry.meshes import Integers, checked_mesh
+from ..kinematics.collisions.obstacles import Obstacle
 from .hand_poses import REACHED, Body, Others, body_of, clear_poses, reaching
 from .hands import Hand, HandTable, hand_of_table
-from .meshes import Integers, Surface, checked_mesh, surface_of
-from .obstacles import Obstacle
+from .meshes import Surface, surface_of
 from .quality import grasp_quality
 from .status import GraspStatus
 from .triples import LEAST_QUALITY, Span, triangle_sides, triples

@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 
-from algorithms.grasping import BARRETT_BH280, GraspStatus, contact_wrenches, grasp_quality, hand_of_table, plan_grasps
+from algorithms.grasping import (
+    BARRETT_BH280,
+    GraspStatus,
+    contact_wrenches,
+    grasp_quality,
+    hand_of_table,
+    plan_grasps,
+)
 from algorithms.grasping.meshes import surface_of
 from generated import pga3
 from tests.support.scans import box, scan, sphere

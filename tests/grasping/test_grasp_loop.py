@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from algorithms.grasping import GraspStatus, PoseStatus, plan_grasps
+from algorithms.grasping import GraspStatus, plan_grasps
 from algorithms.grasping.grasp_loop import LoopStatus, contact_bound, guided_grasp
-from algorithms.grasping.pose_estimation import estimate_pose
-from algorithms.grasping.pose_models import ObjectModel
-from algorithms.grasping.scene import Scene, SceneObject, simulate
+from algorithms.vision.objects import PoseStatus
+from algorithms.vision.objects.pose_estimation import estimate_pose
+from algorithms.vision.objects.pose_models import ObjectModel
+from algorithms.vision.objects.scene import Scene, SceneObject, simulate
 from generated import pga3
 from tests.support.grasp_scene import FACES, HOME, MODEL, MOUNT, TARGET, VERTICES, motor, pose, scene
 from tests.support.scans import box
