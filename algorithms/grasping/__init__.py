@@ -1,6 +1,7 @@
 """Grasps of objects by a hand with three fingers (sections 20.2 to 20.7)."""
 
 from ..moved import moved
+from .forces import ContactForces, ForceStatus, contact_forces
 from .grasp_loop import GuidedGrasp, LoopStatus, guided_grasp, scene_obstacles
 from .hands import BARRETT_BH280, BARRETT_OPENRAVE, Cover, Hand, HandTable, hand_of_table
 from .planning import Grasp, GraspPlan, plan_grasps
@@ -10,7 +11,9 @@ from .status import GraspStatus
 __all__ = [
     "BARRETT_BH280",
     "BARRETT_OPENRAVE",
+    "ContactForces",
     "Cover",
+    "ForceStatus",
     "Grasp",
     "GraspPlan",
     "GraspStatus",
@@ -18,6 +21,7 @@ __all__ = [
     "Hand",
     "HandTable",
     "LoopStatus",
+    "contact_forces",
     "contact_wrenches",
     "grasp_quality",
     "guided_grasp",
