@@ -129,6 +129,33 @@ def pose_wrong(rng: np.random.Generator) -> Trial:
     return _pose(rng, "wrong")
 
 
+def _with_wrong_points(rng: np.random.Generator, least: int, near: float, far: float, flat: float) -> Trial:
+    """Some 30 to 60 % of the points are off, in random directions."""
+    n = int(rng.integers(least, 41))
+    points = rng.uniform(-0.06, 0.06, (n, 3))
+    points[:, 2] *= rng.random() >= flat
+    model = ObjectModel.of(points=points)
+    truth = _motor(rotation(rng, np.pi), rng.uniform(-0.02, 0.02, 3))
+    camera = _cameras(rng, 1, 0.6, 1.0)[0]
+    pixels = camera.project(pga3.move_point(truth, points)) + rng.normal(0, 0.4, (n, 2))
+    off = rng.permutation(n)[: int(rng.uniform(0.3, 0.6) * n)]
+    angles = rng.uniform(0, 2 * np.pi, len(off))
+    size = rng.uniform(near, far, len(off))
+    pixels[off] += size[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
+    found = estimate_pose(model, View(camera, points=pixels), noise=0.4, tolerance=(0.2, model.size))
+    return _judged(found, truth, model)
+
+
+@row("`estimate_pose`", "20 to 40 points of one image, 30 to 60 % of them 20 to 100 pixels off", good=True)
+def pose_consensus(rng: np.random.Generator) -> Trial:
+    return _with_wrong_points(rng, 20, 20, 100, 0.0)
+
+
+@row("`estimate_pose`", "8 to 40 points, half of them in a plane, 30 to 60 % of them 2 to 10 pixels off")
+def pose_near(rng: np.random.Generator) -> Trial:
+    return _with_wrong_points(rng, 8, 2, 10, 0.5)
+
+
 _RADIUS, _ACCURACY = 0.035, 1e-3
 _BALL = ObjectModel.of(spheres=[[0, 0, 0, _RADIUS]])
 _HOME = np.array([0.0, -1.2, 1.5, -0.5, 1.0, 0.0])

@@ -5,6 +5,7 @@ import pytest
 from scipy.stats import chi2
 
 from algorithms.vision.objects.pose_estimation import estimate_pose
+from algorithms.vision.objects.pose_models import View
 from algorithms.vision.objects.pose_record import bounds_of
 from algorithms.vision.objects.pose_status import PoseStatus
 from generated import pga3
@@ -129,3 +130,37 @@ def test_twice_the_noise_is_found_and_ten_times_is_not() -> None:
         assert found.status == status
         if status == PoseStatus.OK:
             assert 1.5 < found.bounds[0] / usual.bounds[0] < 4 and found.residual > 1.5 * usual.residual
+
+
+def with_wrong_points(seed: int, share: float, n: int = 20):
+    """Points, their true pose, a camera, and pixels of which a part is 20 to 100 pixels off."""
+    rng = np.random.default_rng([5, seed])
+    model = random_model(f"{n} points", rng)
+    truth = motor(1.2 * rng.normal(size=3), rng.uniform(-1, 1, 3))
+    camera = random_cameras(rng, pga3.move_point(truth, model.centre), 1)[0]
+    pixels = camera.project(pga3.move_point(truth, model.points)) + rng.normal(0, 0.3, (n, 2))
+    off = rng.permutation(n)[: int(share * n)]
+    angles = rng.uniform(0, 2 * np.pi, len(off))
+    pixels[off] += rng.uniform(20, 100, len(off))[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
+    return model, truth, camera, pixels
+
+
+@pytest.mark.parametrize(("share", "least"), [(0.4, 15), (0.5, 15), (0.6, 10)])
+def test_up_to_three_fifths_of_the_points_may_be_wrong(share: float, least: int) -> None:
+    found_ok = 0
+    for seed in range(16):
+        model, truth, camera, pixels = with_wrong_points(seed, share)
+        found = estimate_pose(model, View(camera, points=pixels), tolerance=(0.1, 1.0))
+        if found.status == PoseStatus.OK:
+            found_ok += 1
+            e = error(found, truth, model.centre)
+            assert np.linalg.norm(e[:3]) < found.bounds[0] and np.linalg.norm(e[3:]) < found.bounds[1]
+    assert found_ok >= least
+
+
+def test_random_pixels_have_no_pose() -> None:
+    for seed in range(6):
+        model, _, camera, pixels = with_wrong_points(seed, 0.0)
+        rng = np.random.default_rng(seed)
+        found = estimate_pose(model, View(camera, points=rng.uniform(pixels.min(0), pixels.max(0), pixels.shape)))
+        assert found.status == PoseStatus.INCONSISTENT

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
-from math import inf, sqrt
+from math import inf, pi, sqrt
 
 import numpy as np
 import scipy
@@ -13,7 +13,7 @@ from generated import object_poses as kernels
 from generated import pga3
 
 from ...arguments import Reals
-from ...evidence import Noise, largest_ratio
+from ...evidence import WRONG, Freedom, Noise, largest_ratio, log_false_alarms
 from .pose_images import without_thin_images
 from .pose_minima import (
     NONE,
@@ -24,6 +24,7 @@ from .pose_minima import (
     minima,
     near_minima,
     polished,
+    pose_by_consensus,
     thorough_minima,
 )
 from .pose_models import KINDS, Measurements
@@ -36,6 +37,9 @@ _FEW_WRONG = 3
 _LEAST_FREEDOM = 4
 """If measurements are rejected, the least number of redundant equations apart from one for each that is rejected: few
 may agree with a wrong pose by chance."""
+_OF_POINTS = Freedom(sample_size=3, parameters=6, codimension=2, solutions=4, false_alarms=WRONG)
+_LEAST_AREA = 1e-300
+"""From floating point: the area of points on a line of an image is 0."""
 _FEW, _SURE = 8, 20
 """The numbers of redundant equations below which other minima are searched from many poses, the second if measurements
 are rejected."""
@@ -111,9 +115,10 @@ def _of_least(found: Minima, task: PoseTask) -> tuple[PoseEstimate, float, float
     freedom = int(equations) - 6 + len(free)
     covariance *= _variance(noise, squares, freedom)
     cause = PoseStatus.OK
+    is_whole = count == seen.n_pixels
     if (
-        (count < seen.n_pixels and not _most_agree(inliers, seen))
-        or freedom < (0 if count == seen.n_pixels else _LEAST_FREEDOM + seen.n_equations - equations)
+        (is_whole and freedom < 0)
+        or not (is_whole or _are_enough(far["points"], inliers, freedom, seen.n_equations - equations, task))
         or not squares <= noise * noise * _most(freedom)
     ):
         cause = PoseStatus.INCONSISTENT
@@ -135,6 +140,27 @@ def _of_least(found: Minima, task: PoseTask) -> tuple[PoseEstimate, float, float
     )
 
 
+def _are_enough(far: Reals, inliers: dict[str, Reals], freedom: int, rejected: float, task: PoseTask) -> bool:
+    """Return whether the measurements that agree with a pose prove it, though others are rejected.
+
+    Either most agree, and rejected equations are fewer than redundant ones; or all are points, and wrong ones, which
+    are as dense as the nearer half of the rejected ones and nowhere less than in all of the image that points cover,
+    would rarely agree with any pose as well.
+    """
+    seen = task.seen
+    if freedom >= _LEAST_FREEDOM + rejected and _most_agree(inliers, seen):
+        return True
+    if seen.kinds != ("points",):
+        return False
+    one = seen.of["points"]
+    area = min(float(np.prod(np.ptp(one.pixels[one.cameras == k], axis=0))) for k in np.unique(one.cameras))
+    middle = float(np.median(far[~inliers["points"]]))
+    most = (REJECTED * task.noise) ** 2
+    share = min(max(pi * most / max(area, _LEAST_AREA), most / (2 * middle**2)), 1.0)
+    chance = log_false_alarms(len(one.rows), inliers["points"].sum(), np.asarray(share), _OF_POINTS)
+    return bool(chance < np.log(_OF_POINTS.false_alarms))
+
+
 def _most_agree(inliers: dict[str, Reals], seen: Measurements) -> bool:
     """Return whether most pixels of each kind agree with a pose, and not clearly fewer of any edge or silhouette."""
     for kind in seen.kinds:
@@ -148,7 +174,13 @@ def _most_agree(inliers: dict[str, Reals], seen: Measurements) -> bool:
 def _neighbours(found: PoseEstimate, count: float, task: PoseTask) -> list[Minima]:
     """Return minima that may be as good: from reversed and turned poses, and if little is certain, from many."""
     seen = task.seen
-    groups = [minima(reversals(task.model, found.motor, seen), task)]
+    turned = reversals(task.model, found.motor, seen)
+    groups = [minima(turned, task)]
+    if count < seen.n_pixels:
+        # Rejected pixels lead plain least squares away from poses that agree with the others.
+        groups.append(near_minima(turned, task))
+        again = pose_by_consensus(task) if 2 * count <= seen.n_pixels else None
+        groups += [] if again is None else [near_minima(again, task)]
     freedom = seen.n_equations - 6 + len(found.freedoms)
     if seen.kinds == ("points",):
         is_sure = freedom >= (_FEW if count == seen.n_pixels else _SURE)

@@ -74,9 +74,9 @@ def groups_of_minima(task: PoseTask) -> Iterator[Minima]:
     first = quick_starts(task.seen)
     if first is not None:
         yield minima(first, task)
-        again = _by_consensus(task)
+        again = pose_by_consensus(task)
         if again is not None:
-            yield minima(again, task)
+            yield near_minima(again, task)
     yield from thorough_minima(task)
 
 
@@ -138,7 +138,7 @@ def _nearest(first: Reals, task: PoseTask) -> Reals:
     return np.asarray(first[order[ahead][:_CHOSEN]])
 
 
-def _by_consensus(task: PoseTask) -> Reals | None:
+def pose_by_consensus(task: PoseTask) -> Reals | None:
     """Return a pose (1, 8) from random samples of the points of the camera that sees most of them."""
     seen = task.seen
     if len(seen.of["points"].cameras) < 6:
