@@ -11,6 +11,7 @@ import numpy as np
 from . import (
     evidence_estimation,
     evidence_mapping,
+    evidence_objects,
     evidence_others,
     evidence_robots,
     evidence_scans,
@@ -35,6 +36,7 @@ CHAPTERS = (
     evidence_others,
     evidence_scans,
     evidence_mapping,
+    evidence_objects,
     evidence_robots,
 )
 

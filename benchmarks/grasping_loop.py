@@ -23,9 +23,9 @@ from algorithms.grasping import (
     guided_grasp,
     plan_grasps,
 )  # fmt: skip
-from algorithms.grasping.pose_models import measurements
 from algorithms.kinematics import Robot
 from algorithms.vision.camera import Camera
+from algorithms.vision.objects.pose_models import measurements
 from generated import object_poses, pga3
 
 from . import pages

@@ -8,19 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from algorithms.grasping import (
-    ObjectModel,
-    Scene,
-    SceneObject,
-    guided_grasp,
-    hand_of_table,
-    mesh_obstacle,
-    plan_grasps,
-    plane_obstacle,
-)
+from algorithms.grasping import guided_grasp, hand_of_table, plan_grasps
 from algorithms.grasping.pictures import plot_grasp
-from algorithms.grasping.pictures_of_scenes import plot_scene
 from algorithms.kinematics import Robot
+from algorithms.kinematics.collisions import mesh_obstacle, plane_obstacle
+from algorithms.vision.objects import ObjectModel, Scene, SceneObject
+from algorithms.vision.objects.pictures_of_scenes import plot_scene
 from generated import pga3
 
 from .grasping_loop import HOME, cameras, motor

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from algorithms.grasping import And, FuzzySet, Is, Mamdani, Not
+from algorithms.fuzzy import And, FuzzySet, Is, Mamdani, Not
 
 Array = np.ndarray[Any, Any]
 
@@ -53,6 +53,6 @@ def peer_simulation(system: Mamdani) -> tuple[Any, dict[str, Any]]:
 
 def used_inputs(system: Mamdani) -> list[str]:
     """The inputs that rules name; scikit-fuzzy does not know others."""
-    from algorithms.grasping.fuzzy_rules import parts
+    from algorithms.fuzzy.rules import parts
 
     return sorted({part.variable for rule in system.rules for part in parts(rule.condition)})

@@ -11,23 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from algorithms.grasping import (
-    Conclusion,
-    FuzzySet,
-    FuzzyVariable,
+from algorithms.estimation.servoing import (
     GraspSettings,
     GraspStage,
     GraspState,
-    Is,
-    Mamdani,
-    Or,
-    Rule,
     VisualStatus,
-    grasp_controller,
     grasp_step,
     random_scene,
     simulate_grasp,
 )
+from algorithms.fuzzy import Conclusion, FuzzySet, FuzzyVariable, Is, Mamdani, Or, Rule, grasp_controller
 
 from . import pages
 from .libraries import installed

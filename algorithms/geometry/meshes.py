@@ -1,4 +1,4 @@
-"""First intersections of rays with triangle meshes."""
+"""Triangle meshes: checks of arguments, and first intersections of rays."""
 
 from __future__ import annotations
 
@@ -9,10 +9,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from generated import pga3
 
-from ..arguments import Reals, real_array
+from ..arguments import Reals, finite, moderate, real_array
 
 _PAIRS = 1 << 18
 """Maximum number of pairs of rays and triangles in one call of the kernel."""
+
+Integers = NDArray[np.intp]
+Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,3 +96,31 @@ def hit_mesh(origins: ArrayLike, directions: ArrayLike, vertices: ArrayLike, fac
         face[block] = np.where(found, best, -1)
         weights[block] = np.where(found[:, None], inside[rows, best], np.nan)
     return MeshHit(distance.reshape(leading), face.reshape(leading), weights.reshape(*leading, 3))
+
+
+def checked_mesh(vertices: ArrayLike, faces: ArrayLike, name: str) -> tuple[Reals, Integers]:
+    """Return vertices and faces as arrays if their shapes, types and values are valid."""
+    points = finite(real_array(vertices, f"{name}: vertices", (-1, 3), "vertices as rows"), f"{name}: vertices")
+    moderate(points.reshape(-1, 3), f"{name}: vertices")
+    numbers = np.asarray(faces)
+    if points.ndim != 2:
+        raise ValueError(f"{name}: vertices: shape {points.shape}; expected one mesh, (n, 3)")
+    if numbers.size == 0:
+        return points.astype(np.float64), np.zeros((0, 3), np.intp)
+    if numbers.ndim != 2 or numbers.shape[1] != 3:
+        raise ValueError(f"{name}: faces: shape {numbers.shape}; expected three integers for each triangle, (m, 3)")
+    if numbers.dtype.kind not in "iu":
+        raise TypeError(f"{name}: faces: dtype {numbers.dtype}; expected integers")
+    if numbers.min() < 0 or numbers.max() >= len(points):
+        raise ValueError(f"{name}: faces: vertices {numbers.min()} to {numbers.max()}; expected 0 to {len(points) - 1}")
+    return points.astype(np.float64), numbers.astype(np.intp)
+
+
+def is_closed(faces: Integers) -> bool:
+    """Determine whether each edge occurs equally often in both directions."""
+    count = int(faces.max()) + 1
+    # Short integers are sorted in half the time.
+    short = faces.astype(np.uint32) if count < 2**16 else faces
+    ends = np.roll(short, -1, 1).ravel()
+    starts = short.ravel()
+    return bool(np.array_equal(np.sort(starts * count + ends), np.sort(ends * count + starts)))

@@ -9,7 +9,7 @@ import numpy as np
 from generated import grasping
 
 from ..arguments import Reals
-from .meshes import Flags
+from ..geometry.meshes import Flags
 
 _BITS = 5
 """The number of bits of each coordinate in the order of the points."""

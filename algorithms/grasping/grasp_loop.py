@@ -14,17 +14,17 @@ from ..arguments import Reals, finite, finite_number, real_array
 from ..elements import MOTOR, elements
 from ..evidence import Status
 from ..kinematics import Robot
-from .arm_capsules import ArmCapsules, default_capsules
+from ..kinematics.collisions.arm_capsules import ArmCapsules, default_capsules
+from ..kinematics.collisions.obstacles import MeshObstacle, Obstacle, mesh_obstacle
+from ..vision.objects.pose_estimation import PoseEstimate, estimate_pose
+from ..vision.objects.pose_models import ObjectModel, View
+from ..vision.objects.pose_record import bound_of
+from ..vision.objects.pose_status import PoseStatus
+from ..vision.objects.scene import Scene
 from .closing import APPROACH
 from .grasp_motion import PathStatus, Setting, grasp_motion
 from .hands import Hand, hand_of_table
-from .obstacles import MeshObstacle, Obstacle, mesh_obstacle
 from .planning import Grasp, GraspPlan
-from .pose_estimation import PoseEstimate, estimate_pose
-from .pose_models import ObjectModel, View
-from .pose_record import bound_of
-from .pose_status import PoseStatus
-from .scene import Scene
 from .status import GraspStatus
 
 
@@ -118,7 +118,8 @@ def guided_grasp(
     accuracy : float
         The largest error of a contact, in metres, for which the hand moves: by the covariance of the pose, it is
         exceeded with a probability of one in a thousand. Grasps with larger errors are left out; if all are, the status
-        is POSE_UNKNOWN, and that of the estimate is UNCERTAIN. Poses of symmetric objects are not tested.
+        is POSE_UNKNOWN, and that of the estimate is UNCERTAIN. For symmetric objects, these are errors of the place on
+        the object, which its symmetries do not change.
     approach : float
         The hand arrives along its axis z over this distance, in metres.
     obstacles : sequence of Obstacle
@@ -170,11 +171,10 @@ def guided_grasp(
     if not usable:
         cause = grasps[0].status if grasps else GraspStatus.NO_CONTACTS
         return _still(LoopStatus.NO_GRASP, estimate, cause, joints)
-    if estimate.status == PoseStatus.OK:
-        usable = [grasp for grasp in usable if contact_bound(estimate, model, grasp) <= accuracy]
-        if not usable:
-            uncertain = replace(estimate, status=PoseStatus.UNCERTAIN)
-            return _still(LoopStatus.POSE_UNKNOWN, uncertain, GraspStatus.OK, joints)
+    usable = [grasp for grasp in usable if contact_bound(estimate, model, grasp) <= accuracy]
+    if not usable:
+        uncertain = replace(estimate, status=PoseStatus.UNCERTAIN)
+        return _still(LoopStatus.POSE_UNKNOWN, uncertain, GraspStatus.OK, joints)
     if target is None and isinstance(plans, GraspPlan) and len(plans.faces):
         target = mesh_obstacle(plans.vertices, plans.faces)
     setting = Setting(
@@ -211,12 +211,12 @@ def contact_bound(estimate: PoseEstimate, model: ObjectModel, grasp: Grasp) -> f
     Returns
     -------
     float
-        In metres, by the covariance of the pose; infinite for symmetric objects.
+        In metres, by the covariance of what images determine of the pose.
     """
     bounds = []
     for arm in grasp.contacts - model.centre:
         moved = np.concatenate([np.cross(np.eye(3), arm), np.eye(3)])
-        bounds.append(bound_of(moved.T @ estimate.covariance @ moved) if len(estimate.freedoms) == 0 else np.inf)
+        bounds.append(bound_of(moved.T @ estimate.determined @ moved))
     return float(max(bounds))
 
 

@@ -12,14 +12,14 @@ from generated import pga3
 from .. import evidence
 from ..arguments import Reals
 from ..kinematics import Robot
+from ..kinematics.collisions.arm_capsules import ArmCapsules
+from ..kinematics.collisions.arm_paths import find_path, resampled
+from ..kinematics.collisions.clear_motion import is_clear
+from ..kinematics.collisions.moving_arm import Bodies, MovingArm, moving_arm
+from ..kinematics.collisions.obstacles import MeshObstacle, Obstacle
 from ..kinematics.denavit_hartenberg import Joint
-from .arm_capsules import ArmCapsules
-from .arm_paths import find_path, resampled
-from .clear_motion import is_clear
 from .closing import OPENINGS, closing_speeds, opened
 from .hands import Hand
-from .moving_arm import Bodies, MovingArm, moving_arm
-from .obstacles import MeshObstacle, Obstacle
 from .planning import Grasp
 
 _STEPS = 25
@@ -114,7 +114,11 @@ def grasp_motion(
         if not postures:
             status = max(status, PathStatus.COLLISION)
             continue
-        movers = [moving_arm(setting.robot, setting.arm, setting.hand, start, setting.mount) for start in postures]
+        hand = setting.hand
+        movers = [
+            moving_arm(setting.robot, setting.arm, hand.placed_capsules(start), hand.radii, setting.mount)
+            for start in postures
+        ]
         for branch in _approaches(setting, branches, hands):
             status = max(status, PathStatus.COLLISION)
             for start, mover in zip(postures, movers, strict=True):

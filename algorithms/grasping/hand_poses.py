@@ -11,11 +11,12 @@ import numpy as np
 from generated import cga3, grasping, pga3
 
 from ..arguments import Reals
+from ..geometry.meshes import Flags, Integers
+from ..kinematics.collisions.obstacles import Obstacle
 from .closing import APPROACH, OPENINGS, opened
 from .clusters import Clusters, clusters_of
 from .hands import Hand
-from .meshes import Flags, Integers, Surface
-from .obstacles import Obstacle
+from .meshes import Surface
 from .triples import triangle_sides
 
 _STARTS = np.array([[0.2, 0.8, 0.8, 0.8], [0.8, 1.1, 1.1, 1.1], [1.3, 0.6, 0.6, 0.6], [0.5, 1.5, 1.5, 1.5]])

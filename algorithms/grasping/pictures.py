@@ -11,8 +11,8 @@ from generated import cga3, pga3
 
 from ..arguments import Reals
 from ..extras import extra
+from ..geometry.meshes import checked_mesh
 from .hands import Hand
-from .meshes import checked_mesh
 from .planning import Grasp
 from .quality import contact_wrenches
 from .status import GraspStatus

@@ -12,10 +12,11 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, finite_number
+from ..geometry.meshes import Integers, checked_mesh
+from ..kinematics.collisions.obstacles import Obstacle
 from .hand_poses import REACHED, Body, Others, body_of, clear_poses, reaching
 from .hands import Hand, HandTable, hand_of_table
-from .meshes import Integers, Surface, checked_mesh, surface_of
-from .obstacles import Obstacle
+from .meshes import Surface, surface_of
 from .quality import grasp_quality
 from .status import GraspStatus
 from .triples import LEAST_QUALITY, Span, triangle_sides, triples
@@ -102,7 +103,8 @@ def plan_grasps(
     vertices : array_like, (n, 3)
         In metres.
     faces : array_like of int, (m, 3)
-        The vertices of each triangle. All are oriented alike; if they point inwards, normals are reversed.
+        The vertices of each triangle. All are oriented alike; if they point inwards, normals are reversed. There may
+        be several solids that touch or overlap; contacts are then on the outside of all, and masses are added.
     style : {1, 2, 3}
         1: three contacts around a section through the centre of mass. 2: contacts whose friction cones contain the
         direction to the centre of mass. 3: a thumb opposite to two fingers.
@@ -177,6 +179,10 @@ def _planned(
         more, _ = search.grasps(*triples(surface, style, friction, far, thorough=True))
         found += more
     found.sort(key=lambda one: -one.quality)
+    contacts = np.array([(one.contacts, one.normals) for one in found[:count]]).reshape(-1, 2, 3, 3)
+    if not surface.is_outer(*np.swapaxes(contacts, 0, 1).reshape(2, -1, 3)).all():
+        # Solids overlap: the search begins again with the samples of their common surface.
+        return _planned(surface.outside(), hand, style, friction, edges, count, others)
     return tuple(found[:count]) or cause
 
 

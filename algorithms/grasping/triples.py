@@ -14,7 +14,8 @@ import numpy as np
 from generated import grasping
 
 from ..arguments import Reals
-from .meshes import Flags, Integers, Surface
+from ..geometry.meshes import Flags, Integers
+from .meshes import Surface
 
 LEAST_QUALITY = 1e-4
 """A grasp of less quality has no force closure within rounding errors."""

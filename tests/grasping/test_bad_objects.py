@@ -3,7 +3,16 @@
 import numpy as np
 import pytest
 
-from algorithms.grasping import BARRETT_BH280, GraspStatus, contact_wrenches, grasp_quality, hand_of_table, plan_grasps
+from algorithms.grasping import (
+    BARRETT_BH280,
+    GraspStatus,
+    contact_wrenches,
+    grasp_quality,
+    hand_of_table,
+    plan_grasps,
+)
+from algorithms.grasping.meshes import surface_of
+from generated import pga3
 from tests.support.scans import box, scan, sphere
 
 BOX = box(0.05, 0.07, 0.12)
@@ -47,6 +56,34 @@ def test_degenerate_faces_and_separate_vertices_change_nothing():
     assert np.allclose(with_slivers[0].contacts, expected[0].contacts, atol=1e-12)
     soup = plan_grasps(vertices[faces].reshape(-1, 3), np.arange(faces.size).reshape(-1, 3))
     assert soup.status == GraspStatus.OK and np.isclose(soup[0].quality, expected[0].quality, rtol=0.3)
+
+
+def test_contacts_are_on_the_outside_of_all_solids():
+    # A long bar through a ball, whose halves outside of it are larger than those inside.
+    for shift in (0.0, 0.02, 0.04):
+        bar, ball = box(0.14, 0.03, 0.03), sphere(0.032)
+        vertices = np.concatenate([bar[0], ball[0] + [shift, 0.01, 0]])
+        for style in (1, 2, 3):
+            plan = plan_grasps(vertices, np.concatenate([bar[1], ball[1] + len(bar[0])]), style)
+            for grasp in plan:
+                assert grasp.status == GraspStatus.OK
+                inside_bar = (np.abs(grasp.contacts) < np.array([0.07, 0.015, 0.015]) - 1e-6).all(1)
+                inside_ball = np.linalg.norm(grasp.contacts - [shift, 0.01, 0], axis=1) < 0.99 * 0.032
+                assert not (inside_bar | inside_ball).any()
+
+
+def test_the_outside_of_two_balls():
+    one, two = sphere(0.03), sphere(0.02)
+    faces = np.concatenate([one[1], two[1] + len(one[0])])
+    surface = surface_of(np.concatenate([one[0], two[0] + [0.03, 0, 0]]), faces)
+    places = np.asarray(pga3.move_point(surface.frame, surface.points))
+    outer = surface.is_outer(places, pga3.move_direction(surface.frame, surface.normals))
+    far = np.linalg.norm(places, axis=1), np.linalg.norm(places - [0.03, 0, 0], axis=1)
+    # Half a millimetre, since a mesh is smaller than its ball.
+    hidden = (far[0] < 0.0295) | (far[1] < 0.0195)
+    clear = (far[0] > 0.0305) | (far[1] > 0.0205)
+    assert not outer[hidden].any() and outer[clear & ~hidden].all()
+    assert hidden.sum() > 500 and len(surface.outside().points) == outer.sum()
 
 
 def test_unused_vertices_do_not_matter():

@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from algorithms.grasping import GraspStatus, PoseStatus, plan_grasps
+from algorithms.grasping import GraspStatus, plan_grasps
 from algorithms.grasping.grasp_loop import LoopStatus, contact_bound, guided_grasp
-from algorithms.grasping.pose_estimation import estimate_pose
-from algorithms.grasping.pose_models import ObjectModel
-from algorithms.grasping.scene import Scene, SceneObject, simulate
+from algorithms.vision.objects import PoseStatus
+from algorithms.vision.objects.pose_estimation import estimate_pose
+from algorithms.vision.objects.pose_models import ObjectModel
+from algorithms.vision.objects.scene import Scene, SceneObject, simulate
 from generated import pga3
 from tests.support.grasp_scene import FACES, HOME, MODEL, MOUNT, TARGET, VERTICES, motor, pose, scene
 from tests.support.scans import box
@@ -86,6 +87,20 @@ def test_the_pose_is_refined_from_the_start(plans) -> None:
         between = pga3.motor_to_matrix(pga3.motor_product(pga3.motor_inverse(start), found.motor))
         assert found.status == PoseStatus.SYMMETRIC and np.abs(between[:3, :3] - np.eye(3)).max() < 1e-3
         assert np.abs(pga3.move_point(found.motor, np.zeros(3)) - TARGET).max() < 1e-3
+
+
+def test_the_accuracy_holds_for_symmetric_objects(plans) -> None:
+    # A ball is seen by its size alone: an error of 0.1 pixels of its radius is millimetres of its distance.
+    ball, truth = ObjectModel.of(spheres=[[0, 0, 0, 0.04]]), motor((0, 0, 0), TARGET)
+    built = scene(truth)
+    objects = (SceneObject("ball", ball, truth),)
+    for cameras, status in ((built.cameras[:1], LoopStatus.POSE_UNKNOWN), (built.cameras, LoopStatus.OK)):
+        views = Scene(cameras, objects).render("ball", 0.3, 4)
+        found = guided_grasp(built.robot, HOME, ball, views, plans, mount=MOUNT)
+        assert found.status == status
+        off = estimate_pose(ball, views, tolerance=(9.0, 9.0))
+        assert off.status == PoseStatus.SYMMETRIC and np.isinf(off.bounds[0]) and np.isfinite(off.determined).all()
+        assert estimate_pose(ball, views, tolerance=(9.0, 1e-6)).status == PoseStatus.UNCERTAIN
 
 
 def test_wrong_starts_and_accuracies_are_refused(plans) -> None:

@@ -22,4 +22,4 @@ def test_sections_name_tests_that_exist() -> None:
     assert [section for section, _ in rows] == ["20.3", "20.3", "20.3", "20.5", "20.6"]
     for _, names in rows:
         for name in re.findall(r"`(\w+\.py)`", names):
-            assert (ROOT / "tests" / "grasping" / name).is_file(), name
+            assert any((ROOT / "tests").rglob(name)), name

@@ -18,4 +18,4 @@ def test_rows_name_tests_that_exist():
     rows = dict(re.findall(r"^\| (20[.\d]+) \|[^|]*\| ([^|]*) \|", PAGE, re.MULTILINE))
     for section in ("20.2", "20.4"):
         names = re.findall(r"`(\w+\.py)`", rows[section])
-        assert names and all((ROOT / "tests" / "grasping" / name).is_file() for name in names)
+        assert names and all(any((ROOT / "tests").rglob(name)) for name in names)

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from algorithms.geometry.meshes import checked_mesh
 from algorithms.grasping import GraspStatus, plan_grasps
-from algorithms.grasping.meshes import checked_mesh, surface_of
+from algorithms.grasping.meshes import surface_of
 from benchmarks.grasping import random_best
 from tests.grasping.test_plans import check
 from tests.support.grasp_shapes import SHAPES

@@ -6,8 +6,9 @@ from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, QhullError
 from scipy.spatial.transform import Rotation
 
+from algorithms.geometry.meshes import checked_mesh
 from algorithms.grasping import BARRETT_BH280, BARRETT_OPENRAVE, contact_wrenches, grasp_quality, hand_of_table
-from algorithms.grasping.meshes import checked_mesh, surface_of
+from algorithms.grasping.meshes import surface_of
 from algorithms.kinematics.hands import barrett_hand
 from generated import grasping, pga3
 from tests.support.grasp_shapes import SHAPES

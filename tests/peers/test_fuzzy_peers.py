@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from random_rule_bases import degenerate_rule_base, number_of_union, random_inputs, random_rule_base
 
-from algorithms.grasping import FuzzyStatus, Mamdani
+from algorithms.fuzzy import FuzzyStatus, Mamdani
 from benchmarks.scikit_fuzzy import peer_simulation, used_inputs
 
 pytestmark = pytest.mark.peers

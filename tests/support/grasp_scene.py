@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from algorithms.grasping.pose_models import ObjectModel
-from algorithms.grasping.scene import Scene, SceneCamera, SceneObject
 from algorithms.kinematics import Robot
 from algorithms.vision import Camera, Distortion
+from algorithms.vision.objects.pose_models import ObjectModel
+from algorithms.vision.objects.scene import Scene, SceneCamera, SceneObject
 from generated import pga3
 from tests.support.scans import box
 

@@ -5,8 +5,8 @@ from functools import cache
 
 import numpy as np
 
-from algorithms.grasping import ImageSettings, ObjectModel, Scene, SceneCamera, SceneObject, scene_image
 from algorithms.vision import Camera, Distortion
+from algorithms.vision.objects import ImageSettings, ObjectModel, Scene, SceneCamera, SceneObject, scene_image
 from generated import pga3
 from tests.support.grasp_scene import EDGES, FACES, TARGET, VERTICES, looking, motor
 from tests.support.scans import box, cylinder, sphere

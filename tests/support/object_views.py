@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from algorithms.grasping import ObjectModel, View
 from algorithms.vision.camera import Camera
+from algorithms.vision.objects import ObjectModel, View
 from generated import pga3
 
 Array = np.ndarray[Any, Any]

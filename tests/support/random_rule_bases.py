@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from algorithms.grasping import And, Conclusion, FuzzySet, FuzzyVariable, Is, Mamdani, Not, Or, Rule
+from algorithms.fuzzy import And, Conclusion, FuzzySet, FuzzyVariable, Is, Mamdani, Not, Or, Rule
 
 Array = np.ndarray[Any, Any]
 

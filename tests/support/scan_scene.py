@@ -2,15 +2,10 @@
 
 import numpy as np
 
-from algorithms.grasping import (
-    ObjectModel,
-    Scene,
-    SceneObject,
-    mesh_obstacle,
-    plan_grasps,
-    plane_obstacle,
-)
+from algorithms.grasping import plan_grasps
 from algorithms.kinematics import Robot
+from algorithms.kinematics.collisions import mesh_obstacle, plane_obstacle
+from algorithms.vision.objects import ObjectModel, Scene, SceneObject
 from tests.support.grasp_scene import HOME, cameras, motor
 from tests.support.scans import scan
 

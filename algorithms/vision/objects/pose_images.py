@@ -1,0 +1,61 @@
+"""Elements whose images are too thin to be used: edges seen end-on, and circles seen edge-on."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from generated import pga3
+
+from ...arguments import Reals
+from .pose_models import Measurements, ObjectModel, with_weights
+
+_SHORT, _THIN = 40.0, 10.0
+"""Least length of the image of an edge, and least minor half-axis of that of a circle, in standard deviations.
+
+The line through a shorter image turns so easily that it meets wrong pixels, and the distance from a thinner ellipse is
+not given by its first derivative."""
+
+
+def without_thin_images(model: ObjectModel, motor: Reals, seen: Measurements, noise: float) -> Measurements | None:
+    """Return the measurements without those of elements with thin images at a pose; None if there are none.
+
+    All are kept if fewer than six equations would remain.
+    """
+    weights: dict[str, Reals] = {}
+    for kind, extents in (("edges", _lengths), ("rims", _half_axes)):
+        if kind not in seen.kinds:
+            continue
+        least = noise * (_SHORT if kind == "edges" else _THIN)
+        wide = np.array([extents(model, motor, matrix) for matrix in seen.cameras]) >= least
+        one = seen.of[kind]
+        kept = wide[one.cameras, one.rows]
+        if not kept.all():
+            weights[kind] = one.weights * kept
+    if not weights:
+        return None
+    found = with_weights(seen, weights)
+    return found if found.n_equations >= 6 else None
+
+
+def _lengths(model: ObjectModel, motor: Reals, matrix: Reals) -> Reals:
+    """Return the lengths in pixels of the images of edges."""
+    ends = _images(matrix, pga3.move_point(motor, model.edges))
+    return np.asarray(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))
+
+
+def _half_axes(model: ObjectModel, motor: Reals, matrix: Reals) -> Reals:
+    """Return the minor half-axes in pixels of the images of circles, to first order."""
+    centres = pga3.move_point(motor, model.rims[:, :3].copy())
+    normals = pga3.move_direction(motor, model.rims[:, 3:6].copy())
+    eye = -np.linalg.solve(matrix[:, :3], matrix[:, 3])
+    sight = centres - eye
+    away = np.linalg.norm(sight, axis=1)
+    cosines = np.abs((sight * normals).sum(1)) / away
+    focal = np.sqrt(np.abs(np.linalg.det(matrix[:, :3])))
+    return np.asarray(focal * model.rims[:, 6] / away * cosines)
+
+
+def _images(matrix: Reals, places: Reals) -> Reals:
+    there = places @ matrix[:, :3].T + matrix[:, 3]
+    with np.errstate(all="ignore"):
+        return np.asarray(there[..., :2] / there[..., 2:])

@@ -1,0 +1,177 @@
+"""Poses to begin with from the silhouette of an object, without an estimate of its pose.
+
+The cone of the lines of sight of a sphere determines its centre. For other models, outlines from directions all around
+the object are scaled, turned by their second moments, and compared with the silhouette.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy
+
+from generated import pga3
+
+from ...arguments import Reals
+from ..camera import Camera
+from .pose_models import ObjectModel
+from .predicted_curves import Mesh, predicted_curves
+from .silhouettes import Silhouette, hull_area
+
+_DIRECTIONS = 90
+"""Number of directions from which outlines are compared."""
+_ROUND, _TURNS = 1.35, 12
+"""Ratio of the second moments up to which outlines are turned to this number of angles instead of two."""
+_PLAIN = 600.0
+"""Focal length in pixels of the camera with which outlines are computed."""
+_APART = 0.35
+"""Starts differ by at least this angle in radians."""
+_ROUNDS, _SCALE = 20, 1.0
+"""Rounds of robust weights of the cone of a sphere, and their scale in pixels."""
+
+
+def starts_of_silhouette(model: ObjectModel, silhouette: Silhouette, mesh: Mesh, most: int) -> Reals:
+    """Return at most `most` poses (k, 8) whose outlines are similar to a silhouette, the most similar first.
+
+    Parameters
+    ----------
+    model : ObjectModel
+    silhouette : Silhouette
+        With at least ten points.
+    mesh : (array, (n, 3), array, (m, 3))
+        As for `predicted_curves`.
+    most : int
+    """
+    is_ball = len(model.balls) == 1 and not any(map(len, (model.edges, model.tubes, model.points)))
+    if is_ball:
+        return _ball(model, silhouette)
+    return _similar(model, silhouette, mesh, most)
+
+
+def _ball(model: ObjectModel, silhouette: Silhouette) -> Reals:
+    """Return the pose of a sphere from its silhouette: ``m . s = 1`` for all unit lines of sight s.
+
+    The vector m points to the centre, and its length is the inverse of the cosine of the cone's half angle.
+    """
+    camera = silhouette.camera.pinhole
+    sights = np.column_stack([silhouette.pixels, np.ones(len(silhouette.pixels))]) @ np.linalg.inv(camera.intrinsics).T
+    sights /= np.linalg.norm(sights, axis=1, keepdims=True)
+    weights, focal = np.ones(len(sights)), float(abs(camera.intrinsics[0, 0]))
+    for _ in range(_ROUNDS):
+        root = np.sqrt(weights)[:, None]
+        m = np.linalg.lstsq(root * sights, root[:, 0], rcond=None)[0]
+        size = float(np.linalg.norm(m))
+        if not size > 1 + 1e-12:
+            return np.zeros((0, 8))
+        # Residuals are angles, by the derivative of the cosine.
+        angles = (sights @ m - 1) / np.sqrt(size * size - 1) * focal
+        scale = max(_SCALE, 1.4826 * float(np.median(np.abs(angles))))
+        weights = 1 / (1 + np.square(angles / scale)) ** 2
+    place = m / size * model.balls[0, 3] / np.sqrt(1 - 1 / size**2)
+    centre = pga3.move_point(camera.pose, place) - model.balls[0, :3]
+    return np.asarray(pga3.motor_from_rotation_vector_translation(np.zeros(3), centre))[None]
+
+
+def _similar(model: ObjectModel, silhouette: Silhouette, mesh: Mesh, most: int) -> Reals:
+    camera = silhouette.camera.pinhole
+    middle = silhouette.pixels.mean(0)
+    turned = _towards(camera, middle)
+    seen = _in_plane(camera, turned, silhouette.pixels)
+    area, centroid, axis, ratio = _moments(seen)
+    if not area > 0:
+        return np.zeros((0, 8))
+    plain = Camera.from_intrinsics(_PLAIN, (0.0, 0.0))
+    tree = scipy.spatial.cKDTree(seen)
+    found = []
+    for rotation in _rotations():
+        depth = _PLAIN * model.size * 1.5 / np.sqrt(area)
+        for _ in range(2):
+            pose = _placed(rotation, np.array([0, 0, max(depth, 2.5 * model.size)]), model)
+            curves = predicted_curves(model, pose, plain, mesh)
+            if curves is None:
+                break
+            outline = curves.pixels[curves.is_outline & curves.is_visible]
+            own_area, own_centroid, own_axis, own_ratio = _moments(outline)
+            if not own_area > 0:
+                break
+            depth *= float(np.sqrt(own_area / area))
+        else:
+            is_round = min(ratio, own_ratio) < _ROUND
+            turns = np.arange(_TURNS) * 2 * np.pi / _TURNS if is_round else np.array([0, np.pi])
+            for angle in axis - own_axis + turns:
+                turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+                there = (outline - own_centroid) @ turn.T * np.sqrt(area / own_area) + centroid
+                score = tree.query(there)[0].mean() + scipy.spatial.cKDTree(there).query(seen)[0].mean()
+                whole = np.eye(3)
+                whole[:2, :2] = turn
+                shift = np.array([*(centroid - turn @ own_centroid), _PLAIN]) * depth / _PLAIN
+                found.append((score, _placed(whole @ rotation, shift, model)))
+    found.sort(key=lambda one: one[0])
+    poses: list[Reals] = []
+    for _, pose in found:
+        if len(poses) < most and all(_angle(pose, other) > _APART for other in poses):
+            poses.append(pose)
+    to_world = pga3.motor_product(camera.pose, turned)
+    return np.array([pga3.motor_product(to_world, pose) for pose in poses]).reshape(-1, 8)
+
+
+def _placed(rotation: Reals, centre: Reals, model: ObjectModel) -> Reals:
+    """Return the pose with a rotation, at which the centre of the model is at a point."""
+    whole = np.eye(4)
+    whole[:3, :3], whole[:3, 3] = rotation, centre - rotation @ model.centre
+    return np.asarray(pga3.motor_from_matrix(whole))
+
+
+def _rotations() -> list[Reals]:
+    """Return rotations by which directions all around an object point to the camera (a Fibonacci lattice)."""
+    k = np.arange(_DIRECTIONS)
+    z = 1 - (2 * k + 1) / _DIRECTIONS
+    angle = k * np.pi * (3 - np.sqrt(5))
+    r = np.sqrt(1 - z * z)
+    found = []
+    for d in np.column_stack([r * np.cos(angle), r * np.sin(angle), z]):
+        x = np.cross(d, np.eye(3)[np.abs(d).argmin()])
+        x /= np.linalg.norm(x)
+        found.append(np.array([x, np.cross(-d, x), -d]))
+    return found
+
+
+def _towards(camera: Camera, pixel: Reals) -> Reals:
+    """Return the motor of a rotation that takes the optical axis to the line of sight of a pixel."""
+    sight = np.linalg.solve(camera.intrinsics, np.array([*pixel, 1.0]))
+    sight /= np.linalg.norm(sight)
+    axis = np.cross([0, 0, 1.0], sight)
+    size = float(np.linalg.norm(axis))
+    vector = axis / size * np.arctan2(size, sight[2]) if size > 1e-12 else np.zeros(3)
+    return np.asarray(pga3.motor_from_rotation_vector_translation(vector, np.zeros(3)))
+
+
+def _in_plane(camera: Camera, turned: Reals, pixels: Reals) -> Reals:
+    """Return pixels in the image of a camera that is turned, with the focal length for outlines."""
+    sights = np.column_stack([pixels, np.ones(len(pixels))]) @ np.linalg.inv(camera.intrinsics).T
+    own = np.asarray(pga3.move_point_back(turned, np.ascontiguousarray(sights)))
+    return np.asarray(_PLAIN * own[:, :2] / own[:, 2:])
+
+
+def _moments(pixels: Reals) -> tuple[float, Reals, float, float]:
+    """Return area, centroid, angle of the longer axis, and ratio of the axes of the convex hull of pixels."""
+    area = hull_area(pixels)
+    if not area > 0:
+        return 0.0, np.zeros(2), 0.0, 1.0
+    corners = pixels[scipy.spatial.ConvexHull(pixels).vertices]
+    a, b = corners - corners[0], np.roll(corners, -1, 0) - corners[0]
+    parts = (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2
+    centre = (parts @ (a + b)) / 3 / parts.sum()
+    # The second moment of a triangle with one corner at the origin.
+    products = np.einsum("n,ni,nj->ij", parts, a, a) + np.einsum("n,ni,nj->ij", parts, b, b)
+    mixed = np.einsum("n,ni,nj->ij", parts, a, b)
+    second = (2 * products + mixed + mixed.T) / 12 / parts.sum() - np.outer(centre, centre)
+    values, vectors = np.linalg.eigh(second)
+    ratio = float(np.sqrt(max(values[1], 0) / max(values[0], 1e-12)))
+    return area, corners[0] + centre, float(np.arctan2(vectors[1, 1], vectors[0, 1])), ratio
+
+
+def _angle(a: Reals, b: Reals) -> float:
+    """Return the angle of the rotation between two poses."""
+    between = pga3.motor_product(pga3.motor_inverse(a), b)
+    sine = float(np.linalg.norm(between[1:4]))
+    return 2 * float(np.arctan2(sine, abs(float(between[0]))))

@@ -1,0 +1,246 @@
+"""Scenes of objects and hands for the page of evidence: poses of objects, guided grasps, and plans of grasps."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from algorithms.grasping import GraspPlan, GraspStatus, LoopStatus, guided_grasp, plan_grasps
+from algorithms.kinematics import Robot
+from algorithms.vision import Camera
+from algorithms.vision.objects import ObjectModel, PoseEstimate, PoseStatus, View, estimate_pose
+from generated import pga3
+
+from .evidence_scenes import Trial, rotation, row
+
+
+def _motor(turn: np.ndarray, shift: np.ndarray) -> np.ndarray:
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = turn, shift
+    return np.asarray(pga3.motor_from_matrix(matrix))
+
+
+def _cameras(rng: np.random.Generator, count: int, near: float, far: float) -> list[Camera]:
+    """Cameras at random places that look at points near the origin."""
+    found = []
+    for _ in range(count):
+        turn = rotation(rng, np.pi)
+        back = turn @ [0, 0, -rng.uniform(near, far)] + rng.uniform(-0.03, 0.03, 3)
+        found.append(Camera.from_intrinsics((1150.0, 1140.0), (500.0, 390.0), _motor(turn, back)))
+    return found
+
+
+def _object(rng: np.random.Generator) -> ObjectModel:
+    """An object of about a decimetre: points, a wedge of edges and corners, or points and spheres."""
+    kind = rng.integers(3)
+    if kind == 0:
+        return ObjectModel.of(points=rng.normal(0, 0.05, (int(rng.integers(5, 15)), 3)))
+    if kind == 1:
+        a, b, c = rng.uniform(0.05, 0.15, 3)
+        corners = np.array([[0, 0, 0], [a, 0, 0], [0, b, 0], [0, 0, c], [a, 0, c], [0.2 * a, b, c]])
+        pairs = (0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)
+        corners -= corners.mean(0)
+        return ObjectModel.of(points=corners, edges=[[corners[i], corners[j]] for i, j in pairs])
+    balls = np.column_stack([rng.uniform(-0.08, 0.08, (3, 3)), rng.uniform(0.01, 0.03, 3)])
+    return ObjectModel.of(points=rng.uniform(-0.08, 0.08, (int(rng.integers(2, 6)), 3)), spheres=balls)
+
+
+def _outline(camera: Camera, centre: np.ndarray, radius: float, angles: np.ndarray) -> np.ndarray:
+    """Pixels of the silhouette of a sphere: where its tangent cone touches it."""
+    eye = np.asarray(pga3.move_point(camera.pose, np.zeros(3)))
+    axis = centre - eye
+    away = np.linalg.norm(axis)
+    axis /= away
+    x = np.cross(axis, [0.8, -0.5, 0.3])
+    x /= np.linalg.norm(x)
+    sine = radius / away
+    round_ = np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * np.cross(axis, x)
+    return np.asarray(camera.project(centre - radius * sine * axis + radius * np.sqrt(1 - sine**2) * round_))
+
+
+def _view(
+    rng: np.random.Generator, model: ObjectModel, truth: np.ndarray, camera: Camera, error: str, most: int = 19
+) -> View:
+    """What a camera sees, for a stated noise of 0.4 pixels."""
+    per, wrong = int(rng.integers(max(3, most // 3), most + 1)), rng.uniform(0, 0.5)
+
+    def noisy(pixels: np.ndarray) -> np.ndarray:
+        if error == "wrong":
+            off = rng.random(len(pixels)) < wrong
+            return np.asarray(
+                pixels + 0.4 * rng.normal(size=pixels.shape) + off[:, None] * rng.normal(0, 30, (len(pixels), 2))
+            )
+        if error == "student":
+            return np.asarray(pixels + 0.4 * rng.standard_t(3, pixels.shape))
+        scale = 1.0 if error == "stated" else rng.uniform(1.5, 2)
+        return np.asarray(pixels + 0.4 * scale * rng.normal(size=pixels.shape))
+
+    edges, balls, t = [], [], np.linspace(0.02, 0.98, per)[:, None]
+    for ends in pga3.move_point(truth, model.edges) if len(model.edges) else ():
+        edges.append(camera.project(ends[0] + t * (ends[1] - ends[0])))
+    for ball in model.balls:
+        centre = pga3.move_point(truth, ball[:3].copy())
+        balls.append(_outline(camera, centre, ball[3], rng.uniform(0, 2 * np.pi) + 2 * np.pi * t[:, 0]))
+    return View(
+        camera,
+        points=noisy(camera.project(pga3.move_point(truth, model.points))) if len(model.points) else None,
+        edges=(np.repeat(np.arange(len(edges)), per), noisy(np.concatenate(edges))) if edges else None,
+        balls=(np.repeat(np.arange(len(balls)), per), noisy(np.concatenate(balls))) if balls else None,
+    )
+
+
+def _judged(found: PoseEstimate, truth: np.ndarray, model: ObjectModel) -> Trial:
+    """Right if rotation and displacement are within their bounds."""
+    if found.status != PoseStatus.OK:
+        return Trial(False, False)
+    own, true = (np.asarray(pga3.motor_to_matrix(each)) for each in (found.motor, truth))
+    turned = own[:3, :3].T @ true[:3, :3]
+    sine = np.linalg.norm([turned[2, 1] - turned[1, 2], turned[0, 2] - turned[2, 0], turned[1, 0] - turned[0, 1]]) / 2
+    angle = np.arctan2(sine, (np.trace(turned) - 1) / 2)
+    shift = np.linalg.norm((own - true) @ np.append(model.centre, 1))
+    return Trial(True, bool(angle < found.bounds[0] and shift < found.bounds[1]))
+
+
+def _pose(rng: np.random.Generator, error: str) -> Trial:
+    model = _object(rng)
+    truth = _motor(rotation(rng, np.pi), rng.uniform(-0.02, 0.02, 3))
+    views = [_view(rng, model, truth, c, error) for c in _cameras(rng, int(rng.integers(1, 4)), 0.5, 1.5)]
+    return _judged(estimate_pose(model, views, noise=0.4, tolerance=(0.05, 0.2 * model.size)), truth, model)
+
+
+@row("`estimate_pose`", "points, edges and spheres, one to three cameras, tolerance 3 degrees", good=True)
+def pose_good(rng: np.random.Generator) -> Trial:
+    return _pose(rng, "stated")
+
+
+@row("`estimate_pose`", "the same with 1.5 to 2 times the noise that is stated")
+def pose_understated(rng: np.random.Generator) -> Trial:
+    return _pose(rng, "more")
+
+
+@row("`estimate_pose`", "the same with Student's noise of three degrees of freedom")
+def pose_student(rng: np.random.Generator) -> Trial:
+    return _pose(rng, "student")
+
+
+@row("`estimate_pose`", "the same with up to half of the pixels wrong, 30 pixels off")
+def pose_wrong(rng: np.random.Generator) -> Trial:
+    return _pose(rng, "wrong")
+
+
+def _with_wrong_points(rng: np.random.Generator, least: int, near: float, far: float, flat: float) -> Trial:
+    """Some 30 to 60 % of the points are off, in random directions."""
+    n = int(rng.integers(least, 41))
+    points = rng.uniform(-0.06, 0.06, (n, 3))
+    points[:, 2] *= rng.random() >= flat
+    model = ObjectModel.of(points=points)
+    truth = _motor(rotation(rng, np.pi), rng.uniform(-0.02, 0.02, 3))
+    camera = _cameras(rng, 1, 0.6, 1.0)[0]
+    pixels = camera.project(pga3.move_point(truth, points)) + rng.normal(0, 0.4, (n, 2))
+    off = rng.permutation(n)[: int(rng.uniform(0.3, 0.6) * n)]
+    angles = rng.uniform(0, 2 * np.pi, len(off))
+    size = rng.uniform(near, far, len(off))
+    pixels[off] += size[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
+    found = estimate_pose(model, View(camera, points=pixels), noise=0.4, tolerance=(0.2, model.size))
+    return _judged(found, truth, model)
+
+
+@row("`estimate_pose`", "20 to 40 points of one image, 30 to 60 % of them 20 to 100 pixels off", good=True)
+def pose_consensus(rng: np.random.Generator) -> Trial:
+    return _with_wrong_points(rng, 20, 20, 100, 0.0)
+
+
+@row("`estimate_pose`", "8 to 40 points, half of them in a plane, 30 to 60 % of them 2 to 10 pixels off")
+def pose_near(rng: np.random.Generator) -> Trial:
+    return _with_wrong_points(rng, 8, 2, 10, 0.5)
+
+
+_RADIUS, _ACCURACY = 0.035, 1e-3
+_BALL = ObjectModel.of(spheres=[[0, 0, 0, _RADIUS]])
+_HOME = np.array([0.0, -1.2, 1.5, -0.5, 1.0, 0.0])
+
+
+@lru_cache(maxsize=1)
+def _held() -> tuple[Robot, GraspPlan]:
+    """A UR5, and grasps of a ball."""
+    return Robot.named("ur5"), plan_grasps(*_round(_RADIUS))
+
+
+def _round(radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """A sphere as a mesh."""
+    u, v = np.meshgrid(np.linspace(0, np.pi, 13), np.arange(24) * np.pi / 12, indexing="ij")
+    places = radius * np.stack([np.sin(u) * np.cos(v), np.sin(u) * np.sin(v), np.cos(u)], -1).reshape(-1, 3)
+    first = (24 * np.arange(12)[:, None] + np.arange(24)).ravel()
+    right = (24 * np.arange(12)[:, None] + (np.arange(24) + 1) % 24).ravel()
+    faces = np.concatenate([np.stack([first, first + 24, right], 1), np.stack([right, first + 24, right + 24], 1)])
+    places, same = np.unique(places.round(12), axis=0, return_inverse=True)
+    faces = same.reshape(-1)[faces]
+    return places, faces[(faces != np.roll(faces, 1, 1)).all(1)]
+
+
+def _grasped(rng: np.random.Generator, cameras: list[Camera]) -> Trial:
+    robot, plan = _held()
+    place = np.array([0.45, 0.1, 0.2]) + rng.uniform(-0.05, 0.05, 3)
+    truth = _motor(rotation(rng, np.pi), place)
+    there = [
+        Camera(one.intrinsics, np.asarray(pga3.motor_product(_motor(np.eye(3), place), one.pose))) for one in cameras
+    ]
+    views = [_view(rng, _BALL, truth, one, "stated", 60) for one in there]
+    found = guided_grasp(robot, _HOME, _BALL, views, plan, noise=0.4, accuracy=_ACCURACY, trials=0)
+    if found.status == LoopStatus.POSE_UNKNOWN or not found.estimate.is_found:
+        return Trial(False, False)
+    return Trial(True, bool(np.linalg.norm(pga3.move_point(found.estimate.motor, np.zeros(3)) - place) < _ACCURACY))
+
+
+@row("`guided_grasp`", "a ball seen by one camera, 0.5 to 5 m away, accuracy of a millimetre", slow=True)
+def grasp_far(rng: np.random.Generator) -> Trial:
+    return _grasped(rng, _cameras(rng, 1, 0.5, 5))
+
+
+@row("`guided_grasp`", "a ball seen by three cameras, 0.4 to 0.8 m away", good=True, slow=True)
+def grasp_near(rng: np.random.Generator) -> Trial:
+    return _grasped(rng, _cameras(rng, 3, 0.4, 0.8))
+
+
+def _solids(rng: np.random.Generator, apart: float) -> tuple[np.ndarray, np.ndarray, list[tuple[np.ndarray, ...]]]:
+    """Two or three solids as one mesh; and of each its centre, axes, and half lengths, or a radius."""
+    vertices, faces, solids = [], [], []
+    for k in range(int(rng.integers(2, 4))):
+        turn, centre = rotation(rng, np.pi), rng.uniform(-1, 1, 3) * [0.02, 0.02, 0.02] + [apart * k, 0, 0]
+        if rng.random() < 0.5:
+            places, corners = _round(rng.uniform(0.015, 0.035))
+            half = np.linalg.norm(places, axis=1).max(keepdims=True)
+        else:
+            half = rng.uniform(0.01, 0.04, 3)
+            signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+            places, corners = signs * half, _BOX
+        faces.append(corners + sum(map(len, vertices)))
+        vertices.append(places @ turn.T + centre)
+        solids.append((centre, turn, half))
+    return np.concatenate(vertices), np.concatenate(faces), solids
+
+
+_BOX = np.array(
+    [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4],
+     [1, 5, 7], [1, 7, 3]])  # fmt: skip
+
+
+def _depth(point: np.ndarray, solid: tuple[np.ndarray, ...]) -> float:
+    """How far inside of a solid a point is; of balls, less by what the mesh is smaller."""
+    centre, turn, half = solid
+    local = (point - centre) @ turn
+    return float(0.97 * half[0] - np.linalg.norm(local)) if len(half) == 1 else float((half - np.abs(local)).min())
+
+
+def _planned(rng: np.random.Generator, apart: float) -> Trial:
+    vertices, faces, solids = _solids(rng, apart)
+    plan = plan_grasps(vertices, faces, int(rng.integers(1, 4)))
+    if plan.status != GraspStatus.OK:
+        return Trial(False, False)
+    return Trial(True, max(_depth(point, one) for one in solids for point in plan[0].contacts) < 1e-4)
+
+
+@row("`plan_grasps`", "two or three boxes and balls that overlap; wrong: a contact inside of one")
+def plan_overlapping(rng: np.random.Generator) -> Trial:
+    return _planned(rng, 0.0)

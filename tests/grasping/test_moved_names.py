@@ -1,0 +1,32 @@
+"""Names that were in `algorithms.grasping` until version 0.2 work there, with a warning that names the new place."""
+
+import importlib
+
+import pytest
+
+import algorithms.grasping
+
+MOVED = {
+    "algorithms.fuzzy": "And Conclusion FuzzyOutput FuzzySet FuzzyStatus FuzzyVariable Is Mamdani Not Or Rule "
+    "grasp_controller",
+    "algorithms.kinematics.collisions": "ArmCapsules CapsuleObstacle MeshObstacle Obstacle PlaneObstacle UR5_CAPSULES "
+    "arm_capsules capsule_obstacle mesh_obstacle plane_obstacle",
+    "algorithms.vision.objects": "ImageSettings ImageStatus MeasuredEdges MeasuredSilhouettes ObjectModel PoseEstimate "
+    "PoseStatus Scene SceneCamera SceneObject TrackStatus TrackedPose View estimate_pose measure_edges "
+    "measure_silhouettes scene_image simulate textured_background track_pose",
+    "algorithms.estimation.servoing": "GraspRun GraspSettings GraspStage GraspState GraspStep VisualErrors VisualScene "
+    "VisualStatus grasp_step random_scene simulate_grasp visual_error",
+}
+
+
+@pytest.mark.parametrize("place", MOVED)
+def test_old_names_are_the_same_objects(place: str) -> None:
+    for name in MOVED[place].split():
+        with pytest.warns(DeprecationWarning, match=f"grasping.{name} is now {place}.{name}; .* version 0.4") as caught:
+            found = getattr(algorithms.grasping, name)
+        assert found is getattr(importlib.import_module(place), name) and caught[0].filename == __file__
+
+
+def test_other_names_are_errors() -> None:
+    with pytest.raises(AttributeError, match=r"'algorithms\.grasping' has no attribute 'plan_grasp'"):
+        algorithms.grasping.plan_grasp  # noqa: B018
