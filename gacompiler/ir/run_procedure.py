@@ -98,6 +98,7 @@ class _Run:
             for name in table.lengths:
                 count *= lengths[name]
             self._tables[table.name] = [[constant(0)] * table.size for _ in range(count)]
+        self._lengths_of = {table.name: tuple(lengths[name] for name in table.lengths) for table in procedure.tables}
         self._counters: dict[str, int] = {}
         self._directions: dict[str, tuple[int, int]] = {}
         self._tapes = _tapes(procedure)
@@ -159,13 +160,17 @@ class _Run:
 
     def _number(self, place: Place) -> int | None:
         """Return the index of a row, or None if the row does not exist."""
+        row = place.row
+        if row is None:
+            return 0
+        if type(row) is Counter:
+            return self._counters[row.loop]
         position = 0
-        lengths = self._procedure.table(place.table).lengths
-        for each, length in zip(numbers_of(place.row), lengths, strict=place.row is not None):
-            k = self._along(each, self._lengths[length])
+        for each, length in zip(numbers_of(row), self._lengths_of[place.table], strict=True):
+            k = self._along(each, length)
             if k is None:
                 return None
-            position = position * self._lengths[length] + k
+            position = position * length + k
         return position
 
     def _along(self, row: Along, length: int) -> int | None:

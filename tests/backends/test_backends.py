@@ -183,6 +183,7 @@ def test_forced_backends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 @needs_compiler
+@pytest.mark.slow
 def test_c_compiles_without_warnings_and_vectorises(tmp_path: Path) -> None:
     """Warnings that need optimisation are errors in `test_a_c_program_without_python`."""
     c_path = write(module_source("strict", MOVE_POINT), tmp_path)

@@ -162,6 +162,7 @@ def test_empty_batches_and_more_axes(pair: tuple[ModuleType, ModuleType]) -> Non
 
 
 @pytest.mark.parametrize("dtype", some_slow(TYPES, "float32"))
+@pytest.mark.slow
 def test_jit_accepts_and_returns_tuples_and_arrays(pair: tuple[ModuleType, ModuleType], dtype: str) -> None:
     module = pair[1]
     move, normalize, product, between, distance = (
@@ -350,6 +351,7 @@ for kind in ("float64", "float32"):
 
 @needs_compiler
 @pytest.mark.parametrize("name", some_slow(["pga3", "vga2"], "pga3"))
+@pytest.mark.slow
 def test_generated_kernels_on_numba_equal_those_of_c(name: str, tmp_path: Path) -> None:
     """Test all kernels of a module that are polynomial or take roots; another test has those with sines."""
     path = ROOT / "generated" / f"{name}.py"

@@ -129,6 +129,7 @@ def mutated(lines: list[str], random: Random) -> list[str] | None:
 
 
 @pytest.mark.parametrize("seed", some_slow(range(2), 1))
+@pytest.mark.slow
 def test_mutations_are_detected(text: str, seed: int) -> None:
     random = Random(seed)
     start = text.index("@_module.part")

@@ -333,6 +333,7 @@ def test_the_last_elements(either: ModuleType, plain: ModuleType, program: Progr
         np.testing.assert_array_equal(function(uniform, *arrays[1:]), with_uniform[:size], strict=True)
 
 
+@pytest.mark.slow
 def test_numba_takes_the_fast_path_once_it_is_compiled(
     implementations: dict[str, ModuleType], plain: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:

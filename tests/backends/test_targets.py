@@ -177,6 +177,7 @@ def check_rust(folder: Path, level: int) -> None:
 
 
 @needs("rustc")
+@pytest.mark.slow
 def test_rust(folder: Path) -> None:
     """Compile without optimisation, which takes a sixth of the time, and with overflow checks."""
     check_rust(folder, 0)
@@ -250,6 +251,7 @@ FLAGS = ("-O0", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-Wno-unknow
 
 
 @needs("g++")
+@pytest.mark.slow
 def test_cuda_on_a_processor(folder: Path) -> None:
     dialect = Dialect(ON_A_PROCESSOR, "{module}::{kernel}", "{module}_{kernel}_{suffix}", drivers.PRECISIONS)
     (folder / "main.cpp").write_text(drivers.c_driver(calls(), [f"{name}.cu" for name in modules()], dialect))

@@ -18,6 +18,7 @@ CURVES = [
 ]
 
 
+@pytest.mark.slow
 def test_a_small_run_writes_page_and_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(growth, "installed", lambda name: False)
     monkeypatch.setattr(growth, "stamped", lambda text, command: f"{text}The stamp of {command}.")
@@ -47,6 +48,7 @@ def test_the_page_of_made_up_figures() -> None:
     assert "](picture.svg)" in text
 
 
+@pytest.mark.slow
 def test_the_picture_is_the_same_every_time(tmp_path: Path) -> None:
     first, second = tmp_path / "a.svg", tmp_path / "b.svg"
     draw(first, CURVES)

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import pytest
+
 from benchmarks.overview import PICTURE, Count, Ratio, main, read_counts, read_ratios
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -24,6 +26,7 @@ def test_ratios_are_those_of_one_robot() -> None:
     assert read_ratios(text, "ur5") == [Ratio("forward", 0.5, 1.5)]
 
 
+@pytest.mark.slow
 def test_the_picture_is_that_of_the_pages(tmp_path: Path) -> None:
     """`python -m benchmarks overview` was run after the pages had been written."""
     assert main(["--out", str(tmp_path / "overview.svg")]) == 0

@@ -124,6 +124,7 @@ class TestCurvature:
         assert vanishes(SCHWARZSCHILD.kretschmann - 48 * M**2 / r**6)
         assert vanishes(SCHWARZSCHILD.riemann_lower[0, 1, 0, 1] - 2 * M / r**3)
 
+    @pytest.mark.slow
     def test_of_kerr(self) -> None:
         assert kerr().ricci == sympy.zeros(4, 4)
 

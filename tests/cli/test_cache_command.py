@@ -91,6 +91,7 @@ def test_without_a_cache_nothing_is_stored(here: Path, compiled: list[str], monk
     assert len(compiled) == 5 and not (here / "cache").exists()
 
 
+@pytest.mark.slow
 def test_check_uses_the_entries_of_generate(here: Path, compiled: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """Differences are detected and the text is proved with and without programs from the cache."""
     assert run("generate", "--all", "omnidirectional", "--no-build", "-o", "out").exit_code == 0
@@ -129,6 +130,7 @@ def test_processes_share_the_cache(here: Path, compiled: list[str]) -> None:
     assert result.exit_code == 2 and "x>=1" in result.output
 
 
+@pytest.mark.slow
 def test_cache_is_shown_and_cleared(here: Path) -> None:
     (here / "cache" / "foreign").mkdir(parents=True, mode=0o700)
     (here / "cache").chmod(0o700)

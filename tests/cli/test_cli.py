@@ -45,6 +45,7 @@ def test_generate_then_verify(here: Path) -> None:
     assert "unchanged" in run("generate", "my_kernels.py", "-o", "out").output
 
 
+@pytest.mark.slow
 def test_build_compiles_what_was_generated(here: Path) -> None:
     assert run("generate", "my_kernels.py", "-o", "out", "--no-build").exit_code == 0
     path = here / "out" / "my_kernels.c"

@@ -26,6 +26,7 @@ def completed(shell: str, words: str) -> str:
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+@pytest.mark.slow
 def test_commands_and_options_are_completed(shell: str) -> None:
     assert re.search(r"\bgenerate\b", completed(shell, "gac gen"))
     assert "--header-only" in completed(shell, "gac generate --hea")

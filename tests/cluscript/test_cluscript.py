@@ -814,6 +814,7 @@ def test_the_definition_of_conformal_space(tmp_path: Path) -> None:
     assert read_cluscript("?g = n.m;", tmp_path).algebra.gram[1:] == ((0, 0, -1), (0, -1, 0))
 
 
+@pytest.mark.slow
 def test_the_command_line(tmp_path: Path) -> None:
     path = tmp_path / "moved.clu"
     path.write_text("T = TranslatorN3(a, b, 0);\n?q = T*createPoint(x, 0, 0)*~T;\n?n = sqrt(x)*e1;\n")

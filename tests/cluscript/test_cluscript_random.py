@@ -48,6 +48,7 @@ def test_random_scripts_are_read_or_rejected(n: int) -> None:
     assert found["read"] > n / 5 and found["refused"] > n / 5 and found["undefined"], found
 
 
+@pytest.mark.slow
 def test_random_scripts_are_compiled_or_rejected() -> None:
     compiled = 0
     for algebra, text in scripts(SEED + 1, N_COMPILED):

@@ -133,6 +133,7 @@ def test_noise_of_a_tenth_of_a_pixel() -> None:
     assert np.sqrt(np.mean(np.square(poses))) < 5e-4
 
 
+@pytest.mark.slow
 def test_refinement_improves_the_line_of_bisector_planes() -> None:
     rng = np.random.default_rng(2)
     head = rig(n_points=8)

@@ -53,6 +53,7 @@ def test_errors_have_their_covariance(rng: np.random.Generator, n_runs: int) -> 
     assert low < sum(innovations) < high
 
 
+@pytest.mark.slow
 def test_linear_filter_of_the_book_converges(rng: np.random.Generator) -> None:
     """On the same vectors its errors are at most a little larger than those of the error-state filter."""
     ours, theirs = [], []

@@ -318,7 +318,7 @@ def test_arrays_that_are_iterated() -> None:
             size = sqrt(total(lambda p: p * p, moved))
             return each(lambda p: p / size, moved)
 
-        return iterate(step, x, lambda old, new: total(lambda p, q: (p - q) * (p - q), old, new) < 1e-28, 900)
+        return iterate(step, x, lambda old, new: total(lambda p, q: (p - q) * (p - q), old, new) < 1e-28, 200)
 
     b = np.random.default_rng(5).normal(size=(6, 6))
     a = b @ b.T

@@ -227,6 +227,7 @@ def test_list_of_nothing() -> None:
     assert "Nope" in result.output and "CGA3" in result.output and "pga3" in result.output
 
 
+@pytest.mark.slow
 def test_the_steps_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The steps are in the order in which they must be executed: `gac new` comes before the file that it writes."""
     text = (Path(__file__).parents[2] / "README.md").read_text()

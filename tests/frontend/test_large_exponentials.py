@@ -53,6 +53,7 @@ def _is_definite(algebra: Algebra, blade: int) -> bool:
 
 
 @pytest.mark.parametrize("name", some_slow(CASES, "G(3,3)", "G(4,2)", "G33"))
+@pytest.mark.slow
 def test_accuracy(name: str) -> None:
     """The error is at most 1e-13 of the largest coefficient; a fixed number of four squarings fails from norm 8 on."""
     algebra, make = CASES[name]

@@ -96,6 +96,7 @@ def test_more_rows_than_the_image_has_are_beyond_its_end() -> None:
         assert np.array_equal(found, correlation(padded, "mirror", 0)[12:20:2, 12:21:3])
 
 
+@pytest.mark.slow
 def test_batches_and_other_layouts_of_images_give_the_same_results() -> None:
     run, batch = gacompiler.compile(smoothed), np.random.default_rng(2).normal(size=(21, 5, 6))
     found = run(batch)

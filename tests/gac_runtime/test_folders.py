@@ -86,6 +86,7 @@ HOW = [("beside", "from its own folder"), ("beside", "as a member of its folder"
 
 
 @pytest.mark.parametrize(("kind", "how"), some_slow(HOW, *HOW[1:]))
+@pytest.mark.slow
 def test_a_folder_works_without_the_compiler(kind: str, how: str, request: pytest.FixtureRequest) -> None:
     folder = request.getfixturevalue(kind)
     backends = (["c"] if find_compiler() else []) + ["numba", "arrays"]

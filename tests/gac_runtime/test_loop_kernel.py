@@ -463,6 +463,7 @@ def by_hand(tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
     return load_beside(folder / "by_hand.py", "by_hand")
 
 
+@pytest.mark.slow
 def test_a_library_is_called(by_hand: ModuleType, rng: np.random.Generator) -> None:
     assert by_hand.backend == "c"
     for _ in range(2):  # by Python, and then by the extension if it is built

@@ -40,6 +40,7 @@ def spec_file(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_text_does_not_depend_on_hash_seed(spec_file: Path) -> None:
     program = (
         "import sys; from pathlib import Path; from gacompiler.generation.compiling import compile_spec; "

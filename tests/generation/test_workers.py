@@ -39,6 +39,7 @@ def specs(tmp_path: Path) -> list[Spec]:
     return [load_spec(tmp_path / f"{name}.py") for name in texts]
 
 
+@pytest.mark.slow
 def test_every_spec_has_a_process_which_prints_the_same_text(specs: list[Spec]) -> None:
     reported: list[str] = []
     results = each_spec(printed, specs, reported.append, jobs=2)
@@ -65,6 +66,7 @@ def test_errors_are_returned_completely(specs: list[Spec], tmp_path: Path) -> No
         each_spec(named, specs, lambda name: None, jobs=2)
 
 
+@pytest.mark.slow
 def test_an_error_terminates_the_other_processes(specs: list[Spec]) -> None:
     with pytest.raises(KernelError, match="a reason"):
         each_spec(slow_but_for_planes, specs[:2], lambda name: None, jobs=2)

@@ -134,6 +134,7 @@ def loop_on_scan(name, seed, **more):
     return guided_grasp(built.robot, HOME, model, built.render(name, 0.3, seed), grasps, **options), truth
 
 
+@pytest.mark.slow
 def test_a_scan_on_a_table():
     found, truth = loop_on_scan("MustardBottle", 3)
     assert found.status == LoopStatus.OK

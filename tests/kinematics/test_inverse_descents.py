@@ -58,6 +58,7 @@ def test_rates_of_joints_are_those_of_differences() -> None:
         assert np.allclose(chain.rates(q)[j], (ahead - behind) / (2 * step), atol=1e-8)
 
 
+@pytest.mark.slow
 def test_out_of_reach_the_distance_is_small_within_limits() -> None:
     """Scipy's trust-region method with bounds, from the same start, finds a smaller distance by at most 2 percent."""
     robot, chain = chain_of(SEVEN)

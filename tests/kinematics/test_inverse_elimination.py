@@ -104,6 +104,7 @@ def test_arms_with_several_prismatic_joints(slides: tuple[int, ...]) -> None:
         assert found.valid.all() and found.valid.shape == (80, 2)
 
 
+@pytest.mark.slow
 def test_coplanar_prismatic_and_parallel_revolute_joints_are_searched() -> None:
     for kinds, alphas in (("ppprrr", (0, 0, 0, 1, 1, 1)), ("pprrrr", (0, 1, 0, 0, 0, 0))):
         words = {"p": "prismatic", "r": "revolute"}

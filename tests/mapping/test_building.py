@@ -101,6 +101,7 @@ def test_map_of_killian_court(built: BuiltMap) -> None:
     assert len(built.closures) > 3 and (built.closures[:, 1] - built.closures[:, 0] > 10).all()
 
 
+@pytest.mark.slow
 def test_loops_reduce_errors(court: PoseGraphFile, stream: Stream, built: BuiltMap) -> None:
     open_ended = build_map(stream, BuildSettings(close_loops=False))
     assert len(open_ended.closures) == 0
@@ -268,6 +269,7 @@ def house_log(n_people: int, n: int) -> SimulatedLog:
 
 
 @pytest.mark.parametrize(("n_people", "n", "error"), some_slow([(0, 90, 0.05), (3, 90, 0.15)], (0, 90, 0.05)))
+@pytest.mark.slow
 def test_house(n_people: int, n: int, error: float) -> None:
     """A simulated house: errors far below those of odometry, also with people, and the walls where they are."""
     log = house_log(n_people, n)
@@ -303,6 +305,7 @@ def memory(n: int) -> int:
     return found
 
 
+@pytest.mark.slow
 def test_memory_grows_by_a_constant_for_each_scan() -> None:
     memory(200)
     short, middle, long = (memory(n) for n in (300, 600, 900))

@@ -110,6 +110,7 @@ def run_in_house(seed: int, **options: object) -> NavigationRun:
 
 
 @pytest.mark.parametrize("seed", some_slow([0, 1], 1))
+@pytest.mark.slow
 def test_closed_loop_on_localisation(seed: int) -> None:
     run = run_in_house(seed)
     assert run.following[-1] == FollowStatus.ARRIVED

@@ -9,6 +9,7 @@ ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "localization.md"
 
 
+@pytest.mark.slow
 def test_blocks_run(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)

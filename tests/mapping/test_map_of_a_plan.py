@@ -20,6 +20,7 @@ POINTS = [[2, 9], [3.4, 9.2], [3.4, 11.0], [7.2, 11.2], [8.7, 8], [10.5, 6.8], [
 
 
 @pytest.mark.parametrize(("seed", "n"), some_slow([(1, 60), (2, 120)], (2, 120)))
+@pytest.mark.slow
 def test_recall_precision_and_localisation(seed: int, n: int) -> None:
     plan = load_floor_plan(HOUSE, 0.045, smallest=3.0)
     path = PlanarPath.through(POINTS, 0.4)

@@ -29,6 +29,7 @@ def corridor(x: float, rng: np.random.Generator) -> Scan:
     return Scan(np.minimum(ranges + 0.01 * rng.normal(size=181), 30.0), -np.pi / 2, np.pi / 180, 30.0)
 
 
+@pytest.mark.slow
 def test_steps_are_those_of_whole_logs() -> None:
     """The same statuses, closures and map as from `build_map`, also if the mapper is stored on the way."""
     graph = read_g2o(DATA / "killian_start.g2o.gz")
@@ -49,6 +50,7 @@ def test_steps_are_those_of_whole_logs() -> None:
     assert np.allclose(steps[0].pose, 0) and not steps[0].covariance.any()
 
 
+@pytest.mark.slow
 def test_errors_agree_with_covariances() -> None:
     """In a house, 99 % of the errors are inside the bounds, which a closure makes narrower."""
     log = house_log(0, 90)

@@ -19,6 +19,7 @@ from generated import pga2
 ROOM = FloorPlan.from_walls([[[0, 0], [6, 0]], [[6, 0], [6, 4]], [[6, 4], [0, 4]], [[0, 4], [0, 0]]], solid=True)
 
 
+@pytest.mark.slow
 def test_pictures(tmp_path: Path) -> None:
     path = PlanarPath.through([[1.5, 1.5], [2.5, 1.5], [2.5, 2.0]], 0.3)
     begin = path.pose(0.0)

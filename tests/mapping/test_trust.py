@@ -31,6 +31,7 @@ def statuses(seed: int, n: int, share: float) -> tuple[int, int]:
     return certain, wrong
 
 
+@pytest.mark.slow
 def test_offices_with_people() -> None:
     """With a fifth of the beams on people, most motions are certain, and these are right."""
     certain, wrong = statuses(5, 100, 0.2)

@@ -196,6 +196,7 @@ def test_roots(roots: Any, n_real: int | None, bound: float) -> None:
     assert (imaginary == 0).sum() == found_real
 
 
+@pytest.mark.slow
 def test_roots_are_as_accurate_as_their_condition_allows() -> None:
     """Errors are at most a small multiple of those from rounding the coefficients, with mpmath's roots as the truth."""
     c = np.random.default_rng(4).normal(size=(20, 9)) * 10.0 ** np.random.default_rng(5).integers(-3, 4, (20, 9))

@@ -143,6 +143,7 @@ def test_arrays_and_programs_that_fail(kernels: dict[str, Kernel]) -> None:
     assert list(parameters(kernels["reversed_cloud"]).values()) == ["PGA3.POINT", "PGA3.POINT"]
 
 
+@pytest.mark.slow
 def test_the_spec_does_not_depend_on_the_run(spec: Path, tmp_path: Path) -> None:
     assert recorded(tmp_path).read_text() == spec.read_text()
 

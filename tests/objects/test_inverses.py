@@ -29,6 +29,7 @@ def test_elements_without_an_inverse_are_refused_or_nan(x: Any) -> None:
 
 
 @pytest.mark.parametrize("signature", [(3, 3), (6,), (4, 4)])
+@pytest.mark.slow
 def test_versors_and_other_elements_of_many_dimensions(signature: tuple[int, ...]) -> None:
     space = Space(orthogonal(*signature))
     n = space.algebra.dimension
@@ -47,6 +48,7 @@ def test_versors_and_other_elements_of_many_dimensions(signature: tuple[int, ...
             (1 + square).inverse()
 
 
+@pytest.mark.slow
 def test_products_by_a_table_are_exact() -> None:
     """Integers have exact products, so that every sign and place of the table is compared with the algebra's."""
     for algebra in (orthogonal(5, 2), null_pairs(4)):

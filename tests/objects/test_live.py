@@ -91,6 +91,7 @@ def numbers(shape: Any) -> dict[str, Any]:
 
 
 @pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
+@pytest.mark.slow
 def test_the_browser_computes_what_python_computes(tmp_path: Path) -> None:
     """The emitted module and the program of the page under node, at random places of points and sliders."""
     random = np.random.default_rng(3)

@@ -96,6 +96,7 @@ print("compiled")
 """
 
 
+@pytest.mark.slow
 def test_the_example_of_the_readme_is_compiled_automatically(tmp_path: Path) -> None:
     """Run with an empty cache, and again in a second process, which has nothing to compile."""
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
@@ -113,6 +114,7 @@ print("started compiled")
     assert ran(second, environment(tmp_path)).endswith("started compiled\n")
 
 
+@pytest.mark.slow
 def test_no_call_waits_for_a_compiler(tmp_path: Path) -> None:
     """The compiler is blocked at first; all calls return before it runs, with the same numbers as afterwards."""
     go = tmp_path / "go"

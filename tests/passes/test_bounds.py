@@ -58,6 +58,7 @@ def test_kernels_with_functions_have_no_bound() -> None:
     assert lower_bound(definition, compile_kernel(definition, forms=False, effort=0).program) is None
 
 
+@pytest.mark.slow
 def test_no_bound_is_above_a_count() -> None:
     kernels = [
         each for module in (compositions_pga2, pga3) for each in vars(module).values() if isinstance(each, Kernel)

@@ -119,6 +119,7 @@ QUICK = (moved_twice_by_calls, relative, product_with_a_moved_point)
 
 
 @pytest.mark.parametrize("each", some_slow(REACHED, *(REACHED.keys() - set(QUICK))), ids=lambda each: each.name)
+@pytest.mark.slow
 def test_counts_of_compositions(each: Kernel) -> None:
     cost = compile_kernel(each, forms=False).cost
     assert (cost.mul, cost.add) == REACHED[each], f"{each.name}: {cost}; record it here if it is an improvement"
@@ -201,6 +202,7 @@ def moved_by_exponential(b, p):
     return move_point(exp(b), p)
 
 
+@pytest.mark.slow
 def test_the_exponential_of_a_bivector_is_proved_to_be_a_unit_motor() -> None:
     record = compile_kernel(moved_by_exponential, forms=False)
     assert record.best is not None and "results of calls named" in record.best.steps

@@ -198,6 +198,7 @@ NULL = [metric for metric in METRICS if "null" in metric]
 
 
 @pytest.mark.parametrize("metric", some_slow(["G(6,3)", *NULL], *NULL))
+@pytest.mark.slow
 def test_two_reflections(metric: str) -> None:
     algebra = METRICS[metric]()
     vector, _ = typed(algebra)
@@ -379,6 +380,7 @@ def test_translators_move_cyclides() -> None:
     assert np.allclose(moved, (matrix @ s @ matrix.T).ravel())
 
 
+@pytest.mark.slow
 def test_outer_product_of_double_points() -> None:
     algebra = double_conformal()
     point = double_point(algebra)

@@ -164,6 +164,7 @@ def test_explanations_name_the_model() -> None:
     assert "cost model" not in why(usual) and "cycles" not in compared(usual)
 
 
+@pytest.mark.slow
 def test_commands_have_the_option(tmp_path: Path) -> None:
     file = tmp_path / "directions.py"
     file.write_text(DIRECTIONS)

@@ -114,6 +114,7 @@ def test_matrices_of_the_algebra_that_occurs() -> None:
     assert [False, None, None] in kinds(orthogonal(4, 1), *range(6))
 
 
+@pytest.mark.slow
 def test_counts_through_matrices() -> None:
     """Two products of quaternions; two quaternions applied to a 4D vector; matrices applied to a vector of G(2, 2)."""
     four, split = orthogonal(4), null_pairs(2)
@@ -246,6 +247,7 @@ def test_counts_of_chains() -> None:
     assert str(compile_kernel(translated, forms=False).cost) == "12 mul, 18 add"
 
 
+@pytest.mark.slow
 def test_counts_of_expanded_products() -> None:
     """The plane through a point and a line given by two planes; contractions in five dimensions."""
 

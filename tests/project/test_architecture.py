@@ -64,7 +64,9 @@ ALLOWED: dict[str, set[str]] = {
     "inspect": {"errors", "algebra", "frontend", "ir", "passes", "backends", "generation"},
     "runtime": {"errors", "frontend", "ir.cost_models", "passes", "backends", "generation", "cache_folder"},
     "scripts": {"algebra", "frontend", "cluscript", "runtime"},
-    "torch": {"algebra", "errors", "frontend", "derivatives", "runtime", "numpy", "torch"},
+    "differentiable": {"algebra", "errors", "frontend", "derivatives", "runtime", "numpy"},
+    "torch": {"errors", "frontend", "differentiable", "torch"},
+    "jax": {"errors", "frontend", "differentiable", "numpy", "jax"},
     "objects": {
         *("objects", "errors", "algebra", "rings", "ir", "frontend", "passes", "backends", "generation", "runtime"),
         *(

@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from generated import images
 
 CALLS = """
@@ -61,6 +63,7 @@ assert not {"gacompiler", "sympy"} & {*sys.modules}, "the demonstration loads th
 """
 
 
+@pytest.mark.slow
 def test_first_calls_load_neither_the_compiler_nor_numba(tmp_path: Path) -> None:
     """Only the demonstration loads packages for pictures; numba is needed only where the C is not built."""
     environment = {

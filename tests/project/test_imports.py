@@ -29,6 +29,7 @@ def loaded(code: str) -> list[str]:
     return found
 
 
+@pytest.mark.slow
 def test_algorithms_and_generated_modules_import_what_they_use_when_they_use_it() -> None:
     names = loaded(f"import generated.pga3, {', '.join(f'algorithms.{name}' for name in CHAPTERS)}")
     assert LATER.isdisjoint(names), LATER.intersection(names)

@@ -180,6 +180,7 @@ def test_equal_values_have_one_hash() -> None:
     assert len({exact, exact * 1, exact * 2, 2 * exact}) == 2
 
 
+@pytest.mark.slow
 def test_long_derivations_have_no_limit() -> None:
     v = symbolic.symbols("v", layout=VGA3.VECTOR)
     total, expression = v, MOVE.parameters[1].symbols()
@@ -243,6 +244,7 @@ def test_another_process() -> None:
             assert same(back, value) and text == str(value), name
 
 
+@pytest.mark.slow
 def test_compiled_kernels_where_there_are_no_files(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """A process that shares nothing with this one compiles the definition that the pickle carries."""
     code = "import pickle, sys\ncall, *given = pickle.load(sys.stdin.buffer)\nprint(call(*given).tolist())"

@@ -9,6 +9,7 @@ from scipy.sparse import coo_matrix, csgraph
 from algorithms.registration import CurveStatus, extract_curves, extract_surface
 
 
+@pytest.mark.slow
 def test_a_sphere_among_outliers_is_a_surface_with_few_gaps() -> None:
     rng = np.random.default_rng(0)
     sphere = rng.normal(size=(1500, 3))
@@ -67,6 +68,7 @@ def test_scale_of_curves_follows_from_their_noise(noise: float) -> None:
     assert given.sigma == 0.12 and (given.status == CurveStatus.OK) is (noise < 0.03)
 
 
+@pytest.mark.slow
 def test_tokens_without_curves_have_a_status() -> None:
     rng = np.random.default_rng(4)
     assert extract_curves(rng.uniform(-1, 1, (400, 2)), sigma=0.2).status == CurveStatus.NOTHING

@@ -24,6 +24,7 @@ def test_half_outliers_and_a_missing_part_from_any_rotation(name, angle):
     assert result.inliers[true_rows].mean() > 2 * result.inliers[~true_rows].mean()
 
 
+@pytest.mark.slow
 def test_a_can_is_free_about_its_axis():
     source, _, target, _ = scene("TomatoSoupCan", 3)
     result = register(source, target)
@@ -178,6 +179,7 @@ def test_a_stray_point_far_away_does_not_refuse_a_cloud(far: float):
     assert np.allclose(pga3.motor_to_matrix(result.motor)[:3, :3], turn, atol=1e-4)
 
 
+@pytest.mark.slow
 def test_the_handle_of_a_mug_decides():
     """Without the handle, 4 % of the points, every turn about the axis fits."""
     rng = np.random.default_rng(12)

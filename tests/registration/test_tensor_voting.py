@@ -189,6 +189,7 @@ def test_a_sphere_among_outliers(n: int, half: float, sigma: float, area: float,
     assert angle.mean() <= degrees
 
 
+@pytest.mark.slow
 def test_the_default_scale_reaches_the_sixteenth_neighbour() -> None:
     # On a grid of a plane in space, the neighbours 13 to 20 are at the distance sqrt(5); without noise, the scale is
     # the least one.

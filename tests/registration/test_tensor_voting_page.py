@@ -13,6 +13,7 @@ from algorithms.registration import extract_curves, extract_junctions, register_
 ROOT = Path(__file__).parents[2]
 
 
+@pytest.mark.slow
 def test_blocks_run(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "tensor-voting.md").read_text(), re.DOTALL)

@@ -142,6 +142,7 @@ def everything() -> tuple[tuple[str, int, str, str], ...]:
     return tuple(all_of_them)
 
 
+@pytest.mark.slow
 def test_no_number_of_the_text_depends_on_the_machine() -> None:
     read = {str(path.relative_to(ROOT)) for path in closure()}
     assert {"gacompiler/specs/ur5.py", "gacompiler/passes/search.py", "gacompiler/structure/levels.py"} <= read

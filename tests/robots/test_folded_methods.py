@@ -75,6 +75,7 @@ FEW = ("forward", "kinetic_energy")
 
 
 @pytest.mark.parametrize("which", some_slow(["few", "all"], "all"))
+@pytest.mark.slow
 def test_every_method_of_a_tree_with_prismatic_and_mimic_joints(which: str, tmp_path: Path) -> None:
     methods = FEW if which == "few" else tuple(METHODS)
     path = tmp_path / "tree.urdf"

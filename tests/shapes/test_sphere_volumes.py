@@ -89,6 +89,7 @@ def test_cells_that_are_too_coarse_are_reported() -> None:
 
 
 @pytest.mark.parametrize(("thickness", "status"), [(1.5, BallStatus.THIN), (4.0, BallStatus.OK)])
+@pytest.mark.slow
 def test_models_of_thin_shells_are_refused(thickness: float, status: BallStatus) -> None:
     """A ball inside a shell of one voxel covers one voxel, so that the model is a list of voxels."""
     radius = np.linalg.norm(np.indices((34, 34, 34)).T - 17.0, axis=-1)

@@ -55,6 +55,7 @@ def test_mesh_is_closed_by_trimesh() -> None:
     assert (bounds >= known - 1e-12).all() and (bounds - known).mean() < 0.02
 
 
+@pytest.mark.slow
 def test_outliers_at_most_double_the_error() -> None:
     rng = np.random.default_rng(1)
     points = torus(4000)

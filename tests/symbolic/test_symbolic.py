@@ -542,6 +542,7 @@ def test_compiled_in_one_line() -> None:
     assert np.allclose(move(motor, np.array([[1.0, 0, 0], [0, 0, 2]])), [[0, 1, 0], [0, 0, 2]], atol=1e-15)
 
 
+@pytest.mark.slow
 def test_functions_of_formulas_reach_the_kernel() -> None:
     """Every function that is translated, against numpy."""
     s, u = symbols("s u")
@@ -632,6 +633,7 @@ def test_kernels_take_symbolic_multivectors() -> None:
     assert commutator(a, b) == area(a, b)
 
 
+@pytest.mark.slow
 def test_blocks_of_the_page_on_derivation_run(monkeypatch: pytest.MonkeyPatch) -> None:
     """Execute the blocks in one namespace, from top to bottom, including their assertions; without a C compiler."""
     monkeypatch.setenv("GAC_BACKEND", "arrays")

@@ -75,6 +75,7 @@ def test_robust_minimum_is_scipys(loss: str) -> None:
 
 
 @pytest.mark.parametrize("model", ["brown", "fisheye"])
+@pytest.mark.slow
 def test_lens_minimum_is_scipys(model: str) -> None:
     scene = bundle_scene(4, 25, seed=13, noise=0.3, share=1.0)
     start = disturbed(scene, 0.005)

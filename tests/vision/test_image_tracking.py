@@ -50,6 +50,7 @@ def shift(name, found, truth):
     return 1e3 * np.linalg.norm(pga3.move_point(found, np.zeros(3)) - pga3.move_point(truth, np.zeros(3)))
 
 
+@pytest.mark.slow
 def test_a_box_that_turns_behind_a_passing_pole() -> None:
     truths = motion(2)
     images = [
@@ -80,6 +81,7 @@ def test_larger_images_with_texture(name: str) -> None:
         assert shift(name, one.motor, truth) < 0.5 and rotation(name, one.motor, truth) < 0.2
 
 
+@pytest.mark.slow
 def test_a_hidden_ball_is_predicted_found_again_or_lost() -> None:
     truths = [pga3.motor_product(motor((0, 0, 0), (0, 0.004 * k, 0)), START) for k in range(5)]
     whole = wall(TARGET + np.array([0.22, 0.04, 0.15]), (0.02, 0.6, 0.6), colour=(0.5, 0.5, 0.5))

@@ -226,6 +226,7 @@ def test_what_the_views_do_not_determine_has_a_status() -> None:
         assert calibrate_from_planes(BOARD, noise, distortion=model).status != VisionStatus.OK
 
 
+@pytest.mark.slow
 def test_a_model_that_does_not_bend_enough_is_contradicted() -> None:
     _, views, _ = boards(111, Distortion("brown", (-0.35, 0.25, 0, 0, -0.1)), 12, 450.0, noise=0.1)
     found = calibrate_from_planes(BOARD, views, distortion="brown", n_coefficients=1)

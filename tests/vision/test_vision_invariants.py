@@ -196,6 +196,7 @@ def seen(rng: np.random.Generator, points: Array, noise: float) -> Array:
     return CAMERA.directions(pixels + noise * rng.normal(size=pixels.shape))
 
 
+@pytest.mark.slow
 def test_fifty_landmarks_are_recognised_under_noise_of_one_pixel() -> None:
     rng = np.random.default_rng(6)
     shapes = landmarks(rng, 50)

@@ -23,6 +23,7 @@ VIEWS = [(2, 0.88, 15), (0, 0.95, 50), (2, 0.88, 50)]
 
 
 @pytest.mark.parametrize(("n_hidden", "least", "count"), some_slow(VIEWS, *VIEWS[1:]))
+@pytest.mark.slow
 def test_landmarks_are_recognised_with_points_hidden(n_hidden: int, least: float, count: int) -> None:
     """With one pixel of noise, given as such; the earlier method recognised 46 % with two of ten points hidden."""
     right = wrong = unknown = 0

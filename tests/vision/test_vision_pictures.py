@@ -46,6 +46,7 @@ def test_lines_end_at_the_frame() -> None:
     assert lines_in_image([1.0, 0, -3], 10, 8).tolist() in ([[3, -0.5], [3, 7.5]], [[3, 7.5], [3, -0.5]])
 
 
+@pytest.mark.slow
 def test_epipolar_lines_and_matches_of_the_motorcycle(tmp_path: Path) -> None:
     left, right, disparity = pytest.importorskip("skimage.data").stereo_motorcycle()
     pixels, partners = (x[::20000] for x in MOTORCYCLE.correspondences(disparity.astype(float)))

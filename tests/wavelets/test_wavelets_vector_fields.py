@@ -113,6 +113,7 @@ def test_a_whole_pattern_is_rotated(pattern: Any, angle: float) -> None:
     assert noisy.place in {(25, 40), (44, 15)} and abs(noisy.rotor @ truth) > 1 - 5e-5
 
 
+@pytest.mark.slow
 def test_a_whole_pattern_is_rotated_in_space() -> None:
     def pattern(x: np.ndarray) -> np.ndarray:
         g = np.exp(-(x**2).sum(-1) / 6)[..., None]
