@@ -51,4 +51,21 @@ __getattr__ = moved(
             measure_silhouettes scene_image simulate textured_background track_pose
         """,
     },
+    {
+        "algorithms.estimation.servoing": """
+            visual_grasping=steps visual_pictures=pictures visual_scene=scene visual_status=status
+        """,
+        "algorithms.fuzzy": """
+            fuzzy=mamdani fuzzy_base=base fuzzy_inputs=inputs fuzzy_pictures=pictures fuzzy_program=program
+            fuzzy_ramps=ramps fuzzy_rules=rules fuzzy_sets=sets fuzzy_status=status fuzzy_tables=tables fuzzy_text=text
+            fuzzy_workspace=workspace
+        """,
+        "algorithms.kinematics.collisions": "arm_capsules arm_paths clear_motion moving_arm obstacles",
+        "algorithms.vision.objects": """
+            edge_measurement image_arguments image_status image_tracking pictures_of_images pictures_of_scenes
+            pose_estimation pose_features pose_images pose_judgement pose_minima pose_models pose_pictures pose_record
+            pose_starts pose_status predicted_curves scene scene_images scene_silhouettes silhouette_fits
+            silhouette_starts silhouette_views silhouettes surface_rays tracked_errors
+        """,
+    },
 )
