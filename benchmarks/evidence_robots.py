@@ -127,9 +127,8 @@ def _box_trial(points: np.ndarray, size: np.ndarray) -> Trial:
     if found.fitted is None:
         return Trial(False, False)
     fitted = 2 * found.fitted.size[:2]
-    bounds = getattr(found, "bounds", np.zeros(2))
-    ways = [np.abs(fitted - size[list(way)]) for way in ((0, 1), (1, 0))]
-    return Trial(True, any(bool((way <= np.maximum(bounds, 0.08)).all()) for way in ways))
+    errors = [np.abs(fitted - expected) for expected in (size, size[::-1])]
+    return Trial(True, any(bool((off <= np.maximum(found.bounds, 0.08)).all()) for off in errors))
 
 
 @row(

@@ -81,6 +81,10 @@ class Differentiable:
         found = self.function(*arrays)
         return [np.asarray(each) for each in (found if len(self.results) > 1 else (found,))]
 
+    def one_or_all(self, results: Sequence[Any]) -> Any:
+        """Return the only result, or a tuple of several."""
+        return tuple(results) if len(self.results) > 1 else results[0]
+
     def pull(self, place: int) -> Self:
         """Return `vjp` with respect to one parameter: arguments and cotangents to results and the gradient."""
         return self._derivative(vjp, place)

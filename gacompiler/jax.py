@@ -71,8 +71,7 @@ class _Operator(Differentiable):
     def __call__(self, *arrays: Any) -> Any:
         """Evaluate the kernel."""
         self.check_number(arrays)
-        found = self.primitive.bind(*self._of_one_type(arrays))
-        return tuple(found) if len(self.results) > 1 else found[0]
+        return self.one_or_all(self.primitive.bind(*self._of_one_type(arrays)))
 
     def _of_one_type(self, arrays: Sequence[Any]) -> list[Any]:
         ready = [jax.numpy.asarray(x) for x in arrays]

@@ -90,10 +90,6 @@ class _Operator(Differentiable):
         found.register_autograd(self.cotangents, setup_context=self.saved)
         return found
 
-    def one_or_all(self, results: Sequence[Any]) -> Any:
-        """Return the only result, or a tuple of several."""
-        return tuple(results) if len(self.results) > 1 else results[0]
-
     def value(self, *tensors: torch.Tensor) -> Any:
         """Return the results for tensors of one type."""
         kind = next(x.dtype for x in tensors if x.is_floating_point())

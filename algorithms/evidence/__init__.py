@@ -3,9 +3,9 @@
 from .ambiguity import differ, largest_likely, likely
 from .chance import Freedom, by_chance, least_by_chance, log_false_alarms
 from .consensus import Consensus, Hypothesis, Problem, check_sampling, consensus, explained_by_chance, polished
-from .gates import gate_of, is_lost
+from .gates import certain_deviations, gate_of, is_lost
 from .least_squares import Minima, minima
-from .noise import Noise, explains, largest_ratio
+from .noise import Noise, deviation_of_most, explains, largest_ratio
 from .observability import rank, spectrum, undetermined
 from .sampling import all_or_some_sets, random_sets, random_subsets
 from .status import WRONG, Status
@@ -21,8 +21,10 @@ __all__ = [
     "Status",
     "all_or_some_sets",
     "by_chance",
+    "certain_deviations",
     "check_sampling",
     "consensus",
+    "deviation_of_most",
     "differ",
     "explained_by_chance",
     "explains",

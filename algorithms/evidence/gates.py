@@ -6,6 +6,8 @@ out most of what it sees is not protected by its gate but lost: it is inconsiste
 
 from __future__ import annotations
 
+from math import sqrt
+
 from .noise import largest_ratio
 from .status import WRONG
 
@@ -25,6 +27,11 @@ OPEN = 1e300
 def gate_of(n_numbers: int, probability: float = WRONG) -> float:
     """Return the squared innovation that a measurement of some numbers exceeds with a probability."""
     return n_numbers * largest_ratio(n_numbers, probability=probability)
+
+
+def certain_deviations(probability: float = WRONG) -> float:
+    """Return the number of standard deviations that the size of a normal number exceeds with a probability."""
+    return sqrt(gate_of(1, probability))
 
 
 def is_lost(n_used: int, n_seen: int) -> bool:

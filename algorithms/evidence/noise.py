@@ -15,6 +15,17 @@ import scipy
 from ..arguments import Reals
 from .status import WRONG
 
+_NORMAL = 1.4826
+"""From a probability: half of normal numbers are smaller than 1 / 1.4826 standard deviations."""
+
+
+def deviation_of_most(offsets: Reals) -> float:
+    """Return the standard deviation of the normal distribution whose median of absolute values is that of the offsets.
+
+    Up to half of the offsets may be wrong.
+    """
+    return _NORMAL * float(np.median(np.abs(offsets)))
+
 
 @lru_cache(maxsize=1000)
 def largest_ratio(n: int, freedom: float = np.inf, probability: float = WRONG) -> float:

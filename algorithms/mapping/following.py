@@ -116,7 +116,8 @@ def follow(
     Notes
     -----
     A robot beside the path drives back to it on a way that is predicted with the control law. Obstacles count if they
-    are within half of the width from this way, or from the path behind it. Those at the robot that it leaves do not.
+    are within half of the width from this way, or from the part of the path that follows it. Those from which the robot
+    moves away do not.
     """
     own = settings or FollowSettings()
     pose = real_array(motor, "motor", (4,), "a motor").astype(float)

@@ -14,7 +14,7 @@ from generated import cga2, pga2
 from generated import navigation as kernels
 
 from ..arguments import Reals, real_array
-from ..evidence import Noise, gate_of
+from ..evidence import Noise, certain_deviations
 from .navigation_status import FitStatus
 from .round_fitting import fit_round
 
@@ -236,9 +236,9 @@ def fit_box(points: ArrayLike, sigma: float = 0.01, viewpoint: ArrayLike = (0.0,
     if min(int(side.sum()) for side in sides) < _FEWEST or near.sum() < 0.5 * len(good):
         return ObjectFit(None, np.nan, inliers, FitStatus.DEGENERATE)
     first = np.array([seen.local[side, k].mean() for k, side in enumerate(sides)])
-    turned = _certain() * sigma / np.sqrt(_slopes(seen, near)[1])
+    turned = certain_deviations() * sigma / np.sqrt(_slopes(seen, near)[1])
     last, off = np.array([_end(seen, sides[1 - k], k, float(first[1 - k]), turned) for k in range(2)]).T
-    bounds = off + _certain() * sigma * np.sqrt(1 + 1 / np.array([side.sum() for side in sides]))
+    bounds = off + certain_deviations() * sigma * np.sqrt(1 + 1 / np.array([side.sum() for side in sides]))
     if (bounds > np.abs(last - first)).any() or not _is_bent(good[near], sigma):
         return ObjectFit(None, np.nan, inliers, FitStatus.DEGENERATE)
     if (seen.signs * (seen.eye - first) <= 0).any():
@@ -249,11 +249,6 @@ def fit_box(points: ArrayLike, sigma: float = 0.01, viewpoint: ArrayLike = (0.0,
     found = MapObject.box(pose, float(size[0]), float(size[1]), name)
     residual = float(np.sqrt(np.mean(ObjectMap((found,)).distance(good[near]).distance ** 2)))
     return ObjectFit(found, residual, inliers, FitStatus.OK, bounds)
-
-
-def _certain() -> float:
-    """Return the standard deviations that a normal number exceeds with the probability `WRONG`."""
-    return float(np.sqrt(gate_of(1)))
 
 
 class _Sides(NamedTuple):

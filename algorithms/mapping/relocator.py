@@ -32,6 +32,8 @@ _REMEMBERED = 6
 """and scans by which they are judged."""
 _NEW_VIEW, _NEW_TURN = 0.3, float(np.radians(20.0))
 """Metres or radians from the last scan from which on a scan counts as another view; nearer ones replace the last."""
+_STILL = np.array([1.0, 0.0, 0.0, 0.0])
+"""The motion of a robot that stands."""
 _SLACK, _SLACK_ANGLE = np.array([0.15, 0.1]), np.array([float(np.radians(4.0)), 0.1])
 """How far the alignment may move a place that odometry predicts: metres and radians, and shares of the motion. Beyond
 this, the place is that by odometry."""
@@ -89,7 +91,7 @@ class Relocator:
         self._motors, self._scores = np.zeros((0, 4)), np.zeros((0, 0))
         """The places of the last view (c, 4), and their scores in all views (c, v)."""
         self._information = np.zeros((0, 6))
-        self._since = np.array([1.0, 0.0, 0.0, 0.0])
+        self._since = _STILL
         """The motion from the last view to the scan."""
 
     @property
@@ -121,7 +123,7 @@ class Relocator:
         if not isinstance(scan, Scan):
             raise TypeError(f"scan: {type(scan).__name__}; expected a Scan")
         if motion is None:
-            self._views, self._since = [], np.array([1.0, 0.0, 0.0, 0.0])
+            self._views, self._since = [], _STILL
         else:
             step = finite(real_array(motion, "motion", (4,), "a motor").astype(float), "motion")
             if step.shape != (4,) or not 0.5 < step[0] ** 2 + step[1] ** 2 < 2:
@@ -146,7 +148,7 @@ class Relocator:
         """Return rows of places of a scan, their information and their scores, from the places of the last view."""
         if not self._views:
             self._views = [_View(points, self._since)]
-            self._since = np.array([1.0, 0.0, 0.0, 0.0])
+            self._since = _STILL
             return np.zeros((0, 11))
         motors, scores, information = self._aligned(self._motors, points, self._since)
         length, angle = length_and_angle(self._since)
@@ -157,7 +159,7 @@ class Relocator:
             last = self._views.pop()
             before, motion = before[:, :-1], np.asarray(pga2.motor_product(last.motion, motion))
         self._views = [*self._views, _View(points, motion)][-_REMEMBERED:]
-        self._since = np.array([1.0, 0.0, 0.0, 0.0])
+        self._since = _STILL
         scores = np.column_stack([before, scores])[:, -len(self._views) :]
         return np.column_stack([motors, information, scores])
 

@@ -12,7 +12,7 @@ from generated import cga3
 from generated import navigation as kernels
 
 from ..arguments import Reals, finite_number, real_array
-from ..evidence import Freedom, Noise, Problem, by_chance, consensus, gate_of, minima, rank
+from ..evidence import Freedom, Noise, Problem, by_chance, certain_deviations, consensus, minima, rank
 from ..evidence.consensus import N_WRONG, Indices
 from ..evidence.gates import WIDE
 from ..evidence.triangles import from_triangle
@@ -267,19 +267,14 @@ class _Scene:
             narrow = axes[:, 0] @ across
             noise = np.einsum("i,kij,j->k", narrow, from_triangle(self.spreads[inliers], 3), narrow)
             is_wide = Noise(1.0).contradicted(((centred @ narrow) ** 2 / noise).sum(), len(points) - 2)
-            return deviation, bool(is_wide and _certain() * deviation <= WIDE)
+            return deviation, bool(is_wide and certain_deviations() * deviation <= WIDE)
         rows = np.column_stack([normals, np.ones(len(points))])
         information = np.einsum("k,ki,kj->ij", weights, rows, rows)
         if rank(information) < len(information):
             return np.inf, False
         spread = raised * np.linalg.inv(information)
         deviation = float(np.sqrt(np.linalg.eigvalsh(spread[:3, :3])[-1]))
-        return deviation, _certain() * np.sqrt(spread[3, 3]) * abs(vector[3]) <= 1
-
-
-def _certain() -> float:
-    """Return the standard deviations that a normal number exceeds with the probability `WRONG`."""
-    return float(np.sqrt(gate_of(1)))
+        return deviation, certain_deviations() * np.sqrt(spread[3, 3]) * abs(vector[3]) <= 1
 
 
 def _one_for_each(viewpoint: ArrayLike, count: int) -> Reals:

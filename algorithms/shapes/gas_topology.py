@@ -11,20 +11,17 @@ from numpy.typing import NDArray
 Integers = NDArray[np.intp]
 
 
-def witnessed(nearest: Integers, weights: NDArray[np.floating], count: int) -> tuple[Integers, NDArray[np.intp]]:
+def witnessed(nearest: Integers, count: int) -> tuple[Integers, NDArray[np.intp]]:
     """Return the edges (e, 2) between nodes that are nearest to one sample, and how many samples have each.
 
     Parameters
     ----------
     nearest : int array, (s, k)
         The k nearest nodes of each sample; all pairs of them are edges.
-    weights : array, (s,)
-        Samples without weight are no witnesses.
     count : int
         Number of nodes.
     """
-    own = nearest[weights > 0]
-    keys = [np.sort(own[:, pair], axis=1) @ [count, 1] for pair in combinations(range(nearest.shape[1]), 2)]
+    keys = [np.sort(nearest[:, pair], axis=1) @ [count, 1] for pair in combinations(range(nearest.shape[1]), 2)]
     found, times = np.unique(np.concatenate(keys), return_counts=True)
     return np.stack([found // count, found % count], 1), times
 

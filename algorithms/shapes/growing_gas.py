@@ -122,9 +122,9 @@ def neural_gas(
     if min(len(distinct) // 2, wanted) < (_FEWEST if n_nodes is None else 3):
         return _unconnected(samples, distinct)
     start = np.random.default_rng(seed).permutation(len(distinct))[: min(_FEWEST, wanted)]
-    found, widths = _Growing(samples, distinct[start], size).grown(wanted)
+    found, widths = _Growing(samples, distinct[start], size).with_nodes(wanted)
     if n_nodes is None and widths[-1] > _FLAT:
-        found, widths = _Growing(samples, distinct[start], size).grown(found.stages[int(np.argmin(widths))][0])
+        found, widths = _Growing(samples, distinct[start], size).with_nodes(found.stages[int(np.argmin(widths))][0])
     return found if min(widths) <= _FLAT else replace(found, status=GasStatus.UNCERTAIN)
 
 
@@ -186,14 +186,14 @@ class _Growing:
         self.motors = np.eye(4 if self.samples.shape[1] == 2 else 8)[:1].repeat(len(self.nodes), 0)
         self.ones = np.ones(len(self.samples))
 
-    def grown(self, wanted: int) -> tuple[NeuralGas, list[float]]:
+    def with_nodes(self, wanted: int) -> tuple[NeuralGas, list[float]]:
         """Return the gas with a number of nodes, and the relative width of cells in each stage."""
         stages: list[tuple[int, float, tuple[int, int, int]]] = []
         widths: list[float] = []
         while True:
             self._settle(_ROUNDS)
             nearest, errors, width = self._cells()
-            edges, _ = witnessed(nearest, self.ones, len(self.nodes))
+            edges, _ = witnessed(nearest, len(self.nodes))
             stages.append((len(self.nodes), self._error(), betti_numbers(edges, len(self.nodes))))
             widths.append(width)
             is_grown = len(stages) < 2 or len(self.nodes) > stages[-2][0]
@@ -202,7 +202,7 @@ class _Growing:
             self._insert(edges, errors, min(wanted, int(np.ceil(_GROWTH * len(self.nodes)))) - len(self.nodes))
         self._settle(_LAST_ROUNDS)
         nearest, _, _ = self._cells()
-        edges, times = witnessed(nearest, self.ones, len(self.nodes))
+        edges, times = witnessed(nearest, len(self.nodes))
         betti = betti_numbers(edges, len(self.nodes))
         others = [found for count, _, found in stages if count * _STABLE >= len(self.nodes)]
         others.append(betti_numbers(edges[times > 1], len(self.nodes)))

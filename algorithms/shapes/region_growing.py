@@ -9,6 +9,7 @@ import numpy as np
 import scipy
 
 from ..arguments import Reals
+from ..evidence import deviation_of_most
 from .images import Mask
 
 _STEPS = 10
@@ -151,7 +152,7 @@ def _between_neighbours(smooth: Reals, region: Mask, seeds: Reals, step: Reals) 
         inner = scipy.ndimage.binary_erosion(found)
         values = smooth[inner if inner.any() else found]
         middle = float(np.median(values))
-        spread = 1.4826 * float(np.median(np.abs(values - middle)))
+        spread = deviation_of_most(values - middle)
         outside = ~scipy.ndimage.binary_dilation(found, iterations=_EDGE_WIDTH)
         if not outside.any():
             break
@@ -212,7 +213,7 @@ def _statistics(image: Reals, seeds: Reals, reach: int) -> tuple[float, float]:
     parts = [image[neighbourhood(seed, reach)].ravel() for seed in seeds]
     near = np.concatenate(parts)
     middle = float(np.median(near))
-    return middle, 1.4826 * float(np.median(np.abs(near - middle)))
+    return middle, deviation_of_most(near - middle)
 
 
 def neighbourhood(seed: Reals, reach: int) -> tuple[slice, ...]:

@@ -11,6 +11,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals
+from ..evidence import deviation_of_most
 from .images import Mask, checked_image, checked_seeds, checked_spacing
 from .region_growing import Region, Report, automatic_seed, depth_of, grown_region, neighbourhood, silent, window_of
 from .segment_status import SegmentStatus
@@ -18,13 +19,13 @@ from .segment_status import SegmentStatus
 _AGREEMENT = 0.85
 """The Dice coefficient that the status OK promises."""
 _SEEDS = 4
-"""A limit on work: other seeds from which the region is grown again."""
+"""A limit on work: other seeds from which the region is computed again."""
 _OTHERS = ((1.0, 1.5), (1.5, 1.0), (2 / 3, 1.0))
 """A limit on work: other radii of necks and widths of the interval, in units of the first. A narrower interval cuts the
 distribution of a region, and so contradicts no region."""
 _MARGIN = 0.5
-"""A limit on work: the part of the volume in which regions are grown again has this margin, in extents of the region.
-One that fills it has eight times the volume, and so does not agree."""
+"""A limit on work: the part of the volume in which regions are computed again has this margin, in extents of the
+region. One that fills it has eight times the volume, and so does not agree."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,8 +40,8 @@ class Segment:
         OK means that the data determine the region: it does not depend on which of its voxels is the seed, nor on the
         radius of necks unless that is given.
     confidence : float
-        The least Dice coefficient of the region and those from other seeds and radii, from 0 to 1. They are grown
-        until one of them is below 0.85.
+        The least Dice coefficient of the region and those from other seeds and radii, from 0 to 1. They are
+        computed until one of them is below 0.85.
     interval : (float, float)
         The least and the largest smoothed density that was accepted.
     neck : float
@@ -75,8 +76,8 @@ def segment(
     The texture at the seed, the robust standard deviation of its neighbourhood, is the scale of an edge-preserving
     diffusion. Voxels are accepted whose density is then in an interval around that of the region, which is adapted to
     the region. Narrow connections to other regions are cut by distances in units of the spacing if much more is
-    connected by them, and holes are filled. The region is then grown again from other seeds in it, and with other radii
-    of connections: if one of these regions differs, the status is not OK.
+    connected by them, and holes are filled. The region is then computed again from other seeds in it, and with other
+    radii of connections: if one of these regions differs, the status is not OK.
 
     Parameters
     ----------
@@ -160,15 +161,15 @@ def _border_share(mask: Mask) -> float:
 
 
 def _confidence(image: Reals, found: Region, seeds: Reals, step: Reals, neck: float | None) -> float:
-    """Return the least Dice coefficient of the region and others, which are grown until one is below the limit."""
+    """Return the least Dice coefficient of the region and others, which are computed until one is below the limit."""
     window = window_of(found.mask, lambda extent: _MARGIN * extent)
     part, mask = image[window], found.mask[window]
     low = np.array([w.start for w in window])
     confidence = 1.0
     for others, factors in _alternatives(mask, found.smooth[window], seeds - low, step, neck):
         other = grown_region(part, others, step, neck, factors, silent)
-        grown = np.zeros(part.shape, bool) if other is None else other.mask
-        confidence = min(confidence, 2 * float((grown & mask).sum()) / float(grown.sum() + mask.sum()))
+        again = np.zeros(part.shape, bool) if other is None else other.mask
+        confidence = min(confidence, 2 * float((again & mask).sum()) / float(again.sum() + mask.sum()))
         if confidence < _AGREEMENT:
             break
     return confidence
@@ -185,7 +186,7 @@ def _alternatives(
         own = labels == label
         values = smooth[own]
         middle = np.median(values)
-        usual = own & (np.abs(smooth - middle) <= 1.4826 * np.median(np.abs(values - middle)) + 1e-12)
+        usual = own & (np.abs(smooth - middle) <= deviation_of_most(values - middle) + 1e-12)
         places.append(np.argwhere(usual & (depth >= 0.5 * depth[own].max())))
     rng = np.random.default_rng(0)
     usable = [rows for rows in places if len(rows)]

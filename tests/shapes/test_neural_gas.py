@@ -137,5 +137,5 @@ def test_betti_numbers_of_known_complexes() -> None:
     assert betti_numbers(np.concatenate([square, [[0, 2]]]), 4) == (1, 0, 0)
     solid = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]])
     assert betti_numbers(solid, 4) == (1, 0, 0)
-    edges, times = witnessed(np.array([[2, 0], [0, 2], [1, 2]]), np.array([1.0, 1, 0]), 3)
+    edges, times = witnessed(np.array([[2, 0], [0, 2]]), 3)
     assert edges.tolist() == [[0, 2]] and times.tolist() == [2]

@@ -12,6 +12,7 @@ import scipy
 from generated import pga3
 
 from ...arguments import Reals
+from ...evidence import deviation_of_most
 from ..camera import Camera
 from .pose_models import ObjectModel
 from .predicted_curves import Mesh, predicted_curves
@@ -64,7 +65,7 @@ def _ball(model: ObjectModel, silhouette: Silhouette) -> Reals:
             return np.zeros((0, 8))
         # Residuals are angles, by the derivative of the cosine.
         angles = (sights @ m - 1) / np.sqrt(size * size - 1) * focal
-        scale = max(_SCALE, 1.4826 * float(np.median(np.abs(angles))))
+        scale = max(_SCALE, deviation_of_most(angles))
         weights = 1 / (1 + np.square(angles / scale)) ** 2
     place = m / size * model.balls[0, 3] / np.sqrt(1 - 1 / size**2)
     centre = pga3.move_point(camera.pose, place) - model.balls[0, :3]
