@@ -48,7 +48,7 @@ class Multivector(WithCoefficients):
             raise AlgebraError("Multivector()", type(terms).__name__, "a mapping from blades to coefficients")
         object.__setattr__(self, "algebra", algebra)
         blades = sorted(terms) if len(terms) > 1 else terms
-        kept = {blade: terms[blade] for blade in blades if not is_zero(terms[blade])}
+        kept = {blade: value for blade in blades if not is_zero(value := terms[blade])}
         object.__setattr__(self, "terms", MappingProxyType(kept))
 
     def __setattr__(self, name: str, value: object) -> None:

@@ -329,15 +329,17 @@ def topological(expressions: Sequence[Expression], known: Container[Expression] 
     order: dict[Expression, None] = {}
     stack = list(reversed(expressions))
     while stack:
-        expression = stack.pop()
+        expression = stack[-1]
         if expression in order or expression in known:
+            stack.pop()
             continue
-        waiting = [a for a in expression.arguments if a not in order and a not in known]
-        if waiting:
-            stack.append(expression)
-            stack.extend(reversed(waiting))
-        else:
+        n_before = len(stack)
+        for argument in reversed(expression.arguments):
+            if argument not in order and argument not in known:
+                stack.append(argument)
+        if len(stack) == n_before:
             order[expression] = None
+            stack.pop()
     return list(order)
 
 

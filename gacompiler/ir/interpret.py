@@ -47,7 +47,7 @@ class Tape:
         self._constants: list[Fraction] = []
 
         for operand in _operands(program):
-            if isinstance(operand, Fraction) and operand not in places:
+            if not isinstance(operand, str) and operand not in places:
                 places[operand] = len(places)
                 self._constants.append(operand)
         self._first = len(places)
@@ -56,8 +56,7 @@ class Tape:
         for line in program.lines:
             at = tuple(places[operand] for operand in line.operands)
             factor = line.operands[0]
-            scaled = line.op is Op.MULTIPLY and isinstance(factor, Fraction)
-            self._scaled.append(_exact(factor) if scaled and isinstance(factor, Fraction) else None)
+            self._scaled.append(None if line.op is not Op.MULTIPLY or isinstance(factor, str) else _exact(factor))
             self._lines.append((line.op, at[0], at[-1], at))
             places[line.target] = len(places)
         self._results = [places[operand] for result in program.results for operand in result.operands]

@@ -45,6 +45,9 @@ class Op(Enum):
     EQUAL = "equal"
     SELECT = "select"
 
+    # Members are unique objects. The hash of an enumeration, a function in Python, is needed for every node of a graph.
+    __hash__ = object.__hash__
+
 
 LEAVES = (Op.CONSTANT, Op.VARIABLE)
 COMMUTATIVE = (Op.ADD, Op.MULTIPLY, Op.EQUAL, Op.MINIMUM, Op.MAXIMUM)
@@ -169,13 +172,13 @@ class Graph:
 
     def binary(self, op: Op, a: Any, b: Any) -> Scalar:
         """Apply an operator, or return NotImplemented for operands of other types, which may implement it."""
-        if all(isinstance(value, (Scalar, int, float, Fraction)) for value in (a, b)):
+        if isinstance(a, _OPERANDS) and isinstance(b, _OPERANDS):
             return self.apply(op, a, b)
         return NotImplemented  # type: ignore[no-any-return]
 
     def apply(self, op: Op, *arguments: Any) -> Scalar:
         """Return the node ``op(arguments)``, folded if this is exact."""
-        nodes = tuple(self.lift(argument) for argument in arguments)
+        nodes = tuple(map(self.lift, arguments))
         folded = _fold(self, op, nodes)
         if folded is not None:
             return folded
@@ -188,11 +191,14 @@ class Graph:
         return self._node(Op.NEGATE, (node,), "")
 
     def _node(self, op: Op, arguments: tuple[Scalar, ...], value: Rational | str) -> Scalar:
-        key = (op, value, *(argument.index for argument in arguments))
+        key = (op, value, *[argument.index for argument in arguments])
         node = self._nodes.get(key)
         if node is None:
             node = self._nodes[key] = Scalar(self, op, arguments, value, len(self._nodes))
         return node
+
+
+_OPERANDS = (Scalar, int, float, Fraction)
 
 
 def _fold(graph: Graph, op: Op, nodes: tuple[Scalar, ...]) -> Scalar | None:
@@ -215,7 +221,7 @@ def _fold(graph: Graph, op: Op, nodes: tuple[Scalar, ...]) -> Scalar | None:
 
 
 def _number(node: Scalar) -> Fraction | None:
-    return node.value if isinstance(node.value, Fraction) else None
+    return node.value if node.op is Op.CONSTANT else None  # type: ignore[return-value]
 
 
 def _fold_add(graph: Graph, a: Scalar, b: Scalar) -> Scalar | None:

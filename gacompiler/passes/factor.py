@@ -129,6 +129,7 @@ class _Extraction:
         self._uses: dict[PairKey, dict[tuple[int, Cube], int]] = defaultdict(dict)
         self._count: dict[PairKey, int] = defaultdict(int)
         self._heap: list[tuple[int, int, tuple[object, ...], bool]] = []
+        self._known_pairs: dict[tuple[Cube, Cube], tuple[Cube, Cube, int, int]] = {}
 
     def append(self, polynomial: Polynomial) -> None:
         """Append a sum for a polynomial."""
@@ -195,26 +196,24 @@ class _Extraction:
 
     def _register(self, index: int, cube: Cube, sign: int, change: int) -> None:
         """Register or unregister every divisor that this term forms with the other terms of its sum."""
-        places, saved, heap, rank, fused = self._places, self._saved, self._heap, self._rank[0], self._fused
-        own = max(1, len(cube) - fused)
+        places, saved, heap, rank = self._places, self._saved, self._heap, self._rank[0]
+        known = self._known_pairs
         for other, other_sign in self.sums[index].items():
-            first = cube < other
-            shared, left, right = _common(cube, other) if first else _common(other, cube)
-            if (len(right), right) < (len(left), left):
-                left, right = right, left
+            both = (cube, other) if cube < other else (other, cube)
+            found = known.get(both)
+            if found is None:
+                found = known[both] = self._divisor(*both)
+            left, right, saving, definition = found
             key = (left, right, sign * other_sign)
-            saving = own + max(1, len(other) - fused) - max(1, len(shared) + 1 - fused)
-            place = (index, cube, other) if first else (index, other, cube)
             if change > 0:
-                places[key][place] = saving
+                places[key][(index, *both)] = saving
             else:
-                del places[key][place]
+                del places[key][(index, *both)]
             total = saved[key] + change * saving
             saved[key] = total
-            value = total + 1 - max(1, len(left) - fused) - max(1, len(right) - fused)
-            if value > 0:
-                heappush(heap, (-value, rank, key, False))
-        for x, y, times in _literal_pairs(cube) if len(cube) > 2 * fused else ():
+            if total > definition:
+                heappush(heap, (definition - total, rank, key, False))
+        for x, y, times in _literal_pairs(cube) if len(cube) > 2 * self._fused else ():
             pair = (x, y)
             if change > 0:
                 self._uses[pair][(index, cube)] = times
@@ -224,11 +223,23 @@ class _Extraction:
             if self._count[pair] > 1:
                 heappush(self._heap, (1 - self._count[pair], self._rank[1], pair, False))
 
+    def _divisor(self, a: Cube, b: Cube) -> tuple[Cube, Cube, int, int]:
+        """Return the sum that divides ``a + b``, what each of its uses saves, and what it costs to compute it once."""
+        fused = self._fused
+        shared, left, right = _common(a, b)
+        if (len(right), right) < (len(left), left):
+            left, right = right, left
+        saving = max(1, len(a) - fused) + max(1, len(b) - fused) - max(1, len(shared) + 1 - fused)
+        return left, right, saving, self._definition(left, right)
+
+    def _definition(self, left: Cube, right: Cube) -> int:
+        return max(1, len(left) - self._fused) + max(1, len(right) - self._fused) - 1
+
     # -- divisors ---------------------------------------------------------------------------------------------------
 
     def _try_sum(self, value: int, rank: int, key: SumKey, checked: bool) -> None:
         left, right, relative = key
-        definition = max(1, len(left) - self._fused) + max(1, len(right) - self._fused) - 1
+        definition = self._definition(left, right)
         if not checked and value != self._saved[key] - definition:
             return
         chosen = self._disjoint(key)

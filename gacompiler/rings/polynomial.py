@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import chain
 from math import lcm
 from typing import Any
 
@@ -125,12 +126,13 @@ class PolynomialRing:
 class Polynomial:
     """An immutable polynomial; `terms` maps monomials to nonzero exact coefficients."""
 
-    __slots__ = ("_key", "ring", "terms")
+    __slots__ = ("_key", "_variables", "ring", "terms")
 
     def __init__(self, ring: PolynomialRing, terms: Mapping[Monomial, Rational]) -> None:
         self.ring = ring
         self.terms = terms
         self._key: Key | None = None
+        self._variables: tuple[int, ...] | None = None
 
     @property
     def key(self) -> Key:
@@ -159,7 +161,9 @@ class Polynomial:
     @property
     def variables(self) -> tuple[int, ...]:
         """Variables that occur, ascending."""
-        return tuple(sorted({variable for monomial in self.terms for variable in monomial}))
+        if self._variables is None:
+            self._variables = tuple(sorted(set(chain.from_iterable(self.terms))))
+        return self._variables
 
     @property
     def leading(self) -> Monomial:

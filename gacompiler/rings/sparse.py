@@ -7,7 +7,6 @@ results: with ``n1**2 + n2**2 + n3**2 = 1``, a different square in each coordina
 from __future__ import annotations
 
 from collections.abc import Sequence
-from fractions import Fraction
 from itertools import combinations
 
 from ..algebra.blades import Rational, exact
@@ -43,8 +42,10 @@ def simplify(polynomial: Polynomial, relations: Sequence[Polynomial]) -> Polynom
                 multiples[monomial] = _multiples(monomial, places, lengths)
             value = terms[monomial]
             for number, _, factor, cofactor in multiples[monomial]:
-                multiple = exact(Fraction(value) / factor) if value % factor == 0 else None
-                if multiple is None or (cofactor, number, multiple) in seen:
+                if value % factor:
+                    continue
+                multiple = value // factor
+                if (cofactor, number, multiple) in seen:
                     continue
                 seen.add((cofactor, number, multiple))
                 gain = _gain(terms, relations[number], cofactor, multiple)
