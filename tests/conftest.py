@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import gc
 import os
+from collections.abc import Iterator
+
+import pytest
 
 # Before numpy is loaded, here and in the processes that tests start. Workers share the processors, and threads of BLAS
 # that wait for one another spin: with two threads, tests of networks took up to five times their CPU seconds.
@@ -24,3 +27,21 @@ def pytest_collection_finish() -> None:
     gc.freeze()
     gc.set_threshold(20_000, 20, 100)
     gc.enable()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _builds_on_demand() -> Iterator[None]:
+    """Compile operations on objects only where a test waits for them.
+
+    Otherwise the C compiler builds each operation that any test uses once, in the background: 1,100 libraries with an
+    empty cache, a third of the CPU seconds of all tests. Results do not depend on it. Programs that tests start do as
+    users' programs do.
+    """
+    from gacompiler.objects import background, native
+
+    native.extension()
+    for job in background.QUEUE.waiting:
+        background.QUEUE.finish(job)
+    start, background.Queue.start = background.Queue.start, lambda queue: None  # type: ignore[method-assign]
+    yield
+    background.Queue.start = start  # type: ignore[method-assign]

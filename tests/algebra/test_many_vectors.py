@@ -94,6 +94,7 @@ def test_products_in_many_dimensions_are_those_of_the_vectors_involved() -> None
     assert {contracted(blade): value for blade, value in (a * b).terms.items()} == (x * y).terms
 
 
+@pytest.mark.slow
 def test_kernels_are_compiled() -> None:
     n, rng = 300, np.random.default_rng(0)
     algebra = Algebra("G300", names(n), [1] * n)

@@ -489,6 +489,7 @@ def test_command_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert run.exit_code == 2 and "opencl" in run.output
 
 
+@pytest.mark.slow
 def test_own_modules_in_other_languages_do_not_change_generated(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

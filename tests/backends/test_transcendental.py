@@ -197,6 +197,7 @@ def test_both_backends_have_the_functions_of_angles(modules: dict[str, ModuleTyp
     assert {op.value for op in TRANSCENDENTAL} == FORMULAS.keys()
 
 
+@pytest.mark.slow
 def test_gcc_vectorises_every_loop(both: tuple[ModuleType, ModuleType], tmp_path: Path) -> None:
     assert scalar_loops(Path(str(both[0].__file__)).with_suffix(".c"), tmp_path) == []
 

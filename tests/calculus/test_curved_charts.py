@@ -155,6 +155,7 @@ class TestCurvature:
         chart = Chart.of_metric([-1, scale**2, scale**2, scale**2], t, x, y, z)
         assert vanishes(chart.einstein[0, 0] - 3 * scale.diff(t) ** 2 / scale**2)
 
+    @pytest.mark.slow
     def test_of_a_torus(self) -> None:
         """Gauss's equation, from the second fundamental form, and the closed form (do Carmo 1976, §3-3)."""
         gauss = cos(u) / (r * (R + r * cos(u)))

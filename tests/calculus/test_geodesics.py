@@ -69,6 +69,7 @@ def test_batches_and_the_order_of_the_error(orbit: Any) -> None:
     assert np.all(errors[0] / errors[1] > 13) and np.all(errors[0] / errors[1] < 19)
 
 
+@pytest.mark.slow
 def test_great_circles() -> None:
     sphere = Chart.of_metric([1, sympy.sin(theta) ** 2], theta, phi)
     walk = gacompiler.compile(geodesic(sphere, name="great_circle"))

@@ -152,6 +152,7 @@ def test_cache_is_shown_and_cleared(here: Path) -> None:
     assert (here / "cache" / "foreign").is_dir(), "files that are not part of the cache are kept"
 
 
+@pytest.mark.slow
 def test_the_limit_is_respected(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     run("generate", "lines.py", "--no-build")
     (here / "cache" / "compilations" / ("0" * 64)).write_bytes(b"x" * 1_000_000)

@@ -71,6 +71,7 @@ def test_verify_finds_a_flipped_sign(here: Path) -> None:
     assert run("verify", "my_kernels.py").exit_code == 0
 
 
+@pytest.mark.slow
 def test_check_compares_and_proves(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     n = 4 + len(runtime_files())
     result = run("check", "omnidirectional", "--prove")

@@ -73,6 +73,7 @@ def test_small_angles_move_the_gripper_as_matrices_do() -> None:
     assert np.abs(first_order).max() > 1e-2
 
 
+@pytest.mark.slow
 def test_the_inverse_kinematics_of_a_ur5() -> None:
     assert compared(script("ur5"), TARGET, effort=1) < 1e-13
 

@@ -40,6 +40,7 @@ def test_blocks_print_what_is_shown(page: Path, monkeypatch: pytest.MonkeyPatch)
 
 
 @pytest.mark.parametrize("name", ["speed", "loops"])
+@pytest.mark.slow
 def test_blocks_of_a_page_run(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Execute the blocks in one namespace, from top to bottom, including their assertions; without a C compiler."""
     assert pga3.backend, "loaded before the environment changes"

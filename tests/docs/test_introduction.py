@@ -38,6 +38,7 @@ def test_the_other_libraries_are_those_of_the_page() -> None:
     assert re.findall(r"^## (.*)$", text, re.MULTILINE) == list(names)
 
 
+@pytest.mark.slow
 def test_the_front_page_has_a_scene() -> None:
     text, files = scenes.shown((DOCS / "README.md").read_text(), "index.md")
     assert list(files) == ["index-front_scene.html"] and 'src="scenes/index-front_scene.html"' in text

@@ -46,6 +46,7 @@ def test_links_to_the_table_of_contents_lead_to_the_index() -> None:
     assert contents.with_links_to_index(text, "docs/speed.md") == "[a](docs/README.md) [b](/index.md)"
 
 
+@pytest.mark.slow
 def test_every_public_name_of_a_package_has_an_entry() -> None:
     found = {each.module: each for each in interfaces.interfaces()}
     documented = set(interfaces.documented())

@@ -124,6 +124,7 @@ def batch(start: Reals, model: Reals, measured: Reals) -> Reals:
     return at(least_squares(residuals, np.zeros(6), method="lm").x)
 
 
+@pytest.mark.slow
 def test_as_good_as_the_batch(rng: np.random.Generator) -> None:
     """The root mean square error of lines one after the other is at most 1.02 times that of least squares for all."""
     ours, theirs = [], []

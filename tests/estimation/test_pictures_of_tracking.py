@@ -15,6 +15,7 @@ from algorithms.estimation.pictures_of_tracking import animate_tracking, draw_ci
 from generated import pga3
 
 
+@pytest.mark.slow
 def test_pictures(tmp_path: Path) -> None:
     tracker = Tracker(pan_tilt_head())
     recording = simulate_tracking(tracker, [0.3, 0.0], lambda t: [2.0, 0.5 * np.sin(t), 0.2], 0.5, control_time=5e-3)

@@ -46,6 +46,7 @@ def test_still_target_decays_as_designed() -> None:
     assert found.n_frames == 30 and found.n_dropped == 0
 
 
+@pytest.mark.slow
 def test_delay_and_dropped_frames_are_compensated() -> None:
     """For a constant velocity the prediction leaves the errors of noise only."""
     assert late_errors(target=uniform, sensor=Sensor(delay=0.1, drop=0.3), seed=1).max() < 3e-3

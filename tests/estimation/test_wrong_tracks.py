@@ -46,6 +46,7 @@ def calibrated(head: Rig, rng: np.random.Generator, mistake: Any, threshold: flo
 
 
 @pytest.mark.parametrize("mistake", [wandering, exchanged])
+@pytest.mark.slow
 def test_a_fifth_of_the_tracks_is_wrong(mistake: Any) -> None:
     """Axes to 0.05 degrees in all trials, as without wrong points; nearly all points are classified correctly."""
     rng = np.random.default_rng(3)
@@ -96,6 +97,7 @@ def test_right_points_are_kept() -> None:
     assert np.array_equal(two.line, joint_axis(points, threshold=1e-9, seed=5).line)
 
 
+@pytest.mark.slow
 def test_degenerate_points() -> None:
     """No axis, or none with which most points agree: a status, and finite results."""
     rng = np.random.default_rng(0)

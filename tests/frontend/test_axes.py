@@ -300,6 +300,7 @@ def test_the_bound_of_an_iteration_may_be_computed(bound: float) -> None:
 
 
 @pytest.mark.parametrize(("n", "m"), [(1, 1), (5, 2), (12, 6)])
+@pytest.mark.slow
 def test_a_kalman_filter_of_any_size(n: int, m: int) -> None:
     rng = np.random.default_rng(n)
     half, noise, h, x, z = (rng.normal(size=shape) for shape in [(n, n), (m, m), (m, n), (n,), (m,)])
@@ -310,6 +311,7 @@ def test_a_kalman_filter_of_any_size(n: int, m: int) -> None:
     assert np.allclose(covariance, (np.eye(n) - gain @ h) @ p, rtol=1e-10, atol=1e-10)
 
 
+@pytest.mark.slow
 def test_arrays_that_are_iterated() -> None:
     @kernel(a=array(SCALAR, "n", "n"), x=N)
     def dominant(a: Any, x: Any) -> Any:

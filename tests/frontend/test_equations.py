@@ -143,6 +143,7 @@ def residual(matrix: np.ndarray, solution: np.ndarray, right: np.ndarray) -> flo
 
 
 @pytest.mark.parametrize("n", some_slow([3, 6], 6))
+@pytest.mark.slow
 def test_elimination_is_backward_stable(n: int) -> None:
     right = random(9).standard_normal((N, n))
     for condition in (10, 1e13):
@@ -167,6 +168,7 @@ def test_two_rows() -> None:
 
 
 @pytest.mark.parametrize("n", some_slow([3, 6], 6))
+@pytest.mark.slow
 def test_positive_definite_matrices(n: int) -> None:
     right = random(9).standard_normal((N, n))
     for condition in (10, 1e6):
@@ -175,6 +177,7 @@ def test_positive_definite_matrices(n: int) -> None:
         assert residual(matrix, positive(n)(matrix, right)[0], right) < 5e-16
 
 
+@pytest.mark.slow
 def test_inverse_of_moderate_matrices() -> None:
     for n, condition in product((3, 4), (10, 100)):
         matrix = conditioned(n, condition, seed=n)
@@ -280,6 +283,7 @@ def symmetric_matrices(n: int, count: int) -> Iterator[tuple[str, np.ndarray]]:
 
 
 @pytest.mark.parametrize("n", some_slow([2, 3, 4], 4))
+@pytest.mark.slow
 def test_eigenvectors_of_many_matrices(n: int) -> None:
     for name, matrix in symmetric_matrices(n, N):
         values, vectors = eigen(n)(matrix)
@@ -429,6 +433,7 @@ def check_order(coefficients: np.ndarray, found: Any) -> None:
 
 
 @pytest.mark.parametrize("degree", some_slow([2, 3, 4], 4))
+@pytest.mark.slow
 def test_residuals_of_roots(degree: int) -> None:
     for name, coefficients in polynomials(degree):
         found = roots(degree)(coefficients)

@@ -238,6 +238,7 @@ def test_equal_to_functions_of_matrices(algebra: Algebra, rng: np.random.Generat
 @pytest.mark.parametrize(
     "algebra", some_slow([CGA3, FOUR, SPLIT, TWO_TIMES, TWO_NULL], CGA3, SPLIT, TWO_TIMES, TWO_NULL), ids=name_of
 )
+@pytest.mark.slow
 def test_values_are_numbers_everywhere(algebra: Algebra) -> None:
     """Functions are defined at 0, on basis blades and sums of two with any squares, and for large arguments."""
     exponential, logarithm, root = functions(algebra)
@@ -312,6 +313,7 @@ def test_complex_numbers(rng: np.random.Generator) -> None:
     assert root(np.zeros(2)).tolist() == [0, 0] and exponential(np.zeros(2)).tolist() == [1, 0]
 
 
+@pytest.mark.slow
 def test_dual_and_double_numbers(rng: np.random.Generator) -> None:
     """A function of a dual number has its value and derivative, that of a double number has two values."""
     exponential, logarithm, root = numbers(DUAL_NUMBERS, DUAL_NUMBERS.NUMBER)
@@ -335,6 +337,7 @@ def test_dual_and_double_numbers(rng: np.random.Generator) -> None:
     some_slow([(QUATERNIONS, QUATERNIONS.QUATERNION), (VGA3, VGA3.EVEN), (VGA2, VGA2.full)], (VGA2, VGA2.full)),
     ids=str,
 )
+@pytest.mark.slow
 def test_numbers_of_more_dimensions(algebra: Algebra, layout: Layout, rng: np.random.Generator) -> None:
     exponential, logarithm, root = numbers(algebra, layout)
     a = rng.normal(size=(1000, layout.size)) * 10 ** rng.uniform(-8, 0, size=(1000, layout.size))
@@ -419,6 +422,7 @@ def test_large_powers_of_small_turns(algebra: Algebra, size: float, rng: np.rand
 
 @pytest.mark.parametrize("t", some_slow([0.5, 3.0, 1000.0], 3.0, 1000.0))
 @pytest.mark.parametrize("algebra", some_slow([VGA3, PGA2, PGA3], PGA2, PGA3), ids=name_of)
+@pytest.mark.slow
 def test_derivatives_of_parts_of_small_turns(algebra: Algebra, t: float, rng: np.random.Generator) -> None:
     """Compare with ``exp(t b)`` along a change of `b`: derivatives of a quotient divide by the squared sine."""
     unit = algebra.UNIT_EVEN

@@ -477,6 +477,7 @@ def test_a_library_is_called(by_hand: ModuleType, rng: np.random.Generator) -> N
     np.testing.assert_allclose(by_hand.squares(many, num_threads=2), (many * many).sum(-1), rtol=1e-14)
 
 
+@pytest.mark.slow
 def test_out_of_memory_is_an_error(by_hand: ModuleType) -> None:
     for _ in range(2):
         with pytest.raises(MemoryError, match="backwards: cannot allocate memory for intermediate results"):

@@ -90,6 +90,7 @@ def test_points_of_circles() -> None:
     close(dot(np.cross(p - centre, q - centre), normal) / radius**2, 1.0, 1e-11)
 
 
+@pytest.mark.slow
 def test_distances_of_circles_are_those_of_nearest_points() -> None:
     rng = np.random.default_rng(3)
     (*one, a), (*two, b) = circles(N, rng), circles(N, rng)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gacompiler.errors import GacError, LayoutError
-from gacompiler.objects import CGA3, PGA3, build, constructors, direct
+from gacompiler.objects import CGA3, PGA3, build, constructors, direct, operators
 
 RANDOM = np.random.default_rng(5)
 
@@ -34,6 +34,7 @@ CASES: dict[str, Callable[[], tuple[Callable[..., Any], tuple[Any, ...]]]] = {
 def at_once(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Compile at the second call, and forget it afterwards."""
     monkeypatch.setattr(constructors, "OFTEN", 2)
+    monkeypatch.setattr(operators, "_OPERATORS", {})  # `build` compiles what other tests have used, too
     known = dict(constructors._DIRECT)
     constructors._DIRECT.clear()
     yield

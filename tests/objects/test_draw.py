@@ -63,6 +63,7 @@ def test_imaginary_rounds_are_dashed() -> None:
     assert np.allclose(np.sort(ends[:, 0]), [-0.8, 0.8]) and np.allclose(ends[:, 1], 0.6)
 
 
+@pytest.mark.slow
 def test_lines_pass_through_their_points() -> None:
     for space in (PGA2, CGA2, PGA3, CGA3):
         d = 2 if space in (PGA2, CGA2) else 3

@@ -59,6 +59,7 @@ def test_products_by_a_table_are_exact() -> None:
             assert found.exactly() == expected
 
 
+@pytest.mark.slow
 def test_exact_multivectors_with_doubles() -> None:
     """Affine maps are versors of G(4, 4), whose products with their reverses are numbers up to rounding errors."""
     space, off = AffineSpace(3), []
@@ -130,6 +131,7 @@ def test_elements_without_an_inverse_up_to_rounding(x: Any) -> None:
     assert found.shape == (2,) and np.isnan(found.values).all()
 
 
+@pytest.mark.slow
 def test_inverses_against_exact_ones() -> None:
     """Also of elements whose squares are outside the range of doubles, and of long translators of any weight."""
     given = [

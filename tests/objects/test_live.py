@@ -145,6 +145,7 @@ def test_dragged_points_alone_are_a_scene() -> None:
     assert len(view(lambda size: [PGA2.point(size, 0), PGA2.e1], sliders={"size": (0, 1)}).at()) == 2
 
 
+@pytest.mark.slow
 def test_objects_without_a_picture_at_the_start_appear_later() -> None:
     """Two points that coincide have no line, until one of them is dragged."""
     live = view(lambda p, q: {"p": p, "line": p & q, "motor": PGA3.motor(p & R, 1.0)}, drag=[P, P])

@@ -111,6 +111,7 @@ def test_null_rotations_and_boosts() -> None:
         assert size(versor.log() - b) <= 1e-14 * size(versor) * size(b)
 
 
+@pytest.mark.slow
 def test_more_than_half_a_turn() -> None:
     """With ``shorter=False``, the exponential is the versor itself; else that of the shorter way."""
     b, versor = example((6,), [1.0, 2.0, 4.0])
@@ -119,6 +120,7 @@ def test_more_than_half_a_turn() -> None:
     assert size(whole - b) <= 1e-14 and size(versor.sqrt(shorter=False) ** 2 - versor) <= 1e-14
 
 
+@pytest.mark.slow
 def test_two_half_turns_have_no_logarithm() -> None:
     algebra = Cl(6).algebra
     with pytest.raises(AlgebraError, match="no logarithm, or many"):

@@ -240,6 +240,7 @@ def test_text() -> None:
     assert "reverse" in dir(PGA3.e1) and "POINT" in dir(PGA3) and PGA3.e1.reverse.__doc__
 
 
+@pytest.mark.slow
 def test_making_multivectors_of_any_algebra() -> None:
     x = OBLIQUE.multivector({"1": 1, "ba": [2, 3], "c": 0.5})
     assert (
@@ -354,6 +355,7 @@ OPERATORS_OF_TWO = {
 
 
 @pytest.mark.parametrize("symbol", OPERATORS_OF_TWO)
+@pytest.mark.slow
 def test_operators_do_not_run_python_after_first_use(symbol: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """After their first use, operators on two objects or an object and a number run no Python code of this package."""
     if arrays_module.extension() is None:
@@ -401,6 +403,7 @@ def test_quotients() -> None:
         2 >> p
 
 
+@pytest.mark.slow
 def test_a_program_without_c_prints_the_same(capsys: pytest.CaptureFixture[str]) -> None:
     program = (
         "from gacompiler.objects import CGA3, PGA3\n"
@@ -445,6 +448,7 @@ def test_definitions_are_the_names_of_the_compiler() -> None:
         assert name in MEANINGS or hasattr(ga, name), name
 
 
+@pytest.mark.slow
 def test_blocks_of_the_page_run(capsys: pytest.CaptureFixture[str]) -> None:
     """Execute the blocks in one namespace, from top to bottom, including their assertions."""
     import matplotlib

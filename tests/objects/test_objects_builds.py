@@ -139,6 +139,7 @@ print("never waited")
     assert ran(program, environment(tmp_path, waits)).endswith("never waited\n")
 
 
+@pytest.mark.slow
 def test_started_builds_reach_the_cache_after_the_program(tmp_path: Path) -> None:
     begun, go = tmp_path / "begun", tmp_path / "go"
     program = f"""

@@ -64,6 +64,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, 
     return folder / "arm_kernels.py", dict(np.load(folder / "numbers.npz"))
 
 
+@pytest.mark.slow
 def test_generated_kernels_reproduce_the_program(recorded: tuple[Path, dict[str, Any]]) -> None:
     spec, numbers = recorded
     names = [kernel.name for kernel in load_spec(spec).kernels]

@@ -206,6 +206,7 @@ def radius_of_sphere(a, b, c, d):  # type: ignore[no-untyped-def]
     return norm(a ^ b ^ c ^ d)
 
 
+@pytest.mark.slow
 def test_roots_keep_their_digits_where_the_square_vanishes() -> None:
     """Four points that are nearly on a line: the determinant of squared distances has no digit left there."""
     compute, random = gacompiler.compile(radius_of_sphere), np.random.default_rng(1)

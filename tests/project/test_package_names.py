@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 
 SAME = """
@@ -47,10 +49,12 @@ def ran(program: str, folder: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow
 def test_both_names_are_the_same_modules(tmp_path: Path) -> None:
     ran(SAME, tmp_path)
 
 
+@pytest.mark.slow
 def test_a_program_with_algorithms_of_its_own_has_both(tmp_path: Path) -> None:
     """The program's file is found first, before and after the import of the package."""
     (tmp_path / "algorithms.py").write_text("mine = 1\n")

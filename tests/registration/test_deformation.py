@@ -14,6 +14,7 @@ FACES = np.loadtxt(Path(__file__).parents[1] / "data" / "faces" / "faces-600.txt
 FISH = np.loadtxt(Path(__file__).parents[1] / "data" / "registration" / "fish.txt")
 
 
+@pytest.mark.slow
 def test_points_of_a_face_find_their_partners_and_rows_that_are_not_finite_have_none() -> None:
     source, target = FACES[:, :3].copy(), FACES[:, 3:].copy()
     source[3], target[5] = np.nan, np.inf

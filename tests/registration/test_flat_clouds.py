@@ -65,6 +65,7 @@ def test_outlines_of_polygons(corners, count):
 @pytest.mark.parametrize(
     ("corners", "count"), some_slow([(SQUARE, 8), (RECTANGLE, 4), (ELL, 1)], (SQUARE, 8), (ELL, 1))
 )
+@pytest.mark.slow
 def test_filled_polygons(corners, count):
     rng = np.random.default_rng(11)
     source, target = (filled(rng, corners, 2000) + 0.001 * rng.normal(size=(2000, 3)) for _ in range(2))
@@ -113,6 +114,7 @@ def test_bumps_of_a_sheet_distinguish_its_sides(height, count):
     assert np.abs(matrices[:, :3, :3] - TURN).max((1, 2)).min() < 0.03
 
 
+@pytest.mark.slow
 def test_different_flat_shapes_have_no_support():
     rng = np.random.default_rng(1)
     angle = 2 * np.pi * rng.random(500)

@@ -26,6 +26,7 @@ def test_pictures_show_the_points_and_planes():
 
 
 @pytest.mark.filterwarnings("error")
+@pytest.mark.slow
 def test_pictures_of_few_points(tmp_path):
     rng = np.random.default_rng(0)
     one, cloud = np.eye(8)[0], rng.normal(size=(5, 3))

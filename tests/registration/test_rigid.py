@@ -14,6 +14,7 @@ STARTS = [*((name, None) for name in OBJECTS), ("bunny", 0.0), ("PowerDrill", np
 
 
 @pytest.mark.parametrize(("name", "angle"), some_slow(STARTS, *STARTS[:-1]))
+@pytest.mark.slow
 def test_half_outliers_and_a_missing_part_from_any_rotation(name, angle):
     source, true_rows, target, matrix = scene(name, 11, angle)
     result = register(source, target)
@@ -37,6 +38,7 @@ def test_a_can_is_free_about_its_axis():
     assert abs(axis @ thin[1][:, odd]) > 0.99
 
 
+@pytest.mark.slow
 def test_lidar_scans_from_the_opposite_heading():
     data = clouds()
     source, target, motion = data["outdoor_source"], data["outdoor_target"], data["outdoor_motion"]
@@ -52,6 +54,7 @@ PAIRS = [("bunny", "PowerDrill"), ("Banana", "MustardBottle"), ("CrackerBox", "b
 
 
 @pytest.mark.parametrize(("first", "second"), some_slow(PAIRS, *PAIRS[:2]))
+@pytest.mark.slow
 def test_unrelated_objects_have_no_support(first, second):
     one, two = (clouds()[name].reshape(-1, 3)[:1500] for name in (first, second))
     one, two = (p / np.linalg.norm(p.std(0)) for p in (one, two))
@@ -120,6 +123,7 @@ BOXES = [((1, 0.7, 0.4), 4, True), ((1, 0.7, 0.4), 4, False), ((1, 1, 0.5), 8, T
 
 
 @pytest.mark.parametrize(("sides", "count", "same"), some_slow(BOXES, *BOXES[:3]))
+@pytest.mark.slow
 def test_all_rotations_of_boxes_are_reported(sides, count, same):
     rng = np.random.default_rng(4)
     target = box(rng, 1500, sides)

@@ -186,6 +186,7 @@ JOINTS = {
 TYPES = {"a": "revolute", "b": "prismatic", "c": "prismatic", "d": "planar", "e": "floating"}
 
 
+@pytest.mark.slow
 def test_what_is_allowed_does_not_run_when_a_robot_is_read(tmp_path: Path) -> None:
     """Line by line: what the list above calls unused is unused for every kind of joint and every robot with a name."""
     lines = {(str(ROOT / file), line) for file, line, _, entry in everything() if entry.startswith("algorithms")}

@@ -38,6 +38,7 @@ def run(*arguments: str) -> str:
     return result.output
 
 
+@pytest.mark.slow
 def test_a_tree_from_a_file(tmp_path: Path) -> None:
     path = tmp_path / "gripper.urdf"
     path.write_text(GRIPPER)
@@ -72,6 +73,7 @@ def test_checked_in_specs_equal_the_output_of_the_command(name: str) -> None:
     assert path.read_text() == robot_spec(name, None, None, ())[1]
 
 
+@pytest.mark.slow
 def test_methods_and_languages(tmp_path: Path) -> None:
     printed = run(
         "ur5",

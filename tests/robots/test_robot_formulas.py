@@ -112,6 +112,7 @@ def products(n: int) -> tuple[int, int]:
 
 
 @pytest.mark.parametrize("n", some_slow([3, 4], 4))
+@pytest.mark.slow
 def test_gravity_takes_linear_and_the_mass_matrix_quadratic_time(n: int) -> None:
     """Chapter 12.4, by the operations of the kernels; the page shows them for up to ten joints."""
     rows = re.findall(r"^\| (\d+) \| (\d+) \| (\d+) \|", PAGE.read_text(), re.MULTILINE)
@@ -156,6 +157,7 @@ def test_lagranges_equations_of_two_links_as_in_the_textbook() -> None:
         assert sympy.simplify(sympy.expand(sympy.expand_trig(mine - truth))) == 0
 
 
+@pytest.mark.slow
 def test_lagranges_equations_are_newtons_and_eulers() -> None:
     """For a spatial chain with a slide, at a rational point of the variables, to 30 digits."""
     arm = chain(3)

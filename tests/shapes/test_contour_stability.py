@@ -32,6 +32,7 @@ def blob(rng: np.random.Generator, size: int = 96) -> Array:
     return np.asarray(np.hypot(y, x) < np.interp(np.arctan2(y, x) % (2 * np.pi), turns, radii, period=2 * np.pi))
 
 
+@pytest.mark.slow
 def test_coins_that_are_ok_are_right() -> None:
     image = data.coins()
     labels, count = ndimage.label(ndimage.binary_opening(ndimage.binary_fill_holes(image > 107), iterations=2))

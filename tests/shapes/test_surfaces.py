@@ -42,6 +42,7 @@ def test_torus_has_genus_one_and_motors() -> None:
     assert (np.diff(found.curve[:, 0]) > 0).all() and found.curve[-1, 1] < 0.2 * found.curve[0, 1]
 
 
+@pytest.mark.slow
 def test_mesh_is_closed_by_trimesh() -> None:
     trimesh = pytest.importorskip("trimesh")
     found = surface(torus(4000, 3))

@@ -65,6 +65,7 @@ def test_noise(name: str, kind: str, sigma: float, bound: float) -> None:
     assert case.error(optical_flow(case.first, case.second).uv) < bound
 
 
+@pytest.mark.slow
 def test_given_noise() -> None:
     """Noise is in units of the images; a large value smooths the motion, and the estimated value changes little."""
     case = warped("coins", "rotation").noisy(25)

@@ -121,6 +121,7 @@ def test_small_dimensions_are_known_transforms() -> None:
     assert np.abs(real_product_fft(six) - product_fft(embedded)).max() < 1e-13
 
 
+@pytest.mark.slow
 def test_any_roots() -> None:
     """Two factors on either side in space-time, one of them not a blade."""
     by = table(SPACETIME, OPPOSITE_TIME)
