@@ -44,6 +44,8 @@ class Kernel(Immutable):
     summary: str
     result_names: tuple[str, ...] = ()
     """Names of the results. If given, the results are a named tuple that holds every coefficient except zeros."""
+    keeps_loops: bool = False
+    """Whether iterations are loops in emitted text although no array has a length that is known only at run time."""
 
     def __repr__(self) -> str:
         return f"<kernel {self.name}({', '.join(map(str, self.parameters))})>"
@@ -97,8 +99,8 @@ class Kernel(Immutable):
 
     @property
     def has_loops(self) -> bool:
-        """Whether the kernel takes arrays whose lengths are known only when it runs."""
-        return any(parameter.has_rows for parameter in self.parameters)
+        """Whether the kernel takes arrays whose lengths are known only when it runs, or keeps iterations as loops."""
+        return self.keeps_loops or any(parameter.has_rows for parameter in self.parameters)
 
     @property
     def where(self) -> str:
@@ -175,7 +177,8 @@ def kernel(*wrong: Any, returns: Any = None, **parameters: Any) -> Callable[[Cal
     returns : Layout, ArrayOf or tuple of these, optional
         The layout of the result; inferred by default. A result that does not fit raises an error at compilation.
     **parameters : Layout, ArrayOf or tuple of equal layouts
-        The type of each parameter of the function, by name.
+        The type of each parameter of the function, by name. In addition, ``loops=True`` keeps iterations as loops; by
+        default, `iterate` is unrolled in kernels without arrays whose lengths are known only when they run.
 
     Raises
     ------
@@ -195,6 +198,10 @@ def kernel(*wrong: Any, returns: Any = None, **parameters: Any) -> Callable[[Cal
         where = _where(wrong[0], getattr(wrong[0], "__name__", ""))
         remedy = "write one layout for each parameter of the function, as in @kernel(m=PGA3.MOTOR, p=PGA3.POINT)"
         raise KernelError(where, "@kernel without the types of the parameters by name", remedy=remedy)
+
+    keeps_loops = parameters.get("loops") is True
+    if keeps_loops:
+        del parameters["loops"]
 
     def declare(function: Callable[..., Any]) -> Kernel:
         where = _where(function, getattr(function, "__name__", "kernel"))
@@ -221,7 +228,8 @@ def kernel(*wrong: Any, returns: Any = None, **parameters: Any) -> Callable[[Cal
             pinned = tuple(_type(where, "returns", each) for each in returns)
         elif returns is not None:
             pinned = _type(where, "returns", returns)
-        return Kernel(_name_of(function), function, declared, pinned, inspect.getdoc(function) or "")
+        summary = inspect.getdoc(function) or ""
+        return Kernel(_name_of(function), function, declared, pinned, summary, keeps_loops=keeps_loops)
 
     return declare
 
