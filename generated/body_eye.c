@@ -2,7 +2,7 @@
 // command: gac generate --all body_eye
 // spec: 6157eab53fdc508f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 2b1a5216c9bafac6318bb686b57e355ec6f0e659504afb11d083b14fea21588f
+// body: 5f4e7a5c8100ffc205940d8c3738fc177bb9deab9b8d9d59b639f0dd93ed7a74
 
 #ifndef REAL
 #include "body_eye.h"
@@ -415,7 +415,7 @@ static INLINE void NAME(axis_of_circles_mapped_3)(REAL count, REAL *mapped_4)
 #define PARTS_axis_of_circles_mapped_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
 GAC_IN_LANES(axis_of_circles_mapped_3, PLAIN)
 
-static INLINE void NAME(axis_of_circles_sum)(REAL *sum)
+static INLINE void NAME(axis_of_circles_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -424,8 +424,8 @@ static INLINE void NAME(axis_of_circles_sum)(REAL *sum)
     sum[4] = (REAL)0;
     sum[5] = (REAL)0;
 }
-#define PARTS_axis_of_circles_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
-GAC_IN_LANES(axis_of_circles_sum, PLAIN)
+#define PARTS_axis_of_circles_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
+GAC_IN_LANES(axis_of_circles_sum_start, PLAIN)
 
 static INLINE void NAME(axis_of_circles_mapped_4)(const REAL *conformal, const REAL *mapped_2, REAL *mapped_3)
 {
@@ -441,7 +441,7 @@ static INLINE void NAME(axis_of_circles_mapped_4)(const REAL *conformal, const R
 #define PARTS_axis_of_circles_mapped_4(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 4) AND OUT(2, 4)
 GAC_IN_LANES(axis_of_circles_mapped_4, PLAIN)
 
-static INLINE void NAME(axis_of_circles_sum_2)(const REAL *sum, const REAL *mapped_3, REAL *sum_out)
+static INLINE void NAME(axis_of_circles_sum)(const REAL *sum, const REAL *mapped_3, REAL *sum_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5];
     const REAL mapped_3_0 = mapped_3[0], mapped_3_1 = mapped_3[1], mapped_3_2 = mapped_3[2];
@@ -452,10 +452,10 @@ static INLINE void NAME(axis_of_circles_sum_2)(const REAL *sum, const REAL *mapp
     sum_out[4] = sum_4 + mapped_3_1 * mapped_3_2;
     sum_out[5] = sum_5 + mapped_3_2 * mapped_3_2;
 }
-#define PARTS_axis_of_circles_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 4) AND OUT(2, 6)
-GAC_IN_LANES(axis_of_circles_sum_2, PLAIN)
+#define PARTS_axis_of_circles_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 4) AND OUT(2, 6)
+GAC_IN_LANES(axis_of_circles_sum, PLAIN)
 
-static INLINE void NAME(axis_of_circles_sum_3)(REAL *sum_2)
+static INLINE void NAME(axis_of_circles_sum_start_2)(REAL *sum_2)
 {
     sum_2[0] = (REAL)0;
     sum_2[1] = (REAL)0;
@@ -463,8 +463,8 @@ static INLINE void NAME(axis_of_circles_sum_3)(REAL *sum_2)
     sum_2[3] = (REAL)0;
     sum_2[4] = (REAL)0;
 }
-#define PARTS_axis_of_circles_sum_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 5)
-GAC_IN_LANES(axis_of_circles_sum_3, PLAIN)
+#define PARTS_axis_of_circles_sum_start_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 5)
+GAC_IN_LANES(axis_of_circles_sum_start_2, PLAIN)
 
 static INLINE void NAME(axis_of_circles_common)(const REAL *sum, REAL *common, REAL *common_2, REAL *common_3, REAL
     *common_4, REAL *common_5, REAL *common_6)
@@ -565,7 +565,7 @@ static INLINE void NAME(axis_of_circles_common)(const REAL *sum, REAL *common, R
     AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
 GAC_IN_LANES(axis_of_circles_common, PLAIN)
 
-static INLINE void NAME(axis_of_circles_sum_4)(const REAL *sum_2, const REAL *mapped_3, REAL weight, REAL common,
+static INLINE void NAME(axis_of_circles_sum_2)(const REAL *sum_2, const REAL *mapped_3, REAL weight, REAL common,
     REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL common_6, REAL *sum_2_out)
 {
     const REAL sum_2_0 = sum_2[0], sum_2_1 = sum_2[1], sum_2_2 = sum_2[2], sum_2_3 = sum_2[3], sum_2_4 = sum_2[4];
@@ -581,10 +581,10 @@ static INLINE void NAME(axis_of_circles_sum_4)(const REAL *sum_2, const REAL *ma
     sum_2_out[3] = sum_2_3 + mapped_3_3 * t1;
     sum_2_out[4] = sum_2_4 + mapped_3_3 * t3;
 }
-#define PARTS_axis_of_circles_sum_4(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND IN(1, 4) AND NUMBER(2, 0) \
+#define PARTS_axis_of_circles_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND IN(1, 4) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
     AND OUT(9, 5)
-GAC_IN_LANES(axis_of_circles_sum_4, PLAIN)
+GAC_IN_LANES(axis_of_circles_sum_2, PLAIN)
 
 static INLINE void NAME(axis_of_circles_common_2)(const REAL *sum, const REAL *sum_2_2, REAL *common_7, REAL
     *common_8, REAL *common_9, REAL *common_10, REAL *common_11, REAL *common_12)
@@ -710,13 +710,13 @@ static INLINE void NAME(axis_of_circles_square)(const REAL *conformal, REAL comm
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND OUT(7, 1)
 GAC_IN_LANES(axis_of_circles_square, PLAIN)
 
-static INLINE void NAME(axis_of_circles_sum_5)(REAL *sum_0, REAL *sum_1)
+static INLINE void NAME(axis_of_circles_sum_start_3)(REAL *sum_0, REAL *sum_1)
 {
     sum_0[0] = (REAL)0;
     sum_1[0] = (REAL)0;
 }
-#define PARTS_axis_of_circles_sum_5(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(axis_of_circles_sum_5, PLAIN)
+#define PARTS_axis_of_circles_sum_start_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(axis_of_circles_sum_start_3, PLAIN)
 
 static INLINE void NAME(axis_of_circles_mapped_5)(REAL found, REAL count, REAL *mapped_5)
 {
@@ -725,15 +725,15 @@ static INLINE void NAME(axis_of_circles_mapped_5)(REAL found, REAL count, REAL *
 #define PARTS_axis_of_circles_mapped_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(axis_of_circles_mapped_5, PLAIN)
 
-static INLINE void NAME(axis_of_circles_sum_6)(REAL sum_0, REAL sum_1, REAL square, REAL *sum_0_out, REAL
+static INLINE void NAME(axis_of_circles_sum_3)(REAL sum_0, REAL sum_1, REAL square, REAL *sum_0_out, REAL
     *sum_1_out)
 {
     sum_0_out[0] = sum_0 + square;
     sum_1_out[0] = sum_1 + (REAL)1;
 }
-#define PARTS_axis_of_circles_sum_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_axis_of_circles_sum_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND OUT(3, 1) AND OUT(4, 1)
-GAC_IN_LANES(axis_of_circles_sum_6, PLAIN)
+GAC_IN_LANES(axis_of_circles_sum_3, PLAIN)
 
 static INLINE void NAME(axis_of_circles_common_3)(REAL sum_0, REAL sum_1, REAL *common_13)
 {
@@ -749,7 +749,7 @@ static INLINE void NAME(axis_of_circles_mapped_6)(REAL square, REAL common, REAL
 #define PARTS_axis_of_circles_mapped_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(axis_of_circles_mapped_6, PLAIN)
 
-static INLINE void NAME(axis_of_circles_sum_7)(REAL common, REAL common_2, REAL common_3, REAL common_4, REAL
+static INLINE void NAME(axis_of_circles_sum_4)(REAL common, REAL common_2, REAL common_3, REAL common_4, REAL
     common_5, REAL common_6, const REAL *sum_3, const REAL *mapped_3, REAL weight, REAL *sum_3_out)
 {
     const REAL sum_3_0 = sum_3[0], sum_3_1 = sum_3[1], sum_3_2 = sum_3[2], sum_3_3 = sum_3[3], sum_3_4 = sum_3[4];
@@ -765,20 +765,20 @@ static INLINE void NAME(axis_of_circles_sum_7)(REAL common, REAL common_2, REAL 
     sum_3_out[3] = sum_3_3 + mapped_3_3 * t1;
     sum_3_out[4] = sum_3_4 + mapped_3_3 * t3;
 }
-#define PARTS_axis_of_circles_sum_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_axis_of_circles_sum_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND IN(6, 5) AND IN(7, 4) AND NUMBER(8, 0) AND OUT(9, 5)
-GAC_IN_LANES(axis_of_circles_sum_7, PLAIN)
+GAC_IN_LANES(axis_of_circles_sum_4, PLAIN)
 
-static INLINE void NAME(axis_of_circles_sum_8)(REAL sum_0, REAL sum_1, const REAL *row_3, REAL *sum_0_2, REAL
+static INLINE void NAME(axis_of_circles_sum_5)(REAL sum_0, REAL sum_1, const REAL *row_3, REAL *sum_0_2, REAL
     *sum_1_2)
 {
     const REAL row_3_3 = row_3[3];
     sum_0_2[0] = sum_0 + row_3_3 * (REAL)2;
     sum_1_2[0] = sum_1 + (REAL)1;
 }
-#define PARTS_axis_of_circles_sum_8(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 4) \
+#define PARTS_axis_of_circles_sum_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 4) \
     AND OUT(3, 1) AND OUT(4, 1)
-GAC_IN_LANES(axis_of_circles_sum_8, PLAIN)
+GAC_IN_LANES(axis_of_circles_sum_5, PLAIN)
 
 static INLINE void NAME(axis_of_circles_result)(const REAL *centre, const REAL *sum, const REAL *sum_3_2, REAL
     sum_0_2, REAL sum_1_2, REAL *out_0, REAL *out_1, REAL *out_2)
@@ -930,15 +930,15 @@ void NAME(axis_of_circles)(intptr_t n, intptr_t k, const REAL *points, const int
         NAME(axis_of_circles_mapped_2)(scattered + 4 * i, mapped[i], mapped_2 + 4 * i);
         NAME(axis_of_circles_mapped_3)(mapped[i], mapped_4 + i);
     }
-    NAME(axis_of_circles_sum)(sum);
+    NAME(axis_of_circles_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(axis_of_circles_mapped_4)(conformal + 4 * i, mapped_2 + 4 * circle[i], mapped_3 + 4 * i);
-        NAME(axis_of_circles_sum_2)(sum, mapped_3 + 4 * i, sum);
+        NAME(axis_of_circles_sum)(sum, mapped_3 + 4 * i, sum);
     }
-    NAME(axis_of_circles_sum_3)(sum_2);
+    NAME(axis_of_circles_sum_start_2)(sum_2);
     NAME(axis_of_circles_common)(sum, &common, &common_2, &common_3, &common_4, &common_5, &common_6);
     for (intptr_t i = 0; i < n; i++)
-        NAME(axis_of_circles_sum_4)(sum_2, mapped_3 + 4 * i, mapped_4[circle[i]], common, common_2, common_3,
+        NAME(axis_of_circles_sum_2)(sum_2, mapped_3 + 4 * i, mapped_4[circle[i]], common, common_2, common_3,
     common_4, common_5, common_6, sum_2);
     NAME(axis_of_circles_common_2)(sum, sum_2, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12);
     CLEAR(k, scattered_2);
@@ -948,20 +948,20 @@ void NAME(axis_of_circles)(intptr_t n, intptr_t k, const REAL *points, const int
         if (circle[i] >= 0)
             ADD(1, &square, scattered_2 + circle[i]);
     }
-    NAME(axis_of_circles_sum_5)(&sum_0, &sum_1);
+    NAME(axis_of_circles_sum_start_3)(&sum_0, &sum_1);
     for (intptr_t i = 0; i < k; i++) {
         NAME(axis_of_circles_mapped_5)(scattered_2[i], mapped[i], mapped_5 + i);
-        NAME(axis_of_circles_sum_6)(sum_0, sum_1, mapped_5[i], &sum_0, &sum_1);
+        NAME(axis_of_circles_sum_3)(sum_0, sum_1, mapped_5[i], &sum_0, &sum_1);
     }
     NAME(axis_of_circles_common_3)(sum_0, sum_1, &common_13);
     for (intptr_t i = 0; i < k; i++)
         NAME(axis_of_circles_mapped_6)(mapped_5[i], common_13, mapped_6 + i);
-    NAME(axis_of_circles_sum_3)(sum_3);
-    NAME(axis_of_circles_sum_5)(&sum_0_2, &sum_1_2);
+    NAME(axis_of_circles_sum_start_2)(sum_3);
+    NAME(axis_of_circles_sum_start_3)(&sum_0_2, &sum_1_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(axis_of_circles_sum_7)(common, common_2, common_3, common_4, common_5, common_6, sum_3,
+        NAME(axis_of_circles_sum_4)(common, common_2, common_3, common_4, common_5, common_6, sum_3,
     mapped_3 + 4 * i, mapped_6[circle[i]], sum_3);
-        NAME(axis_of_circles_sum_8)(sum_0_2, sum_1_2, conformal + 4 * i, &sum_0_2, &sum_1_2);
+        NAME(axis_of_circles_sum_5)(sum_0_2, sum_1_2, conformal + 4 * i, &sum_0_2, &sum_1_2);
     }
     NAME(axis_of_circles_result)(centre, sum, sum_3, sum_0_2, sum_1_2, out_0, out_1, out_2);
 }
@@ -987,16 +987,16 @@ static INLINE WORD NAME(axis_of_circles_lanes)(intptr_t n, intptr_t k, const REA
     mapped_2 + 4 * NLANES * i);
         NAME(axis_of_circles_mapped_3_lanes)(mapped + NLANES * i, mapped_4 + NLANES * i);
     }
-    NAME(axis_of_circles_sum_lanes)(sum);
+    NAME(axis_of_circles_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(axis_of_circles_mapped_4_lanes)(conformal + 4 * NLANES * i, mapped_2 + 4 * NLANES * circle[i],
     mapped_3 + 4 * NLANES * i);
-        NAME(axis_of_circles_sum_2_lanes)(sum, mapped_3 + 4 * NLANES * i, sum);
+        NAME(axis_of_circles_sum_lanes)(sum, mapped_3 + 4 * NLANES * i, sum);
     }
-    NAME(axis_of_circles_sum_3_lanes)(sum_2);
+    NAME(axis_of_circles_sum_start_2_lanes)(sum_2);
     NAME(axis_of_circles_common_lanes)(sum, common, common_2, common_3, common_4, common_5, common_6);
     for (intptr_t i = 0; i < n; i++)
-        NAME(axis_of_circles_sum_4_lanes)(sum_2, mapped_3 + 4 * NLANES * i, mapped_4 + NLANES * circle[i], common,
+        NAME(axis_of_circles_sum_2_lanes)(sum_2, mapped_3 + 4 * NLANES * i, mapped_4 + NLANES * circle[i], common,
     common_2, common_3, common_4, common_5, common_6, sum_2);
     NAME(axis_of_circles_common_2_lanes)(sum, sum_2, common_7, common_8, common_9, common_10, common_11, common_12);
     CLEAR(NLANES * k, scattered_2);
@@ -1006,20 +1006,20 @@ static INLINE WORD NAME(axis_of_circles_lanes)(intptr_t n, intptr_t k, const REA
         if (circle[i] >= 0)
             ADD(NLANES, square, scattered_2 + NLANES * circle[i]);
     }
-    NAME(axis_of_circles_sum_5_lanes)(sum_0, sum_1);
+    NAME(axis_of_circles_sum_start_3_lanes)(sum_0, sum_1);
     for (intptr_t i = 0; i < k; i++) {
         NAME(axis_of_circles_mapped_5_lanes)(scattered_2 + NLANES * i, mapped + NLANES * i, mapped_5 + NLANES * i);
-        NAME(axis_of_circles_sum_6_lanes)(sum_0, sum_1, mapped_5 + NLANES * i, sum_0, sum_1);
+        NAME(axis_of_circles_sum_3_lanes)(sum_0, sum_1, mapped_5 + NLANES * i, sum_0, sum_1);
     }
     NAME(axis_of_circles_common_3_lanes)(sum_0, sum_1, common_13);
     for (intptr_t i = 0; i < k; i++)
         NAME(axis_of_circles_mapped_6_lanes)(mapped_5 + NLANES * i, common_13, mapped_6 + NLANES * i);
-    NAME(axis_of_circles_sum_3_lanes)(sum_3);
-    NAME(axis_of_circles_sum_5_lanes)(sum_0_2, sum_1_2);
+    NAME(axis_of_circles_sum_start_2_lanes)(sum_3);
+    NAME(axis_of_circles_sum_start_3_lanes)(sum_0_2, sum_1_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(axis_of_circles_sum_7_lanes)(common, common_2, common_3, common_4, common_5, common_6, sum_3,
+        NAME(axis_of_circles_sum_4_lanes)(common, common_2, common_3, common_4, common_5, common_6, sum_3,
     mapped_3 + 4 * NLANES * i, mapped_6 + NLANES * circle[i], sum_3);
-        NAME(axis_of_circles_sum_8_lanes)(sum_0_2, sum_1_2, conformal + 4 * NLANES * i, sum_0_2, sum_1_2);
+        NAME(axis_of_circles_sum_5_lanes)(sum_0_2, sum_1_2, conformal + 4 * NLANES * i, sum_0_2, sum_1_2);
     }
     NAME(axis_of_circles_result_lanes)(centre, sum, sum_3, sum_0_2, sum_1_2, out_0, out_1, out_2);
     return 0;
@@ -1262,7 +1262,7 @@ static INLINE void NAME(refined_axes_centre)(const REAL *scattered, REAL *centre
 #define PARTS_refined_axes_centre(IN, SAME, NUMBER, OUT, AND) IN(0, 17) AND OUT(1, 14)
 GAC_IN_LANES(refined_axes_centre, PLAIN)
 
-static INLINE void NAME(refined_axes_sum)(REAL *sum)
+static INLINE void NAME(refined_axes_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -1293,19 +1293,19 @@ static INLINE void NAME(refined_axes_sum)(REAL *sum)
     sum[26] = (REAL)0;
     sum[27] = (REAL)0;
 }
-#define PARTS_refined_axes_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 28)
-GAC_IN_LANES(refined_axes_sum, PLAIN)
+#define PARTS_refined_axes_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 28)
+GAC_IN_LANES(refined_axes_sum_start, PLAIN)
 
-static INLINE void NAME(refined_axes_sum_2)(REAL *sum_2)
+static INLINE void NAME(refined_axes_sum_start_2)(REAL *sum_2)
 {
     sum_2[0] = (REAL)0;
     sum_2[1] = (REAL)0;
     sum_2[2] = (REAL)0;
 }
-#define PARTS_refined_axes_sum_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
-GAC_IN_LANES(refined_axes_sum_2, PLAIN)
+#define PARTS_refined_axes_sum_start_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
+GAC_IN_LANES(refined_axes_sum_start_2, PLAIN)
 
-static INLINE void NAME(refined_axes_sum_3)(const REAL *sum, const REAL *rows, const REAL *cylindric, const REAL
+static INLINE void NAME(refined_axes_sum)(const REAL *sum, const REAL *rows, const REAL *cylindric, const REAL
     *centre, REAL *sum_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5],
@@ -1377,11 +1377,11 @@ static INLINE void NAME(refined_axes_sum_3)(const REAL *sum, const REAL *rows, c
     sum_out[26] = sum_26 + (t22 * t24 + t23 * t25);
     sum_out[27] = sum_27 + (t26 + t25 * (cylindric_1 * t24 + cylindric_2 * t25));
 }
-#define PARTS_refined_axes_sum_3(IN, SAME, NUMBER, OUT, AND) IN(0, 28) AND IN(1, 14) AND IN(2, 3) AND IN(3, 14) \
+#define PARTS_refined_axes_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 28) AND IN(1, 14) AND IN(2, 3) AND IN(3, 14) \
     AND OUT(4, 28)
-GAC_IN_LANES(refined_axes_sum_3, PLAIN)
+GAC_IN_LANES(refined_axes_sum, PLAIN)
 
-static INLINE void NAME(refined_axes_sum_4)(const REAL *sum_2, const REAL *rows, const REAL *cylindric, REAL
+static INLINE void NAME(refined_axes_sum_2)(const REAL *sum_2, const REAL *rows, const REAL *cylindric, REAL
     *sum_2_out)
 {
     const REAL sum_2_0 = sum_2[0], sum_2_1 = sum_2[1], sum_2_2 = sum_2[2];
@@ -1397,8 +1397,8 @@ static INLINE void NAME(refined_axes_sum_4)(const REAL *sum_2, const REAL *rows,
     sum_2_out[1] = sum_2_1 + t3;
     sum_2_out[2] = sum_2_2 + (cylindric_0 * (rows_0_6 * rows_0_6) + cylindric_2 * (rows_1_6 * rows_1_6));
 }
-#define PARTS_refined_axes_sum_4(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 14) AND IN(2, 3) AND OUT(3, 3)
-GAC_IN_LANES(refined_axes_sum_4, PLAIN)
+#define PARTS_refined_axes_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 14) AND IN(2, 3) AND OUT(3, 3)
+GAC_IN_LANES(refined_axes_sum_2, PLAIN)
 
 static INLINE void NAME(refined_axes_next_motor)(const REAL *free, REAL rounding, const REAL *motor, const REAL
     *sum, const REAL *sum_2_2, REAL common, REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL
@@ -1667,11 +1667,11 @@ static INLINE void NAME(refined_axes_within)(intptr_t n, intptr_t k, const REAL 
         }
         for (intptr_t j = 0; j < k; j++)
             NAME(refined_axes_centre)(scattered + 17 * j, centre + 14 * j);
-        NAME(refined_axes_sum)(sum);
-        NAME(refined_axes_sum_2)(sum_2);
+        NAME(refined_axes_sum_start)(sum);
+        NAME(refined_axes_sum_start_2)(sum_2);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(refined_axes_sum_3)(sum, rows + 14 * j, cylindric + 3 * j, centre + 14 * circle[j], sum);
-            NAME(refined_axes_sum_4)(sum_2, rows + 14 * j, cylindric + 3 * j, sum_2);
+            NAME(refined_axes_sum)(sum, rows + 14 * j, cylindric + 3 * j, centre + 14 * circle[j], sum);
+            NAME(refined_axes_sum_2)(sum_2, rows + 14 * j, cylindric + 3 * j, sum_2);
         }
         NAME(refined_axes_next_motor)(free, rounding, out_0, sum, sum_2, common, common_2, common_3, common_4,
     common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14,
@@ -1703,11 +1703,11 @@ static INLINE void NAME(refined_axes_within)(intptr_t n, intptr_t k, const REAL 
         NAME(refined_axes_result_2)(centre_2 + 14 * i, out_2 + i);
         NAME(refined_axes_result_3)(centre_2 + 14 * i, out_3 + i);
     }
-    NAME(refined_axes_sum)(sum_3);
-    NAME(refined_axes_sum_2)(sum_4);
+    NAME(refined_axes_sum_start)(sum_3);
+    NAME(refined_axes_sum_start_2)(sum_4);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(refined_axes_sum_3)(sum_3, rows_2 + 14 * i, cylindric_4 + 3 * i, centre_2 + 14 * circle[i], sum_3);
-        NAME(refined_axes_sum_4)(sum_4, rows_2 + 14 * i, cylindric_4 + 3 * i, sum_4);
+        NAME(refined_axes_sum)(sum_3, rows_2 + 14 * i, cylindric_4 + 3 * i, centre_2 + 14 * circle[i], sum_3);
+        NAME(refined_axes_sum_2)(sum_4, rows_2 + 14 * i, cylindric_4 + 3 * i, sum_4);
     }
     NAME(refined_axes_result_4)(sum_3, sum_4, out_1);
     COPY(1, &converged, out_4);
@@ -1770,12 +1770,12 @@ static INLINE WORD NAME(refined_axes_lanes)(intptr_t n, intptr_t k, const REAL *
         }
         for (intptr_t j = 0; j < k; j++)
             NAME(refined_axes_centre_lanes)(scattered + 17 * NLANES * j, centre + 14 * NLANES * j);
-        NAME(refined_axes_sum_lanes)(sum);
-        NAME(refined_axes_sum_2_lanes)(sum_2);
+        NAME(refined_axes_sum_start_lanes)(sum);
+        NAME(refined_axes_sum_start_2_lanes)(sum_2);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(refined_axes_sum_3_lanes)(sum, rows + 14 * NLANES * j, cylindric + 3 * NLANES * j,
+            NAME(refined_axes_sum_lanes)(sum, rows + 14 * NLANES * j, cylindric + 3 * NLANES * j,
     centre + 14 * NLANES * circle[j], sum);
-            NAME(refined_axes_sum_4_lanes)(sum_2, rows + 14 * NLANES * j, cylindric + 3 * NLANES * j, sum_2);
+            NAME(refined_axes_sum_2_lanes)(sum_2, rows + 14 * NLANES * j, cylindric + 3 * NLANES * j, sum_2);
         }
         far |= NAME(refined_axes_next_motor_lanes)(free, rounding, out_0, sum, sum_2, common, common_2, common_3,
     common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13,
@@ -1813,12 +1813,12 @@ static INLINE WORD NAME(refined_axes_lanes)(intptr_t n, intptr_t k, const REAL *
         NAME(refined_axes_result_2_lanes)(centre_2 + 14 * NLANES * i, out_2 + NLANES * i);
         NAME(refined_axes_result_3_lanes)(centre_2 + 14 * NLANES * i, out_3 + NLANES * i);
     }
-    NAME(refined_axes_sum_lanes)(sum_3);
-    NAME(refined_axes_sum_2_lanes)(sum_4);
+    NAME(refined_axes_sum_start_lanes)(sum_3);
+    NAME(refined_axes_sum_start_2_lanes)(sum_4);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(refined_axes_sum_3_lanes)(sum_3, rows_2 + 14 * NLANES * i, cylindric_4 + 3 * NLANES * i,
+        NAME(refined_axes_sum_lanes)(sum_3, rows_2 + 14 * NLANES * i, cylindric_4 + 3 * NLANES * i,
     centre_2 + 14 * NLANES * circle[i], sum_3);
-        NAME(refined_axes_sum_4_lanes)(sum_4, rows_2 + 14 * NLANES * i, cylindric_4 + 3 * NLANES * i, sum_4);
+        NAME(refined_axes_sum_2_lanes)(sum_4, rows_2 + 14 * NLANES * i, cylindric_4 + 3 * NLANES * i, sum_4);
     }
     NAME(refined_axes_result_4_lanes)(sum_3, sum_4, out_1);
     COPY(NLANES, converged, out_4);

@@ -2,7 +2,7 @@
 // command: gac generate --all camera_poses
 // spec: d9cb1ab4a5d9db8f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 1f678727f0d5ba976e6190d33974ede09c82df7e6f0f8c71e96be16c92a1cf85
+// body: 86679615256f09795385dbaf251e0c31e2d9b84c1b68d8c8f71d4caf54617f85
 
 #ifndef REAL
 #include "camera_poses.h"
@@ -1269,15 +1269,15 @@ GAC_PROCEDURE(pixel_squares, LANES)
     AND NUMBER(4, limit) AND OUT(5, out, scalar, 1, 1)
 #define WORK_truncated_pixel_squares(WORK)
 
-static INLINE void NAME(truncated_pixel_squares_result)(REAL *out)
+static INLINE void NAME(truncated_pixel_squares_result_start)(REAL *out)
 {
     out[0] = (REAL)0;
 }
-#define PARTS_truncated_pixel_squares_result(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(truncated_pixel_squares_result, PLAIN)
+#define PARTS_truncated_pixel_squares_result_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(truncated_pixel_squares_result_start, PLAIN)
 
-static INLINE void NAME(truncated_pixel_squares_result_2)(const REAL *pose, const REAL *k, REAL limit, REAL sum,
-    const REAL *places, const REAL *pixels, REAL common, REAL common_2, REAL *out)
+static INLINE void NAME(truncated_pixel_squares_result)(const REAL *pose, const REAL *k, REAL limit, REAL sum, const
+    REAL *places, const REAL *pixels, REAL common, REAL common_2, REAL *out)
 {
     const REAL pose_0_0 = pose[0], pose_0_1 = pose[1], pose_0_2 = pose[2], pose_0_3 = pose[3], pose_1_0 = pose[4],
         pose_1_1 = pose[5], pose_1_2 = pose[6], pose_1_3 = pose[7], pose_2_0 = pose[8], pose_2_1 = pose[9],
@@ -1295,9 +1295,9 @@ static INLINE void NAME(truncated_pixel_squares_result_2)(const REAL *pose, cons
     const REAL t7 = SELECT(LESS((REAL)0, t0), t6, (REAL)1e+30);
     out[0] = sum + MINIMUM(limit, t7);
 }
-#define PARTS_truncated_pixel_squares_result_2(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 9) AND NUMBER(2, 0) \
+#define PARTS_truncated_pixel_squares_result(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 9) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND SAME(4, 3) AND SAME(5, 2) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 1)
-GAC_IN_LANES(truncated_pixel_squares_result_2, PLAIN)
+GAC_IN_LANES(truncated_pixel_squares_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t camera_poses_truncated_pixel_squares_work(intptr_t n)
@@ -1312,10 +1312,10 @@ void NAME(truncated_pixel_squares)(intptr_t n, const REAL *pose, const REAL *k, 
 {
     (void)work;
     REAL common, common_2;
-    NAME(truncated_pixel_squares_result)(out);
+    NAME(truncated_pixel_squares_result_start)(out);
     NAME(pixel_squares_common)(k, &common, &common_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(truncated_pixel_squares_result_2)(pose, k, limit, out[0], places + 3 * i, pixels + 2 * i, common,
+        NAME(truncated_pixel_squares_result)(pose, k, limit, out[0], places + 3 * i, pixels + 2 * i, common,
     common_2, out);
 }
 
@@ -1323,10 +1323,10 @@ static INLINE WORD NAME(truncated_pixel_squares_lanes)(intptr_t n, const REAL *p
     const REAL *places, const REAL *pixels, const REAL *limit, REAL *out)
 {
     _Alignas(64) REAL common[NLANES], common_2[NLANES];
-    NAME(truncated_pixel_squares_result_lanes)(out);
+    NAME(truncated_pixel_squares_result_start_lanes)(out);
     NAME(pixel_squares_common_lanes)(k, common, common_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(truncated_pixel_squares_result_2_lanes)(pose, k, limit, out, places + 3 * i, pixels + 2 * i, common,
+        NAME(truncated_pixel_squares_result_lanes)(pose, k, limit, out, places + 3 * i, pixels + 2 * i, common,
     common_2, out);
     return 0;
 }
@@ -1447,7 +1447,7 @@ static INLINE void NAME(descend_pose_common)(const REAL *k, REAL limit, REAL *co
     AND OUT(4, 1)
 GAC_IN_LANES(descend_pose_common, PLAIN)
 
-static INLINE void NAME(descend_pose_sum)(REAL *sum)
+static INLINE void NAME(descend_pose_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -1478,8 +1478,8 @@ static INLINE void NAME(descend_pose_sum)(REAL *sum)
     sum[26] = (REAL)0;
     sum[27] = (REAL)0;
 }
-#define PARTS_descend_pose_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 28)
-GAC_IN_LANES(descend_pose_sum, PLAIN)
+#define PARTS_descend_pose_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 28)
+GAC_IN_LANES(descend_pose_sum_start, PLAIN)
 
 static INLINE void NAME(descend_pose_common_2)(const REAL *now_carry_following, REAL *common, REAL *common_2, REAL
     *common_3, REAL *common_4, REAL *common_5, REAL *common_6, REAL *common_7, REAL *common_8, REAL *common_9, REAL
@@ -1515,7 +1515,7 @@ static INLINE void NAME(descend_pose_common_2)(const REAL *now_carry_following, 
     AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1)
 GAC_IN_LANES(descend_pose_common_2, PLAIN)
 
-static INLINE void NAME(descend_pose_sum_2)(const REAL *k, REAL limit, const REAL *now_carry_following, const REAL
+static INLINE void NAME(descend_pose_sum)(const REAL *k, REAL limit, const REAL *now_carry_following, const REAL
     *sum, const REAL *places, const REAL *pixels, REAL common, REAL common_2, REAL common_3, REAL common_4, REAL
     common_5, REAL common_6, REAL common_7, REAL common_8, REAL common_9, REAL common_10, REAL common_11, REAL
     common_12, REAL common_13, REAL *sum_out)
@@ -1587,11 +1587,11 @@ static INLINE void NAME(descend_pose_sum_2)(const REAL *k, REAL limit, const REA
     sum_out[26] = sum_26 - t13 * (t10 * t26 + t11 * t27);
     sum_out[27] = sum_27 + MINIMUM(limit, t12);
 }
-#define PARTS_descend_pose_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) AND IN(2, 7) AND IN(3, 28) \
+#define PARTS_descend_pose_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) AND IN(2, 7) AND IN(3, 28) \
     AND IN(4, 3) AND IN(5, 2) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) AND NUMBER(9, 0) AND NUMBER(10, 0) \
     AND NUMBER(11, 0) AND NUMBER(12, 0) AND NUMBER(13, 0) AND NUMBER(14, 0) AND NUMBER(15, 0) AND NUMBER(16, 0) \
     AND NUMBER(17, 0) AND NUMBER(18, 0) AND OUT(19, 28)
-GAC_IN_LANES(descend_pose_sum_2, PLAIN)
+GAC_IN_LANES(descend_pose_sum, PLAIN)
 
 static INLINE void NAME(descend_pose_next_now_carry_best)(const REAL *now_carry_best, const REAL
     *now_carry_following, const REAL *now_carry_table, const REAL *now_carry_slope, REAL now_carry_cost, REAL
@@ -2026,11 +2026,11 @@ void NAME(descend_pose)(intptr_t n, const REAL *pose, const REAL *k, const REAL 
     &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged, &converged, &steps);
     NAME(descend_pose_common)(k, limit, &common_11, &common_12, &common_13);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
-        NAME(descend_pose_sum)(sum);
+        NAME(descend_pose_sum_start)(sum);
         NAME(descend_pose_common_2)(now_carry_following, &common, &common_2, &common_3, &common_4, &common_5,
     &common_6, &common_7, &common_8, &common_9, &common_10);
         for (intptr_t j = 0; j < n; j++)
-            NAME(descend_pose_sum_2)(k, limit, now_carry_following, sum, places + 3 * j, pixels + 2 * j, common,
+            NAME(descend_pose_sum)(k, limit, now_carry_following, sum, places + 3 * j, pixels + 2 * j, common,
     common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
     common_13, sum);
         NAME(descend_pose_next_now_carry_best)(now_carry_best, now_carry_following, now_carry_table,
@@ -2083,11 +2083,11 @@ static INLINE WORD NAME(descend_pose_lanes)(intptr_t n, const REAL *pose, const 
         KEEP(rounds, NLANES, now_steps, gac_kept_7);
         KEEP(rounds, NLANES, now_converged, gac_kept_8);
         KEEP(rounds, NLANES, converged, gac_kept_9);
-        NAME(descend_pose_sum_lanes)(sum);
+        NAME(descend_pose_sum_start_lanes)(sum);
         NAME(descend_pose_common_2_lanes)(now_carry_following, common, common_2, common_3, common_4, common_5,
     common_6, common_7, common_8, common_9, common_10);
         for (intptr_t j = 0; j < n; j++)
-            NAME(descend_pose_sum_2_lanes)(k, limit, now_carry_following, sum, places + 3 * NLANES * j,
+            NAME(descend_pose_sum_lanes)(k, limit, now_carry_following, sum, places + 3 * NLANES * j,
     pixels + 2 * NLANES * j, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9,
     common_10, common_11, common_12, common_13, sum);
         NAME(descend_pose_next_now_carry_best_lanes)(now_carry_best, now_carry_following, now_carry_table,

@@ -2,7 +2,7 @@
 // command: gac generate --all collisions
 // spec: bf78033df9ca0270
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: b60c1acbe438947fa2f5defd584e7e677b2ec3578931920e979b330341fd5b0e
+// body: 3e27057fc0132fa3bc516a55e9504c20f2a2e6386e17e98acbdd7f834c43ff88
 
 #ifndef REAL
 #include "collisions.h"
@@ -124,12 +124,12 @@ GAC_KERNEL_AND_FORMS(capsule_pair_clearance, PLAIN, DIRECT, GAC_USE(capsule_pair
     AND OUT(4, out, scalar, 1, 1)
 #define WORK_capsule_triangle_clearance(WORK)
 
-static INLINE void NAME(capsule_triangle_clearance_low)(REAL *low)
+static INLINE void NAME(capsule_triangle_clearance_low_start)(REAL *low)
 {
     low[0] = (REAL)1.2676506002282294e+30;
 }
-#define PARTS_capsule_triangle_clearance_low(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(capsule_triangle_clearance_low, PLAIN)
+#define PARTS_capsule_triangle_clearance_low_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(capsule_triangle_clearance_low_start, PLAIN)
 
 static INLINE void NAME(capsule_triangle_clearance_common)(const REAL *start, const REAL *end, REAL *common, REAL
     *common_2, REAL *common_3, REAL *common_4, REAL *common_5)
@@ -150,7 +150,7 @@ static INLINE void NAME(capsule_triangle_clearance_common)(const REAL *start, co
     AND OUT(3, 1) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
 GAC_IN_LANES(capsule_triangle_clearance_common, PLAIN)
 
-static INLINE void NAME(capsule_triangle_clearance_low_2)(const REAL *start, REAL low, const REAL *triangles, REAL
+static INLINE void NAME(capsule_triangle_clearance_low)(const REAL *start, REAL low, const REAL *triangles, REAL
     common, REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL *low_out)
 {
     const REAL start_0 = start[0], start_1 = start[1], start_2 = start[2];
@@ -254,9 +254,9 @@ static INLINE void NAME(capsule_triangle_clearance_low_2)(const REAL *start, REA
     const REAL t94 = SELECT(LESS((REAL)1e-30, t73) * LESS_EQUAL((REAL)0, MINIMUM(t93, t90)), t80, t68);
     low_out[0] = MINIMUM(low, t94);
 }
-#define PARTS_capsule_triangle_clearance_low_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND SAME(2, 9) \
+#define PARTS_capsule_triangle_clearance_low(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND SAME(2, 9) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 1)
-GAC_IN_LANES(capsule_triangle_clearance_low_2, PLAIN)
+GAC_IN_LANES(capsule_triangle_clearance_low, PLAIN)
 
 static INLINE void NAME(capsule_triangle_clearance_result)(REAL radius, REAL low, REAL *out)
 {
@@ -279,10 +279,10 @@ void NAME(capsule_triangle_clearance)(intptr_t m, const REAL *triangles, const R
 {
     (void)work;
     REAL low, common, common_2, common_3, common_4, common_5;
-    NAME(capsule_triangle_clearance_low)(&low);
+    NAME(capsule_triangle_clearance_low_start)(&low);
     NAME(capsule_triangle_clearance_common)(start, end, &common, &common_2, &common_3, &common_4, &common_5);
     for (intptr_t i = 0; i < m; i++)
-        NAME(capsule_triangle_clearance_low_2)(start, low, triangles + 9 * i, common, common_2, common_3, common_4,
+        NAME(capsule_triangle_clearance_low)(start, low, triangles + 9 * i, common, common_2, common_3, common_4,
     common_5, &low);
     NAME(capsule_triangle_clearance_result)(radius, low, out);
 }
@@ -292,10 +292,10 @@ static INLINE WORD NAME(capsule_triangle_clearance_lanes)(intptr_t m, const REAL
 {
     _Alignas(64) REAL low[NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES],
     common_5[NLANES];
-    NAME(capsule_triangle_clearance_low_lanes)(low);
+    NAME(capsule_triangle_clearance_low_start_lanes)(low);
     NAME(capsule_triangle_clearance_common_lanes)(start, end, common, common_2, common_3, common_4, common_5);
     for (intptr_t i = 0; i < m; i++)
-        NAME(capsule_triangle_clearance_low_2_lanes)(start, low, triangles + 9 * i, common, common_2, common_3,
+        NAME(capsule_triangle_clearance_low_lanes)(start, low, triangles + 9 * i, common, common_2, common_3,
     common_4, common_5, low);
     NAME(capsule_triangle_clearance_result_lanes)(radius, low, out);
     return 0;
@@ -343,7 +343,7 @@ void NAME(capsule_plane_clearance)(intptr_t k, const REAL *planes, const REAL *s
 {
     (void)work;
     REAL low;
-    NAME(capsule_triangle_clearance_low)(&low);
+    NAME(capsule_triangle_clearance_low_start)(&low);
     for (intptr_t i = 0; i < k; i++)
         NAME(capsule_plane_clearance_low)(start, end, low, planes + 4 * i, &low);
     NAME(capsule_plane_clearance_result)(radius, low, out);
@@ -353,7 +353,7 @@ static INLINE WORD NAME(capsule_plane_clearance_lanes)(intptr_t k, const REAL *p
     const REAL *end, const REAL *radius, REAL *out)
 {
     _Alignas(64) REAL low[NLANES];
-    NAME(capsule_triangle_clearance_low_lanes)(low);
+    NAME(capsule_triangle_clearance_low_start_lanes)(low);
     for (intptr_t i = 0; i < k; i++)
         NAME(capsule_plane_clearance_low_lanes)(start, end, low, planes + 4 * i, low);
     NAME(capsule_plane_clearance_result_lanes)(radius, low, out);

@@ -2,7 +2,7 @@
 // command: gac generate --all estimation
 // spec: 76875534f297a097
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 93bca59f9e6509fff8a38b551b4f45723cb135808cf7ff8e9be7d85ad5661098
+// body: 192ff228fb7042128284ecd95b62db403bc7f326a58f6c2ba75167dcd8d32307
 
 #ifndef REAL
 #include "estimation.h"
@@ -1620,7 +1620,7 @@ GAC_PROCEDURE(orientation_filter, BUSY)
     AND OUT(4, out_0, 3, 3, 1) AND OUT(5, out_1, 3, 3, 1)
 #define WORK_mean_directions(WORK)
 
-static INLINE void NAME(mean_directions_carry)(REAL *carry_0, REAL *carry, REAL *carry_2)
+static INLINE void NAME(mean_directions_carry_start)(REAL *carry_0, REAL *carry, REAL *carry_2)
 {
     carry_0[0] = (REAL)1;
     carry_0[1] = (REAL)0;
@@ -1633,10 +1633,10 @@ static INLINE void NAME(mean_directions_carry)(REAL *carry_0, REAL *carry, REAL 
     carry_2[1] = (REAL)0;
     carry_2[2] = (REAL)0;
 }
-#define PARTS_mean_directions_carry(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3) AND OUT(2, 3)
-GAC_IN_LANES(mean_directions_carry, PLAIN)
+#define PARTS_mean_directions_carry_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3) AND OUT(2, 3)
+GAC_IN_LANES(mean_directions_carry_start, PLAIN)
 
-static INLINE void NAME(mean_directions_carry_2)(const REAL *carry_0, const REAL *carry_2, const REAL *carry_2_3,
+static INLINE void NAME(mean_directions_carry)(const REAL *carry_0, const REAL *carry_2, const REAL *carry_2_3,
     const REAL *rates, const REAL *accelerations, const REAL *fields, REAL time, REAL *carry_0_out, REAL *carry,
     REAL *carry_2_out, WORD *far)
 {
@@ -1716,9 +1716,9 @@ static INLINE void NAME(mean_directions_carry_2)(const REAL *carry_0, const REAL
     carry_2_out[1] = carry_2_3_1 + (t45 * t56 - t46 * t55 + t49 * t57);
     carry_2_out[2] = carry_2_3_2 + (t50 * t55 - t51 * t56 + t52 * t57);
 }
-#define PARTS_mean_directions_carry_2(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND IN(2, 3) AND IN(3, 3) \
+#define PARTS_mean_directions_carry(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND IN(2, 3) AND IN(3, 3) \
     AND IN(4, 3) AND IN(5, 3) AND NUMBER(6, 0) AND OUT(7, 4) AND OUT(8, 3) AND OUT(9, 3)
-GAC_IN_LANES(mean_directions_carry_2, TURNS)
+GAC_IN_LANES(mean_directions_carry, TURNS)
 
 static INLINE void NAME(mean_directions_result)(const REAL *carry, const REAL *carry_2_2, REAL *out_0, REAL *out_1)
 {
@@ -1747,9 +1747,9 @@ static INLINE void NAME(mean_directions_within)(intptr_t n, const REAL *rates, c
 {
     (void)work;
     REAL carry_0[4], carry[3], carry_2[3];
-    NAME(mean_directions_carry)(carry_0, carry, carry_2);
+    NAME(mean_directions_carry_start)(carry_0, carry, carry_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(mean_directions_carry_2)(carry_0, carry, carry_2, rates + 3 * i, accelerations + 3 * i, fields + 3 * i,
+        NAME(mean_directions_carry)(carry_0, carry, carry_2, rates + 3 * i, accelerations + 3 * i, fields + 3 * i,
     dt[i], carry_0, carry, carry_2, NULL);
     NAME(mean_directions_result)(carry, carry_2, out_0, out_1);
 }
@@ -1769,9 +1769,9 @@ static INLINE WORD NAME(mean_directions_lanes)(intptr_t n, const REAL *rates, co
 {
     _Alignas(64) REAL carry_0[4 * NLANES], carry[3 * NLANES], carry_2[3 * NLANES];
     WORD far = 0;
-    NAME(mean_directions_carry_lanes)(carry_0, carry, carry_2);
+    NAME(mean_directions_carry_start_lanes)(carry_0, carry, carry_2);
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(mean_directions_carry_2_lanes)(carry_0, carry, carry_2, rates + 3 * NLANES * i,
+        far |= NAME(mean_directions_carry_lanes)(carry_0, carry, carry_2, rates + 3 * NLANES * i,
     accelerations + 3 * NLANES * i, fields + 3 * NLANES * i, dt + NLANES * i, carry_0, carry, carry_2);
     NAME(mean_directions_result_lanes)(carry, carry_2, out_0, out_1);
     return far;

@@ -2,7 +2,7 @@
 // command: gac generate --all fuzzy
 // spec: 56f6f297a6b26e1f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: b02ac05ff501e4f0d7e372eb693b1dc79b8bed8b9fdbcbb8f5023a80eaa5cffd
+// body: 895923b8c09365deb07ce69b5678443a2ac708ac4f5585ff47f64046a21567f9
 
 #ifndef REAL
 #include "fuzzy.h"
@@ -43,12 +43,12 @@ GAC_AXIS(11, 16)
     AND OUT(3, out_1, scalar, 1, inputs) AND OUT(4, out_2, scalar, 1, 1)
 #define WORK_rows_of_inputs(WORK)
 
-static INLINE void NAME(rows_of_inputs_result)(REAL *out_2)
+static INLINE void NAME(rows_of_inputs_result_start)(REAL *out_2)
 {
     out_2[0] = (REAL)1;
 }
-#define PARTS_rows_of_inputs_result(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(rows_of_inputs_result, PLAIN)
+#define PARTS_rows_of_inputs_result_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(rows_of_inputs_result_start, PLAIN)
 
 static INLINE void NAME(rows_of_inputs_row)(REAL value, const REAL *ranges, REAL *row)
 {
@@ -64,29 +64,29 @@ static INLINE void NAME(rows_of_inputs_row)(REAL value, const REAL *ranges, REAL
 #define PARTS_rows_of_inputs_row(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND SAME(1, 5) AND OUT(2, 3)
 GAC_IN_LANES(rows_of_inputs_row, PLAIN)
 
-static INLINE void NAME(rows_of_inputs_result_2)(REAL all, const REAL *one_2, REAL *out_2)
+static INLINE void NAME(rows_of_inputs_result)(REAL all, const REAL *one_2, REAL *out_2)
 {
     const REAL one_2_2 = one_2[2];
     out_2[0] = all * one_2_2;
 }
-#define PARTS_rows_of_inputs_result_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND OUT(2, 1)
-GAC_IN_LANES(rows_of_inputs_result_2, PLAIN)
+#define PARTS_rows_of_inputs_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND OUT(2, 1)
+GAC_IN_LANES(rows_of_inputs_result, PLAIN)
 
-static INLINE void NAME(rows_of_inputs_result_3)(const REAL *one_0, REAL *out_0)
+static INLINE void NAME(rows_of_inputs_result_2)(const REAL *one_0, REAL *out_0)
 {
     const REAL one_0_0 = one_0[0];
     out_0[0] = one_0_0;
 }
-#define PARTS_rows_of_inputs_result_3(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1)
-GAC_IN_LANES(rows_of_inputs_result_3, PLAIN)
+#define PARTS_rows_of_inputs_result_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1)
+GAC_IN_LANES(rows_of_inputs_result_2, PLAIN)
 
-static INLINE void NAME(rows_of_inputs_result_4)(const REAL *one_1, REAL *out_1)
+static INLINE void NAME(rows_of_inputs_result_3)(const REAL *one_1, REAL *out_1)
 {
     const REAL one_1_1 = one_1[1];
     out_1[0] = one_1_1;
 }
-#define PARTS_rows_of_inputs_result_4(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1)
-GAC_IN_LANES(rows_of_inputs_result_4, PLAIN)
+#define PARTS_rows_of_inputs_result_3(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1)
+GAC_IN_LANES(rows_of_inputs_result_3, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t fuzzy_rows_of_inputs_work(intptr_t inputs)
@@ -101,12 +101,12 @@ void NAME(rows_of_inputs)(intptr_t inputs, const REAL *x, const REAL *ranges, RE
 {
     (void)work;
     REAL row[3];
-    NAME(rows_of_inputs_result)(out_2);
+    NAME(rows_of_inputs_result_start)(out_2);
     for (intptr_t i = 0; i < inputs; i++) {
         NAME(rows_of_inputs_row)(x[i], ranges + 5 * i, row);
-        NAME(rows_of_inputs_result_2)(out_2[0], row, out_2);
-        NAME(rows_of_inputs_result_3)(row, out_0 + i);
-        NAME(rows_of_inputs_result_4)(row, out_1 + i);
+        NAME(rows_of_inputs_result)(out_2[0], row, out_2);
+        NAME(rows_of_inputs_result_2)(row, out_0 + i);
+        NAME(rows_of_inputs_result_3)(row, out_1 + i);
     }
 }
 
@@ -114,12 +114,12 @@ static INLINE WORD NAME(rows_of_inputs_lanes)(intptr_t inputs, const REAL *x, co
     REAL *out_1, REAL *out_2)
 {
     _Alignas(64) REAL row[3 * NLANES];
-    NAME(rows_of_inputs_result_lanes)(out_2);
+    NAME(rows_of_inputs_result_start_lanes)(out_2);
     for (intptr_t i = 0; i < inputs; i++) {
         NAME(rows_of_inputs_row_lanes)(x + NLANES * i, ranges + 5 * i, row);
-        NAME(rows_of_inputs_result_2_lanes)(out_2, row, out_2);
-        NAME(rows_of_inputs_result_3_lanes)(row, out_0 + NLANES * i);
-        NAME(rows_of_inputs_result_4_lanes)(row, out_1 + NLANES * i);
+        NAME(rows_of_inputs_result_lanes)(out_2, row, out_2);
+        NAME(rows_of_inputs_result_2_lanes)(row, out_0 + NLANES * i);
+        NAME(rows_of_inputs_result_3_lanes)(row, out_1 + NLANES * i);
     }
     return 0;
 }
@@ -353,15 +353,15 @@ static INLINE void NAME(ends_of_maximum_result)(REAL a, REAL b, REAL *out_0)
 #define PARTS_ends_of_maximum_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(ends_of_maximum_result, PLAIN)
 
-static INLINE void NAME(ends_of_maximum_result_2)(REAL *out_1, REAL *out_2)
+static INLINE void NAME(ends_of_maximum_result_start)(REAL *out_1, REAL *out_2)
 {
     out_1[0] = (REAL)1e+30;
     out_2[0] = (REAL)-1e+30;
 }
-#define PARTS_ends_of_maximum_result_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(ends_of_maximum_result_2, PLAIN)
+#define PARTS_ends_of_maximum_result_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(ends_of_maximum_result_start, PLAIN)
 
-static INLINE void NAME(ends_of_maximum_result_3)(REAL a, REAL found_0, REAL found_1, REAL height, REAL a_2, REAL b,
+static INLINE void NAME(ends_of_maximum_result_2)(REAL a, REAL found_0, REAL found_1, REAL height, REAL a_2, REAL b,
     REAL *out_1, REAL *out_2)
 {
     const REAL t0 = SELECT(LESS(found_0, a_2), found_0, a_2);
@@ -370,9 +370,9 @@ static INLINE void NAME(ends_of_maximum_result_3)(REAL a, REAL found_0, REAL fou
     out_1[0] = SELECT(t1, t0, found_0);
     out_2[0] = SELECT(t1, t2, found_1);
 }
-#define PARTS_ends_of_maximum_result_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_ends_of_maximum_result_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(ends_of_maximum_result_3, PLAIN)
+GAC_IN_LANES(ends_of_maximum_result_2, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t fuzzy_ends_of_maximum_work(intptr_t terms, intptr_t ramps, intptr_t points)
@@ -399,9 +399,9 @@ void NAME(ends_of_maximum)(intptr_t terms, intptr_t ramps, intptr_t points, cons
         NAME(crossing_points_sum)(i > 0 ? sum[i - 1] : sum_start, mapped[term[i]], ramps_ + 3 * i, sum + i);
     for (intptr_t i = 0; i < points; i++)
         NAME(crossing_points_result)(flanks + 4 * i, sum[start[i]], sum[end[i]], point + i);
-    NAME(ends_of_maximum_result_2)(out_1, out_2);
+    NAME(ends_of_maximum_result_start)(out_1, out_2);
     for (intptr_t i = 0; i < terms; i++)
-        NAME(ends_of_maximum_result_3)(out_0[0], out_1[0], out_2[0], mapped_2[i], point[left[i]], point[right[i]],
+        NAME(ends_of_maximum_result_2)(out_0[0], out_1[0], out_2[0], mapped_2[i], point[left[i]], point[right[i]],
     out_1, out_2);
 }
 
@@ -424,9 +424,9 @@ static INLINE WORD NAME(ends_of_maximum_lanes)(intptr_t terms, intptr_t ramps, i
     for (intptr_t i = 0; i < points; i++)
         NAME(crossing_points_result_lanes)(flanks + 4 * i, sum + NLANES * start[i], sum + NLANES * end[i],
     point + NLANES * i);
-    NAME(ends_of_maximum_result_2_lanes)(out_1, out_2);
+    NAME(ends_of_maximum_result_start_lanes)(out_1, out_2);
     for (intptr_t i = 0; i < terms; i++)
-        NAME(ends_of_maximum_result_3_lanes)(out_0, out_1, out_2, mapped_2 + NLANES * i, point + NLANES * left[i],
+        NAME(ends_of_maximum_result_2_lanes)(out_0, out_1, out_2, mapped_2 + NLANES * i, point + NLANES * left[i],
     point + NLANES * right[i], out_1, out_2);
     return 0;
 }
@@ -460,7 +460,7 @@ static INLINE void NAME(mean_of_maximum_interval)(REAL tolerance, REAL a, REAL h
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND OUT(7, 4)
 GAC_IN_LANES(mean_of_maximum_interval, PLAIN)
 
-static INLINE void NAME(mean_of_maximum_found)(REAL *found)
+static INLINE void NAME(mean_of_maximum_found_start)(REAL *found)
 {
     found[0] = (REAL)-1;
     found[1] = (REAL)1e+30;
@@ -468,11 +468,11 @@ static INLINE void NAME(mean_of_maximum_found)(REAL *found)
     found[3] = (REAL)0;
     found[4] = (REAL)0;
 }
-#define PARTS_mean_of_maximum_found(IN, SAME, NUMBER, OUT, AND) OUT(0, 5)
-GAC_IN_LANES(mean_of_maximum_found, PLAIN)
+#define PARTS_mean_of_maximum_found_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 5)
+GAC_IN_LANES(mean_of_maximum_found_start, PLAIN)
 
-static INLINE void NAME(mean_of_maximum_found_2)(const REAL *found, const REAL *interval, const REAL *turn_flags,
-    REAL *found_out)
+static INLINE void NAME(mean_of_maximum_found)(const REAL *found, const REAL *interval, const REAL *turn_flags, REAL
+    *found_out)
 {
     const REAL found_0 = found[0], found_1 = found[1], found_2 = found[2], found_3 = found[3], found_4 = found[4];
     const REAL interval_2 = interval[2], interval_3 = interval[3];
@@ -494,19 +494,19 @@ static INLINE void NAME(mean_of_maximum_found_2)(const REAL *found, const REAL *
     found_out[3] = found_3 + t9;
     found_out[4] = found_4 + t9 * SELECT(t4, t10, (REAL)0);
 }
-#define PARTS_mean_of_maximum_found_2(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND IN(1, 4) AND SAME(2, 2) AND OUT(3, 5)
-GAC_IN_LANES(mean_of_maximum_found_2, PLAIN)
+#define PARTS_mean_of_maximum_found(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND IN(1, 4) AND SAME(2, 2) AND OUT(3, 5)
+GAC_IN_LANES(mean_of_maximum_found, PLAIN)
 
-static INLINE void NAME(mean_of_maximum_found_3)(REAL found, REAL point, const REAL *interval, REAL continues, REAL
+static INLINE void NAME(mean_of_maximum_found_2)(REAL found, REAL point, const REAL *interval, REAL continues, REAL
     *found_2)
 {
     const REAL interval_0 = interval[0], interval_1 = interval[1];
     const REAL t0 = found * continues;
     found_2[0] = SELECT(LESS_EQUAL(interval_0, point) * LESS_EQUAL(point, interval_1), (REAL)1, t0);
 }
-#define PARTS_mean_of_maximum_found_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 4) \
+#define PARTS_mean_of_maximum_found_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 4) \
     AND NUMBER(3, 1) AND OUT(4, 1)
-GAC_IN_LANES(mean_of_maximum_found_3, PLAIN)
+GAC_IN_LANES(mean_of_maximum_found_2, PLAIN)
 
 static INLINE void NAME(mean_of_maximum_mapped)(REAL tolerance, REAL cover, REAL point, REAL place, REAL *mapped_1)
 {
@@ -516,17 +516,17 @@ static INLINE void NAME(mean_of_maximum_mapped)(REAL tolerance, REAL cover, REAL
     AND NUMBER(3, 0) AND OUT(4, 1)
 GAC_IN_LANES(mean_of_maximum_mapped, PLAIN)
 
-static INLINE void NAME(mean_of_maximum_found_4)(const REAL *found, REAL *found_3_out)
+static INLINE void NAME(mean_of_maximum_found_3)(const REAL *found, REAL *found_3_out)
 {
     const REAL found_3 = found[3], found_4 = found[4];
     found_3_out[0] = (REAL)1;
     found_3_out[1] = found_3;
     found_3_out[2] = found_4;
 }
-#define PARTS_mean_of_maximum_found_4(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND OUT(1, 3)
-GAC_IN_LANES(mean_of_maximum_found_4, PLAIN)
+#define PARTS_mean_of_maximum_found_3(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND OUT(1, 3)
+GAC_IN_LANES(mean_of_maximum_found_3, PLAIN)
 
-static INLINE void NAME(mean_of_maximum_found_5)(REAL tolerance, const REAL *found_3, REAL point_0, REAL point_1,
+static INLINE void NAME(mean_of_maximum_found_4)(REAL tolerance, const REAL *found_3, REAL point_0, REAL point_1,
     REAL other_0, const REAL *last, REAL *found_3_out)
 {
     const REAL found_3_0 = found_3[0], found_3_1 = found_3[1], found_3_2 = found_3[2];
@@ -538,9 +538,9 @@ static INLINE void NAME(mean_of_maximum_found_5)(REAL tolerance, const REAL *fou
     found_3_out[1] = found_3_1 + t2;
     found_3_out[2] = found_3_2 + point_0 * t2;
 }
-#define PARTS_mean_of_maximum_found_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND NUMBER(2, 0) \
+#define PARTS_mean_of_maximum_found_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND SAME(5, 2) AND OUT(6, 3)
-GAC_IN_LANES(mean_of_maximum_found_5, PLAIN)
+GAC_IN_LANES(mean_of_maximum_found_4, PLAIN)
 
 static INLINE void NAME(mean_of_maximum_result)(const REAL *found_3, REAL *out_1)
 {
@@ -576,20 +576,20 @@ void NAME(mean_of_maximum)(intptr_t terms, intptr_t points, intptr_t turns, intp
     for (intptr_t i = 0; i < terms; i++)
         NAME(mean_of_maximum_interval)(tolerance, out_0[0], mapped[i], points_[left[i]], points_[right[i]],
     grid[left[i]], grid[right[i]], interval + 4 * i);
-    NAME(mean_of_maximum_found)(found);
+    NAME(mean_of_maximum_found_start)(found);
     for (intptr_t i = 0; i < turns; i++)
-        NAME(mean_of_maximum_found_2)(found, interval + 4 * turn_term[i], turn_flags + 2 * i, found);
+        NAME(mean_of_maximum_found)(found, interval + 4 * turn_term[i], turn_flags + 2 * i, found);
     NAME(crossing_points_sum_start)(&found_start);
     for (intptr_t i = 0; i < covers; i++)
-        NAME(mean_of_maximum_found_3)(i > 0 ? found_2[i - 1] : found_start, points_[cover_point[i]],
+        NAME(mean_of_maximum_found_2)(i > 0 ? found_2[i - 1] : found_start, points_[cover_point[i]],
     interval + 4 * cover_term[i], same[i], found_2 + i);
     for (intptr_t i = 0; i < points; i++) {
         NAME(mean_of_maximum_mapped)(tolerance, found_2[ends[i]], points_[i], grid[i], mapped_1 + i);
         COPY(1, points_ + i, mapped_0 + i);
     }
-    NAME(mean_of_maximum_found_4)(found, found_3);
+    NAME(mean_of_maximum_found_3)(found, found_3);
     for (intptr_t i = 0; i < couples; i++)
-        NAME(mean_of_maximum_found_5)(tolerance, found_3, mapped_0[first[i]], mapped_1[first[i]],
+        NAME(mean_of_maximum_found_4)(tolerance, found_3, mapped_0[first[i]], mapped_1[first[i]],
     mapped_0[second[i]], last + 2 * i, found_3);
     NAME(mean_of_maximum_result)(found_3, out_1);
 }
@@ -610,21 +610,21 @@ static INLINE WORD NAME(mean_of_maximum_lanes)(intptr_t terms, intptr_t points, 
     for (intptr_t i = 0; i < terms; i++)
         NAME(mean_of_maximum_interval_lanes)(tolerance, out_0, mapped + NLANES * i, points_ + NLANES * left[i],
     points_ + NLANES * right[i], grid + NLANES * left[i], grid + NLANES * right[i], interval + 4 * NLANES * i);
-    NAME(mean_of_maximum_found_lanes)(found);
+    NAME(mean_of_maximum_found_start_lanes)(found);
     for (intptr_t i = 0; i < turns; i++)
-        NAME(mean_of_maximum_found_2_lanes)(found, interval + 4 * NLANES * turn_term[i], turn_flags + 2 * i, found);
+        NAME(mean_of_maximum_found_lanes)(found, interval + 4 * NLANES * turn_term[i], turn_flags + 2 * i, found);
     NAME(crossing_points_sum_start_lanes)(found_start);
     for (intptr_t i = 0; i < covers; i++)
-        NAME(mean_of_maximum_found_3_lanes)(i > 0 ? found_2 + NLANES * (i - 1) : found_start,
+        NAME(mean_of_maximum_found_2_lanes)(i > 0 ? found_2 + NLANES * (i - 1) : found_start,
     points_ + NLANES * cover_point[i], interval + 4 * NLANES * cover_term[i], same + i, found_2 + NLANES * i);
     for (intptr_t i = 0; i < points; i++) {
         NAME(mean_of_maximum_mapped_lanes)(tolerance, found_2 + NLANES * ends[i], points_ + NLANES * i,
     grid + NLANES * i, mapped_1 + NLANES * i);
         COPY(NLANES, points_ + NLANES * i, mapped_0 + NLANES * i);
     }
-    NAME(mean_of_maximum_found_4_lanes)(found, found_3);
+    NAME(mean_of_maximum_found_3_lanes)(found, found_3);
     for (intptr_t i = 0; i < couples; i++)
-        NAME(mean_of_maximum_found_5_lanes)(tolerance, found_3, mapped_0 + NLANES * first[i],
+        NAME(mean_of_maximum_found_4_lanes)(tolerance, found_3, mapped_0 + NLANES * first[i],
     mapped_1 + NLANES * first[i], mapped_0 + NLANES * second[i], last + 2 * i, found_3);
     NAME(mean_of_maximum_result_lanes)(found_3, out_1);
     return 0;
@@ -638,16 +638,16 @@ GAC_PROCEDURE(mean_of_maximum, LANES)
     AND OUT(6, out_1, scalar, 1, 1)
 #define WORK_area_on_grid(WORK)
 
-static INLINE void NAME(area_on_grid_sums)(REAL *sums)
+static INLINE void NAME(area_on_grid_sums_start)(REAL *sums)
 {
     sums[0] = (REAL)0;
     sums[1] = (REAL)0;
     sums[2] = (REAL)0;
 }
-#define PARTS_area_on_grid_sums(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
-GAC_IN_LANES(area_on_grid_sums, PLAIN)
+#define PARTS_area_on_grid_sums_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
+GAC_IN_LANES(area_on_grid_sums_start, PLAIN)
 
-static INLINE void NAME(area_on_grid_sums_2)(REAL scaled, const REAL *sums, REAL cut, REAL other_cut, const REAL
+static INLINE void NAME(area_on_grid_sums)(REAL scaled, const REAL *sums, REAL cut, REAL other_cut, const REAL
     *samples, REAL *sums_out)
 {
     const REAL sums_0 = sums[0], sums_1 = sums[1], sums_2 = sums[2];
@@ -666,9 +666,9 @@ static INLINE void NAME(area_on_grid_sums_2)(REAL scaled, const REAL *sums, REAL
     sums_out[1] = sums_1 + samples_3 * t8;
     sums_out[2] = sums_2 + samples_4 * t8;
 }
-#define PARTS_area_on_grid_sums_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND NUMBER(2, 0) \
+#define PARTS_area_on_grid_sums(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND SAME(4, 5) AND OUT(5, 3)
-GAC_IN_LANES(area_on_grid_sums_2, PLAIN)
+GAC_IN_LANES(area_on_grid_sums, PLAIN)
 
 static INLINE void NAME(area_on_grid_result)(const REAL *sums, REAL *out_0, REAL *out_1)
 {
@@ -692,9 +692,9 @@ void NAME(area_on_grid)(intptr_t terms, intptr_t samples, const REAL *cuts, cons
 {
     (void)terms, (void)work;
     REAL sums[3];
-    NAME(area_on_grid_sums)(sums);
+    NAME(area_on_grid_sums_start)(sums);
     for (intptr_t i = 0; i < samples; i++)
-        NAME(area_on_grid_sums_2)(scaled, sums, cuts[term[i]], cuts[other[i]], samples_ + 5 * i, sums);
+        NAME(area_on_grid_sums)(scaled, sums, cuts[term[i]], cuts[other[i]], samples_ + 5 * i, sums);
     NAME(area_on_grid_result)(sums, out_0, out_1);
 }
 
@@ -703,9 +703,9 @@ static INLINE WORD NAME(area_on_grid_lanes)(intptr_t terms, intptr_t samples, co
 {
     (void)terms;
     _Alignas(64) REAL sums[3 * NLANES];
-    NAME(area_on_grid_sums_lanes)(sums);
+    NAME(area_on_grid_sums_start_lanes)(sums);
     for (intptr_t i = 0; i < samples; i++)
-        NAME(area_on_grid_sums_2_lanes)(scaled, sums, cuts + NLANES * term[i], cuts + NLANES * other[i],
+        NAME(area_on_grid_sums_lanes)(scaled, sums, cuts + NLANES * term[i], cuts + NLANES * other[i],
     samples_ + 5 * i, sums);
     NAME(area_on_grid_result_lanes)(sums, out_0, out_1);
     return 0;
@@ -756,7 +756,7 @@ static INLINE void NAME(half_on_grid_result)(REAL row_0, REAL row_1, REAL *out_4
 #define PARTS_half_on_grid_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(half_on_grid_result, PLAIN)
 
-static INLINE void NAME(half_on_grid_found)(REAL *found)
+static INLINE void NAME(half_on_grid_found_start)(REAL *found)
 {
     found[0] = (REAL)-1;
     found[1] = (REAL)0;
@@ -764,8 +764,8 @@ static INLINE void NAME(half_on_grid_found)(REAL *found)
     found[3] = (REAL)0;
     found[4] = (REAL)1;
 }
-#define PARTS_half_on_grid_found(IN, SAME, NUMBER, OUT, AND) OUT(0, 5)
-GAC_IN_LANES(half_on_grid_found, PLAIN)
+#define PARTS_half_on_grid_found_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 5)
+GAC_IN_LANES(half_on_grid_found_start, PLAIN)
 
 static INLINE void NAME(half_on_grid_common)(REAL v_, REAL *common)
 {
@@ -774,8 +774,7 @@ static INLINE void NAME(half_on_grid_common)(REAL v_, REAL *common)
 #define PARTS_half_on_grid_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
 GAC_IN_LANES(half_on_grid_common, PLAIN)
 
-static INLINE void NAME(half_on_grid_found_2)(const REAL *found, REAL row_0, REAL row_1, REAL common, REAL
-    *found_out)
+static INLINE void NAME(half_on_grid_found)(const REAL *found, REAL row_0, REAL row_1, REAL common, REAL *found_out)
 {
     const REAL found_0 = found[0], found_1 = found[1], found_2 = found[2], found_3 = found[3], found_4 = found[4];
     const REAL t0 = row_1 - row_0 * (REAL)0.5;
@@ -786,9 +785,9 @@ static INLINE void NAME(half_on_grid_found_2)(const REAL *found, REAL row_0, REA
     found_out[3] = SELECT(found_4, row_0, found_3);
     found_out[4] = t1;
 }
-#define PARTS_half_on_grid_found_2(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_half_on_grid_found(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 5)
-GAC_IN_LANES(half_on_grid_found_2, PLAIN)
+GAC_IN_LANES(half_on_grid_found, PLAIN)
 
 static INLINE void NAME(half_on_grid_result_2)(const REAL *found, REAL *out_0, REAL *out_1, REAL *out_2, REAL
     *out_3)
@@ -824,10 +823,10 @@ void NAME(half_on_grid)(intptr_t terms, intptr_t samples, intptr_t places, intpt
     NAME(crossing_points_sum_start)(out_4);
     for (intptr_t i = 0; i < one; i++)
         NAME(half_on_grid_result)(sums_0[final[i]], sums_1[final[i]], out_4);
-    NAME(half_on_grid_found)(found);
+    NAME(half_on_grid_found_start)(found);
     NAME(half_on_grid_common)(out_4[0], &common);
     for (intptr_t i = 0; i < places; i++)
-        NAME(half_on_grid_found_2)(found, sums_0[ends[i]], sums_1[ends[i]], common, found);
+        NAME(half_on_grid_found)(found, sums_0[ends[i]], sums_1[ends[i]], common, found);
     NAME(half_on_grid_result_2)(found, out_0, out_1, out_2, out_3);
 }
 
@@ -846,11 +845,10 @@ static INLINE WORD NAME(half_on_grid_lanes)(intptr_t terms, intptr_t samples, in
     NAME(crossing_points_sum_start_lanes)(out_4);
     for (intptr_t i = 0; i < one; i++)
         NAME(half_on_grid_result_lanes)(sums_0 + NLANES * final[i], sums_1 + NLANES * final[i], out_4);
-    NAME(half_on_grid_found_lanes)(found);
+    NAME(half_on_grid_found_start_lanes)(found);
     NAME(half_on_grid_common_lanes)(out_4, common);
     for (intptr_t i = 0; i < places; i++)
-        NAME(half_on_grid_found_2_lanes)(found, sums_0 + NLANES * ends[i], sums_1 + NLANES * ends[i], common,
-    found);
+        NAME(half_on_grid_found_lanes)(found, sums_0 + NLANES * ends[i], sums_1 + NLANES * ends[i], common, found);
     NAME(half_on_grid_result_2_lanes)(found, out_0, out_1, out_2, out_3);
     return 0;
 }
@@ -969,7 +967,7 @@ void NAME(area_by_points)(intptr_t terms, intptr_t points, intptr_t pairs, intpt
     REAL found_start[3], *const found = work, *const place = found + 3 * pairs, *const top = place + points,
     *const left = top + points, *const left_top = left + points, *const right_top = left_top + points,
     found_start_2[4], *const found_2 = right_top + points;
-    NAME(area_on_grid_sums)(found_start);
+    NAME(area_on_grid_sums_start)(found_start);
     for (intptr_t i = 0; i < pairs; i++)
         NAME(area_by_points_found)(i > 0 ? found + 3 * (i - 1) : found_start, points_[pair_point[i]],
     cells[pair_point[i]], cuts[pair_term[i]], left_heights[i], right_heights[i], same[i], found + 3 * i);
@@ -997,7 +995,7 @@ static INLINE WORD NAME(area_by_points_lanes)(intptr_t terms, intptr_t points, i
 {
     (void)terms;
     _Alignas(64) REAL found_start[3 * NLANES], found_start_2[4 * NLANES];
-    NAME(area_on_grid_sums_lanes)(found_start);
+    NAME(area_on_grid_sums_start_lanes)(found_start);
     for (intptr_t i = 0; i < pairs; i++)
         NAME(area_by_points_found_lanes)(i > 0 ? found + 3 * NLANES * (i - 1) : found_start,
     points_ + NLANES * pair_point[i], cells + NLANES * pair_point[i], cuts + NLANES * pair_term[i],
@@ -1133,7 +1131,7 @@ void NAME(bisector)(intptr_t terms, intptr_t points, intptr_t pairs, intptr_t co
     REAL found_start[3], *const found = work, *const place_2 = found + 3 * pairs, *const top = place_2 + points,
     *const left = top + points, *const left_top_2 = left + points, *const right_top_2 = left_top_2 + points,
     found_start_2[4], *const found_2 = right_top_2 + points, found_0, found_1, found_3[6], common;
-    NAME(area_on_grid_sums)(found_start);
+    NAME(area_on_grid_sums_start)(found_start);
     for (intptr_t i = 0; i < pairs; i++)
         NAME(area_by_points_found)(i > 0 ? found + 3 * (i - 1) : found_start, points_[pair_point[i]],
     cells[pair_point[i]], cuts[pair_term[i]], left_heights[i], right_heights[i], same[i], found + 3 * i);
@@ -1171,7 +1169,7 @@ static INLINE WORD NAME(bisector_lanes)(intptr_t terms, intptr_t points, intptr_
     (void)terms;
     _Alignas(64) REAL found_start[3 * NLANES], found_start_2[4 * NLANES], found_0[NLANES], found_1[NLANES],
     found_3[6 * NLANES], common[NLANES];
-    NAME(area_on_grid_sums_lanes)(found_start);
+    NAME(area_on_grid_sums_start_lanes)(found_start);
     for (intptr_t i = 0; i < pairs; i++)
         NAME(area_by_points_found_lanes)(i > 0 ? found + 3 * NLANES * (i - 1) : found_start,
     points_ + NLANES * pair_point[i], cells + NLANES * pair_point[i], cuts + NLANES * pair_term[i],

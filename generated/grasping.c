@@ -2,7 +2,7 @@
 // command: gac generate --all grasping
 // spec: 395d8fec20dd5959
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 760e09c12f0c4a6653e890d65af412735a893b2c5620fbc6b4a553a77c218d98
+// body: c2d0d9a90bed44385c08580bdbf8bb819f4d78410c8d8214a47c1874958ff9e6
 
 #ifndef REAL
 #include "grasping.h"
@@ -636,7 +636,7 @@ GAC_KERNEL_AND_FORMS(capsule_gap, PLAIN, DIRECT, GAC_USE(capsule_gap, point_star
     AND OUT(4, out_0, 3, 3, m) AND OUT(5, out_1, scalar, 1, 1) AND OUT(6, out_2, 3, 3, 1) AND OUT(7, out_3, 6, 6, 1)
 #define WORK_mesh_moments(WORK)
 
-static INLINE void NAME(mesh_moments_sum)(REAL *sum_0, REAL *sum, REAL *sum_2)
+static INLINE void NAME(mesh_moments_sum_start)(REAL *sum_0, REAL *sum, REAL *sum_2)
 {
     sum_0[0] = (REAL)0;
     sum[0] = (REAL)0;
@@ -649,8 +649,8 @@ static INLINE void NAME(mesh_moments_sum)(REAL *sum_0, REAL *sum, REAL *sum_2)
     sum_2[4] = (REAL)0;
     sum_2[5] = (REAL)0;
 }
-#define PARTS_mesh_moments_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 3) AND OUT(2, 6)
-GAC_IN_LANES(mesh_moments_sum, PLAIN)
+#define PARTS_mesh_moments_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 3) AND OUT(2, 6)
+GAC_IN_LANES(mesh_moments_sum_start, PLAIN)
 
 static INLINE void NAME(mesh_moments_result)(const REAL *vertices, const REAL *vertices_3, const REAL *vertices_4,
     REAL *out_0)
@@ -671,8 +671,8 @@ static INLINE void NAME(mesh_moments_result)(const REAL *vertices, const REAL *v
 #define PARTS_mesh_moments_result(IN, SAME, NUMBER, OUT, AND) SAME(0, 3) AND SAME(1, 3) AND SAME(2, 3) AND OUT(3, 3)
 GAC_IN_LANES(mesh_moments_result, PLAIN)
 
-static INLINE void NAME(mesh_moments_sum_2)(REAL sum_0, const REAL *sum_2, const REAL *sum_2_3, const REAL
-    *vertices, const REAL *vertices_3, const REAL *vertices_4, REAL *sum_0_out, REAL *sum, REAL *sum_2_out)
+static INLINE void NAME(mesh_moments_sum)(REAL sum_0, const REAL *sum_2, const REAL *sum_2_3, const REAL *vertices,
+    const REAL *vertices_3, const REAL *vertices_4, REAL *sum_0_out, REAL *sum, REAL *sum_2_out)
 {
     const REAL sum_2_0 = sum_2[0], sum_2_1 = sum_2[1], sum_2_2 = sum_2[2];
     const REAL sum_2_3_0 = sum_2_3[0], sum_2_3_1 = sum_2_3[1], sum_2_3_2 = sum_2_3[2], sum_2_3_3 = sum_2_3[3],
@@ -708,9 +708,9 @@ static INLINE void NAME(mesh_moments_sum_2)(REAL sum_0, const REAL *sum_2, const
     sum_2_out[4] = sum_2_3_4 + t7 * (t15 + vertices_4_1 * vertices_4_2);
     sum_2_out[5] = sum_2_3_5 + t7 * (t16 + vertices_4_2 * vertices_4_2);
 }
-#define PARTS_mesh_moments_sum_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND IN(2, 6) AND SAME(3, 3) \
+#define PARTS_mesh_moments_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND IN(2, 6) AND SAME(3, 3) \
     AND SAME(4, 3) AND SAME(5, 3) AND OUT(6, 1) AND OUT(7, 3) AND OUT(8, 6)
-GAC_IN_LANES(mesh_moments_sum_2, PLAIN)
+GAC_IN_LANES(mesh_moments_sum, PLAIN)
 
 static INLINE void NAME(mesh_moments_result_2)(REAL sum_0, const REAL *sum_2, const REAL *sum_2_3, REAL *out_1, REAL
     *out_2, REAL *out_3)
@@ -746,11 +746,11 @@ void NAME(mesh_moments)(intptr_t v, intptr_t m, const REAL *vertices, const int6
 {
     (void)v, (void)work;
     REAL sum_0, sum[3], sum_2[6];
-    NAME(mesh_moments_sum)(&sum_0, sum, sum_2);
+    NAME(mesh_moments_sum_start)(&sum_0, sum, sum_2);
     for (intptr_t i_2 = 0; i_2 < m; i_2++) {
         NAME(mesh_moments_result)(vertices + 3 * i[i_2], vertices + 3 * j[i_2], vertices + 3 * k[i_2],
     out_0 + 3 * i_2);
-        NAME(mesh_moments_sum_2)(sum_0, sum, sum_2, vertices + 3 * i[i_2], vertices + 3 * j[i_2],
+        NAME(mesh_moments_sum)(sum_0, sum, sum_2, vertices + 3 * i[i_2], vertices + 3 * j[i_2],
     vertices + 3 * k[i_2], &sum_0, sum, sum_2);
     }
     NAME(mesh_moments_result_2)(sum_0, sum, sum_2, out_1, out_2, out_3);
@@ -761,11 +761,11 @@ static INLINE WORD NAME(mesh_moments_lanes)(intptr_t v, intptr_t m, const REAL *
 {
     (void)v;
     _Alignas(64) REAL sum_0[NLANES], sum[3 * NLANES], sum_2[6 * NLANES];
-    NAME(mesh_moments_sum_lanes)(sum_0, sum, sum_2);
+    NAME(mesh_moments_sum_start_lanes)(sum_0, sum, sum_2);
     for (intptr_t i_2 = 0; i_2 < m; i_2++) {
         NAME(mesh_moments_result_lanes)(vertices + 3 * i[i_2], vertices + 3 * j[i_2], vertices + 3 * k[i_2],
     out_0 + 3 * NLANES * i_2);
-        NAME(mesh_moments_sum_2_lanes)(sum_0, sum, sum_2, vertices + 3 * i[i_2], vertices + 3 * j[i_2],
+        NAME(mesh_moments_sum_lanes)(sum_0, sum, sum_2, vertices + 3 * i[i_2], vertices + 3 * j[i_2],
     vertices + 3 * k[i_2], sum_0, sum, sum_2);
     }
     NAME(mesh_moments_result_2_lanes)(sum_0, sum, sum_2, out_1, out_2, out_3);
@@ -1045,7 +1045,7 @@ GAC_PROCEDURE(quality_bound, LANES)
     AND SAME(3, twists, 6, 6, d) AND SAME(4, shares, scalar, 1, s) AND OUT(5, out, scalar, 1, 1)
 #define WORK_refined_bound(WORK)
 
-static INLINE void NAME(refined_bound_low)(REAL *low_0, REAL *low)
+static INLINE void NAME(refined_bound_low_start)(REAL *low_0, REAL *low)
 {
     low_0[0] = (REAL)1.2676506002282294e+30;
     low[0] = (REAL)0;
@@ -1055,11 +1055,11 @@ static INLINE void NAME(refined_bound_low)(REAL *low_0, REAL *low)
     low[4] = (REAL)0;
     low[5] = (REAL)0;
 }
-#define PARTS_refined_bound_low(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 6)
-GAC_IN_LANES(refined_bound_low, PLAIN)
+#define PARTS_refined_bound_low_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 6)
+GAC_IN_LANES(refined_bound_low_start, PLAIN)
 
-static INLINE void NAME(refined_bound_low_2)(const REAL *normals, REAL friction, REAL low_0, const REAL *low_2,
-    const REAL *twists, const REAL *common, const REAL *common_2, const REAL *common_3, REAL *low_0_out, REAL *low)
+static INLINE void NAME(refined_bound_low)(const REAL *normals, REAL friction, REAL low_0, const REAL *low_2, const
+    REAL *twists, const REAL *common, const REAL *common_2, const REAL *common_3, REAL *low_0_out, REAL *low)
 {
     const REAL normals_0_0 = normals[0], normals_0_1 = normals[1], normals_0_2 = normals[2],
         normals_1_0 = normals[3], normals_1_1 = normals[4], normals_1_2 = normals[5], normals_2_0 = normals[6],
@@ -1107,9 +1107,9 @@ static INLINE void NAME(refined_bound_low_2)(const REAL *normals, REAL friction,
     low[4] = SELECT(t27, twists_4, low_2_4);
     low[5] = SELECT(t27, twists_5, low_2_5);
 }
-#define PARTS_refined_bound_low_2(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND IN(3, 6) AND SAME(4, 6) AND IN(5, 3) AND IN(6, 3) AND IN(7, 3) AND OUT(8, 1) AND OUT(9, 6)
-GAC_IN_LANES(refined_bound_low_2, PLAIN)
+#define PARTS_refined_bound_low(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 6) \
+    AND SAME(4, 6) AND IN(5, 3) AND IN(6, 3) AND IN(7, 3) AND OUT(8, 1) AND OUT(9, 6)
+GAC_IN_LANES(refined_bound_low, PLAIN)
 
 static INLINE void NAME(refined_bound_state)(const REAL *low, REAL *state)
 {
@@ -1323,10 +1323,10 @@ void NAME(refined_bound)(intptr_t d, intptr_t s, const REAL *contacts, const REA
     REAL low_0, low[6], common[3], common_2[3], common_3[3], state[6], common_4[2], common_5[2], common_6[2],
     common_7[2], common_8[2], common_9[2], common_10[2], common_11[2], common_12[2], common_13[1], common_14[1],
     common_15[1], common_16[1], common_17[1], common_18[1], common_19[1], common_20[1], common_21[1];
-    NAME(refined_bound_low)(&low_0, low);
+    NAME(refined_bound_low_start)(&low_0, low);
     NAME(quality_bound_common)(contacts, common, common_2, common_3);
     for (intptr_t i = 0; i < d; i++)
-        NAME(refined_bound_low_2)(normals, friction, low_0, low, twists + 6 * i, common, common_2, common_3, &low_0,
+        NAME(refined_bound_low)(normals, friction, low_0, low, twists + 6 * i, common, common_2, common_3, &low_0,
     low);
     NAME(refined_bound_state)(low, state);
     COPY(1, &low_0, out);
@@ -1347,10 +1347,10 @@ static INLINE WORD NAME(refined_bound_lanes)(intptr_t d, intptr_t s, const REAL 
     common_7[2 * NLANES], common_8[2 * NLANES], common_9[2 * NLANES], common_10[2 * NLANES], common_11[2 * NLANES],
     common_12[2 * NLANES], common_13[NLANES], common_14[NLANES], common_15[NLANES], common_16[NLANES],
     common_17[NLANES], common_18[NLANES], common_19[NLANES], common_20[NLANES], common_21[NLANES];
-    NAME(refined_bound_low_lanes)(low_0, low);
+    NAME(refined_bound_low_start_lanes)(low_0, low);
     NAME(quality_bound_common_lanes)(contacts, common, common_2, common_3);
     for (intptr_t i = 0; i < d; i++)
-        NAME(refined_bound_low_2_lanes)(normals, friction, low_0, low, twists + 6 * i, common, common_2, common_3,
+        NAME(refined_bound_low_lanes)(normals, friction, low_0, low, twists + 6 * i, common, common_2, common_3,
     low_0, low);
     NAME(refined_bound_state_lanes)(low, state);
     COPY(NLANES, low_0, out);
@@ -1858,12 +1858,12 @@ GAC_PROCEDURE(preshape, BUSY)
     AND OUT(4, out, scalar, 1, 1)
 #define WORK_capsule_clearance(WORK)
 
-static INLINE void NAME(capsule_clearance_low)(REAL *low)
+static INLINE void NAME(capsule_clearance_low_start)(REAL *low)
 {
     low[0] = (REAL)1.2676506002282294e+30;
 }
-#define PARTS_capsule_clearance_low(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(capsule_clearance_low, PLAIN)
+#define PARTS_capsule_clearance_low_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(capsule_clearance_low_start, PLAIN)
 
 static INLINE void NAME(capsule_clearance_common)(const REAL *start, const REAL *end, REAL *common, REAL *common_2,
     REAL *common_3, REAL *common_4)
@@ -1882,7 +1882,7 @@ static INLINE void NAME(capsule_clearance_common)(const REAL *start, const REAL 
     AND OUT(4, 1) AND OUT(5, 1)
 GAC_IN_LANES(capsule_clearance_common, PLAIN)
 
-static INLINE void NAME(capsule_clearance_low_2)(const REAL *start, REAL low, const REAL *points, REAL common, REAL
+static INLINE void NAME(capsule_clearance_low)(const REAL *start, REAL low, const REAL *points, REAL common, REAL
     common_2, REAL common_3, REAL common_4, REAL *low_out)
 {
     const REAL start_0 = start[0], start_1 = start[1], start_2 = start[2];
@@ -1899,9 +1899,9 @@ static INLINE void NAME(capsule_clearance_low_2)(const REAL *start, REAL low, co
     const REAL t9 = t6 * t6 + t7 * t7 + t8 * t8;
     low_out[0] = MINIMUM(low, t9);
 }
-#define PARTS_capsule_clearance_low_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND SAME(2, 3) \
+#define PARTS_capsule_clearance_low(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND SAME(2, 3) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND OUT(7, 1)
-GAC_IN_LANES(capsule_clearance_low_2, PLAIN)
+GAC_IN_LANES(capsule_clearance_low, PLAIN)
 
 static INLINE void NAME(capsule_clearance_result)(REAL radius, REAL low, REAL *out)
 {
@@ -1923,10 +1923,10 @@ void NAME(capsule_clearance)(intptr_t n, const REAL *points, const REAL *start, 
 {
     (void)work;
     REAL low, common, common_2, common_3, common_4;
-    NAME(capsule_clearance_low)(&low);
+    NAME(capsule_clearance_low_start)(&low);
     NAME(capsule_clearance_common)(start, end, &common, &common_2, &common_3, &common_4);
     for (intptr_t i = 0; i < n; i++)
-        NAME(capsule_clearance_low_2)(start, low, points + 3 * i, common, common_2, common_3, common_4, &low);
+        NAME(capsule_clearance_low)(start, low, points + 3 * i, common, common_2, common_3, common_4, &low);
     NAME(capsule_clearance_result)(radius, low, out);
 }
 
@@ -1934,10 +1934,10 @@ static INLINE WORD NAME(capsule_clearance_lanes)(intptr_t n, const REAL *points,
     const REAL *radius, REAL *out)
 {
     _Alignas(64) REAL low[NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES];
-    NAME(capsule_clearance_low_lanes)(low);
+    NAME(capsule_clearance_low_start_lanes)(low);
     NAME(capsule_clearance_common_lanes)(start, end, common, common_2, common_3, common_4);
     for (intptr_t i = 0; i < n; i++)
-        NAME(capsule_clearance_low_2_lanes)(start, low, points + 3 * i, common, common_2, common_3, common_4, low);
+        NAME(capsule_clearance_low_lanes)(start, low, points + 3 * i, common, common_2, common_3, common_4, low);
     NAME(capsule_clearance_result_lanes)(radius, low, out);
     return 0;
 }

@@ -2,7 +2,7 @@
 // command: gac generate --all hand_eye
 // spec: f1af568c04e88e6d
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 3e16b54745f1b35064ac41869a57af4bae86fbe6707fccce6261de5dd41a5683
+// body: aa17243cfc1a3b8fb42b5bebb6967366fb965d023ce4ec8c22ba921941522833
 
 #ifndef REAL
 #include "hand_eye.h"
@@ -1864,14 +1864,14 @@ GAC_KERNEL_AND_FORMS(moved, TURNS, NO, GAC_USE(moved, x_step, TILES, 5, 2, 16), 
     AND IN(1, b, 8, 8, n) AND NUMBER(2, rounding) AND OUT(3, out, scalar, 1, 1)
 #define WORK_first_not_unit(WORK)
 
-static INLINE void NAME(first_not_unit_found)(REAL *found)
+static INLINE void NAME(first_not_unit_found_start)(REAL *found)
 {
     found[0] = (REAL)0;
 }
-#define PARTS_first_not_unit_found(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(first_not_unit_found, PLAIN)
+#define PARTS_first_not_unit_found_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(first_not_unit_found_start, PLAIN)
 
-static INLINE void NAME(first_not_unit_found_2)(REAL found, const REAL *m, const REAL *n, REAL *found_out)
+static INLINE void NAME(first_not_unit_found)(REAL found, const REAL *m, const REAL *n, REAL *found_out)
 {
     const REAL m_e01 = m[4], m_e02 = m[5], m_e03 = m[6], m_e0123 = m[7];
     const REAL n_e01 = n[4], n_e02 = n[5], n_e03 = n[6], n_e0123 = n[7];
@@ -1900,18 +1900,17 @@ static INLINE void NAME(first_not_unit_found_2)(REAL found, const REAL *m, const
     const REAL t22 = LESS_EQUAL((REAL)9.332636185032189e-302 * t21, (REAL)1.152921504606847e+18) * LESS(t20, t21);
     found_out[0] = SELECT(t22, t21, t20);
 }
-#define PARTS_first_not_unit_found_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 8) AND IN(2, 8) \
-    AND OUT(3, 1)
-GAC_IN_LANES(first_not_unit_found_2, PLAIN)
+#define PARTS_first_not_unit_found(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 8) AND IN(2, 8) AND OUT(3, 1)
+GAC_IN_LANES(first_not_unit_found, PLAIN)
 
-static INLINE void NAME(first_not_unit_score)(REAL *score, REAL *row, REAL *number)
+static INLINE void NAME(first_not_unit_score_start)(REAL *score, REAL *row, REAL *number)
 {
     score[0] = (REAL)0;
     row[0] = (REAL)-1;
     number[0] = (REAL)0;
 }
-#define PARTS_first_not_unit_score(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(first_not_unit_score, PLAIN)
+#define PARTS_first_not_unit_score_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1)
+GAC_IN_LANES(first_not_unit_score_start, PLAIN)
 
 static INLINE void NAME(first_not_unit_common)(REAL rounding, REAL found, REAL *common)
 {
@@ -1920,7 +1919,7 @@ static INLINE void NAME(first_not_unit_common)(REAL rounding, REAL found, REAL *
 #define PARTS_first_not_unit_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(first_not_unit_common, PLAIN)
 
-static INLINE void NAME(first_not_unit_score_2)(REAL score, REAL row, REAL number, const REAL *m, REAL common, REAL
+static INLINE void NAME(first_not_unit_score)(REAL score, REAL row, REAL number, const REAL *m, REAL common, REAL
     *score_out, REAL *row_out, REAL *number_out)
 {
     const REAL m_1 = m[0], m_e12 = m[1], m_e13 = m[2], m_e23 = m[3], m_e01 = m[4], m_e02 = m[5], m_e03 = m[6],
@@ -1937,11 +1936,11 @@ static INLINE void NAME(first_not_unit_score_2)(REAL score, REAL row, REAL numbe
     row_out[0] = SELECT(t7, number, row);
     number_out[0] = number + (REAL)1;
 }
-#define PARTS_first_not_unit_score_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_first_not_unit_score(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND IN(3, 8) AND NUMBER(4, 0) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(first_not_unit_score_2, PLAIN)
+GAC_IN_LANES(first_not_unit_score, PLAIN)
 
-static INLINE void NAME(first_not_unit_score_3)(REAL common, REAL score, REAL row, REAL number, const REAL *m, REAL
+static INLINE void NAME(first_not_unit_score_2)(REAL common, REAL score, REAL row, REAL number, const REAL *m, REAL
     *score_2, REAL *row_2, REAL *number_2)
 {
     const REAL m_1 = m[0], m_e12 = m[1], m_e13 = m[2], m_e23 = m[3], m_e01 = m[4], m_e02 = m[5], m_e03 = m[6],
@@ -1958,9 +1957,9 @@ static INLINE void NAME(first_not_unit_score_3)(REAL common, REAL score, REAL ro
     row_2[0] = SELECT(t7, number, row);
     number_2[0] = number + (REAL)1;
 }
-#define PARTS_first_not_unit_score_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_first_not_unit_score_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND IN(4, 8) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(first_not_unit_score_3, PLAIN)
+GAC_IN_LANES(first_not_unit_score_2, PLAIN)
 
 static INLINE void NAME(first_not_unit_sum)(REAL sum, REAL *sum_out)
 {
@@ -1993,16 +1992,16 @@ void NAME(first_not_unit)(intptr_t n, const REAL *a, const REAL *b, REAL roundin
 {
     (void)work;
     REAL found, score, row, number, common, score_2, row_2, number_2, sum;
-    NAME(first_not_unit_found)(&found);
+    NAME(first_not_unit_found_start)(&found);
     for (intptr_t i = 0; i < n; i++)
-        NAME(first_not_unit_found_2)(found, a + 8 * i, b + 8 * i, &found);
-    NAME(first_not_unit_score)(&score, &row, &number);
+        NAME(first_not_unit_found)(found, a + 8 * i, b + 8 * i, &found);
+    NAME(first_not_unit_score_start)(&score, &row, &number);
     NAME(first_not_unit_common)(rounding, found, &common);
-    NAME(first_not_unit_score)(&score_2, &row_2, &number_2);
-    NAME(first_not_unit_found)(&sum);
+    NAME(first_not_unit_score_start)(&score_2, &row_2, &number_2);
+    NAME(first_not_unit_found_start)(&sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(first_not_unit_score_2)(score, row, number, a + 8 * i, common, &score, &row, &number);
-        NAME(first_not_unit_score_3)(common, score_2, row_2, number_2, b + 8 * i, &score_2, &row_2, &number_2);
+        NAME(first_not_unit_score)(score, row, number, a + 8 * i, common, &score, &row, &number);
+        NAME(first_not_unit_score_2)(common, score_2, row_2, number_2, b + 8 * i, &score_2, &row_2, &number_2);
         NAME(first_not_unit_sum)(sum, &sum);
     }
     NAME(first_not_unit_result)(score, row, score_2, row_2, sum, out);
@@ -2013,16 +2012,16 @@ static INLINE WORD NAME(first_not_unit_lanes)(intptr_t n, const REAL *a, const R
 {
     _Alignas(64) REAL found[NLANES], score[NLANES], row[NLANES], number[NLANES], common[NLANES], score_2[NLANES],
     row_2[NLANES], number_2[NLANES], sum[NLANES];
-    NAME(first_not_unit_found_lanes)(found);
+    NAME(first_not_unit_found_start_lanes)(found);
     for (intptr_t i = 0; i < n; i++)
-        NAME(first_not_unit_found_2_lanes)(found, a + 8 * NLANES * i, b + 8 * NLANES * i, found);
-    NAME(first_not_unit_score_lanes)(score, row, number);
+        NAME(first_not_unit_found_lanes)(found, a + 8 * NLANES * i, b + 8 * NLANES * i, found);
+    NAME(first_not_unit_score_start_lanes)(score, row, number);
     NAME(first_not_unit_common_lanes)(rounding, found, common);
-    NAME(first_not_unit_score_lanes)(score_2, row_2, number_2);
-    NAME(first_not_unit_found_lanes)(sum);
+    NAME(first_not_unit_score_start_lanes)(score_2, row_2, number_2);
+    NAME(first_not_unit_found_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(first_not_unit_score_2_lanes)(score, row, number, a + 8 * NLANES * i, common, score, row, number);
-        NAME(first_not_unit_score_3_lanes)(common, score_2, row_2, number_2, b + 8 * NLANES * i, score_2, row_2,
+        NAME(first_not_unit_score_lanes)(score, row, number, a + 8 * NLANES * i, common, score, row, number);
+        NAME(first_not_unit_score_2_lanes)(common, score_2, row_2, number_2, b + 8 * NLANES * i, score_2, row_2,
     number_2);
         NAME(first_not_unit_sum_lanes)(sum, sum);
     }
@@ -2177,10 +2176,10 @@ void NAME(motions_close)(intptr_t n, intptr_t m, const REAL *motions, const int6
 {
     (void)work;
     REAL found, sum, common;
-    NAME(first_not_unit_found)(&found);
+    NAME(first_not_unit_found_start)(&found);
     for (intptr_t i = 0; i < n; i++)
         NAME(motions_close_found)(found, motions + 8 * i, &found);
-    NAME(first_not_unit_found)(&sum);
+    NAME(first_not_unit_found_start)(&sum);
     NAME(motions_close_common)(bound, found, &common);
     for (intptr_t i = 0; i < m; i++)
         NAME(motions_close_sum)(bound, sum, motions + 8 * first[i], motions + 8 * second[i], motions + 8 * third[i],
@@ -2192,10 +2191,10 @@ static INLINE WORD NAME(motions_close_lanes)(intptr_t n, intptr_t m, const REAL 
     const int64_t *second, const int64_t *third, const REAL *bound, REAL *out)
 {
     _Alignas(64) REAL found[NLANES], sum[NLANES], common[NLANES];
-    NAME(first_not_unit_found_lanes)(found);
+    NAME(first_not_unit_found_start_lanes)(found);
     for (intptr_t i = 0; i < n; i++)
         NAME(motions_close_found_lanes)(found, motions + 8 * NLANES * i, found);
-    NAME(first_not_unit_found_lanes)(sum);
+    NAME(first_not_unit_found_start_lanes)(sum);
     NAME(motions_close_common_lanes)(bound, found, common);
     for (intptr_t i = 0; i < m; i++)
         NAME(motions_close_sum_lanes)(bound, sum, motions + 8 * NLANES * first[i], motions + 8 * NLANES * second[i],
@@ -2211,14 +2210,14 @@ GAC_PROCEDURE(motions_close, LANES)
     AND OUT(5, out_2, scalar, 1, 1)
 #define WORK_screws(WORK)
 
-static INLINE void NAME(screws_sum)(REAL *sum)
+static INLINE void NAME(screws_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
     sum[2] = (REAL)0;
 }
-#define PARTS_screws_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
-GAC_IN_LANES(screws_sum, PLAIN)
+#define PARTS_screws_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
+GAC_IN_LANES(screws_sum_start, PLAIN)
 
 static INLINE void NAME(screws_common)(REAL rounding, REAL *common)
 {
@@ -2227,7 +2226,7 @@ static INLINE void NAME(screws_common)(REAL rounding, REAL *common)
 #define PARTS_screws_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
 GAC_IN_LANES(screws_common, PLAIN)
 
-static INLINE void NAME(screws_sum_2)(const REAL *sum, const REAL *m, const REAL *n, REAL common, REAL *sum_out)
+static INLINE void NAME(screws_sum)(const REAL *sum, const REAL *m, const REAL *n, REAL common, REAL *sum_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2];
     const REAL m_e12 = m[1], m_e13 = m[2], m_e23 = m[3], m_e01 = m[4], m_e02 = m[5], m_e03 = m[6], m_e0123 = m[7];
@@ -2239,9 +2238,9 @@ static INLINE void NAME(screws_sum_2)(const REAL *sum, const REAL *m, const REAL
     sum_out[1] = sum_1 + (t0 + (n_e01 * n_e01 + n_e02 * n_e02 + n_e03 * n_e03 + n_e0123 * n_e0123));
     sum_out[2] = sum_2 + ((REAL)1 - t2);
 }
-#define PARTS_screws_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 8) AND IN(2, 8) AND NUMBER(3, 0) \
+#define PARTS_screws_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 8) AND IN(2, 8) AND NUMBER(3, 0) \
     AND OUT(4, 3)
-GAC_IN_LANES(screws_sum_2, PLAIN)
+GAC_IN_LANES(screws_sum, PLAIN)
 
 static INLINE void NAME(screws_screw_misfit)(const REAL *a, const REAL *b, REAL *screw_misfit_0, REAL
     *screw_misfit_1)
@@ -2290,10 +2289,10 @@ void NAME(screws)(intptr_t n, const REAL *a, const REAL *b, REAL rounding, REAL 
 {
     (void)work;
     REAL sum[3], common, screw_misfit_0, screw_misfit_1;
-    NAME(screws_sum)(sum);
+    NAME(screws_sum_start)(sum);
     NAME(screws_common)(rounding, &common);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(screws_sum_2)(sum, a + 8 * i, b + 8 * i, common, sum);
+        NAME(screws_sum)(sum, a + 8 * i, b + 8 * i, common, sum);
         NAME(screws_screw_misfit)(a + 8 * i, b + 8 * i, &screw_misfit_0, &screw_misfit_1);
         NAME(screws_result)(screw_misfit_0, screw_misfit_1, out_0 + 2 * i);
     }
@@ -2304,10 +2303,10 @@ static INLINE WORD NAME(screws_lanes)(intptr_t n, const REAL *a, const REAL *b, 
     REAL *out_1, REAL *out_2)
 {
     _Alignas(64) REAL sum[3 * NLANES], common[NLANES], screw_misfit_0[NLANES], screw_misfit_1[NLANES];
-    NAME(screws_sum_lanes)(sum);
+    NAME(screws_sum_start_lanes)(sum);
     NAME(screws_common_lanes)(rounding, common);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(screws_sum_2_lanes)(sum, a + 8 * NLANES * i, b + 8 * NLANES * i, common, sum);
+        NAME(screws_sum_lanes)(sum, a + 8 * NLANES * i, b + 8 * NLANES * i, common, sum);
         NAME(screws_screw_misfit_lanes)(a + 8 * NLANES * i, b + 8 * NLANES * i, screw_misfit_0, screw_misfit_1);
         NAME(screws_result_lanes)(screw_misfit_0, screw_misfit_1, out_0 + 2 * NLANES * i);
     }
@@ -2428,7 +2427,7 @@ static INLINE void NAME(equations_of_motions_common_3)(REAL half_turn, const REA
     AND OUT(3, 1)
 GAC_IN_LANES(equations_of_motions_common_3, PLAIN)
 
-static INLINE void NAME(equations_of_motions_sum_3)(REAL *sum_3)
+static INLINE void NAME(equations_of_motions_sum_start)(REAL *sum_3)
 {
     sum_3[0] = (REAL)0;
     sum_3[1] = (REAL)0;
@@ -2495,10 +2494,10 @@ static INLINE void NAME(equations_of_motions_sum_3)(REAL *sum_3)
     sum_3[62] = (REAL)0;
     sum_3[63] = (REAL)0;
 }
-#define PARTS_equations_of_motions_sum_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 64)
-GAC_IN_LANES(equations_of_motions_sum_3, PLAIN)
+#define PARTS_equations_of_motions_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 64)
+GAC_IN_LANES(equations_of_motions_sum_start, PLAIN)
 
-static INLINE void NAME(equations_of_motions_sum_4)(REAL *sum_4)
+static INLINE void NAME(equations_of_motions_sum_start_2)(REAL *sum_4)
 {
     sum_4[0] = (REAL)0;
     sum_4[1] = (REAL)0;
@@ -2507,8 +2506,8 @@ static INLINE void NAME(equations_of_motions_sum_4)(REAL *sum_4)
     sum_4[4] = (REAL)0;
     sum_4[5] = (REAL)0;
 }
-#define PARTS_equations_of_motions_sum_4(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
-GAC_IN_LANES(equations_of_motions_sum_4, PLAIN)
+#define PARTS_equations_of_motions_sum_start_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
+GAC_IN_LANES(equations_of_motions_sum_start_2, PLAIN)
 
 static INLINE void NAME(equations_of_motions_result_2)(const REAL *m, REAL common, REAL *out_2)
 {
@@ -2518,7 +2517,7 @@ static INLINE void NAME(equations_of_motions_result_2)(const REAL *m, REAL commo
 #define PARTS_equations_of_motions_result_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(equations_of_motions_result_2, PLAIN)
 
-static INLINE void NAME(equations_of_motions_sum_5)(const REAL *sum_3, const REAL *m, const REAL *n, REAL used, REAL
+static INLINE void NAME(equations_of_motions_sum_3)(const REAL *sum_3, const REAL *m, const REAL *n, REAL used, REAL
     *sum_3_out)
 {
     const REAL sum_3_0_0 = sum_3[0], sum_3_0_1 = sum_3[1], sum_3_0_2 = sum_3[2], sum_3_0_3 = sum_3[3],
@@ -2704,11 +2703,11 @@ static INLINE void NAME(equations_of_motions_sum_5)(const REAL *sum_3, const REA
     sum_3_out[62] = sum_3_7_6 + t97;
     sum_3_out[63] = sum_3_7_7 + used * (t1 + (t3 + (t6 + t8)));
 }
-#define PARTS_equations_of_motions_sum_5(IN, SAME, NUMBER, OUT, AND) IN(0, 64) AND IN(1, 8) AND IN(2, 8) \
+#define PARTS_equations_of_motions_sum_3(IN, SAME, NUMBER, OUT, AND) IN(0, 64) AND IN(1, 8) AND IN(2, 8) \
     AND NUMBER(3, 0) AND OUT(4, 64)
-GAC_IN_LANES(equations_of_motions_sum_5, PLAIN)
+GAC_IN_LANES(equations_of_motions_sum_3, PLAIN)
 
-static INLINE void NAME(equations_of_motions_sum_6)(const REAL *sum_4, const REAL *m, REAL *sum_4_out)
+static INLINE void NAME(equations_of_motions_sum_4)(const REAL *sum_4, const REAL *m, REAL *sum_4_out)
 {
     const REAL sum_4_0 = sum_4[0], sum_4_1 = sum_4[1], sum_4_2 = sum_4[2], sum_4_3 = sum_4[3], sum_4_4 = sum_4[4],
         sum_4_5 = sum_4[5];
@@ -2720,15 +2719,15 @@ static INLINE void NAME(equations_of_motions_sum_6)(const REAL *sum_4, const REA
     sum_4_out[4] = sum_4_4 + m_e13 * m_e23;
     sum_4_out[5] = sum_4_5 + m_e23 * m_e23;
 }
-#define PARTS_equations_of_motions_sum_6(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 8) AND OUT(2, 6)
-GAC_IN_LANES(equations_of_motions_sum_6, PLAIN)
+#define PARTS_equations_of_motions_sum_4(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 8) AND OUT(2, 6)
+GAC_IN_LANES(equations_of_motions_sum_4, PLAIN)
 
-static INLINE void NAME(equations_of_motions_sum_7)(REAL sum, REAL used, REAL *sum_5)
+static INLINE void NAME(equations_of_motions_sum_5)(REAL sum, REAL used, REAL *sum_5)
 {
     sum_5[0] = sum + used;
 }
-#define PARTS_equations_of_motions_sum_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(equations_of_motions_sum_7, PLAIN)
+#define PARTS_equations_of_motions_sum_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(equations_of_motions_sum_5, PLAIN)
 
 static INLINE void NAME(equations_of_motions_result_3)(REAL same_axis, const REAL *sum, const REAL *sum_3, const
     REAL *sum_4, REAL sum_5, REAL *out_3, REAL *out_4, REAL *out_5, REAL *out_6, REAL *out_7, REAL *out_8)
@@ -2918,11 +2917,11 @@ void NAME(equations_of_motions)(intptr_t n, const REAL *a, const REAL *b, REAL h
 {
     (void)work;
     REAL sum[3], common, common_2, common_3, common_4, sum_2, common_5, common_6, sum_3[8 * 8], sum_4[6], sum_5;
-    NAME(screws_sum)(sum);
+    NAME(screws_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++)
         NAME(equations_of_motions_sum)(sum, a + 8 * i, b + 8 * i, sum);
     NAME(equations_of_motions_common)(sum, &common, &common_2, &common_3, &common_4);
-    NAME(first_not_unit_found)(&sum_2);
+    NAME(first_not_unit_found_start)(&sum_2);
     NAME(equations_of_motions_common_2)(half_turn, &common_5);
     for (intptr_t i = 0; i < n; i++) {
         NAME(equations_of_motions_result)(a + 8 * i, b + 8 * i, common, common_2, common_3, common_4, out_0 + 8 * i,
@@ -2930,14 +2929,14 @@ void NAME(equations_of_motions)(intptr_t n, const REAL *a, const REAL *b, REAL h
         NAME(equations_of_motions_sum_2)(sum_2, out_0 + 8 * i, common_5, &sum_2);
     }
     NAME(equations_of_motions_common_3)(half_turn, sum, sum_2, &common_6);
-    NAME(equations_of_motions_sum_3)(sum_3);
-    NAME(equations_of_motions_sum_4)(sum_4);
-    NAME(first_not_unit_found)(&sum_5);
+    NAME(equations_of_motions_sum_start)(sum_3);
+    NAME(equations_of_motions_sum_start_2)(sum_4);
+    NAME(first_not_unit_found_start)(&sum_5);
     for (intptr_t i = 0; i < n; i++) {
         NAME(equations_of_motions_result_2)(out_0 + 8 * i, common_6, out_2 + i);
-        NAME(equations_of_motions_sum_5)(sum_3, out_0 + 8 * i, out_1 + 8 * i, out_2[i], sum_3);
-        NAME(equations_of_motions_sum_6)(sum_4, out_0 + 8 * i, sum_4);
-        NAME(equations_of_motions_sum_7)(sum_5, out_2[i], &sum_5);
+        NAME(equations_of_motions_sum_3)(sum_3, out_0 + 8 * i, out_1 + 8 * i, out_2[i], sum_3);
+        NAME(equations_of_motions_sum_4)(sum_4, out_0 + 8 * i, sum_4);
+        NAME(equations_of_motions_sum_5)(sum_5, out_2[i], &sum_5);
     }
     NAME(equations_of_motions_result_3)(same_axis, sum, sum_3, sum_4, sum_5, out_3, out_4, out_5, out_6, out_7,
     out_8);
@@ -2949,11 +2948,11 @@ static INLINE WORD NAME(equations_of_motions_lanes)(intptr_t n, const REAL *a, c
 {
     _Alignas(64) REAL sum[3 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES],
     sum_2[NLANES], common_5[NLANES], common_6[NLANES], sum_3[64 * NLANES], sum_4[6 * NLANES], sum_5[NLANES];
-    NAME(screws_sum_lanes)(sum);
+    NAME(screws_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++)
         NAME(equations_of_motions_sum_lanes)(sum, a + 8 * NLANES * i, b + 8 * NLANES * i, sum);
     NAME(equations_of_motions_common_lanes)(sum, common, common_2, common_3, common_4);
-    NAME(first_not_unit_found_lanes)(sum_2);
+    NAME(first_not_unit_found_start_lanes)(sum_2);
     NAME(equations_of_motions_common_2_lanes)(half_turn, common_5);
     for (intptr_t i = 0; i < n; i++) {
         NAME(equations_of_motions_result_lanes)(a + 8 * NLANES * i, b + 8 * NLANES * i, common, common_2, common_3,
@@ -2961,15 +2960,15 @@ static INLINE WORD NAME(equations_of_motions_lanes)(intptr_t n, const REAL *a, c
         NAME(equations_of_motions_sum_2_lanes)(sum_2, out_0 + 8 * NLANES * i, common_5, sum_2);
     }
     NAME(equations_of_motions_common_3_lanes)(half_turn, sum, sum_2, common_6);
-    NAME(equations_of_motions_sum_3_lanes)(sum_3);
-    NAME(equations_of_motions_sum_4_lanes)(sum_4);
-    NAME(first_not_unit_found_lanes)(sum_5);
+    NAME(equations_of_motions_sum_start_lanes)(sum_3);
+    NAME(equations_of_motions_sum_start_2_lanes)(sum_4);
+    NAME(first_not_unit_found_start_lanes)(sum_5);
     for (intptr_t i = 0; i < n; i++) {
         NAME(equations_of_motions_result_2_lanes)(out_0 + 8 * NLANES * i, common_6, out_2 + NLANES * i);
-        NAME(equations_of_motions_sum_5_lanes)(sum_3, out_0 + 8 * NLANES * i, out_1 + 8 * NLANES * i,
+        NAME(equations_of_motions_sum_3_lanes)(sum_3, out_0 + 8 * NLANES * i, out_1 + 8 * NLANES * i,
     out_2 + NLANES * i, sum_3);
-        NAME(equations_of_motions_sum_6_lanes)(sum_4, out_0 + 8 * NLANES * i, sum_4);
-        NAME(equations_of_motions_sum_7_lanes)(sum_5, out_2 + NLANES * i, sum_5);
+        NAME(equations_of_motions_sum_4_lanes)(sum_4, out_0 + 8 * NLANES * i, sum_4);
+        NAME(equations_of_motions_sum_5_lanes)(sum_5, out_2 + NLANES * i, sum_5);
     }
     NAME(equations_of_motions_result_3_lanes)(same_axis, sum, sum_3, sum_4, sum_5, out_3, out_4, out_5, out_6,
     out_7, out_8);
@@ -2982,13 +2981,13 @@ GAC_PROCEDURE(equations_of_motions, LANES)
     AND IN(1, b, 8, 8, n) AND IN(2, x, 8, 8, 1) AND OUT(3, out, 2, 2, 1)
 #define WORK_misfit_of_motions(WORK)
 
-static INLINE void NAME(misfit_of_motions_sum)(REAL *sum_0, REAL *sum_1)
+static INLINE void NAME(misfit_of_motions_sum_start)(REAL *sum_0, REAL *sum_1)
 {
     sum_0[0] = (REAL)0;
     sum_1[0] = (REAL)0;
 }
-#define PARTS_misfit_of_motions_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(misfit_of_motions_sum, PLAIN)
+#define PARTS_misfit_of_motions_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(misfit_of_motions_sum_start, PLAIN)
 
 static INLINE void NAME(misfit_of_motions_mapped)(const REAL *x, const REAL *m, const REAL *n, REAL *mapped)
 {
@@ -3060,7 +3059,7 @@ static INLINE void NAME(misfit_of_motions_mapped_2)(const REAL *n, const REAL *l
 #define PARTS_misfit_of_motions_mapped_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND OUT(2, 6)
 GAC_IN_LANES(misfit_of_motions_mapped_2, PLAIN)
 
-static INLINE void NAME(misfit_of_motions_sum_2)(REAL sum_0, REAL sum_1, const REAL *p, const REAL *q, REAL
+static INLINE void NAME(misfit_of_motions_sum)(REAL sum_0, REAL sum_1, const REAL *p, const REAL *q, REAL
     *sum_0_out, REAL *sum_1_out)
 {
     const REAL p_e01 = p[3], p_e02 = p[4], p_e03 = p[5];
@@ -3068,11 +3067,11 @@ static INLINE void NAME(misfit_of_motions_sum_2)(REAL sum_0, REAL sum_1, const R
     sum_0_out[0] = sum_0 + (p_e01 * p_e01 + p_e02 * p_e02 + p_e03 * p_e03);
     sum_1_out[0] = sum_1 + (q_e01 * q_e01 + q_e02 * q_e02 + q_e03 * q_e03);
 }
-#define PARTS_misfit_of_motions_sum_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 6) \
+#define PARTS_misfit_of_motions_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 6) \
     AND IN(3, 6) AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(misfit_of_motions_sum_2, PLAIN)
+GAC_IN_LANES(misfit_of_motions_sum, PLAIN)
 
-static INLINE void NAME(misfit_of_motions_sum_3)(const REAL *sum, const REAL *row, const REAL *row_2, REAL *sum_out)
+static INLINE void NAME(misfit_of_motions_sum_2)(const REAL *sum, const REAL *row, const REAL *row_2, REAL *sum_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2];
     const REAL row_e12 = row[0], row_e13 = row[1], row_e23 = row[2];
@@ -3081,8 +3080,8 @@ static INLINE void NAME(misfit_of_motions_sum_3)(const REAL *sum, const REAL *ro
     sum_out[1] = sum_1 + (row_e12 * row_e12 + row_e13 * row_e13 + row_e23 * row_e23);
     sum_out[2] = sum_2 + (row_2_e12 * row_2_e12 + row_2_e13 * row_2_e13 + row_2_e23 * row_2_e23);
 }
-#define PARTS_misfit_of_motions_sum_3(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 6) AND IN(2, 6) AND OUT(3, 3)
-GAC_IN_LANES(misfit_of_motions_sum_3, PLAIN)
+#define PARTS_misfit_of_motions_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 6) AND IN(2, 6) AND OUT(3, 3)
+GAC_IN_LANES(misfit_of_motions_sum_2, PLAIN)
 
 static INLINE void NAME(misfit_of_motions_result)(REAL sum_0, REAL sum_1, const REAL *sum_2, REAL *out)
 {
@@ -3108,13 +3107,13 @@ void NAME(misfit_of_motions)(intptr_t n, const REAL *a, const REAL *b, const REA
 {
     (void)work;
     REAL mapped[6], mapped_2[6], sum_0, sum_1, sum[3];
-    NAME(misfit_of_motions_sum)(&sum_0, &sum_1);
-    NAME(screws_sum)(sum);
+    NAME(misfit_of_motions_sum_start)(&sum_0, &sum_1);
+    NAME(screws_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(misfit_of_motions_mapped)(x, a + 8 * i, b + 8 * i, mapped);
         NAME(misfit_of_motions_mapped_2)(b + 8 * i, mapped, mapped_2);
-        NAME(misfit_of_motions_sum_2)(sum_0, sum_1, mapped, mapped_2, &sum_0, &sum_1);
-        NAME(misfit_of_motions_sum_3)(sum, mapped, mapped_2, sum);
+        NAME(misfit_of_motions_sum)(sum_0, sum_1, mapped, mapped_2, &sum_0, &sum_1);
+        NAME(misfit_of_motions_sum_2)(sum, mapped, mapped_2, sum);
     }
     NAME(misfit_of_motions_result)(sum_0, sum_1, sum, out);
 }
@@ -3122,13 +3121,13 @@ void NAME(misfit_of_motions)(intptr_t n, const REAL *a, const REAL *b, const REA
 static INLINE WORD NAME(misfit_of_motions_lanes)(intptr_t n, const REAL *a, const REAL *b, const REAL *x, REAL *out)
 {
     _Alignas(64) REAL mapped[6 * NLANES], mapped_2[6 * NLANES], sum_0[NLANES], sum_1[NLANES], sum[3 * NLANES];
-    NAME(misfit_of_motions_sum_lanes)(sum_0, sum_1);
-    NAME(screws_sum_lanes)(sum);
+    NAME(misfit_of_motions_sum_start_lanes)(sum_0, sum_1);
+    NAME(screws_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(misfit_of_motions_mapped_lanes)(x, a + 8 * NLANES * i, b + 8 * NLANES * i, mapped);
         NAME(misfit_of_motions_mapped_2_lanes)(b + 8 * NLANES * i, mapped, mapped_2);
-        NAME(misfit_of_motions_sum_2_lanes)(sum_0, sum_1, mapped, mapped_2, sum_0, sum_1);
-        NAME(misfit_of_motions_sum_3_lanes)(sum, mapped, mapped_2, sum);
+        NAME(misfit_of_motions_sum_lanes)(sum_0, sum_1, mapped, mapped_2, sum_0, sum_1);
+        NAME(misfit_of_motions_sum_2_lanes)(sum, mapped, mapped_2, sum);
     }
     NAME(misfit_of_motions_result_lanes)(sum_0, sum_1, sum, out);
     return 0;
@@ -3394,7 +3393,7 @@ static INLINE void NAME(fitted_to_motions_common_4)(const REAL *motor, REAL *com
     AND OUT(3, 8) AND OUT(4, 4) AND OUT(5, 4) AND OUT(6, 4)
 GAC_IN_LANES(fitted_to_motions_common_4, PLAIN)
 
-static INLINE void NAME(fitted_to_motions_sum)(REAL *sum_2)
+static INLINE void NAME(fitted_to_motions_sum_start)(REAL *sum_2)
 {
     sum_2[0] = (REAL)0;
     sum_2[1] = (REAL)0;
@@ -3425,8 +3424,8 @@ static INLINE void NAME(fitted_to_motions_sum)(REAL *sum_2)
     sum_2[26] = (REAL)0;
     sum_2[27] = (REAL)0;
 }
-#define PARTS_fitted_to_motions_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 28)
-GAC_IN_LANES(fitted_to_motions_sum, PLAIN)
+#define PARTS_fitted_to_motions_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 28)
+GAC_IN_LANES(fitted_to_motions_sum_start, PLAIN)
 
 static INLINE void NAME(fitted_to_motions_mapped_2)(const REAL *motor, const REAL *m, const REAL *n, const REAL
     *common, const REAL *common_2, const REAL *common_3, const REAL *common_4, const REAL *common_5, const REAL
@@ -3701,7 +3700,7 @@ static INLINE void NAME(fitted_to_motions_mapped_2)(const REAL *motor, const REA
     AND IN(4, 8) AND IN(5, 8) AND IN(6, 4) AND IN(7, 4) AND IN(8, 4) AND OUT(9, 42)
 GAC_IN_LANES(fitted_to_motions_mapped_2, PLAIN)
 
-static INLINE void NAME(fitted_to_motions_sum_2)(const REAL *sum_2, const REAL *mapped_3, REAL *sum_2_out)
+static INLINE void NAME(fitted_to_motions_sum)(const REAL *sum_2, const REAL *mapped_3, REAL *sum_2_out)
 {
     const REAL sum_2_0 = sum_2[0], sum_2_1 = sum_2[1], sum_2_2 = sum_2[2], sum_2_3 = sum_2[3], sum_2_4 = sum_2[4],
         sum_2_5 = sum_2[5], sum_2_6 = sum_2[6], sum_2_7 = sum_2[7], sum_2_8 = sum_2[8], sum_2_9 = sum_2[9],
@@ -3774,10 +3773,10 @@ static INLINE void NAME(fitted_to_motions_sum_2)(const REAL *sum_2, const REAL *
     sum_2_out[26] = sum_2_26 + (t26 + mapped_3_0_2_5 * mapped_3_0_2_6);
     sum_2_out[27] = sum_2_27 + (t27 + mapped_3_0_2_6 * mapped_3_0_2_6);
 }
-#define PARTS_fitted_to_motions_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 28) AND IN(1, 42) AND OUT(2, 28)
-GAC_IN_LANES(fitted_to_motions_sum_2, PLAIN)
+#define PARTS_fitted_to_motions_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 28) AND IN(1, 42) AND OUT(2, 28)
+GAC_IN_LANES(fitted_to_motions_sum, PLAIN)
 
-static INLINE void NAME(fitted_to_motions_sum_3)(const REAL *sum_3, const REAL *mapped_3, REAL *sum_3_out)
+static INLINE void NAME(fitted_to_motions_sum_2)(const REAL *sum_3, const REAL *mapped_3, REAL *sum_3_out)
 {
     const REAL sum_3_0 = sum_3[0], sum_3_1 = sum_3[1], sum_3_2 = sum_3[2], sum_3_3 = sum_3[3], sum_3_4 = sum_3[4],
         sum_3_5 = sum_3[5], sum_3_6 = sum_3[6], sum_3_7 = sum_3[7], sum_3_8 = sum_3[8], sum_3_9 = sum_3[9],
@@ -3850,8 +3849,8 @@ static INLINE void NAME(fitted_to_motions_sum_3)(const REAL *sum_3, const REAL *
     sum_3_out[26] = sum_3_26 + (t26 + mapped_3_1_2_5 * mapped_3_1_2_6);
     sum_3_out[27] = sum_3_27 + (t27 + mapped_3_1_2_6 * mapped_3_1_2_6);
 }
-#define PARTS_fitted_to_motions_sum_3(IN, SAME, NUMBER, OUT, AND) IN(0, 28) AND IN(1, 42) AND OUT(2, 28)
-GAC_IN_LANES(fitted_to_motions_sum_3, PLAIN)
+#define PARTS_fitted_to_motions_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 28) AND IN(1, 42) AND OUT(2, 28)
+GAC_IN_LANES(fitted_to_motions_sum_2, PLAIN)
 
 static INLINE void NAME(fitted_to_motions_next_motor)(REAL most, REAL least_change, const REAL *motor, REAL
     parallel, REAL steps, const REAL *sum_2, const REAL *sum_3, REAL common, REAL common_2, REAL common_3, REAL
@@ -4046,18 +4045,18 @@ static INLINE void NAME(fitted_to_motions_within)(intptr_t n, const REAL *a, con
     done, converged, steps_2, next_motor[8], next_turn, next_shift, next_parallel, next_steps, next_done,
     mapped_3[2 * 3 * 7], common_3[8], common_4[8], common_5[8], common_6[4], common_7[4], common_8[4], sum_2[28],
     sum_3[28], common_9, common_10, common_11, common_12, most_2;
-    NAME(first_not_unit_found)(&sum);
+    NAME(first_not_unit_found_start)(&sum);
     NAME(fitted_to_motions_common)(first, second, common);
-    NAME(misfit_of_motions_sum)(&sum_0, &sum_1);
+    NAME(misfit_of_motions_sum_start)(&sum_0, &sum_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(first_not_unit_sum)(sum, &sum);
         NAME(fitted_to_motions_signed_)(a + 8 * i, b + 8 * i, clear[i], common, signed_ + 8 * i);
         NAME(misfit_of_motions_mapped)(common, a + 8 * i, signed_ + 8 * i, mapped);
         NAME(misfit_of_motions_mapped_2)(signed_ + 8 * i, mapped, mapped_2);
-        NAME(misfit_of_motions_sum_2)(sum_0, sum_1, mapped, mapped_2, &sum_0, &sum_1);
+        NAME(misfit_of_motions_sum)(sum_0, sum_1, mapped, mapped_2, &sum_0, &sum_1);
     }
     NAME(fitted_to_motions_common_2)(sum_0, sum_1, &common_2);
-    NAME(first_not_unit_found)(&most_2);
+    NAME(first_not_unit_found_start)(&most_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(fitted_to_motions_mapped)(a + 8 * i, signed_ + 8 * i, common_2, mapped_0 + 8 * i, mapped_1 + 8 * i);
         NAME(fitted_to_motions_most)(most_2, a + 8 * i, &most_2);
@@ -4068,13 +4067,13 @@ static INLINE void NAME(fitted_to_motions_within)(intptr_t n, const REAL *a, con
     &common_12);
     for (int repeats = 0; repeats < 7; repeats++) {
         NAME(fitted_to_motions_common_4)(motor, common_3, common_4, common_5, common_6, common_7, common_8);
-        NAME(fitted_to_motions_sum)(sum_2);
-        NAME(fitted_to_motions_sum)(sum_3);
+        NAME(fitted_to_motions_sum_start)(sum_2);
+        NAME(fitted_to_motions_sum_start)(sum_3);
         for (intptr_t j = 0; j < n; j++) {
             NAME(fitted_to_motions_mapped_2)(motor, mapped_0 + 8 * j, mapped_1 + 8 * j, common_3, common_4,
     common_5, common_6, common_7, common_8, mapped_3);
-            NAME(fitted_to_motions_sum_2)(sum_2, mapped_3, sum_2);
-            NAME(fitted_to_motions_sum_3)(sum_3, mapped_3, sum_3);
+            NAME(fitted_to_motions_sum)(sum_2, mapped_3, sum_2);
+            NAME(fitted_to_motions_sum_2)(sum_3, mapped_3, sum_3);
         }
         NAME(fitted_to_motions_next_motor)(most, least_change, motor, out_2[0], steps, sum_2, sum_3, common_9,
     common_10, common_11, common_12, next_motor, &next_turn, &next_shift, &next_parallel, &next_steps, &next_done,
@@ -4120,19 +4119,19 @@ static INLINE WORD NAME(fitted_to_motions_lanes)(intptr_t n, const REAL *a, cons
     common_12[NLANES], most_2[NLANES], gac_kept_0[NLANES], gac_kept_1[8 * NLANES], gac_kept_2[NLANES],
     gac_kept_3[NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES];
     WORD far = 0;
-    NAME(first_not_unit_found_lanes)(sum);
+    NAME(first_not_unit_found_start_lanes)(sum);
     NAME(fitted_to_motions_common_lanes)(first, second, common);
-    NAME(misfit_of_motions_sum_lanes)(sum_0, sum_1);
+    NAME(misfit_of_motions_sum_start_lanes)(sum_0, sum_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(first_not_unit_sum_lanes)(sum, sum);
         NAME(fitted_to_motions_signed__lanes)(a + 8 * NLANES * i, b + 8 * NLANES * i, clear + NLANES * i, common,
     signed_ + 8 * NLANES * i);
         NAME(misfit_of_motions_mapped_lanes)(common, a + 8 * NLANES * i, signed_ + 8 * NLANES * i, mapped);
         NAME(misfit_of_motions_mapped_2_lanes)(signed_ + 8 * NLANES * i, mapped, mapped_2);
-        NAME(misfit_of_motions_sum_2_lanes)(sum_0, sum_1, mapped, mapped_2, sum_0, sum_1);
+        NAME(misfit_of_motions_sum_lanes)(sum_0, sum_1, mapped, mapped_2, sum_0, sum_1);
     }
     NAME(fitted_to_motions_common_2_lanes)(sum_0, sum_1, common_2);
-    NAME(first_not_unit_found_lanes)(most_2);
+    NAME(first_not_unit_found_start_lanes)(most_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(fitted_to_motions_mapped_lanes)(a + 8 * NLANES * i, signed_ + 8 * NLANES * i, common_2,
     mapped_0 + 8 * NLANES * i, mapped_1 + 8 * NLANES * i);
@@ -4151,13 +4150,13 @@ static INLINE WORD NAME(fitted_to_motions_lanes)(intptr_t n, const REAL *a, cons
         KEEP(rounds, NLANES, done, gac_kept_5);
         KEEP(rounds, NLANES, converged, gac_kept_6);
         NAME(fitted_to_motions_common_4_lanes)(motor, common_3, common_4, common_5, common_6, common_7, common_8);
-        NAME(fitted_to_motions_sum_lanes)(sum_2);
-        NAME(fitted_to_motions_sum_lanes)(sum_3);
+        NAME(fitted_to_motions_sum_start_lanes)(sum_2);
+        NAME(fitted_to_motions_sum_start_lanes)(sum_3);
         for (intptr_t j = 0; j < n; j++) {
             NAME(fitted_to_motions_mapped_2_lanes)(motor, mapped_0 + 8 * NLANES * j, mapped_1 + 8 * NLANES * j,
     common_3, common_4, common_5, common_6, common_7, common_8, mapped_3);
-            NAME(fitted_to_motions_sum_2_lanes)(sum_2, mapped_3, sum_2);
-            NAME(fitted_to_motions_sum_3_lanes)(sum_3, mapped_3, sum_3);
+            NAME(fitted_to_motions_sum_lanes)(sum_2, mapped_3, sum_2);
+            NAME(fitted_to_motions_sum_2_lanes)(sum_3, mapped_3, sum_3);
         }
         far |= NAME(fitted_to_motions_next_motor_lanes)(most, least_change, motor, out_2, steps, sum_2, sum_3,
     common_9, common_10, common_11, common_12, next_motor, next_turn, next_shift, next_parallel, next_steps,
@@ -4218,7 +4217,7 @@ static INLINE void NAME(start_of_poses_common)(const REAL *x, const REAL *sum, R
 #define PARTS_start_of_poses_common(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 3) AND OUT(2, 8)
 GAC_IN_LANES(start_of_poses_common, PLAIN)
 
-static INLINE void NAME(start_of_poses_found)(REAL *found)
+static INLINE void NAME(start_of_poses_found_start)(REAL *found)
 {
     found[0] = (REAL)0;
     found[1] = (REAL)0;
@@ -4229,8 +4228,8 @@ static INLINE void NAME(start_of_poses_found)(REAL *found)
     found[6] = (REAL)0;
     found[7] = (REAL)0;
 }
-#define PARTS_start_of_poses_found(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(start_of_poses_found, PLAIN)
+#define PARTS_start_of_poses_found_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
+GAC_IN_LANES(start_of_poses_found_start, PLAIN)
 
 static INLINE void NAME(start_of_poses_mapped)(const REAL *m, const REAL *n, const REAL *common, REAL *mapped)
 {
@@ -4268,7 +4267,7 @@ static INLINE void NAME(start_of_poses_mapped)(const REAL *m, const REAL *n, con
 #define PARTS_start_of_poses_mapped(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND IN(2, 8) AND OUT(3, 8)
 GAC_IN_LANES(start_of_poses_mapped, PLAIN)
 
-static INLINE void NAME(start_of_poses_found_2)(const REAL *found, const REAL *world, REAL *found_out)
+static INLINE void NAME(start_of_poses_found)(const REAL *found, const REAL *world, REAL *found_out)
 {
     const REAL found_1 = found[0], found_e12 = found[1], found_e13 = found[2], found_e23 = found[3],
         found_e01 = found[4], found_e02 = found[5], found_e03 = found[6], found_e0123 = found[7];
@@ -4285,8 +4284,8 @@ static INLINE void NAME(start_of_poses_found_2)(const REAL *found, const REAL *w
     found_out[6] = SELECT(t1, found_e03, world_e03);
     found_out[7] = SELECT(t1, found_e0123, world_e0123);
 }
-#define PARTS_start_of_poses_found_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND OUT(2, 8)
-GAC_IN_LANES(start_of_poses_found_2, PLAIN)
+#define PARTS_start_of_poses_found(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND OUT(2, 8)
+GAC_IN_LANES(start_of_poses_found, PLAIN)
 
 static INLINE void NAME(start_of_poses_mapped_2)(const REAL *found, const REAL *world, REAL *mapped_2)
 {
@@ -4389,19 +4388,19 @@ void NAME(start_of_poses)(intptr_t n, const REAL *a, const REAL *b, const REAL *
 {
     REAL sum[3], *const both_1 = work, common, common_2, common_3, common_4, *const mapped = both_1 + 8 * n,
     common_5[8], found[8], mapped_2, sum_2[8];
-    NAME(screws_sum)(sum);
+    NAME(screws_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++)
         NAME(equations_of_motions_sum)(sum, a + 8 * i, b + 8 * i, sum);
     NAME(equations_of_motions_common)(sum, &common, &common_2, &common_3, &common_4);
     NAME(start_of_poses_common)(x, sum, common_5);
-    NAME(start_of_poses_found)(found);
+    NAME(start_of_poses_found_start)(found);
     for (intptr_t i = 0; i < n; i++) {
         NAME(equations_of_motions_result)(a + 8 * i, b + 8 * i, common, common_2, common_3, common_4, out_0 + 8 * i,
     both_1 + 8 * i);
         NAME(start_of_poses_mapped)(out_0 + 8 * i, both_1 + 8 * i, common_5, mapped + 8 * i);
-        NAME(start_of_poses_found_2)(found, mapped + 8 * i, found);
+        NAME(start_of_poses_found)(found, mapped + 8 * i, found);
     }
-    NAME(start_of_poses_found)(sum_2);
+    NAME(start_of_poses_found_start)(sum_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(start_of_poses_mapped_2)(found, mapped + 8 * i, &mapped_2);
         NAME(start_of_poses_sum)(sum_2, mapped + 8 * i, mapped_2, sum_2);
@@ -4415,20 +4414,20 @@ static INLINE WORD NAME(start_of_poses_lanes)(intptr_t n, const REAL *a, const R
 {
     _Alignas(64) REAL sum[3 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES],
     common_5[8 * NLANES], found[8 * NLANES], mapped_2[NLANES], sum_2[8 * NLANES];
-    NAME(screws_sum_lanes)(sum);
+    NAME(screws_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++)
         NAME(equations_of_motions_sum_lanes)(sum, a + 8 * NLANES * i, b + 8 * NLANES * i, sum);
     NAME(equations_of_motions_common_lanes)(sum, common, common_2, common_3, common_4);
     NAME(start_of_poses_common_lanes)(x, sum, common_5);
-    NAME(start_of_poses_found_lanes)(found);
+    NAME(start_of_poses_found_start_lanes)(found);
     for (intptr_t i = 0; i < n; i++) {
         NAME(equations_of_motions_result_lanes)(a + 8 * NLANES * i, b + 8 * NLANES * i, common, common_2, common_3,
     common_4, out_0 + 8 * NLANES * i, both_1 + 8 * NLANES * i);
         NAME(start_of_poses_mapped_lanes)(out_0 + 8 * NLANES * i, both_1 + 8 * NLANES * i, common_5,
     mapped + 8 * NLANES * i);
-        NAME(start_of_poses_found_2_lanes)(found, mapped + 8 * NLANES * i, found);
+        NAME(start_of_poses_found_lanes)(found, mapped + 8 * NLANES * i, found);
     }
-    NAME(start_of_poses_found_lanes)(sum_2);
+    NAME(start_of_poses_found_start_lanes)(sum_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(start_of_poses_mapped_2_lanes)(found, mapped + 8 * NLANES * i, mapped_2);
         NAME(start_of_poses_sum_lanes)(sum_2, mapped + 8 * NLANES * i, mapped_2, sum_2);
@@ -4444,7 +4443,7 @@ GAC_PROCEDURE(start_of_poses, LANES)
     AND OUT(1, out, 3, 3, 1)
 #define WORK_still_point(WORK)
 
-static INLINE void NAME(still_point_sum)(REAL *sum, REAL *sum_2, REAL *sum_2_2, REAL *sum_3)
+static INLINE void NAME(still_point_sum_start)(REAL *sum, REAL *sum_2, REAL *sum_2_2, REAL *sum_3)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -4461,10 +4460,10 @@ static INLINE void NAME(still_point_sum)(REAL *sum, REAL *sum_2, REAL *sum_2_2, 
     sum_2_2[0] = (REAL)0;
     sum_3[0] = (REAL)0;
 }
-#define PARTS_still_point_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 9) AND OUT(1, 3) AND OUT(2, 1) AND OUT(3, 1)
-GAC_IN_LANES(still_point_sum, PLAIN)
+#define PARTS_still_point_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 9) AND OUT(1, 3) AND OUT(2, 1) AND OUT(3, 1)
+GAC_IN_LANES(still_point_sum_start, PLAIN)
 
-static INLINE void NAME(still_point_sum_2)(const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, REAL sum_3_2, const
+static INLINE void NAME(still_point_sum)(const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, REAL sum_3_2, const
     REAL *motion, REAL *sum_out, REAL *sum_2_out, REAL *sum_2_2_out, REAL *sum_3_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5],
@@ -4493,9 +4492,9 @@ static INLINE void NAME(still_point_sum_2)(const REAL *sum, const REAL *sum_2_2,
     sum_2_2_out[0] = sum_2_3 + (motion_e01 * motion_e01 + motion_e02 * motion_e02 + motion_e03 * motion_e03);
     sum_3_out[0] = sum_3_2 + (REAL)1;
 }
-#define PARTS_still_point_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 3) AND NUMBER(2, 0) AND NUMBER(3, 0) \
+#define PARTS_still_point_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 3) AND NUMBER(2, 0) AND NUMBER(3, 0) \
     AND IN(4, 6) AND OUT(5, 9) AND OUT(6, 3) AND OUT(7, 1) AND OUT(8, 1)
-GAC_IN_LANES(still_point_sum_2, PLAIN)
+GAC_IN_LANES(still_point_sum, PLAIN)
 
 static INLINE void NAME(still_point_result)(const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, REAL sum_3_2, REAL
     *out)
@@ -4535,18 +4534,18 @@ void NAME(still_point)(intptr_t n, const REAL *motions, REAL *out, REAL *work)
 {
     (void)work;
     REAL sum[9], sum_2[3], sum_2_2, sum_3;
-    NAME(still_point_sum)(sum, sum_2, &sum_2_2, &sum_3);
+    NAME(still_point_sum_start)(sum, sum_2, &sum_2_2, &sum_3);
     for (intptr_t i = 0; i < n; i++)
-        NAME(still_point_sum_2)(sum, sum_2, sum_2_2, sum_3, motions + 6 * i, sum, sum_2, &sum_2_2, &sum_3);
+        NAME(still_point_sum)(sum, sum_2, sum_2_2, sum_3, motions + 6 * i, sum, sum_2, &sum_2_2, &sum_3);
     NAME(still_point_result)(sum, sum_2, sum_2_2, sum_3, out);
 }
 
 static INLINE WORD NAME(still_point_lanes)(intptr_t n, const REAL *motions, REAL *out)
 {
     _Alignas(64) REAL sum[9 * NLANES], sum_2[3 * NLANES], sum_2_2[NLANES], sum_3[NLANES];
-    NAME(still_point_sum_lanes)(sum, sum_2, sum_2_2, sum_3);
+    NAME(still_point_sum_start_lanes)(sum, sum_2, sum_2_2, sum_3);
     for (intptr_t i = 0; i < n; i++)
-        NAME(still_point_sum_2_lanes)(sum, sum_2, sum_2_2, sum_3, motions + 6 * NLANES * i, sum, sum_2, sum_2_2,
+        NAME(still_point_sum_lanes)(sum, sum_2, sum_2_2, sum_3, motions + 6 * NLANES * i, sum, sum_2, sum_2_2,
     sum_3);
     NAME(still_point_result_lanes)(sum, sum_2, sum_2_2, sum_3, out);
     return 0;
@@ -5253,7 +5252,7 @@ void NAME(weighed_squares)(intptr_t n, const REAL *turns, const REAL *shifts, co
 {
     (void)work;
     REAL common, common_2, common_3;
-    NAME(first_not_unit_found)(out);
+    NAME(first_not_unit_found_start)(out);
     NAME(weighed_squares_common)(variances, &common, &common_2, &common_3);
     for (intptr_t i = 0; i < n; i++)
         NAME(weighed_squares_result)(hand, variances, out[0], turns + 39 * i, shifts + 39 * i, seen + 3 * i, common,
@@ -5264,7 +5263,7 @@ static INLINE WORD NAME(weighed_squares_lanes)(intptr_t n, const REAL *turns, co
     const REAL *seen, const REAL *variances, REAL *out)
 {
     _Alignas(64) REAL common[NLANES], common_2[NLANES], common_3[NLANES];
-    NAME(first_not_unit_found_lanes)(out);
+    NAME(first_not_unit_found_start_lanes)(out);
     NAME(weighed_squares_common_lanes)(variances, common, common_2, common_3);
     for (intptr_t i = 0; i < n; i++)
         NAME(weighed_squares_result_lanes)(hand, variances, out, turns + 39 * NLANES * i, shifts + 39 * NLANES * i,
@@ -5368,7 +5367,7 @@ static INLINE void NAME(likely_step_common_3)(const REAL *variances, REAL is_fir
     AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
 GAC_IN_LANES(likely_step_common_3, PLAIN)
 
-static INLINE void NAME(likely_step_sum_3)(REAL *sum_3)
+static INLINE void NAME(likely_step_sum_start)(REAL *sum_3)
 {
     sum_3[0] = (REAL)0;
     sum_3[1] = (REAL)0;
@@ -5462,8 +5461,8 @@ static INLINE void NAME(likely_step_sum_3)(REAL *sum_3)
     sum_3[89] = (REAL)0;
     sum_3[90] = (REAL)0;
 }
-#define PARTS_likely_step_sum_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 91)
-GAC_IN_LANES(likely_step_sum_3, PLAIN)
+#define PARTS_likely_step_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 91)
+GAC_IN_LANES(likely_step_sum_start, PLAIN)
 
 static INLINE void NAME(likely_step_centred)(const REAL *hand, REAL common, const REAL *turns, const REAL *shifts,
     const REAL *seen, REAL common_2, REAL common_3, REAL *centred, REAL *centred_2, REAL *centred_2_2)
@@ -5801,7 +5800,7 @@ static INLINE void NAME(likely_step_by_cause)(REAL common, const REAL *turns, co
     AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 117)
 GAC_IN_LANES(likely_step_by_cause, PLAIN)
 
-static INLINE void NAME(likely_step_sum_4)(const REAL *sum_3, const REAL *by_cause, REAL *sum_3_out)
+static INLINE void NAME(likely_step_sum_3)(const REAL *sum_3, const REAL *by_cause, REAL *sum_3_out)
 {
     const REAL sum_3_0 = sum_3[0], sum_3_1 = sum_3[1], sum_3_2 = sum_3[2], sum_3_3 = sum_3[3], sum_3_4 = sum_3[4],
         sum_3_5 = sum_3[5], sum_3_6 = sum_3[6], sum_3_7 = sum_3[7], sum_3_8 = sum_3[8], sum_3_9 = sum_3[9],
@@ -6022,10 +6021,10 @@ static INLINE void NAME(likely_step_sum_4)(const REAL *sum_3, const REAL *by_cau
     sum_3_out[89] = sum_3_89 + (t89 + by_cause_0_2_11 * by_cause_0_2_12);
     sum_3_out[90] = sum_3_90 + (t90 + by_cause_0_2_12 * by_cause_0_2_12);
 }
-#define PARTS_likely_step_sum_4(IN, SAME, NUMBER, OUT, AND) IN(0, 91) AND IN(1, 117) AND OUT(2, 91)
-GAC_IN_LANES(likely_step_sum_4, PLAIN)
+#define PARTS_likely_step_sum_3(IN, SAME, NUMBER, OUT, AND) IN(0, 91) AND IN(1, 117) AND OUT(2, 91)
+GAC_IN_LANES(likely_step_sum_3, PLAIN)
 
-static INLINE void NAME(likely_step_sum_5)(const REAL *sum_4, const REAL *by_cause, REAL *sum_4_out)
+static INLINE void NAME(likely_step_sum_4)(const REAL *sum_4, const REAL *by_cause, REAL *sum_4_out)
 {
     const REAL sum_4_0 = sum_4[0], sum_4_1 = sum_4[1], sum_4_2 = sum_4[2], sum_4_3 = sum_4[3], sum_4_4 = sum_4[4],
         sum_4_5 = sum_4[5], sum_4_6 = sum_4[6], sum_4_7 = sum_4[7], sum_4_8 = sum_4[8], sum_4_9 = sum_4[9],
@@ -6246,10 +6245,10 @@ static INLINE void NAME(likely_step_sum_5)(const REAL *sum_4, const REAL *by_cau
     sum_4_out[89] = sum_4_89 + (t89 + by_cause_1_2_11 * by_cause_1_2_12);
     sum_4_out[90] = sum_4_90 + (t90 + by_cause_1_2_12 * by_cause_1_2_12);
 }
-#define PARTS_likely_step_sum_5(IN, SAME, NUMBER, OUT, AND) IN(0, 91) AND IN(1, 117) AND OUT(2, 91)
-GAC_IN_LANES(likely_step_sum_5, PLAIN)
+#define PARTS_likely_step_sum_4(IN, SAME, NUMBER, OUT, AND) IN(0, 91) AND IN(1, 117) AND OUT(2, 91)
+GAC_IN_LANES(likely_step_sum_4, PLAIN)
 
-static INLINE void NAME(likely_step_sum_6)(const REAL *sum_5, const REAL *by_cause, REAL *sum_5_out)
+static INLINE void NAME(likely_step_sum_5)(const REAL *sum_5, const REAL *by_cause, REAL *sum_5_out)
 {
     const REAL sum_5_0 = sum_5[0], sum_5_1 = sum_5[1], sum_5_2 = sum_5[2], sum_5_3 = sum_5[3], sum_5_4 = sum_5[4],
         sum_5_5 = sum_5[5], sum_5_6 = sum_5[6], sum_5_7 = sum_5[7], sum_5_8 = sum_5[8], sum_5_9 = sum_5[9],
@@ -6470,10 +6469,10 @@ static INLINE void NAME(likely_step_sum_6)(const REAL *sum_5, const REAL *by_cau
     sum_5_out[89] = sum_5_89 + (t89 + by_cause_2_2_11 * by_cause_2_2_12);
     sum_5_out[90] = sum_5_90 + (t90 + by_cause_2_2_12 * by_cause_2_2_12);
 }
-#define PARTS_likely_step_sum_6(IN, SAME, NUMBER, OUT, AND) IN(0, 91) AND IN(1, 117) AND OUT(2, 91)
-GAC_IN_LANES(likely_step_sum_6, PLAIN)
+#define PARTS_likely_step_sum_5(IN, SAME, NUMBER, OUT, AND) IN(0, 91) AND IN(1, 117) AND OUT(2, 91)
+GAC_IN_LANES(likely_step_sum_5, PLAIN)
 
-static INLINE void NAME(likely_step_sum_7)(REAL sum_0, REAL sum_1, const REAL *centred_2, REAL across, REAL
+static INLINE void NAME(likely_step_sum_6)(REAL sum_0, REAL sum_1, const REAL *centred_2, REAL across, REAL
     *sum_0_out, REAL *sum_1_out)
 {
     const REAL centred_2_0 = centred_2[0], centred_2_1 = centred_2[1], centred_2_2 = centred_2[2];
@@ -6482,9 +6481,9 @@ static INLINE void NAME(likely_step_sum_7)(REAL sum_0, REAL sum_1, const REAL *c
     sum_0_out[0] = sum_0 + t1;
     sum_1_out[0] = sum_1 + t0;
 }
-#define PARTS_likely_step_sum_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 3) \
+#define PARTS_likely_step_sum_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 3) \
     AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(likely_step_sum_7, PLAIN)
+GAC_IN_LANES(likely_step_sum_6, PLAIN)
 
 static INLINE void NAME(likely_step_entries)(const REAL *variances, REAL is_first, const REAL *sum, REAL sum_3,
     const REAL *sum_3_2, const REAL *sum_4, const REAL *sum_5, REAL *entries)
@@ -7526,28 +7525,28 @@ void NAME(likely_step)(intptr_t n, intptr_t k, const REAL *turns, const REAL *sh
     REAL sum[3], sum_2, common, centred[3 * 13], centred_2[3], centred_2_2, common_2, common_3,
     by_cause[3 * 3 * 13], common_4, common_5, common_6, sum_3[91], sum_4[91], sum_5[91], sum_0, sum_1, entries[91],
     common_7;
-    NAME(screws_sum)(sum);
+    NAME(screws_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++)
         NAME(likely_step_sum)(sum, turns + 39 * i, shifts + 39 * i, sum);
-    NAME(first_not_unit_found)(&sum_2);
+    NAME(first_not_unit_found_start)(&sum_2);
     NAME(likely_step_common)(variances, is_first, sum, &common);
     for (intptr_t i = 0; i < n; i++)
         NAME(likely_step_sum_2)(hand, sum_2, turns + 39 * i, shifts + 39 * i, seen + 3 * i, common, &sum_2);
     NAME(likely_step_common_2)(variances, is_first, sum, sum_2, &common_2, &common_3);
     NAME(likely_step_common_3)(variances, is_first, sum, sum_2, &common_4, &common_5, &common_6);
-    NAME(likely_step_sum_3)(sum_3);
-    NAME(likely_step_sum_3)(sum_4);
-    NAME(likely_step_sum_3)(sum_5);
-    NAME(misfit_of_motions_sum)(&sum_0, &sum_1);
+    NAME(likely_step_sum_start)(sum_3);
+    NAME(likely_step_sum_start)(sum_4);
+    NAME(likely_step_sum_start)(sum_5);
+    NAME(misfit_of_motions_sum_start)(&sum_0, &sum_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(likely_step_centred)(hand, common, turns + 39 * i, shifts + 39 * i, seen + 3 * i, common_2, common_3,
     centred, centred_2, &centred_2_2);
         NAME(likely_step_by_cause)(common, turns + 39 * i, centred, centred_2, centred_2_2, common_4, common_5,
     common_6, by_cause);
-        NAME(likely_step_sum_4)(sum_3, by_cause, sum_3);
-        NAME(likely_step_sum_5)(sum_4, by_cause, sum_4);
-        NAME(likely_step_sum_6)(sum_5, by_cause, sum_5);
-        NAME(likely_step_sum_7)(sum_0, sum_1, centred_2, centred_2_2, &sum_0, &sum_1);
+        NAME(likely_step_sum_3)(sum_3, by_cause, sum_3);
+        NAME(likely_step_sum_4)(sum_4, by_cause, sum_4);
+        NAME(likely_step_sum_5)(sum_5, by_cause, sum_5);
+        NAME(likely_step_sum_6)(sum_0, sum_1, centred_2, centred_2_2, &sum_0, &sum_1);
     }
     NAME(likely_step_entries)(variances, is_first, sum, sum_2, sum_3, sum_4, sum_5, entries);
     NAME(likely_step_common_4)(variances, is_first, sum, sum_2, sum_3, sum_4, sum_5, &common_7);
@@ -7565,29 +7564,29 @@ static INLINE WORD NAME(likely_step_lanes)(intptr_t n, intptr_t k, const REAL *t
     centred_2_2[NLANES], common_2[NLANES], common_3[NLANES], by_cause[117 * NLANES], common_4[NLANES],
     common_5[NLANES], common_6[NLANES], sum_3[91 * NLANES], sum_4[91 * NLANES], sum_5[91 * NLANES], sum_0[NLANES],
     sum_1[NLANES], entries[91 * NLANES], common_7[NLANES];
-    NAME(screws_sum_lanes)(sum);
+    NAME(screws_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++)
         NAME(likely_step_sum_lanes)(sum, turns + 39 * NLANES * i, shifts + 39 * NLANES * i, sum);
-    NAME(first_not_unit_found_lanes)(sum_2);
+    NAME(first_not_unit_found_start_lanes)(sum_2);
     NAME(likely_step_common_lanes)(variances, is_first, sum, common);
     for (intptr_t i = 0; i < n; i++)
         NAME(likely_step_sum_2_lanes)(hand, sum_2, turns + 39 * NLANES * i, shifts + 39 * NLANES * i,
     seen + 3 * NLANES * i, common, sum_2);
     NAME(likely_step_common_2_lanes)(variances, is_first, sum, sum_2, common_2, common_3);
     NAME(likely_step_common_3_lanes)(variances, is_first, sum, sum_2, common_4, common_5, common_6);
-    NAME(likely_step_sum_3_lanes)(sum_3);
-    NAME(likely_step_sum_3_lanes)(sum_4);
-    NAME(likely_step_sum_3_lanes)(sum_5);
-    NAME(misfit_of_motions_sum_lanes)(sum_0, sum_1);
+    NAME(likely_step_sum_start_lanes)(sum_3);
+    NAME(likely_step_sum_start_lanes)(sum_4);
+    NAME(likely_step_sum_start_lanes)(sum_5);
+    NAME(misfit_of_motions_sum_start_lanes)(sum_0, sum_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(likely_step_centred_lanes)(hand, common, turns + 39 * NLANES * i, shifts + 39 * NLANES * i,
     seen + 3 * NLANES * i, common_2, common_3, centred, centred_2, centred_2_2);
         NAME(likely_step_by_cause_lanes)(common, turns + 39 * NLANES * i, centred, centred_2, centred_2_2, common_4,
     common_5, common_6, by_cause);
-        NAME(likely_step_sum_4_lanes)(sum_3, by_cause, sum_3);
-        NAME(likely_step_sum_5_lanes)(sum_4, by_cause, sum_4);
-        NAME(likely_step_sum_6_lanes)(sum_5, by_cause, sum_5);
-        NAME(likely_step_sum_7_lanes)(sum_0, sum_1, centred_2, centred_2_2, sum_0, sum_1);
+        NAME(likely_step_sum_3_lanes)(sum_3, by_cause, sum_3);
+        NAME(likely_step_sum_4_lanes)(sum_4, by_cause, sum_4);
+        NAME(likely_step_sum_5_lanes)(sum_5, by_cause, sum_5);
+        NAME(likely_step_sum_6_lanes)(sum_0, sum_1, centred_2, centred_2_2, sum_0, sum_1);
     }
     NAME(likely_step_entries_lanes)(variances, is_first, sum, sum_2, sum_3, sum_4, sum_5, entries);
     NAME(likely_step_common_4_lanes)(variances, is_first, sum, sum_2, sum_3, sum_4, sum_5, common_7);

@@ -2,7 +2,7 @@
 // command: gac generate --all lenses
 // spec: 9dca4644b24fb4a2
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: c4d1e90c1a2592e0bdfc8ac0cceeda529e5360e374ef2e7cf5bd6712b1fce78e
+// body: ed580e0951bc70bade060510e0140b366c715429f4f7aec6b8a7e13531528a10
 
 #ifndef REAL
 #include "lenses.h"
@@ -1779,7 +1779,7 @@ GAC_PROCEDURE(undistort_fisheye, BUSY)
     AND IN(5, weights, scalar, 1, n) AND OUT(6, out, 210, 210, 1)
 #define WORK_brown_sums(WORK)
 
-static INLINE void NAME(brown_sums_sum)(REAL *sum)
+static INLINE void NAME(brown_sums_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -1992,8 +1992,8 @@ static INLINE void NAME(brown_sums_sum)(REAL *sum)
     sum[208] = (REAL)0;
     sum[209] = (REAL)0;
 }
-#define PARTS_brown_sums_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 210)
-GAC_IN_LANES(brown_sums_sum, PLAIN)
+#define PARTS_brown_sums_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 210)
+GAC_IN_LANES(brown_sums_sum_start, PLAIN)
 
 static INLINE void NAME(brown_sums_common)(const REAL *pose, const REAL *k, REAL *common, REAL *common_2, REAL
     *common_3, REAL *common_4, REAL *common_5, REAL *common_6, REAL *common_7)
@@ -2012,7 +2012,7 @@ static INLINE void NAME(brown_sums_common)(const REAL *pose, const REAL *k, REAL
     AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1)
 GAC_IN_LANES(brown_sums_common, PLAIN)
 
-static INLINE void NAME(brown_sums_sum_2)(const REAL *pose, const REAL *intrinsics, const REAL *k, const REAL *sum,
+static INLINE void NAME(brown_sums_sum)(const REAL *pose, const REAL *intrinsics, const REAL *k, const REAL *sum,
     const REAL *places, const REAL *pixels, REAL weight, REAL common, REAL common_2, REAL common_3, REAL common_4,
     REAL common_5, REAL common_6, REAL common_7, REAL *sum_out)
 {
@@ -2359,10 +2359,10 @@ static INLINE void NAME(brown_sums_sum_2)(const REAL *pose, const REAL *intrinsi
     sum_out[208] = sum_208 + weight * (t73 * t84 + t76 * t85);
     sum_out[209] = sum_209 + weight * (t84 * t84 + t85 * t85);
 }
-#define PARTS_brown_sums_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 5) AND IN(2, 8) AND IN(3, 210) \
+#define PARTS_brown_sums_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 5) AND IN(2, 8) AND IN(3, 210) \
     AND IN(4, 2) AND IN(5, 2) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) AND NUMBER(9, 0) AND NUMBER(10, 0) \
     AND NUMBER(11, 0) AND NUMBER(12, 0) AND NUMBER(13, 0) AND OUT(14, 210)
-GAC_IN_LANES(brown_sums_sum_2, PLAIN)
+GAC_IN_LANES(brown_sums_sum, PLAIN)
 
 static INLINE void NAME(brown_sums_result)(const REAL *sum, REAL *out)
 {
@@ -2632,11 +2632,11 @@ void NAME(brown_sums)(intptr_t n, const REAL *pose, const REAL *intrinsics, cons
 {
     (void)work;
     REAL sum[210], common, common_2, common_3, common_4, common_5, common_6, common_7;
-    NAME(brown_sums_sum)(sum);
+    NAME(brown_sums_sum_start)(sum);
     NAME(brown_sums_common)(pose, k, &common, &common_2, &common_3, &common_4, &common_5, &common_6, &common_7);
     for (intptr_t i = 0; i < n; i++)
-        NAME(brown_sums_sum_2)(pose, intrinsics, k, sum, places + 2 * i, pixels + 2 * i, weights[i], common,
-    common_2, common_3, common_4, common_5, common_6, common_7, sum);
+        NAME(brown_sums_sum)(pose, intrinsics, k, sum, places + 2 * i, pixels + 2 * i, weights[i], common, common_2,
+    common_3, common_4, common_5, common_6, common_7, sum);
     NAME(brown_sums_result)(sum, out);
 }
 
@@ -2645,10 +2645,10 @@ static INLINE WORD NAME(brown_sums_lanes)(intptr_t n, const REAL *pose, const RE
 {
     _Alignas(64) REAL sum[210 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES],
     common_5[NLANES], common_6[NLANES], common_7[NLANES];
-    NAME(brown_sums_sum_lanes)(sum);
+    NAME(brown_sums_sum_start_lanes)(sum);
     NAME(brown_sums_common_lanes)(pose, k, common, common_2, common_3, common_4, common_5, common_6, common_7);
     for (intptr_t i = 0; i < n; i++)
-        NAME(brown_sums_sum_2_lanes)(pose, intrinsics, k, sum, places + 2 * NLANES * i, pixels + 2 * NLANES * i,
+        NAME(brown_sums_sum_lanes)(pose, intrinsics, k, sum, places + 2 * NLANES * i, pixels + 2 * NLANES * i,
     weights + NLANES * i, common, common_2, common_3, common_4, common_5, common_6, common_7, sum);
     NAME(brown_sums_result_lanes)(sum, out);
     return 0;
@@ -2661,7 +2661,7 @@ GAC_PROCEDURE(brown_sums, LANES)
     AND IN(5, weights, scalar, 1, n) AND OUT(6, out, 136, 136, 1)
 #define WORK_fisheye_sums(WORK)
 
-static INLINE void NAME(fisheye_sums_sum)(REAL *sum)
+static INLINE void NAME(fisheye_sums_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -2800,8 +2800,8 @@ static INLINE void NAME(fisheye_sums_sum)(REAL *sum)
     sum[134] = (REAL)0;
     sum[135] = (REAL)0;
 }
-#define PARTS_fisheye_sums_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 136)
-GAC_IN_LANES(fisheye_sums_sum, PLAIN)
+#define PARTS_fisheye_sums_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 136)
+GAC_IN_LANES(fisheye_sums_sum_start, PLAIN)
 
 static INLINE void NAME(fisheye_sums_common)(const REAL *pose, const REAL *k_3, REAL *common, REAL *common_2, REAL
     *common_3, REAL *common_4)
@@ -2817,9 +2817,9 @@ static INLINE void NAME(fisheye_sums_common)(const REAL *pose, const REAL *k_3, 
     AND OUT(4, 1) AND OUT(5, 1)
 GAC_IN_LANES(fisheye_sums_common, PLAIN)
 
-static INLINE void NAME(fisheye_sums_sum_2)(const REAL *pose, const REAL *intrinsics, const REAL *k, const REAL
-    *sum, const REAL *places, const REAL *pixels, REAL weight, REAL common, REAL common_2, REAL common_3, REAL
-    common_4, REAL *sum_out)
+static INLINE void NAME(fisheye_sums_sum)(const REAL *pose, const REAL *intrinsics, const REAL *k, const REAL *sum,
+    const REAL *places, const REAL *pixels, REAL weight, REAL common, REAL common_2, REAL common_3, REAL common_4,
+    REAL *sum_out)
 {
     const REAL pose_0_0 = pose[0], pose_0_1 = pose[1], pose_0_3 = pose[3], pose_1_0 = pose[4], pose_1_1 = pose[5],
         pose_1_3 = pose[7], pose_2_0 = pose[8], pose_2_1 = pose[9], pose_2_3 = pose[11];
@@ -3071,10 +3071,10 @@ static INLINE void NAME(fisheye_sums_sum_2)(const REAL *pose, const REAL *intrin
     sum_out[134] = sum_134 - weight * (t69 * t80 + t72 * t81);
     sum_out[135] = sum_135 + weight * (t80 * t80 + t81 * t81);
 }
-#define PARTS_fisheye_sums_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 5) AND IN(2, 4) AND IN(3, 136) \
+#define PARTS_fisheye_sums_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 5) AND IN(2, 4) AND IN(3, 136) \
     AND IN(4, 2) AND IN(5, 2) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) AND NUMBER(9, 0) AND NUMBER(10, 0) \
     AND OUT(11, 136)
-GAC_IN_LANES(fisheye_sums_sum_2, PLAIN)
+GAC_IN_LANES(fisheye_sums_sum, PLAIN)
 
 static INLINE void NAME(fisheye_sums_result)(const REAL *sum, REAL *out)
 {
@@ -3255,10 +3255,10 @@ static INLINE void NAME(fisheye_sums_within)(intptr_t n, const REAL *pose, const
 {
     (void)work;
     REAL sum[136], common, common_2, common_3, common_4;
-    NAME(fisheye_sums_sum)(sum);
+    NAME(fisheye_sums_sum_start)(sum);
     NAME(fisheye_sums_common)(pose, k, &common, &common_2, &common_3, &common_4);
     for (intptr_t i = 0; i < n; i++)
-        NAME(fisheye_sums_sum_2)(pose, intrinsics, k, sum, places + 2 * i, pixels + 2 * i, weights[i], common,
+        NAME(fisheye_sums_sum)(pose, intrinsics, k, sum, places + 2 * i, pixels + 2 * i, weights[i], common,
     common_2, common_3, common_4, sum);
     NAME(fisheye_sums_result)(sum, out);
 }
@@ -3277,10 +3277,10 @@ static INLINE WORD NAME(fisheye_sums_lanes)(intptr_t n, const REAL *pose, const 
     const REAL *places, const REAL *pixels, const REAL *weights, REAL *out)
 {
     _Alignas(64) REAL sum[136 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES];
-    NAME(fisheye_sums_sum_lanes)(sum);
+    NAME(fisheye_sums_sum_start_lanes)(sum);
     NAME(fisheye_sums_common_lanes)(pose, k, common, common_2, common_3, common_4);
     for (intptr_t i = 0; i < n; i++)
-        NAME(fisheye_sums_sum_2_lanes)(pose, intrinsics, k, sum, places + 2 * NLANES * i, pixels + 2 * NLANES * i,
+        NAME(fisheye_sums_sum_lanes)(pose, intrinsics, k, sum, places + 2 * NLANES * i, pixels + 2 * NLANES * i,
     weights + NLANES * i, common, common_2, common_3, common_4, sum);
     NAME(fisheye_sums_result_lanes)(sum, out);
     return 0;

@@ -2,7 +2,7 @@
 // command: gac generate --all line_maps
 // spec: 6acdd6a75e78521e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 4c324d444036688cc5c9a35f48575df57785bd630f3624259fadf3d775e37a7c
+// body: 7e253cfcc4e0b6b0821d5f19ca989117cce302fa3afe17da24d2954632943bab
 
 #ifndef REAL
 #include "line_maps.h"
@@ -685,7 +685,7 @@ GAC_KERNEL_AND_FORMS(overlap_of_segments, PLAIN, DIRECT, GAC_USE(overlap_of_segm
     AND OUT(8, out_2, scalar, 1, 1) AND OUT(9, out_3, scalar, 1, 1)
 #define WORK_sums_of_distances(WORK)
 
-static INLINE void NAME(sums_of_distances_sum)(REAL *sum, REAL *sum_2, REAL *out_2, REAL *out_3)
+static INLINE void NAME(sums_of_distances_sum_start)(REAL *sum, REAL *sum_2, REAL *out_2, REAL *out_3)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -699,8 +699,9 @@ static INLINE void NAME(sums_of_distances_sum)(REAL *sum, REAL *sum_2, REAL *out
     out_2[0] = (REAL)0;
     out_3[0] = (REAL)0;
 }
-#define PARTS_sums_of_distances_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 3) AND OUT(2, 1) AND OUT(3, 1)
-GAC_IN_LANES(sums_of_distances_sum, PLAIN)
+#define PARTS_sums_of_distances_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 3) AND OUT(2, 1) \
+    AND OUT(3, 1)
+GAC_IN_LANES(sums_of_distances_sum_start, PLAIN)
 
 static INLINE void NAME(sums_of_distances_common)(REAL scale, REAL *common)
 {
@@ -709,7 +710,7 @@ static INLINE void NAME(sums_of_distances_common)(REAL scale, REAL *common)
 #define PARTS_sums_of_distances_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
 GAC_IN_LANES(sums_of_distances_common, PLAIN)
 
-static INLINE void NAME(sums_of_distances_sum_2)(const REAL *m, const REAL *sum, const REAL *sum_2_2, REAL sum_2_3,
+static INLINE void NAME(sums_of_distances_sum)(const REAL *m, const REAL *sum, const REAL *sum_2_2, REAL sum_2_3,
     REAL sum_3_2, const REAL *points, const REAL *targets, const REAL *normals, REAL w, REAL common, REAL *sum_out,
     REAL *sum_2_out, REAL *out_2, REAL *out_3)
 {
@@ -745,10 +746,10 @@ static INLINE void NAME(sums_of_distances_sum_2)(const REAL *m, const REAL *sum,
     out_2[0] = sum_2_3 + t7;
     out_3[0] = sum_3_2 + t5 * t13;
 }
-#define PARTS_sums_of_distances_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND IN(2, 3) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND IN(5, 2) AND IN(6, 2) AND IN(7, 2) AND NUMBER(8, 0) AND NUMBER(9, 0) \
-    AND OUT(10, 6) AND OUT(11, 3) AND OUT(12, 1) AND OUT(13, 1)
-GAC_IN_LANES(sums_of_distances_sum_2, PLAIN)
+#define PARTS_sums_of_distances_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND IN(2, 3) AND NUMBER(3, 0) \
+    AND NUMBER(4, 0) AND IN(5, 2) AND IN(6, 2) AND IN(7, 2) AND NUMBER(8, 0) AND NUMBER(9, 0) AND OUT(10, 6) \
+    AND OUT(11, 3) AND OUT(12, 1) AND OUT(13, 1)
+GAC_IN_LANES(sums_of_distances_sum, PLAIN)
 
 static INLINE void NAME(sums_of_distances_result)(const REAL *sum, const REAL *sum_2_2, REAL *out_0, REAL *out_1)
 {
@@ -781,10 +782,10 @@ void NAME(sums_of_distances)(intptr_t n, const REAL *m, const REAL *points, cons
 {
     (void)work;
     REAL sum[6], sum_2[3], common;
-    NAME(sums_of_distances_sum)(sum, sum_2, out_2, out_3);
+    NAME(sums_of_distances_sum_start)(sum, sum_2, out_2, out_3);
     NAME(sums_of_distances_common)(scale, &common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(sums_of_distances_sum_2)(m, sum, sum_2, out_2[0], out_3[0], points + 2 * i, targets + 2 * i,
+        NAME(sums_of_distances_sum)(m, sum, sum_2, out_2[0], out_3[0], points + 2 * i, targets + 2 * i,
     normals + 2 * i, weights[i], common, sum, sum_2, out_2, out_3);
     NAME(sums_of_distances_result)(sum, sum_2, out_0, out_1);
 }
@@ -793,10 +794,10 @@ static INLINE WORD NAME(sums_of_distances_lanes)(intptr_t n, const REAL *m, cons
     const REAL *normals, const REAL *weights, const REAL *scale, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3)
 {
     _Alignas(64) REAL sum[6 * NLANES], sum_2[3 * NLANES], common[NLANES];
-    NAME(sums_of_distances_sum_lanes)(sum, sum_2, out_2, out_3);
+    NAME(sums_of_distances_sum_start_lanes)(sum, sum_2, out_2, out_3);
     NAME(sums_of_distances_common_lanes)(scale, common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(sums_of_distances_sum_2_lanes)(m, sum, sum_2, out_2, out_3, points + 2 * NLANES * i,
+        NAME(sums_of_distances_sum_lanes)(m, sum, sum_2, out_2, out_3, points + 2 * NLANES * i,
     targets + 2 * NLANES * i, normals + 2 * NLANES * i, weights + NLANES * i, common, sum, sum_2, out_2, out_3);
     NAME(sums_of_distances_result_lanes)(sum, sum_2, out_0, out_1);
     return 0;

@@ -2,7 +2,7 @@
 // command: gac generate --all linear_views
 // spec: 41b8e7caa41b69cb
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 6f14307ed1beb2190d2855dd35e2745b4c417570dd10010ffa5871a6aa78e293
+// body: 4709f5a7f90f672f4c186260dfed35514d1871d7c3d830744827c81c8f2f6bac
 
 #ifndef REAL
 #include "linear_views.h"
@@ -1444,16 +1444,16 @@ GAC_KERNEL(reversed_pose, PLAIN, TILES)
     AND IN(1, second, 2, 2, n) AND OUT(2, out_0, 9, 9, n) AND OUT(3, out_1, 3x3, 9, 1) AND OUT(4, out_2, 3x3, 9, 1)
 #define WORK_epipolar_equations(WORK) WORK(5, mapped_0, scalar, 1, n) WORK(6, mapped_1, scalar, 1, n)
 
-static INLINE void NAME(epipolar_equations_sum)(REAL *sum_0_0, REAL *sum_0_1, REAL *sum_1)
+static INLINE void NAME(epipolar_equations_sum_start)(REAL *sum_0_0, REAL *sum_0_1, REAL *sum_1)
 {
     sum_0_0[0] = (REAL)0;
     sum_0_1[0] = (REAL)0;
     sum_1[0] = (REAL)0;
 }
-#define PARTS_epipolar_equations_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(epipolar_equations_sum, PLAIN)
+#define PARTS_epipolar_equations_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1)
+GAC_IN_LANES(epipolar_equations_sum_start, PLAIN)
 
-static INLINE void NAME(epipolar_equations_sum_2)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, const REAL *first, REAL
+static INLINE void NAME(epipolar_equations_sum)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, const REAL *first, REAL
     *sum_0_0_out, REAL *sum_0_1_out, REAL *sum_1_out)
 {
     const REAL first_0 = first[0], first_1 = first[1];
@@ -1461,16 +1461,16 @@ static INLINE void NAME(epipolar_equations_sum_2)(REAL sum_0_0, REAL sum_0_1, RE
     sum_0_1_out[0] = sum_0_1 + first_1;
     sum_1_out[0] = sum_1 + (REAL)1;
 }
-#define PARTS_epipolar_equations_sum_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_epipolar_equations_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND IN(3, 2) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(epipolar_equations_sum_2, PLAIN)
+GAC_IN_LANES(epipolar_equations_sum, PLAIN)
 
-static INLINE void NAME(epipolar_equations_sum_3)(REAL *sum)
+static INLINE void NAME(epipolar_equations_sum_start_2)(REAL *sum)
 {
     sum[0] = (REAL)0;
 }
-#define PARTS_epipolar_equations_sum_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(epipolar_equations_sum_3, PLAIN)
+#define PARTS_epipolar_equations_sum_start_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(epipolar_equations_sum_start_2, PLAIN)
 
 static INLINE void NAME(epipolar_equations_common)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, REAL *common, REAL
     *common_2)
@@ -1483,7 +1483,7 @@ static INLINE void NAME(epipolar_equations_common)(REAL sum_0_0, REAL sum_0_1, R
     AND OUT(3, 1) AND OUT(4, 1)
 GAC_IN_LANES(epipolar_equations_common, PLAIN)
 
-static INLINE void NAME(epipolar_equations_sum_4)(REAL sum, const REAL *first, REAL common, REAL common_2, REAL
+static INLINE void NAME(epipolar_equations_sum_2)(REAL sum, const REAL *first, REAL common, REAL common_2, REAL
     *sum_out)
 {
     const REAL first_0 = first[0], first_1 = first[1];
@@ -1491,9 +1491,9 @@ static INLINE void NAME(epipolar_equations_sum_4)(REAL sum, const REAL *first, R
     const REAL t1 = first_1 - common_2;
     sum_out[0] = sum + (t0 * t0 + t1 * t1);
 }
-#define PARTS_epipolar_equations_sum_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 2) AND NUMBER(2, 0) \
+#define PARTS_epipolar_equations_sum_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 2) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(epipolar_equations_sum_4, PLAIN)
+GAC_IN_LANES(epipolar_equations_sum_2, PLAIN)
 
 static INLINE void NAME(epipolar_equations_m)(REAL m, const REAL *first, REAL *m_out)
 {
@@ -1612,28 +1612,28 @@ void NAME(epipolar_equations)(intptr_t n, const REAL *first, const REAL *second,
     REAL sum_0_0, sum_0_1, sum_1, sum, common, common_2, m, *const mapped_0 = work, *const mapped_1 = mapped_0 + n,
     common_3, common_4, common_5, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, common_6, common_7, m_2, mapped_0_2,
     mapped_1_2, common_8, common_9, common_10;
-    NAME(epipolar_equations_sum)(&sum_0_0, &sum_0_1, &sum_1);
+    NAME(epipolar_equations_sum_start)(&sum_0_0, &sum_0_1, &sum_1);
     for (intptr_t i = 0; i < n; i++)
-        NAME(epipolar_equations_sum_2)(sum_0_0, sum_0_1, sum_1, first + 2 * i, &sum_0_0, &sum_0_1, &sum_1);
-    NAME(epipolar_equations_sum_3)(&sum);
+        NAME(epipolar_equations_sum)(sum_0_0, sum_0_1, sum_1, first + 2 * i, &sum_0_0, &sum_0_1, &sum_1);
+    NAME(epipolar_equations_sum_start_2)(&sum);
     NAME(epipolar_equations_common)(sum_0_0, sum_0_1, sum_1, &common, &common_2);
-    NAME(epipolar_equations_sum_3)(&m);
+    NAME(epipolar_equations_sum_start_2)(&m);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(epipolar_equations_sum_4)(sum, first + 2 * i, common, common_2, &sum);
+        NAME(epipolar_equations_sum_2)(sum, first + 2 * i, common, common_2, &sum);
         NAME(epipolar_equations_m)(m, first + 2 * i, &m);
     }
     NAME(epipolar_equations_common_2)(sum_0_0, sum_0_1, sum_1, sum, m, &common_3, &common_4, &common_5);
-    NAME(epipolar_equations_sum)(&sum_0_0_2, &sum_0_1_2, &sum_1_2);
+    NAME(epipolar_equations_sum_start)(&sum_0_0_2, &sum_0_1_2, &sum_1_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(epipolar_equations_mapped)(first + 2 * i, common_3, common_4, common_5, mapped_0 + i, mapped_1 + i);
-        NAME(epipolar_equations_sum_2)(sum_0_0_2, sum_0_1_2, sum_1_2, second + 2 * i, &sum_0_0_2, &sum_0_1_2,
+        NAME(epipolar_equations_sum)(sum_0_0_2, sum_0_1_2, sum_1_2, second + 2 * i, &sum_0_0_2, &sum_0_1_2,
     &sum_1_2);
     }
-    NAME(epipolar_equations_sum_3)(&sum_2);
+    NAME(epipolar_equations_sum_start_2)(&sum_2);
     NAME(epipolar_equations_common)(sum_0_0_2, sum_0_1_2, sum_1_2, &common_6, &common_7);
-    NAME(epipolar_equations_sum_3)(&m_2);
+    NAME(epipolar_equations_sum_start_2)(&m_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(epipolar_equations_sum_4)(sum_2, second + 2 * i, common_6, common_7, &sum_2);
+        NAME(epipolar_equations_sum_2)(sum_2, second + 2 * i, common_6, common_7, &sum_2);
         NAME(epipolar_equations_m)(m_2, second + 2 * i, &m_2);
     }
     NAME(epipolar_equations_common_2)(sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, m_2, &common_8, &common_9, &common_10);
@@ -1652,30 +1652,30 @@ static INLINE WORD NAME(epipolar_equations_lanes)(intptr_t n, const REAL *first,
     common_2[NLANES], m[NLANES], common_3[NLANES], common_4[NLANES], common_5[NLANES], sum_0_0_2[NLANES],
     sum_0_1_2[NLANES], sum_1_2[NLANES], sum_2[NLANES], common_6[NLANES], common_7[NLANES], m_2[NLANES],
     mapped_0_2[NLANES], mapped_1_2[NLANES], common_8[NLANES], common_9[NLANES], common_10[NLANES];
-    NAME(epipolar_equations_sum_lanes)(sum_0_0, sum_0_1, sum_1);
+    NAME(epipolar_equations_sum_start_lanes)(sum_0_0, sum_0_1, sum_1);
     for (intptr_t i = 0; i < n; i++)
-        NAME(epipolar_equations_sum_2_lanes)(sum_0_0, sum_0_1, sum_1, first + 2 * NLANES * i, sum_0_0, sum_0_1,
+        NAME(epipolar_equations_sum_lanes)(sum_0_0, sum_0_1, sum_1, first + 2 * NLANES * i, sum_0_0, sum_0_1,
     sum_1);
-    NAME(epipolar_equations_sum_3_lanes)(sum);
+    NAME(epipolar_equations_sum_start_2_lanes)(sum);
     NAME(epipolar_equations_common_lanes)(sum_0_0, sum_0_1, sum_1, common, common_2);
-    NAME(epipolar_equations_sum_3_lanes)(m);
+    NAME(epipolar_equations_sum_start_2_lanes)(m);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(epipolar_equations_sum_4_lanes)(sum, first + 2 * NLANES * i, common, common_2, sum);
+        NAME(epipolar_equations_sum_2_lanes)(sum, first + 2 * NLANES * i, common, common_2, sum);
         NAME(epipolar_equations_m_lanes)(m, first + 2 * NLANES * i, m);
     }
     NAME(epipolar_equations_common_2_lanes)(sum_0_0, sum_0_1, sum_1, sum, m, common_3, common_4, common_5);
-    NAME(epipolar_equations_sum_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2);
+    NAME(epipolar_equations_sum_start_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(epipolar_equations_mapped_lanes)(first + 2 * NLANES * i, common_3, common_4, common_5,
     mapped_0 + NLANES * i, mapped_1 + NLANES * i);
-        NAME(epipolar_equations_sum_2_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, second + 2 * NLANES * i, sum_0_0_2,
+        NAME(epipolar_equations_sum_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, second + 2 * NLANES * i, sum_0_0_2,
     sum_0_1_2, sum_1_2);
     }
-    NAME(epipolar_equations_sum_3_lanes)(sum_2);
+    NAME(epipolar_equations_sum_start_2_lanes)(sum_2);
     NAME(epipolar_equations_common_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, common_6, common_7);
-    NAME(epipolar_equations_sum_3_lanes)(m_2);
+    NAME(epipolar_equations_sum_start_2_lanes)(m_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(epipolar_equations_sum_4_lanes)(sum_2, second + 2 * NLANES * i, common_6, common_7, sum_2);
+        NAME(epipolar_equations_sum_2_lanes)(sum_2, second + 2 * NLANES * i, common_6, common_7, sum_2);
         NAME(epipolar_equations_m_lanes)(m_2, second + 2 * NLANES * i, m_2);
     }
     NAME(epipolar_equations_common_2_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, m_2, common_8, common_9,
@@ -1737,28 +1737,28 @@ void NAME(plane_equations)(intptr_t n, const REAL *first, const REAL *second, RE
     REAL sum_0_0, sum_0_1, sum_1, sum, common, common_2, m, *const mapped_0 = work, *const mapped_1 = mapped_0 + n,
     common_3, common_4, common_5, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, common_6, common_7, m_2, mapped_0_2,
     mapped_1_2, common_8, common_9, common_10;
-    NAME(epipolar_equations_sum)(&sum_0_0, &sum_0_1, &sum_1);
+    NAME(epipolar_equations_sum_start)(&sum_0_0, &sum_0_1, &sum_1);
     for (intptr_t i = 0; i < n; i++)
-        NAME(epipolar_equations_sum_2)(sum_0_0, sum_0_1, sum_1, first + 2 * i, &sum_0_0, &sum_0_1, &sum_1);
-    NAME(epipolar_equations_sum_3)(&sum);
+        NAME(epipolar_equations_sum)(sum_0_0, sum_0_1, sum_1, first + 2 * i, &sum_0_0, &sum_0_1, &sum_1);
+    NAME(epipolar_equations_sum_start_2)(&sum);
     NAME(epipolar_equations_common)(sum_0_0, sum_0_1, sum_1, &common, &common_2);
-    NAME(epipolar_equations_sum_3)(&m);
+    NAME(epipolar_equations_sum_start_2)(&m);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(epipolar_equations_sum_4)(sum, first + 2 * i, common, common_2, &sum);
+        NAME(epipolar_equations_sum_2)(sum, first + 2 * i, common, common_2, &sum);
         NAME(epipolar_equations_m)(m, first + 2 * i, &m);
     }
     NAME(epipolar_equations_common_2)(sum_0_0, sum_0_1, sum_1, sum, m, &common_3, &common_4, &common_5);
-    NAME(epipolar_equations_sum)(&sum_0_0_2, &sum_0_1_2, &sum_1_2);
+    NAME(epipolar_equations_sum_start)(&sum_0_0_2, &sum_0_1_2, &sum_1_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(epipolar_equations_mapped)(first + 2 * i, common_3, common_4, common_5, mapped_0 + i, mapped_1 + i);
-        NAME(epipolar_equations_sum_2)(sum_0_0_2, sum_0_1_2, sum_1_2, second + 2 * i, &sum_0_0_2, &sum_0_1_2,
+        NAME(epipolar_equations_sum)(sum_0_0_2, sum_0_1_2, sum_1_2, second + 2 * i, &sum_0_0_2, &sum_0_1_2,
     &sum_1_2);
     }
-    NAME(epipolar_equations_sum_3)(&sum_2);
+    NAME(epipolar_equations_sum_start_2)(&sum_2);
     NAME(epipolar_equations_common)(sum_0_0_2, sum_0_1_2, sum_1_2, &common_6, &common_7);
-    NAME(epipolar_equations_sum_3)(&m_2);
+    NAME(epipolar_equations_sum_start_2)(&m_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(epipolar_equations_sum_4)(sum_2, second + 2 * i, common_6, common_7, &sum_2);
+        NAME(epipolar_equations_sum_2)(sum_2, second + 2 * i, common_6, common_7, &sum_2);
         NAME(epipolar_equations_m)(m_2, second + 2 * i, &m_2);
     }
     NAME(epipolar_equations_common_2)(sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, m_2, &common_8, &common_9, &common_10);
@@ -1777,30 +1777,30 @@ static INLINE WORD NAME(plane_equations_lanes)(intptr_t n, const REAL *first, co
     common_2[NLANES], m[NLANES], common_3[NLANES], common_4[NLANES], common_5[NLANES], sum_0_0_2[NLANES],
     sum_0_1_2[NLANES], sum_1_2[NLANES], sum_2[NLANES], common_6[NLANES], common_7[NLANES], m_2[NLANES],
     mapped_0_2[NLANES], mapped_1_2[NLANES], common_8[NLANES], common_9[NLANES], common_10[NLANES];
-    NAME(epipolar_equations_sum_lanes)(sum_0_0, sum_0_1, sum_1);
+    NAME(epipolar_equations_sum_start_lanes)(sum_0_0, sum_0_1, sum_1);
     for (intptr_t i = 0; i < n; i++)
-        NAME(epipolar_equations_sum_2_lanes)(sum_0_0, sum_0_1, sum_1, first + 2 * NLANES * i, sum_0_0, sum_0_1,
+        NAME(epipolar_equations_sum_lanes)(sum_0_0, sum_0_1, sum_1, first + 2 * NLANES * i, sum_0_0, sum_0_1,
     sum_1);
-    NAME(epipolar_equations_sum_3_lanes)(sum);
+    NAME(epipolar_equations_sum_start_2_lanes)(sum);
     NAME(epipolar_equations_common_lanes)(sum_0_0, sum_0_1, sum_1, common, common_2);
-    NAME(epipolar_equations_sum_3_lanes)(m);
+    NAME(epipolar_equations_sum_start_2_lanes)(m);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(epipolar_equations_sum_4_lanes)(sum, first + 2 * NLANES * i, common, common_2, sum);
+        NAME(epipolar_equations_sum_2_lanes)(sum, first + 2 * NLANES * i, common, common_2, sum);
         NAME(epipolar_equations_m_lanes)(m, first + 2 * NLANES * i, m);
     }
     NAME(epipolar_equations_common_2_lanes)(sum_0_0, sum_0_1, sum_1, sum, m, common_3, common_4, common_5);
-    NAME(epipolar_equations_sum_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2);
+    NAME(epipolar_equations_sum_start_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(epipolar_equations_mapped_lanes)(first + 2 * NLANES * i, common_3, common_4, common_5,
     mapped_0 + NLANES * i, mapped_1 + NLANES * i);
-        NAME(epipolar_equations_sum_2_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, second + 2 * NLANES * i, sum_0_0_2,
+        NAME(epipolar_equations_sum_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, second + 2 * NLANES * i, sum_0_0_2,
     sum_0_1_2, sum_1_2);
     }
-    NAME(epipolar_equations_sum_3_lanes)(sum_2);
+    NAME(epipolar_equations_sum_start_2_lanes)(sum_2);
     NAME(epipolar_equations_common_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, common_6, common_7);
-    NAME(epipolar_equations_sum_3_lanes)(m_2);
+    NAME(epipolar_equations_sum_start_2_lanes)(m_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(epipolar_equations_sum_4_lanes)(sum_2, second + 2 * NLANES * i, common_6, common_7, sum_2);
+        NAME(epipolar_equations_sum_2_lanes)(sum_2, second + 2 * NLANES * i, common_6, common_7, sum_2);
         NAME(epipolar_equations_m_lanes)(m_2, second + 2 * NLANES * i, m_2);
     }
     NAME(epipolar_equations_common_2_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, m_2, common_8, common_9,
@@ -1823,18 +1823,18 @@ GAC_PROCEDURE(plane_equations, LANES)
     AND OUT(4, out_2, 3x3, 9, 1)
 #define WORK_camera_equations(WORK) WORK(5, mapped, 3, 3, n)
 
-static INLINE void NAME(camera_equations_sum)(REAL *sum, REAL *sum_1)
+static INLINE void NAME(camera_equations_sum_start)(REAL *sum, REAL *sum_1)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
     sum[2] = (REAL)0;
     sum_1[0] = (REAL)0;
 }
-#define PARTS_camera_equations_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 3) AND OUT(1, 1)
-GAC_IN_LANES(camera_equations_sum, PLAIN)
+#define PARTS_camera_equations_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 3) AND OUT(1, 1)
+GAC_IN_LANES(camera_equations_sum_start, PLAIN)
 
-static INLINE void NAME(camera_equations_sum_2)(const REAL *sum, REAL sum_1_2, const REAL *places, REAL *sum_out,
-    REAL *sum_1_out)
+static INLINE void NAME(camera_equations_sum)(const REAL *sum, REAL sum_1_2, const REAL *places, REAL *sum_out, REAL
+    *sum_1_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2];
     const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
@@ -1843,9 +1843,9 @@ static INLINE void NAME(camera_equations_sum_2)(const REAL *sum, REAL sum_1_2, c
     sum_out[2] = sum_2 + places_2;
     sum_1_out[0] = sum_1_2 + (REAL)1;
 }
-#define PARTS_camera_equations_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND IN(2, 3) \
-    AND OUT(3, 3) AND OUT(4, 1)
-GAC_IN_LANES(camera_equations_sum_2, PLAIN)
+#define PARTS_camera_equations_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND IN(2, 3) AND OUT(3, 3) \
+    AND OUT(4, 1)
+GAC_IN_LANES(camera_equations_sum, PLAIN)
 
 static INLINE void NAME(camera_equations_common)(const REAL *sum, REAL sum_1_2, REAL *common, REAL *common_2, REAL
     *common_3)
@@ -1860,7 +1860,7 @@ static INLINE void NAME(camera_equations_common)(const REAL *sum, REAL sum_1_2, 
     AND OUT(3, 1) AND OUT(4, 1)
 GAC_IN_LANES(camera_equations_common, PLAIN)
 
-static INLINE void NAME(camera_equations_sum_3)(REAL sum, const REAL *places, REAL common, REAL common_2, REAL
+static INLINE void NAME(camera_equations_sum_2)(REAL sum, const REAL *places, REAL common, REAL common_2, REAL
     common_3, REAL *sum_2)
 {
     const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
@@ -1869,9 +1869,9 @@ static INLINE void NAME(camera_equations_sum_3)(REAL sum, const REAL *places, RE
     const REAL t2 = places_2 - common_3;
     sum_2[0] = sum + (t0 * t0 + t1 * t1 + t2 * t2);
 }
-#define PARTS_camera_equations_sum_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND NUMBER(2, 0) \
+#define PARTS_camera_equations_sum_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1)
-GAC_IN_LANES(camera_equations_sum_3, PLAIN)
+GAC_IN_LANES(camera_equations_sum_2, PLAIN)
 
 static INLINE void NAME(camera_equations_m)(REAL m, const REAL *places, REAL *m_out)
 {
@@ -2024,27 +2024,27 @@ void NAME(camera_equations)(intptr_t n, const REAL *places, const REAL *pixels, 
     REAL sum[3], sum_1, sum_2, common, common_2, common_3, m, *const mapped = work, common_4, common_5, common_6,
     common_7, sum_0_0, sum_0_1, sum_1_2, sum_3, common_8, common_9, m_2, mapped_0, mapped_1, common_10, common_11,
     common_12;
-    NAME(camera_equations_sum)(sum, &sum_1);
+    NAME(camera_equations_sum_start)(sum, &sum_1);
     for (intptr_t i = 0; i < n; i++)
-        NAME(camera_equations_sum_2)(sum, sum_1, places + 3 * i, sum, &sum_1);
-    NAME(epipolar_equations_sum_3)(&sum_2);
+        NAME(camera_equations_sum)(sum, sum_1, places + 3 * i, sum, &sum_1);
+    NAME(epipolar_equations_sum_start_2)(&sum_2);
     NAME(camera_equations_common)(sum, sum_1, &common, &common_2, &common_3);
-    NAME(epipolar_equations_sum_3)(&m);
+    NAME(epipolar_equations_sum_start_2)(&m);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(camera_equations_sum_3)(sum_2, places + 3 * i, common, common_2, common_3, &sum_2);
+        NAME(camera_equations_sum_2)(sum_2, places + 3 * i, common, common_2, common_3, &sum_2);
         NAME(camera_equations_m)(m, places + 3 * i, &m);
     }
     NAME(camera_equations_common_2)(sum, sum_1, sum_2, m, &common_4, &common_5, &common_6, &common_7);
-    NAME(epipolar_equations_sum)(&sum_0_0, &sum_0_1, &sum_1_2);
+    NAME(epipolar_equations_sum_start)(&sum_0_0, &sum_0_1, &sum_1_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(camera_equations_mapped)(places + 3 * i, common_4, common_5, common_6, common_7, mapped + 3 * i);
-        NAME(epipolar_equations_sum_2)(sum_0_0, sum_0_1, sum_1_2, pixels + 2 * i, &sum_0_0, &sum_0_1, &sum_1_2);
+        NAME(epipolar_equations_sum)(sum_0_0, sum_0_1, sum_1_2, pixels + 2 * i, &sum_0_0, &sum_0_1, &sum_1_2);
     }
-    NAME(epipolar_equations_sum_3)(&sum_3);
+    NAME(epipolar_equations_sum_start_2)(&sum_3);
     NAME(epipolar_equations_common)(sum_0_0, sum_0_1, sum_1_2, &common_8, &common_9);
-    NAME(epipolar_equations_sum_3)(&m_2);
+    NAME(epipolar_equations_sum_start_2)(&m_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(epipolar_equations_sum_4)(sum_3, pixels + 2 * i, common_8, common_9, &sum_3);
+        NAME(epipolar_equations_sum_2)(sum_3, pixels + 2 * i, common_8, common_9, &sum_3);
         NAME(epipolar_equations_m)(m_2, pixels + 2 * i, &m_2);
     }
     NAME(epipolar_equations_common_2)(sum_0_0, sum_0_1, sum_1_2, sum_3, m_2, &common_10, &common_11, &common_12);
@@ -2062,29 +2062,29 @@ static INLINE WORD NAME(camera_equations_lanes)(intptr_t n, const REAL *places, 
     common_3[NLANES], m[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES],
     sum_0_0[NLANES], sum_0_1[NLANES], sum_1_2[NLANES], sum_3[NLANES], common_8[NLANES], common_9[NLANES],
     m_2[NLANES], mapped_0[NLANES], mapped_1[NLANES], common_10[NLANES], common_11[NLANES], common_12[NLANES];
-    NAME(camera_equations_sum_lanes)(sum, sum_1);
+    NAME(camera_equations_sum_start_lanes)(sum, sum_1);
     for (intptr_t i = 0; i < n; i++)
-        NAME(camera_equations_sum_2_lanes)(sum, sum_1, places + 3 * NLANES * i, sum, sum_1);
-    NAME(epipolar_equations_sum_3_lanes)(sum_2);
+        NAME(camera_equations_sum_lanes)(sum, sum_1, places + 3 * NLANES * i, sum, sum_1);
+    NAME(epipolar_equations_sum_start_2_lanes)(sum_2);
     NAME(camera_equations_common_lanes)(sum, sum_1, common, common_2, common_3);
-    NAME(epipolar_equations_sum_3_lanes)(m);
+    NAME(epipolar_equations_sum_start_2_lanes)(m);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(camera_equations_sum_3_lanes)(sum_2, places + 3 * NLANES * i, common, common_2, common_3, sum_2);
+        NAME(camera_equations_sum_2_lanes)(sum_2, places + 3 * NLANES * i, common, common_2, common_3, sum_2);
         NAME(camera_equations_m_lanes)(m, places + 3 * NLANES * i, m);
     }
     NAME(camera_equations_common_2_lanes)(sum, sum_1, sum_2, m, common_4, common_5, common_6, common_7);
-    NAME(epipolar_equations_sum_lanes)(sum_0_0, sum_0_1, sum_1_2);
+    NAME(epipolar_equations_sum_start_lanes)(sum_0_0, sum_0_1, sum_1_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(camera_equations_mapped_lanes)(places + 3 * NLANES * i, common_4, common_5, common_6, common_7,
     mapped + 3 * NLANES * i);
-        NAME(epipolar_equations_sum_2_lanes)(sum_0_0, sum_0_1, sum_1_2, pixels + 2 * NLANES * i, sum_0_0, sum_0_1,
+        NAME(epipolar_equations_sum_lanes)(sum_0_0, sum_0_1, sum_1_2, pixels + 2 * NLANES * i, sum_0_0, sum_0_1,
     sum_1_2);
     }
-    NAME(epipolar_equations_sum_3_lanes)(sum_3);
+    NAME(epipolar_equations_sum_start_2_lanes)(sum_3);
     NAME(epipolar_equations_common_lanes)(sum_0_0, sum_0_1, sum_1_2, common_8, common_9);
-    NAME(epipolar_equations_sum_3_lanes)(m_2);
+    NAME(epipolar_equations_sum_start_2_lanes)(m_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(epipolar_equations_sum_4_lanes)(sum_3, pixels + 2 * NLANES * i, common_8, common_9, sum_3);
+        NAME(epipolar_equations_sum_2_lanes)(sum_3, pixels + 2 * NLANES * i, common_8, common_9, sum_3);
         NAME(epipolar_equations_m_lanes)(m_2, pixels + 2 * NLANES * i, m_2);
     }
     NAME(epipolar_equations_common_2_lanes)(sum_0_0, sum_0_1, sum_1_2, sum_3, m_2, common_10, common_11, common_12);

@@ -2,7 +2,7 @@
 // command: gac generate --all mapping
 // spec: 6b2323f1f45044c6
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 899f2bb0700be94448201f4eb5bca8c76278ad81a7c4993243f229fd767715a5
+// body: fefbad3e19767d4f38673fabde7f7fbb3dc0fba84ea11be93795167da2055cd6
 
 #ifndef REAL
 #include "mapping.h"
@@ -301,17 +301,17 @@ GAC_PROCEDURE(prefix_sums, LANES)
     AND SAME(1, targets, 5, 5, m) AND OUT(2, out_0, scalar, 1, 1) AND OUT(3, out_1, scalar, 1, 1)
 #define WORK_nearest(WORK)
 
-static INLINE void NAME(nearest_result)(REAL *out_0, REAL *out_1, REAL *number)
+static INLINE void NAME(nearest_result_start)(REAL *out_0, REAL *out_1, REAL *number)
 {
     out_0[0] = (REAL)0;
     out_1[0] = (REAL)-1;
     number[0] = (REAL)0;
 }
-#define PARTS_nearest_result(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(nearest_result, PLAIN)
+#define PARTS_nearest_result_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1)
+GAC_IN_LANES(nearest_result_start, PLAIN)
 
-static INLINE void NAME(nearest_result_2)(const REAL *p, REAL score, REAL row, REAL number, const REAL *targets,
-    REAL *out_0, REAL *out_1, REAL *number_out)
+static INLINE void NAME(nearest_result)(const REAL *p, REAL score, REAL row, REAL number, const REAL *targets, REAL
+    *out_0, REAL *out_1, REAL *number_out)
 {
     const REAL p_0 = p[0], p_1 = p[1];
     const REAL targets_0 = targets[0], targets_1 = targets[1], targets_2 = targets[2], targets_3 = targets[3],
@@ -327,9 +327,9 @@ static INLINE void NAME(nearest_result_2)(const REAL *p, REAL score, REAL row, R
     out_1[0] = SELECT(t6, number, row);
     number_out[0] = number + (REAL)1;
 }
-#define PARTS_nearest_result_2(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND SAME(4, 5) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(nearest_result_2, PLAIN)
+#define PARTS_nearest_result(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND NUMBER(2, 0) AND NUMBER(3, 0) \
+    AND SAME(4, 5) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1)
+GAC_IN_LANES(nearest_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t mapping_nearest_work(intptr_t m)
@@ -343,17 +343,17 @@ void NAME(nearest)(intptr_t m, const REAL *p, const REAL *targets, REAL *out_0, 
 {
     (void)work;
     REAL number;
-    NAME(nearest_result)(out_0, out_1, &number);
+    NAME(nearest_result_start)(out_0, out_1, &number);
     for (intptr_t i = 0; i < m; i++)
-        NAME(nearest_result_2)(p, out_0[0], out_1[0], number, targets + 5 * i, out_0, out_1, &number);
+        NAME(nearest_result)(p, out_0[0], out_1[0], number, targets + 5 * i, out_0, out_1, &number);
 }
 
 static INLINE WORD NAME(nearest_lanes)(intptr_t m, const REAL *p, const REAL *targets, REAL *out_0, REAL *out_1)
 {
     _Alignas(64) REAL number[NLANES];
-    NAME(nearest_result_lanes)(out_0, out_1, number);
+    NAME(nearest_result_start_lanes)(out_0, out_1, number);
     for (intptr_t i = 0; i < m; i++)
-        NAME(nearest_result_2_lanes)(p, out_0, out_1, number, targets + 5 * i, out_0, out_1, number);
+        NAME(nearest_result_lanes)(p, out_0, out_1, number, targets + 5 * i, out_0, out_1, number);
     return 0;
 }
 
@@ -363,14 +363,14 @@ GAC_PROCEDURE(nearest, LANES)
     AND SAME(1, targets, 5, 5, m) AND OUT(2, out, scalar, 1, 1)
 #define WORK_nearest_square(WORK)
 
-static INLINE void NAME(nearest_square_result)(REAL *out)
+static INLINE void NAME(nearest_square_result_start)(REAL *out)
 {
     out[0] = (REAL)1e+30;
 }
-#define PARTS_nearest_square_result(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(nearest_square_result, PLAIN)
+#define PARTS_nearest_square_result_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(nearest_square_result_start, PLAIN)
 
-static INLINE void NAME(nearest_square_result_2)(const REAL *p, REAL least, const REAL *targets, REAL *out)
+static INLINE void NAME(nearest_square_result)(const REAL *p, REAL least, const REAL *targets, REAL *out)
 {
     const REAL p_0 = p[0], p_1 = p[1];
     const REAL targets_0 = targets[0], targets_1 = targets[1], targets_2 = targets[2], targets_3 = targets[3],
@@ -382,9 +382,9 @@ static INLINE void NAME(nearest_square_result_2)(const REAL *p, REAL least, cons
     const REAL t4 = t3 * t3 + targets_4 * (t2 * t2);
     out[0] = MINIMUM(least, t4);
 }
-#define PARTS_nearest_square_result_2(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND SAME(2, 5) \
+#define PARTS_nearest_square_result(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND SAME(2, 5) \
     AND OUT(3, 1)
-GAC_IN_LANES(nearest_square_result_2, PLAIN)
+GAC_IN_LANES(nearest_square_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t mapping_nearest_square_work(intptr_t m)
@@ -397,16 +397,16 @@ intptr_t mapping_nearest_square_work(intptr_t m)
 void NAME(nearest_square)(intptr_t m, const REAL *p, const REAL *targets, REAL *out, REAL *work)
 {
     (void)work;
-    NAME(nearest_square_result)(out);
+    NAME(nearest_square_result_start)(out);
     for (intptr_t i = 0; i < m; i++)
-        NAME(nearest_square_result_2)(p, out[0], targets + 5 * i, out);
+        NAME(nearest_square_result)(p, out[0], targets + 5 * i, out);
 }
 
 static INLINE WORD NAME(nearest_square_lanes)(intptr_t m, const REAL *p, const REAL *targets, REAL *out)
 {
-    NAME(nearest_square_result_lanes)(out);
+    NAME(nearest_square_result_start_lanes)(out);
     for (intptr_t i = 0; i < m; i++)
-        NAME(nearest_square_result_2_lanes)(p, out, targets + 5 * i, out);
+        NAME(nearest_square_result_lanes)(p, out, targets + 5 * i, out);
     return 0;
 }
 
@@ -418,7 +418,7 @@ GAC_PROCEDURE(nearest_square, LANES)
     AND OUT(8, out_1, 6, 6, 1) AND OUT(9, out_2, 4, 4, 1)
 #define WORK_alignment_step(WORK)
 
-static INLINE void NAME(alignment_step_sum)(REAL *sum, REAL *sum_2, REAL *sum_2_0, REAL *sum_2_1)
+static INLINE void NAME(alignment_step_sum_start)(REAL *sum, REAL *sum_2, REAL *sum_2_0, REAL *sum_2_1)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -432,8 +432,9 @@ static INLINE void NAME(alignment_step_sum)(REAL *sum, REAL *sum_2, REAL *sum_2_
     sum_2_0[0] = (REAL)0;
     sum_2_1[0] = (REAL)0;
 }
-#define PARTS_alignment_step_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 3) AND OUT(2, 1) AND OUT(3, 1)
-GAC_IN_LANES(alignment_step_sum, PLAIN)
+#define PARTS_alignment_step_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 3) AND OUT(2, 1) \
+    AND OUT(3, 1)
+GAC_IN_LANES(alignment_step_sum_start, PLAIN)
 
 static INLINE void NAME(alignment_step_common)(REAL scale, REAL *common)
 {
@@ -442,7 +443,7 @@ static INLINE void NAME(alignment_step_common)(REAL scale, REAL *common)
 #define PARTS_alignment_step_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
 GAC_IN_LANES(alignment_step_common, PLAIN)
 
-static INLINE void NAME(alignment_step_sum_2)(const REAL *motor, const REAL *sum, const REAL *sum_2_2, REAL sum_2_0,
+static INLINE void NAME(alignment_step_sum)(const REAL *motor, const REAL *sum, const REAL *sum_2_2, REAL sum_2_0,
     REAL sum_2_1, const REAL *points, const REAL *targets, const REAL *normals, REAL e, REAL w, REAL common, REAL
     *sum_out, REAL *sum_2_out, REAL *sum_2_0_out, REAL *sum_2_1_out)
 {
@@ -479,10 +480,10 @@ static INLINE void NAME(alignment_step_sum_2)(const REAL *motor, const REAL *sum
     sum_2_0_out[0] = sum_2_0 + t9;
     sum_2_1_out[0] = sum_2_1 + t7 * (t7 * t9);
 }
-#define PARTS_alignment_step_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND IN(2, 3) AND NUMBER(3, 0) \
+#define PARTS_alignment_step_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND IN(2, 3) AND NUMBER(3, 0) \
     AND NUMBER(4, 0) AND IN(5, 2) AND IN(6, 2) AND IN(7, 2) AND NUMBER(8, 0) AND NUMBER(9, 0) AND NUMBER(10, 0) \
     AND OUT(11, 6) AND OUT(12, 3) AND OUT(13, 1) AND OUT(14, 1)
-GAC_IN_LANES(alignment_step_sum_2, PLAIN)
+GAC_IN_LANES(alignment_step_sum, PLAIN)
 
 static INLINE void NAME(alignment_step_result)(const REAL *motor, const REAL *sum, const REAL *sum_2_2, REAL
     sum_2_0, REAL sum_2_1, REAL *out_0, REAL *out_1, REAL *out_2, WORD *far)
@@ -543,10 +544,10 @@ static INLINE void NAME(alignment_step_within)(intptr_t n, const REAL *motor, co
 {
     (void)work;
     REAL sum[6], sum_2[3], sum_2_0, sum_2_1, common;
-    NAME(alignment_step_sum)(sum, sum_2, &sum_2_0, &sum_2_1);
+    NAME(alignment_step_sum_start)(sum, sum_2, &sum_2_0, &sum_2_1);
     NAME(alignment_step_common)(scale, &common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(alignment_step_sum_2)(motor, sum, sum_2, sum_2_0, sum_2_1, points + 2 * i, targets + 2 * i,
+        NAME(alignment_step_sum)(motor, sum, sum_2, sum_2_0, sum_2_1, points + 2 * i, targets + 2 * i,
     normals + 2 * i, across[i], weights[i], common, sum, sum_2, &sum_2_0, &sum_2_1);
     NAME(alignment_step_result)(motor, sum, sum_2, sum_2_0, sum_2_1, out_0, out_1, out_2, NULL);
 }
@@ -568,10 +569,10 @@ static INLINE WORD NAME(alignment_step_lanes)(intptr_t n, const REAL *motor, con
 {
     _Alignas(64) REAL sum[6 * NLANES], sum_2[3 * NLANES], sum_2_0[NLANES], sum_2_1[NLANES], common[NLANES];
     WORD far = 0;
-    NAME(alignment_step_sum_lanes)(sum, sum_2, sum_2_0, sum_2_1);
+    NAME(alignment_step_sum_start_lanes)(sum, sum_2, sum_2_0, sum_2_1);
     NAME(alignment_step_common_lanes)(scale, common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(alignment_step_sum_2_lanes)(motor, sum, sum_2, sum_2_0, sum_2_1, points + 2 * NLANES * i,
+        NAME(alignment_step_sum_lanes)(motor, sum, sum_2, sum_2_0, sum_2_1, points + 2 * NLANES * i,
     targets + 2 * NLANES * i, normals + 2 * NLANES * i, across + NLANES * i, weights + NLANES * i, common, sum,
     sum_2, sum_2_0, sum_2_1);
     far |= NAME(alignment_step_result_lanes)(motor, sum, sum_2, sum_2_0, sum_2_1, out_0, out_1, out_2);
@@ -618,7 +619,7 @@ void NAME(nearest_segment)(intptr_t m, const REAL *p, const REAL *segments, REAL
 {
     (void)work;
     REAL number;
-    NAME(nearest_result)(out_0, out_1, &number);
+    NAME(nearest_result_start)(out_0, out_1, &number);
     for (intptr_t i = 0; i < m; i++)
         NAME(nearest_segment_result)(p, out_0[0], out_1[0], number, segments + 5 * i, out_0, out_1, &number);
 }
@@ -627,7 +628,7 @@ static INLINE WORD NAME(nearest_segment_lanes)(intptr_t m, const REAL *p, const 
     REAL *out_1)
 {
     _Alignas(64) REAL number[NLANES];
-    NAME(nearest_result_lanes)(out_0, out_1, number);
+    NAME(nearest_result_start_lanes)(out_0, out_1, number);
     for (intptr_t i = 0; i < m; i++)
         NAME(nearest_segment_result_lanes)(p, out_0, out_1, number, segments + 5 * i, out_0, out_1, number);
     return 0;
@@ -671,7 +672,7 @@ void NAME(expected_range)(intptr_t m, const REAL *origin, const REAL *direction,
     REAL *work)
 {
     (void)work;
-    NAME(nearest_square_result)(out);
+    NAME(nearest_square_result_start)(out);
     for (intptr_t i = 0; i < m; i++)
         NAME(expected_range_result)(origin, direction, out[0], segments + 5 * i, out);
 }
@@ -679,7 +680,7 @@ void NAME(expected_range)(intptr_t m, const REAL *origin, const REAL *direction,
 static INLINE WORD NAME(expected_range_lanes)(intptr_t m, const REAL *origin, const REAL *direction,
     const REAL *segments, REAL *out)
 {
-    NAME(nearest_square_result_lanes)(out);
+    NAME(nearest_square_result_start_lanes)(out);
     for (intptr_t i = 0; i < m; i++)
         NAME(expected_range_result_lanes)(origin, direction, out, segments + 5 * i, out);
     return 0;

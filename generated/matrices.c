@@ -2,7 +2,7 @@
 // command: gac generate --all matrices
 // spec: ec48a3cca52b283e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: e1bcb750a531eac978a7ef76a43983bd202537f023efe06aaf3408a45d9073ff
+// body: b62db167bf80873b7182fd92b7c155dcabc99e1a6e720eea83e60ccd0af11a29
 
 #ifndef REAL
 #include "matrices.h"
@@ -57,20 +57,20 @@ GAC_AXIS(6, 8)
     WORK(51, gac_kept_10, scalar, 1, n) WORK(52, gac_kept_11, scalar, 1, n) WORK(53, gac_kept_12, scalar, 1, n) \
     WORK(54, gac_kept_13, scalar, 1, n)
 
-static INLINE void NAME(eigenvectors_m)(REAL *m)
+static INLINE void NAME(eigenvectors_m_start)(REAL *m)
 {
     m[0] = (REAL)0;
 }
-#define PARTS_eigenvectors_m(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(eigenvectors_m, PLAIN)
+#define PARTS_eigenvectors_m_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(eigenvectors_m_start, PLAIN)
 
-static INLINE void NAME(eigenvectors_m_2)(REAL m, REAL x, REAL *m_2)
+static INLINE void NAME(eigenvectors_m)(REAL m, REAL x, REAL *m_2)
 {
     const REAL t0 = ABS(x);
     m_2[0] = MAXIMUM(m, t0);
 }
-#define PARTS_eigenvectors_m_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(eigenvectors_m_2, PLAIN)
+#define PARTS_eigenvectors_m(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(eigenvectors_m, PLAIN)
 
 static INLINE void NAME(eigenvectors_common)(REAL m, REAL *common)
 {
@@ -212,25 +212,25 @@ static INLINE void NAME(eigenvectors_mapped_7)(REAL i, REAL *mapped_14)
 #define PARTS_eigenvectors_mapped_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
 GAC_IN_LANES(eigenvectors_mapped_7, PLAIN)
 
-static INLINE void NAME(eigenvectors_converged)(REAL *converged, REAL *steps)
+static INLINE void NAME(eigenvectors_converged_start)(REAL *converged, REAL *steps)
 {
     converged[0] = (REAL)0;
     steps[0] = (REAL)0;
 }
-#define PARTS_eigenvectors_converged(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_converged, PLAIN)
+#define PARTS_eigenvectors_converged_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(eigenvectors_converged_start, PLAIN)
 
-static INLINE void NAME(eigenvectors_carry)(REAL *carry)
+static INLINE void NAME(eigenvectors_carry_start)(REAL *carry)
 {
     carry[0] = (REAL)0;
     carry[1] = (REAL)0;
     carry[2] = (REAL)0;
     carry[3] = (REAL)0;
 }
-#define PARTS_eigenvectors_carry(IN, SAME, NUMBER, OUT, AND) OUT(0, 4)
-GAC_IN_LANES(eigenvectors_carry, PLAIN)
+#define PARTS_eigenvectors_carry_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 4)
+GAC_IN_LANES(eigenvectors_carry_start, PLAIN)
 
-static INLINE void NAME(eigenvectors_carry_2)(const REAL *carry, REAL d, REAL b, REAL *carry_out)
+static INLINE void NAME(eigenvectors_carry)(const REAL *carry, REAL d, REAL b, REAL *carry_out)
 {
     const REAL carry_0 = carry[0], carry_1 = carry[1], carry_2 = carry[2], carry_3 = carry[3];
     const REAL t0 = EQUAL(b, (REAL)0);
@@ -239,9 +239,9 @@ static INLINE void NAME(eigenvectors_carry_2)(const REAL *carry, REAL d, REAL b,
     carry_out[2] = SELECT(t0, carry_2, b);
     carry_out[3] = SELECT(t0, carry_3, d);
 }
-#define PARTS_eigenvectors_carry_2(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_eigenvectors_carry(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND OUT(3, 4)
-GAC_IN_LANES(eigenvectors_carry_2, PLAIN)
+GAC_IN_LANES(eigenvectors_carry, PLAIN)
 
 static INLINE void NAME(eigenvectors_following)(REAL own, REAL *following)
 {
@@ -342,12 +342,12 @@ static INLINE void NAME(eigenvectors_sum_5)(REAL sum, REAL x, REAL *sum_7)
 #define PARTS_eigenvectors_sum_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(eigenvectors_sum_5, PLAIN)
 
-static INLINE void NAME(eigenvectors_converged_2)(REAL sum, REAL *converged)
+static INLINE void NAME(eigenvectors_converged)(REAL sum, REAL *converged)
 {
     converged[0] = LESS_EQUAL(sum, (REAL)0);
 }
-#define PARTS_eigenvectors_converged_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_converged_2, PLAIN)
+#define PARTS_eigenvectors_converged(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(eigenvectors_converged, PLAIN)
 
 static INLINE void NAME(eigenvectors_sum_6)(REAL x, REAL i, REAL sum, REAL y, REAL j, REAL *sum_8)
 {
@@ -401,11 +401,11 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
     *const number_4 = of_row + n * n, sum_8, *const place = number_4 + n, *const mapped_15 = place + n,
     number_start_5, *const number_5 = mapped_15 + n, sum_9, number_start_6, *const number_6 = number_5 + n, sum_10,
     mapped_17, sum_11;
-    NAME(eigenvectors_m)(&m);
+    NAME(eigenvectors_m_start)(&m);
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, &m, &m_2);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_m_2)(m_2, matrix[i * n + j], &m_2);
+            NAME(eigenvectors_m)(m_2, matrix[i * n + j], &m_2);
         COPY(1, &m_2, &m);
     }
     NAME(eigenvectors_common)(m, &common);
@@ -430,9 +430,9 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
         }
     }
     for (intptr_t i = 0; i < n; i++) {
-        NAME(eigenvectors_m)(&sum);
+        NAME(eigenvectors_m_start)(&sum);
         NAME(eigenvectors_number)(number_2[i], &common_2);
-        NAME(eigenvectors_m)(&sum_2);
+        NAME(eigenvectors_m_start)(&sum_2);
         for (intptr_t j = 0; j < n; j++) {
             NAME(eigenvectors_sum)(sum, state_0[i * n + j], number_2[j], common_2, &sum);
             NAME(eigenvectors_sum_2)(common_2, sum_2, state_0[i * n + j], number_2[j], &sum_2);
@@ -441,9 +441,9 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
         for (intptr_t j = 0; j < n; j++)
             NAME(eigenvectors_mapped_3)(common_2, state_0[i * n + j], number_2[j], common_3, mapped_5 + j);
         NAME(eigenvectors_common_3)(sum, sum_2, &common_4);
-        NAME(eigenvectors_m)(&sum_4);
+        NAME(eigenvectors_m_start)(&sum_4);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_m)(&sum_3);
+            NAME(eigenvectors_m_start)(&sum_3);
             for (intptr_t k = 0; k < n; k++)
                 NAME(eigenvectors_sum_3)(sum_3, state_0[j * n + k], mapped_5[k], &sum_3);
             NAME(eigenvectors_mapped_4)(sum_3, common_4, mapped_6 + j);
@@ -458,7 +458,7 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
     &mapped_8);
                 COPY(1, &mapped_8, mapped_9 + (j * n + k));
             }
-            NAME(eigenvectors_m)(&sum_5);
+            NAME(eigenvectors_m_start)(&sum_5);
             for (intptr_t k = 0; k < n; k++)
                 NAME(eigenvectors_sum_3)(sum_5, state_1[j * n + k], mapped_5[k], &sum_5);
             NAME(eigenvectors_mapped_4)(common_4, sum_5, &common_6);
@@ -476,7 +476,7 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
     NAME(eigenvectors_number_start)(&number_start_4);
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, state_0 + (i * n + i), &mapped_12);
-        NAME(eigenvectors_m)(&sum_6);
+        NAME(eigenvectors_m_start)(&sum_6);
         for (intptr_t j = 0; j < n; j++)
             NAME(eigenvectors_sum_4)(number_2[i], sum_6, state_0[i * n + j], number_2[j], &sum_6);
         COPY(1, &sum_6, &mapped_13);
@@ -488,13 +488,13 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
             COPY(1, state_1 + (i * n + j), state_1_2 + (i * n + j));
         NAME(eigenvectors_number)(i > 0 ? number_4[i - 1] : number_start_4, number_4 + i);
     }
-    NAME(eigenvectors_converged)(&converged, &steps);
+    NAME(eigenvectors_converged_start)(&converged, &steps);
     for (int repeats = 0; repeats < 1000; repeats++) {
-        NAME(eigenvectors_carry)(carry);
+        NAME(eigenvectors_carry_start)(carry);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_carry_2)(carry, diagonal[j], beside[j], carry);
-        NAME(eigenvectors_converged)(&own_start, &following_start);
-        NAME(eigenvectors_converged)(&own_start_2, &following_start_2);
+            NAME(eigenvectors_carry)(carry, diagonal[j], beside[j], carry);
+        NAME(eigenvectors_converged_start)(&own_start, &following_start);
+        NAME(eigenvectors_converged_start)(&own_start_2, &following_start_2);
         for (intptr_t j = n; j-- > 0;) {
             NAME(eigenvectors_following)(j + 1 < n ? own[j + 1] : own_start, following + j);
             COPY(1, diagonal + j, own + j);
@@ -510,14 +510,14 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
     j > 0 ? sine[j - 1] : sine_start, j > 0 ? is_gap[j - 1] : is_gap_start, diagonal[j], following[j],
     following_2[j], mapped_14[j], common_7, diagonal_2 + j, beside_2 + j, own_3 + j, across + j, cosine + j,
     sine + j, is_gap + j, cosine_2 + j, sine_2 + j);
-        NAME(eigenvectors_m)(&sum_7);
+        NAME(eigenvectors_m_start)(&sum_7);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_converged)(&own_start_4, &following_start_3);
+            NAME(eigenvectors_converged_start)(&own_start_4, &following_start_3);
             for (intptr_t k = n; k-- > 0;) {
                 NAME(eigenvectors_following)(k + 1 < n ? own_4[k + 1] : own_start_4, following_3 + k);
                 COPY(1, state_1_2 + (j * n + k), own_4 + k);
             }
-            NAME(eigenvectors_converged)(&found_start, &passed_start);
+            NAME(eigenvectors_converged_start)(&found_start, &passed_start);
             for (intptr_t k = 0; k < n; k++) {
                 NAME(eigenvectors_found)(k > 0 ? passed[k - 1] : passed_start, state_1_2[j * n + k], following_3[k],
     cosine_2[k], sine_2[k], mapped_14[k], &found, passed + k);
@@ -529,30 +529,30 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
             for (intptr_t k = 0; k < n; k++)
                 COPY(1, of_row + (j * n + k), state_1_2 + (j * n + k));
         }
-        NAME(eigenvectors_converged_2)(sum_7, &converged);
+        NAME(eigenvectors_converged)(sum_7, &converged);
         steps += 1;
         if (converged != 0)
             break;
     }
     NAME(eigenvectors_number_start)(&number_start_5);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(eigenvectors_m)(&sum_8);
+        NAME(eigenvectors_m_start)(&sum_8);
         for (intptr_t j = 0; j < n; j++)
             NAME(eigenvectors_sum_6)(diagonal[i], number_4[i], sum_8, diagonal[j], number_4[j], &sum_8);
         COPY(1, &sum_8, place + i);
         NAME(eigenvectors_mapped_4)(common, diagonal[i], mapped_15 + i);
         NAME(eigenvectors_number)(i > 0 ? number_5[i - 1] : number_start_5, number_5 + i);
     }
-    NAME(eigenvectors_m)(&sum_11);
+    NAME(eigenvectors_m_start)(&sum_11);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(eigenvectors_m)(&sum_9);
+        NAME(eigenvectors_m_start)(&sum_9);
         for (intptr_t j = 0; j < n; j++)
             NAME(eigenvectors_sum_2)(number_5[i], sum_9, mapped_15[j], place[j], &sum_9);
         COPY(1, &sum_9, out_0 + i);
         NAME(eigenvectors_number_start)(&number_start_6);
         for (intptr_t j = 0; j < n; j++) {
             NAME(eigenvectors_number)(j > 0 ? number_6[j - 1] : number_start_6, number_6 + j);
-            NAME(eigenvectors_m)(&sum_10);
+            NAME(eigenvectors_m_start)(&sum_10);
             for (intptr_t k = 0; k < n; k++)
                 NAME(eigenvectors_sum_2)(number_6[j], sum_10, state_1_2[i * n + k], place[k], &sum_10);
             COPY(1, &sum_10, &mapped_17);
@@ -584,11 +584,11 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
     following_start_3[NLANES], found_start[NLANES], passed_start[NLANES], found[NLANES], sum_7[NLANES],
     number_start_4[NLANES], sum_8[NLANES], number_start_5[NLANES], sum_9[NLANES], number_start_6[NLANES],
     sum_10[NLANES], mapped_17[NLANES], sum_11[NLANES], gac_kept_3[NLANES];
-    NAME(eigenvectors_m_lanes)(m);
+    NAME(eigenvectors_m_start_lanes)(m);
     for (intptr_t i = 0; i < n; i++) {
         COPY(NLANES, m, m_2);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_m_2_lanes)(m_2, matrix + NLANES * (i * n + j), m_2);
+            NAME(eigenvectors_m_lanes)(m_2, matrix + NLANES * (i * n + j), m_2);
         COPY(NLANES, m_2, m);
     }
     NAME(eigenvectors_common_lanes)(m, common);
@@ -614,9 +614,9 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
         }
     }
     for (intptr_t i = 0; i < n; i++) {
-        NAME(eigenvectors_m_lanes)(sum);
+        NAME(eigenvectors_m_start_lanes)(sum);
         NAME(eigenvectors_number_lanes)(number_2 + NLANES * i, common_2);
-        NAME(eigenvectors_m_lanes)(sum_2);
+        NAME(eigenvectors_m_start_lanes)(sum_2);
         for (intptr_t j = 0; j < n; j++) {
             NAME(eigenvectors_sum_lanes)(sum, state_0 + NLANES * (i * n + j), number_2 + NLANES * j, common_2, sum);
             NAME(eigenvectors_sum_2_lanes)(common_2, sum_2, state_0 + NLANES * (i * n + j), number_2 + NLANES * j,
@@ -627,9 +627,9 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
             NAME(eigenvectors_mapped_3_lanes)(common_2, state_0 + NLANES * (i * n + j), number_2 + NLANES * j,
     common_3, mapped_5 + NLANES * j);
         NAME(eigenvectors_common_3_lanes)(sum, sum_2, common_4);
-        NAME(eigenvectors_m_lanes)(sum_4);
+        NAME(eigenvectors_m_start_lanes)(sum_4);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_m_lanes)(sum_3);
+            NAME(eigenvectors_m_start_lanes)(sum_3);
             for (intptr_t k = 0; k < n; k++)
                 NAME(eigenvectors_sum_3_lanes)(sum_3, state_0 + NLANES * (j * n + k), mapped_5 + NLANES * k, sum_3);
             NAME(eigenvectors_mapped_4_lanes)(sum_3, common_4, mapped_6 + NLANES * j);
@@ -645,7 +645,7 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
     state_0 + NLANES * (j * n + k), mapped_5 + NLANES * k, mapped_7 + NLANES * k, mapped_8);
                 COPY(NLANES, mapped_8, mapped_9 + NLANES * (j * n + k));
             }
-            NAME(eigenvectors_m_lanes)(sum_5);
+            NAME(eigenvectors_m_start_lanes)(sum_5);
             for (intptr_t k = 0; k < n; k++)
                 NAME(eigenvectors_sum_3_lanes)(sum_5, state_1 + NLANES * (j * n + k), mapped_5 + NLANES * k, sum_5);
             NAME(eigenvectors_mapped_4_lanes)(common_4, sum_5, common_6);
@@ -664,7 +664,7 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
     NAME(eigenvectors_number_start_lanes)(number_start_4);
     for (intptr_t i = 0; i < n; i++) {
         COPY(NLANES, state_0 + NLANES * (i * n + i), mapped_12);
-        NAME(eigenvectors_m_lanes)(sum_6);
+        NAME(eigenvectors_m_start_lanes)(sum_6);
         for (intptr_t j = 0; j < n; j++)
             NAME(eigenvectors_sum_4_lanes)(number_2 + NLANES * i, sum_6, state_0 + NLANES * (i * n + j),
     number_2 + NLANES * j, sum_6);
@@ -679,7 +679,7 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
         NAME(eigenvectors_number_lanes)(i > 0 ? number_4 + NLANES * (i - 1) : number_start_4,
     number_4 + NLANES * i);
     }
-    NAME(eigenvectors_converged_lanes)(converged, steps);
+    NAME(eigenvectors_converged_start_lanes)(converged, steps);
     ROUNDS(rounds, 1000) {
         KEEP(rounds, NLANES * n, diagonal, gac_kept_0);
         KEEP(rounds, NLANES * n, beside, gac_kept_1);
@@ -695,11 +695,11 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
         KEEP(rounds, NLANES * n, is_gap, gac_kept_11);
         KEEP(rounds, NLANES * n, own_4, gac_kept_12);
         KEEP(rounds, NLANES * n, passed, gac_kept_13);
-        NAME(eigenvectors_carry_lanes)(carry);
+        NAME(eigenvectors_carry_start_lanes)(carry);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_carry_2_lanes)(carry, diagonal + NLANES * j, beside + NLANES * j, carry);
-        NAME(eigenvectors_converged_lanes)(own_start, following_start);
-        NAME(eigenvectors_converged_lanes)(own_start_2, following_start_2);
+            NAME(eigenvectors_carry_lanes)(carry, diagonal + NLANES * j, beside + NLANES * j, carry);
+        NAME(eigenvectors_converged_start_lanes)(own_start, following_start);
+        NAME(eigenvectors_converged_start_lanes)(own_start_2, following_start_2);
         for (intptr_t j = n; j-- > 0;) {
             NAME(eigenvectors_following_lanes)(j + 1 < n ? own + NLANES * (j + 1) : own_start,
     following + NLANES * j);
@@ -719,15 +719,15 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
     following_2 + NLANES * j, mapped_14 + NLANES * j, common_7, diagonal_2 + NLANES * j, beside_2 + NLANES * j,
     own_3 + NLANES * j, across + NLANES * j, cosine + NLANES * j, sine + NLANES * j, is_gap + NLANES * j,
     cosine_2 + NLANES * j, sine_2 + NLANES * j);
-        NAME(eigenvectors_m_lanes)(sum_7);
+        NAME(eigenvectors_m_start_lanes)(sum_7);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_converged_lanes)(own_start_4, following_start_3);
+            NAME(eigenvectors_converged_start_lanes)(own_start_4, following_start_3);
             for (intptr_t k = n; k-- > 0;) {
                 NAME(eigenvectors_following_lanes)(k + 1 < n ? own_4 + NLANES * (k + 1) : own_start_4,
     following_3 + NLANES * k);
                 COPY(NLANES, state_1_2 + NLANES * (j * n + k), own_4 + NLANES * k);
             }
-            NAME(eigenvectors_converged_lanes)(found_start, passed_start);
+            NAME(eigenvectors_converged_start_lanes)(found_start, passed_start);
             for (intptr_t k = 0; k < n; k++) {
                 NAME(eigenvectors_found_lanes)(k > 0 ? passed + NLANES * (k - 1) : passed_start,
     state_1_2 + NLANES * (j * n + k), following_3 + NLANES * k, cosine_2 + NLANES * k, sine_2 + NLANES * k,
@@ -740,7 +740,7 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
             for (intptr_t k = 0; k < n; k++)
                 COPY(NLANES, of_row + NLANES * (j * n + k), state_1_2 + NLANES * (j * n + k));
         }
-        NAME(eigenvectors_converged_2_lanes)(sum_7, converged);
+        NAME(eigenvectors_converged_lanes)(sum_7, converged);
         RESTORE(rounds, NLANES * n, gac_kept_0, diagonal);
         RESTORE(rounds, NLANES * n, gac_kept_1, beside);
         RESTORE(rounds, NLANES * n * n, gac_kept_2, state_1_2);
@@ -761,7 +761,7 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
     }
     NAME(eigenvectors_number_start_lanes)(number_start_5);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(eigenvectors_m_lanes)(sum_8);
+        NAME(eigenvectors_m_start_lanes)(sum_8);
         for (intptr_t j = 0; j < n; j++)
             NAME(eigenvectors_sum_6_lanes)(diagonal + NLANES * i, number_4 + NLANES * i, sum_8,
     diagonal + NLANES * j, number_4 + NLANES * j, sum_8);
@@ -770,9 +770,9 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
         NAME(eigenvectors_number_lanes)(i > 0 ? number_5 + NLANES * (i - 1) : number_start_5,
     number_5 + NLANES * i);
     }
-    NAME(eigenvectors_m_lanes)(sum_11);
+    NAME(eigenvectors_m_start_lanes)(sum_11);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(eigenvectors_m_lanes)(sum_9);
+        NAME(eigenvectors_m_start_lanes)(sum_9);
         for (intptr_t j = 0; j < n; j++)
             NAME(eigenvectors_sum_2_lanes)(number_5 + NLANES * i, sum_9, mapped_15 + NLANES * j, place + NLANES * j,
     sum_9);
@@ -781,7 +781,7 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
         for (intptr_t j = 0; j < n; j++) {
             NAME(eigenvectors_number_lanes)(j > 0 ? number_6 + NLANES * (j - 1) : number_start_6,
     number_6 + NLANES * j);
-            NAME(eigenvectors_m_lanes)(sum_10);
+            NAME(eigenvectors_m_start_lanes)(sum_10);
             for (intptr_t k = 0; k < n; k++)
                 NAME(eigenvectors_sum_2_lanes)(number_6 + NLANES * j, sum_10, state_1_2 + NLANES * (i * n + k),
     place + NLANES * k, sum_10);
@@ -1037,11 +1037,11 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
     *const mapped_20 = mapped_19 + m, number_start_5, *const number_5 = mapped_20 + m, sum_12,
     *const place = number_5 + m, number_start_6, *const number_6 = place + m, sum_13, number_start_7,
     *const number_7 = number_6 + m, sum_14, mapped_22;
-    NAME(eigenvectors_m)(&m_2);
+    NAME(eigenvectors_m_start)(&m_2);
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, &m_2, &m_3);
         for (intptr_t j = 0; j < m; j++)
-            NAME(eigenvectors_m_2)(m_3, matrix[i * m + j], &m_3);
+            NAME(eigenvectors_m)(m_3, matrix[i * m + j], &m_3);
         COPY(1, &m_3, &m_2);
     }
     NAME(eigenvectors_common)(m_2, &common);
@@ -1072,8 +1072,8 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
     CLEAR(m, zeros_4);
     NAME(eigenvectors_number_start)(&number_start_4);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(eigenvectors_m)(&sum);
-        NAME(eigenvectors_m)(&sum_2);
+        NAME(eigenvectors_m_start)(&sum);
+        NAME(eigenvectors_m_start)(&sum_2);
         for (intptr_t j = 0; j < n; j++) {
             COPY(1, state_0 + (j * m + i), mapped_5 + j);
             NAME(singular_vectors_sum)(number_3[i], sum, mapped_5[j], number_2[j], &sum);
@@ -1108,9 +1108,9 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
                 COPY(1, &by_element_2, sum_4 + k);
             }
         }
-        NAME(eigenvectors_m)(&sum_5);
+        NAME(eigenvectors_m_start)(&sum_5);
         NAME(eigenvectors_number)(number_3[i], &common_6);
-        NAME(eigenvectors_m)(&sum_6);
+        NAME(eigenvectors_m_start)(&sum_6);
         for (intptr_t j = 0; j < m; j++) {
             NAME(eigenvectors_sum)(sum_5, sum_4[j], number_3[j], common_6, &sum_5);
             NAME(eigenvectors_sum_2)(common_6, sum_6, sum_4[j], number_3[j], &sum_6);
@@ -1120,7 +1120,7 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
             NAME(eigenvectors_mapped_3)(common_6, sum_4[j], number_3[j], common_7, mapped_11 + j);
         NAME(eigenvectors_common_3)(sum_5, sum_6, &common_9);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_m)(&sum_7);
+            NAME(eigenvectors_m_start)(&sum_7);
             for (intptr_t k = 0; k < m; k++)
                 NAME(eigenvectors_sum_3)(sum_7, mapped_9[j * m + k], mapped_11[k], &sum_7);
             NAME(eigenvectors_mapped_4)(sum_7, common_9, &common_8);
@@ -1132,7 +1132,7 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
                 COPY(1, mapped_13 + (j * m + k), state_0 + (j * m + k));
         }
         for (intptr_t j = 0; j < m; j++) {
-            NAME(eigenvectors_m)(&sum_8);
+            NAME(eigenvectors_m_start)(&sum_8);
             for (intptr_t k = 0; k < m; k++)
                 NAME(eigenvectors_sum_3)(sum_8, state_1[j * m + k], mapped_11[k], &sum_8);
             NAME(eigenvectors_mapped_4)(common_9, sum_8, &common_10);
@@ -1160,7 +1160,7 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
             COPY(1, &by_element_4, sum_1 + j);
         }
     }
-    NAME(eigenvectors_converged)(&converged, &steps);
+    NAME(eigenvectors_converged_start)(&converged, &steps);
     for (intptr_t i = 0; i < m; i++) {
         COPY(1, sum_0 + i, diagonal + i);
         COPY(1, sum_1 + i, beside + i);
@@ -1168,12 +1168,12 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
             COPY(1, state_1 + (i * m + j), state_1_2 + (i * m + j));
     }
     for (int repeats = 0; repeats < 1000; repeats++) {
-        NAME(eigenvectors_m)(&sum_9);
+        NAME(eigenvectors_m_start)(&sum_9);
         for (intptr_t j = 0; j < m; j++)
             NAME(eigenvectors_sum_7)(sum_9, diagonal[j], &sum_9);
-        NAME(eigenvectors_converged)(&own_start, &following_start);
-        NAME(eigenvectors_converged)(&own_start_2, &following_start_2);
-        NAME(eigenvectors_converged)(&own_start_3, &following_start_3);
+        NAME(eigenvectors_converged_start)(&own_start, &following_start);
+        NAME(eigenvectors_converged_start)(&own_start_2, &following_start_2);
+        NAME(eigenvectors_converged_start)(&own_start_3, &following_start_3);
         for (intptr_t j = m; j-- > 0;) {
             NAME(eigenvectors_following)(j + 1 < m ? own[j + 1] : own_start, following + j);
             COPY(1, beside + j, own + j);
@@ -1194,14 +1194,14 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
     j > 0 ? sine[j - 1] : sine_start, j > 0 ? is_gap[j - 1] : is_gap_start, diagonal[j], following_2[j],
     following_3[j], mapped_18[j], common_13, diagonal_2 + j, beside_2 + j, own_4 + j, across + j, cosine + j,
     sine + j, is_gap + j, cosine_2 + j, sine_2 + j);
-        NAME(eigenvectors_m)(&sum_10);
+        NAME(eigenvectors_m_start)(&sum_10);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(eigenvectors_converged)(&own_start_5, &following_start_4);
+            NAME(eigenvectors_converged_start)(&own_start_5, &following_start_4);
             for (intptr_t k = m; k-- > 0;) {
                 NAME(eigenvectors_following)(k + 1 < m ? own_5[k + 1] : own_start_5, following_4 + k);
                 COPY(1, state_1_2 + (j * m + k), own_5 + k);
             }
-            NAME(eigenvectors_converged)(&found_start, &passed_start);
+            NAME(eigenvectors_converged_start)(&found_start, &passed_start);
             for (intptr_t k = 0; k < m; k++) {
                 NAME(eigenvectors_found)(k > 0 ? passed[k - 1] : passed_start, state_1_2[j * m + k], following_4[k],
     cosine_2[k], sine_2[k], mapped_18[k], &found, passed + k);
@@ -1213,12 +1213,12 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
             for (intptr_t k = 0; k < m; k++)
                 COPY(1, of_row + (j * m + k), state_1_2 + (j * m + k));
         }
-        NAME(eigenvectors_converged_2)(sum_10, &converged);
+        NAME(eigenvectors_converged)(sum_10, &converged);
         steps += 1;
         if (converged != 0)
             break;
     }
-    NAME(eigenvectors_m)(&sum_11);
+    NAME(eigenvectors_m_start)(&sum_11);
     NAME(eigenvectors_number_start)(&number_start_5);
     for (intptr_t i = 0; i < m; i++) {
         NAME(singular_vectors_mapped_4)(common, diagonal[i], mapped_19 + i);
@@ -1228,21 +1228,21 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
     }
     NAME(eigenvectors_number_start)(&number_start_6);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(eigenvectors_m)(&sum_12);
+        NAME(eigenvectors_m_start)(&sum_12);
         for (intptr_t j = 0; j < m; j++)
             NAME(eigenvectors_sum_6)(mapped_20[i], number_5[i], sum_12, mapped_20[j], number_5[j], &sum_12);
         COPY(1, &sum_12, place + i);
         NAME(eigenvectors_number)(i > 0 ? number_6[i - 1] : number_start_6, number_6 + i);
     }
     for (intptr_t i = 0; i < m; i++) {
-        NAME(eigenvectors_m)(&sum_13);
+        NAME(eigenvectors_m_start)(&sum_13);
         for (intptr_t j = 0; j < m; j++)
             NAME(eigenvectors_sum_2)(number_6[i], sum_13, mapped_19[j], place[j], &sum_13);
         COPY(1, &sum_13, out_0 + i);
         NAME(eigenvectors_number_start)(&number_start_7);
         for (intptr_t j = 0; j < m; j++) {
             NAME(eigenvectors_number)(j > 0 ? number_7[j - 1] : number_start_7, number_7 + j);
-            NAME(eigenvectors_m)(&sum_14);
+            NAME(eigenvectors_m_start)(&sum_14);
             for (intptr_t k = 0; k < m; k++)
                 NAME(eigenvectors_sum_2)(number_7[j], sum_14, state_1_2[i * m + k], place[k], &sum_14);
             COPY(1, &sum_14, &mapped_22);
@@ -1278,11 +1278,11 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
     following_start_4[NLANES], found_start[NLANES], passed_start[NLANES], found[NLANES], sum_10[NLANES],
     sum_11[NLANES], number_start_5[NLANES], sum_12[NLANES], number_start_6[NLANES], sum_13[NLANES],
     number_start_7[NLANES], sum_14[NLANES], mapped_22[NLANES], gac_kept_3[NLANES];
-    NAME(eigenvectors_m_lanes)(m_2);
+    NAME(eigenvectors_m_start_lanes)(m_2);
     for (intptr_t i = 0; i < n; i++) {
         COPY(NLANES, m_2, m_3);
         for (intptr_t j = 0; j < m; j++)
-            NAME(eigenvectors_m_2_lanes)(m_3, matrix + NLANES * (i * m + j), m_3);
+            NAME(eigenvectors_m_lanes)(m_3, matrix + NLANES * (i * m + j), m_3);
         COPY(NLANES, m_3, m_2);
     }
     NAME(eigenvectors_common_lanes)(m_2, common);
@@ -1315,8 +1315,8 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
     CLEAR(NLANES * m, zeros_4);
     NAME(eigenvectors_number_start_lanes)(number_start_4);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(eigenvectors_m_lanes)(sum);
-        NAME(eigenvectors_m_lanes)(sum_2);
+        NAME(eigenvectors_m_start_lanes)(sum);
+        NAME(eigenvectors_m_start_lanes)(sum_2);
         for (intptr_t j = 0; j < n; j++) {
             COPY(NLANES, state_0 + NLANES * (j * m + i), mapped_5 + NLANES * j);
             NAME(singular_vectors_sum_lanes)(number_3 + NLANES * i, sum, mapped_5 + NLANES * j,
@@ -1355,9 +1355,9 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
                 COPY(NLANES, by_element_2, sum_4 + NLANES * k);
             }
         }
-        NAME(eigenvectors_m_lanes)(sum_5);
+        NAME(eigenvectors_m_start_lanes)(sum_5);
         NAME(eigenvectors_number_lanes)(number_3 + NLANES * i, common_6);
-        NAME(eigenvectors_m_lanes)(sum_6);
+        NAME(eigenvectors_m_start_lanes)(sum_6);
         for (intptr_t j = 0; j < m; j++) {
             NAME(eigenvectors_sum_lanes)(sum_5, sum_4 + NLANES * j, number_3 + NLANES * j, common_6, sum_5);
             NAME(eigenvectors_sum_2_lanes)(common_6, sum_6, sum_4 + NLANES * j, number_3 + NLANES * j, sum_6);
@@ -1368,7 +1368,7 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
     mapped_11 + NLANES * j);
         NAME(eigenvectors_common_3_lanes)(sum_5, sum_6, common_9);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_m_lanes)(sum_7);
+            NAME(eigenvectors_m_start_lanes)(sum_7);
             for (intptr_t k = 0; k < m; k++)
                 NAME(eigenvectors_sum_3_lanes)(sum_7, mapped_9 + NLANES * (j * m + k), mapped_11 + NLANES * k,
     sum_7);
@@ -1382,7 +1382,7 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
                 COPY(NLANES, mapped_13 + NLANES * (j * m + k), state_0 + NLANES * (j * m + k));
         }
         for (intptr_t j = 0; j < m; j++) {
-            NAME(eigenvectors_m_lanes)(sum_8);
+            NAME(eigenvectors_m_start_lanes)(sum_8);
             for (intptr_t k = 0; k < m; k++)
                 NAME(eigenvectors_sum_3_lanes)(sum_8, state_1 + NLANES * (j * m + k), mapped_11 + NLANES * k,
     sum_8);
@@ -1415,7 +1415,7 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
             COPY(NLANES, by_element_4, sum_1 + NLANES * j);
         }
     }
-    NAME(eigenvectors_converged_lanes)(converged, steps);
+    NAME(eigenvectors_converged_start_lanes)(converged, steps);
     for (intptr_t i = 0; i < m; i++) {
         COPY(NLANES, sum_0 + NLANES * i, diagonal + NLANES * i);
         COPY(NLANES, sum_1 + NLANES * i, beside + NLANES * i);
@@ -1438,12 +1438,12 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
         KEEP(rounds, NLANES * m, is_gap, gac_kept_12);
         KEEP(rounds, NLANES * m, own_5, gac_kept_13);
         KEEP(rounds, NLANES * m, passed, gac_kept_14);
-        NAME(eigenvectors_m_lanes)(sum_9);
+        NAME(eigenvectors_m_start_lanes)(sum_9);
         for (intptr_t j = 0; j < m; j++)
             NAME(eigenvectors_sum_7_lanes)(sum_9, diagonal + NLANES * j, sum_9);
-        NAME(eigenvectors_converged_lanes)(own_start, following_start);
-        NAME(eigenvectors_converged_lanes)(own_start_2, following_start_2);
-        NAME(eigenvectors_converged_lanes)(own_start_3, following_start_3);
+        NAME(eigenvectors_converged_start_lanes)(own_start, following_start);
+        NAME(eigenvectors_converged_start_lanes)(own_start_2, following_start_2);
+        NAME(eigenvectors_converged_start_lanes)(own_start_3, following_start_3);
         for (intptr_t j = m; j-- > 0;) {
             NAME(eigenvectors_following_lanes)(j + 1 < m ? own + NLANES * (j + 1) : own_start,
     following + NLANES * j);
@@ -1470,15 +1470,15 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
     following_3 + NLANES * j, mapped_18 + NLANES * j, common_13, diagonal_2 + NLANES * j, beside_2 + NLANES * j,
     own_4 + NLANES * j, across + NLANES * j, cosine + NLANES * j, sine + NLANES * j, is_gap + NLANES * j,
     cosine_2 + NLANES * j, sine_2 + NLANES * j);
-        NAME(eigenvectors_m_lanes)(sum_10);
+        NAME(eigenvectors_m_start_lanes)(sum_10);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(eigenvectors_converged_lanes)(own_start_5, following_start_4);
+            NAME(eigenvectors_converged_start_lanes)(own_start_5, following_start_4);
             for (intptr_t k = m; k-- > 0;) {
                 NAME(eigenvectors_following_lanes)(k + 1 < m ? own_5 + NLANES * (k + 1) : own_start_5,
     following_4 + NLANES * k);
                 COPY(NLANES, state_1_2 + NLANES * (j * m + k), own_5 + NLANES * k);
             }
-            NAME(eigenvectors_converged_lanes)(found_start, passed_start);
+            NAME(eigenvectors_converged_start_lanes)(found_start, passed_start);
             for (intptr_t k = 0; k < m; k++) {
                 NAME(eigenvectors_found_lanes)(k > 0 ? passed + NLANES * (k - 1) : passed_start,
     state_1_2 + NLANES * (j * m + k), following_4 + NLANES * k, cosine_2 + NLANES * k, sine_2 + NLANES * k,
@@ -1491,7 +1491,7 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
             for (intptr_t k = 0; k < m; k++)
                 COPY(NLANES, of_row + NLANES * (j * m + k), state_1_2 + NLANES * (j * m + k));
         }
-        NAME(eigenvectors_converged_2_lanes)(sum_10, converged);
+        NAME(eigenvectors_converged_lanes)(sum_10, converged);
         RESTORE(rounds, NLANES * m, gac_kept_0, diagonal);
         RESTORE(rounds, NLANES * m, gac_kept_1, beside);
         RESTORE(rounds, NLANES * m * m, gac_kept_2, state_1_2);
@@ -1511,7 +1511,7 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
         if (ALL_ENDED(rounds, converged))
             break;
     }
-    NAME(eigenvectors_m_lanes)(sum_11);
+    NAME(eigenvectors_m_start_lanes)(sum_11);
     NAME(eigenvectors_number_start_lanes)(number_start_5);
     for (intptr_t i = 0; i < m; i++) {
         NAME(singular_vectors_mapped_4_lanes)(common, diagonal + NLANES * i, mapped_19 + NLANES * i);
@@ -1522,7 +1522,7 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
     }
     NAME(eigenvectors_number_start_lanes)(number_start_6);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(eigenvectors_m_lanes)(sum_12);
+        NAME(eigenvectors_m_start_lanes)(sum_12);
         for (intptr_t j = 0; j < m; j++)
             NAME(eigenvectors_sum_6_lanes)(mapped_20 + NLANES * i, number_5 + NLANES * i, sum_12,
     mapped_20 + NLANES * j, number_5 + NLANES * j, sum_12);
@@ -1531,7 +1531,7 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
     number_6 + NLANES * i);
     }
     for (intptr_t i = 0; i < m; i++) {
-        NAME(eigenvectors_m_lanes)(sum_13);
+        NAME(eigenvectors_m_start_lanes)(sum_13);
         for (intptr_t j = 0; j < m; j++)
             NAME(eigenvectors_sum_2_lanes)(number_6 + NLANES * i, sum_13, mapped_19 + NLANES * j,
     place + NLANES * j, sum_13);
@@ -1540,7 +1540,7 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
         for (intptr_t j = 0; j < m; j++) {
             NAME(eigenvectors_number_lanes)(j > 0 ? number_7 + NLANES * (j - 1) : number_start_7,
     number_7 + NLANES * j);
-            NAME(eigenvectors_m_lanes)(sum_14);
+            NAME(eigenvectors_m_start_lanes)(sum_14);
             for (intptr_t k = 0; k < m; k++)
                 NAME(eigenvectors_sum_2_lanes)(number_7 + NLANES * j, sum_14, state_1_2 + NLANES * (i * m + k),
     place + NLANES * k, sum_14);
@@ -1673,11 +1673,11 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
     *const own_5 = sine_2 + m, *const following_4 = own_5 + m, found_start, passed_start, found,
     *const passed = following_4 + m, *const of_row = passed + m, sum_10, *const mapped_19 = of_row + m * m, sum_11,
     a, carry_2[5], number_start_5, *const number_5 = mapped_19 + m, sum_12;
-    NAME(eigenvectors_m)(&m_2);
+    NAME(eigenvectors_m_start)(&m_2);
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, &m_2, &m_3);
         for (intptr_t j = 0; j < m; j++)
-            NAME(eigenvectors_m_2)(m_3, matrix[i * m + j], &m_3);
+            NAME(eigenvectors_m)(m_3, matrix[i * m + j], &m_3);
         COPY(1, &m_3, &m_2);
     }
     NAME(eigenvectors_common)(m_2, &common);
@@ -1708,8 +1708,8 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
     CLEAR(m, zeros_4);
     NAME(eigenvectors_number_start)(&number_start_4);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(eigenvectors_m)(&sum);
-        NAME(eigenvectors_m)(&sum_2);
+        NAME(eigenvectors_m_start)(&sum);
+        NAME(eigenvectors_m_start)(&sum_2);
         for (intptr_t j = 0; j < n; j++) {
             COPY(1, state_0 + (j * m + i), mapped_5 + j);
             NAME(singular_vectors_sum)(number_3[i], sum, mapped_5[j], number_2[j], &sum);
@@ -1744,9 +1744,9 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
                 COPY(1, &by_element_2, sum_4 + k);
             }
         }
-        NAME(eigenvectors_m)(&sum_5);
+        NAME(eigenvectors_m_start)(&sum_5);
         NAME(eigenvectors_number)(number_3[i], &common_6);
-        NAME(eigenvectors_m)(&sum_6);
+        NAME(eigenvectors_m_start)(&sum_6);
         for (intptr_t j = 0; j < m; j++) {
             NAME(eigenvectors_sum)(sum_5, sum_4[j], number_3[j], common_6, &sum_5);
             NAME(eigenvectors_sum_2)(common_6, sum_6, sum_4[j], number_3[j], &sum_6);
@@ -1756,7 +1756,7 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
             NAME(eigenvectors_mapped_3)(common_6, sum_4[j], number_3[j], common_7, mapped_11 + j);
         NAME(eigenvectors_common_3)(sum_5, sum_6, &common_9);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_m)(&sum_7);
+            NAME(eigenvectors_m_start)(&sum_7);
             for (intptr_t k = 0; k < m; k++)
                 NAME(eigenvectors_sum_3)(sum_7, mapped_9[j * m + k], mapped_11[k], &sum_7);
             NAME(eigenvectors_mapped_4)(sum_7, common_9, &common_8);
@@ -1768,7 +1768,7 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
                 COPY(1, mapped_13 + (j * m + k), state_0 + (j * m + k));
         }
         for (intptr_t j = 0; j < m; j++) {
-            NAME(eigenvectors_m)(&sum_8);
+            NAME(eigenvectors_m_start)(&sum_8);
             for (intptr_t k = 0; k < m; k++)
                 NAME(eigenvectors_sum_3)(sum_8, state_1[j * m + k], mapped_11[k], &sum_8);
             NAME(eigenvectors_mapped_4)(common_9, sum_8, &common_10);
@@ -1796,7 +1796,7 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
             COPY(1, &by_element_4, sum_1 + j);
         }
     }
-    NAME(eigenvectors_converged)(&converged, &steps);
+    NAME(eigenvectors_converged_start)(&converged, &steps);
     for (intptr_t i = 0; i < m; i++) {
         COPY(1, sum_0 + i, diagonal + i);
         COPY(1, sum_1 + i, beside + i);
@@ -1804,12 +1804,12 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
             COPY(1, state_1 + (i * m + j), state_1_2 + (i * m + j));
     }
     for (int repeats = 0; repeats < 1000; repeats++) {
-        NAME(eigenvectors_m)(&sum_9);
+        NAME(eigenvectors_m_start)(&sum_9);
         for (intptr_t j = 0; j < m; j++)
             NAME(eigenvectors_sum_7)(sum_9, diagonal[j], &sum_9);
-        NAME(eigenvectors_converged)(&own_start, &following_start);
-        NAME(eigenvectors_converged)(&own_start_2, &following_start_2);
-        NAME(eigenvectors_converged)(&own_start_3, &following_start_3);
+        NAME(eigenvectors_converged_start)(&own_start, &following_start);
+        NAME(eigenvectors_converged_start)(&own_start_2, &following_start_2);
+        NAME(eigenvectors_converged_start)(&own_start_3, &following_start_3);
         for (intptr_t j = m; j-- > 0;) {
             NAME(eigenvectors_following)(j + 1 < m ? own[j + 1] : own_start, following + j);
             COPY(1, beside + j, own + j);
@@ -1830,14 +1830,14 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
     j > 0 ? sine[j - 1] : sine_start, j > 0 ? is_gap[j - 1] : is_gap_start, diagonal[j], following_2[j],
     following_3[j], mapped_18[j], common_13, diagonal_2 + j, beside_2 + j, own_4 + j, across + j, cosine + j,
     sine + j, is_gap + j, cosine_2 + j, sine_2 + j);
-        NAME(eigenvectors_m)(&sum_10);
+        NAME(eigenvectors_m_start)(&sum_10);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(eigenvectors_converged)(&own_start_5, &following_start_4);
+            NAME(eigenvectors_converged_start)(&own_start_5, &following_start_4);
             for (intptr_t k = m; k-- > 0;) {
                 NAME(eigenvectors_following)(k + 1 < m ? own_5[k + 1] : own_start_5, following_4 + k);
                 COPY(1, state_1_2 + (j * m + k), own_5 + k);
             }
-            NAME(eigenvectors_converged)(&found_start, &passed_start);
+            NAME(eigenvectors_converged_start)(&found_start, &passed_start);
             for (intptr_t k = 0; k < m; k++) {
                 NAME(eigenvectors_found)(k > 0 ? passed[k - 1] : passed_start, state_1_2[j * m + k], following_4[k],
     cosine_2[k], sine_2[k], mapped_18[k], &found, passed + k);
@@ -1849,13 +1849,13 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
             for (intptr_t k = 0; k < m; k++)
                 COPY(1, of_row + (j * m + k), state_1_2 + (j * m + k));
         }
-        NAME(eigenvectors_converged_2)(sum_10, &converged);
+        NAME(eigenvectors_converged)(sum_10, &converged);
         steps += 1;
         if (converged != 0)
             break;
     }
-    NAME(eigenvectors_m)(&sum_11);
-    NAME(eigenvectors_m)(&a);
+    NAME(eigenvectors_m_start)(&sum_11);
+    NAME(eigenvectors_m_start)(&a);
     for (intptr_t i = 0; i < m; i++) {
         NAME(singular_vectors_mapped_4)(common, diagonal[i], mapped_19 + i);
         NAME(eigenvectors_sum_7)(sum_11, diagonal[i], &sum_11);
@@ -1868,7 +1868,7 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
         NAME(eigenvectors_number)(i > 0 ? number_5[i - 1] : number_start_5, number_5 + i);
     }
     for (intptr_t i = 0; i < m; i++) {
-        NAME(eigenvectors_m)(&sum_12);
+        NAME(eigenvectors_m_start)(&sum_12);
         for (intptr_t j = 0; j < m; j++)
             NAME(null_vector_sum)(carry_2, sum_12, state_1_2[i * m + j], number_5[j], &sum_12);
         COPY(1, &sum_12, out_0 + i);
@@ -1901,11 +1901,11 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
     is_gap_start[NLANES], cosine_start_2[NLANES], sine_start_2[NLANES], common_13[NLANES], own_start_5[NLANES],
     following_start_4[NLANES], found_start[NLANES], passed_start[NLANES], found[NLANES], sum_10[NLANES],
     sum_11[NLANES], a[NLANES], carry_2[5 * NLANES], number_start_5[NLANES], sum_12[NLANES], gac_kept_3[NLANES];
-    NAME(eigenvectors_m_lanes)(m_2);
+    NAME(eigenvectors_m_start_lanes)(m_2);
     for (intptr_t i = 0; i < n; i++) {
         COPY(NLANES, m_2, m_3);
         for (intptr_t j = 0; j < m; j++)
-            NAME(eigenvectors_m_2_lanes)(m_3, matrix + NLANES * (i * m + j), m_3);
+            NAME(eigenvectors_m_lanes)(m_3, matrix + NLANES * (i * m + j), m_3);
         COPY(NLANES, m_3, m_2);
     }
     NAME(eigenvectors_common_lanes)(m_2, common);
@@ -1938,8 +1938,8 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
     CLEAR(NLANES * m, zeros_4);
     NAME(eigenvectors_number_start_lanes)(number_start_4);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(eigenvectors_m_lanes)(sum);
-        NAME(eigenvectors_m_lanes)(sum_2);
+        NAME(eigenvectors_m_start_lanes)(sum);
+        NAME(eigenvectors_m_start_lanes)(sum_2);
         for (intptr_t j = 0; j < n; j++) {
             COPY(NLANES, state_0 + NLANES * (j * m + i), mapped_5 + NLANES * j);
             NAME(singular_vectors_sum_lanes)(number_3 + NLANES * i, sum, mapped_5 + NLANES * j,
@@ -1978,9 +1978,9 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
                 COPY(NLANES, by_element_2, sum_4 + NLANES * k);
             }
         }
-        NAME(eigenvectors_m_lanes)(sum_5);
+        NAME(eigenvectors_m_start_lanes)(sum_5);
         NAME(eigenvectors_number_lanes)(number_3 + NLANES * i, common_6);
-        NAME(eigenvectors_m_lanes)(sum_6);
+        NAME(eigenvectors_m_start_lanes)(sum_6);
         for (intptr_t j = 0; j < m; j++) {
             NAME(eigenvectors_sum_lanes)(sum_5, sum_4 + NLANES * j, number_3 + NLANES * j, common_6, sum_5);
             NAME(eigenvectors_sum_2_lanes)(common_6, sum_6, sum_4 + NLANES * j, number_3 + NLANES * j, sum_6);
@@ -1991,7 +1991,7 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
     mapped_11 + NLANES * j);
         NAME(eigenvectors_common_3_lanes)(sum_5, sum_6, common_9);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_m_lanes)(sum_7);
+            NAME(eigenvectors_m_start_lanes)(sum_7);
             for (intptr_t k = 0; k < m; k++)
                 NAME(eigenvectors_sum_3_lanes)(sum_7, mapped_9 + NLANES * (j * m + k), mapped_11 + NLANES * k,
     sum_7);
@@ -2005,7 +2005,7 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
                 COPY(NLANES, mapped_13 + NLANES * (j * m + k), state_0 + NLANES * (j * m + k));
         }
         for (intptr_t j = 0; j < m; j++) {
-            NAME(eigenvectors_m_lanes)(sum_8);
+            NAME(eigenvectors_m_start_lanes)(sum_8);
             for (intptr_t k = 0; k < m; k++)
                 NAME(eigenvectors_sum_3_lanes)(sum_8, state_1 + NLANES * (j * m + k), mapped_11 + NLANES * k,
     sum_8);
@@ -2038,7 +2038,7 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
             COPY(NLANES, by_element_4, sum_1 + NLANES * j);
         }
     }
-    NAME(eigenvectors_converged_lanes)(converged, steps);
+    NAME(eigenvectors_converged_start_lanes)(converged, steps);
     for (intptr_t i = 0; i < m; i++) {
         COPY(NLANES, sum_0 + NLANES * i, diagonal + NLANES * i);
         COPY(NLANES, sum_1 + NLANES * i, beside + NLANES * i);
@@ -2061,12 +2061,12 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
         KEEP(rounds, NLANES * m, is_gap, gac_kept_12);
         KEEP(rounds, NLANES * m, own_5, gac_kept_13);
         KEEP(rounds, NLANES * m, passed, gac_kept_14);
-        NAME(eigenvectors_m_lanes)(sum_9);
+        NAME(eigenvectors_m_start_lanes)(sum_9);
         for (intptr_t j = 0; j < m; j++)
             NAME(eigenvectors_sum_7_lanes)(sum_9, diagonal + NLANES * j, sum_9);
-        NAME(eigenvectors_converged_lanes)(own_start, following_start);
-        NAME(eigenvectors_converged_lanes)(own_start_2, following_start_2);
-        NAME(eigenvectors_converged_lanes)(own_start_3, following_start_3);
+        NAME(eigenvectors_converged_start_lanes)(own_start, following_start);
+        NAME(eigenvectors_converged_start_lanes)(own_start_2, following_start_2);
+        NAME(eigenvectors_converged_start_lanes)(own_start_3, following_start_3);
         for (intptr_t j = m; j-- > 0;) {
             NAME(eigenvectors_following_lanes)(j + 1 < m ? own + NLANES * (j + 1) : own_start,
     following + NLANES * j);
@@ -2093,15 +2093,15 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
     following_3 + NLANES * j, mapped_18 + NLANES * j, common_13, diagonal_2 + NLANES * j, beside_2 + NLANES * j,
     own_4 + NLANES * j, across + NLANES * j, cosine + NLANES * j, sine + NLANES * j, is_gap + NLANES * j,
     cosine_2 + NLANES * j, sine_2 + NLANES * j);
-        NAME(eigenvectors_m_lanes)(sum_10);
+        NAME(eigenvectors_m_start_lanes)(sum_10);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(eigenvectors_converged_lanes)(own_start_5, following_start_4);
+            NAME(eigenvectors_converged_start_lanes)(own_start_5, following_start_4);
             for (intptr_t k = m; k-- > 0;) {
                 NAME(eigenvectors_following_lanes)(k + 1 < m ? own_5 + NLANES * (k + 1) : own_start_5,
     following_4 + NLANES * k);
                 COPY(NLANES, state_1_2 + NLANES * (j * m + k), own_5 + NLANES * k);
             }
-            NAME(eigenvectors_converged_lanes)(found_start, passed_start);
+            NAME(eigenvectors_converged_start_lanes)(found_start, passed_start);
             for (intptr_t k = 0; k < m; k++) {
                 NAME(eigenvectors_found_lanes)(k > 0 ? passed + NLANES * (k - 1) : passed_start,
     state_1_2 + NLANES * (j * m + k), following_4 + NLANES * k, cosine_2 + NLANES * k, sine_2 + NLANES * k,
@@ -2114,7 +2114,7 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
             for (intptr_t k = 0; k < m; k++)
                 COPY(NLANES, of_row + NLANES * (j * m + k), state_1_2 + NLANES * (j * m + k));
         }
-        NAME(eigenvectors_converged_2_lanes)(sum_10, converged);
+        NAME(eigenvectors_converged_lanes)(sum_10, converged);
         RESTORE(rounds, NLANES * m, gac_kept_0, diagonal);
         RESTORE(rounds, NLANES * m, gac_kept_1, beside);
         RESTORE(rounds, NLANES * m * m, gac_kept_2, state_1_2);
@@ -2134,8 +2134,8 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
         if (ALL_ENDED(rounds, converged))
             break;
     }
-    NAME(eigenvectors_m_lanes)(sum_11);
-    NAME(eigenvectors_m_lanes)(a);
+    NAME(eigenvectors_m_start_lanes)(sum_11);
+    NAME(eigenvectors_m_start_lanes)(a);
     for (intptr_t i = 0; i < m; i++) {
         NAME(singular_vectors_mapped_4_lanes)(common, diagonal + NLANES * i, mapped_19 + NLANES * i);
         NAME(eigenvectors_sum_7_lanes)(sum_11, diagonal + NLANES * i, sum_11);
@@ -2149,7 +2149,7 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
     number_5 + NLANES * i);
     }
     for (intptr_t i = 0; i < m; i++) {
-        NAME(eigenvectors_m_lanes)(sum_12);
+        NAME(eigenvectors_m_start_lanes)(sum_12);
         for (intptr_t j = 0; j < m; j++)
             NAME(null_vector_sum_lanes)(carry_2, sum_12, state_1_2 + NLANES * (i * m + j), number_5 + NLANES * j,
     sum_12);
@@ -2168,16 +2168,16 @@ GAC_PROCEDURE(null_vector, LANES)
     WORK(7, imaginary_2, scalar, 1, n) WORK(8, real_6, scalar, 1, n) WORK(9, imaginary_6, scalar, 1, n) \
     WORK(10, gac_kept_0, scalar, 1, n) WORK(11, gac_kept_1, scalar, 1, n)
 
-static INLINE void NAME(polynomial_roots_state)(REAL *state_0, REAL *state_1)
+static INLINE void NAME(polynomial_roots_state_start)(REAL *state_0, REAL *state_1)
 {
     state_0[0] = (REAL)1;
     state_1[0] = (REAL)0;
 }
-#define PARTS_polynomial_roots_state(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(polynomial_roots_state, PLAIN)
+#define PARTS_polynomial_roots_state_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(polynomial_roots_state_start, PLAIN)
 
-static INLINE void NAME(polynomial_roots_state_2)(REAL state_0, REAL state_1, REAL c, REAL i, REAL *state_0_out,
-    REAL *state_1_out)
+static INLINE void NAME(polynomial_roots_state)(REAL state_0, REAL state_1, REAL c, REAL i, REAL *state_0_out, REAL
+    *state_1_out)
 {
     const REAL t0 = EQUAL(c, (REAL)0);
     const REAL t1 = ABS(c);
@@ -2185,9 +2185,9 @@ static INLINE void NAME(polynomial_roots_state_2)(REAL state_0, REAL state_1, RE
     state_0_out[0] = SELECT(t0, state_0, t1);
     state_1_out[0] = SELECT(t0, state_1, t2);
 }
-#define PARTS_polynomial_roots_state_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_polynomial_roots_state(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(polynomial_roots_state_2, PLAIN)
+GAC_IN_LANES(polynomial_roots_state, PLAIN)
 
 static INLINE void NAME(polynomial_roots_common)(REAL state_0, REAL state_1, REAL *common)
 {
@@ -2215,8 +2215,8 @@ static INLINE void NAME(polynomial_roots_common_2)(REAL sum, REAL *common_3)
 #define PARTS_polynomial_roots_common_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
 GAC_IN_LANES(polynomial_roots_common_2, PLAIN)
 
-static INLINE void NAME(polynomial_roots_real_2)(REAL *real_3, REAL *imaginary_3, REAL *real_4, REAL *imaginary_4,
-    REAL *state_2)
+static INLINE void NAME(polynomial_roots_real_start)(REAL *real_3, REAL *imaginary_3, REAL *real_4, REAL
+    *imaginary_4, REAL *state_2)
 {
     real_3[0] = (REAL)1;
     imaginary_3[0] = (REAL)0;
@@ -2224,9 +2224,9 @@ static INLINE void NAME(polynomial_roots_real_2)(REAL *real_3, REAL *imaginary_3
     imaginary_4[0] = (REAL)0;
     state_2[0] = (REAL)1;
 }
-#define PARTS_polynomial_roots_real_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1) \
+#define PARTS_polynomial_roots_real_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1) \
     AND OUT(3, 1) AND OUT(4, 1)
-GAC_IN_LANES(polynomial_roots_real_2, PLAIN)
+GAC_IN_LANES(polynomial_roots_real_start, PLAIN)
 
 static INLINE void NAME(polynomial_roots_common_3)(REAL real, REAL imaginary, REAL *common_2)
 {
@@ -2235,7 +2235,7 @@ static INLINE void NAME(polynomial_roots_common_3)(REAL real, REAL imaginary, RE
 #define PARTS_polynomial_roots_common_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(polynomial_roots_common_3, PLAIN)
 
-static INLINE void NAME(polynomial_roots_real_3)(REAL real, REAL imaginary, REAL real_2, REAL imaginary_2, REAL
+static INLINE void NAME(polynomial_roots_real_2)(REAL real, REAL imaginary, REAL real_2, REAL imaginary_2, REAL
     real_3, REAL imaginary_3, REAL state_2, REAL c, REAL common, REAL *real_3_out, REAL *imaginary_3_out, REAL
     *real_4, REAL *imaginary_4, REAL *state_2_out)
 {
@@ -2245,12 +2245,12 @@ static INLINE void NAME(polynomial_roots_real_3)(REAL real, REAL imaginary, REAL
     imaginary_4[0] = imaginary_2 + (imaginary * real_3 + real * imaginary_3);
     state_2_out[0] = state_2 * common + ABS(c);
 }
-#define PARTS_polynomial_roots_real_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_polynomial_roots_real_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
     AND OUT(9, 1) AND OUT(10, 1) AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1)
-GAC_IN_LANES(polynomial_roots_real_3, PLAIN)
+GAC_IN_LANES(polynomial_roots_real_2, PLAIN)
 
-static INLINE void NAME(polynomial_roots_real_4)(REAL real, REAL imaginary, REAL i, REAL real_2, REAL imaginary_2,
+static INLINE void NAME(polynomial_roots_real_3)(REAL real, REAL imaginary, REAL i, REAL real_2, REAL imaginary_2,
     REAL real_3, REAL imaginary_3, REAL j, REAL *real_5, REAL *imaginary_5)
 {
     const REAL t0 = real - real_3;
@@ -2263,11 +2263,11 @@ static INLINE void NAME(polynomial_roots_real_4)(REAL real, REAL imaginary, REAL
     real_5[0] = real_2 + t4 * SELECT(t5, t0, (REAL)0);
     imaginary_5[0] = imaginary_2 + t4 * SELECT(t5, t6, (REAL)0);
 }
-#define PARTS_polynomial_roots_real_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_polynomial_roots_real_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 1) AND OUT(9, 1)
-GAC_IN_LANES(polynomial_roots_real_4, PLAIN)
+GAC_IN_LANES(polynomial_roots_real_3, PLAIN)
 
-static INLINE void NAME(polynomial_roots_real_5)(REAL real, REAL imaginary, REAL real_2, REAL imaginary_2, REAL
+static INLINE void NAME(polynomial_roots_real_4)(REAL real, REAL imaginary, REAL real_2, REAL imaginary_2, REAL
     real_3, REAL imaginary_3, REAL state_2, REAL real_4, REAL imaginary_4, REAL common, REAL *real_6, REAL
     *imaginary_6, REAL *moved_1)
 {
@@ -2282,10 +2282,10 @@ static INLINE void NAME(polynomial_roots_real_5)(REAL real, REAL imaginary, REAL
     imaginary_6[0] = SELECT(t5, imaginary, t6);
     moved_1[0] = SELECT(t5, (REAL)0, (REAL)1);
 }
-#define PARTS_polynomial_roots_real_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_polynomial_roots_real_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
     AND NUMBER(9, 0) AND OUT(10, 1) AND OUT(11, 1) AND OUT(12, 1)
-GAC_IN_LANES(polynomial_roots_real_5, PLAIN)
+GAC_IN_LANES(polynomial_roots_real_4, PLAIN)
 
 static INLINE void NAME(polynomial_roots_common_4)(REAL imaginary, REAL *common_4)
 {
@@ -2328,12 +2328,12 @@ static INLINE void NAME(polynomial_roots_within)(intptr_t n, const REAL *coeffic
     imaginary_3, real_4, imaginary_4, state_2, common_2, real_5, imaginary_5, *const real_6 = imaginary_2 + n,
     *const imaginary_6 = real_6 + n, moved_1, common_3, sum_2, sum_3, common_4, is_real;
     NAME(eigenvectors_number_start)(&number_start);
-    NAME(eigenvectors_m)(&sum);
-    NAME(polynomial_roots_state)(&state_0, &state_1);
+    NAME(eigenvectors_m_start)(&sum);
+    NAME(polynomial_roots_state_start)(&state_0, &state_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(eigenvectors_number)(i > 0 ? number[i - 1] : number_start, number + i);
         NAME(eigenvectors_number)(sum, &sum);
-        NAME(polynomial_roots_state_2)(state_0, state_1, coefficients[i], number[i], &state_0, &state_1);
+        NAME(polynomial_roots_state)(state_0, state_1, coefficients[i], number[i], &state_0, &state_1);
     }
     NAME(polynomial_roots_common)(state_0, state_1, &common);
     for (intptr_t i = 0; i < n; i++) {
@@ -2341,27 +2341,27 @@ static INLINE void NAME(polynomial_roots_within)(intptr_t n, const REAL *coeffic
         COPY(1, &real, real_2 + i);
         COPY(1, &imaginary, imaginary_2 + i);
     }
-    NAME(eigenvectors_converged)(&converged, &steps);
+    NAME(eigenvectors_converged_start)(&converged, &steps);
     COPY(1, &sum, &state_1_2);
     NAME(polynomial_roots_common_2)(sum, &common_3);
     for (int repeats = 0; repeats < 1000; repeats++) {
-        NAME(eigenvectors_m)(&sum_2);
+        NAME(eigenvectors_m_start)(&sum_2);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(polynomial_roots_real_2)(&real_3, &imaginary_3, &real_4, &imaginary_4, &state_2);
+            NAME(polynomial_roots_real_start)(&real_3, &imaginary_3, &real_4, &imaginary_4, &state_2);
             NAME(polynomial_roots_common_3)(real_2[j], imaginary_2[j], &common_2);
-            NAME(eigenvectors_converged)(&real_5, &imaginary_5);
+            NAME(eigenvectors_converged_start)(&real_5, &imaginary_5);
             for (intptr_t k = 0; k < n; k++) {
-                NAME(polynomial_roots_real_3)(real_2[j], imaginary_2[j], real_3, imaginary_3, real_4, imaginary_4,
+                NAME(polynomial_roots_real_2)(real_2[j], imaginary_2[j], real_3, imaginary_3, real_4, imaginary_4,
     state_2, coefficients[k], common_2, &real_3, &imaginary_3, &real_4, &imaginary_4, &state_2);
-                NAME(polynomial_roots_real_4)(real_2[j], imaginary_2[j], number[j], real_5, imaginary_5, real_2[k],
+                NAME(polynomial_roots_real_3)(real_2[j], imaginary_2[j], number[j], real_5, imaginary_5, real_2[k],
     imaginary_2[k], number[k], &real_5, &imaginary_5);
             }
-            NAME(polynomial_roots_real_5)(real_2[j], imaginary_2[j], real_3, imaginary_3, real_4, imaginary_4,
+            NAME(polynomial_roots_real_4)(real_2[j], imaginary_2[j], real_3, imaginary_3, real_4, imaginary_4,
     state_2, real_5, imaginary_5, common_3, real_6 + j, imaginary_6 + j, &moved_1);
             NAME(singular_vectors_by_element)(sum_2, moved_1, &sum_2);
         }
         COPY(1, &sum_2, &next_state_1);
-        NAME(eigenvectors_converged_2)(next_state_1, &converged);
+        NAME(eigenvectors_converged)(next_state_1, &converged);
         for (intptr_t j = 0; j < n; j++) {
             COPY(1, real_6 + j, real_2 + j);
             COPY(1, imaginary_6 + j, imaginary_2 + j);
@@ -2371,9 +2371,9 @@ static INLINE void NAME(polynomial_roots_within)(intptr_t n, const REAL *coeffic
         if (converged != 0)
             break;
     }
-    NAME(eigenvectors_m)(out_2);
+    NAME(eigenvectors_m_start)(out_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(eigenvectors_m)(&sum_3);
+        NAME(eigenvectors_m_start)(&sum_3);
         NAME(polynomial_roots_common_4)(imaginary_2[i], &common_4);
         for (intptr_t j = 0; j < n; j++)
             NAME(polynomial_roots_sum)(real_2[i], imaginary_2[i], number[i], sum_3, real_2[j], imaginary_2[j],
@@ -2406,12 +2406,12 @@ static INLINE WORD NAME(polynomial_roots_lanes)(intptr_t n, const REAL *coeffici
     common_4[NLANES], is_real[NLANES], gac_kept_2[NLANES], gac_kept_3[NLANES];
     WORD far = 0;
     NAME(eigenvectors_number_start_lanes)(number_start);
-    NAME(eigenvectors_m_lanes)(sum);
-    NAME(polynomial_roots_state_lanes)(state_0, state_1);
+    NAME(eigenvectors_m_start_lanes)(sum);
+    NAME(polynomial_roots_state_start_lanes)(state_0, state_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(eigenvectors_number_lanes)(i > 0 ? number + NLANES * (i - 1) : number_start, number + NLANES * i);
         NAME(eigenvectors_number_lanes)(sum, sum);
-        NAME(polynomial_roots_state_2_lanes)(state_0, state_1, coefficients + NLANES * i, number + NLANES * i,
+        NAME(polynomial_roots_state_lanes)(state_0, state_1, coefficients + NLANES * i, number + NLANES * i,
     state_0, state_1);
     }
     NAME(polynomial_roots_common_lanes)(state_0, state_1, common);
@@ -2420,7 +2420,7 @@ static INLINE WORD NAME(polynomial_roots_lanes)(intptr_t n, const REAL *coeffici
         COPY(NLANES, real, real_2 + NLANES * i);
         COPY(NLANES, imaginary, imaginary_2 + NLANES * i);
     }
-    NAME(eigenvectors_converged_lanes)(converged, steps);
+    NAME(eigenvectors_converged_start_lanes)(converged, steps);
     COPY(NLANES, sum, state_1_2);
     NAME(polynomial_roots_common_2_lanes)(sum, common_3);
     ROUNDS(rounds, 1000) {
@@ -2428,26 +2428,26 @@ static INLINE WORD NAME(polynomial_roots_lanes)(intptr_t n, const REAL *coeffici
         KEEP(rounds, NLANES * n, imaginary_2, gac_kept_1);
         KEEP(rounds, NLANES, state_1_2, gac_kept_2);
         KEEP(rounds, NLANES, converged, gac_kept_3);
-        NAME(eigenvectors_m_lanes)(sum_2);
+        NAME(eigenvectors_m_start_lanes)(sum_2);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(polynomial_roots_real_2_lanes)(real_3, imaginary_3, real_4, imaginary_4, state_2);
+            NAME(polynomial_roots_real_start_lanes)(real_3, imaginary_3, real_4, imaginary_4, state_2);
             NAME(polynomial_roots_common_3_lanes)(real_2 + NLANES * j, imaginary_2 + NLANES * j, common_2);
-            NAME(eigenvectors_converged_lanes)(real_5, imaginary_5);
+            NAME(eigenvectors_converged_start_lanes)(real_5, imaginary_5);
             for (intptr_t k = 0; k < n; k++) {
-                NAME(polynomial_roots_real_3_lanes)(real_2 + NLANES * j, imaginary_2 + NLANES * j, real_3,
+                NAME(polynomial_roots_real_2_lanes)(real_2 + NLANES * j, imaginary_2 + NLANES * j, real_3,
     imaginary_3, real_4, imaginary_4, state_2, coefficients + NLANES * k, common_2, real_3, imaginary_3, real_4,
     imaginary_4, state_2);
-                NAME(polynomial_roots_real_4_lanes)(real_2 + NLANES * j, imaginary_2 + NLANES * j,
+                NAME(polynomial_roots_real_3_lanes)(real_2 + NLANES * j, imaginary_2 + NLANES * j,
     number + NLANES * j, real_5, imaginary_5, real_2 + NLANES * k, imaginary_2 + NLANES * k, number + NLANES * k,
     real_5, imaginary_5);
             }
-            NAME(polynomial_roots_real_5_lanes)(real_2 + NLANES * j, imaginary_2 + NLANES * j, real_3, imaginary_3,
+            NAME(polynomial_roots_real_4_lanes)(real_2 + NLANES * j, imaginary_2 + NLANES * j, real_3, imaginary_3,
     real_4, imaginary_4, state_2, real_5, imaginary_5, common_3, real_6 + NLANES * j, imaginary_6 + NLANES * j,
     moved_1);
             NAME(singular_vectors_by_element_lanes)(sum_2, moved_1, sum_2);
         }
         COPY(NLANES, sum_2, next_state_1);
-        NAME(eigenvectors_converged_2_lanes)(next_state_1, converged);
+        NAME(eigenvectors_converged_lanes)(next_state_1, converged);
         for (intptr_t j = 0; j < n; j++) {
             COPY(NLANES, real_6 + NLANES * j, real_2 + NLANES * j);
             COPY(NLANES, imaginary_6 + NLANES * j, imaginary_2 + NLANES * j);
@@ -2461,9 +2461,9 @@ static INLINE WORD NAME(polynomial_roots_lanes)(intptr_t n, const REAL *coeffici
         if (ALL_ENDED(rounds, converged))
             break;
     }
-    NAME(eigenvectors_m_lanes)(out_2);
+    NAME(eigenvectors_m_start_lanes)(out_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(eigenvectors_m_lanes)(sum_3);
+        NAME(eigenvectors_m_start_lanes)(sum_3);
         NAME(polynomial_roots_common_4_lanes)(imaginary_2 + NLANES * i, common_4);
         for (intptr_t j = 0; j < n; j++)
             NAME(polynomial_roots_sum_lanes)(real_2 + NLANES * i, imaginary_2 + NLANES * i, number + NLANES * i,

@@ -2,7 +2,7 @@
 // command: gac generate --all motor_filters
 // spec: 3dfd76bdacff3b34
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 685257a7d6a4ce4cd142c0f70edb63627b3eb76bde3fcd93eda4d79ed5ef04af
+// body: baedab361b4c7a532c6897ebcdf11fda9420347fa9519a86b70011f05f338512
 
 #ifndef REAL
 #include "motor_filters.h"
@@ -2928,7 +2928,7 @@ GAC_PROCEDURE(update_by_planes, BUSY)
     AND IN(0, motor, 8, 8, 1) AND IN(1, model, 6, 6, n) AND IN(2, variances, 2, 2, 1) AND OUT(3, out, 21, 21, 1)
 #define WORK_information_of_lines(WORK)
 
-static INLINE void NAME(information_of_lines_sum)(REAL *sum)
+static INLINE void NAME(information_of_lines_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -2952,8 +2952,8 @@ static INLINE void NAME(information_of_lines_sum)(REAL *sum)
     sum[19] = (REAL)0;
     sum[20] = (REAL)0;
 }
-#define PARTS_information_of_lines_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 21)
-GAC_IN_LANES(information_of_lines_sum, PLAIN)
+#define PARTS_information_of_lines_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 21)
+GAC_IN_LANES(information_of_lines_sum_start, PLAIN)
 
 static INLINE void NAME(information_of_lines_common)(const REAL *variances, REAL *common, REAL *common_2)
 {
@@ -2964,7 +2964,7 @@ static INLINE void NAME(information_of_lines_common)(const REAL *variances, REAL
 #define PARTS_information_of_lines_common(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND OUT(1, 1) AND OUT(2, 1)
 GAC_IN_LANES(information_of_lines_common, PLAIN)
 
-static INLINE void NAME(information_of_lines_sum_2)(const REAL *motor, const REAL *sum, const REAL *each_model, REAL
+static INLINE void NAME(information_of_lines_sum)(const REAL *motor, const REAL *sum, const REAL *each_model, REAL
     common, REAL common_2, REAL *sum_out)
 {
     const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
@@ -3062,9 +3062,9 @@ static INLINE void NAME(information_of_lines_sum_2)(const REAL *motor, const REA
     sum_out[19] = sum_19 + (t12 * t63 + t43 * t64);
     sum_out[20] = sum_20 + (t12 * (t12 * t40) + t43 * (t43 * t40));
 }
-#define PARTS_information_of_lines_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 21) AND IN(2, 6) \
+#define PARTS_information_of_lines_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 21) AND IN(2, 6) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 21)
-GAC_IN_LANES(information_of_lines_sum_2, PLAIN)
+GAC_IN_LANES(information_of_lines_sum, PLAIN)
 
 static INLINE void NAME(information_of_lines_result)(const REAL *sum, REAL *out)
 {
@@ -3110,10 +3110,10 @@ void NAME(information_of_lines)(intptr_t n, const REAL *motor, const REAL *model
 {
     (void)work;
     REAL sum[21], common, common_2;
-    NAME(information_of_lines_sum)(sum);
+    NAME(information_of_lines_sum_start)(sum);
     NAME(information_of_lines_common)(variances, &common, &common_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(information_of_lines_sum_2)(motor, sum, model + 6 * i, common, common_2, sum);
+        NAME(information_of_lines_sum)(motor, sum, model + 6 * i, common, common_2, sum);
     NAME(information_of_lines_result)(sum, out);
 }
 
@@ -3121,10 +3121,10 @@ static INLINE WORD NAME(information_of_lines_lanes)(intptr_t n, const REAL *moto
     const REAL *variances, REAL *out)
 {
     _Alignas(64) REAL sum[21 * NLANES], common[NLANES], common_2[NLANES];
-    NAME(information_of_lines_sum_lanes)(sum);
+    NAME(information_of_lines_sum_start_lanes)(sum);
     NAME(information_of_lines_common_lanes)(variances, common, common_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(information_of_lines_sum_2_lanes)(motor, sum, model + 6 * NLANES * i, common, common_2, sum);
+        NAME(information_of_lines_sum_lanes)(motor, sum, model + 6 * NLANES * i, common, common_2, sum);
     NAME(information_of_lines_result_lanes)(sum, out);
     return 0;
 }
@@ -3209,7 +3209,7 @@ void NAME(information_of_points)(intptr_t n, const REAL *motor, const REAL *mode
 {
     (void)work;
     REAL sum[21], common;
-    NAME(information_of_lines_sum)(sum);
+    NAME(information_of_lines_sum_start)(sum);
     NAME(information_of_points_common)(variances, &common);
     for (intptr_t i = 0; i < n; i++)
         NAME(information_of_points_sum)(motor, sum, model + 3 * i, common, sum);
@@ -3220,7 +3220,7 @@ static INLINE WORD NAME(information_of_points_lanes)(intptr_t n, const REAL *mot
     const REAL *variances, REAL *out)
 {
     _Alignas(64) REAL sum[21 * NLANES], common[NLANES];
-    NAME(information_of_lines_sum_lanes)(sum);
+    NAME(information_of_lines_sum_start_lanes)(sum);
     NAME(information_of_points_common_lanes)(variances, common);
     for (intptr_t i = 0; i < n; i++)
         NAME(information_of_points_sum_lanes)(motor, sum, model + 3 * NLANES * i, common, sum);
@@ -3320,7 +3320,7 @@ void NAME(information_of_planes)(intptr_t n, const REAL *motor, const REAL *mode
 {
     (void)work;
     REAL sum[21], common, common_2;
-    NAME(information_of_lines_sum)(sum);
+    NAME(information_of_lines_sum_start)(sum);
     NAME(information_of_lines_common)(variances, &common, &common_2);
     for (intptr_t i = 0; i < n; i++)
         NAME(information_of_planes_sum)(motor, sum, model + 4 * i, common, common_2, sum);
@@ -3331,7 +3331,7 @@ static INLINE WORD NAME(information_of_planes_lanes)(intptr_t n, const REAL *mot
     const REAL *variances, REAL *out)
 {
     _Alignas(64) REAL sum[21 * NLANES], common[NLANES], common_2[NLANES];
-    NAME(information_of_lines_sum_lanes)(sum);
+    NAME(information_of_lines_sum_start_lanes)(sum);
     NAME(information_of_lines_common_lanes)(variances, common, common_2);
     for (intptr_t i = 0; i < n; i++)
         NAME(information_of_planes_sum_lanes)(motor, sum, model + 4 * NLANES * i, common, common_2, sum);

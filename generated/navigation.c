@@ -2,7 +2,7 @@
 // command: gac generate --all navigation
 // spec: 455e2a2e9005c19a
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 3a31b857b053ee313691b348c8dd43dfe072546c61cdf0e9e5208cd803e54809
+// body: 44c0ec969b518b19a816b15ff98937509c99eb35fdef32c18f670e21d03f95ff
 
 #ifndef REAL
 #include "navigation.h"
@@ -851,14 +851,14 @@ GAC_KERNEL_AND_FORMS(stereo_point, PLAIN, TILES, GAC_USE(stereo_point, image_pai
     AND OUT(4, out_0, scalar, 1, 1) AND OUT(5, out_1, scalar, 1, 1)
 #define WORK_cast_ray(WORK)
 
-static INLINE void NAME(cast_ray_found)(REAL *found)
+static INLINE void NAME(cast_ray_found_start)(REAL *found)
 {
     found[0] = (REAL)1e+30;
     found[1] = (REAL)-1;
     found[2] = (REAL)0;
 }
-#define PARTS_cast_ray_found(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
-GAC_IN_LANES(cast_ray_found, PLAIN)
+#define PARTS_cast_ray_found_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
+GAC_IN_LANES(cast_ray_found_start, PLAIN)
 
 static INLINE void NAME(cast_ray_common)(const REAL *origin, const REAL *direction, REAL *common)
 {
@@ -871,7 +871,7 @@ static INLINE void NAME(cast_ray_common)(const REAL *origin, const REAL *directi
 #define PARTS_cast_ray_common(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND IN(1, 2) AND OUT(2, 3)
 GAC_IN_LANES(cast_ray_common, PLAIN)
 
-static INLINE void NAME(cast_ray_found_2)(const REAL *origin, const REAL *found, const REAL *a, const REAL *b, const
+static INLINE void NAME(cast_ray_found)(const REAL *origin, const REAL *found, const REAL *a, const REAL *b, const
     REAL *common, REAL *found_out)
 {
     const REAL origin_e20 = origin[0], origin_e01 = origin[1];
@@ -892,9 +892,9 @@ static INLINE void NAME(cast_ray_found_2)(const REAL *origin, const REAL *found,
     found_out[1] = SELECT(t8, found_2, found_1);
     found_out[2] = found_2 + (REAL)1;
 }
-#define PARTS_cast_ray_found_2(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND IN(1, 3) AND SAME(2, 2) AND SAME(3, 2) \
+#define PARTS_cast_ray_found(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND IN(1, 3) AND SAME(2, 2) AND SAME(3, 2) \
     AND IN(4, 3) AND OUT(5, 3)
-GAC_IN_LANES(cast_ray_found_2, PLAIN)
+GAC_IN_LANES(cast_ray_found, PLAIN)
 
 static INLINE void NAME(cast_ray_result)(const REAL *found, REAL *out_0, REAL *out_1)
 {
@@ -918,10 +918,10 @@ void NAME(cast_ray)(intptr_t n, const REAL *origin, const REAL *direction, const
 {
     (void)work;
     REAL found[3], common[3];
-    NAME(cast_ray_found)(found);
+    NAME(cast_ray_found_start)(found);
     NAME(cast_ray_common)(origin, direction, common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(cast_ray_found_2)(origin, found, starts + 2 * i, ends + 2 * i, common, found);
+        NAME(cast_ray_found)(origin, found, starts + 2 * i, ends + 2 * i, common, found);
     NAME(cast_ray_result)(found, out_0, out_1);
 }
 
@@ -929,10 +929,10 @@ static INLINE WORD NAME(cast_ray_lanes)(intptr_t n, const REAL *origin, const RE
     const REAL *ends, REAL *out_0, REAL *out_1)
 {
     _Alignas(64) REAL found[3 * NLANES], common[3 * NLANES];
-    NAME(cast_ray_found_lanes)(found);
+    NAME(cast_ray_found_start_lanes)(found);
     NAME(cast_ray_common_lanes)(origin, direction, common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(cast_ray_found_2_lanes)(origin, found, starts + 2 * i, ends + 2 * i, common, found);
+        NAME(cast_ray_found_lanes)(origin, found, starts + 2 * i, ends + 2 * i, common, found);
     NAME(cast_ray_result_lanes)(found, out_0, out_1);
     return 0;
 }
@@ -946,15 +946,15 @@ GAC_PROCEDURE(cast_ray, LANES)
     AND OUT(12, out_1, scalar, 1, 1) AND OUT(13, out_2, scalar, 1, 1)
 #define WORK_associate_line(WORK)
 
-static INLINE void NAME(associate_line_found)(REAL *found)
+static INLINE void NAME(associate_line_found_start)(REAL *found)
 {
     found[0] = (REAL)1e+30;
     found[1] = (REAL)1e+30;
     found[2] = (REAL)-1;
     found[3] = (REAL)0;
 }
-#define PARTS_associate_line_found(IN, SAME, NUMBER, OUT, AND) OUT(0, 4)
-GAC_IN_LANES(associate_line_found, PLAIN)
+#define PARTS_associate_line_found_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 4)
+GAC_IN_LANES(associate_line_found_start, PLAIN)
 
 static INLINE void NAME(associate_line_common)(const REAL *motor, const REAL *covariance, const REAL *seen, const
     REAL *first, const REAL *last, REAL one_sided, REAL *common, REAL *common_2, REAL *common_3, REAL *common_4,
@@ -996,7 +996,7 @@ static INLINE void NAME(associate_line_common)(const REAL *motor, const REAL *co
     AND OUT(11, 2) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 1) AND OUT(17, 1)
 GAC_IN_LANES(associate_line_common, PLAIN)
 
-static INLINE void NAME(associate_line_found_2)(const REAL *motor, const REAL *covariance, const REAL *seen, const
+static INLINE void NAME(associate_line_found)(const REAL *motor, const REAL *covariance, const REAL *seen, const
     REAL *noise, REAL margin, const REAL *found, const REAL *line, const REAL *spread, const REAL *extent, REAL
     common, REAL common_2, REAL common_3, REAL common_4, const REAL *common_5, const REAL *common_6, REAL common_7,
     REAL common_8, REAL common_9, REAL common_10, REAL common_11, REAL common_12, REAL *found_out)
@@ -1065,11 +1065,11 @@ static INLINE void NAME(associate_line_found_2)(const REAL *motor, const REAL *c
     found_out[2] = SELECT(t46, found_3, found_2);
     found_out[3] = found_3 + (REAL)1;
 }
-#define PARTS_associate_line_found_2(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND IN(2, 3) AND IN(3, 3) \
+#define PARTS_associate_line_found(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND IN(2, 3) AND IN(3, 3) \
     AND NUMBER(4, 0) AND IN(5, 4) AND SAME(6, 3) AND SAME(7, 3) AND SAME(8, 2) AND NUMBER(9, 0) AND NUMBER(10, 0) \
     AND NUMBER(11, 0) AND NUMBER(12, 0) AND IN(13, 2) AND IN(14, 2) AND NUMBER(15, 0) AND NUMBER(16, 0) \
     AND NUMBER(17, 0) AND NUMBER(18, 0) AND NUMBER(19, 0) AND NUMBER(20, 0) AND OUT(21, 4)
-GAC_IN_LANES(associate_line_found_2, PLAIN)
+GAC_IN_LANES(associate_line_found, PLAIN)
 
 static INLINE void NAME(associate_line_result)(const REAL *found, REAL *out_0, REAL *out_1, REAL *out_2)
 {
@@ -1096,11 +1096,11 @@ static INLINE void NAME(associate_line_within)(intptr_t n, const REAL *motor, co
     (void)work;
     REAL found[4], common, common_2, common_3, common_4, common_5[2], common_6[2], common_7, common_8, common_9,
     common_10, common_11, common_12;
-    NAME(associate_line_found)(found);
+    NAME(associate_line_found_start)(found);
     NAME(associate_line_common)(motor, covariance, seen, first, last, one_sided, &common, &common_2, &common_3,
     &common_4, common_5, common_6, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12);
     for (intptr_t i = 0; i < n; i++)
-        NAME(associate_line_found_2)(motor, covariance, seen, noise, margin, found, model + 3 * i, spread + 3 * i,
+        NAME(associate_line_found)(motor, covariance, seen, noise, margin, found, model + 3 * i, spread + 3 * i,
     extent + 2 * i, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9,
     common_10, common_11, common_12, found);
     NAME(associate_line_result)(found, out_0, out_1, out_2);
@@ -1126,11 +1126,11 @@ static INLINE WORD NAME(associate_line_lanes)(intptr_t n, const REAL *motor, con
     _Alignas(64) REAL found[4 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES],
     common_5[2 * NLANES], common_6[2 * NLANES], common_7[NLANES], common_8[NLANES], common_9[NLANES],
     common_10[NLANES], common_11[NLANES], common_12[NLANES];
-    NAME(associate_line_found_lanes)(found);
+    NAME(associate_line_found_start_lanes)(found);
     NAME(associate_line_common_lanes)(motor, covariance, seen, first, last, one_sided, common, common_2, common_3,
     common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12);
     for (intptr_t i = 0; i < n; i++)
-        NAME(associate_line_found_2_lanes)(motor, covariance, seen, noise, margin, found, model + 3 * i,
+        NAME(associate_line_found_lanes)(motor, covariance, seen, noise, margin, found, model + 3 * i,
     spread + 3 * i, extent + 2 * i, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8,
     common_9, common_10, common_11, common_12, found);
     NAME(associate_line_result_lanes)(found, out_0, out_1, out_2);
@@ -1545,7 +1545,7 @@ GAC_PROCEDURE(update_pose, BUSY)
     AND OUT(8, out_2, scalar, 1, 1)
 #define WORK_nearest_on_path(WORK)
 
-static INLINE void NAME(nearest_on_path_found)(REAL *found)
+static INLINE void NAME(nearest_on_path_found_start)(REAL *found)
 {
     found[0] = (REAL)1e+60;
     found[1] = (REAL)1e+30;
@@ -1553,10 +1553,10 @@ static INLINE void NAME(nearest_on_path_found)(REAL *found)
     found[3] = (REAL)-1;
     found[4] = (REAL)0;
 }
-#define PARTS_nearest_on_path_found(IN, SAME, NUMBER, OUT, AND) OUT(0, 5)
-GAC_IN_LANES(nearest_on_path_found, PLAIN)
+#define PARTS_nearest_on_path_found_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 5)
+GAC_IN_LANES(nearest_on_path_found_start, PLAIN)
 
-static INLINE void NAME(nearest_on_path_found_2)(const REAL *p, REAL low, REAL high, const REAL *found, const REAL
+static INLINE void NAME(nearest_on_path_found)(const REAL *p, REAL low, REAL high, const REAL *found, const REAL
     *piece, const REAL *starts, const REAL *spans, REAL *found_out, WORD *far)
 {
     const REAL p_e1 = p[0], p_e2 = p[1];
@@ -1600,9 +1600,9 @@ static INLINE void NAME(nearest_on_path_found_2)(const REAL *p, REAL low, REAL h
     found_out[3] = SELECT(t23, found_4, found_3);
     found_out[4] = found_4 + (REAL)1;
 }
-#define PARTS_nearest_on_path_found_2(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_nearest_on_path_found(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND IN(3, 5) AND SAME(4, 4) AND SAME(5, 4) AND SAME(6, 2) AND OUT(7, 5)
-GAC_IN_LANES(nearest_on_path_found_2, TURNS)
+GAC_IN_LANES(nearest_on_path_found, TURNS)
 
 static INLINE void NAME(nearest_on_path_result)(const REAL *found, REAL *out_0, REAL *out_1, REAL *out_2)
 {
@@ -1627,9 +1627,9 @@ static INLINE void NAME(nearest_on_path_within)(intptr_t n, const REAL *p, const
 {
     (void)work;
     REAL found[5];
-    NAME(nearest_on_path_found)(found);
+    NAME(nearest_on_path_found_start)(found);
     for (intptr_t i = 0; i < n; i++)
-        NAME(nearest_on_path_found_2)(p, low, high, found, pieces + 4 * i, starts + 4 * i, spans + 2 * i, found,
+        NAME(nearest_on_path_found)(p, low, high, found, pieces + 4 * i, starts + 4 * i, spans + 2 * i, found,
     NULL);
     NAME(nearest_on_path_result)(found, out_0, out_1, out_2);
 }
@@ -1649,10 +1649,10 @@ static INLINE WORD NAME(nearest_on_path_lanes)(intptr_t n, const REAL *p, const 
 {
     _Alignas(64) REAL found[5 * NLANES];
     WORD far = 0;
-    NAME(nearest_on_path_found_lanes)(found);
+    NAME(nearest_on_path_found_start_lanes)(found);
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(nearest_on_path_found_2_lanes)(p, low, high, found, pieces + 4 * i, starts + 4 * i,
-    spans + 2 * i, found);
+        far |= NAME(nearest_on_path_found_lanes)(p, low, high, found, pieces + 4 * i, starts + 4 * i, spans + 2 * i,
+    found);
     NAME(nearest_on_path_result_lanes)(found, out_0, out_1, out_2);
     return far;
 }
@@ -1701,7 +1701,7 @@ void NAME(distance_to_objects)(intptr_t n, const REAL *p, const REAL *poses, con
 {
     (void)work;
     REAL found[3];
-    NAME(cast_ray_found)(found);
+    NAME(cast_ray_found_start)(found);
     for (intptr_t i = 0; i < n; i++)
         NAME(distance_to_objects_found)(p, found, poses + 4 * i, sizes + 3 * i, found);
     NAME(cast_ray_result)(found, out_0, out_1);
@@ -1711,7 +1711,7 @@ static INLINE WORD NAME(distance_to_objects_lanes)(intptr_t n, const REAL *p, co
     REAL *out_0, REAL *out_1)
 {
     _Alignas(64) REAL found[3 * NLANES];
-    NAME(cast_ray_found_lanes)(found);
+    NAME(cast_ray_found_start_lanes)(found);
     for (intptr_t i = 0; i < n; i++)
         NAME(distance_to_objects_found_lanes)(p, found, poses + 4 * i, sizes + 3 * i, found);
     NAME(cast_ray_result_lanes)(found, out_0, out_1);
@@ -1725,7 +1725,7 @@ GAC_PROCEDURE(distance_to_objects, LANES)
     AND OUT(5, out_0, 4, 4, 1) AND OUT(6, out_1, scalar, 1, 1) AND OUT(7, out_2, scalar, 1, 1)
 #define WORK_circle_step(WORK)
 
-static INLINE void NAME(circle_step_carry)(REAL *carry)
+static INLINE void NAME(circle_step_carry_start)(REAL *carry)
 {
     carry[0] = (REAL)0;
     carry[1] = (REAL)0;
@@ -1743,8 +1743,8 @@ static INLINE void NAME(circle_step_carry)(REAL *carry)
     carry[13] = (REAL)0;
     carry[14] = (REAL)0;
 }
-#define PARTS_circle_step_carry(IN, SAME, NUMBER, OUT, AND) OUT(0, 15)
-GAC_IN_LANES(circle_step_carry, PLAIN)
+#define PARTS_circle_step_carry_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 15)
+GAC_IN_LANES(circle_step_carry_start, PLAIN)
 
 static INLINE void NAME(circle_step_common)(const REAL *start, REAL *common)
 {
@@ -1754,7 +1754,7 @@ static INLINE void NAME(circle_step_common)(const REAL *start, REAL *common)
 #define PARTS_circle_step_common(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND OUT(1, 1)
 GAC_IN_LANES(circle_step_common, PLAIN)
 
-static INLINE void NAME(circle_step_carry_2)(const REAL *start, REAL curved, const REAL *carry, const REAL *point,
+static INLINE void NAME(circle_step_carry)(const REAL *start, REAL curved, const REAL *carry, const REAL *point,
     const REAL *spreads, REAL common, REAL *carry_out)
 {
     const REAL start_e1 = start[0], start_e2 = start[1], start_e0 = start[2], start_einf = start[3];
@@ -1844,9 +1844,9 @@ static INLINE void NAME(circle_step_carry_2)(const REAL *start, REAL curved, con
     carry_out[13] = carry_13 + t60 * t63;
     carry_out[14] = carry_14 + t60 * (t55 * t60);
 }
-#define PARTS_circle_step_carry_2(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND IN(2, 15) AND IN(3, 2) \
+#define PARTS_circle_step_carry(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND IN(2, 15) AND IN(3, 2) \
     AND IN(4, 3) AND NUMBER(5, 0) AND OUT(6, 15)
-GAC_IN_LANES(circle_step_carry_2, PLAIN)
+GAC_IN_LANES(circle_step_carry, PLAIN)
 
 static INLINE void NAME(circle_step_result)(const REAL *start, REAL curved, REAL damping, const REAL *carry, REAL
     *out_0, REAL *out_1, REAL *out_2)
@@ -1918,10 +1918,10 @@ void NAME(circle_step)(intptr_t n, const REAL *points, const REAL *spreads, cons
 {
     (void)work;
     REAL carry[15], common;
-    NAME(circle_step_carry)(carry);
+    NAME(circle_step_carry_start)(carry);
     NAME(circle_step_common)(start, &common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(circle_step_carry_2)(start, curved, carry, points + 2 * i, spreads + 3 * i, common, carry);
+        NAME(circle_step_carry)(start, curved, carry, points + 2 * i, spreads + 3 * i, common, carry);
     NAME(circle_step_result)(start, curved, damping, carry, out_0, out_1, out_2);
 }
 
@@ -1929,10 +1929,10 @@ static INLINE WORD NAME(circle_step_lanes)(intptr_t n, const REAL *points, const
     const REAL *curved, const REAL *damping, REAL *out_0, REAL *out_1, REAL *out_2)
 {
     _Alignas(64) REAL carry[15 * NLANES], common[NLANES];
-    NAME(circle_step_carry_lanes)(carry);
+    NAME(circle_step_carry_start_lanes)(carry);
     NAME(circle_step_common_lanes)(start, common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(circle_step_carry_2_lanes)(start, curved, carry, points + 2 * NLANES * i, spreads + 3 * NLANES * i,
+        NAME(circle_step_carry_lanes)(start, curved, carry, points + 2 * NLANES * i, spreads + 3 * NLANES * i,
     common, carry);
     NAME(circle_step_result_lanes)(start, curved, damping, carry, out_0, out_1, out_2);
     return 0;
@@ -1945,7 +1945,7 @@ GAC_PROCEDURE(circle_step, LANES)
     AND OUT(5, out_0, 5, 5, 1) AND OUT(6, out_1, scalar, 1, 1) AND OUT(7, out_2, scalar, 1, 1)
 #define WORK_sphere_step(WORK)
 
-static INLINE void NAME(sphere_step_carry)(REAL *carry)
+static INLINE void NAME(sphere_step_carry_start)(REAL *carry)
 {
     carry[0] = (REAL)0;
     carry[1] = (REAL)0;
@@ -1969,8 +1969,8 @@ static INLINE void NAME(sphere_step_carry)(REAL *carry)
     carry[19] = (REAL)0;
     carry[20] = (REAL)0;
 }
-#define PARTS_sphere_step_carry(IN, SAME, NUMBER, OUT, AND) OUT(0, 21)
-GAC_IN_LANES(sphere_step_carry, PLAIN)
+#define PARTS_sphere_step_carry_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 21)
+GAC_IN_LANES(sphere_step_carry_start, PLAIN)
 
 static INLINE void NAME(sphere_step_common)(const REAL *start, REAL *common)
 {
@@ -1980,7 +1980,7 @@ static INLINE void NAME(sphere_step_common)(const REAL *start, REAL *common)
 #define PARTS_sphere_step_common(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND OUT(1, 1)
 GAC_IN_LANES(sphere_step_common, PLAIN)
 
-static INLINE void NAME(sphere_step_carry_2)(const REAL *start, REAL curved, const REAL *carry, const REAL *point,
+static INLINE void NAME(sphere_step_carry)(const REAL *start, REAL curved, const REAL *carry, const REAL *point,
     const REAL *spreads, REAL common, REAL *carry_out)
 {
     const REAL start_e1 = start[0], start_e2 = start[1], start_e3 = start[2], start_e0 = start[3],
@@ -2095,9 +2095,9 @@ static INLINE void NAME(sphere_step_carry_2)(const REAL *start, REAL curved, con
     carry_out[19] = carry_19 + t75 * t79;
     carry_out[20] = carry_20 + t75 * (t63 * t75);
 }
-#define PARTS_sphere_step_carry_2(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND NUMBER(1, 0) AND IN(2, 21) AND IN(3, 3) \
+#define PARTS_sphere_step_carry(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND NUMBER(1, 0) AND IN(2, 21) AND IN(3, 3) \
     AND IN(4, 6) AND NUMBER(5, 0) AND OUT(6, 21)
-GAC_IN_LANES(sphere_step_carry_2, PLAIN)
+GAC_IN_LANES(sphere_step_carry, PLAIN)
 
 static INLINE void NAME(sphere_step_result)(const REAL *start, REAL curved, REAL damping, const REAL *carry, REAL
     *out_0, REAL *out_1, REAL *out_2)
@@ -2188,10 +2188,10 @@ void NAME(sphere_step)(intptr_t n, const REAL *points, const REAL *spreads, cons
 {
     (void)work;
     REAL carry[21], common;
-    NAME(sphere_step_carry)(carry);
+    NAME(sphere_step_carry_start)(carry);
     NAME(sphere_step_common)(start, &common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(sphere_step_carry_2)(start, curved, carry, points + 3 * i, spreads + 6 * i, common, carry);
+        NAME(sphere_step_carry)(start, curved, carry, points + 3 * i, spreads + 6 * i, common, carry);
     NAME(sphere_step_result)(start, curved, damping, carry, out_0, out_1, out_2);
 }
 
@@ -2199,10 +2199,10 @@ static INLINE WORD NAME(sphere_step_lanes)(intptr_t n, const REAL *points, const
     const REAL *curved, const REAL *damping, REAL *out_0, REAL *out_1, REAL *out_2)
 {
     _Alignas(64) REAL carry[21 * NLANES], common[NLANES];
-    NAME(sphere_step_carry_lanes)(carry);
+    NAME(sphere_step_carry_start_lanes)(carry);
     NAME(sphere_step_common_lanes)(start, common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(sphere_step_carry_2_lanes)(start, curved, carry, points + 3 * NLANES * i, spreads + 6 * NLANES * i,
+        NAME(sphere_step_carry_lanes)(start, curved, carry, points + 3 * NLANES * i, spreads + 6 * NLANES * i,
     common, carry);
     NAME(sphere_step_result_lanes)(start, curved, damping, carry, out_0, out_1, out_2);
     return 0;

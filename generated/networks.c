@@ -2,7 +2,7 @@
 // command: gac generate --all networks
 // spec: ea6f0e99f9bacc33
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: eb3c4639655504ec4ceb97cdb27dcdfd01197fecc705e5302acf019ffd375f96
+// body: 088ff71c2b74b47a9ad379ecfc62706248785e23d2263bb22a96af77883b49fd
 
 #ifndef REAL
 #include "networks.h"
@@ -3436,19 +3436,19 @@ GAC_PROCEDURE(weighted_by_table, LANES)
     AND NUMBER(1, slope) AND NUMBER(2, bound) AND OUT(3, out, scalar, 1, n)
 #define WORK_bounded(WORK)
 
-static INLINE void NAME(bounded_sum)(REAL *sum)
+static INLINE void NAME(bounded_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
 }
-#define PARTS_bounded_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(bounded_sum, PLAIN)
+#define PARTS_bounded_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(bounded_sum_start, PLAIN)
 
-static INLINE void NAME(bounded_sum_2)(REAL sum, REAL c, REAL *sum_out)
+static INLINE void NAME(bounded_sum)(REAL sum, REAL c, REAL *sum_out)
 {
     sum_out[0] = sum + c * c;
 }
-#define PARTS_bounded_sum_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(bounded_sum_2, PLAIN)
+#define PARTS_bounded_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(bounded_sum, PLAIN)
 
 static INLINE void NAME(bounded_common)(REAL slope, REAL bound, REAL sum, REAL *common)
 {
@@ -3477,9 +3477,9 @@ void NAME(bounded)(intptr_t n, const REAL *x, REAL slope, REAL bound, REAL *out,
 {
     (void)work;
     REAL sum, common;
-    NAME(bounded_sum)(&sum);
+    NAME(bounded_sum_start)(&sum);
     for (intptr_t i = 0; i < n; i++)
-        NAME(bounded_sum_2)(sum, x[i], &sum);
+        NAME(bounded_sum)(sum, x[i], &sum);
     NAME(bounded_common)(slope, bound, sum, &common);
     for (intptr_t i = 0; i < n; i++)
         NAME(bounded_result)(x[i], common, out + i);
@@ -3488,9 +3488,9 @@ void NAME(bounded)(intptr_t n, const REAL *x, REAL slope, REAL bound, REAL *out,
 static INLINE WORD NAME(bounded_lanes)(intptr_t n, const REAL *x, const REAL *slope, const REAL *bound, REAL *out)
 {
     _Alignas(64) REAL sum[NLANES], common[NLANES];
-    NAME(bounded_sum_lanes)(sum);
+    NAME(bounded_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++)
-        NAME(bounded_sum_2_lanes)(sum, x + NLANES * i, sum);
+        NAME(bounded_sum_lanes)(sum, x + NLANES * i, sum);
     NAME(bounded_common_lanes)(slope, bound, sum, common);
     for (intptr_t i = 0; i < n; i++)
         NAME(bounded_result_lanes)(x + NLANES * i, common, out + NLANES * i);
@@ -3549,18 +3549,18 @@ void NAME(bounded_vjp_x)(intptr_t n, const REAL *x, REAL slope, REAL bound, cons
 {
     (void)work;
     REAL sum, common, sum_adjoint, common_adjoint;
-    NAME(bounded_sum)(&sum);
+    NAME(bounded_sum_start)(&sum);
     for (intptr_t i = 0; i < n; i++)
-        NAME(bounded_sum_2)(sum, x[i], &sum);
+        NAME(bounded_sum)(sum, x[i], &sum);
     NAME(bounded_common)(slope, bound, sum, &common);
     CLEAR(n, out_1);
-    NAME(bounded_sum)(&common_adjoint);
+    NAME(bounded_sum_start)(&common_adjoint);
     for (intptr_t i = n; i-- > 0;) {
         NAME(bounded_result)(x[i], common, out_0 + i);
         NAME(bounded_vjp_x_result)(common, x[i], cotangent[i], out_1[i], common_adjoint, out_1 + i,
     &common_adjoint);
     }
-    NAME(bounded_sum)(&sum_adjoint);
+    NAME(bounded_sum_start)(&sum_adjoint);
     NAME(bounded_vjp_x_sum_adjoint)(slope, bound, sum, common_adjoint, sum_adjoint, &sum_adjoint);
     for (intptr_t i = n; i-- > 0;)
         NAME(bounded_vjp_x_sum_adjoint_2)(x[i], sum_adjoint, out_1[i], &sum_adjoint, out_1 + i);
@@ -3570,18 +3570,18 @@ static INLINE WORD NAME(bounded_vjp_x_lanes)(intptr_t n, const REAL *x, const RE
     const REAL *cotangent, REAL *out_0, REAL *out_1)
 {
     _Alignas(64) REAL sum[NLANES], common[NLANES], sum_adjoint[NLANES], common_adjoint[NLANES];
-    NAME(bounded_sum_lanes)(sum);
+    NAME(bounded_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++)
-        NAME(bounded_sum_2_lanes)(sum, x + NLANES * i, sum);
+        NAME(bounded_sum_lanes)(sum, x + NLANES * i, sum);
     NAME(bounded_common_lanes)(slope, bound, sum, common);
     CLEAR(NLANES * n, out_1);
-    NAME(bounded_sum_lanes)(common_adjoint);
+    NAME(bounded_sum_start_lanes)(common_adjoint);
     for (intptr_t i = n; i-- > 0;) {
         NAME(bounded_result_lanes)(x + NLANES * i, common, out_0 + NLANES * i);
         NAME(bounded_vjp_x_result_lanes)(common, x + NLANES * i, cotangent + NLANES * i, out_1 + NLANES * i,
     common_adjoint, out_1 + NLANES * i, common_adjoint);
     }
-    NAME(bounded_sum_lanes)(sum_adjoint);
+    NAME(bounded_sum_start_lanes)(sum_adjoint);
     NAME(bounded_vjp_x_sum_adjoint_lanes)(slope, bound, sum, common_adjoint, sum_adjoint, sum_adjoint);
     for (intptr_t i = n; i-- > 0;)
         NAME(bounded_vjp_x_sum_adjoint_2_lanes)(x + NLANES * i, sum_adjoint, out_1 + NLANES * i, sum_adjoint,

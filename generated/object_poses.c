@@ -2,7 +2,7 @@
 // command: gac generate --all object_poses
 // spec: 6b59fa220fedfaa0
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 27e62e2a79c968a5ae859268b279252b122a99346cdec7727cbeedf2560fa37e
+// body: 8f4a2677700aff3bcd7e64885d016b3da5bc146920eae9e80322a71734af5a14
 
 #ifndef REAL
 #include "object_poses.h"
@@ -444,7 +444,7 @@ static INLINE void NAME(refine_pose_turned)(const REAL *now_candidate, const REA
 #define PARTS_refine_pose_turned(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 12) AND OUT(2, 12)
 GAC_IN_LANES(refine_pose_turned, PLAIN)
 
-static INLINE void NAME(refine_pose_sum)(REAL *sum, REAL *sum_2, REAL *sum_2_2)
+static INLINE void NAME(refine_pose_sum_start)(REAL *sum, REAL *sum_2, REAL *sum_2_2)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -475,8 +475,8 @@ static INLINE void NAME(refine_pose_sum)(REAL *sum, REAL *sum_2, REAL *sum_2_2)
     sum_2[5] = (REAL)0;
     sum_2_2[0] = (REAL)0;
 }
-#define PARTS_refine_pose_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 21) AND OUT(1, 6) AND OUT(2, 1)
-GAC_IN_LANES(refine_pose_sum, PLAIN)
+#define PARTS_refine_pose_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 21) AND OUT(1, 6) AND OUT(2, 1)
+GAC_IN_LANES(refine_pose_sum_start, PLAIN)
 
 static INLINE void NAME(refine_pose_common)(REAL scale, REAL wide, REAL now_stage, REAL *common)
 {
@@ -487,7 +487,7 @@ static INLINE void NAME(refine_pose_common)(REAL scale, REAL wide, REAL now_stag
     AND OUT(3, 1)
 GAC_IN_LANES(refine_pose_common, PLAIN)
 
-static INLINE void NAME(refine_pose_sum_2)(REAL unit, const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, const REAL
+static INLINE void NAME(refine_pose_sum)(REAL unit, const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, const REAL
     *points, const REAL *points_pixels, REAL weight, const REAL *turned, REAL common, REAL *sum_out, REAL
     *sum_2_out, REAL *sum_2_2_out)
 {
@@ -562,12 +562,12 @@ static INLINE void NAME(refine_pose_sum_2)(REAL unit, const REAL *sum, const REA
     sum_2_out[5] = sum_2_2_5 + t15 * (t11 * t29 + t12 * t30);
     sum_2_2_out[0] = sum_2_3 + t14 * (weight * t13);
 }
-#define PARTS_refine_pose_sum_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 21) AND IN(2, 6) AND NUMBER(3, 0) \
+#define PARTS_refine_pose_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 21) AND IN(2, 6) AND NUMBER(3, 0) \
     AND IN(4, 3) AND IN(5, 2) AND NUMBER(6, 0) AND IN(7, 12) AND NUMBER(8, 0) AND OUT(9, 21) AND OUT(10, 6) \
     AND OUT(11, 1)
-GAC_IN_LANES(refine_pose_sum_2, PLAIN)
+GAC_IN_LANES(refine_pose_sum, PLAIN)
 
-static INLINE void NAME(refine_pose_sum_3)(REAL unit, REAL common, const REAL *sum_3, const REAL *sum_4, REAL sum_2,
+static INLINE void NAME(refine_pose_sum_2)(REAL unit, REAL common, const REAL *sum_3, const REAL *sum_4, REAL sum_2,
     const REAL *element, const REAL *edges_pixels, REAL weight, const REAL *turned, REAL *sum_3_out, REAL
     *sum_4_out, REAL *sum_2_3)
 {
@@ -654,10 +654,10 @@ static INLINE void NAME(refine_pose_sum_3)(REAL unit, REAL common, const REAL *s
     sum_4_out[5] = sum_4_5 + t31 * (t28 * t40);
     sum_2_3[0] = sum_2 + t30 * (weight * t29);
 }
-#define PARTS_refine_pose_sum_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 21) AND IN(3, 6) \
+#define PARTS_refine_pose_sum_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 21) AND IN(3, 6) \
     AND NUMBER(4, 0) AND IN(5, 6) AND IN(6, 2) AND NUMBER(7, 0) AND IN(8, 12) AND OUT(9, 21) AND OUT(10, 6) \
     AND OUT(11, 1)
-GAC_IN_LANES(refine_pose_sum_3, PLAIN)
+GAC_IN_LANES(refine_pose_sum_2, PLAIN)
 
 static INLINE void NAME(refine_pose_common_2)(REAL metric, REAL now_stage, REAL *common_2, REAL *common_3)
 {
@@ -669,7 +669,7 @@ static INLINE void NAME(refine_pose_common_2)(REAL metric, REAL now_stage, REAL 
     AND OUT(3, 1)
 GAC_IN_LANES(refine_pose_common_2, PLAIN)
 
-static INLINE void NAME(refine_pose_sum_4)(REAL unit, REAL common, const REAL *sum_5, const REAL *sum_6, REAL sum_2,
+static INLINE void NAME(refine_pose_sum_3)(REAL unit, REAL common, const REAL *sum_5, const REAL *sum_6, REAL sum_2,
     const REAL *balls, const REAL *balls_pixels, REAL weight, const REAL *turned, REAL common_2, REAL common_3, REAL
     *sum_5_out, REAL *sum_6_out, REAL *sum_2_4)
 {
@@ -767,12 +767,12 @@ static INLINE void NAME(refine_pose_sum_4)(REAL unit, REAL common, const REAL *s
     sum_6_out[5] = sum_6_5 + t37 * (t34 * t52);
     sum_2_4[0] = sum_2 + t36 * (weight * t35);
 }
-#define PARTS_refine_pose_sum_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 21) AND IN(3, 6) \
+#define PARTS_refine_pose_sum_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 21) AND IN(3, 6) \
     AND NUMBER(4, 0) AND IN(5, 4) AND IN(6, 2) AND NUMBER(7, 0) AND IN(8, 12) AND NUMBER(9, 0) AND NUMBER(10, 0) \
     AND OUT(11, 21) AND OUT(12, 6) AND OUT(13, 1)
-GAC_IN_LANES(refine_pose_sum_4, PLAIN)
+GAC_IN_LANES(refine_pose_sum_3, PLAIN)
 
-static INLINE void NAME(refine_pose_sum_5)(REAL unit, REAL common, REAL common_2, REAL common_3, const REAL *sum_7,
+static INLINE void NAME(refine_pose_sum_4)(REAL unit, REAL common, REAL common_2, REAL common_3, const REAL *sum_7,
     const REAL *sum_8, REAL sum_2, const REAL *tubes, const REAL *tubes_pixels, REAL weight, const REAL *turned,
     REAL *sum_7_out, REAL *sum_8_out, REAL *sum_2_5)
 {
@@ -898,12 +898,12 @@ static INLINE void NAME(refine_pose_sum_5)(REAL unit, REAL common, REAL common_2
     sum_8_out[5] = sum_8_5 - t52 * (t49 * t79);
     sum_2_5[0] = sum_2 + t51 * (weight * t50);
 }
-#define PARTS_refine_pose_sum_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_refine_pose_sum_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND IN(4, 21) AND IN(5, 6) AND NUMBER(6, 0) AND IN(7, 7) AND IN(8, 2) AND NUMBER(9, 0) \
     AND IN(10, 12) AND OUT(11, 21) AND OUT(12, 6) AND OUT(13, 1)
-GAC_IN_LANES(refine_pose_sum_5, PLAIN)
+GAC_IN_LANES(refine_pose_sum_4, PLAIN)
 
-static INLINE void NAME(refine_pose_sum_6)(REAL unit, REAL common, REAL common_2, REAL common_3, const REAL *sum_9,
+static INLINE void NAME(refine_pose_sum_5)(REAL unit, REAL common, REAL common_2, REAL common_3, const REAL *sum_9,
     const REAL *sum_10, REAL sum_2, const REAL *rims, const REAL *rims_pixels, REAL weight, const REAL *turned, REAL
     *sum_9_out, REAL *sum_10_out, REAL *sum_2_6)
 {
@@ -1034,10 +1034,10 @@ static INLINE void NAME(refine_pose_sum_6)(REAL unit, REAL common, REAL common_2
     sum_10_out[5] = sum_10_5 + t51 * (t48 * t84);
     sum_2_6[0] = sum_2 + t50 * (weight * t49);
 }
-#define PARTS_refine_pose_sum_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_refine_pose_sum_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND IN(4, 21) AND IN(5, 6) AND NUMBER(6, 0) AND IN(7, 7) AND IN(8, 2) AND NUMBER(9, 0) \
     AND IN(10, 12) AND OUT(11, 21) AND OUT(12, 6) AND OUT(13, 1)
-GAC_IN_LANES(refine_pose_sum_6, PLAIN)
+GAC_IN_LANES(refine_pose_sum_5, PLAIN)
 
 static INLINE void NAME(refine_pose_next_now_motor)(REAL unit, REAL tolerance, const REAL *now_motor, const REAL
     *now_candidate, const REAL *now_table, const REAL *now_slope, REAL now_cost, REAL now_damping, REAL now_stage,
@@ -1420,27 +1420,27 @@ static INLINE void NAME(refine_pose_within)(intptr_t cameras, intptr_t points, i
     for (int repeats = 0; repeats < 10; repeats++) {
         for (intptr_t j = 0; j < cameras; j++)
             NAME(refine_pose_turned)(now_candidate, cameras_ + 12 * j, turned + 12 * j);
-        NAME(refine_pose_sum)(sum, sum_2, &sum_2_2);
+        NAME(refine_pose_sum_start)(sum, sum_2, &sum_2_2);
         NAME(refine_pose_common)(scale, wide, now_stage, &common);
         for (intptr_t j = 0; j < points; j++)
-            NAME(refine_pose_sum_2)(unit, sum, sum_2, sum_2_2, points_ + 3 * j, points_pixels + 2 * j,
+            NAME(refine_pose_sum)(unit, sum, sum_2, sum_2_2, points_ + 3 * j, points_pixels + 2 * j,
     points_weights[j], turned + 12 * points_cameras[j], common, sum, sum_2, &sum_2_2);
-        NAME(refine_pose_sum)(sum_3, sum_4, &sum_2_3);
+        NAME(refine_pose_sum_start)(sum_3, sum_4, &sum_2_3);
         for (intptr_t j = 0; j < edges; j++)
-            NAME(refine_pose_sum_3)(unit, common, sum_3, sum_4, sum_2_3, edges_ + 6 * j, edges_pixels + 2 * j,
+            NAME(refine_pose_sum_2)(unit, common, sum_3, sum_4, sum_2_3, edges_ + 6 * j, edges_pixels + 2 * j,
     edges_weights[j], turned + 12 * edges_cameras[j], sum_3, sum_4, &sum_2_3);
-        NAME(refine_pose_sum)(sum_5, sum_6, &sum_2_4);
+        NAME(refine_pose_sum_start)(sum_5, sum_6, &sum_2_4);
         NAME(refine_pose_common_2)(metric, now_stage, &common_2, &common_3);
         for (intptr_t j = 0; j < balls; j++)
-            NAME(refine_pose_sum_4)(unit, common, sum_5, sum_6, sum_2_4, balls_ + 4 * j, balls_pixels + 2 * j,
+            NAME(refine_pose_sum_3)(unit, common, sum_5, sum_6, sum_2_4, balls_ + 4 * j, balls_pixels + 2 * j,
     balls_weights[j], turned + 12 * balls_cameras[j], common_2, common_3, sum_5, sum_6, &sum_2_4);
-        NAME(refine_pose_sum)(sum_7, sum_8, &sum_2_5);
+        NAME(refine_pose_sum_start)(sum_7, sum_8, &sum_2_5);
         for (intptr_t j = 0; j < tubes; j++)
-            NAME(refine_pose_sum_5)(unit, common, common_2, common_3, sum_7, sum_8, sum_2_5, tubes_ + 7 * j,
+            NAME(refine_pose_sum_4)(unit, common, common_2, common_3, sum_7, sum_8, sum_2_5, tubes_ + 7 * j,
     tubes_pixels + 2 * j, tubes_weights[j], turned + 12 * tubes_cameras[j], sum_7, sum_8, &sum_2_5);
-        NAME(refine_pose_sum)(sum_9, sum_10, &sum_2_6);
+        NAME(refine_pose_sum_start)(sum_9, sum_10, &sum_2_6);
         for (intptr_t j = 0; j < rims; j++)
-            NAME(refine_pose_sum_6)(unit, common, common_2, common_3, sum_9, sum_10, sum_2_6, rims_ + 7 * j,
+            NAME(refine_pose_sum_5)(unit, common, common_2, common_3, sum_9, sum_10, sum_2_6, rims_ + 7 * j,
     rims_pixels + 2 * j, rims_weights[j], turned + 12 * rims_cameras[j], sum_9, sum_10, &sum_2_6);
         NAME(refine_pose_next_now_motor)(unit, tolerance, now_motor, now_candidate, now_table, now_slope, now_cost,
     now_damping, now_stage, sum, sum_2, sum_2_2, sum_3, sum_4, sum_2_3, sum_5, sum_6, sum_2_4, sum_7, sum_8,
@@ -1533,31 +1533,31 @@ static INLINE WORD NAME(refine_pose_lanes)(intptr_t cameras, intptr_t points, in
         KEEP(rounds, NLANES, converged, gac_kept_9);
         for (intptr_t j = 0; j < cameras; j++)
             NAME(refine_pose_turned_lanes)(now_candidate, cameras_ + 12 * NLANES * j, turned + 12 * NLANES * j);
-        NAME(refine_pose_sum_lanes)(sum, sum_2, sum_2_2);
+        NAME(refine_pose_sum_start_lanes)(sum, sum_2, sum_2_2);
         NAME(refine_pose_common_lanes)(scale, wide, now_stage, common);
         for (intptr_t j = 0; j < points; j++)
-            NAME(refine_pose_sum_2_lanes)(unit, sum, sum_2, sum_2_2, points_ + 3 * NLANES * j,
+            NAME(refine_pose_sum_lanes)(unit, sum, sum_2, sum_2_2, points_ + 3 * NLANES * j,
     points_pixels + 2 * NLANES * j, points_weights + NLANES * j, turned + 12 * NLANES * points_cameras[j], common,
     sum, sum_2, sum_2_2);
-        NAME(refine_pose_sum_lanes)(sum_3, sum_4, sum_2_3);
+        NAME(refine_pose_sum_start_lanes)(sum_3, sum_4, sum_2_3);
         for (intptr_t j = 0; j < edges; j++)
-            NAME(refine_pose_sum_3_lanes)(unit, common, sum_3, sum_4, sum_2_3, edges_ + 6 * NLANES * j,
+            NAME(refine_pose_sum_2_lanes)(unit, common, sum_3, sum_4, sum_2_3, edges_ + 6 * NLANES * j,
     edges_pixels + 2 * NLANES * j, edges_weights + NLANES * j, turned + 12 * NLANES * edges_cameras[j], sum_3,
     sum_4, sum_2_3);
-        NAME(refine_pose_sum_lanes)(sum_5, sum_6, sum_2_4);
+        NAME(refine_pose_sum_start_lanes)(sum_5, sum_6, sum_2_4);
         NAME(refine_pose_common_2_lanes)(metric, now_stage, common_2, common_3);
         for (intptr_t j = 0; j < balls; j++)
-            NAME(refine_pose_sum_4_lanes)(unit, common, sum_5, sum_6, sum_2_4, balls_ + 4 * NLANES * j,
+            NAME(refine_pose_sum_3_lanes)(unit, common, sum_5, sum_6, sum_2_4, balls_ + 4 * NLANES * j,
     balls_pixels + 2 * NLANES * j, balls_weights + NLANES * j, turned + 12 * NLANES * balls_cameras[j], common_2,
     common_3, sum_5, sum_6, sum_2_4);
-        NAME(refine_pose_sum_lanes)(sum_7, sum_8, sum_2_5);
+        NAME(refine_pose_sum_start_lanes)(sum_7, sum_8, sum_2_5);
         for (intptr_t j = 0; j < tubes; j++)
-            NAME(refine_pose_sum_5_lanes)(unit, common, common_2, common_3, sum_7, sum_8, sum_2_5,
+            NAME(refine_pose_sum_4_lanes)(unit, common, common_2, common_3, sum_7, sum_8, sum_2_5,
     tubes_ + 7 * NLANES * j, tubes_pixels + 2 * NLANES * j, tubes_weights + NLANES * j,
     turned + 12 * NLANES * tubes_cameras[j], sum_7, sum_8, sum_2_5);
-        NAME(refine_pose_sum_lanes)(sum_9, sum_10, sum_2_6);
+        NAME(refine_pose_sum_start_lanes)(sum_9, sum_10, sum_2_6);
         for (intptr_t j = 0; j < rims; j++)
-            NAME(refine_pose_sum_6_lanes)(unit, common, common_2, common_3, sum_9, sum_10, sum_2_6,
+            NAME(refine_pose_sum_5_lanes)(unit, common, common_2, common_3, sum_9, sum_10, sum_2_6,
     rims_ + 7 * NLANES * j, rims_pixels + 2 * NLANES * j, rims_weights + NLANES * j,
     turned + 12 * NLANES * rims_cameras[j], sum_9, sum_10, sum_2_6);
         far |= NAME(refine_pose_next_now_motor_lanes)(unit, tolerance, now_motor, now_candidate, now_table,
@@ -1611,20 +1611,20 @@ GAC_PROCEDURE(refine_pose, BUSY)
     AND OUT(30, out_4, scalar, 1, rims) AND OUT(31, out_5, 6x6, 36, 1) AND OUT(32, out_6, 5, 5, 1)
 #define WORK_judge_pose(WORK) WORK(33, turned, 3x4, 12, cameras)
 
-static INLINE void NAME(judge_pose_sum)(REAL *sum_0, REAL *sum_1)
+static INLINE void NAME(judge_pose_sum_start)(REAL *sum_0, REAL *sum_1)
 {
     sum_0[0] = (REAL)0;
     sum_1[0] = (REAL)0;
 }
-#define PARTS_judge_pose_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(judge_pose_sum, PLAIN)
+#define PARTS_judge_pose_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(judge_pose_sum_start, PLAIN)
 
-static INLINE void NAME(judge_pose_sum_2)(REAL *sum)
+static INLINE void NAME(judge_pose_sum_start_2)(REAL *sum)
 {
     sum[0] = (REAL)0;
 }
-#define PARTS_judge_pose_sum_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(judge_pose_sum_2, PLAIN)
+#define PARTS_judge_pose_sum_start_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(judge_pose_sum_start_2, PLAIN)
 
 static INLINE void NAME(judge_pose_result)(const REAL *points, const REAL *points_pixels, const REAL *turned, REAL
     *out_0)
@@ -1645,7 +1645,7 @@ static INLINE void NAME(judge_pose_result)(const REAL *points, const REAL *point
 #define PARTS_judge_pose_result(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 2) AND IN(2, 12) AND OUT(3, 1)
 GAC_IN_LANES(judge_pose_result, PLAIN)
 
-static INLINE void NAME(judge_pose_sum_3)(REAL limit, REAL sum_0, REAL sum_1, REAL f, REAL w, REAL *sum_0_out, REAL
+static INLINE void NAME(judge_pose_sum)(REAL limit, REAL sum_0, REAL sum_1, REAL f, REAL w, REAL *sum_0_out, REAL
     *sum_1_out)
 {
     const REAL t0 = LESS_EQUAL(f, limit);
@@ -1653,19 +1653,19 @@ static INLINE void NAME(judge_pose_sum_3)(REAL limit, REAL sum_0, REAL sum_1, RE
     sum_0_out[0] = sum_0 + SELECT(t0, w, (REAL)0);
     sum_1_out[0] = sum_1 + SELECT(t0, t1, (REAL)0);
 }
-#define PARTS_judge_pose_sum_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_judge_pose_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(judge_pose_sum_3, PLAIN)
+GAC_IN_LANES(judge_pose_sum, PLAIN)
 
-static INLINE void NAME(judge_pose_sum_4)(REAL sum, const REAL *points, const REAL *turned, REAL *sum_out)
+static INLINE void NAME(judge_pose_sum_2)(REAL sum, const REAL *points, const REAL *turned, REAL *sum_out)
 {
     const REAL points_0 = points[0], points_1 = points[1], points_2 = points[2];
     const REAL turned_2_0 = turned[8], turned_2_1 = turned[9], turned_2_2 = turned[10], turned_2_3 = turned[11];
     const REAL t0 = turned_2_3 + points_2 * turned_2_2 + points_1 * turned_2_1 + points_0 * turned_2_0;
     sum_out[0] = sum + SELECT(LESS((REAL)0, t0), (REAL)0, (REAL)1);
 }
-#define PARTS_judge_pose_sum_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND IN(2, 12) AND OUT(3, 1)
-GAC_IN_LANES(judge_pose_sum_4, PLAIN)
+#define PARTS_judge_pose_sum_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND IN(2, 12) AND OUT(3, 1)
+GAC_IN_LANES(judge_pose_sum_2, PLAIN)
 
 static INLINE void NAME(judge_pose_result_2)(const REAL *element, const REAL *edges_pixels, const REAL *turned, REAL
     *out_1)
@@ -1706,7 +1706,7 @@ static INLINE void NAME(judge_pose_result_2)(const REAL *element, const REAL *ed
 #define PARTS_judge_pose_result_2(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 2) AND IN(2, 12) AND OUT(3, 1)
 GAC_IN_LANES(judge_pose_result_2, PLAIN)
 
-static INLINE void NAME(judge_pose_sum_5)(REAL sum, const REAL *element, const REAL *turned, REAL *sum_2)
+static INLINE void NAME(judge_pose_sum_3)(REAL sum, const REAL *element, const REAL *turned, REAL *sum_2)
 {
     const REAL element_e12 = element[0], element_e13 = element[1], element_e23 = element[2],
         element_e01 = element[3], element_e02 = element[4], element_e03 = element[5];
@@ -1717,8 +1717,8 @@ static INLINE void NAME(judge_pose_sum_5)(REAL sum, const REAL *element, const R
     const REAL t3 = (turned_2_2 * (element_e13 * element_e01 + element_e23 * element_e02) - t1) / t2;
     sum_2[0] = sum + SELECT(LESS((REAL)0, turned_2_3 - t3), (REAL)0, (REAL)1);
 }
-#define PARTS_judge_pose_sum_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 6) AND IN(2, 12) AND OUT(3, 1)
-GAC_IN_LANES(judge_pose_sum_5, PLAIN)
+#define PARTS_judge_pose_sum_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 6) AND IN(2, 12) AND OUT(3, 1)
+GAC_IN_LANES(judge_pose_sum_3, PLAIN)
 
 static INLINE void NAME(judge_pose_result_3)(const REAL *balls, const REAL *balls_pixels, const REAL *turned, REAL
     *out_2)
@@ -1766,15 +1766,15 @@ static INLINE void NAME(judge_pose_result_3)(const REAL *balls, const REAL *ball
 #define PARTS_judge_pose_result_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 2) AND IN(2, 12) AND OUT(3, 1)
 GAC_IN_LANES(judge_pose_result_3, PLAIN)
 
-static INLINE void NAME(judge_pose_sum_6)(REAL sum, const REAL *balls, const REAL *turned, REAL *sum_3)
+static INLINE void NAME(judge_pose_sum_4)(REAL sum, const REAL *balls, const REAL *turned, REAL *sum_3)
 {
     const REAL balls_0 = balls[0], balls_1 = balls[1], balls_2 = balls[2];
     const REAL turned_2_0 = turned[8], turned_2_1 = turned[9], turned_2_2 = turned[10], turned_2_3 = turned[11];
     const REAL t0 = turned_2_3 + balls_2 * turned_2_2 + balls_1 * turned_2_1 + balls_0 * turned_2_0;
     sum_3[0] = sum + SELECT(LESS((REAL)0, t0), (REAL)0, (REAL)1);
 }
-#define PARTS_judge_pose_sum_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 4) AND IN(2, 12) AND OUT(3, 1)
-GAC_IN_LANES(judge_pose_sum_6, PLAIN)
+#define PARTS_judge_pose_sum_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 4) AND IN(2, 12) AND OUT(3, 1)
+GAC_IN_LANES(judge_pose_sum_4, PLAIN)
 
 static INLINE void NAME(judge_pose_result_4)(const REAL *tubes, const REAL *tubes_pixels, const REAL *turned, REAL
     *out_3)
@@ -1835,7 +1835,7 @@ static INLINE void NAME(judge_pose_result_4)(const REAL *tubes, const REAL *tube
 #define PARTS_judge_pose_result_4(IN, SAME, NUMBER, OUT, AND) IN(0, 7) AND IN(1, 2) AND IN(2, 12) AND OUT(3, 1)
 GAC_IN_LANES(judge_pose_result_4, PLAIN)
 
-static INLINE void NAME(judge_pose_sum_7)(REAL sum, const REAL *tubes, const REAL *turned, REAL *sum_4)
+static INLINE void NAME(judge_pose_sum_5)(REAL sum, const REAL *tubes, const REAL *turned, REAL *sum_4)
 {
     const REAL tubes_0 = tubes[0], tubes_1 = tubes[1], tubes_2 = tubes[2], tubes_3 = tubes[3], tubes_4 = tubes[4],
         tubes_5 = tubes[5];
@@ -1846,8 +1846,8 @@ static INLINE void NAME(judge_pose_sum_7)(REAL sum, const REAL *tubes, const REA
     const REAL t3 = turned_2_3 - (turned_2_2 * (tubes_1 * tubes_3 + tubes_2 * tubes_4) - t1) / t2;
     sum_4[0] = sum + SELECT(LESS((REAL)0, t3), (REAL)0, (REAL)1);
 }
-#define PARTS_judge_pose_sum_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 7) AND IN(2, 12) AND OUT(3, 1)
-GAC_IN_LANES(judge_pose_sum_7, PLAIN)
+#define PARTS_judge_pose_sum_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 7) AND IN(2, 12) AND OUT(3, 1)
+GAC_IN_LANES(judge_pose_sum_5, PLAIN)
 
 static INLINE void NAME(judge_pose_result_5)(const REAL *rims, const REAL *rims_pixels, const REAL *turned, REAL
     *out_4)
@@ -1910,15 +1910,15 @@ static INLINE void NAME(judge_pose_result_5)(const REAL *rims, const REAL *rims_
 #define PARTS_judge_pose_result_5(IN, SAME, NUMBER, OUT, AND) IN(0, 7) AND IN(1, 2) AND IN(2, 12) AND OUT(3, 1)
 GAC_IN_LANES(judge_pose_result_5, PLAIN)
 
-static INLINE void NAME(judge_pose_sum_8)(REAL sum, const REAL *rims, const REAL *turned, REAL *sum_5)
+static INLINE void NAME(judge_pose_sum_6)(REAL sum, const REAL *rims, const REAL *turned, REAL *sum_5)
 {
     const REAL rims_0 = rims[0], rims_1 = rims[1], rims_2 = rims[2];
     const REAL turned_2_0 = turned[8], turned_2_1 = turned[9], turned_2_2 = turned[10], turned_2_3 = turned[11];
     const REAL t0 = LESS((REAL)0, turned_2_3 + rims_2 * turned_2_2 + rims_1 * turned_2_1 + rims_0 * turned_2_0);
     sum_5[0] = sum + SELECT(t0, (REAL)0, (REAL)1);
 }
-#define PARTS_judge_pose_sum_8(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 7) AND IN(2, 12) AND OUT(3, 1)
-GAC_IN_LANES(judge_pose_sum_8, PLAIN)
+#define PARTS_judge_pose_sum_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 7) AND IN(2, 12) AND OUT(3, 1)
+GAC_IN_LANES(judge_pose_sum_6, PLAIN)
 
 static INLINE void NAME(judge_pose_result_6)(const REAL *triangle, REAL unit, const REAL *centre, REAL sum_0, REAL
     sum_1, REAL sum, REAL sum_0_2, REAL sum_1_2, REAL sum_2, REAL sum_0_3, REAL sum_1_3, REAL sum_3, REAL sum_0_4,
@@ -2116,40 +2116,40 @@ void NAME(judge_pose)(intptr_t cameras, intptr_t points, intptr_t edges, intptr_
     sum_1_4, sum_4, sum_0_5, sum_1_5, sum_5;
     for (intptr_t i = 0; i < cameras; i++)
         NAME(refine_pose_turned)(m, cameras_ + 12 * i, turned + 12 * i);
-    NAME(judge_pose_sum)(&sum_0, &sum_1);
-    NAME(judge_pose_sum_2)(&sum);
+    NAME(judge_pose_sum_start)(&sum_0, &sum_1);
+    NAME(judge_pose_sum_start_2)(&sum);
     for (intptr_t i = 0; i < points; i++) {
         NAME(judge_pose_result)(points_ + 3 * i, points_pixels + 2 * i, turned + 12 * points_cameras[i], out_0 + i);
-        NAME(judge_pose_sum_3)(limit, sum_0, sum_1, out_0[i], points_weights[i], &sum_0, &sum_1);
-        NAME(judge_pose_sum_4)(sum, points_ + 3 * i, turned + 12 * points_cameras[i], &sum);
+        NAME(judge_pose_sum)(limit, sum_0, sum_1, out_0[i], points_weights[i], &sum_0, &sum_1);
+        NAME(judge_pose_sum_2)(sum, points_ + 3 * i, turned + 12 * points_cameras[i], &sum);
     }
-    NAME(judge_pose_sum)(&sum_0_2, &sum_1_2);
-    NAME(judge_pose_sum_2)(&sum_2);
+    NAME(judge_pose_sum_start)(&sum_0_2, &sum_1_2);
+    NAME(judge_pose_sum_start_2)(&sum_2);
     for (intptr_t i = 0; i < edges; i++) {
         NAME(judge_pose_result_2)(edges_ + 6 * i, edges_pixels + 2 * i, turned + 12 * edges_cameras[i], out_1 + i);
-        NAME(judge_pose_sum_3)(limit, sum_0_2, sum_1_2, out_1[i], edges_weights[i], &sum_0_2, &sum_1_2);
-        NAME(judge_pose_sum_5)(sum_2, edges_ + 6 * i, turned + 12 * edges_cameras[i], &sum_2);
+        NAME(judge_pose_sum)(limit, sum_0_2, sum_1_2, out_1[i], edges_weights[i], &sum_0_2, &sum_1_2);
+        NAME(judge_pose_sum_3)(sum_2, edges_ + 6 * i, turned + 12 * edges_cameras[i], &sum_2);
     }
-    NAME(judge_pose_sum)(&sum_0_3, &sum_1_3);
-    NAME(judge_pose_sum_2)(&sum_3);
+    NAME(judge_pose_sum_start)(&sum_0_3, &sum_1_3);
+    NAME(judge_pose_sum_start_2)(&sum_3);
     for (intptr_t i = 0; i < balls; i++) {
         NAME(judge_pose_result_3)(balls_ + 4 * i, balls_pixels + 2 * i, turned + 12 * balls_cameras[i], out_2 + i);
-        NAME(judge_pose_sum_3)(limit, sum_0_3, sum_1_3, out_2[i], balls_weights[i], &sum_0_3, &sum_1_3);
-        NAME(judge_pose_sum_6)(sum_3, balls_ + 4 * i, turned + 12 * balls_cameras[i], &sum_3);
+        NAME(judge_pose_sum)(limit, sum_0_3, sum_1_3, out_2[i], balls_weights[i], &sum_0_3, &sum_1_3);
+        NAME(judge_pose_sum_4)(sum_3, balls_ + 4 * i, turned + 12 * balls_cameras[i], &sum_3);
     }
-    NAME(judge_pose_sum)(&sum_0_4, &sum_1_4);
-    NAME(judge_pose_sum_2)(&sum_4);
+    NAME(judge_pose_sum_start)(&sum_0_4, &sum_1_4);
+    NAME(judge_pose_sum_start_2)(&sum_4);
     for (intptr_t i = 0; i < tubes; i++) {
         NAME(judge_pose_result_4)(tubes_ + 7 * i, tubes_pixels + 2 * i, turned + 12 * tubes_cameras[i], out_3 + i);
-        NAME(judge_pose_sum_3)(limit, sum_0_4, sum_1_4, out_3[i], tubes_weights[i], &sum_0_4, &sum_1_4);
-        NAME(judge_pose_sum_7)(sum_4, tubes_ + 7 * i, turned + 12 * tubes_cameras[i], &sum_4);
+        NAME(judge_pose_sum)(limit, sum_0_4, sum_1_4, out_3[i], tubes_weights[i], &sum_0_4, &sum_1_4);
+        NAME(judge_pose_sum_5)(sum_4, tubes_ + 7 * i, turned + 12 * tubes_cameras[i], &sum_4);
     }
-    NAME(judge_pose_sum)(&sum_0_5, &sum_1_5);
-    NAME(judge_pose_sum_2)(&sum_5);
+    NAME(judge_pose_sum_start)(&sum_0_5, &sum_1_5);
+    NAME(judge_pose_sum_start_2)(&sum_5);
     for (intptr_t i = 0; i < rims; i++) {
         NAME(judge_pose_result_5)(rims_ + 7 * i, rims_pixels + 2 * i, turned + 12 * rims_cameras[i], out_4 + i);
-        NAME(judge_pose_sum_3)(limit, sum_0_5, sum_1_5, out_4[i], rims_weights[i], &sum_0_5, &sum_1_5);
-        NAME(judge_pose_sum_8)(sum_5, rims_ + 7 * i, turned + 12 * rims_cameras[i], &sum_5);
+        NAME(judge_pose_sum)(limit, sum_0_5, sum_1_5, out_4[i], rims_weights[i], &sum_0_5, &sum_1_5);
+        NAME(judge_pose_sum_6)(sum_5, rims_ + 7 * i, turned + 12 * rims_cameras[i], &sum_5);
     }
     NAME(judge_pose_result_6)(triangle, unit, centre, sum_0, sum_1, sum, sum_0_2, sum_1_2, sum_2, sum_0_3, sum_1_3,
     sum_3, sum_0_4, sum_1_4, sum_4, sum_0_5, sum_1_5, sum_5, out_5, out_6);
@@ -2170,53 +2170,53 @@ static INLINE WORD NAME(judge_pose_lanes)(intptr_t cameras, intptr_t points, int
     sum_0_5[NLANES], sum_1_5[NLANES], sum_5[NLANES];
     for (intptr_t i = 0; i < cameras; i++)
         NAME(refine_pose_turned_lanes)(m, cameras_ + 12 * NLANES * i, turned + 12 * NLANES * i);
-    NAME(judge_pose_sum_lanes)(sum_0, sum_1);
-    NAME(judge_pose_sum_2_lanes)(sum);
+    NAME(judge_pose_sum_start_lanes)(sum_0, sum_1);
+    NAME(judge_pose_sum_start_2_lanes)(sum);
     for (intptr_t i = 0; i < points; i++) {
         NAME(judge_pose_result_lanes)(points_ + 3 * NLANES * i, points_pixels + 2 * NLANES * i,
     turned + 12 * NLANES * points_cameras[i], out_0 + NLANES * i);
-        NAME(judge_pose_sum_3_lanes)(limit, sum_0, sum_1, out_0 + NLANES * i, points_weights + NLANES * i, sum_0,
+        NAME(judge_pose_sum_lanes)(limit, sum_0, sum_1, out_0 + NLANES * i, points_weights + NLANES * i, sum_0,
     sum_1);
-        NAME(judge_pose_sum_4_lanes)(sum, points_ + 3 * NLANES * i, turned + 12 * NLANES * points_cameras[i], sum);
+        NAME(judge_pose_sum_2_lanes)(sum, points_ + 3 * NLANES * i, turned + 12 * NLANES * points_cameras[i], sum);
     }
-    NAME(judge_pose_sum_lanes)(sum_0_2, sum_1_2);
-    NAME(judge_pose_sum_2_lanes)(sum_2);
+    NAME(judge_pose_sum_start_lanes)(sum_0_2, sum_1_2);
+    NAME(judge_pose_sum_start_2_lanes)(sum_2);
     for (intptr_t i = 0; i < edges; i++) {
         NAME(judge_pose_result_2_lanes)(edges_ + 6 * NLANES * i, edges_pixels + 2 * NLANES * i,
     turned + 12 * NLANES * edges_cameras[i], out_1 + NLANES * i);
-        NAME(judge_pose_sum_3_lanes)(limit, sum_0_2, sum_1_2, out_1 + NLANES * i, edges_weights + NLANES * i,
-    sum_0_2, sum_1_2);
-        NAME(judge_pose_sum_5_lanes)(sum_2, edges_ + 6 * NLANES * i, turned + 12 * NLANES * edges_cameras[i],
+        NAME(judge_pose_sum_lanes)(limit, sum_0_2, sum_1_2, out_1 + NLANES * i, edges_weights + NLANES * i, sum_0_2,
+    sum_1_2);
+        NAME(judge_pose_sum_3_lanes)(sum_2, edges_ + 6 * NLANES * i, turned + 12 * NLANES * edges_cameras[i],
     sum_2);
     }
-    NAME(judge_pose_sum_lanes)(sum_0_3, sum_1_3);
-    NAME(judge_pose_sum_2_lanes)(sum_3);
+    NAME(judge_pose_sum_start_lanes)(sum_0_3, sum_1_3);
+    NAME(judge_pose_sum_start_2_lanes)(sum_3);
     for (intptr_t i = 0; i < balls; i++) {
         NAME(judge_pose_result_3_lanes)(balls_ + 4 * NLANES * i, balls_pixels + 2 * NLANES * i,
     turned + 12 * NLANES * balls_cameras[i], out_2 + NLANES * i);
-        NAME(judge_pose_sum_3_lanes)(limit, sum_0_3, sum_1_3, out_2 + NLANES * i, balls_weights + NLANES * i,
-    sum_0_3, sum_1_3);
-        NAME(judge_pose_sum_6_lanes)(sum_3, balls_ + 4 * NLANES * i, turned + 12 * NLANES * balls_cameras[i],
+        NAME(judge_pose_sum_lanes)(limit, sum_0_3, sum_1_3, out_2 + NLANES * i, balls_weights + NLANES * i, sum_0_3,
+    sum_1_3);
+        NAME(judge_pose_sum_4_lanes)(sum_3, balls_ + 4 * NLANES * i, turned + 12 * NLANES * balls_cameras[i],
     sum_3);
     }
-    NAME(judge_pose_sum_lanes)(sum_0_4, sum_1_4);
-    NAME(judge_pose_sum_2_lanes)(sum_4);
+    NAME(judge_pose_sum_start_lanes)(sum_0_4, sum_1_4);
+    NAME(judge_pose_sum_start_2_lanes)(sum_4);
     for (intptr_t i = 0; i < tubes; i++) {
         NAME(judge_pose_result_4_lanes)(tubes_ + 7 * NLANES * i, tubes_pixels + 2 * NLANES * i,
     turned + 12 * NLANES * tubes_cameras[i], out_3 + NLANES * i);
-        NAME(judge_pose_sum_3_lanes)(limit, sum_0_4, sum_1_4, out_3 + NLANES * i, tubes_weights + NLANES * i,
-    sum_0_4, sum_1_4);
-        NAME(judge_pose_sum_7_lanes)(sum_4, tubes_ + 7 * NLANES * i, turned + 12 * NLANES * tubes_cameras[i],
+        NAME(judge_pose_sum_lanes)(limit, sum_0_4, sum_1_4, out_3 + NLANES * i, tubes_weights + NLANES * i, sum_0_4,
+    sum_1_4);
+        NAME(judge_pose_sum_5_lanes)(sum_4, tubes_ + 7 * NLANES * i, turned + 12 * NLANES * tubes_cameras[i],
     sum_4);
     }
-    NAME(judge_pose_sum_lanes)(sum_0_5, sum_1_5);
-    NAME(judge_pose_sum_2_lanes)(sum_5);
+    NAME(judge_pose_sum_start_lanes)(sum_0_5, sum_1_5);
+    NAME(judge_pose_sum_start_2_lanes)(sum_5);
     for (intptr_t i = 0; i < rims; i++) {
         NAME(judge_pose_result_5_lanes)(rims_ + 7 * NLANES * i, rims_pixels + 2 * NLANES * i,
     turned + 12 * NLANES * rims_cameras[i], out_4 + NLANES * i);
-        NAME(judge_pose_sum_3_lanes)(limit, sum_0_5, sum_1_5, out_4 + NLANES * i, rims_weights + NLANES * i,
-    sum_0_5, sum_1_5);
-        NAME(judge_pose_sum_8_lanes)(sum_5, rims_ + 7 * NLANES * i, turned + 12 * NLANES * rims_cameras[i], sum_5);
+        NAME(judge_pose_sum_lanes)(limit, sum_0_5, sum_1_5, out_4 + NLANES * i, rims_weights + NLANES * i, sum_0_5,
+    sum_1_5);
+        NAME(judge_pose_sum_6_lanes)(sum_5, rims_ + 7 * NLANES * i, turned + 12 * NLANES * rims_cameras[i], sum_5);
     }
     NAME(judge_pose_result_6_lanes)(triangle, unit, centre, sum_0, sum_1, sum, sum_0_2, sum_1_2, sum_2, sum_0_3,
     sum_1_3, sum_3, sum_0_4, sum_1_4, sum_4, sum_0_5, sum_1_5, sum_5, out_5, out_6);
@@ -2276,7 +2276,7 @@ void NAME(distance_of_poses)(intptr_t samples, const REAL *a, const REAL *b, con
 {
     (void)work;
     REAL sum_0, sum_1;
-    NAME(judge_pose_sum)(&sum_0, &sum_1);
+    NAME(judge_pose_sum_start)(&sum_0, &sum_1);
     for (intptr_t i = 0; i < samples; i++)
         NAME(distance_of_poses_sum)(a, b, sum_0, sum_1, samples_ + 3 * i, &sum_0, &sum_1);
     NAME(distance_of_poses_result)(sum_0, sum_1, out);
@@ -2286,7 +2286,7 @@ static INLINE WORD NAME(distance_of_poses_lanes)(intptr_t samples, const REAL *a
     const REAL *samples_, REAL *out)
 {
     _Alignas(64) REAL sum_0[NLANES], sum_1[NLANES];
-    NAME(judge_pose_sum_lanes)(sum_0, sum_1);
+    NAME(judge_pose_sum_start_lanes)(sum_0, sum_1);
     for (intptr_t i = 0; i < samples; i++)
         NAME(distance_of_poses_sum_lanes)(a, b, sum_0, sum_1, samples_ + 3 * NLANES * i, sum_0, sum_1);
     NAME(distance_of_poses_result_lanes)(sum_0, sum_1, out);
@@ -2327,7 +2327,7 @@ static INLINE void NAME(parallel_poses_common)(const REAL *camera, REAL *common,
     AND OUT(4, 1) AND OUT(5, 1)
 GAC_IN_LANES(parallel_poses_common, PLAIN)
 
-static INLINE void NAME(parallel_poses_sum)(REAL *sum, REAL *sum_1)
+static INLINE void NAME(parallel_poses_sum_start)(REAL *sum, REAL *sum_1)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -2336,8 +2336,8 @@ static INLINE void NAME(parallel_poses_sum)(REAL *sum, REAL *sum_1)
     sum[4] = (REAL)0;
     sum_1[0] = (REAL)0;
 }
-#define PARTS_parallel_poses_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 5) AND OUT(1, 1)
-GAC_IN_LANES(parallel_poses_sum, PLAIN)
+#define PARTS_parallel_poses_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 5) AND OUT(1, 1)
+GAC_IN_LANES(parallel_poses_sum_start, PLAIN)
 
 static INLINE void NAME(parallel_poses_mapped)(const REAL *pixels, REAL common, REAL common_2, REAL common_3, REAL
     common_4, REAL common_5, REAL *mapped_0, REAL *mapped_1)
@@ -2351,7 +2351,7 @@ static INLINE void NAME(parallel_poses_mapped)(const REAL *pixels, REAL common, 
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 1) AND OUT(7, 1)
 GAC_IN_LANES(parallel_poses_mapped, PLAIN)
 
-static INLINE void NAME(parallel_poses_sum_2)(const REAL *sum, REAL sum_1_2, const REAL *points, REAL s_0, REAL s_1,
+static INLINE void NAME(parallel_poses_sum)(const REAL *sum, REAL sum_1_2, const REAL *points, REAL s_0, REAL s_1,
     REAL *sum_out, REAL *sum_1_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4];
@@ -2363,11 +2363,11 @@ static INLINE void NAME(parallel_poses_sum_2)(const REAL *sum, REAL sum_1_2, con
     sum_out[4] = sum_4 + s_1;
     sum_1_out[0] = sum_1_2 + (REAL)1;
 }
-#define PARTS_parallel_poses_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND NUMBER(1, 0) AND IN(2, 3) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 5) AND OUT(6, 1)
-GAC_IN_LANES(parallel_poses_sum_2, PLAIN)
+#define PARTS_parallel_poses_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND NUMBER(1, 0) AND IN(2, 3) AND NUMBER(3, 0) \
+    AND NUMBER(4, 0) AND OUT(5, 5) AND OUT(6, 1)
+GAC_IN_LANES(parallel_poses_sum, PLAIN)
 
-static INLINE void NAME(parallel_poses_sum_3)(REAL *sum_2)
+static INLINE void NAME(parallel_poses_sum_start_2)(REAL *sum_2)
 {
     sum_2[0] = (REAL)0;
     sum_2[1] = (REAL)0;
@@ -2382,8 +2382,8 @@ static INLINE void NAME(parallel_poses_sum_3)(REAL *sum_2)
     sum_2[10] = (REAL)0;
     sum_2[11] = (REAL)0;
 }
-#define PARTS_parallel_poses_sum_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 12)
-GAC_IN_LANES(parallel_poses_sum_3, PLAIN)
+#define PARTS_parallel_poses_sum_start_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 12)
+GAC_IN_LANES(parallel_poses_sum_start_2, PLAIN)
 
 static INLINE void NAME(parallel_poses_common_2)(const REAL *sum, REAL sum_1_2, REAL *common_6, REAL *common_7, REAL
     *common_8, REAL *common_9, REAL *common_10)
@@ -2400,7 +2400,7 @@ static INLINE void NAME(parallel_poses_common_2)(const REAL *sum, REAL sum_1_2, 
     AND OUT(3, 1) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
 GAC_IN_LANES(parallel_poses_common_2, PLAIN)
 
-static INLINE void NAME(parallel_poses_sum_4)(const REAL *sum_2, const REAL *points, REAL s_0, REAL s_1, REAL
+static INLINE void NAME(parallel_poses_sum_2)(const REAL *sum_2, const REAL *points, REAL s_0, REAL s_1, REAL
     common, REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL *sum_2_out)
 {
     const REAL sum_2_0_0 = sum_2[0], sum_2_0_1 = sum_2[1], sum_2_0_2 = sum_2[2], sum_2_0_3 = sum_2[3],
@@ -2425,10 +2425,10 @@ static INLINE void NAME(parallel_poses_sum_4)(const REAL *sum_2, const REAL *poi
     sum_2_out[10] = sum_2_1_4 + t1 * t4;
     sum_2_out[11] = sum_2_1_5 + t2 * t4;
 }
-#define PARTS_parallel_poses_sum_4(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 3) AND NUMBER(2, 0) \
+#define PARTS_parallel_poses_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 3) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
     AND OUT(9, 12)
-GAC_IN_LANES(parallel_poses_sum_4, PLAIN)
+GAC_IN_LANES(parallel_poses_sum_2, PLAIN)
 
 static INLINE void NAME(parallel_poses_result)(const REAL *camera, const REAL *sum, REAL sum_1_2, const REAL
     *sum_2_2, REAL *out_0, REAL *out_1)
@@ -2791,16 +2791,16 @@ void NAME(parallel_poses)(intptr_t points, const REAL *camera, const REAL *point
     REAL *const mapped_0 = work, *const mapped_1 = mapped_0 + points, common, common_2, common_3, common_4,
     common_5, sum[5], sum_1, sum_2[2 * 6], common_6, common_7, common_8, common_9, common_10;
     NAME(parallel_poses_common)(camera, &common, &common_2, &common_3, &common_4, &common_5);
-    NAME(parallel_poses_sum)(sum, &sum_1);
+    NAME(parallel_poses_sum_start)(sum, &sum_1);
     for (intptr_t i = 0; i < points; i++) {
         NAME(parallel_poses_mapped)(pixels + 2 * i, common, common_2, common_3, common_4, common_5, mapped_0 + i,
     mapped_1 + i);
-        NAME(parallel_poses_sum_2)(sum, sum_1, points_ + 3 * i, mapped_0[i], mapped_1[i], sum, &sum_1);
+        NAME(parallel_poses_sum)(sum, sum_1, points_ + 3 * i, mapped_0[i], mapped_1[i], sum, &sum_1);
     }
-    NAME(parallel_poses_sum_3)(sum_2);
+    NAME(parallel_poses_sum_start_2)(sum_2);
     NAME(parallel_poses_common_2)(sum, sum_1, &common_6, &common_7, &common_8, &common_9, &common_10);
     for (intptr_t i = 0; i < points; i++)
-        NAME(parallel_poses_sum_4)(sum_2, points_ + 3 * i, mapped_0[i], mapped_1[i], common_6, common_7, common_8,
+        NAME(parallel_poses_sum_2)(sum_2, points_ + 3 * i, mapped_0[i], mapped_1[i], common_6, common_7, common_8,
     common_9, common_10, sum_2);
     NAME(parallel_poses_result)(camera, sum, sum_1, sum_2, out_0, out_1);
 }
@@ -2812,17 +2812,17 @@ static INLINE WORD NAME(parallel_poses_lanes)(intptr_t points, const REAL *camer
     sum[5 * NLANES], sum_1[NLANES], sum_2[12 * NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES],
     common_9[NLANES], common_10[NLANES];
     NAME(parallel_poses_common_lanes)(camera, common, common_2, common_3, common_4, common_5);
-    NAME(parallel_poses_sum_lanes)(sum, sum_1);
+    NAME(parallel_poses_sum_start_lanes)(sum, sum_1);
     for (intptr_t i = 0; i < points; i++) {
         NAME(parallel_poses_mapped_lanes)(pixels + 2 * NLANES * i, common, common_2, common_3, common_4, common_5,
     mapped_0 + NLANES * i, mapped_1 + NLANES * i);
-        NAME(parallel_poses_sum_2_lanes)(sum, sum_1, points_ + 3 * NLANES * i, mapped_0 + NLANES * i,
+        NAME(parallel_poses_sum_lanes)(sum, sum_1, points_ + 3 * NLANES * i, mapped_0 + NLANES * i,
     mapped_1 + NLANES * i, sum, sum_1);
     }
-    NAME(parallel_poses_sum_3_lanes)(sum_2);
+    NAME(parallel_poses_sum_start_2_lanes)(sum_2);
     NAME(parallel_poses_common_2_lanes)(sum, sum_1, common_6, common_7, common_8, common_9, common_10);
     for (intptr_t i = 0; i < points; i++)
-        NAME(parallel_poses_sum_4_lanes)(sum_2, points_ + 3 * NLANES * i, mapped_0 + NLANES * i,
+        NAME(parallel_poses_sum_2_lanes)(sum_2, points_ + 3 * NLANES * i, mapped_0 + NLANES * i,
     mapped_1 + NLANES * i, common_6, common_7, common_8, common_9, common_10, sum_2);
     NAME(parallel_poses_result_lanes)(camera, sum, sum_1, sum_2, out_0, out_1);
     return 0;

@@ -2,7 +2,7 @@
 // command: gac generate --all reaching
 // spec: 39b13cdf0e3386e8
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: c6e865128e6ed5dc52c7588fd47ba46396733b15463eb6b14b0c9238d0d112fe
+// body: c5d25f18a8e8c53254dd56d41c92092ad5def824432b19febc4c8f57eb68d447
 
 #ifndef REAL
 #include "reaching.h"
@@ -42,7 +42,7 @@ GAC_AXIS(12, 16)
     AND SAME(1, axes, 6, 6, n) AND SAME(2, turns, scalar, 1, n) AND OUT(3, out, 8, 8, 1)
 #define WORK_motion_of_joints(WORK)
 
-static INLINE void NAME(motion_of_joints_result)(REAL *out)
+static INLINE void NAME(motion_of_joints_result_start)(REAL *out)
 {
     out[0] = (REAL)1;
     out[1] = (REAL)0;
@@ -53,10 +53,10 @@ static INLINE void NAME(motion_of_joints_result)(REAL *out)
     out[6] = (REAL)0;
     out[7] = (REAL)0;
 }
-#define PARTS_motion_of_joints_result(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(motion_of_joints_result, PLAIN)
+#define PARTS_motion_of_joints_result_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
+GAC_IN_LANES(motion_of_joints_result_start, PLAIN)
 
-static INLINE void NAME(motion_of_joints_result_2)(const REAL *motion, REAL row, const REAL *row_2, REAL row_3, REAL
+static INLINE void NAME(motion_of_joints_result)(const REAL *motion, REAL row, const REAL *row_2, REAL row_3, REAL
     *out, WORD *far)
 {
     const REAL motion_1 = motion[0], motion_e12 = motion[1], motion_e13 = motion[2], motion_e23 = motion[3],
@@ -88,9 +88,9 @@ static INLINE void NAME(motion_of_joints_result_2)(const REAL *motion, REAL row,
     out[6] = motion_e0123 * t4 - (t14 - motion_e03 * t6);
     out[7] = motion_e0123 * t6 - (t15 + motion_e03 * t4);
 }
-#define PARTS_motion_of_joints_result_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND SAME(2, 6) \
+#define PARTS_motion_of_joints_result(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND SAME(2, 6) \
     AND NUMBER(3, 1) AND OUT(4, 8)
-GAC_IN_LANES(motion_of_joints_result_2, TURNS)
+GAC_IN_LANES(motion_of_joints_result, TURNS)
 
 #if PRECISION(1, 0)
 intptr_t reaching_motion_of_joints_work(intptr_t n)
@@ -104,9 +104,9 @@ static INLINE void NAME(motion_of_joints_within)(intptr_t n, const REAL *q, cons
     REAL *out, REAL *work)
 {
     (void)work;
-    NAME(motion_of_joints_result)(out);
+    NAME(motion_of_joints_result_start)(out);
     for (intptr_t i = 0; i < n; i++)
-        NAME(motion_of_joints_result_2)(out, q[i], axes + 6 * i, turns[i], out, NULL);
+        NAME(motion_of_joints_result)(out, q[i], axes + 6 * i, turns[i], out, NULL);
 }
 
 FUSED(motion_of_joints, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, REAL *out, REAL *work), (n,
@@ -120,9 +120,9 @@ static INLINE WORD NAME(motion_of_joints_lanes)(intptr_t n, const REAL *q, const
     REAL *out)
 {
     WORD far = 0;
-    NAME(motion_of_joints_result_lanes)(out);
+    NAME(motion_of_joints_result_start_lanes)(out);
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(motion_of_joints_result_2_lanes)(out, q + NLANES * i, axes + 6 * i, turns + i, out);
+        far |= NAME(motion_of_joints_result_lanes)(out, q + NLANES * i, axes + 6 * i, turns + i, out);
     return far;
 }
 
@@ -189,9 +189,9 @@ static INLINE void NAME(distance_to_goal_within)(intptr_t n, const REAL *q, cons
 {
     (void)work;
     REAL motion[8];
-    NAME(motion_of_joints_result)(motion);
+    NAME(motion_of_joints_result_start)(motion);
     for (intptr_t i = 0; i < n; i++)
-        NAME(motion_of_joints_result_2)(motion, q[i], axes + 6 * i, turns[i], motion, NULL);
+        NAME(motion_of_joints_result)(motion, q[i], axes + 6 * i, turns[i], motion, NULL);
     NAME(distance_to_goal_result)(goal, size, motion, out);
 }
 
@@ -208,9 +208,9 @@ static INLINE WORD NAME(distance_to_goal_lanes)(intptr_t n, const REAL *q, const
 {
     _Alignas(64) REAL motion[8 * NLANES];
     WORD far = 0;
-    NAME(motion_of_joints_result_lanes)(motion);
+    NAME(motion_of_joints_result_start_lanes)(motion);
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(motion_of_joints_result_2_lanes)(motion, q + NLANES * i, axes + 6 * i, turns + i, motion);
+        far |= NAME(motion_of_joints_result_lanes)(motion, q + NLANES * i, axes + 6 * i, turns + i, motion);
     NAME(distance_to_goal_result_lanes)(goal, size, motion, out);
     return far;
 }
@@ -1126,7 +1126,7 @@ static INLINE void NAME(descend_within)(intptr_t n, const REAL *q, const REAL *g
     common_5, common_6, by_element, common_7, by_element_2, by_element_3, by_element_4, by_element_5, by_element_6,
     by_element_7, motion[8];
     NAME(rates_of_joints_carry_0_start)(carry_0_start, carry_start);
-    NAME(motion_of_joints_result)(value);
+    NAME(motion_of_joints_result_start)(value);
     for (intptr_t i = n; i-- > 0;) {
         NAME(rates_of_joints_carry)(size, i + 1 < n ? carry_0 + 8 * (i + 1) : carry_0_start, q[i], axes + 6 * i,
     turns[i], carry_0 + 8 * i, carry + 6 * i, NULL);
@@ -1165,7 +1165,7 @@ static INLINE void NAME(descend_within)(intptr_t n, const REAL *q, const REAL *g
     old_carry_left_4, old_carry_left_5, value_2, value_3, value_4, value_5, v4_0, v4_1, v5_0, carry_start_7,
     &carry_1_start);
         NAME(rates_of_joints_carry_0_start)(carry_0_start_2, carry_start_8);
-        NAME(motion_of_joints_result)(value_6);
+        NAME(motion_of_joints_result_start)(value_6);
         for (intptr_t j = n; j-- > 0;) {
             NAME(descend_carry_2)(j + 1 < n ? carry_7 + 6 * (j + 1) : carry_start_7, carry_6 + 12 * j,
     carry_7 + 6 * j, &carry_1);
@@ -1210,7 +1210,7 @@ static INLINE void NAME(descend_within)(intptr_t n, const REAL *q, const REAL *g
             break;
     }
     NAME(descend_common_6)(at_most, &common_7);
-    NAME(motion_of_joints_result)(motion);
+    NAME(motion_of_joints_result_start)(motion);
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_mapped_2)(old_carry_q[i], q[i], common_7, &by_element);
         NAME(descend_by_element)(common_7, old_carry_rates_0[i], carry + 6 * i, &by_element_2);
@@ -1220,7 +1220,7 @@ static INLINE void NAME(descend_within)(intptr_t n, const REAL *q, const REAL *g
         NAME(descend_by_element_5)(common_7, old_carry_rates_4[i], carry + 6 * i, &by_element_6);
         NAME(descend_by_element_6)(common_7, old_carry_rates_5[i], carry + 6 * i, &by_element_7);
         NAME(descend_result)(common_7, old_carry_best[i], q[i], out_0 + i);
-        NAME(motion_of_joints_result_2)(motion, out_0[i], axes + 6 * i, turns[i], motion, NULL);
+        NAME(motion_of_joints_result)(motion, out_0[i], axes + 6 * i, turns[i], motion, NULL);
     }
     NAME(descend_result_2)(goal, size, at_most, value, old_carry_least, motion, out_1, out_2);
 }
@@ -1267,7 +1267,7 @@ static INLINE WORD NAME(descend_lanes)(intptr_t n, const REAL *q, const REAL *go
     gac_kept_19[NLANES], gac_kept_20[NLANES];
     WORD far = 0;
     NAME(rates_of_joints_carry_0_start_lanes)(carry_0_start, carry_start);
-    NAME(motion_of_joints_result_lanes)(value);
+    NAME(motion_of_joints_result_start_lanes)(value);
     for (intptr_t i = n; i-- > 0;) {
         far |= NAME(rates_of_joints_carry_lanes)(size, i + 1 < n ? carry_0 + 8 * NLANES * (i + 1) : carry_0_start,
     q + NLANES * i, axes + 6 * i, turns + i, carry_0 + 8 * NLANES * i, carry + 6 * NLANES * i);
@@ -1340,7 +1340,7 @@ static INLINE WORD NAME(descend_lanes)(intptr_t n, const REAL *q, const REAL *go
     old_carry_left_4, old_carry_left_5, value_2, value_3, value_4, value_5, v4_0, v4_1, v5_0, carry_start_7,
     carry_1_start);
         NAME(rates_of_joints_carry_0_start_lanes)(carry_0_start_2, carry_start_8);
-        NAME(motion_of_joints_result_lanes)(value_6);
+        NAME(motion_of_joints_result_start_lanes)(value_6);
         for (intptr_t j = n; j-- > 0;) {
             NAME(descend_carry_2_lanes)(j + 1 < n ? carry_7 + 6 * NLANES * (j + 1) : carry_start_7,
     carry_6 + 12 * NLANES * j, carry_7 + 6 * NLANES * j, carry_1);
@@ -1418,7 +1418,7 @@ static INLINE WORD NAME(descend_lanes)(intptr_t n, const REAL *q, const REAL *go
             break;
     }
     NAME(descend_common_6_lanes)(at_most, common_7);
-    NAME(motion_of_joints_result_lanes)(motion);
+    NAME(motion_of_joints_result_start_lanes)(motion);
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_mapped_2_lanes)(old_carry_q + NLANES * i, q + NLANES * i, common_7, by_element);
         NAME(descend_by_element_lanes)(common_7, old_carry_rates_0 + NLANES * i, carry + 6 * NLANES * i,
@@ -1434,7 +1434,7 @@ static INLINE WORD NAME(descend_lanes)(intptr_t n, const REAL *q, const REAL *go
         NAME(descend_by_element_6_lanes)(common_7, old_carry_rates_5 + NLANES * i, carry + 6 * NLANES * i,
     by_element_7);
         NAME(descend_result_lanes)(common_7, old_carry_best + NLANES * i, q + NLANES * i, out_0 + NLANES * i);
-        far |= NAME(motion_of_joints_result_2_lanes)(motion, out_0 + NLANES * i, axes + 6 * i, turns + i, motion);
+        far |= NAME(motion_of_joints_result_lanes)(motion, out_0 + NLANES * i, axes + 6 * i, turns + i, motion);
     }
     NAME(descend_result_2_lanes)(goal, size, at_most, value, old_carry_least, motion, out_1, out_2);
     return far;
@@ -1494,7 +1494,7 @@ static INLINE void NAME(descend_inside_mapped_2)(REAL b, REAL x, REAL h, REAL *m
     AND OUT(3, 1)
 GAC_IN_LANES(descend_inside_mapped_2, PLAIN)
 
-static INLINE void NAME(descend_inside_sums)(REAL *sums)
+static INLINE void NAME(descend_inside_sums_start)(REAL *sums)
 {
     sums[0] = (REAL)0;
     sums[1] = (REAL)0;
@@ -1503,11 +1503,11 @@ static INLINE void NAME(descend_inside_sums)(REAL *sums)
     sums[4] = (REAL)0;
     sums[5] = (REAL)0;
 }
-#define PARTS_descend_inside_sums(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
-GAC_IN_LANES(descend_inside_sums, PLAIN)
+#define PARTS_descend_inside_sums_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
+GAC_IN_LANES(descend_inside_sums_start, PLAIN)
 
-static INLINE void NAME(descend_inside_sums_2)(const REAL *sums, REAL dx, REAL rate_0, REAL rate_1, REAL rate_2,
-    REAL rate_3, REAL rate_4, REAL rate_5, REAL *sums_out)
+static INLINE void NAME(descend_inside_sums)(const REAL *sums, REAL dx, REAL rate_0, REAL rate_1, REAL rate_2, REAL
+    rate_3, REAL rate_4, REAL rate_5, REAL *sums_out)
 {
     const REAL sums_0 = sums[0], sums_1 = sums[1], sums_2 = sums[2], sums_3 = sums[3], sums_4 = sums[4],
         sums_5 = sums[5];
@@ -1518,9 +1518,9 @@ static INLINE void NAME(descend_inside_sums_2)(const REAL *sums, REAL dx, REAL r
     sums_out[4] = sums_4 + dx * rate_4;
     sums_out[5] = sums_5 + dx * rate_5;
 }
-#define PARTS_descend_inside_sums_2(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_descend_inside_sums(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 6)
-GAC_IN_LANES(descend_inside_sums_2, PLAIN)
+GAC_IN_LANES(descend_inside_sums, PLAIN)
 
 static INLINE void NAME(descend_inside_mapped_3)(REAL rate_0, REAL rate_1, REAL rate_2, REAL rate_3, REAL rate_4,
     REAL rate_5, REAL h, REAL *mapped_4)
@@ -1714,7 +1714,7 @@ static INLINE void NAME(descend_inside_within)(intptr_t n, const REAL *q, const 
     common_5, common_6, by_element, common_7, by_element_2, by_element_3, by_element_4, by_element_5, by_element_6,
     by_element_7, motion[8];
     NAME(rates_of_joints_carry_0_start)(carry_0_start, carry_start);
-    NAME(motion_of_joints_result)(value);
+    NAME(motion_of_joints_result_start)(value);
     for (intptr_t i = n; i-- > 0;) {
         NAME(descend_inside_inside)(q[i], low[i], high[i], inside + i);
         NAME(rates_of_joints_carry)(size, i + 1 < n ? carry_0 + 8 * (i + 1) : carry_0_start, inside[i],
@@ -1761,14 +1761,14 @@ static INLINE void NAME(descend_inside_within)(intptr_t n, const REAL *q, const 
             NAME(descend_inside_mapped)(mapped, inside_2[j], mapped_2 + j);
             NAME(descend_inside_mapped_2)(inside_2[j], old_carry_q[j], mapped_2[j], mapped_3 + j);
         }
-        NAME(descend_inside_sums)(sums);
+        NAME(descend_inside_sums_start)(sums);
         NAME(descend_carry_start)(old_carry_error, old_carry_damping, common, carry_start_8, carry_start_9,
     carry_start_10, carry_start_11, &carry_0_4_0_start_2, &carry_0_4_1_start_2, &carry_0_5_0_start_2,
     carry_start_12);
         NAME(descend_value_2)(old_carry_error, old_carry_damping, common, value_6, value_7, value_8, value_9,
     &v4_0_2, &v4_1_2, &v5_0_2);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(descend_inside_sums_2)(sums, mapped_3[j], old_carry_rates_0[j], old_carry_rates_1[j],
+            NAME(descend_inside_sums)(sums, mapped_3[j], old_carry_rates_0[j], old_carry_rates_1[j],
     old_carry_rates_2[j], old_carry_rates_3[j], old_carry_rates_4[j], old_carry_rates_5[j], sums);
             NAME(descend_inside_mapped_3)(old_carry_rates_0[j], old_carry_rates_1[j], old_carry_rates_2[j],
     old_carry_rates_3[j], old_carry_rates_4[j], old_carry_rates_5[j], mapped_2[j], mapped_4);
@@ -1788,7 +1788,7 @@ static INLINE void NAME(descend_inside_within)(intptr_t n, const REAL *q, const 
     old_carry_left_4, old_carry_left_5, sums, value_6, value_7, value_8, value_9, v4_0_2, v4_1_2, v5_0_2,
     carry_start_13, &carry_1_start_2);
         NAME(rates_of_joints_carry_0_start)(carry_0_start_2, carry_start_14);
-        NAME(motion_of_joints_result)(value_10);
+        NAME(motion_of_joints_result_start)(value_10);
         for (intptr_t j = n; j-- > 0;) {
             NAME(descend_carry_2)(j + 1 < n ? carry_13 + 6 * (j + 1) : carry_start_13, carry_12 + 12 * j,
     carry_13 + 6 * j, &carry_1_2);
@@ -1834,7 +1834,7 @@ static INLINE void NAME(descend_inside_within)(intptr_t n, const REAL *q, const 
             break;
     }
     NAME(descend_common_6)(at_most, &common_7);
-    NAME(motion_of_joints_result)(motion);
+    NAME(motion_of_joints_result_start)(motion);
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_mapped_2)(old_carry_q[i], inside[i], common_7, &by_element);
         NAME(descend_by_element)(common_7, old_carry_rates_0[i], carry + 6 * i, &by_element_2);
@@ -1844,7 +1844,7 @@ static INLINE void NAME(descend_inside_within)(intptr_t n, const REAL *q, const 
         NAME(descend_by_element_5)(common_7, old_carry_rates_4[i], carry + 6 * i, &by_element_6);
         NAME(descend_by_element_6)(common_7, old_carry_rates_5[i], carry + 6 * i, &by_element_7);
         NAME(descend_result)(common_7, old_carry_best[i], inside[i], out_0 + i);
-        NAME(motion_of_joints_result_2)(motion, out_0[i], axes + 6 * i, turns[i], motion, NULL);
+        NAME(motion_of_joints_result)(motion, out_0[i], axes + 6 * i, turns[i], motion, NULL);
     }
     NAME(descend_result_2)(goal, size, at_most, value, old_carry_least, motion, out_1, out_2);
 }
@@ -1902,7 +1902,7 @@ static INLINE WORD NAME(descend_inside_lanes)(intptr_t n, const REAL *q, const R
     gac_kept_19[NLANES], gac_kept_20[NLANES];
     WORD far = 0;
     NAME(rates_of_joints_carry_0_start_lanes)(carry_0_start, carry_start);
-    NAME(motion_of_joints_result_lanes)(value);
+    NAME(motion_of_joints_result_start_lanes)(value);
     for (intptr_t i = n; i-- > 0;) {
         NAME(descend_inside_inside_lanes)(q + NLANES * i, low + i, high + i, inside + NLANES * i);
         far |= NAME(rates_of_joints_carry_lanes)(size, i + 1 < n ? carry_0 + 8 * NLANES * (i + 1) : carry_0_start,
@@ -1992,13 +1992,13 @@ static INLINE WORD NAME(descend_inside_lanes)(intptr_t n, const REAL *q, const R
             NAME(descend_inside_mapped_2_lanes)(inside_2 + NLANES * j, old_carry_q + NLANES * j,
     mapped_2 + NLANES * j, mapped_3 + NLANES * j);
         }
-        NAME(descend_inside_sums_lanes)(sums);
+        NAME(descend_inside_sums_start_lanes)(sums);
         NAME(descend_carry_start_lanes)(old_carry_error, old_carry_damping, common, carry_start_8, carry_start_9,
     carry_start_10, carry_start_11, carry_0_4_0_start_2, carry_0_4_1_start_2, carry_0_5_0_start_2, carry_start_12);
         NAME(descend_value_2_lanes)(old_carry_error, old_carry_damping, common, value_6, value_7, value_8, value_9,
     v4_0_2, v4_1_2, v5_0_2);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(descend_inside_sums_2_lanes)(sums, mapped_3 + NLANES * j, old_carry_rates_0 + NLANES * j,
+            NAME(descend_inside_sums_lanes)(sums, mapped_3 + NLANES * j, old_carry_rates_0 + NLANES * j,
     old_carry_rates_1 + NLANES * j, old_carry_rates_2 + NLANES * j, old_carry_rates_3 + NLANES * j,
     old_carry_rates_4 + NLANES * j, old_carry_rates_5 + NLANES * j, sums);
             NAME(descend_inside_mapped_3_lanes)(old_carry_rates_0 + NLANES * j, old_carry_rates_1 + NLANES * j,
@@ -2023,7 +2023,7 @@ static INLINE WORD NAME(descend_inside_lanes)(intptr_t n, const REAL *q, const R
     old_carry_left_3, old_carry_left_4, old_carry_left_5, sums, value_6, value_7, value_8, value_9, v4_0_2, v4_1_2,
     v5_0_2, carry_start_13, carry_1_start_2);
         NAME(rates_of_joints_carry_0_start_lanes)(carry_0_start_2, carry_start_14);
-        NAME(motion_of_joints_result_lanes)(value_10);
+        NAME(motion_of_joints_result_start_lanes)(value_10);
         for (intptr_t j = n; j-- > 0;) {
             NAME(descend_carry_2_lanes)(j + 1 < n ? carry_13 + 6 * NLANES * (j + 1) : carry_start_13,
     carry_12 + 12 * NLANES * j, carry_13 + 6 * NLANES * j, carry_1_2);
@@ -2110,7 +2110,7 @@ static INLINE WORD NAME(descend_inside_lanes)(intptr_t n, const REAL *q, const R
             break;
     }
     NAME(descend_common_6_lanes)(at_most, common_7);
-    NAME(motion_of_joints_result_lanes)(motion);
+    NAME(motion_of_joints_result_start_lanes)(motion);
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_mapped_2_lanes)(old_carry_q + NLANES * i, inside + NLANES * i, common_7, by_element);
         NAME(descend_by_element_lanes)(common_7, old_carry_rates_0 + NLANES * i, carry + 6 * NLANES * i,
@@ -2126,7 +2126,7 @@ static INLINE WORD NAME(descend_inside_lanes)(intptr_t n, const REAL *q, const R
         NAME(descend_by_element_6_lanes)(common_7, old_carry_rates_5 + NLANES * i, carry + 6 * NLANES * i,
     by_element_7);
         NAME(descend_result_lanes)(common_7, old_carry_best + NLANES * i, inside + NLANES * i, out_0 + NLANES * i);
-        far |= NAME(motion_of_joints_result_2_lanes)(motion, out_0 + NLANES * i, axes + 6 * i, turns + i, motion);
+        far |= NAME(motion_of_joints_result_lanes)(motion, out_0 + NLANES * i, axes + 6 * i, turns + i, motion);
     }
     NAME(descend_result_2_lanes)(goal, size, at_most, value, old_carry_least, motion, out_1, out_2);
     return far;

@@ -2,7 +2,7 @@
 // command: gac generate --all registration
 // spec: 9f26853a497e97b5
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: a0d855db5e15a1ea6a039c097f07d42c79885c8ce77b17270878f706adb9857d
+// body: 448fb1050f8291631bf8cd9a843e116f244419c987857b54fdf042201c2cc69b
 
 #ifndef REAL
 #include "registration.h"
@@ -404,7 +404,7 @@ GAC_PROCEDURE(lengths_of_pairs, LANES)
     AND OUT(4, out_1, 3, 3, 1)
 #define WORK_means_of_matches(WORK)
 
-static INLINE void NAME(means_of_matches_sum)(REAL *sum, REAL *sum_2, REAL *sum_2_2)
+static INLINE void NAME(means_of_matches_sum_start)(REAL *sum, REAL *sum_2, REAL *sum_2_2)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -414,10 +414,10 @@ static INLINE void NAME(means_of_matches_sum)(REAL *sum, REAL *sum_2, REAL *sum_
     sum_2[2] = (REAL)0;
     sum_2_2[0] = (REAL)0;
 }
-#define PARTS_means_of_matches_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 3) AND OUT(1, 3) AND OUT(2, 1)
-GAC_IN_LANES(means_of_matches_sum, PLAIN)
+#define PARTS_means_of_matches_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 3) AND OUT(1, 3) AND OUT(2, 1)
+GAC_IN_LANES(means_of_matches_sum_start, PLAIN)
 
-static INLINE void NAME(means_of_matches_sum_2)(const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, const REAL
+static INLINE void NAME(means_of_matches_sum)(const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, const REAL
     *points, const REAL *targets, REAL w, REAL *sum_out, REAL *sum_2_out, REAL *sum_2_2_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2];
@@ -432,9 +432,9 @@ static INLINE void NAME(means_of_matches_sum_2)(const REAL *sum, const REAL *sum
     sum_2_out[2] = sum_2_2_2 + targets_2 * w;
     sum_2_2_out[0] = sum_2_3 + w;
 }
-#define PARTS_means_of_matches_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND NUMBER(2, 0) AND IN(3, 3) \
+#define PARTS_means_of_matches_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND NUMBER(2, 0) AND IN(3, 3) \
     AND IN(4, 3) AND NUMBER(5, 0) AND OUT(6, 3) AND OUT(7, 3) AND OUT(8, 1)
-GAC_IN_LANES(means_of_matches_sum_2, PLAIN)
+GAC_IN_LANES(means_of_matches_sum, PLAIN)
 
 static INLINE void NAME(means_of_matches_result)(const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, REAL *out_0,
     REAL *out_1)
@@ -466,9 +466,9 @@ void NAME(means_of_matches)(intptr_t n, const REAL *points, const REAL *targets,
 {
     (void)work;
     REAL sum[3], sum_2[3], sum_2_2;
-    NAME(means_of_matches_sum)(sum, sum_2, &sum_2_2);
+    NAME(means_of_matches_sum_start)(sum, sum_2, &sum_2_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(means_of_matches_sum_2)(sum, sum_2, sum_2_2, points + 3 * i, targets + 3 * i, weights[i], sum, sum_2,
+        NAME(means_of_matches_sum)(sum, sum_2, sum_2_2, points + 3 * i, targets + 3 * i, weights[i], sum, sum_2,
     &sum_2_2);
     NAME(means_of_matches_result)(sum, sum_2, sum_2_2, out_0, out_1);
 }
@@ -477,9 +477,9 @@ static INLINE WORD NAME(means_of_matches_lanes)(intptr_t n, const REAL *points, 
     const REAL *weights, REAL *out_0, REAL *out_1)
 {
     _Alignas(64) REAL sum[3 * NLANES], sum_2[3 * NLANES], sum_2_2[NLANES];
-    NAME(means_of_matches_sum_lanes)(sum, sum_2, sum_2_2);
+    NAME(means_of_matches_sum_start_lanes)(sum, sum_2, sum_2_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(means_of_matches_sum_2_lanes)(sum, sum_2, sum_2_2, points + 3 * NLANES * i, targets + 3 * NLANES * i,
+        NAME(means_of_matches_sum_lanes)(sum, sum_2, sum_2_2, points + 3 * NLANES * i, targets + 3 * NLANES * i,
     weights + NLANES * i, sum, sum_2, sum_2_2);
     NAME(means_of_matches_result_lanes)(sum, sum_2, sum_2_2, out_0, out_1);
     return 0;
@@ -492,7 +492,7 @@ GAC_PROCEDURE(means_of_matches, LANES)
     AND OUT(5, out, 4x4, 16, 1)
 #define WORK_form_of_matches(WORK)
 
-static INLINE void NAME(form_of_matches_sum)(REAL *sum)
+static INLINE void NAME(form_of_matches_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -505,10 +505,10 @@ static INLINE void NAME(form_of_matches_sum)(REAL *sum)
     sum[8] = (REAL)0;
     sum[9] = (REAL)0;
 }
-#define PARTS_form_of_matches_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 10)
-GAC_IN_LANES(form_of_matches_sum, PLAIN)
+#define PARTS_form_of_matches_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 10)
+GAC_IN_LANES(form_of_matches_sum_start, PLAIN)
 
-static INLINE void NAME(form_of_matches_sum_2)(const REAL *x, const REAL *y, const REAL *sum, const REAL *points,
+static INLINE void NAME(form_of_matches_sum)(const REAL *x, const REAL *y, const REAL *sum, const REAL *points,
     const REAL *targets, REAL w, REAL *sum_out)
 {
     const REAL x_0 = x[0], x_1 = x[1], x_2 = x[2];
@@ -546,9 +546,9 @@ static INLINE void NAME(form_of_matches_sum_2)(const REAL *x, const REAL *y, con
     sum_out[8] = sum_8 + w * (t13 * t12 - t2 * t6);
     sum_out[9] = sum_9 + w * (t3 + (t16 + t17));
 }
-#define PARTS_form_of_matches_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND IN(2, 10) AND IN(3, 3) \
+#define PARTS_form_of_matches_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND IN(2, 10) AND IN(3, 3) \
     AND IN(4, 3) AND NUMBER(5, 0) AND OUT(6, 10)
-GAC_IN_LANES(form_of_matches_sum_2, PLAIN)
+GAC_IN_LANES(form_of_matches_sum, PLAIN)
 
 static INLINE void NAME(form_of_matches_result)(const REAL *sum, REAL *out)
 {
@@ -587,9 +587,9 @@ void NAME(form_of_matches)(intptr_t n, const REAL *points, const REAL *targets, 
 {
     (void)work;
     REAL sum[10];
-    NAME(form_of_matches_sum)(sum);
+    NAME(form_of_matches_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++)
-        NAME(form_of_matches_sum_2)(x, y, sum, points + 3 * i, targets + 3 * i, weights[i], sum);
+        NAME(form_of_matches_sum)(x, y, sum, points + 3 * i, targets + 3 * i, weights[i], sum);
     NAME(form_of_matches_result)(sum, out);
 }
 
@@ -597,9 +597,9 @@ static INLINE WORD NAME(form_of_matches_lanes)(intptr_t n, const REAL *points, c
     const REAL *weights, const REAL *x, const REAL *y, REAL *out)
 {
     _Alignas(64) REAL sum[10 * NLANES];
-    NAME(form_of_matches_sum_lanes)(sum);
+    NAME(form_of_matches_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++)
-        NAME(form_of_matches_sum_2_lanes)(x, y, sum, points + 3 * NLANES * i, targets + 3 * NLANES * i,
+        NAME(form_of_matches_sum_lanes)(x, y, sum, points + 3 * NLANES * i, targets + 3 * NLANES * i,
     weights + NLANES * i, sum);
     NAME(form_of_matches_result_lanes)(sum, out);
     return 0;
@@ -614,7 +614,7 @@ GAC_PROCEDURE(form_of_matches, LANES)
     AND OUT(10, out_1, 6, 6, 1) AND OUT(11, out_2, 2, 2, 1)
 #define WORK_alignment_sums(WORK)
 
-static INLINE void NAME(alignment_sums_sum)(REAL *sum, REAL *sum_2, REAL *sum_2_2, REAL *sum_3)
+static INLINE void NAME(alignment_sums_sum_start)(REAL *sum, REAL *sum_2, REAL *sum_2_2, REAL *sum_3)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -646,8 +646,9 @@ static INLINE void NAME(alignment_sums_sum)(REAL *sum, REAL *sum_2, REAL *sum_2_
     sum_2_2[0] = (REAL)0;
     sum_3[0] = (REAL)0;
 }
-#define PARTS_alignment_sums_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 21) AND OUT(1, 6) AND OUT(2, 1) AND OUT(3, 1)
-GAC_IN_LANES(alignment_sums_sum, PLAIN)
+#define PARTS_alignment_sums_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 21) AND OUT(1, 6) AND OUT(2, 1) \
+    AND OUT(3, 1)
+GAC_IN_LANES(alignment_sums_sum_start, PLAIN)
 
 static INLINE void NAME(alignment_sums_common)(REAL scale, REAL *common)
 {
@@ -656,7 +657,7 @@ static INLINE void NAME(alignment_sums_common)(REAL scale, REAL *common)
 #define PARTS_alignment_sums_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
 GAC_IN_LANES(alignment_sums_common, PLAIN)
 
-static INLINE void NAME(alignment_sums_sum_2)(const REAL *motor, const REAL *sum, const REAL *sum_2_2, REAL sum_2_3,
+static INLINE void NAME(alignment_sums_sum)(const REAL *motor, const REAL *sum, const REAL *sum_2_2, REAL sum_2_3,
     REAL sum_3_2, const REAL *points, REAL w, const REAL *targets, const REAL *directions, REAL a, REAL b, REAL
     common, REAL *sum_out, REAL *sum_2_out, REAL *sum_2_2_out, REAL *sum_3_out)
 {
@@ -742,10 +743,10 @@ static INLINE void NAME(alignment_sums_sum_2)(const REAL *motor, const REAL *sum
     sum_2_2_out[0] = sum_2_3 + t15;
     sum_3_out[0] = sum_3_2 + t13 * t15;
 }
-#define PARTS_alignment_sums_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 21) AND IN(2, 6) AND NUMBER(3, 0) \
+#define PARTS_alignment_sums_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 21) AND IN(2, 6) AND NUMBER(3, 0) \
     AND NUMBER(4, 0) AND SAME(5, 3) AND NUMBER(6, 0) AND SAME(7, 3) AND SAME(8, 3) AND NUMBER(9, 1) \
     AND NUMBER(10, 1) AND NUMBER(11, 0) AND OUT(12, 21) AND OUT(13, 6) AND OUT(14, 1) AND OUT(15, 1)
-GAC_IN_LANES(alignment_sums_sum_2, PLAIN)
+GAC_IN_LANES(alignment_sums_sum, PLAIN)
 
 static INLINE void NAME(alignment_sums_result)(const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, REAL sum_3_2,
     REAL *out_0, REAL *out_1, REAL *out_2)
@@ -804,10 +805,10 @@ void NAME(alignment_sums)(intptr_t n, intptr_t m, const REAL *motor, const REAL 
 {
     (void)m, (void)work;
     REAL sum[21], sum_2[6], sum_2_2, sum_3, common;
-    NAME(alignment_sums_sum)(sum, sum_2, &sum_2_2, &sum_3);
+    NAME(alignment_sums_sum_start)(sum, sum_2, &sum_2_2, &sum_3);
     NAME(alignment_sums_common)(scale, &common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(alignment_sums_sum_2)(motor, sum, sum_2, sum_2_2, sum_3, points + 3 * i, weights[i],
+        NAME(alignment_sums_sum)(motor, sum, sum_2, sum_2_2, sum_3, points + 3 * i, weights[i],
     targets + 3 * nearest[i], directions + 3 * nearest[i], across[nearest[i]], along[nearest[i]], common, sum,
     sum_2, &sum_2_2, &sum_3);
     NAME(alignment_sums_result)(sum, sum_2, sum_2_2, sum_3, out_0, out_1, out_2);
@@ -819,10 +820,10 @@ static INLINE WORD NAME(alignment_sums_lanes)(intptr_t n, intptr_t m, const REAL
 {
     (void)m;
     _Alignas(64) REAL sum[21 * NLANES], sum_2[6 * NLANES], sum_2_2[NLANES], sum_3[NLANES], common[NLANES];
-    NAME(alignment_sums_sum_lanes)(sum, sum_2, sum_2_2, sum_3);
+    NAME(alignment_sums_sum_start_lanes)(sum, sum_2, sum_2_2, sum_3);
     NAME(alignment_sums_common_lanes)(scale, common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(alignment_sums_sum_2_lanes)(motor, sum, sum_2, sum_2_2, sum_3, points + 3 * i, weights + NLANES * i,
+        NAME(alignment_sums_sum_lanes)(motor, sum, sum_2, sum_2_2, sum_3, points + 3 * i, weights + NLANES * i,
     targets + 3 * nearest[i], directions + 3 * nearest[i], across + nearest[i], along + nearest[i], common, sum,
     sum_2, sum_2_2, sum_3);
     NAME(alignment_sums_result_lanes)(sum, sum_2, sum_2_2, sum_3, out_0, out_1, out_2);

@@ -2,7 +2,7 @@
 // command: gac generate --all relative_poses
 // spec: 152318b85d135fb4
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 25ba1859630bfa370c363fb0a29cf72d4570c7a6d44af0dc3b5d45238c5fd059
+// body: d92dcd28fa40c57ab085122a6df03f8b77636a9696adea8406db357d950342ac
 
 #ifndef REAL
 #include "relative_poses.h"
@@ -2799,12 +2799,12 @@ GAC_KERNEL(tangents_of_direction, PLAIN, DIRECT)
     AND OUT(4, out, scalar, 1, 1)
 #define WORK_truncated_squares(WORK)
 
-static INLINE void NAME(truncated_squares_result)(REAL *out)
+static INLINE void NAME(truncated_squares_result_start)(REAL *out)
 {
     out[0] = (REAL)0;
 }
-#define PARTS_truncated_squares_result(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(truncated_squares_result, PLAIN)
+#define PARTS_truncated_squares_result_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(truncated_squares_result_start, PLAIN)
 
 static INLINE void NAME(truncated_squares_common)(const REAL *fundamental, REAL *common, REAL *common_2, REAL
     *common_3, REAL *common_4, REAL *common_5)
@@ -2821,8 +2821,8 @@ static INLINE void NAME(truncated_squares_common)(const REAL *fundamental, REAL 
     AND OUT(3, 1) AND OUT(4, 1) AND OUT(5, 1)
 GAC_IN_LANES(truncated_squares_common, PLAIN)
 
-static INLINE void NAME(truncated_squares_result_2)(const REAL *fundamental, REAL limit, REAL sum, const REAL
-    *first, const REAL *second, REAL common, REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL *out)
+static INLINE void NAME(truncated_squares_result)(const REAL *fundamental, REAL limit, REAL sum, const REAL *first,
+    const REAL *second, REAL common, REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL *out)
 {
     const REAL fundamental_0_0 = fundamental[0], fundamental_0_1 = fundamental[1], fundamental_1_0 = fundamental[3],
         fundamental_1_1 = fundamental[4], fundamental_2_0 = fundamental[6], fundamental_2_1 = fundamental[7];
@@ -2838,10 +2838,10 @@ static INLINE void NAME(truncated_squares_result_2)(const REAL *fundamental, REA
     const REAL t7 = t6 * t6 / MAXIMUM(t4, (REAL)1e-40);
     out[0] = sum + MINIMUM(limit, t7);
 }
-#define PARTS_truncated_squares_result_2(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_truncated_squares_result(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND SAME(3, 2) AND SAME(4, 2) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
     AND NUMBER(9, 0) AND OUT(10, 1)
-GAC_IN_LANES(truncated_squares_result_2, PLAIN)
+GAC_IN_LANES(truncated_squares_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t relative_poses_truncated_squares_work(intptr_t n)
@@ -2856,21 +2856,21 @@ void NAME(truncated_squares)(intptr_t n, const REAL *fundamental, const REAL *fi
 {
     (void)work;
     REAL common, common_2, common_3, common_4, common_5;
-    NAME(truncated_squares_result)(out);
+    NAME(truncated_squares_result_start)(out);
     NAME(truncated_squares_common)(fundamental, &common, &common_2, &common_3, &common_4, &common_5);
     for (intptr_t i = 0; i < n; i++)
-        NAME(truncated_squares_result_2)(fundamental, limit, out[0], first + 2 * i, second + 2 * i, common,
-    common_2, common_3, common_4, common_5, out);
+        NAME(truncated_squares_result)(fundamental, limit, out[0], first + 2 * i, second + 2 * i, common, common_2,
+    common_3, common_4, common_5, out);
 }
 
 static INLINE WORD NAME(truncated_squares_lanes)(intptr_t n, const REAL *fundamental, const REAL *first,
     const REAL *second, const REAL *limit, REAL *out)
 {
     _Alignas(64) REAL common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES], common_5[NLANES];
-    NAME(truncated_squares_result_lanes)(out);
+    NAME(truncated_squares_result_start_lanes)(out);
     NAME(truncated_squares_common_lanes)(fundamental, common, common_2, common_3, common_4, common_5);
     for (intptr_t i = 0; i < n; i++)
-        NAME(truncated_squares_result_2_lanes)(fundamental, limit, out, first + 2 * i, second + 2 * i, common,
+        NAME(truncated_squares_result_lanes)(fundamental, limit, out, first + 2 * i, second + 2 * i, common,
     common_2, common_3, common_4, common_5, out);
     return 0;
 }
@@ -3071,7 +3071,7 @@ static INLINE void NAME(descend_motion_now_carry_best)(const REAL *m, REAL *now_
     AND OUT(10, 1) AND OUT(11, 1)
 GAC_IN_LANES(descend_motion_now_carry_best, PLAIN)
 
-static INLINE void NAME(descend_motion_sum)(REAL *sum)
+static INLINE void NAME(descend_motion_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -3095,8 +3095,8 @@ static INLINE void NAME(descend_motion_sum)(REAL *sum)
     sum[19] = (REAL)0;
     sum[20] = (REAL)0;
 }
-#define PARTS_descend_motion_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 21)
-GAC_IN_LANES(descend_motion_sum, PLAIN)
+#define PARTS_descend_motion_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 21)
+GAC_IN_LANES(descend_motion_sum_start, PLAIN)
 
 static INLINE void NAME(descend_motion_common)(const REAL *left, const REAL *right, const REAL *now_carry_following,
     REAL *common, REAL *common_2, REAL *common_3, REAL *common_4, REAL *common_5, REAL *common_6, REAL *common_7,
@@ -3331,16 +3331,15 @@ static INLINE void NAME(descend_motion_common)(const REAL *left, const REAL *rig
     AND OUT(53, 1) AND OUT(54, 1) AND OUT(55, 1) AND OUT(56, 1) AND OUT(57, 1) AND OUT(58, 1)
 GAC_IN_LANES(descend_motion_common, PLAIN)
 
-static INLINE void NAME(descend_motion_sum_2)(REAL limit, const REAL *sum, const REAL *first, const REAL *second,
-    REAL common, REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL common_6, REAL common_7, REAL
-    common_8, REAL common_9, REAL common_10, REAL common_11, REAL common_12, REAL common_13, REAL common_14, REAL
-    common_15, REAL common_16, REAL common_17, REAL common_18, REAL common_19, REAL common_20, REAL common_21, REAL
-    common_22, REAL common_23, REAL common_24, REAL common_25, REAL common_26, REAL common_27, REAL common_28, REAL
-    common_29, REAL common_30, REAL common_31, REAL common_32, REAL common_33, REAL common_34, REAL common_35, REAL
-    common_36, REAL common_37, REAL common_38, REAL common_39, REAL common_40, REAL common_41, REAL common_42, REAL
-    common_43, REAL common_44, REAL common_45, REAL common_46, REAL common_47, REAL common_48, REAL common_49, REAL
-    common_50, REAL common_51, REAL common_52, REAL common_53, REAL common_54, REAL common_55, REAL common_56, REAL
-    *sum_out)
+static INLINE void NAME(descend_motion_sum)(REAL limit, const REAL *sum, const REAL *first, const REAL *second, REAL
+    common, REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL common_6, REAL common_7, REAL common_8,
+    REAL common_9, REAL common_10, REAL common_11, REAL common_12, REAL common_13, REAL common_14, REAL common_15,
+    REAL common_16, REAL common_17, REAL common_18, REAL common_19, REAL common_20, REAL common_21, REAL common_22,
+    REAL common_23, REAL common_24, REAL common_25, REAL common_26, REAL common_27, REAL common_28, REAL common_29,
+    REAL common_30, REAL common_31, REAL common_32, REAL common_33, REAL common_34, REAL common_35, REAL common_36,
+    REAL common_37, REAL common_38, REAL common_39, REAL common_40, REAL common_41, REAL common_42, REAL common_43,
+    REAL common_44, REAL common_45, REAL common_46, REAL common_47, REAL common_48, REAL common_49, REAL common_50,
+    REAL common_51, REAL common_52, REAL common_53, REAL common_54, REAL common_55, REAL common_56, REAL *sum_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5],
         sum_6 = sum[6], sum_7 = sum[7], sum_8 = sum[8], sum_9 = sum[9], sum_10 = sum[10], sum_11 = sum[11],
@@ -3407,7 +3406,7 @@ static INLINE void NAME(descend_motion_sum_2)(REAL limit, const REAL *sum, const
     sum_out[19] = sum_19 + t7 * t36;
     sum_out[20] = sum_20 + MINIMUM(limit, t22);
 }
-#define PARTS_descend_motion_sum_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 21) AND SAME(2, 2) \
+#define PARTS_descend_motion_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 21) AND SAME(2, 2) \
     AND SAME(3, 2) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
     AND NUMBER(9, 0) AND NUMBER(10, 0) AND NUMBER(11, 0) AND NUMBER(12, 0) AND NUMBER(13, 0) AND NUMBER(14, 0) \
     AND NUMBER(15, 0) AND NUMBER(16, 0) AND NUMBER(17, 0) AND NUMBER(18, 0) AND NUMBER(19, 0) AND NUMBER(20, 0) \
@@ -3418,7 +3417,7 @@ static INLINE void NAME(descend_motion_sum_2)(REAL limit, const REAL *sum, const
     AND NUMBER(45, 0) AND NUMBER(46, 0) AND NUMBER(47, 0) AND NUMBER(48, 0) AND NUMBER(49, 0) AND NUMBER(50, 0) \
     AND NUMBER(51, 0) AND NUMBER(52, 0) AND NUMBER(53, 0) AND NUMBER(54, 0) AND NUMBER(55, 0) AND NUMBER(56, 0) \
     AND NUMBER(57, 0) AND NUMBER(58, 0) AND NUMBER(59, 0) AND OUT(60, 21)
-GAC_IN_LANES(descend_motion_sum_2, PLAIN)
+GAC_IN_LANES(descend_motion_sum, PLAIN)
 
 static INLINE void NAME(descend_motion_next_now_carry_best)(const REAL *now_carry_best, const REAL
     *now_carry_following, const REAL *now_carry_table, const REAL *now_carry_slope, REAL now_carry_cost, REAL
@@ -3679,7 +3678,7 @@ void NAME(descend_motion)(intptr_t n, const REAL *m, const REAL *left, const REA
     NAME(descend_motion_now_carry_best)(m, now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
     &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged, &converged, &steps);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
-        NAME(descend_motion_sum)(sum);
+        NAME(descend_motion_sum_start)(sum);
         NAME(descend_motion_common)(left, right, now_carry_following, &common, &common_2, &common_3, &common_4,
     &common_5, &common_6, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12, &common_13,
     &common_14, &common_15, &common_16, &common_17, &common_18, &common_19, &common_20, &common_21, &common_22,
@@ -3688,7 +3687,7 @@ void NAME(descend_motion)(intptr_t n, const REAL *m, const REAL *left, const REA
     &common_41, &common_42, &common_43, &common_44, &common_45, &common_46, &common_47, &common_48, &common_49,
     &common_50, &common_51, &common_52, &common_53, &common_54, &common_55, &common_56);
         for (intptr_t j = 0; j < n; j++)
-            NAME(descend_motion_sum_2)(limit, sum, first + 2 * j, second + 2 * j, common, common_2, common_3,
+            NAME(descend_motion_sum)(limit, sum, first + 2 * j, second + 2 * j, common, common_2, common_3,
     common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13,
     common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23,
     common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32, common_33,
@@ -3753,7 +3752,7 @@ static INLINE WORD NAME(descend_motion_lanes)(intptr_t n, const REAL *m, const R
         KEEP(rounds, NLANES, now_steps, gac_kept_7);
         KEEP(rounds, NLANES, now_converged, gac_kept_8);
         KEEP(rounds, NLANES, converged, gac_kept_9);
-        NAME(descend_motion_sum_lanes)(sum);
+        NAME(descend_motion_sum_start_lanes)(sum);
         NAME(descend_motion_common_lanes)(left, right, now_carry_following, common, common_2, common_3, common_4,
     common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14,
     common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24,
@@ -3762,7 +3761,7 @@ static INLINE WORD NAME(descend_motion_lanes)(intptr_t n, const REAL *m, const R
     common_45, common_46, common_47, common_48, common_49, common_50, common_51, common_52, common_53, common_54,
     common_55, common_56);
         for (intptr_t j = 0; j < n; j++)
-            NAME(descend_motion_sum_2_lanes)(limit, sum, first + 2 * j, second + 2 * j, common, common_2, common_3,
+            NAME(descend_motion_sum_lanes)(limit, sum, first + 2 * j, second + 2 * j, common, common_2, common_3,
     common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13,
     common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23,
     common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32, common_33,
@@ -4322,7 +4321,7 @@ void NAME(descend_motion_in_front)(intptr_t n, const REAL *m, const REAL *left, 
     NAME(descend_motion_in_front_common)(left, right, onto, limit, &common_72, &common_73, &common_74, &common_75,
     &common_76, &common_77, &common_78, &common_79, &common_80);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
-        NAME(descend_motion_sum)(sum);
+        NAME(descend_motion_sum_start)(sum);
         NAME(descend_motion_in_front_common_2)(left, right, now_carry_following, &common, &common_2, &common_3,
     &common_4, &common_5, &common_6, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12,
     &common_13, &common_14, &common_15, &common_16, &common_17, &common_18, &common_19, &common_20, &common_21,
@@ -4408,7 +4407,7 @@ static INLINE WORD NAME(descend_motion_in_front_lanes)(intptr_t n, const REAL *m
         KEEP(rounds, NLANES, now_steps, gac_kept_7);
         KEEP(rounds, NLANES, now_converged, gac_kept_8);
         KEEP(rounds, NLANES, converged, gac_kept_9);
-        NAME(descend_motion_sum_lanes)(sum);
+        NAME(descend_motion_sum_start_lanes)(sum);
         NAME(descend_motion_in_front_common_2_lanes)(left, right, now_carry_following, common, common_2, common_3,
     common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13,
     common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23,
@@ -4522,7 +4521,7 @@ static INLINE void NAME(descend_rotation_common)(const REAL *left, const REAL *o
     AND OUT(3, 1) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1)
 GAC_IN_LANES(descend_rotation_common, PLAIN)
 
-static INLINE void NAME(descend_rotation_sum)(REAL *sum, REAL *sum_2, REAL *sum_2_2)
+static INLINE void NAME(descend_rotation_sum_start)(REAL *sum, REAL *sum_2, REAL *sum_2_2)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -4535,8 +4534,8 @@ static INLINE void NAME(descend_rotation_sum)(REAL *sum, REAL *sum_2, REAL *sum_
     sum_2[2] = (REAL)0;
     sum_2_2[0] = (REAL)0;
 }
-#define PARTS_descend_rotation_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 3) AND OUT(2, 1)
-GAC_IN_LANES(descend_rotation_sum, PLAIN)
+#define PARTS_descend_rotation_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 3) AND OUT(2, 1)
+GAC_IN_LANES(descend_rotation_sum_start, PLAIN)
 
 static INLINE void NAME(descend_rotation_common_2)(const REAL *left, const REAL *now_carry_following, REAL *common,
     REAL *common_2, REAL *common_3, REAL *common_4, REAL *common_5, REAL *common_6, REAL *common_7, REAL *common_8,
@@ -4586,12 +4585,11 @@ static INLINE void NAME(descend_rotation_common_2)(const REAL *left, const REAL 
     AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 1)
 GAC_IN_LANES(descend_rotation_common_2, PLAIN)
 
-static INLINE void NAME(descend_rotation_sum_2)(const REAL *left, const REAL *onto, REAL limit, const REAL *sum,
-    const REAL *sum_2_2, REAL sum_2_3, const REAL *first, const REAL *second, REAL common, REAL common_2, REAL
-    common_3, REAL common_4, REAL common_5, REAL common_6, REAL common_7, REAL common_8, REAL common_9, REAL
-    common_10, REAL common_11, REAL common_12, REAL common_13, REAL common_14, REAL common_15, REAL common_16, REAL
-    common_17, REAL common_18, REAL common_19, REAL common_20, REAL common_21, REAL *sum_out, REAL *sum_2_out, REAL
-    *sum_2_2_out)
+static INLINE void NAME(descend_rotation_sum)(const REAL *left, const REAL *onto, REAL limit, const REAL *sum, const
+    REAL *sum_2_2, REAL sum_2_3, const REAL *first, const REAL *second, REAL common, REAL common_2, REAL common_3,
+    REAL common_4, REAL common_5, REAL common_6, REAL common_7, REAL common_8, REAL common_9, REAL common_10, REAL
+    common_11, REAL common_12, REAL common_13, REAL common_14, REAL common_15, REAL common_16, REAL common_17, REAL
+    common_18, REAL common_19, REAL common_20, REAL common_21, REAL *sum_out, REAL *sum_2_out, REAL *sum_2_2_out)
 {
     const REAL left_0_0 = left[0], left_0_1 = left[1], left_1_0 = left[3], left_1_1 = left[4], left_2_0 = left[6],
         left_2_1 = left[7];
@@ -4658,13 +4656,13 @@ static INLINE void NAME(descend_rotation_sum_2)(const REAL *left, const REAL *on
     sum_2_out[2] = sum_2_2_2 + t35 * (t30 * t45 - t20 * (t31 * t40 + t30 * t39) + t31 * t46);
     sum_2_2_out[0] = sum_2_3 + MINIMUM(limit, t34);
 }
-#define PARTS_descend_rotation_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 9) AND NUMBER(2, 0) AND IN(3, 6) \
+#define PARTS_descend_rotation_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 9) AND NUMBER(2, 0) AND IN(3, 6) \
     AND IN(4, 3) AND NUMBER(5, 0) AND SAME(6, 2) AND SAME(7, 2) AND NUMBER(8, 0) AND NUMBER(9, 0) AND NUMBER(10, 0) \
     AND NUMBER(11, 0) AND NUMBER(12, 0) AND NUMBER(13, 0) AND NUMBER(14, 0) AND NUMBER(15, 0) AND NUMBER(16, 0) \
     AND NUMBER(17, 0) AND NUMBER(18, 0) AND NUMBER(19, 0) AND NUMBER(20, 0) AND NUMBER(21, 0) AND NUMBER(22, 0) \
     AND NUMBER(23, 0) AND NUMBER(24, 0) AND NUMBER(25, 0) AND NUMBER(26, 0) AND NUMBER(27, 0) AND NUMBER(28, 0) \
     AND OUT(29, 6) AND OUT(30, 3) AND OUT(31, 1)
-GAC_IN_LANES(descend_rotation_sum_2, PLAIN)
+GAC_IN_LANES(descend_rotation_sum, PLAIN)
 
 static INLINE void NAME(descend_rotation_next_now_carry_best)(const REAL *now_carry_best, const REAL
     *now_carry_following, const REAL *now_carry_table, const REAL *now_carry_slope, REAL now_carry_cost, REAL
@@ -4813,12 +4811,12 @@ void NAME(descend_rotation)(intptr_t n, const REAL *m, const REAL *left, const R
     NAME(descend_rotation_common)(left, onto, limit, &common_16, &common_17, &common_18, &common_19, &common_20,
     &common_21);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
-        NAME(descend_rotation_sum)(sum, sum_2, &sum_2_2);
+        NAME(descend_rotation_sum_start)(sum, sum_2, &sum_2_2);
         NAME(descend_rotation_common_2)(left, now_carry_following, &common, &common_2, &common_3, &common_4,
     &common_5, &common_6, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12, &common_13,
     &common_14, &common_15);
         for (intptr_t j = 0; j < n; j++)
-            NAME(descend_rotation_sum_2)(left, onto, limit, sum, sum_2, sum_2_2, first + 2 * j, second + 2 * j,
+            NAME(descend_rotation_sum)(left, onto, limit, sum, sum_2, sum_2_2, first + 2 * j, second + 2 * j,
     common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11,
     common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21,
     sum, sum_2, &sum_2_2);
@@ -4875,15 +4873,15 @@ static INLINE WORD NAME(descend_rotation_lanes)(intptr_t n, const REAL *m, const
         KEEP(rounds, NLANES, now_steps, gac_kept_7);
         KEEP(rounds, NLANES, now_converged, gac_kept_8);
         KEEP(rounds, NLANES, converged, gac_kept_9);
-        NAME(descend_rotation_sum_lanes)(sum, sum_2, sum_2_2);
+        NAME(descend_rotation_sum_start_lanes)(sum, sum_2, sum_2_2);
         NAME(descend_rotation_common_2_lanes)(left, now_carry_following, common, common_2, common_3, common_4,
     common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14,
     common_15);
         for (intptr_t j = 0; j < n; j++)
-            NAME(descend_rotation_sum_2_lanes)(left, onto, limit, sum, sum_2, sum_2_2, first + 2 * j,
-    second + 2 * j, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9,
-    common_10, common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19,
-    common_20, common_21, sum, sum_2, sum_2_2);
+            NAME(descend_rotation_sum_lanes)(left, onto, limit, sum, sum_2, sum_2_2, first + 2 * j, second + 2 * j,
+    common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11,
+    common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21,
+    sum, sum_2, sum_2_2);
         NAME(descend_rotation_next_now_carry_best_lanes)(now_carry_best, now_carry_following, now_carry_table,
     now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, sum_2, sum_2_2, next_now_carry_best,
     next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,

@@ -2,7 +2,7 @@
 // command: gac generate --all robots
 // spec: 2ea3684a268dc8dd
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 82006c080f3fd4e375bb0063bd60c212a7d9794f59a3b17369b2630bc59b3065
+// body: 896b4938fb1d48e813a3ae5c07217d2ab513e66a5cdd675ce00c50dcf8bb35f3
 
 #ifndef REAL
 #include "robots.h"
@@ -564,7 +564,7 @@ static INLINE void NAME(jacobian_rate_carrier_0_start)(REAL *carrier_0_start, RE
 #define PARTS_jacobian_rate_carrier_0_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 6)
 GAC_IN_LANES(jacobian_rate_carrier_0_start, PLAIN)
 
-static INLINE void NAME(jacobian_rate_value)(REAL *value)
+static INLINE void NAME(jacobian_rate_value_start)(REAL *value)
 {
     value[0] = (REAL)0;
     value[1] = (REAL)0;
@@ -573,8 +573,8 @@ static INLINE void NAME(jacobian_rate_value)(REAL *value)
     value[4] = (REAL)0;
     value[5] = (REAL)0;
 }
-#define PARTS_jacobian_rate_value(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
-GAC_IN_LANES(jacobian_rate_value, PLAIN)
+#define PARTS_jacobian_rate_value_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
+GAC_IN_LANES(jacobian_rate_value_start, PLAIN)
 
 static INLINE void NAME(jacobian_rate_to_parent)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *line,
     REAL *to_parent)
@@ -651,7 +651,7 @@ static INLINE void NAME(jacobian_rate_carrier)(const REAL *carrier_0, const REAL
     AND NUMBER(3, 1) AND OUT(4, 6) AND OUT(5, 6)
 GAC_IN_LANES(jacobian_rate_carrier, PLAIN)
 
-static INLINE void NAME(jacobian_rate_value_2)(const REAL *twist, REAL *value)
+static INLINE void NAME(jacobian_rate_value)(const REAL *twist, REAL *value)
 {
     const REAL twist_e12 = twist[0], twist_e13 = twist[1], twist_e23 = twist[2], twist_e01 = twist[3],
         twist_e02 = twist[4], twist_e03 = twist[5];
@@ -662,8 +662,8 @@ static INLINE void NAME(jacobian_rate_value_2)(const REAL *twist, REAL *value)
     value[4] = twist_e02;
     value[5] = twist_e03;
 }
-#define PARTS_jacobian_rate_value_2(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 6)
-GAC_IN_LANES(jacobian_rate_value_2, PLAIN)
+#define PARTS_jacobian_rate_value(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 6)
+GAC_IN_LANES(jacobian_rate_value, PLAIN)
 
 static INLINE void NAME(jacobian_rate_common)(const REAL *tip, const REAL *v__rotor, const REAL *place, const REAL
     *v_, REAL *common, REAL *common_2, REAL *common_3, REAL *common_4, REAL *common_5, REAL *common_6)
@@ -739,7 +739,7 @@ static INLINE void NAME(jacobian_rate_within)(intptr_t m, intptr_t n, const REAL
     NAME(forward_all_pose_rotor_start)(pose_rotor_start, pose_place_start);
     NAME(forward_all_pose_rotor_start)(rotor, place);
     NAME(jacobian_rate_carrier_0_start)(carrier_0_start, carrier_1_start);
-    NAME(jacobian_rate_value)(value);
+    NAME(jacobian_rate_value_start)(value);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2)(i > 0 ? pose_rotor_2 + 4 * (i - 1) : pose_rotor_start,
     i > 0 ? pose_place_2 + 3 * (i - 1) : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
@@ -749,7 +749,7 @@ static INLINE void NAME(jacobian_rate_within)(intptr_t m, intptr_t n, const REAL
     to_parent + 6 * i);
         NAME(jacobian_rate_carrier)(i > 0 ? carrier_0 + 6 * (i - 1) : carrier_0_start, to_parent + 6 * i,
     qd[variables[i]], ratios[i], carrier_0 + 6 * i, carrier_1 + 6 * i);
-        NAME(jacobian_rate_value_2)(carrier_0 + 6 * i, value);
+        NAME(jacobian_rate_value)(carrier_0 + 6 * i, value);
     }
     NAME(jacobian_rate_common)(tip, rotor, place, value, &common, &common_2, &common_3, &common_4, &common_5,
     &common_6);
@@ -789,7 +789,7 @@ static INLINE WORD NAME(jacobian_rate_lanes)(intptr_t m, intptr_t n, const REAL 
     NAME(forward_all_pose_rotor_start_lanes)(pose_rotor_start, pose_place_start);
     NAME(forward_all_pose_rotor_start_lanes)(rotor, place);
     NAME(jacobian_rate_carrier_0_start_lanes)(carrier_0_start, carrier_1_start);
-    NAME(jacobian_rate_value_lanes)(value);
+    NAME(jacobian_rate_value_start_lanes)(value);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2_lanes)(i > 0 ? pose_rotor_2 + 4 * NLANES * (i - 1) : pose_rotor_start,
     i > 0 ? pose_place_2 + 3 * NLANES * (i - 1) : pose_place_start, pose_rotor + 4 * NLANES * i,
@@ -800,7 +800,7 @@ static INLINE WORD NAME(jacobian_rate_lanes)(intptr_t m, intptr_t n, const REAL 
         NAME(jacobian_rate_carrier_lanes)(i > 0 ? carrier_0 + 6 * NLANES * (i - 1) : carrier_0_start,
     to_parent + 6 * NLANES * i, qd + NLANES * variables[i], ratios + i, carrier_0 + 6 * NLANES * i,
     carrier_1 + 6 * NLANES * i);
-        NAME(jacobian_rate_value_2_lanes)(carrier_0 + 6 * NLANES * i, value);
+        NAME(jacobian_rate_value_lanes)(carrier_0 + 6 * NLANES * i, value);
     }
     NAME(jacobian_rate_common_lanes)(tip, rotor, place, value, common, common_2, common_3, common_4, common_5,
     common_6);
@@ -1481,7 +1481,7 @@ static INLINE void NAME(forward_dynamics_within)(intptr_t m, intptr_t n, const R
         NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
     turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(forward_all_pose_rotor_start)(pose_rotor_start, pose_place_start);
-    NAME(jacobian_rate_value)(carrier_start);
+    NAME(jacobian_rate_value_start)(carrier_start);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
@@ -1552,7 +1552,7 @@ static INLINE WORD NAME(forward_dynamics_lanes)(intptr_t m, intptr_t n, const RE
         far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
     places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(forward_all_pose_rotor_start_lanes)(pose_rotor_start, pose_place_start);
-    NAME(jacobian_rate_value_lanes)(carrier_start);
+    NAME(jacobian_rate_value_start_lanes)(carrier_start);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
@@ -2424,12 +2424,12 @@ GAC_PROCEDURE(gravity_forces, BUSY)
 #define WORK_kinetic_energy(WORK) WORK(12, pose_rotor, 4, 4, n) WORK(13, pose_place, 3, 3, n) \
     WORK(14, carrier, 6, 6, n)
 
-static INLINE void NAME(kinetic_energy_result)(REAL *out)
+static INLINE void NAME(kinetic_energy_result_start)(REAL *out)
 {
     out[0] = (REAL)0;
 }
-#define PARTS_kinetic_energy_result(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(kinetic_energy_result, PLAIN)
+#define PARTS_kinetic_energy_result_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(kinetic_energy_result_start, PLAIN)
 
 static INLINE void NAME(kinetic_energy_carrier)(const REAL *carrier, const REAL *pose_rotor, const REAL *pose_place,
     const REAL *axis, REAL speed, REAL ratio, REAL *carrier_out)
@@ -2479,7 +2479,7 @@ static INLINE void NAME(kinetic_energy_carrier)(const REAL *carrier, const REAL 
     AND NUMBER(4, 0) AND NUMBER(5, 1) AND OUT(6, 6)
 GAC_IN_LANES(kinetic_energy_carrier, PLAIN)
 
-static INLINE void NAME(kinetic_energy_result_2)(REAL sum, const REAL *twist, const REAL *inertias, REAL rotor, REAL
+static INLINE void NAME(kinetic_energy_result)(REAL sum, const REAL *twist, const REAL *inertias, REAL rotor, REAL
     speed, REAL ratio, REAL *out)
 {
     const REAL twist_e12 = twist[0], twist_e13 = twist[1], twist_e23 = twist[2], twist_e01 = twist[3],
@@ -2497,9 +2497,9 @@ static INLINE void NAME(kinetic_energy_result_2)(REAL sum, const REAL *twist, co
     const REAL t7 = (t6 * (rotor * t6) + (t4 + inertias_4 * (twist_e23 * twist_e23) + t5 + t3)) * (REAL)0.5;
     out[0] = sum + t7;
 }
-#define PARTS_kinetic_energy_result_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 6) AND SAME(2, 10) \
+#define PARTS_kinetic_energy_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 6) AND SAME(2, 10) \
     AND NUMBER(3, 1) AND NUMBER(4, 0) AND NUMBER(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(kinetic_energy_result_2, PLAIN)
+GAC_IN_LANES(kinetic_energy_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robots_kinetic_energy_work(intptr_t m, intptr_t n)
@@ -2519,12 +2519,12 @@ static INLINE void NAME(kinetic_energy_within)(intptr_t m, intptr_t n, const REA
     for (intptr_t i = 0; i < n; i++)
         NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
     turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
-    NAME(jacobian_rate_value)(carrier_start);
-    NAME(kinetic_energy_result)(out);
+    NAME(jacobian_rate_value_start)(carrier_start);
+    NAME(kinetic_energy_result_start)(out);
     for (intptr_t i = 0; i < n; i++) {
         NAME(kinetic_energy_carrier)(parents[i] >= 0 ? carrier + 6 * parents[i] : carrier_start, pose_rotor + 4 * i,
     pose_place + 3 * i, screws + 6 * i, qd[variables[i]], ratios[i], carrier + 6 * i);
-        NAME(kinetic_energy_result_2)(out[0], carrier + 6 * i, inertias + 10 * i, armature[i], qd[variables[i]],
+        NAME(kinetic_energy_result)(out[0], carrier + 6 * i, inertias + 10 * i, armature[i], qd[variables[i]],
     ratios[i], out);
     }
 }
@@ -2553,13 +2553,13 @@ static INLINE WORD NAME(kinetic_energy_lanes)(intptr_t m, intptr_t n, const REAL
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
     places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
-    NAME(jacobian_rate_value_lanes)(carrier_start);
-    NAME(kinetic_energy_result_lanes)(out);
+    NAME(jacobian_rate_value_start_lanes)(carrier_start);
+    NAME(kinetic_energy_result_start_lanes)(out);
     for (intptr_t i = 0; i < n; i++) {
         NAME(kinetic_energy_carrier_lanes)(parents[i] >= 0 ? carrier + 6 * NLANES * parents[i] : carrier_start,
     pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i, screws + 6 * i, qd + NLANES * variables[i],
     ratios + i, carrier + 6 * NLANES * i);
-        NAME(kinetic_energy_result_2_lanes)(out, carrier + 6 * NLANES * i, inertias + 10 * i, armature + i,
+        NAME(kinetic_energy_result_lanes)(out, carrier + 6 * NLANES * i, inertias + 10 * i, armature + i,
     qd + NLANES * variables[i], ratios + i, out);
     }
     return far;
@@ -2619,7 +2619,7 @@ static INLINE void NAME(potential_energy_within)(intptr_t m, intptr_t n, const R
         NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
     turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(forward_all_pose_rotor_start)(pose_rotor_start, pose_place_start);
-    NAME(kinetic_energy_result)(out);
+    NAME(kinetic_energy_result_start)(out);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
@@ -2654,7 +2654,7 @@ static INLINE WORD NAME(potential_energy_lanes)(intptr_t m, intptr_t n, const RE
         far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
     places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(forward_all_pose_rotor_start_lanes)(pose_rotor_start, pose_place_start);
-    NAME(kinetic_energy_result_lanes)(out);
+    NAME(kinetic_energy_result_start_lanes)(out);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
@@ -2675,17 +2675,17 @@ GAC_PROCEDURE(potential_energy, BUSY)
 #define WORK_centre_of_mass(WORK) WORK(11, pose_rotor, 4, 4, n) WORK(12, pose_place, 3, 3, n) \
     WORK(13, pose_rotor_2, 4, 4, n) WORK(14, pose_place_2, 3, 3, n)
 
-static INLINE void NAME(centre_of_mass_result)(REAL *out_0, REAL *sum)
+static INLINE void NAME(centre_of_mass_result_start)(REAL *out_0, REAL *sum)
 {
     out_0[0] = (REAL)0;
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
     sum[2] = (REAL)0;
 }
-#define PARTS_centre_of_mass_result(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 3)
-GAC_IN_LANES(centre_of_mass_result, PLAIN)
+#define PARTS_centre_of_mass_result_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 3)
+GAC_IN_LANES(centre_of_mass_result_start, PLAIN)
 
-static INLINE void NAME(centre_of_mass_result_2)(REAL sum_0, const REAL *sum_2, const REAL *inertias, const REAL
+static INLINE void NAME(centre_of_mass_result)(REAL sum_0, const REAL *sum_2, const REAL *inertias, const REAL
     *pose_rotor, const REAL *pose_place_2, REAL *out_0, REAL *sum)
 {
     const REAL sum_2_0 = sum_2[0], sum_2_1 = sum_2[1], sum_2_2 = sum_2[2];
@@ -2707,11 +2707,11 @@ static INLINE void NAME(centre_of_mass_result_2)(REAL sum_0, const REAL *sum_2, 
     sum[1] = sum_2_1 + (inertias_0 * pose_place_2_1 - (t6 - inertias_2 * t5));
     sum[2] = sum_2_2 + (t7 + inertias_3 * t5 + inertias_0 * pose_place_2_2);
 }
-#define PARTS_centre_of_mass_result_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND SAME(2, 10) \
+#define PARTS_centre_of_mass_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND SAME(2, 10) \
     AND IN(3, 4) AND IN(4, 3) AND OUT(5, 1) AND OUT(6, 3)
-GAC_IN_LANES(centre_of_mass_result_2, PLAIN)
+GAC_IN_LANES(centre_of_mass_result, PLAIN)
 
-static INLINE void NAME(centre_of_mass_result_3)(REAL sum_0, const REAL *sum_2, REAL *out_1)
+static INLINE void NAME(centre_of_mass_result_2)(REAL sum_0, const REAL *sum_2, REAL *out_1)
 {
     const REAL sum_2_0 = sum_2[0], sum_2_1 = sum_2[1], sum_2_2 = sum_2[2];
     const REAL t0 = (REAL)1 / sum_0;
@@ -2719,8 +2719,8 @@ static INLINE void NAME(centre_of_mass_result_3)(REAL sum_0, const REAL *sum_2, 
     out_1[1] = sum_2_1 * t0;
     out_1[2] = sum_2_2 * t0;
 }
-#define PARTS_centre_of_mass_result_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND OUT(2, 3)
-GAC_IN_LANES(centre_of_mass_result_3, PLAIN)
+#define PARTS_centre_of_mass_result_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND OUT(2, 3)
+GAC_IN_LANES(centre_of_mass_result_2, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robots_centre_of_mass_work(intptr_t m, intptr_t n)
@@ -2741,15 +2741,15 @@ static INLINE void NAME(centre_of_mass_within)(intptr_t m, intptr_t n, const REA
         NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
     turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(forward_all_pose_rotor_start)(pose_rotor_start, pose_place_start);
-    NAME(centre_of_mass_result)(out_0, sum);
+    NAME(centre_of_mass_result_start)(out_0, sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
-        NAME(centre_of_mass_result_2)(out_0[0], sum, inertias + 10 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i,
+        NAME(centre_of_mass_result)(out_0[0], sum, inertias + 10 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i,
     out_0, sum);
     }
-    NAME(centre_of_mass_result_3)(out_0[0], sum, out_1);
+    NAME(centre_of_mass_result_2)(out_0[0], sum, out_1);
 }
 
 FUSED(centre_of_mass, (intptr_t m, intptr_t n, const REAL *q, const int64_t *parents, const int64_t *variables,
@@ -2777,15 +2777,15 @@ static INLINE WORD NAME(centre_of_mass_lanes)(intptr_t m, intptr_t n, const REAL
         far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
     places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(forward_all_pose_rotor_start_lanes)(pose_rotor_start, pose_place_start);
-    NAME(centre_of_mass_result_lanes)(out_0, sum);
+    NAME(centre_of_mass_result_start_lanes)(out_0, sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
     pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
-        NAME(centre_of_mass_result_2_lanes)(out_0, sum, inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i,
+        NAME(centre_of_mass_result_lanes)(out_0, sum, inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i,
     pose_place_2 + 3 * NLANES * i, out_0, sum);
     }
-    NAME(centre_of_mass_result_3_lanes)(out_0, sum, out_1);
+    NAME(centre_of_mass_result_2_lanes)(out_0, sum, out_1);
     return far;
 }
 
@@ -2800,17 +2800,17 @@ GAC_PROCEDURE(centre_of_mass, BUSY)
     WORK(13, pose_rotor_2, 4, 4, n) WORK(14, pose_place_2, 3, 3, n) WORK(15, placed, 10, 10, n) \
     WORK(16, a, 10, 10, n) WORK(17, column, 6, 6, n)
 
-static INLINE void NAME(centroidal_momentum_matrix_sum)(REAL *sum)
+static INLINE void NAME(centroidal_momentum_matrix_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
     sum[2] = (REAL)0;
     sum[3] = (REAL)0;
 }
-#define PARTS_centroidal_momentum_matrix_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 4)
-GAC_IN_LANES(centroidal_momentum_matrix_sum, PLAIN)
+#define PARTS_centroidal_momentum_matrix_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 4)
+GAC_IN_LANES(centroidal_momentum_matrix_sum_start, PLAIN)
 
-static INLINE void NAME(centroidal_momentum_matrix_sum_2)(const REAL *sum, const REAL *placed, REAL *sum_out)
+static INLINE void NAME(centroidal_momentum_matrix_sum)(const REAL *sum, const REAL *placed, REAL *sum_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3];
     const REAL placed_0 = placed[0], placed_1 = placed[1], placed_2 = placed[2], placed_3 = placed[3];
@@ -2819,8 +2819,8 @@ static INLINE void NAME(centroidal_momentum_matrix_sum_2)(const REAL *sum, const
     sum_out[2] = sum_2 + placed_2;
     sum_out[3] = sum_3 + placed_3;
 }
-#define PARTS_centroidal_momentum_matrix_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 10) AND OUT(2, 4)
-GAC_IN_LANES(centroidal_momentum_matrix_sum_2, PLAIN)
+#define PARTS_centroidal_momentum_matrix_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 10) AND OUT(2, 4)
+GAC_IN_LANES(centroidal_momentum_matrix_sum, PLAIN)
 
 static INLINE void NAME(centroidal_momentum_matrix_common)(const REAL *sum, REAL *common, REAL *common_2, REAL
     *common_3)
@@ -2925,13 +2925,13 @@ static INLINE void NAME(centroidal_momentum_matrix_within)(intptr_t m, intptr_t 
         NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
     turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(forward_all_pose_rotor_start)(pose_rotor_start, pose_place_start);
-    NAME(centroidal_momentum_matrix_sum)(sum);
+    NAME(centroidal_momentum_matrix_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(mass_matrix_placed)(inertias + 10 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, placed + 10 * i);
-        NAME(centroidal_momentum_matrix_sum_2)(sum, placed + 10 * i, sum);
+        NAME(centroidal_momentum_matrix_sum)(sum, placed + 10 * i, sum);
     }
     CLEAR(10 * n, a);
     NAME(centroidal_momentum_matrix_common)(sum, &common, &common_2, &common_3);
@@ -2975,14 +2975,14 @@ static INLINE WORD NAME(centroidal_momentum_matrix_lanes)(intptr_t m, intptr_t n
         far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
     places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(forward_all_pose_rotor_start_lanes)(pose_rotor_start, pose_place_start);
-    NAME(centroidal_momentum_matrix_sum_lanes)(sum);
+    NAME(centroidal_momentum_matrix_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
     pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
         NAME(mass_matrix_placed_lanes)(inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i,
     pose_place_2 + 3 * NLANES * i, placed + 10 * NLANES * i);
-        NAME(centroidal_momentum_matrix_sum_2_lanes)(sum, placed + 10 * NLANES * i, sum);
+        NAME(centroidal_momentum_matrix_sum_lanes)(sum, placed + 10 * NLANES * i, sum);
     }
     CLEAR(10 * NLANES * n, a);
     NAME(centroidal_momentum_matrix_common_lanes)(sum, common, common_2, common_3);

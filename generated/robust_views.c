@@ -2,7 +2,7 @@
 // command: gac generate --all robust_views
 // spec: 6ad656a38924f068
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 68f12b8e752d9841b4942162ad5aab483906aea7c5088acf2e0db17faf0e2437
+// body: 151df79fd3132d860ab470aacc44a2fb4ae206c05c072e80b8bb2855d24207da
 
 #ifndef REAL
 #include "robust_views.h"
@@ -1076,14 +1076,14 @@ GAC_PROCEDURE(transfer_squares, LANES)
     AND OUT(4, out, scalar, 1, 1)
 #define WORK_truncated_transfer_squares(WORK)
 
-static INLINE void NAME(truncated_transfer_squares_result)(REAL *out)
+static INLINE void NAME(truncated_transfer_squares_result_start)(REAL *out)
 {
     out[0] = (REAL)0;
 }
-#define PARTS_truncated_transfer_squares_result(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(truncated_transfer_squares_result, PLAIN)
+#define PARTS_truncated_transfer_squares_result_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(truncated_transfer_squares_result_start, PLAIN)
 
-static INLINE void NAME(truncated_transfer_squares_result_2)(const REAL *matrix, REAL limit, REAL sum, const REAL
+static INLINE void NAME(truncated_transfer_squares_result)(const REAL *matrix, REAL limit, REAL sum, const REAL
     *first, const REAL *second, REAL common, REAL common_2, REAL common_3, REAL *out)
 {
     const REAL matrix_0_0 = matrix[0], matrix_0_1 = matrix[1], matrix_1_0 = matrix[3], matrix_1_1 = matrix[4],
@@ -1097,9 +1097,9 @@ static INLINE void NAME(truncated_transfer_squares_result_2)(const REAL *matrix,
     const REAL t4 = t2 * t2 + t3 * t3;
     out[0] = sum + MINIMUM(limit, t4);
 }
-#define PARTS_truncated_transfer_squares_result_2(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) \
+#define PARTS_truncated_transfer_squares_result(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) \
     AND NUMBER(2, 0) AND SAME(3, 2) AND SAME(4, 2) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 1)
-GAC_IN_LANES(truncated_transfer_squares_result_2, PLAIN)
+GAC_IN_LANES(truncated_transfer_squares_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robust_views_truncated_transfer_squares_work(intptr_t n)
@@ -1114,10 +1114,10 @@ void NAME(truncated_transfer_squares)(intptr_t n, const REAL *matrix, const REAL
 {
     (void)work;
     REAL common, common_2, common_3;
-    NAME(truncated_transfer_squares_result)(out);
+    NAME(truncated_transfer_squares_result_start)(out);
     NAME(transfer_squares_common)(matrix, &common, &common_2, &common_3);
     for (intptr_t i = 0; i < n; i++)
-        NAME(truncated_transfer_squares_result_2)(matrix, limit, out[0], first + 2 * i, second + 2 * i, common,
+        NAME(truncated_transfer_squares_result)(matrix, limit, out[0], first + 2 * i, second + 2 * i, common,
     common_2, common_3, out);
 }
 
@@ -1125,10 +1125,10 @@ static INLINE WORD NAME(truncated_transfer_squares_lanes)(intptr_t n, const REAL
     const REAL *second, const REAL *limit, REAL *out)
 {
     _Alignas(64) REAL common[NLANES], common_2[NLANES], common_3[NLANES];
-    NAME(truncated_transfer_squares_result_lanes)(out);
+    NAME(truncated_transfer_squares_result_start_lanes)(out);
     NAME(transfer_squares_common_lanes)(matrix, common, common_2, common_3);
     for (intptr_t i = 0; i < n; i++)
-        NAME(truncated_transfer_squares_result_2_lanes)(matrix, limit, out, first + 2 * i, second + 2 * i, common,
+        NAME(truncated_transfer_squares_result_lanes)(matrix, limit, out, first + 2 * i, second + 2 * i, common,
     common_2, common_3, out);
     return 0;
 }
@@ -1255,7 +1255,7 @@ void NAME(truncated_plane_squares)(intptr_t n, const REAL *matrix, const REAL *f
 {
     (void)work;
     REAL common, common_2, common_3;
-    NAME(truncated_transfer_squares_result)(out);
+    NAME(truncated_transfer_squares_result_start)(out);
     NAME(plane_squares_common)(matrix, &common, &common_2, &common_3);
     for (intptr_t i = 0; i < n; i++)
         NAME(truncated_plane_squares_result)(matrix, limit, out[0], first + 2 * i, second + 2 * i, common, common_2,
@@ -1266,7 +1266,7 @@ static INLINE WORD NAME(truncated_plane_squares_lanes)(intptr_t n, const REAL *m
     const REAL *second, const REAL *limit, REAL *out)
 {
     _Alignas(64) REAL common[NLANES], common_2[NLANES], common_3[NLANES];
-    NAME(truncated_transfer_squares_result_lanes)(out);
+    NAME(truncated_transfer_squares_result_start_lanes)(out);
     NAME(plane_squares_common_lanes)(matrix, common, common_2, common_3);
     for (intptr_t i = 0; i < n; i++)
         NAME(truncated_plane_squares_result_lanes)(matrix, limit, out, first + 2 * i, second + 2 * i, common,
@@ -1281,16 +1281,16 @@ GAC_PROCEDURE(truncated_plane_squares, LANES)
     AND NUMBER(4, at_most) AND OUT(5, out_0, 3x3, 9, 1) AND OUT(6, out_1, 3, 3, 1)
 #define WORK_descend_homography(WORK)
 
-static INLINE void NAME(descend_homography_sum)(REAL *sum_0_0, REAL *sum_0_1, REAL *sum_1)
+static INLINE void NAME(descend_homography_sum_start)(REAL *sum_0_0, REAL *sum_0_1, REAL *sum_1)
 {
     sum_0_0[0] = (REAL)0;
     sum_0_1[0] = (REAL)0;
     sum_1[0] = (REAL)0;
 }
-#define PARTS_descend_homography_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(descend_homography_sum, PLAIN)
+#define PARTS_descend_homography_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1)
+GAC_IN_LANES(descend_homography_sum_start, PLAIN)
 
-static INLINE void NAME(descend_homography_sum_2)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, const REAL *first, REAL
+static INLINE void NAME(descend_homography_sum)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, const REAL *first, REAL
     *sum_0_0_out, REAL *sum_0_1_out, REAL *sum_1_out)
 {
     const REAL first_0 = first[0], first_1 = first[1];
@@ -1298,9 +1298,9 @@ static INLINE void NAME(descend_homography_sum_2)(REAL sum_0_0, REAL sum_0_1, RE
     sum_0_1_out[0] = sum_0_1 + first_1;
     sum_1_out[0] = sum_1 + (REAL)1;
 }
-#define PARTS_descend_homography_sum_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_descend_homography_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND SAME(3, 2) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(descend_homography_sum_2, PLAIN)
+GAC_IN_LANES(descend_homography_sum, PLAIN)
 
 static INLINE void NAME(descend_homography_common)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, REAL *common, REAL
     *common_2)
@@ -1313,7 +1313,7 @@ static INLINE void NAME(descend_homography_common)(REAL sum_0_0, REAL sum_0_1, R
     AND OUT(3, 1) AND OUT(4, 1)
 GAC_IN_LANES(descend_homography_common, PLAIN)
 
-static INLINE void NAME(descend_homography_sum_3)(REAL sum, const REAL *first, REAL common, REAL common_2, REAL
+static INLINE void NAME(descend_homography_sum_2)(REAL sum, const REAL *first, REAL common, REAL common_2, REAL
     *sum_out)
 {
     const REAL first_0 = first[0], first_1 = first[1];
@@ -1321,9 +1321,9 @@ static INLINE void NAME(descend_homography_sum_3)(REAL sum, const REAL *first, R
     const REAL t1 = first_1 - common_2;
     sum_out[0] = sum + (t0 * t0 + t1 * t1);
 }
-#define PARTS_descend_homography_sum_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND SAME(1, 2) AND NUMBER(2, 0) \
+#define PARTS_descend_homography_sum_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND SAME(1, 2) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(descend_homography_sum_3, PLAIN)
+GAC_IN_LANES(descend_homography_sum_2, PLAIN)
 
 static INLINE void NAME(descend_homography_now_carry_best)(const REAL *matrix, REAL sum_0_0, REAL sum_0_1, REAL
     sum_1, REAL sum, REAL *now_carry_best, REAL *now_carry_following, REAL *now_carry_table, REAL *now_carry_slope,
@@ -1441,7 +1441,7 @@ static INLINE void NAME(descend_homography_common_2)(REAL sum_1, REAL sum, REAL 
 #define PARTS_descend_homography_common_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(descend_homography_common_2, PLAIN)
 
-static INLINE void NAME(descend_homography_sum_4)(REAL *sum_2)
+static INLINE void NAME(descend_homography_sum_start_2)(REAL *sum_2)
 {
     sum_2[0] = (REAL)0;
     sum_2[1] = (REAL)0;
@@ -1489,8 +1489,8 @@ static INLINE void NAME(descend_homography_sum_4)(REAL *sum_2)
     sum_2[43] = (REAL)0;
     sum_2[44] = (REAL)0;
 }
-#define PARTS_descend_homography_sum_4(IN, SAME, NUMBER, OUT, AND) OUT(0, 45)
-GAC_IN_LANES(descend_homography_sum_4, PLAIN)
+#define PARTS_descend_homography_sum_start_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 45)
+GAC_IN_LANES(descend_homography_sum_start_2, PLAIN)
 
 static INLINE void NAME(descend_homography_common_3)(const REAL *now_carry_following, REAL *common_3, REAL
     *common_4, REAL *common_5)
@@ -1505,7 +1505,7 @@ static INLINE void NAME(descend_homography_common_3)(const REAL *now_carry_follo
     AND OUT(3, 1)
 GAC_IN_LANES(descend_homography_common_3, PLAIN)
 
-static INLINE void NAME(descend_homography_sum_5)(REAL limit, REAL common, REAL common_2, const REAL
+static INLINE void NAME(descend_homography_sum_3)(REAL limit, REAL common, REAL common_2, const REAL
     *now_carry_following, const REAL *sum_2, const REAL *first, const REAL *second, REAL common_3, REAL common_4,
     REAL common_5, REAL common_6, REAL *sum_2_out)
 {
@@ -1601,10 +1601,10 @@ static INLINE void NAME(descend_homography_sum_5)(REAL limit, REAL common, REAL 
     sum_2_out[43] = sum_2_43 - t13 * (t10 * t26 + t11 * t27);
     sum_2_out[44] = sum_2_44 + MINIMUM(limit, t12);
 }
-#define PARTS_descend_homography_sum_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_descend_homography_sum_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND IN(3, 9) AND IN(4, 45) AND SAME(5, 2) AND SAME(6, 2) AND NUMBER(7, 0) AND NUMBER(8, 0) AND NUMBER(9, 0) \
     AND NUMBER(10, 0) AND OUT(11, 45)
-GAC_IN_LANES(descend_homography_sum_5, PLAIN)
+GAC_IN_LANES(descend_homography_sum_3, PLAIN)
 
 static INLINE void NAME(descend_homography_next_now_carry_best)(const REAL *now_carry_best, const REAL
     *now_carry_following, const REAL *now_carry_table, const REAL *now_carry_slope, REAL now_carry_cost, REAL
@@ -1988,22 +1988,22 @@ void NAME(descend_homography)(intptr_t n, const REAL *matrix, const REAL *first,
     now_converged, converged, steps, next_now_carry_best[9], next_now_carry_following[9], next_now_carry_table[36],
     next_now_carry_slope[8], next_now_carry_cost, next_now_carry_damping, next_now_carry_done, next_now_steps,
     next_now_converged, sum_2[45], common_3, common_4, common_5, common_6;
-    NAME(descend_homography_sum)(&sum_0_0, &sum_0_1, &sum_1);
+    NAME(descend_homography_sum_start)(&sum_0_0, &sum_0_1, &sum_1);
     for (intptr_t i = 0; i < n; i++)
-        NAME(descend_homography_sum_2)(sum_0_0, sum_0_1, sum_1, first + 2 * i, &sum_0_0, &sum_0_1, &sum_1);
-    NAME(truncated_transfer_squares_result)(&sum);
+        NAME(descend_homography_sum)(sum_0_0, sum_0_1, sum_1, first + 2 * i, &sum_0_0, &sum_0_1, &sum_1);
+    NAME(truncated_transfer_squares_result_start)(&sum);
     NAME(descend_homography_common)(sum_0_0, sum_0_1, sum_1, &common, &common_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(descend_homography_sum_3)(sum, first + 2 * i, common, common_2, &sum);
+        NAME(descend_homography_sum_2)(sum, first + 2 * i, common, common_2, &sum);
     NAME(descend_homography_now_carry_best)(matrix, sum_0_0, sum_0_1, sum_1, sum, now_carry_best,
     now_carry_following, now_carry_table, now_carry_slope, &now_carry_cost, &now_carry_damping, &now_carry_done,
     &now_steps, &now_converged, &converged, &steps);
     NAME(descend_homography_common_2)(sum_1, sum, &common_6);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
-        NAME(descend_homography_sum_4)(sum_2);
+        NAME(descend_homography_sum_start_2)(sum_2);
         NAME(descend_homography_common_3)(now_carry_following, &common_3, &common_4, &common_5);
         for (intptr_t j = 0; j < n; j++)
-            NAME(descend_homography_sum_5)(limit, common, common_2, now_carry_following, sum_2, first + 2 * j,
+            NAME(descend_homography_sum_3)(limit, common, common_2, now_carry_following, sum_2, first + 2 * j,
     second + 2 * j, common_3, common_4, common_5, common_6, sum_2);
         NAME(descend_homography_next_now_carry_best)(now_carry_best, now_carry_following, now_carry_table,
     now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum_2, next_now_carry_best,
@@ -2040,13 +2040,13 @@ static INLINE WORD NAME(descend_homography_lanes)(intptr_t n, const REAL *matrix
     common_5[NLANES], common_6[NLANES], gac_kept_0[9 * NLANES], gac_kept_1[9 * NLANES], gac_kept_2[36 * NLANES],
     gac_kept_3[8 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES],
     gac_kept_8[NLANES], gac_kept_9[NLANES];
-    NAME(descend_homography_sum_lanes)(sum_0_0, sum_0_1, sum_1);
+    NAME(descend_homography_sum_start_lanes)(sum_0_0, sum_0_1, sum_1);
     for (intptr_t i = 0; i < n; i++)
-        NAME(descend_homography_sum_2_lanes)(sum_0_0, sum_0_1, sum_1, first + 2 * i, sum_0_0, sum_0_1, sum_1);
-    NAME(truncated_transfer_squares_result_lanes)(sum);
+        NAME(descend_homography_sum_lanes)(sum_0_0, sum_0_1, sum_1, first + 2 * i, sum_0_0, sum_0_1, sum_1);
+    NAME(truncated_transfer_squares_result_start_lanes)(sum);
     NAME(descend_homography_common_lanes)(sum_0_0, sum_0_1, sum_1, common, common_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(descend_homography_sum_3_lanes)(sum, first + 2 * i, common, common_2, sum);
+        NAME(descend_homography_sum_2_lanes)(sum, first + 2 * i, common, common_2, sum);
     NAME(descend_homography_now_carry_best_lanes)(matrix, sum_0_0, sum_0_1, sum_1, sum, now_carry_best,
     now_carry_following, now_carry_table, now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done,
     now_steps, now_converged, converged, steps);
@@ -2062,10 +2062,10 @@ static INLINE WORD NAME(descend_homography_lanes)(intptr_t n, const REAL *matrix
         KEEP(rounds, NLANES, now_steps, gac_kept_7);
         KEEP(rounds, NLANES, now_converged, gac_kept_8);
         KEEP(rounds, NLANES, converged, gac_kept_9);
-        NAME(descend_homography_sum_4_lanes)(sum_2);
+        NAME(descend_homography_sum_start_2_lanes)(sum_2);
         NAME(descend_homography_common_3_lanes)(now_carry_following, common_3, common_4, common_5);
         for (intptr_t j = 0; j < n; j++)
-            NAME(descend_homography_sum_5_lanes)(limit, common, common_2, now_carry_following, sum_2, first + 2 * j,
+            NAME(descend_homography_sum_3_lanes)(limit, common, common_2, now_carry_following, sum_2, first + 2 * j,
     second + 2 * j, common_3, common_4, common_5, common_6, sum_2);
         NAME(descend_homography_next_now_carry_best_lanes)(now_carry_best, now_carry_following, now_carry_table,
     now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum_2, next_now_carry_best,
@@ -2580,7 +2580,7 @@ static INLINE void NAME(descend_fundamental_now_carry_best)(const REAL *matrix, 
     AND OUT(10, 1) AND OUT(11, 1)
 GAC_IN_LANES(descend_fundamental_now_carry_best, PLAIN)
 
-static INLINE void NAME(descend_fundamental_sum)(REAL *sum)
+static INLINE void NAME(descend_fundamental_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -2619,8 +2619,8 @@ static INLINE void NAME(descend_fundamental_sum)(REAL *sum)
     sum[34] = (REAL)0;
     sum[35] = (REAL)0;
 }
-#define PARTS_descend_fundamental_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 36)
-GAC_IN_LANES(descend_fundamental_sum, PLAIN)
+#define PARTS_descend_fundamental_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 36)
+GAC_IN_LANES(descend_fundamental_sum_start, PLAIN)
 
 static INLINE void NAME(descend_fundamental_common)(const REAL *now_carry_following, REAL *common, REAL *common_2,
     REAL *common_3, REAL *common_4, REAL *common_5, REAL *common_6, REAL *common_7, REAL *common_8, REAL *common_9,
@@ -2773,18 +2773,18 @@ static INLINE void NAME(descend_fundamental_common)(const REAL *now_carry_follow
     AND OUT(74, 1)
 GAC_IN_LANES(descend_fundamental_common, PLAIN)
 
-static INLINE void NAME(descend_fundamental_sum_2)(REAL limit, const REAL *sum, const REAL *first, const REAL
-    *second, REAL common, REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL common_6, REAL common_7,
-    REAL common_8, REAL common_9, REAL common_10, REAL common_11, REAL common_12, REAL common_13, REAL common_14,
-    REAL common_15, REAL common_16, REAL common_17, REAL common_18, REAL common_19, REAL common_20, REAL common_21,
-    REAL common_22, REAL common_23, REAL common_24, REAL common_25, REAL common_26, REAL common_27, REAL common_28,
-    REAL common_29, REAL common_30, REAL common_31, REAL common_32, REAL common_33, REAL common_34, REAL common_35,
-    REAL common_36, REAL common_37, REAL common_38, REAL common_39, REAL common_40, REAL common_41, REAL common_42,
-    REAL common_43, REAL common_44, REAL common_45, REAL common_46, REAL common_47, REAL common_48, REAL common_49,
-    REAL common_50, REAL common_51, REAL common_52, REAL common_53, REAL common_54, REAL common_55, REAL common_56,
-    REAL common_57, REAL common_58, REAL common_59, REAL common_60, REAL common_61, REAL common_62, REAL common_63,
-    REAL common_64, REAL common_65, REAL common_66, REAL common_67, REAL common_68, REAL common_69, REAL common_70,
-    REAL common_71, REAL common_72, REAL common_73, REAL common_74, REAL *sum_out)
+static INLINE void NAME(descend_fundamental_sum)(REAL limit, const REAL *sum, const REAL *first, const REAL *second,
+    REAL common, REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL common_6, REAL common_7, REAL
+    common_8, REAL common_9, REAL common_10, REAL common_11, REAL common_12, REAL common_13, REAL common_14, REAL
+    common_15, REAL common_16, REAL common_17, REAL common_18, REAL common_19, REAL common_20, REAL common_21, REAL
+    common_22, REAL common_23, REAL common_24, REAL common_25, REAL common_26, REAL common_27, REAL common_28, REAL
+    common_29, REAL common_30, REAL common_31, REAL common_32, REAL common_33, REAL common_34, REAL common_35, REAL
+    common_36, REAL common_37, REAL common_38, REAL common_39, REAL common_40, REAL common_41, REAL common_42, REAL
+    common_43, REAL common_44, REAL common_45, REAL common_46, REAL common_47, REAL common_48, REAL common_49, REAL
+    common_50, REAL common_51, REAL common_52, REAL common_53, REAL common_54, REAL common_55, REAL common_56, REAL
+    common_57, REAL common_58, REAL common_59, REAL common_60, REAL common_61, REAL common_62, REAL common_63, REAL
+    common_64, REAL common_65, REAL common_66, REAL common_67, REAL common_68, REAL common_69, REAL common_70, REAL
+    common_71, REAL common_72, REAL common_73, REAL common_74, REAL *sum_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5],
         sum_6 = sum[6], sum_7 = sum[7], sum_8 = sum[8], sum_9 = sum[9], sum_10 = sum[10], sum_11 = sum[11],
@@ -2874,7 +2874,7 @@ static INLINE void NAME(descend_fundamental_sum_2)(REAL limit, const REAL *sum, 
     sum_out[34] = sum_34 + t7 * t42;
     sum_out[35] = sum_35 + MINIMUM(limit, t22);
 }
-#define PARTS_descend_fundamental_sum_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 36) AND IN(2, 2) \
+#define PARTS_descend_fundamental_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 36) AND IN(2, 2) \
     AND IN(3, 2) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
     AND NUMBER(9, 0) AND NUMBER(10, 0) AND NUMBER(11, 0) AND NUMBER(12, 0) AND NUMBER(13, 0) AND NUMBER(14, 0) \
     AND NUMBER(15, 0) AND NUMBER(16, 0) AND NUMBER(17, 0) AND NUMBER(18, 0) AND NUMBER(19, 0) AND NUMBER(20, 0) \
@@ -2888,7 +2888,7 @@ static INLINE void NAME(descend_fundamental_sum_2)(REAL limit, const REAL *sum, 
     AND NUMBER(63, 0) AND NUMBER(64, 0) AND NUMBER(65, 0) AND NUMBER(66, 0) AND NUMBER(67, 0) AND NUMBER(68, 0) \
     AND NUMBER(69, 0) AND NUMBER(70, 0) AND NUMBER(71, 0) AND NUMBER(72, 0) AND NUMBER(73, 0) AND NUMBER(74, 0) \
     AND NUMBER(75, 0) AND NUMBER(76, 0) AND NUMBER(77, 0) AND OUT(78, 36)
-GAC_IN_LANES(descend_fundamental_sum_2, PLAIN)
+GAC_IN_LANES(descend_fundamental_sum, PLAIN)
 
 static INLINE void NAME(descend_fundamental_next_now_carry_best)(const REAL *now_carry_best, const REAL
     *now_carry_following, const REAL *now_carry_table, const REAL *now_carry_slope, REAL now_carry_cost, REAL
@@ -3739,7 +3739,7 @@ void NAME(descend_fundamental)(intptr_t n, const REAL *matrix, const REAL *first
     now_carry_slope, &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged, &converged,
     &steps);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
-        NAME(descend_fundamental_sum)(sum);
+        NAME(descend_fundamental_sum_start)(sum);
         NAME(descend_fundamental_common)(now_carry_following, &common, &common_2, &common_3, &common_4, &common_5,
     &common_6, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12, &common_13, &common_14,
     &common_15, &common_16, &common_17, &common_18, &common_19, &common_20, &common_21, &common_22, &common_23,
@@ -3750,7 +3750,7 @@ void NAME(descend_fundamental)(intptr_t n, const REAL *matrix, const REAL *first
     &common_60, &common_61, &common_62, &common_63, &common_64, &common_65, &common_66, &common_67, &common_68,
     &common_69, &common_70, &common_71, &common_72, &common_73, &common_74);
         for (intptr_t j = 0; j < n; j++)
-            NAME(descend_fundamental_sum_2)(limit, sum, first + 2 * j, second + 2 * j, common, common_2, common_3,
+            NAME(descend_fundamental_sum)(limit, sum, first + 2 * j, second + 2 * j, common, common_2, common_3,
     common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13,
     common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23,
     common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32, common_33,
@@ -3820,7 +3820,7 @@ static INLINE WORD NAME(descend_fundamental_lanes)(intptr_t n, const REAL *matri
         KEEP(rounds, NLANES, now_steps, gac_kept_7);
         KEEP(rounds, NLANES, now_converged, gac_kept_8);
         KEEP(rounds, NLANES, converged, gac_kept_9);
-        NAME(descend_fundamental_sum_lanes)(sum);
+        NAME(descend_fundamental_sum_start_lanes)(sum);
         NAME(descend_fundamental_common_lanes)(now_carry_following, common, common_2, common_3, common_4, common_5,
     common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15,
     common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24, common_25,
@@ -3830,15 +3830,15 @@ static INLINE WORD NAME(descend_fundamental_lanes)(intptr_t n, const REAL *matri
     common_56, common_57, common_58, common_59, common_60, common_61, common_62, common_63, common_64, common_65,
     common_66, common_67, common_68, common_69, common_70, common_71, common_72, common_73, common_74);
         for (intptr_t j = 0; j < n; j++)
-            NAME(descend_fundamental_sum_2_lanes)(limit, sum, first + 2 * NLANES * j, second + 2 * NLANES * j,
-    common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11,
-    common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21,
-    common_22, common_23, common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31,
-    common_32, common_33, common_34, common_35, common_36, common_37, common_38, common_39, common_40, common_41,
-    common_42, common_43, common_44, common_45, common_46, common_47, common_48, common_49, common_50, common_51,
-    common_52, common_53, common_54, common_55, common_56, common_57, common_58, common_59, common_60, common_61,
-    common_62, common_63, common_64, common_65, common_66, common_67, common_68, common_69, common_70, common_71,
-    common_72, common_73, common_74, sum);
+            NAME(descend_fundamental_sum_lanes)(limit, sum, first + 2 * NLANES * j, second + 2 * NLANES * j, common,
+    common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
+    common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22,
+    common_23, common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32,
+    common_33, common_34, common_35, common_36, common_37, common_38, common_39, common_40, common_41, common_42,
+    common_43, common_44, common_45, common_46, common_47, common_48, common_49, common_50, common_51, common_52,
+    common_53, common_54, common_55, common_56, common_57, common_58, common_59, common_60, common_61, common_62,
+    common_63, common_64, common_65, common_66, common_67, common_68, common_69, common_70, common_71, common_72,
+    common_73, common_74, sum);
         NAME(descend_fundamental_next_now_carry_best_lanes)(now_carry_best, now_carry_following, now_carry_table,
     now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
     next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,

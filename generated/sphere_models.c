@@ -2,7 +2,7 @@
 // command: gac generate --all sphere_models
 // spec: dc15e119115825d4
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: d20eea1e51d1e7400b14ec128d4b945b3827a58fd23b8b1b35d04afc4dab8df9
+// body: f1d90f7c51103cf13134681ba8eddcce018e2ccba2d4ebb252dded0f1ad59592
 
 #ifndef REAL
 #include "sphere_models.h"
@@ -281,7 +281,7 @@ GAC_KERNEL_AND_FORMS(circumsphere, PLAIN, DIRECT, GAC_USE(circumsphere, a_b_d, N
     AND IN(1, points, 3, 3, n) AND OUT(2, out, 4, 4, 1)
 #define WORK_ball_of_points(WORK)
 
-static INLINE void NAME(ball_of_points_sum)(REAL *sum, REAL *sum_2)
+static INLINE void NAME(ball_of_points_sum_start)(REAL *sum, REAL *sum_2)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -298,10 +298,10 @@ static INLINE void NAME(ball_of_points_sum)(REAL *sum, REAL *sum_2)
     sum_2[2] = (REAL)0;
     sum_2[3] = (REAL)0;
 }
-#define PARTS_ball_of_points_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 10) AND OUT(1, 4)
-GAC_IN_LANES(ball_of_points_sum, PLAIN)
+#define PARTS_ball_of_points_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 10) AND OUT(1, 4)
+GAC_IN_LANES(ball_of_points_sum_start, PLAIN)
 
-static INLINE void NAME(ball_of_points_sum_2)(const REAL *ball, const REAL *sum, const REAL *sum_2_2, const REAL
+static INLINE void NAME(ball_of_points_sum)(const REAL *ball, const REAL *sum, const REAL *sum_2_2, const REAL
     *points, REAL *sum_out, REAL *sum_2_out)
 {
     const REAL ball_0 = ball[0], ball_1 = ball[1], ball_2 = ball[2], ball_3 = ball[3];
@@ -332,9 +332,9 @@ static INLINE void NAME(ball_of_points_sum_2)(const REAL *ball, const REAL *sum,
     sum_2_out[2] = sum_2_2_2 - t4 * t7;
     sum_2_out[3] = sum_2_2_3 - t7;
 }
-#define PARTS_ball_of_points_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 10) AND IN(2, 4) AND IN(3, 3) \
+#define PARTS_ball_of_points_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 10) AND IN(2, 4) AND IN(3, 3) \
     AND OUT(4, 10) AND OUT(5, 4)
-GAC_IN_LANES(ball_of_points_sum_2, PLAIN)
+GAC_IN_LANES(ball_of_points_sum, PLAIN)
 
 static INLINE void NAME(ball_of_points_result)(const REAL *ball, const REAL *sum, const REAL *sum_2_2, REAL *out)
 {
@@ -386,18 +386,18 @@ void NAME(ball_of_points)(intptr_t n, const REAL *ball, const REAL *points, REAL
 {
     (void)work;
     REAL sum[10], sum_2[4];
-    NAME(ball_of_points_sum)(sum, sum_2);
+    NAME(ball_of_points_sum_start)(sum, sum_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(ball_of_points_sum_2)(ball, sum, sum_2, points + 3 * i, sum, sum_2);
+        NAME(ball_of_points_sum)(ball, sum, sum_2, points + 3 * i, sum, sum_2);
     NAME(ball_of_points_result)(ball, sum, sum_2, out);
 }
 
 static INLINE WORD NAME(ball_of_points_lanes)(intptr_t n, const REAL *ball, const REAL *points, REAL *out)
 {
     _Alignas(64) REAL sum[10 * NLANES], sum_2[4 * NLANES];
-    NAME(ball_of_points_sum_lanes)(sum, sum_2);
+    NAME(ball_of_points_sum_start_lanes)(sum, sum_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(ball_of_points_sum_2_lanes)(ball, sum, sum_2, points + 3 * NLANES * i, sum, sum_2);
+        NAME(ball_of_points_sum_lanes)(ball, sum, sum_2, points + 3 * NLANES * i, sum, sum_2);
     NAME(ball_of_points_result_lanes)(ball, sum, sum_2, out);
     return 0;
 }
@@ -478,7 +478,7 @@ GAC_PROCEDURE(affinities, BUSY)
     AND OUT(4, out_0, scalar, 1, 1) AND OUT(5, out_1, scalar, 1, 1) AND OUT(6, out_2, 4, 4, 1)
 #define WORK_balanced_row(WORK)
 
-static INLINE void NAME(balanced_row_sum)(REAL *sum_0, REAL *sum)
+static INLINE void NAME(balanced_row_sum_start)(REAL *sum_0, REAL *sum)
 {
     sum_0[0] = (REAL)0;
     sum[0] = (REAL)0;
@@ -486,10 +486,10 @@ static INLINE void NAME(balanced_row_sum)(REAL *sum_0, REAL *sum)
     sum[2] = (REAL)0;
     sum[3] = (REAL)0;
 }
-#define PARTS_balanced_row_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 4)
-GAC_IN_LANES(balanced_row_sum, PLAIN)
+#define PARTS_balanced_row_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 4)
+GAC_IN_LANES(balanced_row_sum_start, PLAIN)
 
-static INLINE void NAME(balanced_row_sum_2)(REAL sum_0, const REAL *sum_2, REAL value, REAL column, const REAL
+static INLINE void NAME(balanced_row_sum)(REAL sum_0, const REAL *sum_2, REAL value, REAL column, const REAL
     *others, REAL *sum_0_out, REAL *sum)
 {
     const REAL sum_2_0 = sum_2[0], sum_2_1 = sum_2[1], sum_2_2 = sum_2[2], sum_2_3 = sum_2[3];
@@ -501,9 +501,9 @@ static INLINE void NAME(balanced_row_sum_2)(REAL sum_0, const REAL *sum_2, REAL 
     sum[2] = sum_2_2 + others_2 * t0;
     sum[3] = sum_2_3 + others_3 * t0;
 }
-#define PARTS_balanced_row_sum_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 4) AND NUMBER(2, 0) \
+#define PARTS_balanced_row_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 4) AND NUMBER(2, 0) \
     AND NUMBER(3, 1) AND SAME(4, 4) AND OUT(5, 1) AND OUT(6, 4)
-GAC_IN_LANES(balanced_row_sum_2, PLAIN)
+GAC_IN_LANES(balanced_row_sum, PLAIN)
 
 static INLINE void NAME(balanced_row_result)(REAL outlier, REAL sum_0, const REAL *sum_2, REAL *out_0, REAL *out_1,
     REAL *out_2)
@@ -535,9 +535,9 @@ void NAME(balanced_row)(intptr_t m, const REAL *row, const REAL *columns, const 
 {
     (void)work;
     REAL sum_0, sum[4];
-    NAME(balanced_row_sum)(&sum_0, sum);
+    NAME(balanced_row_sum_start)(&sum_0, sum);
     for (intptr_t i = 0; i < m; i++)
-        NAME(balanced_row_sum_2)(sum_0, sum, row[i], columns[i], others + 4 * i, &sum_0, sum);
+        NAME(balanced_row_sum)(sum_0, sum, row[i], columns[i], others + 4 * i, &sum_0, sum);
     NAME(balanced_row_result)(outlier, sum_0, sum, out_0, out_1, out_2);
 }
 
@@ -545,9 +545,9 @@ static INLINE WORD NAME(balanced_row_lanes)(intptr_t m, const REAL *row, const R
     const REAL *outlier, REAL *out_0, REAL *out_1, REAL *out_2)
 {
     _Alignas(64) REAL sum_0[NLANES], sum[4 * NLANES];
-    NAME(balanced_row_sum_lanes)(sum_0, sum);
+    NAME(balanced_row_sum_start_lanes)(sum_0, sum);
     for (intptr_t i = 0; i < m; i++)
-        NAME(balanced_row_sum_2_lanes)(sum_0, sum, row + NLANES * i, columns + i, others + 4 * i, sum_0, sum);
+        NAME(balanced_row_sum_lanes)(sum_0, sum, row + NLANES * i, columns + i, others + 4 * i, sum_0, sum);
     NAME(balanced_row_result_lanes)(outlier, sum_0, sum, out_0, out_1, out_2);
     return 0;
 }

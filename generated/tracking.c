@@ -2,7 +2,7 @@
 // command: gac generate --all tracking
 // spec: c4ee23d8ce19272d
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 5ec45c4eb91e08af87a9ef7ee95ef01ccf44f2c891fbde8070f90e0795796f40
+// body: 2509c62ceefca015d8f143489d870890b55bf0788b748b5afe95d41edc9ba19a
 
 #ifndef REAL
 #include "tracking.h"
@@ -914,16 +914,16 @@ GAC_PROCEDURE(image_of_plane, BUSY)
 #define WORK_rates_for_point(WORK) WORK(18, motor, 8, 8, n) WORK(19, moved_line, 6, 6, n) \
     WORK(20, mapped_0, scalar, 1, n) WORK(21, mapped_1, scalar, 1, n) WORK(22, mapped, scalar, 1, n)
 
-static INLINE void NAME(rates_for_point_sum)(REAL *sum)
+static INLINE void NAME(rates_for_point_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
     sum[2] = (REAL)0;
 }
-#define PARTS_rates_for_point_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
-GAC_IN_LANES(rates_for_point_sum, PLAIN)
+#define PARTS_rates_for_point_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
+GAC_IN_LANES(rates_for_point_sum_start, PLAIN)
 
-static INLINE void NAME(rates_for_point_sum_2)(const REAL *sum, REAL row_0, REAL row_1, REAL weight, REAL *sum_out)
+static INLINE void NAME(rates_for_point_sum)(const REAL *sum, REAL row_0, REAL row_1, REAL weight, REAL *sum_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2];
     const REAL t0 = row_1 * weight;
@@ -931,9 +931,9 @@ static INLINE void NAME(rates_for_point_sum_2)(const REAL *sum, REAL row_0, REAL
     sum_out[1] = sum_1 + row_0 * t0;
     sum_out[2] = sum_2 + row_1 * t0;
 }
-#define PARTS_rates_for_point_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_rates_for_point_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 3)
-GAC_IN_LANES(rates_for_point_sum_2, PLAIN)
+GAC_IN_LANES(rates_for_point_sum, PLAIN)
 
 static INLINE void NAME(rates_for_point_common)(const REAL *camera, const REAL *point, REAL mirror, const REAL
     *twist, const REAL *goal, const REAL *goal_rate, const REAL *gain, REAL threshold, REAL damping, const REAL *v_,
@@ -1088,13 +1088,13 @@ static INLINE void NAME(rates_for_point_common)(const REAL *camera, const REAL *
     AND OUT(11, 1) AND OUT(12, 1)
 GAC_IN_LANES(rates_for_point_common, PLAIN)
 
-static INLINE void NAME(rates_for_point_found)(REAL *found_0, REAL *found_1)
+static INLINE void NAME(rates_for_point_found_start)(REAL *found_0, REAL *found_1)
 {
     found_0[0] = (REAL)0;
     found_1[0] = (REAL)0;
 }
-#define PARTS_rates_for_point_found(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(rates_for_point_found, PLAIN)
+#define PARTS_rates_for_point_found_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(rates_for_point_found_start, PLAIN)
 
 static INLINE void NAME(rates_for_point_mapped)(REAL row_0, REAL row_1, REAL weight, REAL common, REAL common_2,
     REAL *mapped)
@@ -1105,17 +1105,17 @@ static INLINE void NAME(rates_for_point_mapped)(REAL row_0, REAL row_1, REAL wei
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1)
 GAC_IN_LANES(rates_for_point_mapped, PLAIN)
 
-static INLINE void NAME(rates_for_point_found_2)(REAL found_0, REAL found_1, REAL rate, REAL limit, REAL
-    *found_0_out, REAL *found_1_out)
+static INLINE void NAME(rates_for_point_found)(REAL found_0, REAL found_1, REAL rate, REAL limit, REAL *found_0_out,
+    REAL *found_1_out)
 {
     const REAL t0 = ABS(rate);
     const REAL t1 = t0 / MAXIMUM(limit, (REAL)1e-300);
     found_0_out[0] = found_0 + (REAL)9.332636185032189e-302 * t0;
     found_1_out[0] = MAXIMUM(found_1, t1);
 }
-#define PARTS_rates_for_point_found_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_rates_for_point_found(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(rates_for_point_found_2, PLAIN)
+GAC_IN_LANES(rates_for_point_found, PLAIN)
 
 static INLINE void NAME(rates_for_point_common_2)(const REAL *camera, const REAL *point, REAL mirror, const REAL
     *twist, const REAL *goal, const REAL *goal_rate, const REAL *gain, const REAL *v_, const REAL *sum, REAL
@@ -1454,17 +1454,17 @@ static INLINE void NAME(rates_for_point_within)(intptr_t n, const REAL *q, const
         NAME(image_of_point_moved_line)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
     }
     NAME(image_of_point_common)(camera, point, mirror, value, common, common_2);
-    NAME(rates_for_point_sum)(sum);
+    NAME(rates_for_point_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_point_mapped)(moved_line + 6 * i, common, common_2, mapped_0 + i, mapped_1 + i);
-        NAME(rates_for_point_sum_2)(sum, mapped_0[i], mapped_1[i], weights[i], sum);
+        NAME(rates_for_point_sum)(sum, mapped_0[i], mapped_1[i], weights[i], sum);
     }
     NAME(rates_for_point_common)(camera, point, mirror, twist, goal, goal_rate, gain, threshold, damping, value,
     sum, &common_3, &common_4);
-    NAME(rates_for_point_found)(&found_0, &found_1);
+    NAME(rates_for_point_found_start)(&found_0, &found_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rates_for_point_mapped)(mapped_0[i], mapped_1[i], weights[i], common_3, common_4, mapped + i);
-        NAME(rates_for_point_found_2)(found_0, found_1, mapped[i], limits[i], &found_0, &found_1);
+        NAME(rates_for_point_found)(found_0, found_1, mapped[i], limits[i], &found_0, &found_1);
     }
     NAME(rates_for_point_common_2)(camera, point, mirror, twist, goal, goal_rate, gain, value, sum, found_0,
     found_1, &common_5, &common_6);
@@ -1508,20 +1508,20 @@ static INLINE WORD NAME(rates_for_point_lanes)(intptr_t n, const REAL *q, const 
         NAME(image_of_point_moved_line_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
     }
     NAME(image_of_point_common_lanes)(camera, point, mirror, value, common, common_2);
-    NAME(rates_for_point_sum_lanes)(sum);
+    NAME(rates_for_point_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_point_mapped_lanes)(moved_line + 6 * NLANES * i, common, common_2, mapped_0 + NLANES * i,
     mapped_1 + NLANES * i);
-        NAME(rates_for_point_sum_2_lanes)(sum, mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
+        NAME(rates_for_point_sum_lanes)(sum, mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
     sum);
     }
     NAME(rates_for_point_common_lanes)(camera, point, mirror, twist, goal, goal_rate, gain, threshold, damping,
     value, sum, common_3, common_4);
-    NAME(rates_for_point_found_lanes)(found_0, found_1);
+    NAME(rates_for_point_found_start_lanes)(found_0, found_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rates_for_point_mapped_lanes)(mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
     common_3, common_4, mapped + NLANES * i);
-        NAME(rates_for_point_found_2_lanes)(found_0, found_1, mapped + NLANES * i, limits + NLANES * i, found_0,
+        NAME(rates_for_point_found_lanes)(found_0, found_1, mapped + NLANES * i, limits + NLANES * i, found_0,
     found_1);
     }
     NAME(rates_for_point_common_2_lanes)(camera, point, mirror, twist, goal, goal_rate, gain, value, sum, found_0,
@@ -1999,17 +1999,17 @@ static INLINE void NAME(rates_for_line_within)(intptr_t n, const REAL *q, const 
         NAME(image_of_point_moved_line)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
     }
     NAME(image_of_line_common)(camera, line, value, common, common_2);
-    NAME(rates_for_point_sum)(sum);
+    NAME(rates_for_point_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_point_mapped)(moved_line + 6 * i, common, common_2, mapped_0 + i, mapped_1 + i);
-        NAME(rates_for_point_sum_2)(sum, mapped_0[i], mapped_1[i], weights[i], sum);
+        NAME(rates_for_point_sum)(sum, mapped_0[i], mapped_1[i], weights[i], sum);
     }
     NAME(rates_for_line_common)(camera, line, twist, goal, goal_rate, gain, threshold, damping, value, sum,
     &common_3, &common_4, NULL);
-    NAME(rates_for_point_found)(&found_0, &found_1);
+    NAME(rates_for_point_found_start)(&found_0, &found_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rates_for_point_mapped)(mapped_0[i], mapped_1[i], weights[i], common_3, common_4, mapped + i);
-        NAME(rates_for_point_found_2)(found_0, found_1, mapped[i], limits[i], &found_0, &found_1);
+        NAME(rates_for_point_found)(found_0, found_1, mapped[i], limits[i], &found_0, &found_1);
     }
     NAME(rates_for_line_common_2)(camera, line, twist, goal, goal_rate, gain, value, sum, found_0, found_1,
     &common_5, &common_6, NULL);
@@ -2053,20 +2053,20 @@ static INLINE WORD NAME(rates_for_line_lanes)(intptr_t n, const REAL *q, const R
         NAME(image_of_point_moved_line_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
     }
     NAME(image_of_line_common_lanes)(camera, line, value, common, common_2);
-    NAME(rates_for_point_sum_lanes)(sum);
+    NAME(rates_for_point_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_point_mapped_lanes)(moved_line + 6 * NLANES * i, common, common_2, mapped_0 + NLANES * i,
     mapped_1 + NLANES * i);
-        NAME(rates_for_point_sum_2_lanes)(sum, mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
+        NAME(rates_for_point_sum_lanes)(sum, mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
     sum);
     }
     far |= NAME(rates_for_line_common_lanes)(camera, line, twist, goal, goal_rate, gain, threshold, damping, value,
     sum, common_3, common_4);
-    NAME(rates_for_point_found_lanes)(found_0, found_1);
+    NAME(rates_for_point_found_start_lanes)(found_0, found_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rates_for_point_mapped_lanes)(mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
     common_3, common_4, mapped + NLANES * i);
-        NAME(rates_for_point_found_2_lanes)(found_0, found_1, mapped + NLANES * i, limits + NLANES * i, found_0,
+        NAME(rates_for_point_found_lanes)(found_0, found_1, mapped + NLANES * i, limits + NLANES * i, found_0,
     found_1);
     }
     far |= NAME(rates_for_line_common_2_lanes)(camera, line, twist, goal, goal_rate, gain, value, sum, found_0,
@@ -2089,7 +2089,7 @@ GAC_PROCEDURE(rates_for_line, BUSY)
 #define WORK_rates_for_plane(WORK) WORK(17, motor, 8, 8, n) WORK(18, moved_line, 6, 6, n) WORK(19, mapped, 3, 3, n) \
     WORK(20, mapped_2, scalar, 1, n)
 
-static INLINE void NAME(rates_for_plane_sum)(REAL *sum)
+static INLINE void NAME(rates_for_plane_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -2098,10 +2098,10 @@ static INLINE void NAME(rates_for_plane_sum)(REAL *sum)
     sum[4] = (REAL)0;
     sum[5] = (REAL)0;
 }
-#define PARTS_rates_for_plane_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
-GAC_IN_LANES(rates_for_plane_sum, PLAIN)
+#define PARTS_rates_for_plane_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
+GAC_IN_LANES(rates_for_plane_sum_start, PLAIN)
 
-static INLINE void NAME(rates_for_plane_sum_2)(const REAL *sum, const REAL *mapped, REAL weight, REAL *sum_out)
+static INLINE void NAME(rates_for_plane_sum)(const REAL *sum, const REAL *mapped, REAL weight, REAL *sum_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5];
     const REAL mapped_0 = mapped[0], mapped_1 = mapped[1], mapped_2 = mapped[2];
@@ -2114,8 +2114,8 @@ static INLINE void NAME(rates_for_plane_sum_2)(const REAL *sum, const REAL *mapp
     sum_out[4] = sum_4 + mapped_1 * t1;
     sum_out[5] = sum_5 + mapped_2 * t1;
 }
-#define PARTS_rates_for_plane_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 3) AND NUMBER(2, 0) AND OUT(3, 6)
-GAC_IN_LANES(rates_for_plane_sum_2, PLAIN)
+#define PARTS_rates_for_plane_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 3) AND NUMBER(2, 0) AND OUT(3, 6)
+GAC_IN_LANES(rates_for_plane_sum, PLAIN)
 
 static INLINE void NAME(rates_for_plane_common)(const REAL *camera, const REAL *plane, const REAL *twist, const REAL
     *goal, const REAL *goal_rate, const REAL *gain, REAL threshold, REAL damping, const REAL *v_, const REAL *sum,
@@ -2779,17 +2779,17 @@ static INLINE void NAME(rates_for_plane_within)(intptr_t n, const REAL *q, const
         NAME(image_of_point_moved_line)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
     }
     NAME(image_of_plane_common)(camera, plane, value, common, common_2, common_3);
-    NAME(rates_for_plane_sum)(sum);
+    NAME(rates_for_plane_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_plane_result)(moved_line + 6 * i, common, common_2, common_3, mapped + 3 * i);
-        NAME(rates_for_plane_sum_2)(sum, mapped + 3 * i, weights[i], sum);
+        NAME(rates_for_plane_sum)(sum, mapped + 3 * i, weights[i], sum);
     }
     NAME(rates_for_plane_common)(camera, plane, twist, goal, goal_rate, gain, threshold, damping, value, sum,
     &common_4, &common_5, &common_6);
-    NAME(rates_for_point_found)(&found_0, &found_1);
+    NAME(rates_for_point_found_start)(&found_0, &found_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rates_for_plane_mapped)(mapped + 3 * i, weights[i], common_4, common_5, common_6, mapped_2 + i);
-        NAME(rates_for_point_found_2)(found_0, found_1, mapped_2[i], limits[i], &found_0, &found_1);
+        NAME(rates_for_point_found)(found_0, found_1, mapped_2[i], limits[i], &found_0, &found_1);
     }
     NAME(rates_for_plane_common_2)(camera, plane, twist, goal, goal_rate, gain, value, sum, found_0, found_1,
     &common_7, &common_8);
@@ -2832,19 +2832,19 @@ static INLINE WORD NAME(rates_for_plane_lanes)(intptr_t n, const REAL *q, const 
         NAME(image_of_point_moved_line_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
     }
     NAME(image_of_plane_common_lanes)(camera, plane, value, common, common_2, common_3);
-    NAME(rates_for_plane_sum_lanes)(sum);
+    NAME(rates_for_plane_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_plane_result_lanes)(moved_line + 6 * NLANES * i, common, common_2, common_3,
     mapped + 3 * NLANES * i);
-        NAME(rates_for_plane_sum_2_lanes)(sum, mapped + 3 * NLANES * i, weights + NLANES * i, sum);
+        NAME(rates_for_plane_sum_lanes)(sum, mapped + 3 * NLANES * i, weights + NLANES * i, sum);
     }
     NAME(rates_for_plane_common_lanes)(camera, plane, twist, goal, goal_rate, gain, threshold, damping, value, sum,
     common_4, common_5, common_6);
-    NAME(rates_for_point_found_lanes)(found_0, found_1);
+    NAME(rates_for_point_found_start_lanes)(found_0, found_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rates_for_plane_mapped_lanes)(mapped + 3 * NLANES * i, weights + NLANES * i, common_4, common_5,
     common_6, mapped_2 + NLANES * i);
-        NAME(rates_for_point_found_2_lanes)(found_0, found_1, mapped_2 + NLANES * i, limits + NLANES * i, found_0,
+        NAME(rates_for_point_found_lanes)(found_0, found_1, mapped_2 + NLANES * i, limits + NLANES * i, found_0,
     found_1);
     }
     NAME(rates_for_plane_common_2_lanes)(camera, plane, twist, goal, goal_rate, gain, value, sum, found_0, found_1,
@@ -2869,7 +2869,7 @@ GAC_PROCEDURE(rates_for_plane, BUSY)
 #define WORK_accelerations_for_point(WORK) WORK(22, motor, 8, 8, n) WORK(23, moved_line, 6, 6, n) \
     WORK(24, mapped_0, scalar, 1, n) WORK(25, mapped_1, scalar, 1, n) WORK(26, mapped, scalar, 1, n)
 
-static INLINE void NAME(accelerations_for_point_carrier)(REAL *carrier_0, REAL *carrier_1)
+static INLINE void NAME(accelerations_for_point_carrier_start)(REAL *carrier_0, REAL *carrier_1)
 {
     carrier_0[0] = (REAL)0;
     carrier_0[1] = (REAL)0;
@@ -2884,10 +2884,10 @@ static INLINE void NAME(accelerations_for_point_carrier)(REAL *carrier_0, REAL *
     carrier_1[4] = (REAL)0;
     carrier_1[5] = (REAL)0;
 }
-#define PARTS_accelerations_for_point_carrier(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 6)
-GAC_IN_LANES(accelerations_for_point_carrier, PLAIN)
+#define PARTS_accelerations_for_point_carrier_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 6)
+GAC_IN_LANES(accelerations_for_point_carrier_start, PLAIN)
 
-static INLINE void NAME(accelerations_for_point_carrier_2)(const REAL *carrier_0, const REAL *carrier_1, const REAL
+static INLINE void NAME(accelerations_for_point_carrier)(const REAL *carrier_0, const REAL *carrier_1, const REAL
     *line, REAL speed, REAL *carrier_0_out, REAL *carrier_1_out)
 {
     const REAL carrier_0_e12 = carrier_0[0], carrier_0_e13 = carrier_0[1], carrier_0_e23 = carrier_0[2],
@@ -2918,9 +2918,9 @@ static INLINE void NAME(accelerations_for_point_carrier_2)(const REAL *carrier_0
     carrier_1_out[4] = carrier_1_e02 - t7;
     carrier_1_out[5] = carrier_1_e03 - t8;
 }
-#define PARTS_accelerations_for_point_carrier_2(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) \
+#define PARTS_accelerations_for_point_carrier(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) \
     AND NUMBER(3, 0) AND OUT(4, 6) AND OUT(5, 6)
-GAC_IN_LANES(accelerations_for_point_carrier_2, PLAIN)
+GAC_IN_LANES(accelerations_for_point_carrier, PLAIN)
 
 static INLINE void NAME(accelerations_for_point_common)(const REAL *camera, const REAL *point, REAL mirror, const
     REAL *twist, const REAL *goal, const REAL *goal_rate, const REAL *goal_bend, const REAL *gain, const REAL
@@ -3489,27 +3489,27 @@ static INLINE void NAME(accelerations_for_point_within)(intptr_t n, const REAL *
     sum[3], *const mapped = mapped_1 + n, common_3, common_4, found_0, found_1, common_5, common_6;
     NAME(image_of_point_motor_start)(motor_start);
     NAME(image_of_point_motor_start)(value);
-    NAME(accelerations_for_point_carrier)(carrier_0, carrier_1);
+    NAME(accelerations_for_point_carrier_start)(carrier_0, carrier_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_point_motor)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
     motor + 8 * i, NULL);
         NAME(image_of_point_value)(motor + 8 * i, value);
         NAME(image_of_point_moved_line)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
-        NAME(accelerations_for_point_carrier_2)(carrier_0, carrier_1, moved_line + 6 * i, qd[i], carrier_0,
+        NAME(accelerations_for_point_carrier)(carrier_0, carrier_1, moved_line + 6 * i, qd[i], carrier_0,
     carrier_1);
     }
     NAME(image_of_point_common)(camera, point, mirror, value, common, common_2);
-    NAME(rates_for_point_sum)(sum);
+    NAME(rates_for_point_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_point_mapped)(moved_line + 6 * i, common, common_2, mapped_0 + i, mapped_1 + i);
-        NAME(rates_for_point_sum_2)(sum, mapped_0[i], mapped_1[i], weights[i], sum);
+        NAME(rates_for_point_sum)(sum, mapped_0[i], mapped_1[i], weights[i], sum);
     }
     NAME(accelerations_for_point_common)(camera, point, mirror, twist, goal, goal_rate, goal_bend, gain,
     damping_gain, threshold, damping, value, carrier_0, carrier_1, sum, &common_3, &common_4);
-    NAME(rates_for_point_found)(&found_0, &found_1);
+    NAME(rates_for_point_found_start)(&found_0, &found_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rates_for_point_mapped)(mapped_0[i], mapped_1[i], weights[i], common_3, common_4, mapped + i);
-        NAME(rates_for_point_found_2)(found_0, found_1, mapped[i], limits[i], &found_0, &found_1);
+        NAME(rates_for_point_found)(found_0, found_1, mapped[i], limits[i], &found_0, &found_1);
     }
     NAME(accelerations_for_point_common_2)(camera, point, mirror, twist, goal, goal_rate, goal_bend, gain,
     damping_gain, value, carrier_0, carrier_1, sum, found_0, found_1, &common_5, &common_6);
@@ -3550,30 +3550,30 @@ static INLINE WORD NAME(accelerations_for_point_lanes)(intptr_t n, const REAL *q
     WORD far = 0;
     NAME(image_of_point_motor_start_lanes)(motor_start);
     NAME(image_of_point_motor_start_lanes)(value);
-    NAME(accelerations_for_point_carrier_lanes)(carrier_0, carrier_1);
+    NAME(accelerations_for_point_carrier_start_lanes)(carrier_0, carrier_1);
     for (intptr_t i = 0; i < n; i++) {
         far |= NAME(image_of_point_motor_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
     axes + 6 * i, turns + i, motor + 8 * NLANES * i);
         NAME(image_of_point_value_lanes)(motor + 8 * NLANES * i, value);
         NAME(image_of_point_moved_line_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
-        NAME(accelerations_for_point_carrier_2_lanes)(carrier_0, carrier_1, moved_line + 6 * NLANES * i,
+        NAME(accelerations_for_point_carrier_lanes)(carrier_0, carrier_1, moved_line + 6 * NLANES * i,
     qd + NLANES * i, carrier_0, carrier_1);
     }
     NAME(image_of_point_common_lanes)(camera, point, mirror, value, common, common_2);
-    NAME(rates_for_point_sum_lanes)(sum);
+    NAME(rates_for_point_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_point_mapped_lanes)(moved_line + 6 * NLANES * i, common, common_2, mapped_0 + NLANES * i,
     mapped_1 + NLANES * i);
-        NAME(rates_for_point_sum_2_lanes)(sum, mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
+        NAME(rates_for_point_sum_lanes)(sum, mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
     sum);
     }
     NAME(accelerations_for_point_common_lanes)(camera, point, mirror, twist, goal, goal_rate, goal_bend, gain,
     damping_gain, threshold, damping, value, carrier_0, carrier_1, sum, common_3, common_4);
-    NAME(rates_for_point_found_lanes)(found_0, found_1);
+    NAME(rates_for_point_found_start_lanes)(found_0, found_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rates_for_point_mapped_lanes)(mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
     common_3, common_4, mapped + NLANES * i);
-        NAME(rates_for_point_found_2_lanes)(found_0, found_1, mapped + NLANES * i, limits + NLANES * i, found_0,
+        NAME(rates_for_point_found_lanes)(found_0, found_1, mapped + NLANES * i, limits + NLANES * i, found_0,
     found_1);
     }
     NAME(accelerations_for_point_common_2_lanes)(camera, point, mirror, twist, goal, goal_rate, goal_bend, gain,
@@ -4154,27 +4154,27 @@ static INLINE void NAME(accelerations_for_line_within)(intptr_t n, const REAL *q
     sum[3], *const mapped = mapped_1 + n, common_3, common_4, found_0, found_1, common_5, common_6;
     NAME(image_of_point_motor_start)(motor_start);
     NAME(image_of_point_motor_start)(value);
-    NAME(accelerations_for_point_carrier)(carrier_0, carrier_1);
+    NAME(accelerations_for_point_carrier_start)(carrier_0, carrier_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_point_motor)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
     motor + 8 * i, NULL);
         NAME(image_of_point_value)(motor + 8 * i, value);
         NAME(image_of_point_moved_line)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
-        NAME(accelerations_for_point_carrier_2)(carrier_0, carrier_1, moved_line + 6 * i, qd[i], carrier_0,
+        NAME(accelerations_for_point_carrier)(carrier_0, carrier_1, moved_line + 6 * i, qd[i], carrier_0,
     carrier_1);
     }
     NAME(image_of_line_common)(camera, line, value, common, common_2);
-    NAME(rates_for_point_sum)(sum);
+    NAME(rates_for_point_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_point_mapped)(moved_line + 6 * i, common, common_2, mapped_0 + i, mapped_1 + i);
-        NAME(rates_for_point_sum_2)(sum, mapped_0[i], mapped_1[i], weights[i], sum);
+        NAME(rates_for_point_sum)(sum, mapped_0[i], mapped_1[i], weights[i], sum);
     }
     NAME(accelerations_for_line_common)(camera, line, twist, goal, goal_rate, goal_bend, gain, damping_gain,
     threshold, damping, value, carrier_0, carrier_1, sum, &common_3, &common_4, NULL);
-    NAME(rates_for_point_found)(&found_0, &found_1);
+    NAME(rates_for_point_found_start)(&found_0, &found_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rates_for_point_mapped)(mapped_0[i], mapped_1[i], weights[i], common_3, common_4, mapped + i);
-        NAME(rates_for_point_found_2)(found_0, found_1, mapped[i], limits[i], &found_0, &found_1);
+        NAME(rates_for_point_found)(found_0, found_1, mapped[i], limits[i], &found_0, &found_1);
     }
     NAME(accelerations_for_line_common_2)(camera, line, twist, goal, goal_rate, goal_bend, gain, damping_gain,
     value, carrier_0, carrier_1, sum, found_0, found_1, &common_5, &common_6, NULL);
@@ -4214,30 +4214,30 @@ static INLINE WORD NAME(accelerations_for_line_lanes)(intptr_t n, const REAL *q,
     WORD far = 0;
     NAME(image_of_point_motor_start_lanes)(motor_start);
     NAME(image_of_point_motor_start_lanes)(value);
-    NAME(accelerations_for_point_carrier_lanes)(carrier_0, carrier_1);
+    NAME(accelerations_for_point_carrier_start_lanes)(carrier_0, carrier_1);
     for (intptr_t i = 0; i < n; i++) {
         far |= NAME(image_of_point_motor_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
     axes + 6 * i, turns + i, motor + 8 * NLANES * i);
         NAME(image_of_point_value_lanes)(motor + 8 * NLANES * i, value);
         NAME(image_of_point_moved_line_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
-        NAME(accelerations_for_point_carrier_2_lanes)(carrier_0, carrier_1, moved_line + 6 * NLANES * i,
+        NAME(accelerations_for_point_carrier_lanes)(carrier_0, carrier_1, moved_line + 6 * NLANES * i,
     qd + NLANES * i, carrier_0, carrier_1);
     }
     NAME(image_of_line_common_lanes)(camera, line, value, common, common_2);
-    NAME(rates_for_point_sum_lanes)(sum);
+    NAME(rates_for_point_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_point_mapped_lanes)(moved_line + 6 * NLANES * i, common, common_2, mapped_0 + NLANES * i,
     mapped_1 + NLANES * i);
-        NAME(rates_for_point_sum_2_lanes)(sum, mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
+        NAME(rates_for_point_sum_lanes)(sum, mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
     sum);
     }
     far |= NAME(accelerations_for_line_common_lanes)(camera, line, twist, goal, goal_rate, goal_bend, gain,
     damping_gain, threshold, damping, value, carrier_0, carrier_1, sum, common_3, common_4);
-    NAME(rates_for_point_found_lanes)(found_0, found_1);
+    NAME(rates_for_point_found_start_lanes)(found_0, found_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rates_for_point_mapped_lanes)(mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
     common_3, common_4, mapped + NLANES * i);
-        NAME(rates_for_point_found_2_lanes)(found_0, found_1, mapped + NLANES * i, limits + NLANES * i, found_0,
+        NAME(rates_for_point_found_lanes)(found_0, found_1, mapped + NLANES * i, limits + NLANES * i, found_0,
     found_1);
     }
     far |= NAME(accelerations_for_line_common_2_lanes)(camera, line, twist, goal, goal_rate, goal_bend, gain,
@@ -4979,27 +4979,27 @@ static INLINE void NAME(accelerations_for_plane_within)(intptr_t n, const REAL *
     *const mapped_2 = mapped + 3 * n, common_4, common_5, common_6, found_0, found_1, common_7, common_8;
     NAME(image_of_point_motor_start)(motor_start);
     NAME(image_of_point_motor_start)(value);
-    NAME(accelerations_for_point_carrier)(carrier_0, carrier_1);
+    NAME(accelerations_for_point_carrier_start)(carrier_0, carrier_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_point_motor)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
     motor + 8 * i, NULL);
         NAME(image_of_point_value)(motor + 8 * i, value);
         NAME(image_of_point_moved_line)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
-        NAME(accelerations_for_point_carrier_2)(carrier_0, carrier_1, moved_line + 6 * i, qd[i], carrier_0,
+        NAME(accelerations_for_point_carrier)(carrier_0, carrier_1, moved_line + 6 * i, qd[i], carrier_0,
     carrier_1);
     }
     NAME(image_of_plane_common)(camera, plane, value, common, common_2, common_3);
-    NAME(rates_for_plane_sum)(sum);
+    NAME(rates_for_plane_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_plane_result)(moved_line + 6 * i, common, common_2, common_3, mapped + 3 * i);
-        NAME(rates_for_plane_sum_2)(sum, mapped + 3 * i, weights[i], sum);
+        NAME(rates_for_plane_sum)(sum, mapped + 3 * i, weights[i], sum);
     }
     NAME(accelerations_for_plane_common)(camera, plane, twist, goal, goal_rate, goal_bend, gain, damping_gain,
     threshold, damping, value, carrier_0, carrier_1, sum, &common_4, &common_5, &common_6);
-    NAME(rates_for_point_found)(&found_0, &found_1);
+    NAME(rates_for_point_found_start)(&found_0, &found_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rates_for_plane_mapped)(mapped + 3 * i, weights[i], common_4, common_5, common_6, mapped_2 + i);
-        NAME(rates_for_point_found_2)(found_0, found_1, mapped_2[i], limits[i], &found_0, &found_1);
+        NAME(rates_for_point_found)(found_0, found_1, mapped_2[i], limits[i], &found_0, &found_1);
     }
     NAME(accelerations_for_plane_common_2)(camera, plane, twist, goal, goal_rate, goal_bend, gain, damping_gain,
     value, carrier_0, carrier_1, sum, found_0, found_1, &common_7, &common_8);
@@ -5039,29 +5039,29 @@ static INLINE WORD NAME(accelerations_for_plane_lanes)(intptr_t n, const REAL *q
     WORD far = 0;
     NAME(image_of_point_motor_start_lanes)(motor_start);
     NAME(image_of_point_motor_start_lanes)(value);
-    NAME(accelerations_for_point_carrier_lanes)(carrier_0, carrier_1);
+    NAME(accelerations_for_point_carrier_start_lanes)(carrier_0, carrier_1);
     for (intptr_t i = 0; i < n; i++) {
         far |= NAME(image_of_point_motor_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
     axes + 6 * i, turns + i, motor + 8 * NLANES * i);
         NAME(image_of_point_value_lanes)(motor + 8 * NLANES * i, value);
         NAME(image_of_point_moved_line_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
-        NAME(accelerations_for_point_carrier_2_lanes)(carrier_0, carrier_1, moved_line + 6 * NLANES * i,
+        NAME(accelerations_for_point_carrier_lanes)(carrier_0, carrier_1, moved_line + 6 * NLANES * i,
     qd + NLANES * i, carrier_0, carrier_1);
     }
     NAME(image_of_plane_common_lanes)(camera, plane, value, common, common_2, common_3);
-    NAME(rates_for_plane_sum_lanes)(sum);
+    NAME(rates_for_plane_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_plane_result_lanes)(moved_line + 6 * NLANES * i, common, common_2, common_3,
     mapped + 3 * NLANES * i);
-        NAME(rates_for_plane_sum_2_lanes)(sum, mapped + 3 * NLANES * i, weights + NLANES * i, sum);
+        NAME(rates_for_plane_sum_lanes)(sum, mapped + 3 * NLANES * i, weights + NLANES * i, sum);
     }
     NAME(accelerations_for_plane_common_lanes)(camera, plane, twist, goal, goal_rate, goal_bend, gain, damping_gain,
     threshold, damping, value, carrier_0, carrier_1, sum, common_4, common_5, common_6);
-    NAME(rates_for_point_found_lanes)(found_0, found_1);
+    NAME(rates_for_point_found_start_lanes)(found_0, found_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rates_for_plane_mapped_lanes)(mapped + 3 * NLANES * i, weights + NLANES * i, common_4, common_5,
     common_6, mapped_2 + NLANES * i);
-        NAME(rates_for_point_found_2_lanes)(found_0, found_1, mapped_2 + NLANES * i, limits + NLANES * i, found_0,
+        NAME(rates_for_point_found_lanes)(found_0, found_1, mapped_2 + NLANES * i, limits + NLANES * i, found_0,
     found_1);
     }
     NAME(accelerations_for_plane_common_2_lanes)(camera, plane, twist, goal, goal_rate, goal_bend, gain,

@@ -2,7 +2,7 @@
 // command: gac generate --all visual_grasping
 // spec: ca14337d2949bdd3
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 402e442f5df9a18319fff3384ac3ebf0cad7f965a9af00714bab29fae41115bd
+// body: 8738421892c1c9a22e7a9524997eb840bac5af823541d89fac409913c6b97d75
 
 #ifndef REAL
 #include "visual_grasping.h"
@@ -569,7 +569,7 @@ GAC_KERNEL(errors_of_image, PLAIN, NO)
     AND NUMBER(3, damping) AND NUMBER(4, gain) AND NUMBER(5, limit) AND OUT(6, out, 6, 6, 1)
 #define WORK_step_of_hand(WORK)
 
-static INLINE void NAME(step_of_hand_sum)(REAL *sum, REAL *sum_2)
+static INLINE void NAME(step_of_hand_sum_start)(REAL *sum, REAL *sum_2)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -599,10 +599,10 @@ static INLINE void NAME(step_of_hand_sum)(REAL *sum, REAL *sum_2)
     sum_2[4] = (REAL)0;
     sum_2[5] = (REAL)0;
 }
-#define PARTS_step_of_hand_sum(IN, SAME, NUMBER, OUT, AND) OUT(0, 21) AND OUT(1, 6)
-GAC_IN_LANES(step_of_hand_sum, PLAIN)
+#define PARTS_step_of_hand_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 21) AND OUT(1, 6)
+GAC_IN_LANES(step_of_hand_sum_start, PLAIN)
 
-static INLINE void NAME(step_of_hand_sum_2)(const REAL *sum, const REAL *sum_2_2, REAL error, const REAL *jacobian,
+static INLINE void NAME(step_of_hand_sum)(const REAL *sum, const REAL *sum_2_2, REAL error, const REAL *jacobian,
     REAL weight, REAL *sum_out, REAL *sum_2_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5],
@@ -647,9 +647,9 @@ static INLINE void NAME(step_of_hand_sum_2)(const REAL *sum, const REAL *sum_2_2
     sum_2_out[4] = sum_2_2_4 + error * t4;
     sum_2_out[5] = sum_2_2_5 + error * t5;
 }
-#define PARTS_step_of_hand_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND IN(1, 6) AND NUMBER(2, 0) AND IN(3, 6) \
+#define PARTS_step_of_hand_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND IN(1, 6) AND NUMBER(2, 0) AND IN(3, 6) \
     AND NUMBER(4, 0) AND OUT(5, 21) AND OUT(6, 6)
-GAC_IN_LANES(step_of_hand_sum_2, PLAIN)
+GAC_IN_LANES(step_of_hand_sum, PLAIN)
 
 static INLINE void NAME(step_of_hand_result)(REAL damping, REAL gain, REAL limit, const REAL *sum, const REAL
     *sum_2_2, REAL *out)
@@ -735,9 +735,9 @@ void NAME(step_of_hand)(intptr_t rows, const REAL *errors, const REAL *jacobian,
 {
     (void)work;
     REAL sum[21], sum_2[6];
-    NAME(step_of_hand_sum)(sum, sum_2);
+    NAME(step_of_hand_sum_start)(sum, sum_2);
     for (intptr_t i = 0; i < rows; i++)
-        NAME(step_of_hand_sum_2)(sum, sum_2, errors[i], jacobian + 6 * i, weights[i], sum, sum_2);
+        NAME(step_of_hand_sum)(sum, sum_2, errors[i], jacobian + 6 * i, weights[i], sum, sum_2);
     NAME(step_of_hand_result)(damping, gain, limit, sum, sum_2, out);
 }
 
@@ -745,9 +745,9 @@ static INLINE WORD NAME(step_of_hand_lanes)(intptr_t rows, const REAL *errors, c
     const REAL *weights, const REAL *damping, const REAL *gain, const REAL *limit, REAL *out)
 {
     _Alignas(64) REAL sum[21 * NLANES], sum_2[6 * NLANES];
-    NAME(step_of_hand_sum_lanes)(sum, sum_2);
+    NAME(step_of_hand_sum_start_lanes)(sum, sum_2);
     for (intptr_t i = 0; i < rows; i++)
-        NAME(step_of_hand_sum_2_lanes)(sum, sum_2, errors + NLANES * i, jacobian + 6 * NLANES * i,
+        NAME(step_of_hand_sum_lanes)(sum, sum_2, errors + NLANES * i, jacobian + 6 * NLANES * i,
     weights + NLANES * i, sum, sum_2);
     NAME(step_of_hand_result_lanes)(damping, gain, limit, sum, sum_2, out);
     return 0;
