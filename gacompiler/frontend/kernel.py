@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import inspect
-import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from keyword import iskeyword
@@ -17,6 +16,7 @@ from ..algebra.operations import Operation
 from ..errors import GacError, KernelError
 from .calls import Call, record_call, recorded_calls
 from .expression import IN_FUNCTION, Expression, lift
+from .names import found_in
 from .operands import EXPECTED, is_operand
 from .parameters import ArrayOf as ArrayOf
 from .parameters import Parameter as Parameter
@@ -85,14 +85,14 @@ class Kernel(Immutable):
             return type(self), tuple(getattr(self, name) for name in self.__dataclass_fields__)
         module, name = self.function.__module__, self.function.__qualname__
         if self.has_loops:
-            if _found(module, name) is not self:
+            if found_in(module, name) is not self:
                 raise KernelError(
                     self.where,
                     "a kernel with loops that is not an attribute of its module under the name of its function",
                     "a kernel that is defined in a module, outside of functions",
                 )  # fmt: skip
             return _restored, (module, name, None)
-        if _found(module, name) is not self:
+        if found_in(module, name) is not self:
             traced = self.traced()
             return type(traced), tuple(getattr(traced, name) for name in traced.__dataclass_fields__)
         return _restored, (module, name, self.traced() if module == "__main__" else None)
@@ -120,19 +120,11 @@ class Kernel(Immutable):
         return f"{code.co_filename}:{line}: kernel {self.name}"
 
 
-def _found(module: str, name: str) -> Any:
-    """Return the object of this name in a module of this process, or None."""
-    value: Any = sys.modules.get(module)
-    for part in name.split("."):
-        value = getattr(value, part, None)
-    return value
-
-
 def _restored(module: str, name: str, traced: Kernel | None) -> Kernel:
     """Return the kernel of that name, or `traced` if this process runs another program, without such a kernel."""
     if traced is None:
         importlib.import_module(module)
-    found = _found(module, name)
+    found = found_in(module, name)
     if isinstance(found, Kernel) and (traced is None or found.traced() == traced):
         return found
     if traced is None:
@@ -199,8 +191,7 @@ def kernel(*wrong: Any, returns: Any = None, **parameters: Any) -> Callable[[Cal
         remedy = "write one layout for each parameter of the function, as in @kernel(m=PGA3.MOTOR, p=PGA3.POINT)"
         raise KernelError(where, "@kernel without the types of the parameters by name", remedy=remedy)
 
-    keeps_loops = parameters.get("loops") is True
-    if keeps_loops:
+    if keeps_loops := parameters.get("loops") is True:
         del parameters["loops"]
 
     def declare(function: Callable[..., Any]) -> Kernel:
@@ -228,8 +219,7 @@ def kernel(*wrong: Any, returns: Any = None, **parameters: Any) -> Callable[[Cal
             pinned = tuple(_type(where, "returns", each) for each in returns)
         elif returns is not None:
             pinned = _type(where, "returns", returns)
-        summary = inspect.getdoc(function) or ""
-        return Kernel(_name_of(function), function, declared, pinned, summary, keeps_loops=keeps_loops)
+        return Kernel(_name_of(function), function, declared, pinned, inspect.getdoc(function) or "", (), keeps_loops)
 
     return declare
 
